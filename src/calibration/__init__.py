@@ -1,0 +1,1 @@
+"""Design, analysis and diagnosis of calibration experiments run on the `dem` engine."""

@@ -1,0 +1,1 @@
+"""Discrete element engine for spheres: Hertz-Mindlin contacts, numba kernels, SI units."""
