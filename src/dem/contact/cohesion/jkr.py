@@ -1,0 +1,56 @@
+"""JKR adhesion with its neck: contact persists to a gap after the spheres have touched.
+
+overlap = a^2/R* - sqrt(4 pi g a / E*),   F = 4 E* a^3 / (3 R*) - 4 sqrt(pi g E*) a^(3/2),
+g surface energy per surface, so that the pull-off force is 3 pi g R*.
+Johnson, Kendall, Roberts (1971), Proc. R. Soc. A 324:301. With s = sqrt(a) the first equation is a quartic in s.
+"""
+
+from dem.lanes import law, maximum, sqrt
+
+ITERATIONS = 8
+
+
+@law
+def _cube_root(x):
+    """Newton's method from x^(1/4), which lies above the cube root of any x < 1."""
+    root = sqrt(sqrt(x))
+    for _ in range(ITERATIONS):
+        root = root - (root - x / (root * root)) * (1.0 / 3.0)
+    return root
+
+
+@law
+def _slope(p):
+    """sqrt(4 pi g / E*), the factor of s in the quartic."""
+    return sqrt(12.566370614359172 * p.cohesion / p.young)
+
+
+@law
+def reach(p, r_eff):
+    """Largest gap [m] that a neck spans: minus the least overlap of the quartic, at s^3 = c R*/4."""
+    c = _slope(p)
+    return 0.75 * c * _cube_root(0.25 * c * r_eff)
+
+
+@law
+def contact_radius(p, overlap, r_eff):
+    """Contact radius a [m] on the stable branch, by Newton's method from above (the quartic is convex there)."""
+    c = _slope(p)
+    s = sqrt(sqrt(r_eff * maximum(overlap, 0.0))) + _cube_root(c * r_eff)
+    for _ in range(ITERATIONS):
+        cube = s * s * s / r_eff
+        s = s - (cube * s - c * s - overlap) / (4.0 * cube - c)
+    return s * s
+
+
+@law
+def normal_force(p, radius, r_eff):
+    """Elastic and adhesive force together [N], positive where repulsive."""
+    adhesive = 4.0 * sqrt(3.141592653589793 * p.cohesion * p.young) * radius * sqrt(radius)
+    return (4.0 / 3.0) * p.young * radius * radius * radius / r_eff - adhesive
+
+
+@law
+def pull_off(p, r_eff):
+    """Pull-off force 3 pi g R* [N]."""
+    return 9.42477796076938 * p.cohesion * r_eff

@@ -1,0 +1,45 @@
+"""Elastic, perfectly plastic spheres: restitution falls as v^(-1/4) above the yield speed.
+
+Loading is Hertzian to the overlap at which the pressure in the middle of the contact reaches p_y, then linear,
+F = F_y + pi R* p_y (overlap - overlap_y); unloading and reloading follow a Hertz law of a flattened radius
+R_p = (4 E* / 3 F_m) ((2 F_m + F_y) / (2 pi p_y))^(3/2), with F_m the largest force so far.
+Thornton (1997), Journal of Applied Mechanics 64:383. Below yield the dashpot of `tsuji` gives the base restitution.
+"""
+
+import math
+
+from dem.lanes import law, maximum, sqrt, where
+
+
+def yield_pressure(yield_speed, young, radius, density):
+    """p_y [Pa] so that a sphere (radius [m], density [kg/m3]) against a flat wall yields from yield_speed [m/s] up.
+
+    At yield the overlap is (pi p_y / 2 E*)^2 R* and the elastic energy (2/5) k overlap^(5/2) equals m* v^2 / 2.
+    """
+    mass = 4.0 / 3.0 * math.pi * radius**3 * density
+    k = 4.0 / 3.0 * young * math.sqrt(radius)
+    overlap = (1.25 * mass * yield_speed**2 / k) ** 0.4
+    return 2.0 * young / math.pi * math.sqrt(overlap / radius)
+
+
+@law
+def normal_force(p, elastic, stiffness, overlap, r_eff, m_eff, v_n, deepest):
+    """Hysteretic force less the dashpot [N] and the new deepest overlap [m]."""
+    p_y = p.yield_pressure
+    k = (4.0 / 3.0) * p.young * sqrt(r_eff)
+    ratio = 1.5707963267948966 * p_y / p.young
+    yield_overlap = ratio * ratio * r_eff
+    yield_force = k * yield_overlap * sqrt(yield_overlap)
+    deepest = maximum(deepest, overlap)
+    flow = maximum(deepest - yield_overlap, 0.0)
+    largest = yield_force + 3.141592653589793 * r_eff * p_y * flow
+    contact_area = (2.0 * largest + yield_force) / (
+        6.283185307179586 * p_y
+    )  # squared contact radius at unloading
+    flattened = (4.0 / 3.0) * p.young / largest * contact_area * sqrt(contact_area)
+    recovered = contact_area / flattened  # elastic part of the deepest overlap
+    left = maximum(overlap - (deepest - recovered), 0.0)
+    unloading = (4.0 / 3.0) * p.young * sqrt(flattened * left) * left
+    force = where(deepest > yield_overlap, unloading, elastic)
+    dashpot = p.damping * sqrt(stiffness * m_eff) * v_n
+    return where(force > 0.0, force - dashpot, 0.0 * force), deepest

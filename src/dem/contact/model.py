@@ -1,0 +1,208 @@
+"""The contact: one law from each slot, put together.
+
+Everything here is written for floats and for lanes. `contact_force` knows a contact only by its overlap, normal and
+relative motion; `pair_contact` and `wall_contact` work these out for two spheres and for a sphere on a wall.
+
+History of a contact, eight numbers:
+    0-2 tangential spring force [N]     3-5 rolling spring moment [N m]
+    6   contact radius at the last step [m]; NECK while only a neck or bridge spans a gap; 0 when there is no contact
+    7   deepest overlap so far [m]
+"""
+
+from dem.contact import registry
+from dem.contact.cohesion import jkr, liquid_bridge, sjkr
+from dem.contact.damping import plastic, thornton, tsuji, viscoelastic
+from dem.contact.friction import constant, stress_dependent
+from dem.contact.rolling import constant_torque, constant_torque_relative, elastic_plastic
+from dem.contact.tangential import mindlin
+from dem.lanes import law, maximum, narrow, sqrt, where, widen
+from dem.vectors import add, cross, dot, scale, subtract
+
+NECK = -1.0
+INERTIA = 0.4  # of a solid sphere, in m r^2
+
+TSUJI, THORNTON = registry.TSUJI, registry.THORNTON
+VISCOELASTIC, PLASTIC = registry.VISCOELASTIC, registry.PLASTIC
+CONSTANT_FRICTION = registry.CONSTANT_FRICTION
+CONSTANT_TORQUE, RELATIVE = registry.CONSTANT_TORQUE, registry.CONSTANT_TORQUE_RELATIVE
+ELASTIC_PLASTIC = registry.ELASTIC_PLASTIC
+NO_COHESION, SJKR = registry.NO_COHESION, registry.SJKR
+JKR, LIQUID_BRIDGE = registry.JKR, registry.LIQUID_BRIDGE
+
+
+@law
+def is_active(codes, p, overlap, r_eff, radius_before):
+    """Whether a contact transmits force: it touches, or a neck or bridge made by an earlier touch still holds."""
+    active = overlap > 0.0
+    if codes.cohesion == JKR:
+        held = (radius_before > 0.0) | (radius_before < 0.0)
+        active = active | (held & (overlap > -jkr.reach(p, r_eff)))
+    elif codes.cohesion == LIQUID_BRIDGE:
+        held = (radius_before > 0.0) | (radius_before < 0.0)
+        active = active | (held & (overlap > -2.0 * r_eff * p.bridge_reach))
+    return active
+
+
+@law
+def damped_force(codes, p, elastic, stiffness, overlap, r_eff, m_eff, v_n, deepest):
+    """Normal force without cohesion [N] and the deepest overlap [m]."""
+    if codes.damping == TSUJI:
+        return tsuji.normal_force(p, elastic, stiffness, m_eff, v_n), deepest
+    elif codes.damping == THORNTON:
+        return thornton.normal_force(p, elastic, stiffness, m_eff, v_n), deepest
+    elif codes.damping == VISCOELASTIC:
+        return viscoelastic.normal_force(p, elastic, stiffness, v_n), deepest
+    else:
+        return plastic.normal_force(p, elastic, stiffness, overlap, r_eff, m_eff, v_n, deepest)
+
+
+@law
+def normal_force(codes, p, overlap, r_eff, m_eff, v_n, deepest):
+    """Normal force, the part of it that loads the contact, contact radius, stiffness S_n and deepest overlap."""
+    pressed = maximum(overlap, 0.0)
+    if codes.cohesion == JKR:
+        radius = jkr.contact_radius(p, overlap, r_eff)
+        stiffness = 2.0 * p.young * radius
+        elastic = jkr.normal_force(p, radius, r_eff)
+        force = tsuji.normal_force(p, elastic, stiffness, m_eff, v_n)
+        load = maximum(force + 2.0 * jkr.pull_off(p, r_eff), 0.0)
+        return force, load, radius, stiffness, deepest
+    radius = sqrt(r_eff * pressed)
+    stiffness = 2.0 * p.young * radius
+    elastic = (2.0 / 3.0) * stiffness * pressed
+    force, deepest = damped_force(codes, p, elastic, stiffness, pressed, r_eff, m_eff, v_n, deepest)
+    load = maximum(force, 0.0)
+    if codes.cohesion == SJKR:
+        force = force - sjkr.attraction(p, pressed, r_eff)
+    elif codes.cohesion == LIQUID_BRIDGE:
+        force = force - liquid_bridge.attraction(p, overlap, r_eff)
+    return force, load, radius, stiffness, deepest
+
+
+@law
+def contact_force(codes, p, dt, overlap, n, r_eff, m_eff, inertia, velocity, spin, history):
+    """Force and rolling torque on the first body of a contact, and the contact's new history.
+
+    overlap [m]; n (3,) unit normal from the second body to the first; velocity (3,) of the first relative to the second at
+    the contact [m/s]; spin (3,) omega_1 - omega_2 [rad/s]; inertia I1 I2/(I1+I2) [kg m2]; history (8,).
+    Returns force (3,) [N], rolling torque (3,) [N m], load [N], history (8,).
+    """
+    active = is_active(codes, p, overlap, r_eff, history[6])
+    v_n = dot(velocity, n)
+    force, load, radius, stiffness, deepest = normal_force(
+        codes, p, overlap, r_eff, m_eff, v_n, history[7]
+    )
+    zero = 0.0 * r_eff
+    force, load = where(active, force, zero), where(active, load, zero)
+    if codes.friction == CONSTANT_FRICTION:
+        limit = constant.limit(p, load)
+    else:
+        limit = stress_dependent.limit(p, load)
+    slip = subtract(velocity, scale(v_n, n))
+    spring = (history[0], history[1], history[2])
+    tangential, spring = mindlin.tangential_force(
+        p, n, slip, radius, history[6], m_eff, spring, limit, dt
+    )
+    moment = (history[3], history[4], history[5])
+    torque = (zero, zero, zero)
+    if codes.rolling == RELATIVE:
+        torque = constant_torque_relative.torque(p, n, spin, load, r_eff, inertia, dt)
+    elif codes.rolling == ELASTIC_PLASTIC:
+        torque, moment = elastic_plastic.torque(
+            p, n, spin, load, stiffness, r_eff, inertia, moment, dt
+        )
+    memory = where(overlap > 0.0, radius, NECK)
+    history = (
+        where(active, spring[0], zero),
+        where(active, spring[1], zero),
+        where(active, spring[2], zero),
+        where(active, moment[0], zero),
+        where(active, moment[1], zero),
+        where(active, moment[2], zero),
+        where(active, memory, zero),
+        where(active, deepest, zero),
+    )
+    return add(scale(force, n), tangential), torque, load, history
+
+
+@law
+def rolling_resistance(codes, p, load, radius):
+    """Size of the torque that opposes a particle's own spin [N m]; zero unless the law acts on the own spin."""
+    if codes.rolling == CONSTANT_TORQUE:
+        return constant_torque.resistance(p, load, radius)
+    return 0.0 * radius
+
+
+@law
+def pair_contact(codes, p, dt, separation, first, second, history):
+    """Two spheres in contact.
+
+    separation (3,): position of the first minus the second [m], exact to float64; first, second (8,): velocity, spin,
+    radius, mass. Returns the force columns (8,) for each sphere (force, torque, rolling resistance, load), the
+    overlap [m] and the new history (8,).
+    """
+    r_i, m_i, r_j, m_j = first[6], first[7], second[6], second[7]
+    squared = dot(separation, separation)
+    reach = r_i + r_j
+    distance = sqrt(narrow(squared))
+    # (reach^2 - d^2) / (reach + d): the difference of two nearly equal lengths is taken in float64
+    exact = widen(r_i) + widen(r_j)
+    overlap = narrow(exact * exact - squared) / (reach + distance)
+    inverse = 1.0 / distance
+    n = (
+        narrow(separation[0]) * inverse,
+        narrow(separation[1]) * inverse,
+        narrow(separation[2]) * inverse,
+    )
+    r_eff = r_i * r_j / reach
+    m_eff = m_i * m_j / (m_i + m_j)
+    inertia_i, inertia_j = INERTIA * m_i * r_i * r_i, INERTIA * m_j * r_j * r_j
+    inertia = inertia_i * inertia_j / (inertia_i + inertia_j)
+    arm_i, arm_j = r_i - 0.5 * overlap, r_j - 0.5 * overlap
+    v_i, v_j = (first[0], first[1], first[2]), (second[0], second[1], second[2])
+    w_i, w_j = (first[3], first[4], first[5]), (second[3], second[4], second[5])
+    surface = cross(add(scale(arm_i, w_i), scale(arm_j, w_j)), n)
+    velocity = subtract(subtract(v_i, v_j), surface)
+    force, rolling, load, history = contact_force(
+        codes, p, dt, overlap, n, r_eff, m_eff, inertia, velocity, subtract(w_i, w_j), history
+    )
+    twist = cross(n, force)
+    t_i = subtract(rolling, scale(arm_i, twist))
+    t_j = subtract(scale(-1.0, rolling), scale(arm_j, twist))
+    resist_i = rolling_resistance(codes, p, load, r_i)
+    resist_j = rolling_resistance(codes, p, load, r_j)
+    on_first = (force[0], force[1], force[2], t_i[0], t_i[1], t_i[2], resist_i, load)
+    on_second = (-force[0], -force[1], -force[2], t_j[0], t_j[1], t_j[2], resist_j, load)
+    return on_first, on_second, overlap, history
+
+
+@law
+def wall_contact(codes, p, dt, overlap, n, wall_velocity, wall_spin, particle, history):
+    """A sphere on a wall, which counts as a sphere of infinite radius and mass.
+
+    wall_velocity (3,) at the contact point [m/s]; wall_spin (3,) [rad/s]. Returns the force columns (8,) on the sphere and the
+    new history (8,).
+    """
+    radius, mass = particle[6], particle[7]
+    arm = radius - overlap
+    spin = (particle[3], particle[4], particle[5])
+    velocity = subtract((particle[0], particle[1], particle[2]), wall_velocity)
+    velocity = subtract(velocity, scale(arm, cross(spin, n)))
+    inertia = INERTIA * mass * radius * radius
+    force, rolling, load, history = contact_force(
+        codes,
+        p,
+        dt,
+        overlap,
+        n,
+        radius,
+        mass,
+        inertia,
+        velocity,
+        subtract(spin, wall_spin),
+        history,
+    )
+    torque = subtract(rolling, scale(arm, cross(n, force)))
+    resist = rolling_resistance(codes, p, load, radius)
+    columns = (force[0], force[1], force[2], torque[0], torque[1], torque[2], resist, load)
+    return columns, history

@@ -1,0 +1,22 @@
+"""Constant directional torque on the relative spin, equal and opposite on the two spheres.
+
+T = -mu_r F_n R* omega_r / |omega_r|, omega_r the tangential part of omega_i - omega_j. LIGGGHTS calls it `cdt`.
+It conserves angular momentum. The torque is limited to what stops the relative spin within the step.
+"""
+
+from dem.lanes import law, minimum, sqrt
+from dem.vectors import dot, reject, scale
+
+TINY = 1e-30
+
+
+@law
+def torque(p, n, spin, normal, r_eff, inertia, dt):
+    """Torque on the first sphere (3,) [N m].
+
+    spin: omega_i - omega_j (3,) [rad/s]; inertia: I_i I_j / (I_i + I_j) [kg m2].
+    """
+    rolling = reject(spin, n)
+    speed = sqrt(dot(rolling, rolling)) + TINY
+    size = minimum(p.rolling * normal * r_eff, inertia * speed / dt)
+    return scale(-size / speed, rolling)

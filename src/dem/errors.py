@@ -1,0 +1,3 @@
+class BlowUpError(Exception):
+    def __init__(self, **k):
+        super().__init__(str(k))

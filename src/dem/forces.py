@@ -1,0 +1,99 @@
+"""Forces of all pairs: the fast path on lanes and the float64 reference path, both around `pair_contact`."""
+
+import numpy as np
+from numba import njit, types
+from numba.extending import overload
+
+from dem.contact.model import pair_contact
+from dem.contact.properties import properties_of
+from dem.lanes import WIDTH, any_lane, gather_pairs, load_block, minimum, scatter_add, store_block
+
+
+@njit(error_model="numpy")
+def _pair_forces_lanes(codes, table, dt, particles, pairs, count, overlap_limit):
+    """WIDTH pairs at a time, float32 but for the separations."""
+    excess = -1
+    for block in range(count // WIDTH):
+        start = block * WIDTH
+        g = gather_pairs(particles.position, pairs.first, pairs.second, start)
+        separation = (g[0], g[1], g[2])
+        first = (g[3], g[4], g[5], g[6], g[7], g[8], g[9], g[10])
+        second = (g[11], g[12], g[13], g[14], g[15], g[16], g[17], g[18])
+        history = load_block(pairs.history, block)
+        on_first, on_second, overlap, history = pair_contact(
+            codes, properties_of(table, pairs.kind[block]), dt, separation, first, second, history
+        )
+        store_block(pairs.history, block, history)
+        scatter_add(particles.force, pairs.first, start, on_first)
+        scatter_add(particles.force, pairs.second, start, on_second)
+        if any_lane(overlap > overlap_limit * minimum(first[6], second[6])):
+            excess = start
+    return excess
+
+
+@njit(error_model="numpy")
+def _pair_forces_plain(codes, table, dt, particles, pairs, count, overlap_limit):
+    """One pair at a time, float64 throughout."""
+    excess = -1
+    for k in range(count):
+        i, j = pairs.first[k], pairs.second[k]
+        block, lane = k // WIDTH, k % WIDTH
+        p, a, b, h = (
+            particles.position,
+            particles.kinetic[i],
+            particles.kinetic[j],
+            pairs.history[block],
+        )
+        separation = (p[i, 0] - p[j, 0], p[i, 1] - p[j, 1], p[i, 2] - p[j, 2])
+        first = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
+        second = (b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7])
+        history = (
+            h[0, lane],
+            h[1, lane],
+            h[2, lane],
+            h[3, lane],
+            h[4, lane],
+            h[5, lane],
+            h[6, lane],
+            h[7, lane],
+        )
+        on_first, on_second, overlap, history = pair_contact(
+            codes, properties_of(table, pairs.kind[block]), dt, separation, first, second, history
+        )
+        for f in range(8):
+            h[f, lane] = history[f]
+            particles.force[i, f] += on_first[f]
+            particles.force[j, f] += on_second[f]
+        if overlap > overlap_limit * min(a[6], b[6]):
+            excess = k
+    return excess
+
+
+def pair_forces(codes, table, dt, particles, pairs, count, overlap_limit):
+    """Add the forces of all pairs to the particles and update the contacts' history.
+
+    Returns a pair (its block's first in the fast path) whose overlap exceeds overlap_limit * radius, or -1.
+    """
+    raise NotImplementedError("compiled code only")
+
+
+@overload(pair_forces)
+def _pair_forces(codes, table, dt, particles, pairs, count, overlap_limit):
+    fast = particles.types[1].dtype == types.float32
+    chosen = _pair_forces_lanes if fast else _pair_forces_plain
+
+    def call(codes, table, dt, particles, pairs, count, overlap_limit):
+        return chosen(codes, table, dt, particles, pairs, count, overlap_limit)
+
+    return call
+
+
+@njit(error_model="numpy")
+def clear_forces(n, force):
+    """Zero the force rows of n particles and the ghosts."""
+    for i in range(n + 2):
+        for f in range(8):
+            force[i, f] = 0.0
+
+
+__all__ = ["clear_forces", "np", "pair_forces"]

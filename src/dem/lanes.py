@@ -1,0 +1,431 @@
+"""SIMD lanes for numba: a number type that holds `WIDTH` contacts at a time.
+
+A force law written with `+ - * /`, comparisons, `&`, `|` and the functions of this module compiles unchanged for plain
+floats (the float64 reference path) and for lanes (the fast path): numba picks the implementation by type. Nothing here
+knows any physics.
+
+`F32` is a vector of `WIDTH` float32, `F64` of `WIDTH` float64, `MASK` of `WIDTH` booleans. A scalar that meets lanes is
+broadcast.
+"""
+
+import math
+import operator
+
+from llvmlite import ir
+from numba import njit, types
+from numba.core import cgutils
+from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
+from numba.extending import intrinsic, lower_builtin, models, overload, register_model
+
+WIDTH = 8
+"""Contacts per vector; eight float32 fill one AVX register."""
+
+_CONTRACT = ("contract", "nsz")  # a*b + c may become one fused operation
+
+
+class LaneType(types.Type):
+    """Type of a vector of `WIDTH` elements."""
+
+    def __init__(self, name, element):
+        self.element = element
+        super().__init__(name=f"lanes_{name}")
+
+
+F32 = LaneType("f32", ir.FloatType())
+F64 = LaneType("f64", ir.DoubleType())
+MASK = LaneType("mask", ir.IntType(1))
+
+
+@register_model(LaneType)
+class _LaneModel(models.PrimitiveModel):
+    def __init__(self, manager, fe_type):
+        super().__init__(manager, fe_type, ir.VectorType(fe_type.element, WIDTH))
+
+
+def broadcast(builder, value, lane_type):
+    """Return `value` as a vector of `lane_type`; a scalar float fills every lane."""
+    if isinstance(value.type, ir.VectorType):
+        return value
+    if isinstance(lane_type.element, ir.FloatType) and isinstance(value.type, ir.DoubleType):
+        value = builder.fptrunc(value, lane_type.element)
+    elif isinstance(lane_type.element, ir.DoubleType) and isinstance(value.type, ir.FloatType):
+        value = builder.fpext(value, lane_type.element)
+    index = ir.Constant(ir.IntType(32), 0)
+    vector = ir.VectorType(lane_type.element, WIDTH)
+    first = builder.insert_element(ir.Constant(vector, ir.Undefined), value, index)
+    spread = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
+    return builder.shuffle_vector(first, ir.Constant(vector, ir.Undefined), spread)
+
+
+def _register_binary(op, emit, result=None):
+    cases = []
+    for lane in (F32, F64):
+        out = result or lane
+        for pair in ((lane, lane), (lane, types.float64), (types.float64, lane)):
+            cases.append(signature(out, *pair))
+
+            def lower(context, builder, sig, args, lane=lane):
+                return emit(builder, *(broadcast(builder, a, lane) for a in args))
+
+            lower_builtin(op, *pair)(lower)
+    infer_global(op)(type(f"_Lane_{op.__name__}", (ConcreteTemplate,), {"cases": cases}))
+
+
+for _op, _method in (
+    (operator.add, "fadd"),
+    (operator.sub, "fsub"),
+    (operator.mul, "fmul"),
+    (operator.truediv, "fdiv"),
+):
+    _register_binary(_op, lambda b, x, y, m=_method: getattr(b, m)(x, y, flags=_CONTRACT))
+for _op, _sign in (
+    (operator.lt, "<"),
+    (operator.le, "<="),
+    (operator.gt, ">"),
+    (operator.ge, ">="),
+):
+    _register_binary(_op, lambda b, x, y, s=_sign: b.fcmp_ordered(s, x, y), result=MASK)
+
+
+def _register_mask(op, method):
+    def lower(context, builder, sig, args):
+        return getattr(builder, method)(*args)
+
+    lower_builtin(op, MASK, MASK)(lower)
+    cases = [signature(MASK, MASK, MASK)]
+    infer_global(op)(type(f"_Mask_{op.__name__}", (ConcreteTemplate,), {"cases": cases}))
+
+
+_register_mask(operator.and_, "and_")
+_register_mask(operator.or_, "or_")
+
+
+@infer_global(operator.neg)
+class _LaneNeg(ConcreteTemplate):
+    cases = (signature(F32, F32), signature(F64, F64))
+
+
+@lower_builtin(operator.neg, F32)
+@lower_builtin(operator.neg, F64)
+def _lower_neg(context, builder, sig, args):
+    return builder.fneg(args[0])
+
+
+def _vector_intrinsic(builder, name, value, *more):
+    """Call an LLVM vector intrinsic such as `llvm.sqrt` on vectors of one type."""
+    element = "f32" if value.type.element == ir.FloatType() else "f64"
+    kind = ir.FunctionType(value.type, [value.type] * (1 + len(more)))
+    function = cgutils.get_or_insert_function(
+        builder.module, kind, f"llvm.{name}.v{WIDTH}{element}"
+    )
+    return builder.call(function, [value, *more])
+
+
+@intrinsic
+def _lane_sqrt(typingctx, x):
+    def codegen(context, builder, sig, args):
+        return _vector_intrinsic(builder, "sqrt", args[0])
+
+    return x(x), codegen
+
+
+@intrinsic
+def _lane_power(typingctx, x, exponent):
+    def codegen(context, builder, sig, args):
+        power = broadcast(builder, args[1], sig.args[0])
+        return _vector_intrinsic(builder, "pow", args[0], power)
+
+    return x(x, exponent), codegen
+
+
+@intrinsic
+def _lane_where(typingctx, mask, a, b):
+    out = a if isinstance(a, LaneType) else b
+
+    def codegen(context, builder, sig, args):
+        chosen = [broadcast(builder, v, sig.return_type) for v in args[1:]]
+        return builder.select(args[0], *chosen)
+
+    return out(mask, a, b), codegen
+
+
+@intrinsic
+def _lane_narrow(typingctx, x):
+    def codegen(context, builder, sig, args):
+        return builder.fptrunc(args[0], ir.VectorType(ir.FloatType(), WIDTH))
+
+    return F32(x), codegen
+
+
+@intrinsic
+def _lane_widen(typingctx, x):
+    def codegen(context, builder, sig, args):
+        return builder.fpext(args[0], ir.VectorType(ir.DoubleType(), WIDTH))
+
+    return F64(x), codegen
+
+
+@intrinsic
+def _lane_any(typingctx, mask):
+    def codegen(context, builder, sig, args):
+        bits = builder.bitcast(args[0], ir.IntType(WIDTH))
+        return builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
+
+    return types.boolean(mask), codegen
+
+
+def _is_lane(t):
+    return isinstance(t, LaneType)
+
+
+def sqrt(x):
+    """Square root."""
+    return math.sqrt(x)
+
+
+@overload(sqrt, jit_options={"forceinline": True})
+def _sqrt(x):
+    return (lambda x: _lane_sqrt(x)) if _is_lane(x) else (lambda x: math.sqrt(x))
+
+
+def power(x, exponent):
+    """`x ** exponent` for x >= 0 and a uniform exponent."""
+    return x**exponent
+
+
+@overload(power, jit_options={"forceinline": True})
+def _power(x, exponent):
+    if _is_lane(x):
+        return lambda x, exponent: _lane_power(x, exponent)
+    return lambda x, exponent: x**exponent
+
+
+def where(condition, a, b):
+    """`a` where the condition holds, else `b`; both are evaluated."""
+    return a if condition else b
+
+
+@overload(where, jit_options={"forceinline": True})
+def _where(condition, a, b):
+    if _is_lane(condition):
+        return lambda condition, a, b: _lane_where(condition, a, b)
+    return lambda condition, a, b: a if condition else b
+
+
+def maximum(a, b):
+    """The larger of two numbers."""
+    return a if a > b else b
+
+
+@overload(maximum, jit_options={"forceinline": True})
+def _maximum(a, b):
+    return lambda a, b: where(a > b, a, b)
+
+
+def minimum(a, b):
+    """The smaller of two numbers."""
+    return a if a < b else b
+
+
+@overload(minimum, jit_options={"forceinline": True})
+def _minimum(a, b):
+    return lambda a, b: where(a < b, a, b)
+
+
+def narrow(x):
+    """Lanes: float64 to float32. A plain float is left as it is, so the reference path stays in float64."""
+    return x
+
+
+@overload(narrow, jit_options={"forceinline": True})
+def _narrow(x):
+    return (lambda x: _lane_narrow(x)) if _is_lane(x) else (lambda x: x)
+
+
+def widen(x):
+    """Lanes: float32 to float64. A plain float is left as it is."""
+    return x
+
+
+@overload(widen, jit_options={"forceinline": True})
+def _widen(x):
+    return (lambda x: _lane_widen(x)) if _is_lane(x) else (lambda x: x)
+
+
+def any_lane(condition):
+    """Whether the condition holds for any contact of the vector."""
+    return condition
+
+
+@overload(any_lane, jit_options={"forceinline": True})
+def _any_lane(condition):
+    return (
+        (lambda condition: _lane_any(condition))
+        if _is_lane(condition)
+        else (lambda condition: condition)
+    )
+
+
+# --- memory ----------------------------------------------------------------------------------------------------------
+# Particle rows are 64 bytes: four float64 (x, y, z, spare) and eight float32. Gathering loads whole rows and
+# transposes them in registers, which costs a third of the hardware gather instruction.
+
+
+def _pointer(context, builder, array_type, array, element_type):
+    data = context.make_array(array_type)(context, builder, array).data
+    return builder.bitcast(data, element_type.as_pointer())
+
+
+def _load(builder, base, offset, vector, align):
+    pointer = builder.gep(base, [offset])
+    load = builder.load(builder.bitcast(pointer, vector.as_pointer()))
+    load.align = align
+    return load
+
+
+def _constant(n):
+    return ir.Constant(ir.IntType(64), n)
+
+
+def _shuffle(builder, a, b, mask):
+    return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(ir.IntType(32), len(mask)), mask))
+
+
+def _transpose(builder, rows):
+    """Transpose 8 vectors of 8 in three rounds of interleaving."""
+    assert len(rows) == 8
+    low, high = [0, 8, 1, 9, 4, 12, 5, 13], [2, 10, 3, 11, 6, 14, 7, 15]
+    a = []
+    for k in range(0, 8, 2):
+        a += [_shuffle(builder, rows[k], rows[k + 1], m) for m in (low, high)]
+    low, high = [0, 1, 8, 9, 4, 5, 12, 13], [2, 3, 10, 11, 6, 7, 14, 15]
+    b = []
+    for k in (0, 4):
+        for h in (0, 1):
+            b += [_shuffle(builder, a[k + h], a[k + h + 2], m) for m in (low, high)]
+    low, high = [0, 1, 2, 3, 8, 9, 10, 11], [4, 5, 6, 7, 12, 13, 14, 15]
+    out = [_shuffle(builder, b[k], b[k + 4], low) for k in range(4)]
+    return out + [_shuffle(builder, b[k], b[k + 4], high) for k in range(4)]
+
+
+def _indices(context, builder, array_type, array, start):
+    """The `WIDTH` int32 indices from `start`, as 64-bit integers."""
+    base = _pointer(context, builder, array_type, array, ir.IntType(32))
+    out = []
+    for lane in range(WIDTH):
+        pointer = builder.gep(base, [builder.add(start, _constant(lane))])
+        out.append(builder.zext(builder.load(pointer), ir.IntType(64)))
+    return out
+
+
+@intrinsic
+def gather_pairs(typingctx, rows, first, second, start):
+    """Load `WIDTH` pairs of particle rows.
+
+    Parameters: rows (n, 8) float64 buffer of 64-byte rows; first, second (m,) int32; start: first pair.
+    Returns (dx, dy, dz) = position of first minus position of second, F64, then the eight F32 columns of the first
+    particle and the eight of the second.
+    """
+    out = types.Tuple([F64] * 3 + [F32] * 16)
+
+    def codegen(context, builder, sig, args):
+        double = _pointer(context, builder, sig.args[0], args[0], ir.DoubleType())
+        single = builder.bitcast(double, ir.FloatType().as_pointer())
+        i = _indices(context, builder, sig.args[1], args[1], args[3])
+        j = _indices(context, builder, sig.args[2], args[2], args[3])
+        four, eight = ir.VectorType(ir.DoubleType(), 4), ir.VectorType(ir.FloatType(), 8)
+        difference = []
+        for a, b in zip(i, j, strict=True):
+            ra = _load(builder, double, builder.mul(a, _constant(8)), four, 32)
+            rb = _load(builder, double, builder.mul(b, _constant(8)), four, 32)
+            difference.append(builder.fsub(ra, rb))
+        # 8 x (x, y, z, spare) to 3 vectors of 8: transpose each half of four lanes, then join the halves
+        halves = []
+        for h in (0, 4):
+            r = difference[h : h + 4]
+            a0, a1 = (_shuffle(builder, r[0], r[1], m) for m in ([0, 4, 2, 6], [1, 5, 3, 7]))
+            b0, b1 = (_shuffle(builder, r[2], r[3], m) for m in ([0, 4, 2, 6], [1, 5, 3, 7]))
+            x, z = (_shuffle(builder, a0, b0, m) for m in ([0, 1, 4, 5], [2, 3, 6, 7]))
+            y = _shuffle(builder, a1, b1, [0, 1, 4, 5])
+            halves.append((x, y, z))
+        join = list(range(8))
+        values = [_shuffle(builder, p, q, join) for p, q in zip(*halves, strict=True)]
+        for index in (i, j):
+            loaded = [
+                _load(
+                    builder,
+                    single,
+                    builder.add(builder.mul(k, _constant(16)), _constant(8)),
+                    eight,
+                    32,
+                )
+                for k in index
+            ]
+            values += _transpose(builder, loaded)
+        return context.make_tuple(builder, sig.return_type, values)
+
+    return out(rows, first, second, start), codegen
+
+
+@intrinsic
+def scatter_add(typingctx, target, index, start, columns):
+    """Add eight lane columns to rows `index[start:start+WIDTH]` of target (n, 8) float32, one lane after the other.
+
+    Lanes are added in order, so a particle that stands in several lanes receives every share.
+    """
+
+    def codegen(context, builder, sig, args):
+        base = _pointer(context, builder, sig.args[0], args[0], ir.FloatType())
+        index = _indices(context, builder, sig.args[1], args[1], args[2])
+        rows = _transpose(builder, [builder.extract_value(args[3], k) for k in range(8)])
+        eight = ir.VectorType(ir.FloatType(), 8)
+        for k, row in zip(index, rows, strict=True):
+            pointer = builder.bitcast(
+                builder.gep(base, [builder.mul(k, _constant(8))]), eight.as_pointer()
+            )
+            old = builder.load(pointer)
+            old.align = 32
+            builder.store(builder.fadd(old, row), pointer).align = 32
+        return context.get_dummy_value()
+
+    return types.none(target, index, start, columns), codegen
+
+
+@intrinsic
+def load_block(typingctx, blocks, block):
+    """Load the eight fields of history block `block` from blocks (m, 8, WIDTH) float32 as eight F32."""
+
+    def codegen(context, builder, sig, args):
+        base = _pointer(context, builder, sig.args[0], args[0], ir.FloatType())
+        start = builder.mul(args[1], _constant(8 * WIDTH))
+        vector = ir.VectorType(ir.FloatType(), WIDTH)
+        values = [
+            _load(builder, base, builder.add(start, _constant(WIDTH * k)), vector, 4 * WIDTH)
+            for k in range(8)
+        ]
+        return context.make_tuple(builder, sig.return_type, values)
+
+    return types.UniTuple(F32, 8)(blocks, block), codegen
+
+
+@intrinsic
+def store_block(typingctx, blocks, block, fields):
+    """Store eight F32 into history block `block` of blocks (m, 8, WIDTH) float32."""
+
+    def codegen(context, builder, sig, args):
+        base = _pointer(context, builder, sig.args[0], args[0], ir.FloatType())
+        start = builder.mul(args[1], _constant(8 * WIDTH))
+        vector = ir.VectorType(ir.FloatType(), WIDTH)
+        for k in range(8):
+            pointer = builder.gep(base, [builder.add(start, _constant(WIDTH * k))])
+            store = builder.store(
+                builder.extract_value(args[2], k), builder.bitcast(pointer, vector.as_pointer())
+            )
+            store.align = 4 * WIDTH
+        return context.get_dummy_value()
+
+    return types.none(blocks, block, fields), codegen
+
+
+law = njit(forceinline=True, error_model="numpy", fastmath={"contract", "nsz"})
+"""Decorator of a force law: compiled for floats or lanes and inlined where it is called."""

@@ -1,0 +1,513 @@
+"""A simulation as Python sees it: particles, walls, laws, and time."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from dem import neighbours as nb
+from dem.clusters_setup import build_clusters
+from dem.contact.registry import Laws, attraction_reach, pair_properties
+from dem.errors import BlowUpError
+from dem.lanes import WIDTH
+from dem.state import (
+    GHOSTS,
+    Pairs,
+    WallContacts,
+    new_pairs,
+    new_particles,
+    new_wall_contacts,
+    no_clusters,
+    place_ghosts,
+)
+from dem.step import DONE, OVERLAP, advance
+from dem.walls.builder import WallSet
+from dem.walls.contacts import find_wall_contacts
+
+CHECK_INTERVAL = 2000  # steps between searches for NaN
+
+
+@dataclass(frozen=True)
+class Air:
+    """Still air: density [kg/m3] and dynamic viscosity [Pa s]."""
+
+    density: float = 1.2
+    viscosity: float = 1.8e-5
+
+
+@dataclass(frozen=True)
+class SkinPolicy:
+    """How far a particle may travel before the pair list is made again.
+
+    base: share of the radius, for grains at rest; horizon: number of steps of present speed.
+    """
+
+    base: float = 0.05
+    horizon: int = 40
+
+
+class Simulation:
+    """Spheres, rigid clusters and walls under gravity.
+
+    Parameters
+    ----------
+    materials : dict of str to Material; particles and walls name theirs.
+    contacts : dict of (str, str) to ContactParameters; every pair that can meet must be there, in either order.
+    laws : Laws
+    time_step : [s]
+    gravity : (3,) [m/s2]
+    precision : 'mixed' (float32 forces, exact separations) or 'double' (float64 throughout)
+    walls : WallSet
+    overlap_limit : share of the radius at which a run is stopped as blown up
+
+    Raises ValueError for laws that cannot be combined or a pair of materials without parameters.
+    """
+
+    def __init__(
+        self,
+        materials,
+        contacts,
+        *,
+        laws=None,
+        time_step,
+        gravity=(0.0, 0.0, -9.81),
+        precision="mixed",
+        walls=None,
+        air=None,
+        overlap_limit=0.2,
+        skin=None,
+    ):
+        self.laws = laws or Laws()
+        self.codes = self.laws.codes()
+        self.materials = dict(materials)
+        self.material_names = list(self.materials)
+        self.time_step = float(time_step)
+        self.gravity = np.asarray(gravity, float)
+        self.precision = precision
+        self.walls = walls or WallSet()
+        self.wall_state = self.walls.compile(self.material_names)
+        self.air = np.array([air.density, air.viscosity] if air else [0.0, 0.0])
+        self.overlap_limit = float(overlap_limit)
+        self.skin = skin or SkinPolicy()
+        self._compile_properties(dict(contacts))
+        self.n = 0
+        self.steps = 0
+        self.rebuilds = 0
+        self.particles = new_particles(0, precision)
+        self.clusters = no_clusters()
+        self.row_of = np.zeros(0, np.int64)
+        self._next_tag = 0
+        self._stale = True
+        self._pair_count = self._wall_count = 0
+        self._pairs, self._old_pairs = new_pairs(64, precision), new_pairs(64, precision)
+        self._make_wall_room(64)
+        self._resize_scratch()
+
+    # --- set-up ------------------------------------------------------------------------------------------------------
+
+    def _compile_properties(self, contacts):
+        names, rows = self.material_names, []
+        size = len(names)
+        self.kind_of = np.zeros((size, size), np.int32)
+        for a in range(size):
+            for b in range(a, size):
+                pair = contacts.get((names[a], names[b])) or contacts.get((names[b], names[a]))
+                if pair is None:
+                    if a == b or not self._can_meet(names[a], names[b]):
+                        self.kind_of[a, b] = self.kind_of[b, a] = -1
+                        continue
+                    raise ValueError(f"no contact parameters for {names[a]} and {names[b]}")
+                self.kind_of[a, b] = self.kind_of[b, a] = len(rows)
+                ma, mb = self.materials[names[a]], self.materials[names[b]]
+                rows.append(pair_properties(self.laws, ma, mb, pair))
+        self.properties = rows
+        self.table = np.array(rows, float)
+
+    def _can_meet(self, a, b):
+        return not (self.walls.uses(a) and self.walls.uses(b))
+
+    @property
+    def time(self):
+        """Simulated time [s]."""
+        return self.steps * self.time_step
+
+    def add_particles(self, position, radius, *, velocity=0.0, spin=0.0, material=None):
+        """Add spheres.
+
+        position (m, 3) [m]; radius (m,) or scalar [m]; velocity, spin (m, 3) or scalar [m/s], [rad/s]; material: a name,
+        the first one by default. Returns their tags (m,).
+        """
+        position = np.atleast_2d(np.asarray(position, float))
+        m = len(position)
+        name = material or self.material_names[0]
+        code = self.material_names.index(name)
+        # float32 values, so that the sum of two radii is the same in both precisions
+        radius = np.broadcast_to(np.asarray(radius, np.float32).astype(float), m)
+        mass = 4.0 / 3.0 * math.pi * radius**3 * self.materials[name].density
+        velocity = np.broadcast_to(np.asarray(velocity, float), (m, 3))
+        spin = np.broadcast_to(np.asarray(spin, float), (m, 3))
+        old, n = self.particles, self.n
+        new = new_particles(n + m, self.precision)
+        for a, b in zip(old, new, strict=True):
+            b[:n] = a[:n]
+        rows = slice(n, n + m)
+        new.position[rows, :3] = position
+        new.kinetic[rows, 0:3], new.kinetic[rows, 3:6] = velocity, spin
+        new.kinetic[rows, 6], new.kinetic[rows, 7] = radius, mass
+        new.half[rows, 0:3] = velocity - 0.5 * self.time_step * self.gravity
+        new.half[rows, 3:6] = spin
+        new.half[rows, 6], new.half[rows, 7] = 1.0 / mass, 1.0 / (0.4 * mass * radius**2)
+        tags = np.arange(self._next_tag, self._next_tag + m)
+        new.tag[rows], new.material[rows] = tags, code
+        self._next_tag += m
+        self.particles, self.n = new, n + m
+        self._resize_scratch()
+        return tags
+
+    def add_cluster(self, position, radius, *, velocity=(0.0, 0.0, 0.0), material=None):
+        """Add one rigid body of bonded spheres at position (m, 3) [m] with radius (m,) [m]; overlaps count once per sphere.
+
+        The body's mass is the sum of its spheres'. Returns its number.
+        """
+        tags = self.add_particles(position, radius, velocity=velocity, material=material)
+        self.clusters = build_clusters(
+            self.clusters, self.particles, self.n, tags, np.asarray(velocity, float)
+        )
+        return len(self.clusters.mass) - 1
+
+    def remove(self, tags):
+        """Take particles out of the simulation; members of clusters cannot be removed."""
+        gone = np.isin(self.particles.tag[: self.n], tags)
+        if not gone.any():
+            return
+        assert not (self.particles.cluster[: self.n][gone] >= 0).any(), (
+            "cannot remove a cluster's member"
+        )
+        keep = np.flatnonzero(~gone)
+        new = new_particles(len(keep), self.precision)
+        for a, b in zip(self.particles, new, strict=True):
+            b[: len(keep)] = a[keep]
+        new_row = np.full(self.n + GHOSTS, -1, np.int64)
+        new_row[keep] = np.arange(len(keep))
+        self._drop_contacts(new_row)
+        self.particles, self.n = new, len(keep)
+        self._resize_scratch()
+
+    def _drop_contacts(self, new_row):
+        """Renumber the lists' rows and forget the history of contacts whose particle is gone."""
+        count = self._pair_count
+        for array in (self._pairs.first, self._pairs.second):
+            array[:count] = new_row[array[:count]]
+        lost = (self._pairs.first[:count] < 0) | (self._pairs.second[:count] < 0)
+        blocks, lanes = np.divmod(np.flatnonzero(lost), WIDTH)
+        self._pairs.history[blocks, :, lanes] = 0.0
+        walls = self._walls_list
+        walls.particle[: self._wall_count] = new_row[walls.particle[: self._wall_count]]
+        walls.history[: self._wall_count][walls.particle[: self._wall_count] < 0] = 0.0
+
+    def _resize_scratch(self):
+        rows = self.n + GHOSTS
+        place_ghosts(self.particles, self.n)
+        self._reach = np.zeros(rows)
+        self._level = np.zeros(rows, np.int32)
+        self._cell = np.zeros(rows, np.int64)
+        self._order = np.zeros(rows, np.int64)
+        self._new_row = np.zeros(rows, np.int64)
+        self._head = np.zeros(rows, np.int64)
+        self._spare = new_particles(self.n, self.precision)
+        self._stale = True
+
+    def _make_wall_room(self, capacity):
+        self._walls_list = new_wall_contacts(capacity)
+        self._old_walls = new_wall_contacts(capacity)
+        self._found = np.zeros((capacity, 2), np.int32)
+        self._geometry, self._feature = np.zeros((capacity, 4)), np.zeros(capacity, np.int32)
+
+    # --- the lists ---------------------------------------------------------------------------------------------------
+
+    def _rebuild(self):
+        """Sort the particles in space and list the pairs and wall contacts that may touch."""
+        p, n, w = self.particles, self.n, self.wall_state
+        horizon = self.skin.horizon * self.time_step
+        nb.assign_skins(n, p, self.skin.base, horizon, float(np.linalg.norm(self.gravity)))
+        reach, level = self._reach, self._level
+        cell_size, dims = np.zeros(nb.LEVELS), np.zeros((nb.LEVELS, 3), np.int64)
+        first_cell, low = np.zeros(nb.LEVELS + 1, np.int64), np.zeros(3)
+        widest = self._attraction(n)
+        nb.plan_grids(n, p, reach, level, cell_size, dims, first_cell, low, 0.5 * widest)
+        start = np.zeros(first_cell[-1] + 1, np.int64)
+        nb.counting_sort(
+            n, p, level, cell_size, dims, first_cell, low, self._cell, start, self._order
+        )
+        self._permute()
+        new_row = self._new_row
+        new_row[self._order[:n]] = np.arange(n)
+        new_row[n:] = np.arange(n, n + GHOSTS)
+        speed = np.linalg.norm(w.velocity, axis=1) + np.linalg.norm(w.spin, axis=1) * w.extent
+        self._allowance = horizon * speed + np.where(w.mass > 0, 1e-4, 0.0)
+        w.travel[:] = 0.0
+        grid = (cell_size, dims, first_cell, low, start)
+        self._renew_pairs(reach, level, grid, new_row)
+        self._renew_walls(reach, grid, new_row)
+        self.rebuilds += 1
+        self._stale = False
+
+    def _attraction(self, n):
+        """Widest gap [m] that any contact can bridge."""
+        if self.laws.cohesion not in ("jkr", "liquid_bridge") or n == 0:
+            return 0.0
+        largest = float(self.particles.kinetic[:n, 6].max())
+        return max(attraction_reach(self.codes, row, largest) for row in self.properties)
+
+    def _permute(self):
+        n, order = self.n, self._order
+        for array, spare in zip(self.particles, self._spare, strict=True):
+            permute = nb.permute_rows if array.ndim == 2 else nb.permute_values
+            permute(n, array, order, spare)
+        permute = nb.permute_values
+        permute(n, self._reach, order, np.empty(n))
+        permute(n, self._level, order, np.empty(n, np.int32))
+        self.row_of = np.full(self._next_tag, -1, np.int64)
+        self.row_of[self.particles.tag[:n]] = np.arange(n)
+
+    def _renew_pairs(self, reach, level, grid, new_row):
+        old, old_count = self._pairs, self._pair_count
+        new = self._old_pairs
+        present = np.unique(self.particles.material[: self.n])
+        kinds = np.unique(self.kind_of[np.ix_(present, present)])
+        while True:
+            count = nb.find_pairs(
+                self.n, self.particles, reach, level, *grid, self.kind_of, kinds, new
+            )
+            if count <= len(new.first):
+                break
+            new = new_pairs(int(1.3 * count) + 64, self.precision)
+        nb.carry_history(
+            old, old_count, new, count, new_row, self._head, np.zeros(old_count, np.int64)
+        )
+        self._pairs, self._old_pairs, self._pair_count = new, old, count
+
+    def _renew_walls(self, reach, grid, new_row):
+        old, old_count = self._walls_list, self._wall_count
+        while True:
+            count = find_wall_contacts(
+                self.n,
+                self.particles,
+                self.wall_state,
+                self._allowance,
+                reach,
+                *grid,
+                self._old_walls,
+                self._found,
+            )
+            if count <= len(self._found):
+                break
+            self._make_wall_room(int(1.3 * count) + 64)
+        new = self._old_walls
+        nb.carry_wall_history(
+            old, old_count, new, count, new_row, self._head, np.zeros(old_count, np.int64)
+        )
+        self._walls_list, self._wall_count = new, count
+        self._old_walls = (
+            old if len(old.particle) == len(new.particle) else new_wall_contacts(len(new.particle))
+        )
+
+    # --- time --------------------------------------------------------------------------------------------------------
+
+    def advance(self, steps):
+        """Advance by a number of steps. Raises BlowUpError when the run has become unphysical."""
+        left = int(steps)
+        while left > 0:
+            if self._stale:
+                self._rebuild()
+            done, status, pair = advance(
+                min(left, CHECK_INTERVAL),
+                self.n,
+                self.time_step,
+                self.gravity,
+                self.codes,
+                self.table,
+                self.kind_of,
+                self.air,
+                self.overlap_limit,
+                self.particles,
+                self._pairs,
+                self._pair_count,
+                self.wall_state,
+                self._walls_list,
+                self._wall_count,
+                self._allowance,
+                self._geometry,
+                self._feature,
+                self.clusters,
+                self.row_of,
+            )
+            self.steps += done
+            left -= done
+            self._stale = status != DONE
+            if status == OVERLAP:
+                self._report_overlap(pair)
+            if left == 0 or self.steps % CHECK_INTERVAL < done:
+                self._check_finite()
+
+    def _report_overlap(self, pair):
+        last = min(pair + WIDTH, self._pair_count)
+        i, j = self._pairs.first[pair:last], self._pairs.second[pair:last]
+        p, k = self.particles.position[:, :3], self.particles.kinetic
+        gap = np.linalg.norm(p[i] - p[j], axis=1) - k[i, 6] - k[j, 6]
+        worst = int(np.argmin(gap / np.minimum(k[i, 6], k[j, 6])))
+        row = i[worst]
+        raise BlowUpError(
+            particle=int(self.particles.tag[row]),
+            time=self.time,
+            reason=f"overlap of {-gap[worst] / k[row, 6]:.2f} radii with particle "
+            f"{int(self.particles.tag[j[worst]])} (limit {self.overlap_limit:g})",
+            hint="the time step is too large, the modulus too soft, or particles were generated inside each other",
+        )
+
+    def _check_finite(self):
+        bad = ~np.isfinite(self.particles.kinetic[: self.n]).all(axis=1)
+        bad |= ~np.isfinite(self.particles.position[: self.n, :3]).all(axis=1)
+        if bad.any():
+            row = int(np.flatnonzero(bad)[0])
+            raise BlowUpError(
+                particle=int(self.particles.tag[row]),
+                time=self.time,
+                reason="position or velocity is not a number",
+                hint="the time step is too large for the contact stiffness",
+            )
+
+    # --- what can be seen --------------------------------------------------------------------------------------------
+
+    def _by_tag(self, array):
+        return np.asarray(array[: self.n], float)[np.argsort(self.particles.tag[: self.n])]
+
+    @property
+    def tag(self):
+        """(n,) tags in ascending order: the order of all arrays below."""
+        return np.sort(self.particles.tag[: self.n])
+
+    @property
+    def position(self):
+        """(n, 3) [m]."""
+        return self._by_tag(self.particles.position)[:, :3]
+
+    @property
+    def velocity(self):
+        """(n, 3) [m/s] at the full step."""
+        return self._by_tag(self.particles.kinetic)[:, :3]
+
+    @property
+    def spin(self):
+        """(n, 3) angular velocity [rad/s] at the full step."""
+        return self._by_tag(self.particles.kinetic)[:, 3:6]
+
+    @property
+    def radius(self):
+        """(n,) [m]."""
+        return self._by_tag(self.particles.kinetic)[:, 6]
+
+    @property
+    def mass(self):
+        """(n,) [kg]."""
+        return self._by_tag(self.particles.kinetic)[:, 7]
+
+    def kinetic_energy(self):
+        """Energy of motion and spin of all particles [J]."""
+        k = self.particles.kinetic[: self.n].astype(float)
+        inertia = 0.4 * k[:, 7] * k[:, 6] ** 2
+        return 0.5 * float(
+            (k[:, 7] * (k[:, :3] ** 2).sum(1) + inertia * (k[:, 3:6] ** 2).sum(1)).sum()
+        )
+
+    def contacts(self):
+        """Sphere contacts that transmit force: (m, 2) tags and (m, 3) tangential spring force on the first [N]."""
+        blocks = self._pair_count // WIDTH
+        held = (self._pairs.history[:blocks, 6, :] != 0.0).reshape(-1)
+        tag = self.particles.tag
+        rows = np.flatnonzero(held)
+        ends = np.stack([tag[self._pairs.first[rows]], tag[self._pairs.second[rows]]], axis=1)
+        spring = self._pairs.history[:blocks, :3, :].transpose(0, 2, 1).reshape(-1, 3)[rows]
+        return ends, np.asarray(spring, float)
+
+    def wall_contact_count(self):
+        """Number of contacts with walls."""
+        return int((self._walls_list.history[: self._wall_count, 6] != 0.0).sum())
+
+    def wall_force(self, name):
+        """Force of the particles on a wall body at the last step (3,) [N]."""
+        return self.wall_state.force[self.walls.index(name)].copy()
+
+    def wall_impulse(self, name):
+        """Time integral of that force since the start (3,) [N s]; differences give mean forces."""
+        return self.wall_state.impulse[self.walls.index(name)].copy()
+
+    def wall_origin(self, name):
+        """Position of a wall body's origin (3,) [m]."""
+        return self.wall_state.origin[self.walls.index(name)].copy()
+
+    def move_wall(self, name, *, velocity=None, spin=None, load=None):
+        """Change a wall body's prescribed velocity (3,) [m/s], spin (3,) [rad/s] or load along its free axis [N]."""
+        b, w = self.walls.index(name), self.wall_state
+        if velocity is not None:
+            w.velocity[b] = velocity
+        if spin is not None:
+            w.spin[b] = spin
+        if load is not None:
+            w.load[b] = load
+        self._stale = True
+
+    # --- checkpoint --------------------------------------------------------------------------------------------------
+
+    def state_dict(self):
+        """Everything that determines the future, as arrays for `numpy.savez`; see `restore`."""
+        out = {f"particles_{k}": np.array(v[: self.n]) for k, v in self.particles._asdict().items()}
+        out |= {f"walls_{k}": v for k, v in self.wall_state._asdict().items()}
+        out |= {f"clusters_{k}": v for k, v in self.clusters._asdict().items()}
+        out |= {"pairs_first": self._pairs.first[: self._pair_count]}
+        out |= {"pairs_second": self._pairs.second[: self._pair_count]}
+        out |= {"pairs_kind": self._pairs.kind[: self._pair_count // WIDTH]}
+        out |= {"pairs_history": self._pairs.history[: self._pair_count // WIDTH]}
+        for k, v in self._walls_list._asdict().items():
+            out[f"contacts_{k}"] = v[: self._wall_count]
+        out["allowance"] = getattr(self, "_allowance", np.zeros(len(self.wall_state.mass)))
+        out["row_of"] = self.row_of
+        out["counters"] = np.array(
+            [
+                self.steps,
+                self.rebuilds,
+                self._next_tag,
+                self._pair_count,
+                self._wall_count,
+                self._stale,
+            ]
+        )
+        return out
+
+    def restore(self, saved):
+        """Continue from `state_dict` of a simulation that was set up alike; the future is the same to the bit."""
+        self.steps, self.rebuilds, self._next_tag, pair_count, wall_count, stale = (
+            int(v) for v in saved["counters"]
+        )
+        self.n = len(saved["particles_tag"])
+        self.particles = new_particles(self.n, self.precision)
+        self._resize_scratch()
+        for k, v in self.particles._asdict().items():
+            v[: self.n] = saved[f"particles_{k}"]
+        for k, v in self.wall_state._asdict().items():
+            v[:] = saved[f"walls_{k}"]
+        self.clusters = type(self.clusters)(
+            **{k: np.array(saved[f"clusters_{k}"]) for k in self.clusters._fields}
+        )
+        self._pairs, self._old_pairs = (
+            new_pairs(pair_count + 64, self.precision) for _ in range(2)
+        )
+        for k in Pairs._fields:
+            rows = saved[f"pairs_{k}"]
+            getattr(self._pairs, k)[: len(rows)] = rows
+        self._make_wall_room(wall_count + 64)
+        for k in WallContacts._fields:
+            getattr(self._walls_list, k)[:wall_count] = saved[f"contacts_{k}"]
+        self._pair_count, self._wall_count = pair_count, wall_count
+        self._allowance, self.row_of = np.array(saved["allowance"]), np.array(saved["row_of"])
+        self._stale = bool(stale)

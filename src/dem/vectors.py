@@ -1,0 +1,39 @@
+"""Three-vectors as tuples, for floats and lanes alike."""
+
+from dem.lanes import law
+
+
+@law
+def dot(a, b):
+    """Scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@law
+def cross(a, b):
+    """Vector product."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+@law
+def add(a, b):
+    """a + b."""
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+@law
+def subtract(a, b):
+    """a - b."""
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+@law
+def scale(factor, a):
+    """factor * a."""
+    return (factor * a[0], factor * a[1], factor * a[2])
+
+
+@law
+def reject(a, n):
+    """The part of `a` that is normal to the unit vector `n`."""
+    return subtract(a, scale(dot(a, n), n))

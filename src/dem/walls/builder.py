@@ -1,0 +1,141 @@
+"""Walls as Python sees them: named rigid bodies made of planes, surfaces of revolution, rectangles and meshes."""
+
+import numpy as np
+
+from dem.walls.geometry import N_PARAMETERS, PLANE, RECTANGLE, REVOLVED, TRIANGLE
+from dem.walls.state import new_walls
+
+
+class WallSet:
+    """A collection of wall bodies, each with a name, a material and a motion. All lengths in m.
+
+    Elements are given in the frame of their body, whose origin is `origin` and which starts unrotated.
+    """
+
+    def __init__(self):
+        self._bodies = []
+        self._elements = []
+
+    def body(
+        self,
+        name,
+        *,
+        material,
+        origin=(0.0, 0.0, 0.0),
+        velocity=(0.0, 0.0, 0.0),
+        spin=(0.0, 0.0, 0.0),
+        free=None,
+    ):
+        """Begin a new body; elements added next belong to it. Returns self.
+
+        velocity [m/s] of the origin, spin [rad/s] about it. free: dict with mass [kg], axis (3,), load [N] along the
+        axis and optionally drag [N s/m]: the body then moves along the axis by its load, its weight and the particles.
+        """
+        if any(b["name"] == name for b in self._bodies):
+            raise ValueError(f"there is already a wall body named {name!r}")
+        self._bodies.append(
+            {
+                "name": name,
+                "material": material,
+                "origin": origin,
+                "velocity": velocity,
+                "spin": spin,
+                "free": free,
+            }
+        )
+        return self
+
+    def _add(self, kind, numbers, corner=(-1, -1, -1), extent=0.0):
+        self._elements.append((kind, numbers, len(self._bodies) - 1, corner, extent))
+        return self
+
+    def plane(self, point, normal):
+        """Half space behind an unbounded plane; `normal` points to the free side."""
+        normal = np.asarray(normal, float)
+        return self._add(PLANE, [*point, *(normal / np.linalg.norm(normal))])
+
+    def revolved(self, r0, z0, r1, z1):
+        """The segment (r0, z0)-(r1, z1) turned about the body's z axis, seen from both sides."""
+        return self._add(
+            REVOLVED, [r0, z0, r1, z1], extent=np.hypot(max(r0, r1), max(abs(z0), abs(z1)))
+        )
+
+    def disc(self, radius, z=0.0):
+        """Flat disc normal to z, with its rim."""
+        return self.revolved(0.0, z, radius, z)
+
+    def cylinder(self, radius, z0, z1):
+        """Open cylinder about z."""
+        return self.revolved(radius, z0, radius, z1)
+
+    def frustum(self, r0, z0, r1, z1):
+        """Open cone about z: a funnel's flank."""
+        return self.revolved(r0, z0, r1, z1)
+
+    def rectangle(self, centre, half_u, half_v):
+        """Rectangle with half edges half_u, half_v (3,), seen from both sides."""
+        centre, half_u, half_v = (np.asarray(v, float) for v in (centre, half_u, half_v))
+        extent = np.linalg.norm(centre) + np.linalg.norm(half_u) + np.linalg.norm(half_v)
+        return self._add(RECTANGLE, [*centre, *half_u, *half_v], extent=extent)
+
+    def box(self, low, high, *, lid=False):
+        """Five rectangles that enclose low..high, open at the top unless `lid`."""
+        low, high = np.asarray(low, float), np.asarray(high, float)
+        c, h = 0.5 * (low + high), 0.5 * (high - low)
+        e = np.eye(3)
+        for axis, (u, v) in enumerate(((1, 2), (2, 0), (0, 1))):
+            for side in (-1.0, 1.0):
+                if axis == 2 and side > 0 and not lid:
+                    continue
+                self.rectangle(c + side * h[axis] * e[axis], h[u] * e[u], h[v] * e[v])
+        return self
+
+    def mesh(self, vertices, triangles):
+        """Triangle mesh: vertices (v, 3) [m], triangles (t, 3) vertex numbers; shared vertices must be shared numbers."""
+        vertices = np.asarray(vertices, float)
+        for corner in np.asarray(triangles):
+            points = vertices[corner]
+            self._add(TRIANGLE, points.ravel(), corner, float(np.linalg.norm(points, axis=1).max()))
+        return self
+
+    def index(self, name):
+        """Number of a body. Raises KeyError."""
+        for k, b in enumerate(self._bodies):
+            if b["name"] == name:
+                return k
+        raise KeyError(
+            f"no wall body named {name!r}; there are: {', '.join(b['name'] for b in self._bodies)}"
+        )
+
+    def uses(self, material):
+        """Whether any body is of this material."""
+        return any(b["material"] == material for b in self._bodies)
+
+    @property
+    def elements(self):
+        """(kind, parameters, body name) of each element, for pictures."""
+        return [(k, list(p), self._bodies[b]["name"]) for k, p, b, _, _ in self._elements]
+
+    def compile(self, material_names):
+        """Arrays for the kernels. Raises ValueError for a material that is not among `material_names`."""
+        walls = new_walls(len(self._elements), len(self._bodies))
+        for k, b in enumerate(self._bodies):
+            if b["material"] not in material_names:
+                raise ValueError(f"wall {b['name']!r}: unknown material {b['material']!r}")
+            walls.origin[k], walls.velocity[k], walls.spin[k] = (
+                b["origin"],
+                b["velocity"],
+                b["spin"],
+            )
+            if b["free"]:
+                axis = np.asarray(b["free"]["axis"], float)
+                walls.axis[k] = axis / np.linalg.norm(axis)
+                walls.mass[k], walls.load[k] = b["free"]["mass"], b["free"]["load"]
+                walls.drag[k] = b["free"].get("drag", 0.0)
+        for e, (kind, numbers, body, corner, extent) in enumerate(self._elements):
+            walls.kind[e], walls.body[e], walls.corner[e] = kind, body, corner
+            walls.parameters[e, : len(numbers)] = numbers
+            assert len(numbers) <= N_PARAMETERS
+            walls.material[e] = material_names.index(self._bodies[body]["material"])
+            walls.extent[body] = max(walls.extent[body], extent)
+        return walls
