@@ -1,0 +1,262 @@
+"""Dimensional analysis of a particle model enlarged by the length factor h.
+
+Every quantity q of the enlarged model is h**a times the original's. Which exponents are free to choose is a matter of
+dimensions alone: a quantity of the dimension M^m L^l T^t has the exponent m a_M + l a_L + t a_T, so that three held
+quantities of independent dimensions fix all others.
+
+Sources: Y. T. Feng, K. Han, D. R. J. Owen and J. Loughran, Engineering Computations 26 (2009) 599-609, for the laws;
+and 15.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+
+DIMENSIONS: dict[str, tuple[int, int, int]] = {
+    # quantity: powers of mass, length, time
+    "mass": (1, 0, 0),
+    "length": (0, 1, 0),
+    "time": (0, 0, 1),
+    "rig_length": (0, 1, 0),
+    "density": (1, -3, 0),
+    "velocity": (0, 1, -1),
+    "acceleration": (0, 1, -2),
+    "force": (1, 1, -2),
+    "energy": (1, 2, -2),
+    "modulus": (1, -1, -2),
+    "stress": (1, -1, -2),
+    "cohesion_energy_density": (1, -1, -2),
+    "stiffness": (1, 0, -2),
+    "damping_coefficient": (1, 0, -1),
+    "surface_energy": (1, 0, -2),
+    "viscosity": (1, -1, -1),
+    "angular_velocity": (0, 0, -1),
+    "moment_of_inertia": (1, 2, 0),
+    "torque": (1, 2, -2),
+    "rolling_length": (0, 1, 0),
+    "angle": (0, 0, 0),
+    "friction": (0, 0, 0),
+    "restitution": (0, 0, 0),
+}
+"""Powers of mass, length and time of every quantity known; `rig_length` is the apparatus, `length` the particle."""
+
+GROUPS: dict[str, dict[str, float]] = {
+    # dimensionless group: powers of its quantities
+    "Froude number v2/(g L)": {"velocity": 2, "acceleration": -1, "length": -1},
+    "relative overlap rho v2/E": {"density": 1, "velocity": 2, "modulus": -1},
+    "weight to stiffness rho g L/E": {"density": 1, "acceleration": 1, "length": 1, "modulus": -1},
+    "Bond number gamma/(rho g L2)": {
+        "surface_energy": 1,
+        "density": -1,
+        "acceleration": -1,
+        "length": -2,
+    },
+    "adhesion to stiffness gamma/(E L)": {"surface_energy": 1, "modulus": -1, "length": -1},
+    "cohesion number C/(rho g L)": {
+        "cohesion_energy_density": 1,
+        "density": -1,
+        "acceleration": -1,
+        "length": -1,
+    },
+    "rolling-resistance number l_r/L": {"rolling_length": 1, "length": -1},
+    "particle to rig L/D": {"length": 1, "rig_length": -1},
+}
+"""Dimensionless groups that a model must keep to behave alike, as powers of the quantities in `DIMENSIONS`."""
+
+
+class ScalingError(ValueError):
+    """A scaling rule that does not fix what is asked of it."""
+
+
+class OverdeterminedError(ScalingError):
+    """Held quantities whose exponents contradict each other; `conflict` names the smallest such set."""
+
+    def __init__(self, conflict: Mapping[str, Fraction], demanded: Fraction):
+        self.conflict, self.demanded = dict(conflict), demanded
+        *others, last = self.conflict
+        said = ", ".join(f"{q} ~ h^{a}" for q, a in self.conflict.items())
+        super().__init__(
+            f"the held quantities contradict each other: {said}; given {', '.join(others) or 'no other'}, "
+            f"{last} must go as h^{demanded}"
+        )
+
+
+class UnderdeterminedError(ScalingError):
+    """A quantity whose exponent the held ones leave open; `quantity` and `held` name them."""
+
+    def __init__(self, quantity: str, held: Mapping[str, Fraction]):
+        self.quantity, self.held = quantity, dict(held)
+        super().__init__(
+            f"holding {', '.join(held) or 'nothing'} leaves the exponent of {quantity} open"
+        )
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A scaling rule: `held` maps quantities to their exponents of h, `source` says where it is stated."""
+
+    name: str
+    held: Mapping[str, float]
+    source: str
+
+
+PAPER_RULE = Rule(
+    "paper",
+    {"length": 1, "density": 0, "velocity": 0},
+    "the paper, 1.2.2: density and velocity are invariant",
+)
+GRAVITY_RULE = Rule(
+    "gravity-consistent",
+    {"length": 1, "density": 0, "acceleration": 0},
+    "Froude scaling: density and gravity are invariant",
+)
+RULES = {rule.name: rule for rule in (PAPER_RULE, GRAVITY_RULE)}
+
+
+def exponent(quantity: str, held: Mapping[str, float]) -> Fraction:
+    """Exponent of the length factor h in the factor of `quantity`.
+
+    Parameters
+    ----------
+    quantity : key of `DIMENSIONS`
+    held : the quantities held, each with its exponent of h (0: unchanged; length 1: enlarged h times)
+
+    Raises
+    ------
+    KeyError : a quantity that `DIMENSIONS` does not list
+    OverdeterminedError : the held exponents contradict each other
+    UnderdeterminedError : the held quantities do not fix this one
+    """
+    held = _exact(held)
+    check_consistent(held)
+    return _exponent(quantity, held)
+
+
+def exponents(held: Mapping[str, float]) -> dict[str, Fraction]:
+    """Exponent of h of every quantity in `DIMENSIONS`; raises as `exponent` does."""
+    held = _exact(held)
+    check_consistent(held)
+    return {quantity: _exponent(quantity, held) for quantity in DIMENSIONS}
+
+
+def factors(held: Mapping[str, float], h: float) -> dict[str, float]:
+    """Factor h**exponent of every quantity in `DIMENSIONS` for the length factor `h` > 0; raises as `exponent` does."""
+    if not h > 0:
+        raise ScalingError(f"the length factor must be above 0, not {h}")
+    return {quantity: float(h) ** float(a) for quantity, a in exponents(held).items()}
+
+
+def independent(quantities: list[str]) -> int:
+    """Number of independent dimensions among `quantities` (3 are needed to fix a mechanical model)."""
+    return int(np.linalg.matrix_rank([_dimension(q) for q in quantities])) if quantities else 0
+
+
+def check_consistent(held: Mapping[str, float]) -> None:
+    """Raise `OverdeterminedError`, naming the smallest set of `held` quantities that contradict each other."""
+    held, names = _exact(held), list(held)
+    for size in range(1, min(len(names), 4) + 1):  # four quantities always depend on one another
+        for subset in combinations(names, size):
+            *others, last = subset
+            weights = _combination(_dimension(last), others)
+            if weights is None:
+                continue
+            demanded = sum((w * held[q] for w, q in zip(weights, others, strict=True)), Fraction(0))
+            if demanded != held[last]:
+                raise OverdeterminedError({q: held[q] for q in subset}, demanded)
+
+
+def group_exponents(settings: Mapping[str, float]) -> pd.DataFrame:
+    """Which dimensionless groups an enlarged model keeps.
+
+    Parameters
+    ----------
+    settings : exponent of h actually given to each quantity a group of `GROUPS` needs (see `settings_of`)
+
+    Returns
+    -------
+    DataFrame with columns group, exponent (of h, in the group), kept (exponent is 0)
+    """
+    rows = []
+    for group, powers in GROUPS.items():
+        a = sum(
+            Fraction(power) * Fraction(settings[q]).limit_denominator(60)
+            for q, power in powers.items()
+        )
+        rows.append({"group": group, "exponent": a, "kept": a == 0})
+    return pd.DataFrame(rows)
+
+
+def settings_of(rule: Rule, unscaled: tuple[str, ...] = ()) -> dict[str, Fraction]:
+    """Exponents a simulation is set up with: the rule's, save that each quantity in `unscaled` keeps its value.
+
+    Real gravity, a measured surface energy or the laboratory's funnel are not scaled because a rule asks for it:
+    naming them in `unscaled` shows with `group_exponents` what that breaks.
+    """
+    settings = exponents(rule.held)
+    unknown = set(unscaled) - set(settings)
+    if unknown:
+        raise ScalingError(
+            f"no such quantity: {', '.join(sorted(unknown))}; known are {', '.join(settings)}"
+        )
+    return settings | dict.fromkeys(unscaled, Fraction(0))
+
+
+def damping_ratio_exponent(stiffness: float, damping: float, mass: float) -> Fraction:
+    """Exponent of the damping ratio c / (2 sqrt(k m)), which alone sets the restitution of a linear contact."""
+    return Fraction(damping) - (Fraction(stiffness) + Fraction(mass)) / 2
+
+
+def rule_table(rules: Mapping[str, Rule] = RULES) -> pd.DataFrame:
+    """Exponents of h side by side: a row a quantity, a column a rule."""
+    return pd.DataFrame({name: exponents(rule.held) for name, rule in rules.items()}).rename_axis(
+        "quantity"
+    )
+
+
+def _exact(held: Mapping[str, float]) -> dict[str, Fraction]:
+    return {quantity: Fraction(a).limit_denominator(60) for quantity, a in held.items()}
+
+
+def _exponent(quantity: str, held: Mapping[str, Fraction]) -> Fraction:
+    weights = _combination(_dimension(quantity), list(held))
+    if weights is None:
+        raise UnderdeterminedError(quantity, held)
+    return sum((w * a for w, a in zip(weights, held.values(), strict=True)), Fraction(0))
+
+
+def _dimension(quantity: str) -> tuple[int, int, int]:
+    if quantity not in DIMENSIONS:
+        raise KeyError(f"no dimension is known for {quantity!r}; known are {', '.join(DIMENSIONS)}")
+    return DIMENSIONS[quantity]
+
+
+def _combination(target: tuple[int, int, int], quantities: list[str]) -> list[Fraction] | None:
+    """Powers of `quantities` whose product has the dimension `target`; None where there are none.
+
+    Gauss-Jordan elimination in exact fractions; a quantity that adds no new dimension gets the power 0.
+    """
+    columns = [_dimension(q) for q in quantities] + [target]
+    rows = [[Fraction(column[i]) for column in columns] for i in range(3)]
+    pivots: list[int] = []
+    for j in range(len(quantities)):
+        free = [i for i in range(len(pivots), 3) if rows[i][j]]
+        if not free:
+            continue
+        top = len(pivots)
+        rows[top], rows[free[0]] = rows[free[0]], rows[top]
+        rows[top] = [value / rows[top][j] for value in rows[top]]
+        for i in set(range(3)) - {top}:
+            rows[i] = [
+                value - rows[i][j] * above for value, above in zip(rows[i], rows[top], strict=True)
+            ]
+        pivots.append(j)
+    if any(row[-1] for row in rows[len(pivots) :]):
+        return None
+    weights = [Fraction(0)] * len(quantities)
+    for row, j in zip(rows, pivots, strict=False):
+        weights[j] = row[-1]
+    return weights

@@ -1,0 +1,151 @@
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from calibration.scaling import (
+    DIMENSIONS,
+    GRAVITY_RULE,
+    PAPER_RULE,
+    OverdeterminedError,
+    ScalingError,
+    UnderdeterminedError,
+    damping_ratio_exponent,
+    exponent,
+    exponents,
+    factors,
+    group_exponents,
+    independent,
+    rule_table,
+    settings_of,
+)
+
+
+def broken(settings):
+    table = group_exponents(settings)
+    return {name.split()[0] for name in table.group[~table.kept]}
+
+
+def test_paper_rule_gives_its_own_equations():
+    rule = PAPER_RULE.held
+    assert exponent("mass", rule) == 3  # Eq. 5
+    assert exponent("force", rule) == 2  # Eq. 6
+    assert exponent("modulus", rule) == 0  # Eq. 8
+    assert exponent("stiffness", rule) == 1
+    assert exponent("time", rule) == 1
+    assert exponent("acceleration", rule) == -1
+
+
+def test_gravity_rule_is_froude_scaling():
+    rule = GRAVITY_RULE.held
+    assert exponent("time", rule) == Fraction(1, 2)
+    assert exponent("velocity", rule) == Fraction(1, 2)
+    assert exponent("force", rule) == 3
+    assert exponent("modulus", rule) == 1
+    assert exponent("surface_energy", rule) == 2
+    assert factors(rule, 4.0)["velocity"] == pytest.approx(2.0)
+
+
+def test_equation_4_contradicts_itself_and_the_conflict_is_named():
+    with pytest.raises(OverdeterminedError, match=r"density.*h\^-2") as error:
+        exponent("force", {"length": 1, "mass": 1, "density": 0})
+    assert set(error.value.conflict) == {"length", "mass", "density"}
+
+
+def test_paper_rule_with_real_gravity_is_a_contradiction():
+    with pytest.raises(OverdeterminedError) as error:
+        exponents({**PAPER_RULE.held, "acceleration": 0})
+    assert set(error.value.conflict) == {"length", "velocity", "acceleration"}
+    assert error.value.demanded == -1
+
+
+def test_a_contradiction_between_two_of_many_names_only_those():
+    with pytest.raises(OverdeterminedError) as error:
+        exponents({"length": 1, "density": 0, "modulus": 0, "stress": 1})
+    assert set(error.value.conflict) == {"modulus", "stress"}
+
+
+def test_length_mass_density_leave_time_open():
+    held = {"length": 1, "mass": 3, "density": 0}
+    assert independent(list(held)) == 2
+    assert exponent("moment_of_inertia", held) == 5
+    with pytest.raises(UnderdeterminedError, match="force") as error:
+        exponent("force", held)
+    assert error.value.quantity == "force"
+
+
+def test_redundant_but_consistent_rules_are_accepted():
+    assert exponents({**PAPER_RULE.held, "modulus": 0, "mass": 3}) == exponents(PAPER_RULE.held)
+
+
+def test_dimensionless_quantities_are_never_scaled():
+    assert exponent("restitution", {}) == 0
+    with pytest.raises(OverdeterminedError):
+        exponent("length", {"length": 1, "restitution": 2})
+
+
+@given(
+    a=st.tuples(*[st.fractions(min_value=-2, max_value=2, max_denominator=4)] * 3),
+    held=st.lists(st.sampled_from(sorted(DIMENSIONS)), min_size=3, max_size=6, unique=True),
+)
+def test_exponents_are_those_of_the_units_they_were_made_from(a, held):
+    """Any consistent change of units is recovered from any quantities of independent dimensions."""
+    truth = {
+        q: sum(p * e for p, e in zip(powers, a, strict=True)) for q, powers in DIMENSIONS.items()
+    }
+    given_ = {q: truth[q] for q in held}
+    if independent(held) == 3:
+        assert exponents(given_) == truth
+    else:
+        with pytest.raises(UnderdeterminedError):
+            exponents(given_)
+
+
+def test_rules_fully_applied_keep_every_group():
+    for rule in (PAPER_RULE, GRAVITY_RULE):
+        assert broken(settings_of(rule)) == set()
+
+
+def test_what_the_paper_rule_breaks_under_real_gravity_and_surface_energy():
+    assert broken(settings_of(PAPER_RULE, ("acceleration",))) == {
+        "Froude",
+        "weight",
+        "Bond",
+        "cohesion",
+    }
+    assert "adhesion" in broken(settings_of(PAPER_RULE, ("acceleration", "surface_energy")))
+
+
+def test_what_the_gravity_rule_breaks_when_materials_or_rig_are_kept():
+    assert broken(settings_of(GRAVITY_RULE, ("surface_energy",))) == {"Bond", "adhesion"}
+    assert broken(settings_of(GRAVITY_RULE, ("rig_length",))) == {"particle"}
+    assert broken(settings_of(GRAVITY_RULE, ("modulus",))) == {"relative", "weight", "adhesion"}
+    assert broken(settings_of(GRAVITY_RULE, ("rolling_length",))) == {"rolling-resistance"}
+
+
+def test_restitution_does_not_follow_the_radius():
+    rule = PAPER_RULE.held
+    assert exponent("damping_coefficient", rule) == 2
+    assert (
+        damping_ratio_exponent(
+            exponent("stiffness", rule), exponent("damping_coefficient", rule), 3
+        )
+        == 0
+    )
+    assert damping_ratio_exponent(1, 1, 3) == -1
+
+
+def test_bad_names_and_factors_are_refused():
+    with pytest.raises(KeyError, match="colour"):
+        exponent("colour", {"length": 1})
+    with pytest.raises(ScalingError, match="colour"):
+        settings_of(PAPER_RULE, ("colour",))
+    with pytest.raises(ScalingError, match="above 0"):
+        factors(PAPER_RULE.held, 0)
+
+
+def test_rule_table_has_a_row_for_every_quantity():
+    table = rule_table()
+    assert list(table.columns) == ["paper", "gravity-consistent"]
+    assert set(table.index) == set(DIMENSIONS)
