@@ -1,12 +1,12 @@
 """Forces of all pairs: the fast path on lanes and the float64 reference path, both around `pair_contact`."""
 
-import numpy as np
 from numba import njit, types
 from numba.extending import overload
 
-from dem.contact.model import pair_contact
+from dem.contact.model import pair_contact, pair_is_active, pair_overlap
 from dem.contact.properties import properties_of
 from dem.lanes import WIDTH, any_lane, gather_pairs, load_block, minimum, scatter_add, store_block
+from dem.state import GHOSTS
 
 
 @njit(error_model="numpy")
@@ -19,14 +19,19 @@ def _pair_forces_lanes(codes, table, dt, particles, pairs, count, overlap_limit)
         separation = (g[0], g[1], g[2])
         first = (g[3], g[4], g[5], g[6], g[7], g[8], g[9], g[10])
         second = (g[11], g[12], g[13], g[14], g[15], g[16], g[17], g[18])
+        r_i, r_j = first[6], second[6]
         history = load_block(pairs.history, block)
-        on_first, on_second, overlap, history = pair_contact(
-            codes, properties_of(table, pairs.kind[block]), dt, separation, first, second, history
+        p = properties_of(table, pairs.kind[block])
+        overlap, distance = pair_overlap(separation, r_i, r_j)
+        if not any_lane(pair_is_active(codes, p, overlap, r_i, r_j, history[6])):
+            continue
+        on_first, on_second, history = pair_contact(
+            codes, p, dt, separation, distance, overlap, first, second, history
         )
         store_block(pairs.history, block, history)
         scatter_add(particles.force, pairs.first, start, on_first)
         scatter_add(particles.force, pairs.second, start, on_second)
-        if any_lane(overlap > overlap_limit * minimum(first[6], second[6])):
+        if any_lane(overlap > overlap_limit * minimum(r_i, r_j)):
             excess = start
     return excess
 
@@ -38,27 +43,21 @@ def _pair_forces_plain(codes, table, dt, particles, pairs, count, overlap_limit)
     for k in range(count):
         i, j = pairs.first[k], pairs.second[k]
         block, lane = k // WIDTH, k % WIDTH
-        p, a, b, h = (
-            particles.position,
-            particles.kinetic[i],
-            particles.kinetic[j],
-            pairs.history[block],
-        )
-        separation = (p[i, 0] - p[j, 0], p[i, 1] - p[j, 1], p[i, 2] - p[j, 2])
+        x, a, b = particles.position, particles.kinetic[i], particles.kinetic[j]
+        h = pairs.history[block]
+        separation = (x[i, 0] - x[j, 0], x[i, 1] - x[j, 1], x[i, 2] - x[j, 2])
+        p = properties_of(table, pairs.kind[block])
+        overlap, distance = pair_overlap(separation, a[6], b[6])
+        if not pair_is_active(codes, p, overlap, a[6], b[6], h[6, lane]):
+            continue
         first = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
         second = (b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7])
         history = (
-            h[0, lane],
-            h[1, lane],
-            h[2, lane],
-            h[3, lane],
-            h[4, lane],
-            h[5, lane],
-            h[6, lane],
-            h[7, lane],
-        )
-        on_first, on_second, overlap, history = pair_contact(
-            codes, properties_of(table, pairs.kind[block]), dt, separation, first, second, history
+            h[0, lane], h[1, lane], h[2, lane], h[3, lane],
+            h[4, lane], h[5, lane], h[6, lane], h[7, lane],
+        )  # fmt: skip
+        on_first, on_second, history = pair_contact(
+            codes, p, dt, separation, distance, overlap, first, second, history
         )
         for f in range(8):
             h[f, lane] = history[f]
@@ -91,9 +90,6 @@ def _pair_forces(codes, table, dt, particles, pairs, count, overlap_limit):
 @njit(error_model="numpy")
 def clear_forces(n, force):
     """Zero the force rows of n particles and the ghosts."""
-    for i in range(n + 2):
+    for i in range(n + GHOSTS):
         for f in range(8):
             force[i, f] = 0.0
-
-
-__all__ = ["clear_forces", "np", "pair_forces"]

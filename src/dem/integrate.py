@@ -1,7 +1,8 @@
 """Leapfrog: velocities at the half step, positions at the full one.
 
 v(n+1/2) = v(n-1/2) + a(n) dt,   x(n+1) = x(n) + v(n+1/2) dt.
-Forces that depend on velocity are given v(n+1) extrapolated from the last two half steps, so damping too is second order.
+Forces that depend on velocity are given v(n+1) extrapolated from the last two half steps, so damping too is second
+order.
 
 The torque of rolling resistance on the own spin acts last and as dry friction: it takes at most the spin that is there.
 """
@@ -11,44 +12,40 @@ import math
 from numba import njit
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
-def advance_particles(n, particles, gx, gy, gz, dt):
+@njit(cache=True, error_model="numpy", fastmath={"contract", "nsz"})
+def advance_particles(n, particles, gravity, dt):
     """Kick and drift all free particles; True when one has left its skin."""
+    force, half, kinetic = particles.force, particles.half, particles.kinetic
+    position, drift = particles.position, particles.drift
+    # constants in the precision of the rows: a float64 one would widen every operation
+    real = half.dtype.type
+    ahead, zero, one, tiny = real(0.5), real(0.0), real(1.0), real(1e-30)
+    gx, gy, gz = real(gravity[0] * dt), real(gravity[1] * dt), real(gravity[2] * dt)
+    dt = real(dt)
     stale = False
     for i in range(n):
         if particles.cluster[i] >= 0:
             continue
-        f, h, k = particles.force[i], particles.half[i], particles.kinetic[i]
-        p, d = particles.position[i], particles.drift[i]
-        kick, twist = dt * h[6], dt * h[7]
-        u, v, w = h[0], h[1], h[2]
-        h[0] = u + (kick * f[0] + dt * gx)
-        h[1] = v + (kick * f[1] + dt * gy)
-        h[2] = w + (kick * f[2] + dt * gz)
-        k[0] = h[0] + 0.5 * (h[0] - u)
-        k[1] = h[1] + 0.5 * (h[1] - v)
-        k[2] = h[2] + 0.5 * (h[2] - w)
-        dx, dy, dz = dt * h[0], dt * h[1], dt * h[2]
-        p[0] += dx
-        p[1] += dy
-        p[2] += dz
-        d[0] += dx
-        d[1] += dy
-        d[2] += dz
-        stale |= d[0] * d[0] + d[1] * d[1] + d[2] * d[2] > d[3]
-        a, b, c = h[3], h[4], h[5]
-        h[3] = a + twist * f[3]
-        h[4] = b + twist * f[4]
-        h[5] = c + twist * f[5]
-        if f[6] > 0.0:
-            spin = math.sqrt(h[3] * h[3] + h[4] * h[4] + h[5] * h[5])
-            keep = max(0.0, 1.0 - twist * f[6] / (spin + 1e-30))
-            h[3] *= keep
-            h[4] *= keep
-            h[5] *= keep
-            k[3], k[4], k[5] = h[3], h[4], h[5]
+        kick, twist = dt * half[i, 6], dt * half[i, 7]
+        for c in range(3):
+            before = half[i, c]
+            v = before + (kick * force[i, c] + (gx if c == 0 else gy if c == 1 else gz))
+            half[i, c] = v
+            kinetic[i, c] = v + ahead * (v - before)
+            position[i, c] += dt * v
+            drift[i, c] += dt * v
+        path = drift[i, 0] * drift[i, 0] + drift[i, 1] * drift[i, 1] + drift[i, 2] * drift[i, 2]
+        stale |= path > drift[i, 3]
+        a0, b0, c0 = half[i, 3], half[i, 4], half[i, 5]
+        a, b, c = a0 + twist * force[i, 3], b0 + twist * force[i, 4], c0 + twist * force[i, 5]
+        if force[i, 6] > zero:
+            spin = math.sqrt(a * a + b * b + c * c)
+            keep = max(zero, one - twist * force[i, 6] / (spin + tiny))
+            a, b, c = a * keep, b * keep, c * keep
+            kinetic[i, 3], kinetic[i, 4], kinetic[i, 5] = a, b, c
         else:
-            k[3] = h[3] + 0.5 * (h[3] - a)
-            k[4] = h[4] + 0.5 * (h[4] - b)
-            k[5] = h[5] + 0.5 * (h[5] - c)
+            kinetic[i, 3] = a + ahead * (a - a0)
+            kinetic[i, 4] = b + ahead * (b - b0)
+            kinetic[i, 5] = c + ahead * (c - c0)
+        half[i, 3], half[i, 4], half[i, 5] = a, b, c
     return stale

@@ -429,3 +429,6 @@ def store_block(typingctx, blocks, block, fields):
 
 law = njit(forceinline=True, error_model="numpy", fastmath={"contract", "nsz"})
 """Decorator of a force law: compiled for floats or lanes and inlined where it is called."""
+
+inlined = njit(forceinline=True, error_model="numpy")
+"""Decorator of a kernel's part that takes named tuples of arrays: a real call would copy kilobytes of pointers."""

@@ -17,10 +17,11 @@ from dem.state import (
     new_pairs,
     new_particles,
     new_wall_contacts,
+    new_wall_scratch,
     no_clusters,
     place_ghosts,
 )
-from dem.step import DONE, OVERLAP, advance
+from dem.step import DONE, OVERLAP, Model, advance
 from dem.walls.builder import WallSet
 from dem.walls.contacts import find_wall_contacts
 
@@ -78,7 +79,6 @@ class Simulation:
         skin=None,
     ):
         self.laws = laws or Laws()
-        self.codes = self.laws.codes()
         self.materials = dict(materials)
         self.material_names = list(self.materials)
         self.time_step = float(time_step)
@@ -86,10 +86,18 @@ class Simulation:
         self.precision = precision
         self.walls = walls or WallSet()
         self.wall_state = self.walls.compile(self.material_names)
-        self.air = np.array([air.density, air.viscosity] if air else [0.0, 0.0])
         self.overlap_limit = float(overlap_limit)
         self.skin = skin or SkinPolicy()
         self._compile_properties(dict(contacts))
+        self.model = Model(
+            codes=self.laws.codes(),
+            table=np.array(self.properties, float),
+            kind_of=self.kind_of,
+            dt=self.time_step,
+            gravity=self.gravity,
+            air=np.array([air.density, air.viscosity] if air else [0.0, 0.0]),
+            overlap_limit=self.overlap_limit,
+        )
         self.n = 0
         self.steps = 0
         self.rebuilds = 0
@@ -100,6 +108,7 @@ class Simulation:
         self._stale = True
         self._pair_count = self._wall_count = 0
         self._pairs, self._old_pairs = new_pairs(64, precision), new_pairs(64, precision)
+        self._far = np.zeros((0, 2), np.int32)
         self._make_wall_room(64)
         self._resize_scratch()
 
@@ -121,7 +130,6 @@ class Simulation:
                 ma, mb = self.materials[names[a]], self.materials[names[b]]
                 rows.append(pair_properties(self.laws, ma, mb, pair))
         self.properties = rows
-        self.table = np.array(rows, float)
 
     def _can_meet(self, a, b):
         return not (self.walls.uses(a) and self.walls.uses(b))
@@ -221,7 +229,7 @@ class Simulation:
         self._walls_list = new_wall_contacts(capacity)
         self._old_walls = new_wall_contacts(capacity)
         self._found = np.zeros((capacity, 2), np.int32)
-        self._geometry, self._feature = np.zeros((capacity, 4)), np.zeros(capacity, np.int32)
+        self._scratch = new_wall_scratch(capacity, self.precision)
 
     # --- the lists ---------------------------------------------------------------------------------------------------
 
@@ -257,7 +265,7 @@ class Simulation:
         if self.laws.cohesion not in ("jkr", "liquid_bridge") or n == 0:
             return 0.0
         largest = float(self.particles.kinetic[:n, 6].max())
-        return max(attraction_reach(self.codes, row, largest) for row in self.properties)
+        return max(attraction_reach(self.model.codes, row, largest) for row in self.properties)
 
     def _permute(self):
         n, order = self.n, self._order
@@ -276,8 +284,10 @@ class Simulation:
         present = np.unique(self.particles.material[: self.n])
         kinds = np.unique(self.kind_of[np.ix_(present, present)])
         while True:
+            if len(self._far) < len(new.first):
+                self._far = np.zeros((len(new.first), 2), np.int32)
             count = nb.find_pairs(
-                self.n, self.particles, reach, level, *grid, self.kind_of, kinds, new
+                self.n, self.particles, reach, level, *grid, self.kind_of, kinds, new, self._far
             )
             if count <= len(new.first):
                 break
@@ -321,27 +331,10 @@ class Simulation:
             if self._stale:
                 self._rebuild()
             done, status, pair = advance(
-                min(left, CHECK_INTERVAL),
-                self.n,
-                self.time_step,
-                self.gravity,
-                self.codes,
-                self.table,
-                self.kind_of,
-                self.air,
-                self.overlap_limit,
-                self.particles,
-                self._pairs,
-                self._pair_count,
-                self.wall_state,
-                self._walls_list,
-                self._wall_count,
-                self._allowance,
-                self._geometry,
-                self._feature,
-                self.clusters,
-                self.row_of,
-            )
+                min(left, CHECK_INTERVAL), self.model, self.n, self.particles, self._pairs,
+                self._pair_count, self.wall_state, self._walls_list, self._wall_count,
+                self._allowance, self._scratch, self.clusters, self.row_of,
+            )  # fmt: skip
             self.steps += done
             left -= done
             self._stale = status != DONE

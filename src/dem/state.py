@@ -61,6 +61,21 @@ class WallContacts(NamedTuple):
     """(m, 8) float64."""
 
 
+class WallScratch(NamedTuple):
+    """Room for one evaluation of the wall contacts; nothing in it outlives a step."""
+
+    point: np.ndarray
+    """(m, 3) float64 closest point of each candidate [m]."""
+    distance: np.ndarray
+    """(m,) float64 [m]."""
+    feature: np.ndarray
+    """(m,) int32."""
+    stage: np.ndarray
+    """(6, 8, WIDTH) real: geometry, wall spin, particle, history in; force columns, history out."""
+    staged: np.ndarray
+    """(WIDTH,) int64 candidate in each lane."""
+
+
 class Clusters(NamedTuple):
     """Rigid bodies made of spheres; k clusters, q members."""
 
@@ -143,6 +158,18 @@ def new_wall_contacts(capacity):
     """Room for `capacity` candidate wall contacts."""
     return WallContacts(
         np.zeros(capacity, np.int32), np.zeros(capacity, np.int32), np.zeros((capacity, 8))
+    )
+
+
+def new_wall_scratch(capacity, precision):
+    """Scratch for `capacity` candidate wall contacts."""
+    real = np.float32 if precision == "mixed" else np.float64
+    return WallScratch(
+        np.zeros((capacity, 3)),
+        np.zeros(capacity),
+        np.zeros(capacity, np.int32),
+        aligned((6, 8, WIDTH), real),
+        np.zeros(WIDTH, np.int64),
     )
 
 

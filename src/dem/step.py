@@ -1,9 +1,12 @@
 """The time step, on one screen."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
 from dem.clusters import advance_clusters
+from dem.contact.properties import LawCodes
 from dem.drag import apply_drag
 from dem.forces import clear_forces, pair_forces
 from dem.integrate import advance_particles
@@ -13,59 +16,45 @@ from dem.walls.motion import move_bodies
 DONE, STALE, OVERLAP = range(3)
 
 
+class Model(NamedTuple):
+    """What stays the same over a run."""
+
+    codes: LawCodes
+    table: np.ndarray
+    """(kinds, N_PROPERTIES) properties of each pair of materials."""
+    kind_of: np.ndarray
+    """(materials, materials) int32 row of `table`."""
+    dt: float
+    """Time step [s]."""
+    gravity: np.ndarray
+    """(3,) [m/s2]."""
+    air: np.ndarray
+    """(2,) density [kg/m3] and viscosity [Pa s]; zeros in vacuum."""
+    overlap_limit: float
+    """Share of the radius at which a run counts as blown up [-]."""
+
+
 @njit(cache=True, error_model="numpy")
 def advance(
-    steps,
-    n,
-    dt,
-    gravity,
-    codes,
-    table,
-    wall_kind_of,
-    air,
-    overlap_limit,
-    particles,
-    pairs,
-    pair_count,
-    walls,
-    wall_list,
-    wall_count,
-    allowance,
-    geometry,
-    feature,
-    clusters,
-    row_of,
-):
+    steps, model, n, particles, pairs, pair_count, walls, wall_list, wall_count, allowance, scratch,
+    clusters, row_of,
+):  # fmt: skip
     """Advance up to `steps` steps; stop early when the lists are stale or an overlap is too large.
 
-    air (2,): density [kg/m3] and viscosity [Pa s], or zeros. Returns steps done, DONE | STALE | OVERLAP, and the pair
-    of largest concern or -1.
+    Returns the steps done, DONE | STALE | OVERLAP, and the pair that overlaps too much or -1.
     """
+    codes, table, kind_of, dt = model.codes, model.table, model.kind_of, model.dt
     for s in range(steps):
         clear_forces(n, particles.force)
-        wall_forces(
-            codes,
-            table,
-            wall_kind_of,
-            dt,
-            particles,
-            walls,
-            wall_list,
-            wall_count,
-            geometry,
-            feature,
-        )
-        excess = pair_forces(codes, table, dt, particles, pairs, pair_count, overlap_limit)
+        wall_forces(codes, table, kind_of, dt, particles, walls, wall_list, wall_count, scratch)
+        excess = pair_forces(codes, table, dt, particles, pairs, pair_count, model.overlap_limit)
         if excess >= 0:
             return s, OVERLAP, excess
-        if air[0] > 0.0:
-            apply_drag(n, particles, air[0], air[1])
-        stale = advance_particles(n, particles, gravity[0], gravity[1], gravity[2], dt)
-        stale |= advance_clusters(clusters, particles, row_of, gravity, dt)
-        stale |= move_bodies(walls, gravity, dt, allowance)
+        if model.air[0] > 0.0:
+            apply_drag(n, particles, model.air[0], model.air[1])
+        stale = advance_particles(n, particles, model.gravity, dt)
+        stale |= advance_clusters(clusters, particles, row_of, model.gravity, dt)
+        stale |= move_bodies(walls, model.gravity, dt, allowance)
         if stale:
             return s + 1, STALE, -1
     return steps, DONE, -1
-
-
-__all__ = ["DONE", "OVERLAP", "STALE", "advance", "np"]

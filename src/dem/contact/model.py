@@ -134,27 +134,40 @@ def rolling_resistance(codes, p, load, radius):
 
 
 @law
-def pair_contact(codes, p, dt, separation, first, second, history):
+def pair_overlap(separation, r_i, r_j):
+    """Overlap of two spheres [m] and the distance of their centres [m]; separation (3,) is exact to float64.
+
+    (reach^2 - d^2) / (reach + d): the difference of two nearly equal lengths is taken in float64.
+    """
+    squared = dot(separation, separation)
+    distance = sqrt(narrow(squared))
+    reach = widen(r_i) + widen(r_j)
+    return narrow(reach * reach - squared) / (r_i + r_j + distance), distance
+
+
+@law
+def pair_is_active(codes, p, overlap, r_i, r_j, radius_before):
+    """Whether two spheres act on each other, or did at the last step and must now forget it."""
+    touching = is_active(codes, p, overlap, r_i * r_j / (r_i + r_j), radius_before)
+    return touching | (radius_before > 0.0) | (radius_before < 0.0)
+
+
+@law
+def pair_contact(codes, p, dt, separation, distance, overlap, first, second, history):
     """Two spheres in contact.
 
-    separation (3,): position of the first minus the second [m], exact to float64; first, second (8,): velocity, spin,
-    radius, mass. Returns the force columns (8,) for each sphere (force, torque, rolling resistance, load), the
-    overlap [m] and the new history (8,).
+    separation (3,): position of the first minus the second [m]; distance, overlap: of `pair_overlap` [m]; first, second
+    (8,): velocity, spin, radius, mass. Returns the force columns (8,) for each sphere (force, torque, rolling resistance,
+    load) and the new history (8,).
     """
     r_i, m_i, r_j, m_j = first[6], first[7], second[6], second[7]
-    squared = dot(separation, separation)
-    reach = r_i + r_j
-    distance = sqrt(narrow(squared))
-    # (reach^2 - d^2) / (reach + d): the difference of two nearly equal lengths is taken in float64
-    exact = widen(r_i) + widen(r_j)
-    overlap = narrow(exact * exact - squared) / (reach + distance)
     inverse = 1.0 / distance
     n = (
         narrow(separation[0]) * inverse,
         narrow(separation[1]) * inverse,
         narrow(separation[2]) * inverse,
     )
-    r_eff = r_i * r_j / reach
+    r_eff = r_i * r_j / (r_i + r_j)
     m_eff = m_i * m_j / (m_i + m_j)
     inertia_i, inertia_j = INERTIA * m_i * r_i * r_i, INERTIA * m_j * r_j * r_j
     inertia = inertia_i * inertia_j / (inertia_i + inertia_j)
@@ -173,7 +186,7 @@ def pair_contact(codes, p, dt, separation, first, second, history):
     resist_j = rolling_resistance(codes, p, load, r_j)
     on_first = (force[0], force[1], force[2], t_i[0], t_i[1], t_i[2], resist_i, load)
     on_second = (-force[0], -force[1], -force[2], t_j[0], t_j[1], t_j[2], resist_j, load)
-    return on_first, on_second, overlap, history
+    return on_first, on_second, history
 
 
 @law

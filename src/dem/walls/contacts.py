@@ -8,15 +8,17 @@ contact that passes from one triangle to its neighbour takes its history along.
 import math
 
 import numpy as np
-from numba import njit
+from numba import njit, types
+from numba.extending import overload
 
 from dem.contact.model import wall_contact
 from dem.contact.properties import properties_of
+from dem.lanes import WIDTH, inlined, law, load_block, store_block
 from dem.neighbours import LEVELS
 from dem.walls.geometry import FACE, PLANE, REVOLVED, TRIANGLE, closest_point
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def to_body(walls, b, x, y, z):
     """A point of space in the frame of body b."""
     o, r = walls.origin[b], walls.rotation[b]
@@ -28,7 +30,7 @@ def to_body(walls, b, x, y, z):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def turn(rotation, x, y, z):
     """rotation @ (x, y, z)."""
     return (
@@ -38,7 +40,7 @@ def turn(rotation, x, y, z):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def _within(walls, e, p, reach):
     b = walls.body[e]
     x, y, z = to_body(walls, b, p[0], p[1], p[2])
@@ -128,7 +130,7 @@ def _sort_by_particle(n, found, count, contacts):
         contacts.element[place] = found[k, 1]
 
 
-@njit(cache=True)
+@inlined
 def _shares(walls, e, feature, other):
     """Whether triangle `other` has the edge or corner `feature` of triangle e."""
     mine, theirs = walls.corner[e], walls.corner[other]
@@ -146,133 +148,224 @@ def _shares(walls, e, feature, other):
 
 
 @njit(cache=True, error_model="numpy")
-def _resolve_mesh(walls, contacts, lo, hi, distance, feature, radius):
-    """Mark by distance = inf the triangle contacts lo..hi-1 of one particle that a closer triangle already covers."""
+def _resolve_meshes(particles, walls, contacts, count, scratch):
+    """For each particle and mesh, leave one contact where several triangles meet in it."""
+    lo = 0
+    while lo < count:
+        e = contacts.element[lo]
+        hi = lo + 1
+        while (
+            hi < count
+            and contacts.particle[hi] == contacts.particle[lo]
+            and walls.body[contacts.element[hi]] == walls.body[e]
+        ):
+            hi += 1
+        if hi - lo > 1:
+            radius = float(particles.kinetic[contacts.particle[lo], 6])
+            _drop_covered(walls, contacts, lo, hi, scratch.distance, scratch.feature, radius)
+            _pass_on_history(walls, contacts, lo, hi, scratch.distance, radius)
+        lo = hi
+
+
+@njit(cache=True, error_model="numpy")
+def _drop_covered(walls, contacts, lo, hi, distance, feature, radius):
+    """Put the triangle contacts lo..hi-1 that a closer triangle already covers out of reach."""
     for k in range(lo, hi):
         e = contacts.element[k]
         if walls.kind[e] != TRIANGLE or feature[k] == FACE or distance[k] >= radius:
             continue
         for q in range(lo, hi):
             other = contacts.element[q]
-            if q == k or walls.kind[other] != TRIANGLE or walls.body[other] != walls.body[e]:
+            if q == k or walls.kind[other] != TRIANGLE:
                 continue
             # of two triangles that meet in the closest point, the first counts
             closer = distance[q] < distance[k] * (1.0 - 1e-9) or (
                 distance[q] <= distance[k] * (1.0 + 1e-9) and (feature[q] == FACE or q < k)
             )
             if closer and _shares(walls, e, feature[k], other):
-                distance[k] = np.inf
+                distance[k] = 2.0 * radius
                 break
+
+
+@njit(cache=True, error_model="numpy")
+def _pass_on_history(walls, contacts, lo, hi, distance, radius):
+    """Give a new contact the history of one that the same particle has just given up on the same mesh."""
     for k in range(lo, hi):
-        e = contacts.element[k]
-        if walls.kind[e] != TRIANGLE or distance[k] >= radius or contacts.history[k, 6] != 0.0:
+        new = distance[k] < radius and contacts.history[k, 6] == 0.0
+        if not new or walls.kind[contacts.element[k]] != TRIANGLE:
             continue
         for q in range(lo, hi):
-            other = contacts.element[q]
             given_up = distance[q] >= radius and contacts.history[q, 6] != 0.0
-            if given_up and walls.kind[other] == TRIANGLE and walls.body[other] == walls.body[e]:
+            if given_up and walls.kind[contacts.element[q]] == TRIANGLE:
                 contacts.history[k] = contacts.history[q]
                 contacts.history[q] = 0.0
                 break
 
 
 @njit(cache=True, error_model="numpy")
-def wall_forces(
-    codes, table, wall_kind_of, dt, particles, walls, contacts, count, geometry, feature
-):
-    """Add the wall forces to the particles and to the bodies.
+def _measure(particles, walls, contacts, count, scratch):
+    """Closest point and distance of every candidate; True when some belong to a mesh.
 
-    table: properties of pairs; wall_kind_of (particle materials, wall materials): rows of it. geometry (m, 4) float64 and feature
-    (m,) int32 are scratch: closest point and distance.
+    One flat loop over plain arrays: named tuples in nested control flow cost numba a reference count each.
     """
-    walls.force[:] = 0.0
-    walls.torque[:] = 0.0
-    lo = 0
-    while lo < count:
-        i = contacts.particle[lo]
-        hi = lo
-        p = particles.position[i]
-        mesh = 0
-        while hi < count and contacts.particle[hi] == i:
-            e = contacts.element[hi]
-            b = walls.body[e]
-            x, y, z = to_body(walls, b, p[0], p[1], p[2])
-            px, py, pz, d, feature[hi] = closest_point(walls.kind[e], walls.parameters[e], x, y, z)
-            g = geometry[hi]
-            g[0], g[1], g[2] = turn(walls.rotation[b], px, py, pz)
-            g[3] = d
-            mesh += walls.kind[e] == TRIANGLE
-            hi += 1
-        if mesh > 1:
-            _resolve_mesh(
-                walls, contacts, lo, hi, geometry[:, 3], feature, float(particles.kinetic[i, 6])
-            )
-        for k in range(lo, hi):
-            _apply(codes, table, wall_kind_of, dt, particles, walls, contacts, k, geometry[k])
-        lo = hi
+    position, particle, element = particles.position, contacts.particle, contacts.element
+    bodies, kind, parameters = walls.body, walls.kind, walls.parameters
+    origin, rotation = walls.origin, walls.rotation
+    point, distance, feature = scratch.point, scratch.distance, scratch.feature
+    mesh = False
+    for k in range(count):
+        i, e = particle[k], element[k]
+        b = bodies[e]
+        x, y, z = (
+            position[i, 0] - origin[b, 0],
+            position[i, 1] - origin[b, 1],
+            position[i, 2] - origin[b, 2],
+        )
+        px = rotation[b, 0, 0] * x + rotation[b, 1, 0] * y + rotation[b, 2, 0] * z
+        py = rotation[b, 0, 1] * x + rotation[b, 1, 1] * y + rotation[b, 2, 1] * z
+        pz = rotation[b, 0, 2] * x + rotation[b, 1, 2] * y + rotation[b, 2, 2] * z
+        point[k, 0], point[k, 1], point[k, 2], distance[k], feature[k] = closest_point(
+            kind[e], parameters[e], px, py, pz
+        )
+        mesh |= kind[e] == TRIANGLE
+    return mesh
 
 
 @njit(cache=True, error_model="numpy")
-def _apply(codes, table, wall_kind_of, dt, particles, walls, contacts, k, g):
+def wall_forces(codes, table, kind_of, dt, particles, walls, contacts, count, scratch):
+    """Add the wall forces to the particles and to the bodies.
+
+    table: properties of pairs; kind_of (materials, materials): rows of it. Contacts that act are collected on a stage
+    until WIDTH of one kind are together.
+    """
+    walls.force[:] = 0.0
+    walls.torque[:] = 0.0
+    if _measure(particles, walls, contacts, count, scratch):
+        _resolve_meshes(particles, walls, contacts, count, scratch)
+    waiting, kind = 0, -1
+    for k in range(count):
+        i, e = contacts.particle[k], contacts.element[k]
+        if scratch.distance[k] >= particles.kinetic[i, 6] and contacts.history[k, 6] == 0.0:
+            continue
+        row = kind_of[particles.material[i], walls.material[e]]
+        if waiting == WIDTH or (row != kind and waiting > 0):
+            _flush(codes, table, kind, dt, particles, walls, contacts, waiting, scratch)
+            waiting = 0
+        kind = row
+        _put_on_stage(particles, walls, contacts, k, waiting, scratch)
+        waiting += 1
+    if waiting > 0:
+        _flush(codes, table, kind, dt, particles, walls, contacts, waiting, scratch)
+
+
+@inlined
+def _put_on_stage(particles, walls, contacts, k, lane, scratch):
+    """Copy what the contact law needs of candidate k to a lane of the stage."""
     i, e = contacts.particle[k], contacts.element[k]
-    kin, h = particles.kinetic[i], contacts.history[k]
-    overlap = float(kin[6]) - g[3]
-    if overlap <= 0.0 and h[6] == 0.0:
-        return
-    b = walls.body[e]
-    o, v, w = walls.origin[b], walls.velocity[b], walls.spin[b]
-    # g is the closest point relative to the body's origin, in space
-    distance = g[3]
+    b, q, stage = walls.body[e], scratch.point[k], scratch.stage
+    rotation, o, v, w = walls.rotation[b], walls.origin[b], walls.velocity[b], walls.spin[b]
+    x, y, z = turn(rotation, q[0], q[1], q[2])
+    q[0], q[1], q[2] = x, y, z  # from here on relative to the body's origin, in space
+    distance = scratch.distance[k]
     if walls.kind[e] == PLANE:
-        nx, ny, nz = turn(
-            walls.rotation[b],
-            walls.parameters[e, 3],
-            walls.parameters[e, 4],
-            walls.parameters[e, 5],
-        )
-    elif distance > 0.0 and distance < np.inf:
-        p = particles.position[i]
-        nx = (p[0] - o[0] - g[0]) / distance
-        ny = (p[1] - o[1] - g[1]) / distance
-        nz = (p[2] - o[2] - g[2]) / distance
+        p = walls.parameters[e]
+        nx, ny, nz = turn(rotation, p[3], p[4], p[5])
     else:
-        h[:] = 0.0
-        return
-    wall_velocity = (
-        v[0] + w[1] * g[2] - w[2] * g[1],
-        v[1] + w[2] * g[0] - w[0] * g[2],
-        v[2] + w[0] * g[1] - w[1] * g[0],
-    )
-    particle = (
-        float(kin[0]),
-        float(kin[1]),
-        float(kin[2]),
-        float(kin[3]),
-        float(kin[4]),
-        float(kin[5]),
-        float(kin[6]),
-        float(kin[7]),
-    )
-    history = (h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7])
-    row = wall_kind_of[particles.material[i], walls.material[e]]
-    columns, history = wall_contact(
-        codes,
-        properties_of(table, row),
-        dt,
-        overlap,
-        (nx, ny, nz),
-        wall_velocity,
-        (w[0], w[1], w[2]),
-        particle,
-        history,
-    )
+        p = particles.position[i]
+        inverse = 1.0 / max(distance, 1e-30)
+        nx = (p[0] - o[0] - x) * inverse
+        ny = (p[1] - o[1] - y) * inverse
+        nz = (p[2] - o[2] - z) * inverse
+    stage[0, 0, lane] = float(particles.kinetic[i, 6]) - distance
+    stage[0, 1, lane], stage[0, 2, lane], stage[0, 3, lane] = nx, ny, nz
+    stage[0, 4, lane] = v[0] + w[1] * z - w[2] * y
+    stage[0, 5, lane] = v[1] + w[2] * x - w[0] * z
+    stage[0, 6, lane] = v[2] + w[0] * y - w[1] * x
+    for f in range(3):
+        stage[1, f, lane] = w[f]
     for f in range(8):
-        h[f] = history[f]
-        particles.force[i, f] += columns[f]
-    fx, fy, fz = columns[0], columns[1], columns[2]
-    walls.force[b, 0] -= fx
-    walls.force[b, 1] -= fy
-    walls.force[b, 2] -= fz
-    walls.torque[b, 0] -= g[1] * fz - g[2] * fy
-    walls.torque[b, 1] -= g[2] * fx - g[0] * fz
-    walls.torque[b, 2] -= g[0] * fy - g[1] * fx
+        stage[2, f, lane] = particles.kinetic[i, f]
+        stage[3, f, lane] = contacts.history[k, f]
+    scratch.staged[lane] = k
+
+
+@inlined
+def _flush(codes, table, kind, dt, particles, walls, contacts, waiting, scratch):
+    """Work out the staged contacts and hand out their forces."""
+    stage = scratch.stage
+    staged_forces(codes, properties_of(table, kind), dt, stage, waiting)
+    for lane in range(waiting):
+        k = scratch.staged[lane]
+        i, b, q = contacts.particle[k], walls.body[contacts.element[k]], scratch.point[k]
+        for f in range(8):
+            particles.force[i, f] += stage[4, f, lane]
+            contacts.history[k, f] = stage[5, f, lane]
+        fx, fy, fz = float(stage[4, 0, lane]), float(stage[4, 1, lane]), float(stage[4, 2, lane])
+        walls.force[b, 0] -= fx
+        walls.force[b, 1] -= fy
+        walls.force[b, 2] -= fz
+        walls.torque[b, 0] -= q[1] * fz - q[2] * fy
+        walls.torque[b, 1] -= q[2] * fx - q[0] * fz
+        walls.torque[b, 2] -= q[0] * fy - q[1] * fx
+
+
+@law
+def _staged_contact(codes, p, dt, geometry, wall, particle, history):
+    normal, velocity = (
+        (geometry[1], geometry[2], geometry[3]),
+        (geometry[4], geometry[5], geometry[6]),
+    )
+    spin = (wall[0], wall[1], wall[2])
+    return wall_contact(codes, p, dt, geometry[0], normal, velocity, spin, particle, history)
+
+
+@njit(error_model="numpy")
+def _staged_forces_lanes(codes, p, dt, stage, waiting):
+    """All lanes at once; lanes beyond `waiting` hold an earlier contact, whose result nobody reads."""
+    columns, history = _staged_contact(
+        codes,
+        p,
+        dt,
+        load_block(stage, 0),
+        load_block(stage, 1),
+        load_block(stage, 2),
+        load_block(stage, 3),
+    )
+    store_block(stage, 4, columns)
+    store_block(stage, 5, history)
+
+
+@njit(error_model="numpy")
+def _column(block, lane):
+    b = block
+    return (
+        b[0, lane], b[1, lane], b[2, lane], b[3, lane], b[4, lane], b[5, lane], b[6, lane], b[7, lane]
+    )  # fmt: skip
+
+
+@njit(error_model="numpy")
+def _staged_forces_plain(codes, p, dt, stage, waiting):
+    """One contact at a time, float64."""
+    for lane in range(waiting):
+        columns, history = _staged_contact(
+            codes, p, dt, _column(stage[0], lane), _column(stage[1], lane), _column(stage[2], lane),
+            _column(stage[3], lane),
+        )  # fmt: skip
+        for f in range(8):
+            stage[4, f, lane] = columns[f]
+            stage[5, f, lane] = history[f]
+
+
+def staged_forces(codes, p, dt, stage, waiting):
+    """Contact law of the staged contacts: blocks 0-3 of the stage in, force columns (4) and history (5) out."""
+    raise NotImplementedError("compiled code only")
+
+
+@overload(staged_forces)
+def _staged_forces(codes, p, dt, stage, waiting):
+    chosen = _staged_forces_lanes if stage.dtype == types.float32 else _staged_forces_plain
+
+    def call(codes, p, dt, stage, waiting):
+        return chosen(codes, p, dt, stage, waiting)
+
+    return call

@@ -16,7 +16,7 @@ PLANE, REVOLVED, RECTANGLE, TRIANGLE = range(4)
 N_PARAMETERS = 9
 FACE = 0  # feature codes of a triangle: face, edges ab=1 bc=2 ca=3, corners a=4 b=5 c=6
 
-_leaf = njit(cache=True, error_model="numpy", inline="never")
+_leaf = njit(forceinline=True, error_model="numpy")
 
 
 @_leaf
