@@ -1,3 +1,34 @@
-class BlowUpError(Exception):
-    def __init__(self, **k):
-        super().__init__(str(k))
+"""Errors that a user of the engine can meet; each says what was wrong, where, and what is allowed."""
+
+
+class DemError(Exception):
+    """Base class: anything the command line shows as one line without a traceback."""
+
+
+class SpecError(DemError):
+    """A run spec that cannot be run: dotted key, value, what is allowed, and the file where known."""
+
+    def __init__(self, key, value, allowed, file=None):
+        self.key, self.value, self.allowed, self.file = key, value, allowed, file
+        where = f"{file}: " if file else ""
+        super().__init__(f"{where}{key} = {value!r}; allowed: {allowed}")
+
+
+class MeshError(DemError):
+    """A triangle mesh that cannot be used as a wall."""
+
+    def __init__(self, file, reason):
+        self.file = file
+        super().__init__(f"{file}: {reason}")
+
+
+class MeasureError(DemError):
+    """A result that cannot be measured, such as the angle of a heap that did not form."""
+
+
+class BlowUpError(DemError):
+    """A run that became unphysical."""
+
+    def __init__(self, *, particle, time, reason, hint):
+        self.particle, self.time = particle, time
+        super().__init__(f"particle {particle} at {time:.6g} s: {reason}; likely cause: {hint}")

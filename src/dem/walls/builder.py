@@ -13,7 +13,7 @@ class WallSet:
     """
 
     def __init__(self):
-        self._bodies = []
+        self.bodies = []
         self._elements = []
 
     def body(
@@ -31,9 +31,9 @@ class WallSet:
         velocity [m/s] of the origin, spin [rad/s] about it. free: dict with mass [kg], axis (3,), load [N] along the
         axis and optionally drag [N s/m]: the body then moves along the axis by its load, its weight and the particles.
         """
-        if any(b["name"] == name for b in self._bodies):
+        if any(b["name"] == name for b in self.bodies):
             raise ValueError(f"there is already a wall body named {name!r}")
-        self._bodies.append(
+        self.bodies.append(
             {
                 "name": name,
                 "material": material,
@@ -46,7 +46,7 @@ class WallSet:
         return self
 
     def _add(self, kind, numbers, corner=(-1, -1, -1), extent=0.0):
-        self._elements.append((kind, numbers, len(self._bodies) - 1, corner, extent))
+        self._elements.append((kind, numbers, len(self.bodies) - 1, corner, extent))
         return self
 
     def plane(self, point, normal):
@@ -100,26 +100,26 @@ class WallSet:
 
     def index(self, name):
         """Number of a body. Raises KeyError."""
-        for k, b in enumerate(self._bodies):
+        for k, b in enumerate(self.bodies):
             if b["name"] == name:
                 return k
         raise KeyError(
-            f"no wall body named {name!r}; there are: {', '.join(b['name'] for b in self._bodies)}"
+            f"no wall body named {name!r}; there are: {', '.join(b['name'] for b in self.bodies)}"
         )
 
     def uses(self, material):
         """Whether any body is of this material."""
-        return any(b["material"] == material for b in self._bodies)
+        return any(b["material"] == material for b in self.bodies)
 
     @property
     def elements(self):
         """(kind, parameters, body name) of each element, for pictures."""
-        return [(k, list(p), self._bodies[b]["name"]) for k, p, b, _, _ in self._elements]
+        return [(k, list(p), self.bodies[b]["name"]) for k, p, b, _, _ in self._elements]
 
     def compile(self, material_names):
         """Arrays for the kernels. Raises ValueError for a material that is not among `material_names`."""
-        walls = new_walls(len(self._elements), len(self._bodies))
-        for k, b in enumerate(self._bodies):
+        walls = new_walls(len(self._elements), len(self.bodies))
+        for k, b in enumerate(self.bodies):
             if b["material"] not in material_names:
                 raise ValueError(f"wall {b['name']!r}: unknown material {b['material']!r}")
             walls.origin[k], walls.velocity[k], walls.spin[k] = (
@@ -136,6 +136,6 @@ class WallSet:
             walls.kind[e], walls.body[e], walls.corner[e] = kind, body, corner
             walls.parameters[e, : len(numbers)] = numbers
             assert len(numbers) <= N_PARAMETERS
-            walls.material[e] = material_names.index(self._bodies[body]["material"])
+            walls.material[e] = material_names.index(self.bodies[body]["material"])
             walls.extent[body] = max(walls.extent[body], extent)
         return walls

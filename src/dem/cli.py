@@ -1,0 +1,87 @@
+"""The `dem` command."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from tqdm import tqdm
+
+from dem.errors import DemError
+from dem.run import run
+from dem.spec import GEOMETRY, load_spec, parse_spec
+from dem.template import template
+
+
+def main(argv=None):
+    """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input or a failed run."""
+    args = _parser().parse_args(argv)
+    try:
+        args.command(args)
+    except DemError as error:
+        print(f"dem: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def _parser():
+    parser = argparse.ArgumentParser(
+        prog="dem", description="Discrete element engine: virtual experiments with spheres."
+    )
+    commands = parser.add_subparsers(required=True, metavar="command")
+    go = commands.add_parser("run", help="run one experiment; resumes from its checkpoint")
+    go.add_argument("spec", type=Path, help="YAML file; `dem init` writes one")
+    go.add_argument(
+        "--out", type=Path, required=True, help="folder for result.json, final.npz, frames"
+    )
+    go.add_argument("--seed", type=int, help="seed in place of the spec's")
+    go.add_argument(
+        "--frames", type=float, metavar="SECONDS", help="write VTK frames at this interval"
+    )
+    go.set_defaults(command=_run)
+    check = commands.add_parser("check", help="check a spec without running it")
+    check.add_argument("spec", type=Path)
+    check.set_defaults(command=_check)
+    init = commands.add_parser("init", help="write a commented spec")
+    init.add_argument("--experiment", choices=sorted(GEOMETRY), default="heap")
+    init.add_argument("--out", type=Path, help="file to write; the screen unless given")
+    init.set_defaults(command=_init)
+    return parser
+
+
+def _run(args):
+    spec = load_spec(args.spec)
+    data = spec.model_dump(mode="json")
+    if args.seed is not None:
+        data["seed"] = args.seed
+    if args.frames is not None:
+        data["output"]["frame_interval_s"] = args.frames
+    spec = parse_spec(data, file=str(args.spec))
+    with tqdm(total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed}<{remaining} {desc}") as bar:
+
+        def show(fraction, text):
+            bar.set_description_str(text, refresh=False)
+            bar.update(100 * fraction - bar.n)
+
+        result = run(spec, args.out, show)
+        bar.update(100 - bar.n)
+    for name, value in result["metrics"].items():
+        print(f"{name:32s} {value:.6g}" if isinstance(value, float) else f"{name:32s} {value}")
+
+
+def _check(args):
+    spec = load_spec(args.spec)
+    print(f"{args.spec}: a {spec.experiment} of {spec.particles.count} grains, seed {spec.seed}")
+
+
+def _init(args):
+    text = template(args.experiment)
+    if args.out is None:
+        print(text, end="")
+    elif args.out.exists():
+        raise DemError(f"{args.out}: exists already")
+    else:
+        args.out.write_text(text)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,147 @@
+"""The funnel heap (injection method): grains fall through a funnel onto a disc and their angle of repose is measured.
+
+Grains are made in the funnel's mouth at the given rate, run out through the orifice, and what passes the rim of the plate
+falls away. The run ends when the heap is at rest.
+"""
+
+import math
+
+import numpy as np
+
+from dem.experiments.setup import (
+    WALL,
+    build_simulation,
+    draw_radii,
+    largest_radius,
+    rest_energy,
+)
+from dem.io.stl import read_stl
+from dem.measure.heap import measure_heap
+from dem.walls.builder import WallSet
+
+MOUTH_ABOVE_RIM = 0.010  # where grains are made, above the funnel's rim [m]
+LOST_BELOW = 0.030  # grains this far below the plate have spilled [m]
+JITTER = 0.09  # of the radius: grains are made on a lattice of 2.2 radii, moved at random
+
+
+class Rig:
+    """Dimensions of the rig in SI, from the spec's geometry."""
+
+    def __init__(self, geometry):
+        g = geometry
+        self.orifice_radius = 0.5e-3 * g.orifice_diameter_mm
+        self.plate_radius = 0.5e-3 * g.plate_diameter_mm
+        self.orifice_height = 1e-3 * g.discharge_height_mm
+        self.mouth_radius = 0.5e-3 * g.funnel_top_diameter_mm
+        slope = math.tan(math.radians(g.funnel_half_angle_deg))
+        self.rim_height = self.orifice_height + (self.mouth_radius - self.orifice_radius) / slope
+        self.source_height = self.rim_height + MOUTH_ABOVE_RIM
+        self.funnel_stl, self.plate_stl = g.funnel_stl, g.plate_stl
+
+    def walls(self):
+        """Plate and funnel, as analytic surfaces or as the meshes that the spec names [mm in the file]."""
+        walls = WallSet().body("plate", material=WALL)
+        if self.plate_stl:
+            walls.mesh(*read_stl(self.plate_stl, scale=1e-3))
+        else:
+            walls.disc(self.plate_radius)
+        walls.body("funnel", material=WALL)
+        if self.funnel_stl:
+            walls.mesh(*read_stl(self.funnel_stl, scale=1e-3))
+        else:
+            walls.frustum(
+                self.orifice_radius, self.orifice_height, self.mouth_radius, self.rim_height
+            )
+        # a collar above the funnel keeps the falling grains in, whatever the funnel is made of
+        walls.body("collar", material=WALL)
+        return walls.cylinder(self.mouth_radius, self.rim_height, self.rim_height + 0.1)
+
+
+class Source:
+    """Makes grains layer by layer in the mouth of the funnel."""
+
+    def __init__(self, spec, rig, rng):
+        self.radii = draw_radii(spec, spec.particles.count, rng)
+        self.made = 0
+        self.rng = rng
+        self.speed = spec.geometry.injection_speed_m_s
+        r = largest_radius(spec)
+        self.pitch = 2.2 * r
+        line = np.arange(-rig.mouth_radius + 1.1 * r, rig.mouth_radius - r, self.pitch)
+        x, y = np.meshgrid(line, line, indexing="ij")
+        inside = np.hypot(x, y) < rig.mouth_radius - 1.2 * r
+        self.sites = np.column_stack([x[inside], y[inside]])
+        self.height = rig.source_height
+        self.jitter = JITTER * r
+        # a layer leaves room for the next after it has fallen by one pitch
+        self.interval = self.pitch / self.speed
+        exact = spec.geometry.generation_rate_per_s * self.interval
+        self.per_layer = min(max(round(exact), 1), len(self.sites))
+        self.interval = max(self.interval, self.per_layer / spec.geometry.generation_rate_per_s)
+
+    @property
+    def exhausted(self):
+        return self.made == len(self.radii)
+
+    def make_layer(self, sim):
+        """Add one layer unless grains still stand in its way; True when a layer was made."""
+        top = sim.particles.position[: sim.n, 2].max(initial=-np.inf)
+        if top > self.height - 0.9 * self.pitch:
+            return False
+        count = min(self.per_layer, len(self.radii) - self.made)
+        site = self.sites[self.rng.choice(len(self.sites), count, replace=False)]
+        shift = self.rng.uniform(-self.jitter, self.jitter, (count, 3))
+        position = np.column_stack([site, np.full(count, self.height)]) + shift
+        velocity = np.tile([0.0, 0.0, -self.speed], (count, 1))
+        sim.add_particles(position, self.radii[self.made : self.made + count], velocity=velocity)
+        self.made += count
+        return True
+
+
+def remove_spilled(sim):
+    """Take out grains that have fallen past the plate; returns their number."""
+    position = sim.particles.position[: sim.n]
+    lost = sim.particles.tag[: sim.n][position[:, 2] < -LOST_BELOW]
+    sim.remove(lost)
+    return len(lost)
+
+
+def run(spec, context):
+    """Build the heap described by `spec` and measure it; returns the metrics of docs/architecture.md."""
+    rig = Rig(spec.geometry)
+    rng = np.random.default_rng(spec.seed)
+    sim = build_simulation(spec, rig.walls())
+    source = Source(spec, rig, rng)
+    spilled = 0
+    resumed = context.resume()
+    if resumed:
+        arrays, meta = resumed
+        sim.restore(arrays)
+        rng.bit_generator.state = meta["rng"]
+        source.made, spilled = meta["made"], meta["spilled"]
+    chunk = max(round(source.interval / sim.time_step), 1)
+    expected = spec.particles.count / spec.geometry.generation_rate_per_s + 0.7
+    while sim.time < spec.numerics.max_time_s:
+        if not source.exhausted:
+            source.make_layer(sim)
+        sim.advance(chunk)
+        spilled += remove_spilled(sim)
+        if source.exhausted and rest_energy(sim) < spec.numerics.rest_energy_ratio:
+            break
+        context.progress(min(sim.time / expected, 0.99), f"{sim.time:.2f} s, {sim.n} grains")
+        context.frame(sim)
+        context.checkpoint(
+            lambda: (
+                sim.state_dict(),
+                {"rng": rng.bit_generator.state, "made": source.made, "spilled": spilled},
+            )
+        )
+    context.finish(sim)
+    metrics = measure_heap(sim.position, sim.radius, sim.velocity, rig.plate_radius)
+    in_funnel = int((sim.position[:, 2] > rig.orifice_height - 2e-3).sum())
+    return metrics | {
+        "spilled": spilled,
+        "in_funnel": in_funnel,
+        "rest_time_s": sim.time,
+        "rest_energy_ratio": rest_energy(sim),
+    }

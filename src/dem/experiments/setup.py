@@ -1,0 +1,143 @@
+"""From a run spec to a simulation: materials, laws, time step and grain sizes. Units become SI here."""
+
+import math
+
+import numpy as np
+
+from dem.contact.damping.plastic import yield_pressure
+from dem.contact.registry import ContactParameters, Laws, Material, pair_properties
+from dem.simulation import Air, Simulation, SkinPolicy
+from dem.timescales import rayleigh_time
+
+PARTICLE, WALL = "particle", "wall"
+
+
+def material_of(entry):
+    """`Material` from a spec's material."""
+    return Material(entry.density_kg_m3, entry.shear_modulus_Pa, entry.poisson_ratio)
+
+
+def laws_of(spec):
+    """`Laws` from a spec."""
+    chosen = spec.laws
+    return Laws(chosen.damping, chosen.friction, chosen.rolling, chosen.cohesion, chosen.drag)
+
+
+def mean_radius(spec):
+    """Radius [m] of the mean grain: by number of the size distribution, after the scale factor."""
+    sizes = spec.particles.sizes
+    scale = 0.5e-3 * spec.particles.scale_factor
+    if sizes is None:
+        return scale * spec.particles.diameter_mm
+    diameter, share = np.array(sizes.diameters_mm), number_fractions(sizes)
+    return scale * float(diameter @ share)
+
+
+def number_fractions(sizes):
+    """Share of each size by number; fractions by mass are divided by d^3."""
+    share = np.array(sizes.fractions, float)
+    if sizes.by == "mass":
+        share = share / np.array(sizes.diameters_mm) ** 3
+    return share / share.sum()
+
+
+def draw_radii(spec, count, rng):
+    """(count,) radii [m]; a size distribution is met as exactly as whole grains allow, in random order."""
+    p = spec.particles
+    if p.sizes is None:
+        return np.full(count, 0.5e-3 * p.diameter_mm * p.scale_factor)
+    exact = number_fractions(p.sizes) * count
+    number = np.floor(exact).astype(int)
+    number[np.argsort(number - exact)[: count - number.sum()]] += 1
+    radii = 0.5e-3 * p.scale_factor * np.repeat(np.array(p.sizes.diameters_mm), number)
+    return rng.permutation(radii)
+
+
+def smallest_radius(spec):
+    """Radius [m] of the smallest grain."""
+    p = spec.particles
+    d = p.diameter_mm if p.sizes is None else min(p.sizes.diameters_mm)
+    return 0.5e-3 * d * p.scale_factor
+
+
+def largest_radius(spec):
+    """Radius [m] of the largest grain."""
+    p = spec.particles
+    d = p.diameter_mm if p.sizes is None else max(p.sizes.diameters_mm)
+    return 0.5e-3 * d * p.scale_factor
+
+
+def time_step_of(spec):
+    """Time step [s]: as given, or the chosen fraction of the Rayleigh time of the smallest grain."""
+    if spec.numerics.time_step_s is not None:
+        return spec.numerics.time_step_s
+    m = spec.materials.particle
+    rayleigh = rayleigh_time(
+        smallest_radius(spec), m.density_kg_m3, m.shear_modulus_Pa, m.poisson_ratio
+    )
+    return spec.numerics.rayleigh_fraction * rayleigh
+
+
+def _or(value, default):
+    return default if value is None else value
+
+
+def contact_parameters(spec):
+    """{pair of materials: ContactParameters}; each law's constants are given for grain on grain and grain on wall."""
+    q = spec.law_parameters
+    particle, wall = material_of(spec.materials.particle), material_of(spec.materials.wall)
+    shared = {
+        "surface_tension": _or(q.surface_tension_N_m, 0.0),
+        "contact_angle": math.radians(_or(q.contact_angle_deg, 0.0)),
+        "viscous_time": _or(q.viscoelastic_time_s, 0.0),
+        "friction_exponent": _or(q.friction_exponent, 0.0),
+        "friction_reference": _or(q.friction_reference_force_N, 1.0),
+        "rolling_stiffness": _or(q.rolling_stiffness_factor, 2.25),
+        "rolling_damping": _or(q.rolling_damping_ratio, 0.3),
+    }
+    out = {}
+    for other, name in ((particle, PARTICLE), (wall, WALL)):
+        c = spec.contacts.particle_particle if name == PARTICLE else spec.contacts.particle_wall
+        prefix = "" if name == PARTICLE else "wall_"
+        extra = {
+            "cohesion_energy_density": _or(
+                getattr(q, prefix + "cohesion_energy_density_J_m3"), 0.0
+            ),
+            "surface_energy": _or(getattr(q, prefix + "surface_energy_J_m2"), 0.0),
+            "liquid_volume_fraction": _or(getattr(q, prefix + "liquid_volume_fraction"), 0.0),
+        }
+        if spec.laws.damping == "plastic":
+            bare = pair_properties(Laws(), particle, other, ContactParameters(0.5, 0.5))
+            extra["yield_pressure"] = yield_pressure(
+                q.yield_velocity_m_s, bare.young, mean_radius(spec), particle.density
+            )
+        out[PARTICLE, name] = ContactParameters(
+            c.restitution, c.static_friction, c.rolling_friction, **shared, **extra
+        )
+    return out
+
+
+def build_simulation(spec, walls, gravity=(0.0, 0.0, -9.81)):
+    """A `Simulation` with the spec's materials, laws and numerics, the given walls and no particles."""
+    q, numerics = spec.law_parameters, spec.numerics
+    air = None
+    if spec.laws.drag != "none":
+        air = Air(_or(q.air_density_kg_m3, Air.density), _or(q.air_viscosity_Pa_s, Air.viscosity))
+    return Simulation(
+        {PARTICLE: material_of(spec.materials.particle), WALL: material_of(spec.materials.wall)},
+        contact_parameters(spec),
+        laws=laws_of(spec),
+        time_step=time_step_of(spec),
+        gravity=gravity,
+        precision=numerics.precision,
+        walls=walls,
+        air=air,
+        overlap_limit=numerics.overlap_limit,
+        skin=SkinPolicy(numerics.skin, numerics.skin_horizon),
+    )
+
+
+def rest_energy(sim, gravity=9.81):
+    """Kinetic energy in units of the energy that lifts every grain by its radius [-]."""
+    radius, mass = sim.radius, sim.mass
+    return sim.kinetic_energy() / max(float((mass * radius).sum()) * gravity, 1e-300)

@@ -1,0 +1,32 @@
+"""Writing files so that a killed run leaves nothing that looks finished."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+
+
+def _replace(path, write):
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    try:
+        with open(partial, "wb") as stream:
+            write(stream)
+            stream.flush()
+            os.fsync(stream.fileno())
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def write_json(path, data):
+    """Write a mapping as JSON, atomically; NaN is refused."""
+    text = json.dumps(data, indent=2, allow_nan=False) + "\n"
+    _replace(path, lambda stream: stream.write(text.encode()))
+
+
+def write_arrays(path, arrays):
+    """Write a mapping of arrays as .npz, atomically."""
+    _replace(path, lambda stream: np.savez(stream, **arrays))

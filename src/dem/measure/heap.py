@@ -1,0 +1,148 @@
+"""Angle of repose of a heap of spheres on a disc, in the two ways that are in use.
+
+Silhouette: the heap is seen from the side, as a protractor would; a line is laid along each flank of its outline.
+Radial surface: the height of the surface at each radius, averaged over the azimuth, and one line along its flank.
+Both lines are least-squares fits over the part of the flank between 20 and 80 % of the heap's height: the rounded top and the
+toe, where single grains lie about, are left out.
+"""
+
+import numpy as np
+
+from dem.errors import MeasureError
+
+VIEWS = 36
+AZIMUTHS = 120
+SECTORS = 12
+LOWER, UPPER = 0.2, 0.8
+FLYING = 0.15  # grains faster than this [m/s] are not part of the heap
+MIN_POINTS = 4
+MIN_HEIGHT = 2.0  # mean diameters: less is a layer, not a heap
+
+
+def measure_heap(position, radius, velocity, plate_radius):
+    """Metrics of a heap; position, velocity (n, 3) [m], [m/s], radius (n,) [m], plate_radius [m].
+
+    Raises MeasureError when no heap stands on the plate.
+    """
+    position, radius, velocity = (np.asarray(a, float) for a in (position, radius, velocity))
+    slow = np.linalg.norm(velocity, axis=1) < FLYING
+    on_plate = slow & (np.hypot(position[:, 0], position[:, 1]) < plate_radius + radius)
+    on_plate &= position[:, 2] > 0.0
+    on_plate &= _supported(position, radius, on_plate)
+    p, r = position[on_plate], radius[on_plate]
+    if len(p) < 20:
+        raise MeasureError(f"no heap: {len(p)} grains lie on the plate")
+    height = float((p[:, 2] + r).max())
+    if height < MIN_HEIGHT * 2.0 * float(np.mean(r)):
+        raise MeasureError(f"no heap: the grains on the plate stand {1e3 * height:.2f} mm high")
+    flanks = silhouette_angles(p, r, plate_radius)
+    radial = radial_angles(p, r, plate_radius)
+    return {
+        "angle_of_repose_deg": float(np.mean(flanks)),
+        "angle_of_repose_sd_deg": float(np.std(flanks, ddof=1)),
+        "radial_angle_deg": radial_angle(p, r, plate_radius),
+        "radial_angle_sd_deg": float(np.std(radial, ddof=1)),
+        "height_mm": 1e3 * height,
+        "on_plate": int(on_plate.sum()),
+    }
+
+
+def _supported(position, radius, candidate):
+    """Leave out what hangs above the heap (grains in the funnel): a gap in height larger than four grains ends the heap."""
+    order = np.flatnonzero(candidate)
+    order = order[np.argsort(position[order, 2])]
+    z = position[order, 2]
+    gaps = np.flatnonzero(np.diff(z) > 8.0 * float(np.max(radius, initial=0.0)))
+    keep = np.zeros(len(position), bool)
+    keep[order[: gaps[0] + 1] if len(gaps) else order] = True
+    return keep
+
+
+def fit_flank(distance, height, limit):
+    """Slope angle [deg] of the flank of a profile height(distance), both (m,) [m], or nan where there is no flank.
+
+    The flank begins at the last place above 80 % of the height and ends at the first below 20 %, within `limit`.
+    """
+    top = float(np.nanmax(height))
+    inside = distance <= limit
+    above = np.flatnonzero(inside & (height > UPPER * top))
+    begin = above[-1] + 1 if len(above) else 0
+    below = np.flatnonzero(inside & (height < LOWER * top) & (np.arange(len(height)) >= begin))
+    end = below[0] if len(below) else int(inside.sum())
+    if end - begin < MIN_POINTS:
+        return np.nan
+    slope = np.polyfit(distance[begin:end], height[begin:end], 1)[0]
+    return float(np.degrees(np.arctan(-slope)))
+
+
+def outline(across, z, radius, stations):
+    """Height (m,) of the outline of discs at `across`, z, radius (n,), at stations (m,); 0 where there is none. [m]"""
+    height = np.zeros(len(stations))
+    step = stations[1] - stations[0]
+    first = np.ceil((across - radius - stations[0]) / step).astype(int)
+    last = np.floor((across + radius - stations[0]) / step).astype(int)
+    for shift in range(int((last - first).max(initial=0)) + 1):
+        k = first + shift
+        ok = (k <= last) & (k >= 0) & (k < len(stations))
+        under = radius[ok] ** 2 - (across[ok] - stations[k[ok]]) ** 2
+        np.maximum.at(height, k[ok], z[ok] + np.sqrt(np.maximum(under, 0.0)))
+    return height
+
+
+def silhouette_angles(position, radius, plate_radius):
+    """Flank angles (2 * VIEWS,) [deg], two from each view. Raises MeasureError when fewer than half have a flank."""
+    step = 0.25 * float(np.mean(radius))
+    stations = np.arange(0.0, plate_radius, step)
+    angles = []
+    for turn in np.arange(VIEWS) * np.pi / VIEWS:
+        across = position[:, 0] * np.cos(turn) + position[:, 1] * np.sin(turn)
+        for side in (1.0, -1.0):
+            profile = outline(side * across, position[:, 2], radius, stations)
+            angles.append(fit_flank(stations, profile, _clear_of_rim(plate_radius, radius)))
+    return _valid(angles, "silhouette")
+
+
+def _clear_of_rim(plate_radius, radius):
+    """Beyond this distance grains hang over the rim and the surface falls off."""
+    return plate_radius - float(np.mean(radius))
+
+
+def surface(position, radius, plate_radius):
+    """Stations (m,) and surface heights (AZIMUTHS, m) on rays from the axis [m]."""
+    step = 0.5 * float(np.mean(radius))
+    stations = np.arange(0.5 * step, plate_radius, step)
+    height = np.zeros((AZIMUTHS, len(stations)))
+    for k, turn in enumerate(2.0 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS):
+        along = position[:, 0] * np.cos(turn) + position[:, 1] * np.sin(turn)
+        aside = -position[:, 0] * np.sin(turn) + position[:, 1] * np.cos(turn)
+        hit = np.abs(aside) < radius
+        cut = np.sqrt(radius[hit] ** 2 - aside[hit] ** 2)
+        height[k] = outline(along[hit], position[hit, 2], cut, stations)
+    return stations, height
+
+
+def radial_angle(position, radius, plate_radius):
+    """Angle [deg] of the flank of the surface averaged over the azimuth."""
+    stations, height = surface(position, radius, plate_radius)
+    angle = fit_flank(stations, height.mean(axis=0), _clear_of_rim(plate_radius, radius))
+    if not np.isfinite(angle):
+        raise MeasureError("no heap: the radial surface has no flank")
+    return angle
+
+
+def radial_angles(position, radius, plate_radius):
+    """Angles [deg] of the surface averaged over each of SECTORS sectors that have a flank."""
+    stations, height = surface(position, radius, plate_radius)
+    sectors = height.reshape(SECTORS, -1, len(stations)).mean(axis=1)
+    limit = _clear_of_rim(plate_radius, radius)
+    return _valid([fit_flank(stations, s, limit) for s in sectors], "radial surface")
+
+
+def _valid(angles, what):
+    angles = np.array(angles)
+    good = angles[np.isfinite(angles)]
+    if len(good) < max(len(angles) // 2, 2):
+        raise MeasureError(
+            f"no heap: {len(angles) - len(good)} of {len(angles)} flanks of the {what} are too short"
+        )
+    return good

@@ -1,0 +1,40 @@
+"""A commented run spec, made from the schema so that it cannot disagree with it."""
+
+from pydantic import BaseModel
+
+from dem.spec import GEOMETRY, RunSpec
+
+
+def template(experiment):
+    """YAML text of a complete spec for an experiment, every key with its description and default."""
+    lines = [
+        f"# A run of the {experiment} experiment. Every value below is the default.",
+        f"experiment: {experiment}",
+    ]
+    for name, field in RunSpec.model_fields.items():
+        if name == "experiment":
+            continue
+        if name == "geometry":
+            lines += _section("geometry", GEOMETRY[experiment](), 0)
+        elif isinstance(field.default, BaseModel):
+            lines += _section(name, field.default, 0)
+        else:
+            lines.append(f"{name}: {_text(field.default)}  # {field.description}")
+    return "\n".join(lines) + "\n"
+
+
+def _section(name, part, depth):
+    pad = "  " * depth
+    lines = [f"{pad}{name}:"]
+    for key, field in type(part).model_fields.items():
+        value = getattr(part, key)
+        if isinstance(value, BaseModel):
+            lines += _section(key, value, depth + 1)
+        else:
+            note = field.description or f"one of {', '.join(field.annotation.__args__)}"
+            lines.append(f"{pad}  {key}: {_text(value)}  # {note}")
+    return lines
+
+
+def _text(value):
+    return "null" if value is None else str(value)
