@@ -1,0 +1,86 @@
+"""Designs of experiments as tidy tables: a row a run, coded and natural levels side by side.
+
+Columns: `run` (1...), `replicate`, one column a factor code with the coded level, one a factor name with the natural level.
+"""
+
+import numpy as np
+import pandas as pd
+import pyDOE3
+
+from calibration.errors import CalibrationError
+
+MIN_SCREENING, MAX_SCREENING = 2, 23
+
+
+def plackett_burman(factors, replicates=1):
+    """Plackett-Burman screening design for 2 to 23 factors: the smallest multiple of four runs above their number.
+
+    Raises CalibrationError when the library's matrix is not a balanced, orthogonal two-level design.
+    """
+    k = len(factors)
+    if not MIN_SCREENING <= k <= MAX_SCREENING:
+        raise CalibrationError(f"screening takes {MIN_SCREENING} to {MAX_SCREENING} factors, not {k}")
+    matrix = np.asarray(pyDOE3.pbdesign(k), float)[:, :k]
+    runs = 4 * (k // 4 + 1)
+    orthogonal = np.array_equal(matrix.T @ matrix, len(matrix) * np.eye(k))
+    if matrix.shape != (runs, k) or not np.isin(matrix, (-1, 1)).all() or matrix.sum(0).any() or not orthogonal:
+        raise CalibrationError(f"the Plackett-Burman matrix for {k} factors is not orthogonal and balanced")
+    return tabulate(matrix, factors, replicates)
+
+
+def box_behnken(factors, centre_runs=5, replicates=1):
+    """Box-Behnken design for 3 to 7 factors. Raises CalibrationError when the matrix has not the design's properties."""
+    k = len(factors)
+    if not 3 <= k <= 7:
+        raise CalibrationError(f"a Box-Behnken design takes 3 to 7 factors, not {k}")
+    matrix = np.asarray(pyDOE3.bbdesign(k, center=centre_runs), float)
+    active = np.abs(matrix).sum(1)
+    edges = active > 0
+    size = 3 if k >= 6 else 2  # factors that leave the centre together (Box and Behnken 1960)
+    if not np.isin(matrix, (-1, 0, 1)).all() or (active[edges] != size).any() or (~edges).sum() != centre_runs:
+        raise CalibrationError(f"the matrix for {k} factors is not a Box-Behnken design")
+    return tabulate(matrix, factors, replicates)
+
+
+def steepest_path(factors, start, step, steps):
+    """`steps` points start + k step in natural levels; start, step: {factor name: value}. Levels outside a factor's range
+    are refused."""
+    rows = []
+    for k in range(steps):
+        row = {"run": k + 1, "replicate": 1}
+        for f in factors:
+            value = round(start[f.name] + k * step[f.name], 9)
+            if not min(f.low, value) >= f.low - 1e-9 or value > f.high + 1e-9:
+                raise CalibrationError(
+                    f"step {k + 1} of the ascent takes {f.name} to {value:g}, outside {f.low:g} to {f.high:g}"
+                )
+            row[f.code], row[f.name] = f.coded(value), value
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def path_from_effects(factors, effects, steps):
+    """Start and step, {factor name: value} each, of a path from the low-response corner to the high-response one.
+
+    Each factor moves in the direction of its effect, from the end of its range where the response is low, by steps in
+    proportion to its effect; the factor with the largest effect crosses its whole range.
+    """
+    largest = max(abs(effects[f.code]) for f in factors)
+    start, step = {}, {}
+    for f in factors:
+        share = effects[f.code] / largest
+        step[f.name] = 2.0 * f.half_range * share / (steps - 1)
+        start[f.name] = f.centre - 0.5 * (steps - 1) * step[f.name]
+    return start, step
+
+
+def tabulate(matrix, factors, replicates=1):
+    """Design table of a coded matrix (runs, factors), the whole design repeated `replicates` times."""
+    rows = []
+    for r in range(replicates):
+        for levels in matrix:
+            row = {"run": len(rows) + 1, "replicate": r + 1}
+            row |= {f.code: float(x) for f, x in zip(factors, levels, strict=True)}
+            row |= {f.name: f.natural(float(x)) for f, x in zip(factors, levels, strict=True)}
+            rows.append(row)
+    return pd.DataFrame(rows)

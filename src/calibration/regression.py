@@ -1,0 +1,327 @@
+"""Analysis of designed experiments: two-level effects and quadratic response surfaces.
+
+The tables carry what Design-Expert and R's rsm print, under the same names. Sums of squares of terms are partial (type III in coded
+levels), each term's own share when all others are in the model.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from calibration.errors import CalibrationError, RankDeficientError
+
+# --- screening -------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Screening:
+    """Effects of a two-level design. `table`: code, effect, sum_sq, contribution_percent, F, p, half_normal_score."""
+
+    table: pd.DataFrame
+    anova: pd.DataFrame
+    method: str
+    t_limit: float
+    bonferroni_limit: float
+
+
+def screen(design, codes, response):
+    """Effects of two-level factors `codes` of a design table on response (n,).
+
+    With residual degrees of freedom the effects are tested by t; a saturated design by Lenth's pseudo standard error
+    (Lenth 1989, Technometrics 31:469).
+    """
+    x, y = design[codes].to_numpy(float), np.asarray(response, float)
+    n, k = x.shape
+    effects = 2.0 * (x.T @ y) / n
+    sum_sq = n * effects**2 / 4.0
+    total = float(((y - y.mean()) ** 2).sum())
+    # replicates are extra degrees of freedom, like unused columns
+    df = n - k - 1
+    residual = max(total - float(sum_sq.sum()), 0.0)
+    if df > 0:
+        method, error = "residual", 2.0 * np.sqrt(residual / df / n)
+    else:
+        method, df = "Lenth", k / 3.0
+        s0 = 1.5 * np.median(np.abs(effects))
+        error = 1.5 * np.median(np.abs(effects)[np.abs(effects) < 2.5 * s0])
+    if error == 0.0:
+        raise CalibrationError("the screening has no scatter at all; the effects cannot be tested")
+    t = np.abs(effects) / error
+    order = np.argsort(np.abs(effects))
+    score = np.empty(k)
+    score[order] = stats.norm.ppf(0.5 + 0.5 * (np.arange(1, k + 1) - 0.5) / k)
+    table = pd.DataFrame(
+        {
+            "code": codes,
+            "effect": effects,
+            "sum_sq": sum_sq,
+            "contribution_percent": 100.0 * sum_sq / total,
+            "t": t,
+            "F": t**2,
+            "p": 2.0 * stats.t.sf(t, df),
+            "half_normal_score": score,
+        }
+    )
+    return Screening(
+        table,
+        _screening_anova(table, residual, n - k - 1, total),
+        method,
+        float(stats.t.ppf(0.975, df)) * error,
+        float(stats.t.ppf(1.0 - 0.025 / k, df)) * error,
+    )
+
+
+def _screening_anova(table, residual, df, total):
+    k, model = len(table), float(table["sum_sq"].sum())
+    mean = residual / df if df > 0 else np.nan
+    f = model / k / mean if df > 0 else np.nan
+    rows = [_row("Model", model, k, f, df)]
+    rows += [_row(r.code, r.sum_sq, 1, r.sum_sq / mean, df) if df > 0 else _row(r.code, r.sum_sq, 1, r.F, k / 3) for r in table.itertuples()]
+    if df > 0:
+        rows.append(_row("Residual", residual, df))
+    rows.append({"source": "Cor Total", "sum_sq": total, "df": k + df})
+    return pd.DataFrame(rows, columns=ANOVA_COLUMNS)
+
+
+ANOVA_COLUMNS = ["source", "sum_sq", "df", "mean_sq", "F", "p"]
+
+
+def _row(source, sum_sq, df, f=None, df_error=None):
+    row = {"source": source, "sum_sq": sum_sq, "df": df, "mean_sq": sum_sq / df}
+    if f is not None and np.isfinite(f):
+        row |= {"F": f, "p": float(stats.f.sf(f, df, df_error))}
+    return row
+
+
+def significant(screening, alpha, at_least=1, at_most=None):
+    """Codes of the factors with p < alpha, largest effect first.
+
+    Fewer than `at_least` are filled up with the next largest effects; more than `at_most` are cut.
+    """
+    table = screening.table.assign(size=screening.table["effect"].abs()).sort_values("size", ascending=False)
+    chosen = list(table.loc[table["p"] < alpha, "code"])
+    for code in table["code"]:
+        if len(chosen) >= at_least:
+            break
+        if code not in chosen:
+            chosen.append(code)
+    return chosen[:at_most]
+
+
+# --- response surface ------------------------------------------------------------------------------------------------
+
+
+def quadratic_terms(codes):
+    """Terms of the full quadratic model as tuples of codes: (), (A,), (A, B), (A, A)."""
+    return [(), *((c,) for c in codes), *combinations(codes, 2), *((c, c) for c in codes)]
+
+
+def term_name(term):
+    """'A', 'AB', 'A²'; 'Intercept' for the empty term."""
+    if not term:
+        return "Intercept"
+    return f"{term[0]}²" if len(term) == 2 and term[0] == term[1] else "".join(term)
+
+
+def model_matrix(levels, codes, terms):
+    """(n, terms) matrix of coded levels (n, factors)."""
+    levels = np.atleast_2d(np.asarray(levels, float))
+    column = {c: levels[:, k] for k, c in enumerate(codes)}
+    return np.column_stack([np.prod([column[c] for c in t], axis=0) * np.ones(len(levels)) for t in terms])
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A fitted response surface.
+
+    coefficients: term, estimate, se, t, p, low, high, vif; anova: ANOVA_COLUMNS; summary: statistics by name;
+    diagnostics: run, actual, predicted, residual, leverage, studentised residuals, Cook's distance.
+    """
+
+    codes: list
+    terms: list
+    beta: np.ndarray
+    inverse: np.ndarray
+    sigma2: float
+    df: int
+    coefficients: pd.DataFrame
+    anova: pd.DataFrame
+    summary: dict
+    diagnostics: pd.DataFrame
+
+    def predict(self, levels):
+        """Predicted response (n,) at coded levels (n, factors)."""
+        return model_matrix(levels, self.codes, self.terms) @ self.beta
+
+    def standard_error(self, levels):
+        """Standard error (n,) of the predicted mean."""
+        x = model_matrix(levels, self.codes, self.terms)
+        return np.sqrt(self.sigma2 * np.einsum("ij,jk,ik->i", x, self.inverse, x))
+
+    def confirmation_interval(self, levels, runs, alpha=0.05):
+        """(low, high), (n,) each, for the mean of `runs` new runs: yhat +- t s sqrt(1/runs + x' (X'X)^-1 x)."""
+        centre, mean_se = self.predict(levels), self.standard_error(levels)
+        half = stats.t.ppf(1 - alpha / 2, self.df) * np.sqrt(self.sigma2 / runs + mean_se**2)
+        return centre - half, centre + half
+
+    def canonical(self):
+        """Stationary point (factors,) in coded levels, eigenvalues (factors,), axes (factors, factors) as columns, and kind."""
+        linear, quadratic = self._gradient_and_hessian()
+        values, axes = np.linalg.eigh(quadratic)
+        point = np.linalg.lstsq(-2.0 * quadratic, linear, rcond=None)[0]
+        kind = "maximum" if (values < 0).all() else "minimum" if (values > 0).all() else "saddle"
+        return {"point": point, "response": float(self.predict([point])[0]), "eigenvalues": values, "axes": axes, "kind": kind}
+
+    def _gradient_and_hessian(self):
+        k = len(self.codes)
+        linear, quadratic = np.zeros(k), np.zeros((k, k))
+        for term, b in zip(self.terms, self.beta, strict=True):
+            i = [self.codes.index(c) for c in term]
+            if len(i) == 1:
+                linear[i[0]] += b
+            elif len(i) == 2:
+                quadratic[i[0], i[1]] += b / 2
+                quadratic[i[1], i[0]] += b / 2
+        return linear, quadratic
+
+    def ridge(self, radii, rising=True):
+        """Points (m, factors) of largest (or least) response on spheres of coded radii (m,): ridge analysis (Draper 1963)."""
+        linear, quadratic = self._gradient_and_hessian()
+        values, axes = np.linalg.eigh(-quadratic if rising else quadratic)
+        g = axes.T @ (-linear if rising else linear)
+        out = []
+        for r in radii:
+            # the point is -(H + m I)^-1 g / 2 with the shift m that gives it length r
+            low, high = -values[0] + 1e-12, -values[0] + np.linalg.norm(g) / (2 * r) + 1.0
+            for _ in range(200):
+                shift = 0.5 * (low + high)
+                if np.linalg.norm(g / (2 * (values + shift))) > r:
+                    low = shift
+                else:
+                    high = shift
+            out.append(axes @ (-g / (2 * (values + shift))))
+        return np.array(out)
+
+    def equation(self):
+        """The model as text in coded levels."""
+        text = f"{self.beta[0]:.2f}"
+        for t, b in zip(self.terms[1:], self.beta[1:], strict=True):
+            text += f" {'+' if b >= 0 else '−'} {abs(b):.2f} {term_name(t)}"
+        return text
+
+
+def fit_surface(design, codes, response, terms=None, alpha=0.05):
+    """Fit the full quadratic model, or the given terms, to a design table's coded columns.
+
+    Raises RankDeficientError naming the terms that the design cannot tell apart, CalibrationError when no degree of
+    freedom is left.
+    """
+    terms = terms or quadratic_terms(codes)
+    y = np.asarray(response, float)
+    x = model_matrix(design[codes].to_numpy(float), codes, terms)
+    n, p = x.shape
+    _check_rank(x, terms)
+    if n <= p:
+        raise CalibrationError(f"{n} runs leave no degree of freedom for a model of {p} terms")
+    inverse = np.linalg.inv(x.T @ x)
+    beta = inverse @ (x.T @ y)
+    predicted = x @ beta
+    residual = y - predicted
+    df, sse = n - p, float(residual @ residual)
+    sigma2 = sse / df
+    leverage = np.einsum("ij,jk,ik->i", x, inverse, x)
+    anova, lack = _anova(terms, beta, inverse, y, predicted, sse, df, x)
+    press = float(((residual / (1.0 - leverage)) ** 2).sum())
+    total = float(((y - y.mean()) ** 2).sum())
+    summary = {
+        "R2": 1.0 - sse / total,
+        "R2_adj": 1.0 - sigma2 / (total / (n - 1)),
+        "R2_pred": 1.0 - press / total,
+        "PRESS": press,
+        "sd": float(np.sqrt(sigma2)),
+        "mean": float(y.mean()),
+        "CV_percent": 100.0 * float(np.sqrt(sigma2)) / float(y.mean()),
+        "adequate_precision": float(np.ptp(predicted) / np.sqrt(p * sigma2 / n)),
+        "lack_of_fit_p": lack,
+    }
+    return Surface(
+        list(codes), terms, beta, inverse, sigma2, df,
+        _coefficients(terms, beta, inverse, sigma2, df, x, alpha),
+        anova, summary, _diagnostics(y, predicted, residual, leverage, sigma2, p, df),
+    )  # fmt: skip
+
+
+def _check_rank(x, terms):
+    rank = np.linalg.matrix_rank(x)
+    if rank == x.shape[1]:
+        return
+    _, _, vh = np.linalg.svd(x)
+    null = np.abs(vh[rank:])
+    raise RankDeficientError([term_name(t) for t, involved in zip(terms, (null > 1e-8).any(0), strict=True) if involved])
+
+
+def _anova(terms, beta, inverse, y, predicted, sse, df, x):
+    total = float(((y - y.mean()) ** 2).sum())
+    mean, k = sse / df, len(terms) - 1
+    rows = [_row("Model", total - sse, k, (total - sse) / k / mean, df)]
+    for i, term in enumerate(terms):
+        if term:
+            sum_sq = float(beta[i] ** 2 / inverse[i, i])
+            rows.append(_row(term_name(term), sum_sq, 1, sum_sq / mean, df))
+    rows.append(_row("Residual", sse, df))
+    pure, df_pure = _pure_error(x, y)
+    lack_p = np.nan
+    if 0 < df_pure < df and pure > 0.0:
+        lack, df_lack = sse - pure, df - df_pure
+        f = lack / df_lack / (pure / df_pure)
+        rows += [_row("Lack of Fit", lack, df_lack, f, df_pure), _row("Pure Error", pure, df_pure)]
+        lack_p = rows[-2]["p"]
+    rows.append({"source": "Cor Total", "sum_sq": total, "df": len(y) - 1})
+    return pd.DataFrame(rows, columns=ANOVA_COLUMNS), lack_p
+
+
+def _pure_error(x, y):
+    """Sum of squares within groups of equal points and its degrees of freedom."""
+    _, group = np.unique(np.round(x, 9), axis=0, return_inverse=True)
+    group = group.ravel()
+    within = sum(float(((y[group == g] - y[group == g].mean()) ** 2).sum()) for g in np.unique(group))
+    return within, len(y) - len(np.unique(group))
+
+
+def _coefficients(terms, beta, inverse, sigma2, df, x, alpha):
+    se = np.sqrt(sigma2 * np.diag(inverse))
+    half = stats.t.ppf(1 - alpha / 2, df) * se
+    spread = ((x - x.mean(0)) ** 2).sum(0)
+    return pd.DataFrame(
+        {
+            "term": [term_name(t) for t in terms],
+            "estimate": beta,
+            "se": se,
+            "t": beta / se,
+            "p": 2 * stats.t.sf(np.abs(beta / se), df),
+            "low": beta - half,
+            "high": beta + half,
+            "vif": np.where(spread > 0, np.diag(inverse) * spread, np.nan),
+        }
+    )
+
+
+def _diagnostics(y, predicted, residual, leverage, sigma2, p, df):
+    internal = residual / np.sqrt(sigma2 * (1.0 - leverage))
+    # the variance without the run itself; a run that fits exactly leaves the internal value
+    outside = (df - internal**2) / (df - 1) if df > 1 else np.ones_like(internal)
+    return pd.DataFrame(
+        {
+            "run": np.arange(1, len(y) + 1),
+            "actual": y,
+            "predicted": predicted,
+            "residual": residual,
+            "leverage": leverage,
+            "studentised": internal,
+            "externally_studentised": internal / np.sqrt(np.maximum(outside, 1e-12)),
+            "cooks_distance": internal**2 * leverage / (1.0 - leverage) / p,
+        }
+    )

@@ -1,0 +1,106 @@
+"""The analysis must print the paper's own tables from the paper's own runs."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from calibration.errors import RankDeficientError
+from calibration.factors import Factor, read_factors
+from calibration.optimise import solve
+from calibration.regression import fit_surface, screen, significant
+from calibration.validate import compare
+
+TABLES = Path(__file__).parents[2] / "data" / "paper"
+
+
+def table(name):
+    return pd.read_csv(TABLES / name, comment="#")
+
+
+def printed_p(value):
+    return 0.00005 if str(value).startswith("<") else float(value)
+
+
+def test_table_7_from_table_6():
+    runs, printed = table("table06_plackett_burman.csv"), table("table07_plackett_burman_anova.csv")
+    screening = screen(runs, list("ABCDEFG"), runs["angle_deg"])
+    ours = screening.anova.set_index("source")
+    for row in printed.itertuples():
+        assert ours.loc[row.source, "sum_sq"] == pytest.approx(row.sum_sq, abs=0.0051)
+        assert ours.loc[row.source, "F"] == pytest.approx(row.F, abs=0.0051)
+        assert ours.loc[row.source, "p"] == pytest.approx(printed_p(row.p), abs=0.000051)
+    assert significant(screening, 0.05) == ["G", "E", "C"]
+    assert screening.method == "residual"
+
+
+def surface():
+    runs = table("table11_box_behnken.csv").rename(columns={"X": "A", "Y": "B", "Z": "C"})
+    return fit_surface(runs, list("ABC"), runs["angle_deg"])
+
+
+def test_table_12_from_table_11():
+    ours = surface().anova.set_index("source")
+    printed = table("table12_box_behnken_anova.csv").replace({"A2": "A²", "B2": "B²", "C2": "C²"})
+    for row in printed.itertuples():
+        assert ours.loc[row.source, "sum_sq"] == pytest.approx(row.sum_sq, abs=0.0051)
+        assert ours.loc[row.source, "df"] == row.df
+        if np.isfinite(row.F):
+            assert ours.loc[row.source, "F"] == pytest.approx(row.F, abs=0.0051)
+            assert ours.loc[row.source, "p"] == pytest.approx(printed_p(row.p), abs=0.000051)
+
+
+def test_table_12_summary():
+    printed = table("table12_summary.csv").set_index("statistic")["value"]
+    ours = surface().summary
+    for name, value in printed.items():
+        assert ours[name] == pytest.approx(value, abs=0.0051), name
+
+
+def test_the_printed_levels_leave_the_model_rank_deficient():
+    runs = table("table11_box_behnken.csv")
+    levels = runs[["X_printed", "Y_printed", "Z_printed"]].set_axis(list("ABC"), axis=1)
+    with pytest.raises(RankDeficientError) as error:
+        fit_surface(levels, list("ABC"), runs["angle_deg"])
+    assert "B²" in error.value.terms
+
+
+def test_the_papers_optimum_lies_on_the_solution_set():
+    coding = table("table11_coding.csv").set_index("factor")
+    factors = [Factor(c, c, c, *coding.loc[x, ["low", "high"]]) for c, x in zip("ABC", "XYZ", strict=True)]
+    point = [f.coded(v) for f, v in zip(factors, (0.23, 0.544, 0.368), strict=True)]
+    fit = surface()
+    assert fit.predict([point])[0] == pytest.approx(45.27, abs=0.05)
+    solution = solve(fit, 45.27)
+    assert solution.attainable
+    assert np.abs(fit.predict(solution.points) - 45.27).max() < 1e-4
+    assert solution.predicted == pytest.approx(45.27, abs=1e-4)
+    assert (solution.chosen**2).sum() <= (solution.points**2).sum(1).min() + 1e-9
+    gap = np.linalg.norm(solution.points - point, axis=1).min()
+    assert gap < 0.2
+
+
+def test_an_unattainable_target_gives_the_nearest_point():
+    solution = solve(surface(), 80.0)
+    assert not solution.attainable
+    corners = np.array(np.meshgrid(*[[-1, 1]] * 3)).reshape(3, -1).T
+    assert solution.predicted >= surface().predict(corners).max() - 1e-6
+
+
+def test_validation_of_table_13_against_table_1():
+    simulated = table("table13_validation.csv").pivot(index="group", columns="replicate", values="angle_deg")
+    measured = table("table01_measured_angle_of_repose.csv")["angle_deg"]
+    result = compare(simulated.to_numpy(), measured, margin=1.0)
+    assert result.simulated_mean == pytest.approx(45.55, abs=0.01)
+    assert result.relative_error_percent == pytest.approx(0.6, abs=0.05)
+    assert result.t_p > 0.05
+    assert result.equivalent
+
+
+def test_shipped_factors_are_table_5():
+    printed = table("table05_contact_parameter_ranges.csv")
+    factors = read_factors(TABLES.parents[1] / "config" / "factors.tsv")
+    assert [(f.code, f.name, f.low, f.high) for f in factors] == [
+        tuple(row) for row in printed.itertuples(index=False)
+    ]
