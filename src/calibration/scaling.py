@@ -5,7 +5,7 @@ dimensions alone: a quantity of the dimension M^m L^l T^t has the exponent m a_M
 quantities of independent dimensions fix all others.
 
 Sources: Y. T. Feng, K. Han, D. R. J. Owen and J. Loughran, Engineering Computations 26 (2009) 599-609, for the laws;
-and 15.
+the paper, Eq. 2 to 8 and 15.
 """
 
 from collections.abc import Mapping
