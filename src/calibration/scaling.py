@@ -16,6 +16,8 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
+from calibration.errors import CalibrationError
+
 DIMENSIONS: dict[str, tuple[int, int, int]] = {
     # quantity: powers of mass, length, time
     "mass": (1, 0, 0),
@@ -68,7 +70,7 @@ GROUPS: dict[str, dict[str, float]] = {
 """Dimensionless groups that a model must keep to behave alike, as powers of the quantities in `DIMENSIONS`."""
 
 
-class ScalingError(ValueError):
+class ScalingError(CalibrationError):
     """A scaling rule that does not fix what is asked of it."""
 
 
@@ -127,7 +129,7 @@ def exponent(quantity: str, held: Mapping[str, float]) -> Fraction:
 
     Raises
     ------
-    KeyError : a quantity that `DIMENSIONS` does not list
+    ScalingError : a quantity that `DIMENSIONS` does not list
     OverdeterminedError : the held exponents contradict each other
     UnderdeterminedError : the held quantities do not fix this one
     """
@@ -230,7 +232,9 @@ def _exponent(quantity: str, held: Mapping[str, Fraction]) -> Fraction:
 
 def _dimension(quantity: str) -> tuple[int, int, int]:
     if quantity not in DIMENSIONS:
-        raise KeyError(f"no dimension is known for {quantity!r}; known are {', '.join(DIMENSIONS)}")
+        raise ScalingError(
+            f"no dimension is known for {quantity!r}; known are {', '.join(DIMENSIONS)}"
+        )
     return DIMENSIONS[quantity]
 
 

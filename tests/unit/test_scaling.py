@@ -137,7 +137,7 @@ def test_restitution_does_not_follow_the_radius():
 
 
 def test_bad_names_and_factors_are_refused():
-    with pytest.raises(KeyError, match="colour"):
+    with pytest.raises(ScalingError, match="colour"):
         exponent("colour", {"length": 1})
     with pytest.raises(ScalingError, match="colour"):
         settings_of(PAPER_RULE, ("colour",))

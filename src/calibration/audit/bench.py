@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calibration.audit.fits import inverse_quadratic, r_squared
 from calibration.audit.paper import Claim, Paper
 from calibration.audit.printed import Printed, propagate
-from calibration.audit.regressions import inverse_quadratic, r_squared
 from calibration.audit.verdict import Recomputed, claim_check, number, table_check
 
 

@@ -7,9 +7,10 @@ from pathlib import Path
 import pandas as pd
 
 from calibration.audit.printed import Printed
+from calibration.errors import CalibrationError
 
 
-class AuditInputError(ValueError):
+class AuditInputError(CalibrationError):
     """A folder of printed tables that lacks something or holds something unreadable; the message says where."""
 
 

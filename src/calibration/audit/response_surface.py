@@ -4,16 +4,25 @@ from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
+import pyDOE3
 from scipy.optimize import linear_sum_assignment
 
+from calibration.audit.fits import TERMS as ALL_TERMS
+from calibration.audit.fits import (
+    by_source,
+    coefficients,
+    evaluate,
+    fit_quadratic,
+    quadratic_matrix,
+)
 from calibration.audit.paper import AuditInputError, Claim, Paper
 from calibration.audit.printed import Printed, propagate
-from calibration.audit.regressions import Fit, quadratic_terms
 from calibration.audit.verdict import AGREES, Recomputed, claim_check, judge, number, table_check
+from calibration.regression import Surface
 
 DESIGN = "table11_box_behnken"
 AXES = ("X", "Y", "Z")
-TERMS = ("A", "B", "C", "AB", "AC", "BC", "A2", "B2", "C2")
+TERMS = tuple(term for term in ALL_TERMS if term != "1")
 INTERACTIONS = ("AB", "AC", "BC")
 EDGES = 12
 
@@ -25,9 +34,7 @@ def printed_levels(paper: Paper) -> np.ndarray:
 
 def box_behnken(runs: int) -> np.ndarray:
     """The three-factor Box-Behnken design of `runs` runs: 12 midpoints of edges, the rest at the centre, (runs, 3)."""
-    signs = [(i, j) for i in (-1, 1) for j in (-1, 1)]
-    edges = [np.insert([i, j], zero, 0) for zero in range(3) for i, j in signs]
-    return np.vstack([edges, np.zeros((runs - EDGES, 3))]).astype(float)
+    return np.asarray(pyDOE3.bbdesign(3, center=runs - EDGES), float)
 
 
 def restored_levels(paper: Paper) -> np.ndarray:
@@ -48,18 +55,19 @@ def restored_levels(paper: Paper) -> np.ndarray:
     return restored
 
 
-def model(paper: Paper) -> Fit:
+def _angles(paper: Paper) -> np.ndarray:
+    return paper.numbers(DESIGN, "angle_deg").angle_deg.to_numpy()
+
+
+def model(paper: Paper) -> Surface:
     """Full quadratic regression of Table 11's angles on the restored levels."""
-    return Fit(
-        quadratic_terms(restored_levels(paper)),
-        paper.numbers(DESIGN, "angle_deg").angle_deg.to_numpy(),
-    )
+    return fit_quadratic(restored_levels(paper), _angles(paper))
 
 
 @claim_check("table11.rank")
 def design_rank(paper: Paper, claim: Claim) -> Recomputed:
-    terms = quadratic_terms(printed_levels(paper))
-    rank = int(np.linalg.matrix_rank(terms.to_numpy()))
+    terms = quadratic_matrix(printed_levels(paper))
+    rank = int(np.linalg.matrix_rank(terms))
     verdicts = [judge(*cell)["verdict"] for cell in anova_cells(paper)]
     return Recomputed(
         rank,
@@ -93,7 +101,7 @@ def rotatable(paper: Paper, claim: Claim) -> Recomputed:
 
 @table_check
 def anova_cells(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
-    anova = model(paper).anova
+    anova = by_source(model(paper).anova)
     table = paper.text("table12_box_behnken_anova", "source", "sum_sq", "df", "mean_sq", "F", "p")
     for row in table.itertuples(index=False):
         if row.source not in anova.index:
@@ -186,7 +194,7 @@ def text_statistics(paper: Paper, claim: Claim) -> Recomputed:
     }
     sources = {"p": "Model", "lack_of_fit": "Lack of Fit"}
     key = claim.id.split(".")[1]
-    value = fit.summary[names[key]] if key in names else fit.anova.loc[sources[key], "p"]
+    value = fit.summary[names[key]] if key in names else by_source(fit.anova).loc[sources[key], "p"]
     return Recomputed(
         float(value), disagrees=f"A slip in the text: {value:.4g}. No consequence for the model."
     )
@@ -201,7 +209,7 @@ def text_statistics(paper: Paper, claim: Claim) -> Recomputed:
 )
 def significant_terms(paper: Paper, claim: Claim) -> Recomputed:
     terms = TERMS if claim.id.startswith("model") else INTERACTIONS
-    p = model(paper).anova.p[list(terms)]
+    p = by_source(model(paper).anova).p[list(terms)]
     found = [
         t for t in terms if (p[t] < 0.01 if claim.id.endswith("highly") else 0.01 <= p[t] < 0.05)
     ]
@@ -217,7 +225,7 @@ def significant_terms(paper: Paper, claim: Claim) -> Recomputed:
 @claim_check("fig9a.trend", "fig9b.trend")
 def trend(paper: Paper, claim: Claim) -> Recomputed:
     """Sign of the slope along one axis over the square of X and that axis, the other axis at its centre."""
-    b = model(paper).coefficients
+    b = coefficients(model(paper))
     x, other = np.meshgrid(np.linspace(-1, 1, 101), np.linspace(-1, 1, 101))
     if claim.id.startswith("fig9a"):
         slope, name = b["B"] + b["AB"] * x + 2 * b["B2"] * other, "salt-salt restitution"
@@ -237,7 +245,7 @@ def trend(paper: Paper, claim: Claim) -> Recomputed:
 @claim_check("fig9b.growth")
 def growth(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
-        float(model(paper).anova.loc["C2", "p"]),
+        float(by_source(model(paper).anova).loc["C2", "p"]),
         disagrees="The curvature in Z is not significant: no growth of the effect is shown.",
     )
 
@@ -259,9 +267,12 @@ def printed_equation(paper: Paper) -> dict[str, Printed]:
 @table_check
 def equation_coefficients(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
     """Against the full model and the model of the printed terms alone; the one that comes nearer counts."""
-    fit, printed = model(paper), printed_equation(paper)
-    full, kept = fit.coefficients, [t for t in fit.terms.columns if t in printed]
-    reduced = Fit(fit.terms[kept], fit.response).coefficients
+    printed = printed_equation(paper)
+    kept = tuple(term for term in ALL_TERMS if term in printed)
+    full, reduced = (
+        coefficients(model(paper)),
+        coefficients(fit_quadratic(restored_levels(paper), _angles(paper), kept)),
+    )
     misses = [
         sum((c[term] - cell.value) ** 2 for term, cell in printed.items()) for c in (full, reduced)
     ]
@@ -278,15 +289,15 @@ def equation_coefficients(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
             claim,
             Recomputed(
                 float(nearer[term]),
-                disagrees=f"Not the regression of Table 11, whether all ten terms are fitted ({full[term]:.3f}) or only "
-                f"those printed ({reduced[term]:.3f}). Use the regression, not Eq. 28.",
+                disagrees=f"Not the regression of Table 11, whether all ten terms are fitted ({full[term]:.3f}) or "
+                f"only those printed ({reduced[term]:.3f}). Use the regression, not Eq. 28.",
             ),
         )
 
 
 @claim_check("eq28.terms")
 def equation_terms(paper: Paper, claim: Claim) -> Recomputed:
-    p = model(paper).anova.p[list(TERMS)]
+    p = by_source(model(paper).anova).p[list(TERMS)]
     significant, kept = {t for t in TERMS if p[t] < 0.05}, set(printed_equation(paper)) - {"1"}
     lost, idle = sorted(significant - kept), sorted(kept - significant)
     return Recomputed(
@@ -308,21 +319,20 @@ def _coding(paper: Paper) -> pd.DataFrame:
     return table.set_axis(paper.text("table11_coding", "factor").factor).loc[list(AXES)]
 
 
-def _predict(paper: Paper, coefficients: dict[str, float], natural) -> float:
+def _predict(paper: Paper, equation: dict[str, float], natural) -> float:
     coding = _coding(paper)
     coded = (np.asarray(natural) - coding.centre) / ((coding.high - coding.low) / 2)
-    terms = quadratic_terms(coded.to_numpy()[None, :]).iloc[0]
-    return float(sum(value * terms[term] for term, value in coefficients.items()))
+    return float(evaluate(equation, coded.to_numpy()[None, :])[0])
 
 
-def _setting_rounding(paper: Paper, coefficients: dict[str, float]) -> float:
+def _setting_rounding(paper: Paper, equation: dict[str, float]) -> float:
     """What the optimum's rounding adds; a setting that is a level of the design is exact."""
     levels = _coding(paper).to_numpy()
     settings = [
         Printed(s.text, s.value, 0.0) if s.value in row else s
         for s, row in zip(_optimum(paper), levels, strict=True)
     ]
-    return propagate(lambda natural: _predict(paper, coefficients, natural), settings)
+    return propagate(lambda natural: _predict(paper, equation, natural), settings)
 
 
 @claim_check("optimum.eq28")
@@ -344,10 +354,10 @@ def optimum_of_equation(paper: Paper, claim: Claim) -> Recomputed:
 
 @claim_check("optimum.regression")
 def optimum_of_regression(paper: Paper, claim: Claim) -> Recomputed:
-    coefficients = model(paper).coefficients.to_dict()
+    equation = coefficients(model(paper))
     grid = np.linspace(-1, 1, 41)
     cube = np.stack(np.meshgrid(grid, grid, grid, indexing="ij"), axis=-1).reshape(-1, 3)
-    angles = quadratic_terms(cube).to_numpy() @ np.array(list(coefficients.values()))
+    angles = evaluate(equation, cube)
     target = paper.value("measured_angle_of_repose")
     band = number(paper.claims["validation.error"]).value / 100 * target
     near = cube[np.abs(angles - target) <= band]
@@ -358,8 +368,8 @@ def optimum_of_regression(paper: Paper, claim: Claim) -> Recomputed:
         f"{axis} {a:.3g} to {b:.3g}" for axis, a, b in zip(AXES, low, high, strict=True)
     )
     return Recomputed(
-        _predict(paper, coefficients, [s.value for s in _optimum(paper)]),
-        half_width=_setting_rounding(paper, coefficients),
+        _predict(paper, equation, [s.value for s in _optimum(paper)]),
+        half_width=_setting_rounding(paper, equation),
         agrees=f"The optimum is this regression's, but not the only one: {len(near) / len(cube):.0%} of the design "
         f"region comes within the validation's error of the target ({ranges}). One angle does not fix three "
         "parameters.",

@@ -5,10 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
+from calibration.audit.fits import by_source
 from calibration.audit.paper import Claim, Paper
 from calibration.audit.printed import Printed
-from calibration.audit.regressions import Fit, linear_terms
 from calibration.audit.verdict import Recomputed, claim_check, number, table_check
+from calibration.regression import Screening, screen
 
 FACTORS = tuple("ABCDEFG")
 ASCENT = {
@@ -18,10 +19,15 @@ ASCENT = {
 }
 
 
-def screening_fit(paper: Paper) -> Fit:
+def design(paper: Paper) -> pd.DataFrame:
+    """The Plackett-Burman design, coded, with its angles."""
+    return paper.numbers("table06_plackett_burman", *FACTORS, "angle_deg")
+
+
+def screening(paper: Paper) -> Screening:
     """Main effects of the Plackett-Burman design."""
-    table = paper.numbers("table06_plackett_burman", *FACTORS, "angle_deg")
-    return Fit(linear_terms(table[list(FACTORS)]), table.angle_deg.to_numpy())
+    table = design(paper)
+    return screen(table, list(FACTORS), table.angle_deg)
 
 
 def _ranges(paper: Paper) -> pd.DataFrame:
@@ -46,7 +52,7 @@ def twice(paper: Paper, claim: Claim) -> Recomputed:
 
 @claim_check("table06.orthogonal")
 def orthogonal(paper: Paper, claim: Claim) -> Recomputed:
-    terms = screening_fit(paper).terms.to_numpy()
+    terms = design(paper)[list(FACTORS)].assign(mean=1.0).to_numpy()
     products = terms.T @ terms
     return Recomputed(
         float(np.abs(products - np.diag(np.diag(products))).max()),
@@ -75,7 +81,7 @@ def coded(paper: Paper, claim: Claim) -> Recomputed:
 
 @table_check
 def anova_cells(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
-    anova = screening_fit(paper).anova
+    anova = by_source(screening(paper).anova)
     table = paper.text(
         "table07_plackett_burman_anova", "source", "sum_sq", "df", "mean_sq", "F", "p"
     )
@@ -93,7 +99,7 @@ def anova_cells(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
 
 @claim_check("table07.highly", "table07.others")
 def significant(paper: Paper, claim: Claim) -> Recomputed:
-    p = screening_fit(paper).anova.p[list(FACTORS)]
+    p = by_source(screening(paper).anova).p[list(FACTORS)]
     chosen = p < 0.01 if claim.id == "table07.highly" else p > 0.05
     found = [f for f in FACTORS if chosen[f]]
     smallest = p[~(p < 0.01)].min()
@@ -107,7 +113,7 @@ def significant(paper: Paper, claim: Claim) -> Recomputed:
 
 @claim_check("table07.first")
 def largest_p(paper: Paper, claim: Claim) -> Recomputed:
-    anova = screening_fit(paper).anova
+    anova = by_source(screening(paper).anova)
     return Recomputed(float(anova.p[[_letter(paper, name) for name in ASCENT.values()]].max()))
 
 
@@ -147,7 +153,7 @@ def ascent_start(paper: Paper, claim: Claim) -> dict[str, Recomputed]:
 def ascent_step(paper: Paper, claim: Claim) -> Recomputed:
     """The step of an axis that goes with X's when both follow the screening's coefficients per coded unit."""
     axis = claim.id[-1].upper()
-    slope = screening_fit(paper).coefficients
+    slope = screening(paper).table.set_index("code").effect / 2
     half = (_ranges(paper).high - _ranges(paper).low) / 2
     x, name = ASCENT["X"], ASCENT[axis]
     step_x = float(_ascent(paper).X.diff().iloc[1])
@@ -181,8 +187,8 @@ def ascent_best(paper: Paper, claim: Claim) -> Recomputed:
     printed_gap, gap = gaps
     return Recomputed(
         int(table.level[error.idxmin()]),
-        agrees=f"It is {printed_gap:.2f} deg nearer to the printed target than the next level, and {gap:.2f} deg to the "
-        "mean of Table 1: the runs' scatter could turn this choice.",
+        agrees=f"It is {printed_gap:.2f} deg nearer to the printed target than the next level, and {gap:.2f} deg to "
+        "the mean of Table 1: the runs' scatter could turn this choice.",
     )
 
 
