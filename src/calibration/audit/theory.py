@@ -10,7 +10,7 @@ from calibration.audit.paper import Claim, Paper
 from calibration.audit.verdict import Recomputed, claim_check, table_check
 
 RULE = scaling.PAPER_RULE.held
-REAL_GRAVITY = {"length": 1, "density": 0, "acceleration": 0}
+REAL_GRAVITY = scaling.GRAVITY_RULE.held
 
 
 @claim_check("eq4.independent")
@@ -65,7 +65,8 @@ def modulus(paper: Paper, claim: Claim) -> Recomputed:
 def modulus_adapts(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         "adapts" if scaling.exponent("modulus", RULE) else "is unchanged",
-        disagrees="Contradicts Eq. 8: the modulus is kept. It would go as h under gravity-consistent scaling.",
+        disagrees="Contradicts Eq. 8: the modulus is kept. Under gravity-consistent scaling it would go as "
+        f"h^{scaling.exponent('modulus', REAL_GRAVITY)}.",
     )
 
 
@@ -132,7 +133,7 @@ def restitution(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         float(ratio),
         exact=True,
-        disagrees="It is the damping coefficient c_n that goes as R^2. The restitution depends on c/(2 sqrt(k m)) "
+        disagrees=f"It is the damping coefficient c_n that goes as R^{c:g}. The restitution depends on c/(2 sqrt(k m)) "
         f"alone and goes as R^{ratio}: it is not recalibrated for the particle's size.",
     )
 

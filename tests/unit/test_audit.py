@@ -1,0 +1,429 @@
+import csv
+
+import pandas as pd
+import pytest
+from audit_corrections import SHIPPED, Folder, corrected
+
+from calibration.audit import COLUMNS, AuditInputError, run_audit, write_audit
+
+
+@pytest.fixture(scope="module")
+def shipped():
+    return run_audit(SHIPPED).set_index("id")
+
+
+@pytest.fixture(scope="module")
+def right(tmp_path_factory):
+    """Path of a corrected copy."""
+    return corrected(tmp_path_factory.mktemp("audit") / "paper").path
+
+
+def disagreeing(folder):
+    table = run_audit(folder)
+    return set(table.id[table.verdict == "disagrees"])
+
+
+def within(table, prefix):
+    return table[table.index.str.startswith(prefix)]
+
+
+# --- the paper as printed --------------------------------------------------------------------------------------------
+
+
+def test_every_row_is_complete(shipped):
+    assert list(shipped.reset_index().columns) == list(COLUMNS)
+    assert shipped.verdict.isin(["agrees", "disagrees", "not_computable"]).all()
+    assert (shipped["where"].str.len() > 0).all()
+    assert (shipped.consequence.str.len() > 0).all()
+    assert not shipped.consequence.str.contains("nan|None ").any()
+
+
+def test_table_11_is_rank_deficient_and_box_behnken_levels_give_table_12(shipped):
+    assert shipped.loc["table11.rank", "verdict"] == "disagrees"
+    assert shipped.loc["table11.rank", "recomputed"] == 9
+    assert shipped.loc["table11.misprints", "recomputed"] == 9
+    cells = within(shipped, "table12").drop(["table12.heading.sum_sq", "table12.heading.mean_sq"])
+    assert len(cells) == 68
+    assert (cells.verdict == "agrees").all()
+
+
+def test_table_12_headings_are_swapped(shipped):
+    assert (within(shipped, "table12.heading").verdict == "disagrees").all()
+
+
+def test_equation_28_is_not_the_regression_but_the_optimum_is(shipped):
+    terms = shipped[
+        shipped.index.isin([f"eq28.{t}" for t in ("1", "A", "B", "C", "AC", "BC", "A2", "B2")])
+    ]
+    assert len(terms) == 8
+    assert (terms.verdict == "disagrees").all()
+    assert shipped.loc["optimum.eq28", "verdict"] == "disagrees"
+    assert shipped.loc["optimum.regression", "verdict"] == "agrees"
+
+
+@pytest.mark.parametrize(("equation", "test"), [("eq21", "tilt"), ("eq23", "drop")])
+def test_bench_curves_are_not_the_fits_of_their_tables(shipped, equation, test):
+    assert (within(shipped, f"{equation}.c").verdict == "disagrees").all()
+    assert shipped.loc[f"{test}.r2", "verdict"] == "disagrees"
+    assert shipped.loc[f"{test}.inverse", "verdict"] == "agrees"
+
+
+def test_rebound_deviation_is_ten_times_the_printed_one(shipped):
+    assert shipped.loc["drop.error", "verdict"] == "disagrees"
+    assert shipped.loc["drop.error", "recomputed"] == pytest.approx(10.93, abs=0.005)
+    assert shipped.loc["tilt.error", "verdict"] == "agrees"
+
+
+def test_steel_has_the_salts_density_and_the_salt_a_bulk_density(shipped):
+    assert (within(shipped, "section11").verdict == "disagrees").all()
+    assert "the salt's" in shipped.loc["section11.density", "consequence"]
+    assert shipped.loc["table03.particle", "verdict"] == "disagrees"
+    assert shipped.loc["table03.particle", "recomputed"] == pytest.approx(2160, abs=10)
+    assert "bulk" in shipped.loc["table03.particle", "consequence"]
+
+
+def test_drop_time_step_is_longer_than_the_contact(shipped):
+    contact = within(shipped, "drop.contact")
+    assert contact.loc["drop.contact.2mm", "recomputed"] == pytest.approx(1.03e-5, rel=0.01)
+    assert set(contact.index[contact.verdict == "agrees"]) == {"drop.contact.4mm"}
+    assert (within(shipped, "drop.time_step").verdict == "disagrees").all()
+
+
+def test_drop_heights_are_those_of_few_steps_and_not_of_the_restitution(shipped):
+    heights = within(shipped, "table09.height")
+    assert len(heights) == 9
+    assert (heights.verdict == "disagrees").all()
+    assert not heights.consequence.str.contains("neither").any()
+    assert shipped.loc["table09.law", "recomputed"] == 0
+    assert "0 at N = 100" in shipped.loc["table09.law", "consequence"]
+
+
+@pytest.mark.parametrize(
+    ("claim", "verdict", "found"),
+    [
+        ("model.highly", "agrees", "A B C BC A2"),
+        ("model.significant", "agrees", "AB AC"),
+        ("interaction.highly", "disagrees", "BC"),
+        ("interaction.significant", "disagrees", "AB AC"),
+        ("conclusion.highly", "disagrees", "BC"),
+        ("eq28.terms", "disagrees", "A B C AB AC BC A2"),
+        ("table07.highly", "agrees", "C E G"),
+    ],
+)
+def test_significance_statements(shipped, claim, verdict, found):
+    assert shipped.loc[claim, "verdict"] == verdict
+    assert shipped.loc[claim, "recomputed"] == found
+
+
+def test_group_and_range_counts(shipped):
+    table = within(shipped, "table08.").drop([f"table08.tangent.{i}" for i in range(1, 7)])
+    assert (table.verdict == "agrees").all()
+    assert (
+        shipped.loc[["table09.groups", "table09.low", "table09.range"], "verdict"]
+        .eq("disagrees")
+        .all()
+    )
+    assert shipped.loc[["table09.high", "table09.step"], "verdict"].eq("agrees").all()
+
+
+@pytest.mark.parametrize(
+    "agreeing",
+    [
+        "table07.G.F",
+        "table07.E.p",
+        "table10.error.5",
+        "table13.mean.3",
+        "validation.mean",
+        "validation.error",
+        "tilt.refit",
+    ],
+)
+def test_what_reproduces(shipped, agreeing):
+    assert shipped.loc[agreeing, "verdict"] == "agrees"
+
+
+def test_whole_of_table_7_reproduces(shipped):
+    cells = within(shipped, "table07")
+    assert len(cells) == 43
+    assert (cells.verdict == "agrees").all()
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        "table01.mean",
+        "table02.sum.group1",
+        "table04.unit.salt_density",
+        "table05.twice",
+        "drop.refit",
+        "drop.direct",
+        "table06.coded",
+        "ascent.start.X",
+        "ascent.low",
+        "ascent.high",
+        "validation.replicates",
+        "validation.repeats",
+        "eq4.mass",
+        "eq2.weight",
+        "section122.restitution",
+        "eq9.signs",
+        "labels.unique",
+        "reference.target",
+    ],
+)
+def test_what_does_not(shipped, wrong):
+    assert shipped.loc[wrong, "verdict"] == "disagrees"
+
+
+def test_readings_that_are_not_printed_are_not_judged(shipped):
+    expected = {
+        "tilt.bench",
+        "tilt.simulated",
+        "drop.bench",
+        "drop.simulated",
+        "shear.slope",
+        "shear.intercept",
+    }
+    unknown = shipped.index[shipped.verdict == "not_computable"]
+    assert set(unknown) == expected | {"shear.particle", "section235.poisson"}
+
+
+def test_tolerance_is_that_of_the_printed_digits(shipped):
+    assert shipped.loc["table12.A.F", "tolerance"] == pytest.approx(0.05)
+    assert shipped.loc["table12.BC.p", "tolerance"] == pytest.approx(0.00005)
+    assert shipped.loc["validation.error", "tolerance"] == pytest.approx(0.05)
+
+
+# --- errors put right, and planted -----------------------------------------------------------------------------------
+
+
+def test_corrected_tables_agree_throughout(right):
+    table = run_audit(right)
+    assert len(table) > 290
+    assert dict(table.verdict.value_counts()) == {"agrees": len(table)}
+
+
+PLANTED = [
+    # file, row, column, planted value, claims that must turn
+    ("table01_printed_means", 3, "mean", "45.86", {"table01.mean.3"}),
+    ("table02_sieve_fractions", 2, "0.3", "27.5", {"table02.sum.group2"}),
+    ("table03_density", 2, "density_printed_kg_m3", "1232", {"table03.density.2", "table03.mean"}),
+    (
+        "table04_printed_units",
+        "steel_density",
+        "printed_unit",
+        "kg m-2",
+        {"table04.unit.steel_density"},
+    ),
+    ("table05_contact_parameter_ranges", "D", "high", "0.36", {"table05.twice"}),
+    ("table06_printed_levels", 1, "E_printed", "0.75", {"table06.coded"}),
+    ("table07_plackett_burman_anova", "C", "F", "55.64", {"table07.C.F"}),
+    ("table07_plackett_burman_anova", "A", "p", "0.0586", {"table07.A.p"}),
+    ("table10_steepest_ascent", 4, "relative_error_printed", "0.12", {"table10.error.4"}),
+    ("table10_steepest_ascent", 5, "angle_deg", "58.53", {"table10.error.5"}),
+    ("table11_box_behnken", 5, "Y_printed", "-1", {"table11.misprints"}),
+    ("table11_box_behnken", 17, "Y_printed", "-1", {"table11.misprints"}),
+    ("table12_box_behnken_anova", "BC", "p", "0.0140", {"table12.BC.p"}),
+    ("table12_box_behnken_anova", "Residual", "df", "8", {"table12.Residual.df"}),
+    ("table12_summary", "R2_pred", "value", "0.93", {"table12.summary.R2_pred"}),
+    (
+        "table12_printed_headings",
+        "sum_sq",
+        "printed_heading",
+        "mean square",
+        {"table12.heading.sum_sq"},
+    ),
+    ("table13_printed_means", 5, "mean", "45.322", {"table13.mean.5"}),
+    (
+        "scalars",
+        "validated_angle_of_repose",
+        "value",
+        "45.95",
+        {"validation.mean", "validation.error"},
+    ),
+    ("scalars", "salt_salt_static_friction", "value", "0.58", {"shear.friction"}),
+    ("scalars", "yield_locus_intercept", "value", "0.048", {"shear.intercept"}),
+    ("scalars", "section_1_1_density", "value", "1210", {"section11.density"}),
+    ("scalars", "simulated_duration", "value", "0.5", {"heap.generation"}),
+    ("settings", "tilt_duration", "value", "8", {"tilt.reach"}),
+    ("settings", "drop_duration", "value", "0.2", {"drop.duration"}),
+    ("settings", "brine_water", "value", "50", {"table03.brine"}),
+    (
+        "settings",
+        "simulated_tilt_angle",
+        "value",
+        "40.01",
+        {"tilt.error", "tilt.between", "tilt.simulated"},
+    ),
+    ("claims", "drop.error", "printed", "1.09", {"drop.error"}),
+    ("claims", "interaction.highly", "printed", "AC BC", {"interaction.highly"}),
+    ("claims", "conclusion.highly", "printed", "AB AC", {"conclusion.highly"}),
+    ("claims", "validation.t_test", "printed", "<0.05", {"validation.t_test"}),
+    ("claims", "table09.groups", "printed", "7", {"table09.groups"}),
+    ("claims", "table09.low", "printed", "0.3", {"table09.low", "table09.range"}),
+    ("claims", "table08.groups", "printed", "7", {"table08.groups"}),
+    ("claims", "eq5.mass", "printed", "2", {"eq5.mass"}),
+    ("claims", "eq9.signs", "printed", "- +", {"eq9.signs"}),
+    ("claims", "model.highly", "printed", "A B C AC BC A2", {"model.highly"}),
+    ("claims", "table07.others", "printed", "A B D", {"table07.others"}),
+    ("claims", "fig9a.trend", "printed", "rises", {"fig9a.trend"}),
+    ("claims", "tilt.r2", "printed", "0.9886", {"tilt.r2"}),
+    ("cross_references", "anova", "cites", "Table 10", {"reference.anova"}),
+    ("labels", "Table 12", "label", "Table 13", {"labels.unique", "reference.anova"}),
+]
+
+
+@pytest.mark.parametrize(("file", "row", "column", "value", "expected"), PLANTED)
+def test_a_planted_error_turns_its_claims_and_no_other(right, file, row, column, value, expected):
+    folder = Planted(right)
+    with folder.restored(file):
+        folder.set(file, row, column, value)
+        assert disagreeing(right) == expected
+
+
+SPREADING = [
+    # file, row, column, planted value, a claim that must turn, and the only claims that may
+    (
+        "table08_inclined_plane",
+        2,
+        "angle_deg",
+        "29.23",
+        "table08.tangent.2",
+        ("table08.", "eq21.", "tilt."),
+    ),
+    (
+        "table09_drop_test",
+        4,
+        "rebound_height_mm",
+        "30.26",
+        "table09.height.4",
+        ("table09.", "eq23.", "drop."),
+    ),
+    (
+        "table11_box_behnken",
+        6,
+        "angle_deg",
+        "46.8",
+        "table12.A.F",
+        ("table12.", "eq28.", "model.", "optimum.", "inter"),
+    ),
+    ("table06_plackett_burman", 3, "angle_deg", "51.52", "table07.G.F", ("table07.", "ascent.")),
+    ("table13_validation", 4, "angle_deg", "54.61", "validation.mean", ("table13.", "validation.")),
+    ("scalars", "drop_test_time_step", "value", "1e-3", "drop.contact.2mm", ("drop.",)),
+    ("scalars", "eq28_coefficients", "value", "45.88 A:1.6588", "eq28.1", ("eq28.", "optimum.")),
+    ("dimensionless_groups", "pi2", "exponent", "2", "eq15.pi2", ("eq15.pi2", "section122.")),
+]
+
+
+@pytest.mark.parametrize(("file", "row", "column", "value", "expected", "allowed"), SPREADING)
+def test_an_error_in_the_data_turns_what_rests_on_it(
+    right, file, row, column, value, expected, allowed
+):
+    folder = Planted(right)
+    with folder.restored(file):
+        folder.set(file, row, column, value)
+        turned = disagreeing(right)
+    assert expected in turned
+    assert {claim for claim in turned if not claim.startswith(allowed)} <= {
+        "conclusion.highly",
+        "fig9b.growth",
+    }
+
+
+class Planted(Folder):
+    """A folder that already exists, of which one file at a time is changed and put back."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def restored(self, file):
+        return _Restored(self.path / f"{file}.csv")
+
+
+class _Restored:
+    def __init__(self, path):
+        self.path = path
+
+    def __enter__(self):
+        self.before = self.path.read_bytes()
+
+    def __exit__(self, *_):
+        self.path.write_bytes(self.before)
+
+
+# --- inputs and outputs ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("file", "row", "column", "value", "message"),
+    [
+        ("table12_box_behnken_anova", "A", "source", "AA", "no source AA"),
+        (
+            "table09_drop_test",
+            1,
+            "rebound_height_mm",
+            "16,2",
+            "row 1, column rebound_height_mm: '16,2' is not a number",
+        ),
+        ("claims", "eq5.mass", "id", "eq5.maas", "eq5.maas"),
+        ("claims", "eq5.mass", "id", "eq4.mass", "stands twice"),
+        ("claims", "tilt.error", "printed", "=nothing", "no row named nothing"),
+        ("scalars", "drop_height", "value", "high", "drop_height: 'high' is not a number"),
+        ("scalars", "eq28_coefficients", "value", "45.57 D:1", "D:1"),
+    ],
+)
+def test_unreadable_input_is_named(right, file, row, column, value, message):
+    folder = Planted(right)
+    with folder.restored(file):
+        folder.set(file, row, column, value)
+        with pytest.raises(AuditInputError, match=message):
+            run_audit(right)
+
+
+def test_missing_input_is_named(right, tmp_path):
+    folder = Planted(right)
+    with pytest.raises(AuditInputError, match="no such folder"):
+        run_audit(tmp_path / "nowhere")
+    with folder.restored("table13_validation"):
+        (right / "table13_validation.csv").unlink()
+        with pytest.raises(AuditInputError, match=r"table13_validation.csv: missing"):
+            run_audit(right)
+    with folder.restored("labels"):
+        folder.write("labels", [["label", "meaning"]])
+        with pytest.raises(AuditInputError, match="no column shows"):
+            run_audit(right)
+
+
+def test_written_files_hold_every_claim(shipped, tmp_path):
+    table = shipped.reset_index()
+    paths = [tmp_path / "out" / f"audit.{suffix}" for suffix in ("csv", "md", "html")]
+    write_audit(table, *paths)
+    back = pd.read_csv(paths[0], dtype=str, keep_default_na=False)
+    assert list(back.id) == list(table.id)
+    assert list(back.printed) == list(table.printed)
+    for path in paths[1:]:
+        text = path.read_text("utf-8")
+        assert f"{len(table)} claims" in text
+        assert all(claim in text for claim in table.id)
+    assert sorted(p.name for p in paths[0].parent.iterdir()) == [
+        "audit.csv",
+        "audit.html",
+        "audit.md",
+    ]
+
+
+def test_unknown_suffix_writes_nothing(shipped, tmp_path):
+    with pytest.raises(ValueError, match="suffix"):
+        write_audit(shipped.reset_index(), tmp_path / "a.csv", tmp_path / "a.xls")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_levels_restored_from_the_print_are_those_of_the_copied_table():
+    from calibration.audit.paper import Paper
+    from calibration.audit.response_surface import restored_levels
+
+    with open(SHIPPED / "table11_box_behnken.csv", encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    assert restored_levels(Paper(SHIPPED)).tolist() == [
+        [float(r[axis]) for axis in "XYZ"] for r in rows
+    ]

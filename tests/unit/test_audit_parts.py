@@ -1,0 +1,126 @@
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from calibration.audit.contact import (
+    contact_time,
+    effective_modulus,
+    rayleigh_time,
+    stepped_restitution,
+)
+from calibration.audit.fits import inverse_quadratic, r_squared
+from calibration.audit.intrinsic import _unit_dimension
+from calibration.audit.paper import Claim
+from calibration.audit.printed import Printed, propagate
+from calibration.audit.verdict import Recomputed, judge
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "half_unit", "relation"),
+    [
+        ("0.40", 0.4, 0.005, ""),
+        ("-33.71", -33.71, 0.005, ""),
+        ("1210", 1210, 0.5, ""),
+        ("1.67e-5", 1.67e-5, 0.5e-7, ""),
+        ("8.0e10", 8e10, 0.5e9, ""),
+        ("<0.0001", 0.0001, 0.00005, "<"),
+        ("> 0.05", 0.05, 0.005, ">"),
+    ],
+)
+def test_printed_digits(text, value, half_unit, relation):
+    printed = Printed.parse(text)
+    assert (printed.value, printed.relation) == (value, relation)
+    assert printed.half_unit == pytest.approx(half_unit)
+
+
+@pytest.mark.parametrize("text", ["", "A B C", "0.3 0.4", "1,2", "- -", "nan"])
+def test_what_is_no_number(text):
+    assert Printed.parse(text) is None
+
+
+def test_rounding_of_inputs_adds_up():
+    inputs = [Printed.parse("2.0"), Printed.parse("3.00")]
+    assert propagate(lambda v: v[0] * v[1], inputs) == pytest.approx(3 * 0.05 + 2 * 0.005)
+
+
+def verdict(printed, *args, **kwargs):
+    return judge(Claim("id", "here", "says", printed, "1"), Recomputed(*args, **kwargs))["verdict"]
+
+
+def test_verdict_follows_the_printed_place():
+    assert verdict("0.50", 0.5049) == "agrees"
+    assert verdict("0.50", 0.5051) == "disagrees"
+    assert verdict("0.5", 0.5499) == "agrees"
+    assert verdict("0.50", 0.5051, half_width=0.001) == "agrees"
+    assert verdict("0.3", 0.35, exact=True) == "disagrees"
+    assert verdict("3", 2) == "disagrees"
+    assert verdict("<0.01", 0.009) == "agrees"
+    assert verdict("<0.01", 0.0101) == "disagrees"
+    assert verdict(">0.05", 0.04) == "disagrees"
+    assert verdict("A B", "A B") == "agrees"
+    assert verdict("A B", None) == "not_computable"
+    assert verdict("0.3", float("nan")) == "disagrees"
+
+
+def test_units_are_read_by_dimension():
+    assert _unit_dimension("kg m-3") == (1, -3, 0)
+    assert _unit_dimension("kg m2") == (1, 2, 0)
+    assert _unit_dimension("N m-2") == _unit_dimension("Pa")
+    assert _unit_dimension("1") == (0, 0, 0)
+    assert _unit_dimension("kg furlong-3") is None
+
+
+def test_contact_time_is_that_of_the_integrated_elastic_impact():
+    radius, density, modulus, speed = 1e-3, 1210.0, 3e9, 1.7
+    mass, k = 4 / 3 * np.pi * radius**3 * density, 4 / 3 * modulus * np.sqrt(radius)
+
+    def leaves(t, state):
+        return state[0]
+
+    leaves.terminal, leaves.direction = True, -1
+    flight = solve_ivp(
+        lambda t, s: [s[1], -k * max(s[0], 0) ** 1.5 / mass],
+        (0, 1e-3), [0, speed], events=leaves, rtol=1e-9, atol=1e-15, max_step=1e-7,
+    )  # fmt: skip
+    assert contact_time(radius, density, modulus, speed) == pytest.approx(
+        flight.t_events[0][-1], rel=1e-4
+    )
+
+
+def test_effective_modulus_of_equal_bodies():
+    g, nu = 48e9, 0.2
+    assert effective_modulus(g, nu, g, nu) == pytest.approx(2 * g * (1 + nu) / (2 * (1 - nu**2)))
+
+
+def test_rayleigh_time_follows_radius_and_stiffness():
+    base = rayleigh_time(1e-3, 1210, 1.9e9, 0.25)
+    assert rayleigh_time(2e-3, 1210, 1.9e9, 0.25) == pytest.approx(2 * base)
+    assert rayleigh_time(1e-3, 1210, 4 * 1.9e9, 0.25) == pytest.approx(base / 2)
+
+
+def test_many_steps_give_the_nominal_restitution_and_few_do_not():
+    e = np.array([0.2, 0.5, 0.8])
+    fine, coarse = stepped_restitution(e, 2000, phases=4), stepped_restitution(e, 3)
+    assert fine == pytest.approx(np.broadcast_to(e[:, None], fine.shape), abs=2e-3)
+    assert np.ptp(coarse, axis=1).min() > 20 * np.ptp(fine, axis=1).max()
+
+
+def test_stepped_error_falls_with_the_step():
+    errors = [
+        abs(stepped_restitution(np.array([0.5]), n, phases=20).mean() - 0.5)
+        for n in (50, 100, 200, 400)
+    ]
+    slope = np.polyfit(np.log([50, 100, 200, 400]), np.log(errors), 1)[0]
+    assert -1.3 < slope < -0.7  # semi-implicit Euler is of first order
+
+
+def test_inverse_takes_the_branch_in_range_and_says_when_there_is_none():
+    assert inverse_quadratic([1, 0, 0], 0.25, 0, 1) == pytest.approx(0.5)
+    assert inverse_quadratic([1, 0, 0], 0.25, -1, 0) == pytest.approx(-0.5)
+    assert np.isnan(inverse_quadratic([1, 0, 1], 0, -1, 1))
+
+
+def test_r_squared_of_mean_and_of_data():
+    y = np.array([1.0, 2.0, 4.0])
+    assert r_squared(y, y) == 1
+    assert r_squared(y, np.full(3, y.mean())) == pytest.approx(0)
