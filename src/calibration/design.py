@@ -12,19 +12,32 @@ from calibration.errors import CalibrationError
 MIN_SCREENING, MAX_SCREENING = 2, 23
 
 
-def plackett_burman(factors, replicates=1):
-    """Plackett-Burman screening design for 2 to 23 factors: the smallest multiple of four runs above their number.
+def plackett_burman(factors, replicates=1, runs=None):
+    """Plackett-Burman screening design for 2 to 23 factors.
 
-    Raises CalibrationError when the library's matrix is not a balanced, orthogonal two-level design.
+    runs: a multiple of four above the number of factors; unless given, twelve, or the smallest that takes the factors. Columns
+    that no factor uses leave degrees of freedom for the residual. Raises CalibrationError when the library's matrix is not a
+    balanced, orthogonal two-level design.
     """
     k = len(factors)
     if not MIN_SCREENING <= k <= MAX_SCREENING:
-        raise CalibrationError(f"screening takes {MIN_SCREENING} to {MAX_SCREENING} factors, not {k}")
-    matrix = np.asarray(pyDOE3.pbdesign(k), float)[:, :k]
-    runs = 4 * (k // 4 + 1)
-    orthogonal = np.array_equal(matrix.T @ matrix, len(matrix) * np.eye(k))
-    if matrix.shape != (runs, k) or not np.isin(matrix, (-1, 1)).all() or matrix.sum(0).any() or not orthogonal:
-        raise CalibrationError(f"the Plackett-Burman matrix for {k} factors is not orthogonal and balanced")
+        raise CalibrationError(
+            f"screening takes {MIN_SCREENING} to {MAX_SCREENING} factors, not {k}"
+        )
+    runs = runs or max(12, 4 * (k // 4 + 1))
+    if runs % 4 or not k < runs <= MAX_SCREENING + 1:
+        raise CalibrationError(f"{runs} runs do not make a Plackett-Burman design for {k} factors")
+    matrix = np.asarray(pyDOE3.pbdesign(runs - 1), float)[:, :k]
+    orthogonal = np.array_equal(matrix.T @ matrix, runs * np.eye(k))
+    if (
+        matrix.shape != (runs, k)
+        or not np.isin(matrix, (-1, 1)).all()
+        or matrix.sum(0).any()
+        or not orthogonal
+    ):
+        raise CalibrationError(
+            f"the Plackett-Burman matrix of {runs} runs is not orthogonal and balanced"
+        )
     return tabulate(matrix, factors, replicates)
 
 
@@ -37,7 +50,11 @@ def box_behnken(factors, centre_runs=5, replicates=1):
     active = np.abs(matrix).sum(1)
     edges = active > 0
     size = 3 if k >= 6 else 2  # factors that leave the centre together (Box and Behnken 1960)
-    if not np.isin(matrix, (-1, 0, 1)).all() or (active[edges] != size).any() or (~edges).sum() != centre_runs:
+    if (
+        not np.isin(matrix, (-1, 0, 1)).all()
+        or (active[edges] != size).any()
+        or (~edges).sum() != centre_runs
+    ):
         raise CalibrationError(f"the matrix for {k} factors is not a Box-Behnken design")
     return tabulate(matrix, factors, replicates)
 

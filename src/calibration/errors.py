@@ -8,7 +8,9 @@ class CalibrationError(Exception):
 class ConfigError(CalibrationError):
     """A configuration or data file that cannot be used."""
 
-    def __init__(self, reason, *, path=None, line=None, column=None, key=None, value=None, allowed=None):
+    def __init__(
+        self, reason, *, path=None, line=None, column=None, key=None, value=None, allowed=None
+    ):
         self.path, self.line, self.column, self.key = path, line, column, key
         where = [str(path)] if path else []
         where += [f"line {line}"] if line else []

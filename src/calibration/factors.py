@@ -54,9 +54,13 @@ def read_factors(path):
     header = rows[0][1].split("\t")
     missing = [c for c in COLUMNS[:5] if c not in header]
     if missing:
-        raise ConfigError(f"lacks {', '.join(missing)}", path=path, line=rows[0][0], allowed=", ".join(COLUMNS))
+        raise ConfigError(
+            f"lacks {', '.join(missing)}", path=path, line=rows[0][0], allowed=", ".join(COLUMNS)
+        )
     factors = []
-    for line, row in zip((n for n, _ in rows[1:]), csv.reader((x for _, x in rows[1:]), delimiter="\t"), strict=True):
+    for line, row in zip(
+        (n for n, _ in rows[1:]), csv.reader((x for _, x in rows[1:]), delimiter="\t"), strict=True
+    ):
         factors.append(_factor(dict(zip(header, row, strict=False)), path, line))
     for field in ("code", "name", "key"):
         values = [getattr(f, field) for f in factors]
@@ -83,5 +87,12 @@ def _factor(row, path, line):
             raise ConfigError("is empty", path=path, line=line, column=column)
     low, high = number("low"), number("high")
     if low >= high:
-        raise ConfigError("must be above low", path=path, line=line, column="high", value=high, allowed=f"more than {low:g}")
+        raise ConfigError(
+            "must be above low",
+            path=path,
+            line=line,
+            column="high",
+            value=high,
+            allowed=f"more than {low:g}",
+        )
     return Factor(row["code"], row["name"], row["key"], low, high, row.get("description") or "")

@@ -40,7 +40,9 @@ def solve(surface, target, rule="closest_to_centre", seed=1):
     points = _crossings(surface, target, k, seed)
     if not len(points):
         chosen = _nearest(surface, target, k, seed)
-        return Solution(target, False, chosen, float(surface.predict([chosen])[0]), chosen[None], rule)
+        return Solution(
+            target, False, chosen, float(surface.predict([chosen])[0]), chosen[None], rule
+        )
     merit = (points**2).sum(1) if rule == "closest_to_centre" else surface.standard_error(points)
     chosen = _polish(surface, target, points[np.argmin(merit)], rule)
     return Solution(target, True, chosen, float(surface.predict([chosen])[0]), points, rule)
@@ -70,11 +72,17 @@ def _polish(surface, target, start, rule):
     """The best point by the rule on the solution set itself, started from the best sample."""
 
     def merit(x):
-        return float(x @ x) if rule == "closest_to_centre" else float(surface.standard_error([x])[0])
+        return (
+            float(x @ x) if rule == "closest_to_centre" else float(surface.standard_error([x])[0])
+        )
 
     constraint = {"type": "eq", "fun": lambda x: float(surface.predict([x])[0]) - target}
     found = optimize.minimize(
-        merit, start, bounds=[(-1, 1)] * len(start), constraints=[constraint], options={"ftol": 1e-12, "maxiter": 200}
+        merit,
+        start,
+        bounds=[(-1, 1)] * len(start),
+        constraints=[constraint],
+        options={"ftol": 1e-12, "maxiter": 200},
     )
     hit = abs(float(surface.predict([found.x])[0]) - target) < 1e-5
     return found.x if hit and merit(found.x) <= merit(start) else start
@@ -84,7 +92,10 @@ def _nearest(surface, target, k, seed):
     starts = 2.0 * qmc.Sobol(k, seed=seed).random(256) - 1.0
     best = starts[np.argsort(np.abs(surface.predict(starts) - target))[:8]]
     fits = [
-        optimize.minimize(lambda x: (float(surface.predict([x])[0]) - target) ** 2, s, bounds=[(-1, 1)] * k) for s in best
+        optimize.minimize(
+            lambda x: (float(surface.predict([x])[0]) - target) ** 2, s, bounds=[(-1, 1)] * k
+        )
+        for s in best
     ]
     return min(fits, key=lambda f: f.fun).x
 
@@ -118,7 +129,9 @@ class Goal:
 def overall_desirability(surfaces, goals, points):
     """Geometric mean (n,) of the responses' desirabilities at points (n, factors), weighted by importance."""
     weight = np.array([g.importance for g in goals])
-    each = np.array([g.desirability(s.predict(points)) for s, g in zip(surfaces, goals, strict=True)])
+    each = np.array(
+        [g.desirability(s.predict(points)) for s, g in zip(surfaces, goals, strict=True)]
+    )
     with np.errstate(divide="ignore"):
         return np.exp((weight[:, None] * np.log(each)).sum(0) / weight.sum())
 

@@ -79,7 +79,12 @@ def _screening_anova(table, residual, df, total):
     mean = residual / df if df > 0 else np.nan
     f = model / k / mean if df > 0 else np.nan
     rows = [_row("Model", model, k, f, df)]
-    rows += [_row(r.code, r.sum_sq, 1, r.sum_sq / mean, df) if df > 0 else _row(r.code, r.sum_sq, 1, r.F, k / 3) for r in table.itertuples()]
+    rows += [
+        _row(r.code, r.sum_sq, 1, r.sum_sq / mean, df)
+        if df > 0
+        else _row(r.code, r.sum_sq, 1, r.F, k / 3)
+        for r in table.itertuples()
+    ]
     if df > 0:
         rows.append(_row("Residual", residual, df))
     rows.append({"source": "Cor Total", "sum_sq": total, "df": k + df})
@@ -101,7 +106,9 @@ def significant(screening, alpha, at_least=1, at_most=None):
 
     Fewer than `at_least` are filled up with the next largest effects; more than `at_most` are cut.
     """
-    table = screening.table.assign(size=screening.table["effect"].abs()).sort_values("size", ascending=False)
+    table = screening.table.assign(size=screening.table["effect"].abs()).sort_values(
+        "size", ascending=False
+    )
     chosen = list(table.loc[table["p"] < alpha, "code"])
     for code in table["code"]:
         if len(chosen) >= at_least:
@@ -130,7 +137,9 @@ def model_matrix(levels, codes, terms):
     """(n, terms) matrix of coded levels (n, factors)."""
     levels = np.atleast_2d(np.asarray(levels, float))
     column = {c: levels[:, k] for k, c in enumerate(codes)}
-    return np.column_stack([np.prod([column[c] for c in t], axis=0) * np.ones(len(levels)) for t in terms])
+    return np.column_stack(
+        [np.prod([column[c] for c in t], axis=0) * np.ones(len(levels)) for t in terms]
+    )
 
 
 @dataclass(frozen=True)
@@ -173,7 +182,13 @@ class Surface:
         values, axes = np.linalg.eigh(quadratic)
         point = np.linalg.lstsq(-2.0 * quadratic, linear, rcond=None)[0]
         kind = "maximum" if (values < 0).all() else "minimum" if (values > 0).all() else "saddle"
-        return {"point": point, "response": float(self.predict([point])[0]), "eigenvalues": values, "axes": axes, "kind": kind}
+        return {
+            "point": point,
+            "response": float(self.predict([point])[0]),
+            "eigenvalues": values,
+            "axes": axes,
+            "kind": kind,
+        }
 
     def _gradient_and_hessian(self):
         k = len(self.codes)
@@ -260,7 +275,9 @@ def _check_rank(x, terms):
         return
     _, _, vh = np.linalg.svd(x)
     null = np.abs(vh[rank:])
-    raise RankDeficientError([term_name(t) for t, involved in zip(terms, (null > 1e-8).any(0), strict=True) if involved])
+    raise RankDeficientError(
+        [term_name(t) for t, involved in zip(terms, (null > 1e-8).any(0), strict=True) if involved]
+    )
 
 
 def _anova(terms, beta, inverse, y, predicted, sse, df, x):
@@ -287,7 +304,9 @@ def _pure_error(x, y):
     """Sum of squares within groups of equal points and its degrees of freedom."""
     _, group = np.unique(np.round(x, 9), axis=0, return_inverse=True)
     group = group.ravel()
-    within = sum(float(((y[group == g] - y[group == g].mean()) ** 2).sum()) for g in np.unique(group))
+    within = sum(
+        float(((y[group == g] - y[group == g].mean()) ** 2).sum()) for g in np.unique(group)
+    )
     return within, len(y) - len(np.unique(group))
 
 

@@ -47,7 +47,9 @@ def compare(simulated, measured, margin, alpha=0.05):
     df = (vs + vm) ** 2 / (vs**2 / (len(s) - 1) + vm**2 / (len(m) - 1))
     half = stats.t.ppf(1 - alpha / 2, df) * se
     t = difference / se
-    one_sided = max(stats.t.sf((difference + margin) / se, df), stats.t.cdf((difference - margin) / se, df))
+    one_sided = max(
+        stats.t.sf((difference + margin) / se, df), stats.t.cdf((difference - margin) / se, df)
+    )
     between, within = variance_components(groups)
     return Comparison(
         float(s.mean()), float(s.std(ddof=1)), len(s), float(m.mean()), float(m.std(ddof=1)), len(m),

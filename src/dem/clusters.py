@@ -32,7 +32,6 @@ def advance_clusters(clusters, particles, row_of, gravity, dt):
             torque += f[3:6] + np.cross(particles.position[i, :3] - x, f[:3])
             resistance += f[6]
         v, momentum = clusters.velocity[c], clusters.momentum[c]
-        before = v.copy()
         v += dt * force / clusters.mass[c]
         momentum += dt * torque
         size = math.sqrt((momentum**2).sum())
@@ -45,8 +44,7 @@ def advance_clusters(clusters, particles, row_of, gravity, dt):
         w = _spin_of(middle, clusters.inertia[c], momentum)
         x += dt * v
         rotate(r, w[0], w[1], w[2], dt)
-        full = v + 0.5 * (v - before)
-        stale |= _place_members(c, clusters, particles, row_of, full, w)
+        stale |= _place_members(c, clusters, particles, row_of, v, w)
     return stale
 
 
@@ -65,7 +63,5 @@ def _place_members(c, clusters, particles, row_of, velocity, spin):
         surface = velocity + np.cross(spin, arm)
         particles.kinetic[i, 0:3] = surface
         particles.kinetic[i, 3:6] = spin
-        particles.half[i, 0:3] = surface
-        particles.half[i, 3:6] = spin
         stale |= moved > particles.drift[i, 3]
     return stale

@@ -27,7 +27,7 @@ def build_clusters(clusters, particles, n, tags, velocity):
         axes[:, 0] *= -1.0
     particles.cluster[rows] = len(clusters.mass)
     particles.kinetic[rows, 7] = mass.sum()
-    particles.half[rows, 6] = 1.0 / mass.sum()
+    particles.inverse[rows, 0] = 1.0 / mass.sum()
     return Clusters(
         start=np.append(clusters.start, clusters.start[-1] + len(rows)),
         member=np.append(clusters.member, particles.tag[rows]),

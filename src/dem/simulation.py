@@ -160,11 +160,10 @@ class Simulation:
             b[:n] = a[:n]
         rows = slice(n, n + m)
         new.position[rows, :3] = position
-        new.kinetic[rows, 0:3], new.kinetic[rows, 3:6] = velocity, spin
+        new.kinetic[rows, 0:3] = velocity - 0.5 * self.time_step * self.gravity
+        new.kinetic[rows, 3:6] = spin
         new.kinetic[rows, 6], new.kinetic[rows, 7] = radius, mass
-        new.half[rows, 0:3] = velocity - 0.5 * self.time_step * self.gravity
-        new.half[rows, 3:6] = spin
-        new.half[rows, 6], new.half[rows, 7] = 1.0 / mass, 1.0 / (0.4 * mass * radius**2)
+        new.inverse[rows, 0], new.inverse[rows, 1] = 1.0 / mass, 1.0 / (0.4 * mass * radius**2)
         tags = np.arange(self._next_tag, self._next_tag + m)
         new.tag[rows], new.material[rows] = tags, code
         self._next_tag += m
@@ -252,7 +251,8 @@ class Simulation:
         new_row[self._order[:n]] = np.arange(n)
         new_row[n:] = np.arange(n, n + GHOSTS)
         speed = np.linalg.norm(w.velocity, axis=1) + np.linalg.norm(w.spin, axis=1) * w.extent
-        self._allowance = horizon * speed + np.where(w.mass > 0, 1e-4, 0.0)
+        slack = self.skin.base * float(p.kinetic[:n, 6].min()) if n else 0.0
+        self._allowance = np.where((speed > 0) | (w.mass > 0), horizon * speed + slack, 0.0)
         w.travel[:] = 0.0
         grid = (cell_size, dims, first_cell, low, start)
         self._renew_pairs(reach, level, grid, new_row)
@@ -387,12 +387,12 @@ class Simulation:
 
     @property
     def velocity(self):
-        """(n, 3) [m/s] at the full step."""
+        """(n, 3) [m/s], half a step behind the position."""
         return self._by_tag(self.particles.kinetic)[:, :3]
 
     @property
     def spin(self):
-        """(n, 3) angular velocity [rad/s] at the full step."""
+        """(n, 3) angular velocity [rad/s], half a step behind the position."""
         return self._by_tag(self.particles.kinetic)[:, 3:6]
 
     @property

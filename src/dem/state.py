@@ -22,9 +22,9 @@ class Particles(NamedTuple):
     position: np.ndarray
     """(n, 4) float64: x, y, z [m], unused."""
     kinetic: np.ndarray
-    """(n, 8) real: velocity [m/s], angular velocity [rad/s], both at the full step; radius [m]; mass [kg]."""
-    half: np.ndarray
-    """(n, 8) real: velocity and angular velocity at the half step; 1/mass; 1/moment of inertia."""
+    """(n, 8) real: velocity [m/s], angular velocity [rad/s], both half a step behind the position; radius [m]; mass [kg]."""
+    inverse: np.ndarray
+    """(n, 2) real: 1/mass [1/kg], 1/moment of inertia [1/(kg m2)]."""
     force: np.ndarray
     """(n, 8) real: force [N], torque [N m], resistance to own spin [N m], sum of normal loads [N]."""
     drift: np.ndarray
@@ -121,7 +121,7 @@ def new_particles(n, precision):
     particles = Particles(
         position,
         kinetic,
-        aligned((rows, 8), real),
+        aligned((rows, 2), real),
         aligned((rows, 8), real),
         aligned((rows, 4), real),
         np.full(rows, -1, np.int64),
@@ -138,7 +138,7 @@ def place_ghosts(particles, n):
         particles.position[n + k, :3] = FAR * (k + 1)
         particles.kinetic[n + k] = 0.0
         particles.kinetic[n + k, 6:] = 1.0
-        particles.half[n + k] = 0.0
+        particles.inverse[n + k] = 0.0
         particles.force[n + k] = 0.0
 
 

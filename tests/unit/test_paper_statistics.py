@@ -68,7 +68,9 @@ def test_the_printed_levels_leave_the_model_rank_deficient():
 
 def test_the_papers_optimum_lies_on_the_solution_set():
     coding = table("table11_coding.csv").set_index("factor")
-    factors = [Factor(c, c, c, *coding.loc[x, ["low", "high"]]) for c, x in zip("ABC", "XYZ", strict=True)]
+    factors = [
+        Factor(c, c, c, *coding.loc[x, ["low", "high"]]) for c, x in zip("ABC", "XYZ", strict=True)
+    ]
     point = [f.coded(v) for f, v in zip(factors, (0.23, 0.544, 0.368), strict=True)]
     fit = surface()
     assert fit.predict([point])[0] == pytest.approx(45.27, abs=0.05)
@@ -89,7 +91,9 @@ def test_an_unattainable_target_gives_the_nearest_point():
 
 
 def test_validation_of_table_13_against_table_1():
-    simulated = table("table13_validation.csv").pivot(index="group", columns="replicate", values="angle_deg")
+    simulated = table("table13_validation.csv").pivot(
+        index="group", columns="replicate", values="angle_deg"
+    )
     measured = table("table01_measured_angle_of_repose.csv")["angle_deg"]
     result = compare(simulated.to_numpy(), measured, margin=1.0)
     assert result.simulated_mean == pytest.approx(45.55, abs=0.01)

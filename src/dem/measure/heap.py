@@ -16,7 +16,7 @@ SECTORS = 12
 LOWER, UPPER = 0.2, 0.8
 FLYING = 0.15  # grains faster than this [m/s] are not part of the heap
 MIN_POINTS = 4
-MIN_HEIGHT = 2.0  # mean diameters: less is a layer, not a heap
+MIN_HEIGHT = 1.5  # mean diameters: less is a layer, not a heap
 
 
 def measure_heap(position, radius, velocity, plate_radius):

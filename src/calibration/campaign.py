@@ -1,0 +1,102 @@
+"""Plans of runs: which runs a stage needs, under the names by which they are cached.
+
+A run is named after the content of its spec, so a point that two stages share is run once, and moving one point of a
+design runs one run. A plan is a table: the design's columns, `seed`, `experiment`, `run_id`; the specs stand beside it in plan.json.
+"""
+
+import json
+from pathlib import Path
+
+import pandas as pd
+
+from calibration.config import point_spec
+from dem.io.files import write_json
+from dem.spec import content_hash, parse_spec
+
+STAGES = ("screening", "ascent", "response_surface", "validation")
+
+
+def run_id(spec):
+    """Name of a run: experiment and content hash of its spec (a mapping)."""
+    parsed = parse_spec(spec)
+    return f"{parsed.experiment}-{content_hash(parsed)}"
+
+
+def plan(design, factors, config, experiment="heap"):
+    """Add `seed` and `run_id` to a design table; returns the table and {run_id: spec}.
+
+    The n-th occurrence of a point has the n-th seed, so replicates differ and equal points of two stages share a run.
+    """
+    used = [f for f in factors if f.name in design]
+    seen, rows, specs = {}, [], {}
+    for row in design.to_dict("records"):
+        levels = {f.key: row[f.name] for f in used}
+        levels = {f.key: config.fixed[f.name] for f in factors if f.name in config.fixed} | levels
+        point = tuple(sorted(levels.items()))
+        seed = config.seed + seen.get(point, 0)
+        seen[point] = seen.get(point, 0) + 1
+        spec = point_spec(config.run, experiment, levels, seed)
+        name = run_id(spec)
+        specs[name] = spec
+        rows.append(row | {"seed": seed, "experiment": experiment, "run_id": name})
+    return pd.DataFrame(rows), specs
+
+
+def write_plan(folder, table, specs):
+    """Write design.csv and plan.json, atomically."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    partial = folder / ".design.csv.partial"
+    table.to_csv(partial, index=False)
+    partial.replace(folder / "design.csv")
+    write_json(folder / "plan.json", specs)
+
+
+def read_plan(path):
+    """{run_id: spec} of a plan.json; empty when there is none yet."""
+    path = Path(path)
+    return json.loads(path.read_text()) if path.exists() else {}
+
+
+def result_path(name):
+    """Where a run's result is."""
+    return f"results/runs/{name}/result.json"
+
+
+def read_metric(run_ids, metric):
+    """Values (n,) of one metric of finished runs."""
+    return [json.loads(Path(result_path(r)).read_text())["metrics"][metric] for r in run_ids]
+
+
+def progress(config):
+    """One line: runs done of each stage, and the time left estimated from the runs so far on the given cores."""
+    expected = expected_runs(config)
+    done, todo, walls = [], 0, []
+    for stage in STAGES:
+        names = list(read_plan(f"results/{config.name}/{stage}/plan.json"))
+        paths = [Path(result_path(n)) for n in names]
+        finished = [p for p in paths if p.exists()]
+        total = len(names) or expected[stage]
+        done.append(f"{stage} {len(finished)}/{total}")
+        todo += total - len(finished)
+        walls += [json.loads(p.read_text())["numerics"]["wall_time_s"] for p in finished]
+    return done, todo, sum(walls) / len(walls) if walls else None
+
+
+def expected_runs(config):
+    """Number of runs of each stage before it has been planned."""
+    from calibration.design import box_behnken, plackett_burman
+    from calibration.factors import read_factors
+
+    factors = read_factors(config.factors)
+    going_on = factors[: config.screening.at_most]
+    return {
+        "screening": len(plackett_burman(factors, config.screening.replicates)),
+        "ascent": config.ascent.steps,
+        "response_surface": len(
+            box_behnken(
+                going_on, config.response_surface.centre_runs, config.response_surface.replicates
+            )
+        ),
+        "validation": config.validation.groups * config.validation.replicates,
+    }

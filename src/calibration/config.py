@@ -1,0 +1,177 @@
+"""The configuration of a calibration: its schema, defaults and checks."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import pandas as pd
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from calibration.errors import ConfigError
+from calibration.factors import read_factors
+from calibration.optimise import RULES
+from dem.errors import SpecError
+from dem.spec import parse_spec
+
+Positive = Annotated[float, Field(gt=0)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Target(_Part):
+    """What the model is calibrated to."""
+
+    file: str = Field("config/measured_angles.csv", description="table of measured values")
+    column: str = Field("angle_deg", description="column of the table")
+    metric: str = Field(
+        "angle_of_repose_deg", description="metric of a run that is compared with it"
+    )
+
+
+class ScreeningConfig(_Part):
+    """Plackett-Burman screening."""
+
+    alpha: float = Field(0.05, gt=0, lt=1, description="factors with p below this are significant")
+    replicates: int = Field(1, ge=1, le=20, description="how often the whole design is run")
+    at_least: int = Field(3, ge=1, description="fewest factors that go on")
+    at_most: int = Field(3, ge=1, le=7, description="most factors that go on")
+
+
+class AscentConfig(_Part):
+    """Steepest ascent."""
+
+    steps: int = Field(5, ge=2, le=50, description="points on the path")
+    rule: Literal["configured", "effects"] = Field(
+        "configured",
+        description="path from start and step below where they are given for all factors that went on, else from the effects",
+    )
+    start: dict[str, float] = Field({}, description="factor name: natural level of the first point")
+    step: dict[str, float] = Field({}, description="factor name: natural step")
+
+
+class SurfaceConfig(_Part):
+    """Box-Behnken response surface around the ascent's best point."""
+
+    half_width: dict[str, Positive] = Field(
+        {}, description="factor name: natural distance from the centre to +1"
+    )
+    centre_runs: int = Field(5, ge=2, le=20, description="replicates of the centre")
+    replicates: int = Field(1, ge=1, le=20, description="how often the whole design is run")
+
+
+class OptimiseConfig(_Part):
+    """Choice of a point among those that meet the target."""
+
+    rule: Literal[RULES] = Field(
+        "closest_to_centre", description="which point of the solution set is chosen"
+    )
+
+
+class ValidationConfig(_Part):
+    """Replicate runs at the optimum."""
+
+    groups: int = Field(5, ge=1, le=50, description="groups of replicates")
+    replicates: int = Field(5, ge=1, le=50, description="replicates in a group")
+    margin: float = Field(
+        1.0, gt=0, description="difference that does not matter, in the target's unit"
+    )
+    alpha: float = Field(0.05, gt=0, lt=1, description="level of the tests")
+
+
+class Config(_Part):
+    """The whole configuration; `run` is the run spec that all heaps share."""
+
+    name: str = Field("salt", pattern=r"^[A-Za-z0-9_-]+$", description="folder under results/")
+    seed: int = Field(1, ge=0, lt=2**31, description="first seed; replicates count on from it")
+    factors: str = Field("config/factors.tsv", description="table of factors")
+    target: Target = Target()
+    fixed: dict[str, float] = Field({}, description="factor name: level while it is not varied")
+    run: dict = Field({}, description="run spec without experiment and seed")
+    screening: ScreeningConfig = ScreeningConfig()
+    ascent: AscentConfig = AscentConfig()
+    response_surface: SurfaceConfig = SurfaceConfig()
+    optimise: OptimiseConfig = OptimiseConfig()
+    validation: ValidationConfig = ValidationConfig()
+
+
+def parse_config(data, file="config"):
+    """`Config` from a mapping. Raises ConfigError naming file, key, value and what is allowed."""
+    try:
+        config = Config.model_validate(data)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(p) for p in first["loc"])
+        allowed = _known_keys(first["loc"]) if first["type"] == "extra_forbidden" else first["msg"]
+        raise ConfigError(
+            "is not valid", path=file, key=key, value=first.get("input"), allowed=allowed
+        ) from None
+    factors = read_factors(config.factors)
+    names = [f.name for f in factors]
+    for section, mapping in (
+        ("fixed", config.fixed),
+        ("ascent.start", config.ascent.start),
+        ("ascent.step", config.ascent.step),
+        ("response_surface.half_width", config.response_surface.half_width),
+    ):
+        for name in mapping:
+            if name not in names:
+                raise ConfigError(
+                    "is no factor", path=file, key=f"{section}.{name}", allowed=", ".join(names)
+                )
+    read_target(config)
+    for f in factors:
+        for level in (f.low, f.high):
+            try:
+                parse_spec(point_spec(config.run, "heap", {f.key: level}, 1), file=file)
+            except SpecError as error:
+                raise ConfigError(str(error), path=config.factors, key=f.name) from None
+    return config
+
+
+def _known_keys(loc):
+    model = Config
+    for part in loc[:-1]:
+        model = model.model_fields[part].annotation
+    return "one of the keys " + ", ".join(model.model_fields)
+
+
+def read_target(config):
+    """(n,) measured values. Raises ConfigError."""
+    path = Path(config.target.file)
+    try:
+        table = pd.read_csv(path, comment="#")
+    except OSError as error:
+        raise ConfigError(f"cannot be read ({error.strerror})", path=path) from None
+    if config.target.column not in table:
+        raise ConfigError(
+            "no such column",
+            path=path,
+            key="target.column",
+            value=config.target.column,
+            allowed=", ".join(table.columns),
+        )
+    values = pd.to_numeric(table[config.target.column], errors="coerce")
+    if values.isna().any():
+        line = int(values.isna().to_numpy().nonzero()[0][0]) + 2
+        raise ConfigError("is not a number", path=path, line=line, column=config.target.column)
+    if len(values) < 2:
+        raise ConfigError("needs at least two values to have a spread", path=path)
+    return values.to_numpy()
+
+
+def point_spec(base, experiment, levels, seed):
+    """Run spec as a mapping: `base` with the keys of `levels` {dotted key: value} set."""
+    spec = _copy(base)
+    spec["experiment"], spec["seed"] = experiment, int(seed)
+    for key, value in levels.items():
+        part = spec
+        *path, last = key.split(".")
+        for name in path:
+            part = part.setdefault(name, {})
+        part[last] = float(value)
+    return spec
+
+
+def _copy(data):
+    return {k: _copy(v) if isinstance(v, dict) else v for k, v in data.items()}

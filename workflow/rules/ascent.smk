@@ -1,0 +1,34 @@
+checkpoint plan_ascent:
+    input:
+        screening=f"{STUDY}/screening/screening.json",
+        factors=SETTINGS.factors,
+    output:
+        design=f"{STUDY}/ascent/design.csv",
+        plan=f"{STUDY}/ascent/plan.json",
+    params:
+        settings=SETTINGS.model_dump(mode="json"),
+    message:
+        "plan the steepest ascent"
+    script:
+        "../scripts/plan_ascent.py"
+
+
+rule ascent:
+    input:
+        design=f"{STUDY}/ascent/design.csv",
+        target=SETTINGS.target.file,
+        runs=lambda w: results_of(checkpoints.plan_ascent.get().output.plan),
+    output:
+        runs=f"{STUDY}/ascent/runs.csv",
+        summary=f"{STUDY}/ascent/ascent.json",
+        path=report(
+            f"{STUDY}/ascent/path.svg",
+            caption="../report/ascent.rst",
+            category="2 Steepest ascent",
+        ),
+    params:
+        settings=SETTINGS.model_dump(mode="json"),
+    message:
+        "steepest ascent: the region's centre"
+    script:
+        "../scripts/ascent.py"

@@ -1,0 +1,36 @@
+import json
+from pathlib import Path
+
+from calibration.campaign import STAGES, read_plan, result_path
+from calibration.config import parse_config
+from calibration.errors import CalibrationError
+
+
+configfile: "config/config.yaml"
+
+
+try:
+    SETTINGS = parse_config(config, file="configuration")
+except CalibrationError as error:
+    raise WorkflowError(str(error))
+
+STUDY = f"results/{SETTINGS.name}"
+
+
+wildcard_constraints:
+    experiment="heap|drop|tilt|shear",
+    digest="[0-9a-f]{16}",
+
+
+def spec_of(name):
+    """The spec of a planned run."""
+    for path in Path(STUDY).glob("*/plan.json"):
+        specs = read_plan(path)
+        if name in specs:
+            return specs[name]
+    raise WorkflowError(f"no stage of {STUDY} has planned the run {name}")
+
+
+def results_of(plan_file):
+    """Result files of all runs of a plan."""
+    return [result_path(name) for name in read_plan(plan_file)]

@@ -1,0 +1,37 @@
+ENGINE = sorted(
+    str(path)
+    for path in Path("src/dem").rglob("*.py")
+    if path.name not in ("cli.py", "template.py") and "bench" not in path.parts
+)
+
+
+# numba compiles the engine once here, so that parallel runs find it compiled
+rule compile_engine:
+    input:
+        ENGINE,
+    output:
+        touch("results/runs/engine.compiled"),
+    message:
+        "compile the engine (once after each change of it)"
+    script:
+        "../scripts/compile_engine.py"
+
+
+# the engine's sources are the only input: a run depends on its own spec and on nothing of the design around it
+rule dem_run:
+    input:
+        ENGINE,
+        compiled=ancient("results/runs/engine.compiled"),
+    output:
+        result="results/runs/{experiment}-{digest}/result.json",
+        state="results/runs/{experiment}-{digest}/final.npz",
+    log:
+        "results/runs/{experiment}-{digest}/run.log",
+    benchmark:
+        "results/runs/{experiment}-{digest}/benchmark.tsv"
+    params:
+        spec=lambda wildcards: spec_of(f"{wildcards.experiment}-{wildcards.digest}"),
+    message:
+        "DEM run {wildcards.experiment}-{wildcards.digest}"
+    script:
+        "../scripts/dem_run.py"

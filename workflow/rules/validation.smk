@@ -1,0 +1,34 @@
+checkpoint plan_validation:
+    input:
+        optimum=f"{STUDY}/optimise/optimum.json",
+        factors=SETTINGS.factors,
+    output:
+        design=f"{STUDY}/validation/design.csv",
+        plan=f"{STUDY}/validation/plan.json",
+    params:
+        settings=SETTINGS.model_dump(mode="json"),
+    message:
+        "plan the validation: replicates at the optimum"
+    script:
+        "../scripts/plan_validation.py"
+
+
+rule validation:
+    input:
+        design=f"{STUDY}/validation/design.csv",
+        target=SETTINGS.target.file,
+        runs=lambda w: results_of(checkpoints.plan_validation.get().output.plan),
+    output:
+        runs=f"{STUDY}/validation/runs.csv",
+        summary=f"{STUDY}/validation/validation.json",
+        figure=report(
+            f"{STUDY}/validation/validation.svg",
+            caption="../report/validation.rst",
+            category="5 Validation",
+        ),
+    params:
+        settings=SETTINGS.model_dump(mode="json"),
+    message:
+        "validation: replicates at the optimum against the measurement"
+    script:
+        "../scripts/validation.py"

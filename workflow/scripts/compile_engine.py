@@ -1,0 +1,3 @@
+from dem.warm import compile_engine
+
+compile_engine()

@@ -1,0 +1,6 @@
+from calibration import stages
+
+config = stages.settings_of(snakemake.params.settings)
+stages.analyse_response_surface(
+    config, snakemake.input.design, snakemake.input.region, snakemake.output
+)
