@@ -1,7 +1,8 @@
 """Plans of runs: which runs a stage needs, under the names by which they are cached.
 
 A run is named after the content of its spec, so a point that two stages share is run once, and moving one point of a
-design runs one run. A plan is a table: the design's columns, `seed`, `experiment`, `run_id`; the specs stand beside it in plan.json.
+design runs one run. A plan is a table: the design's columns, `seed`, `experiment`, `run_id`; the specs stand beside
+it in plan.json.
 """
 
 import json

@@ -44,7 +44,7 @@ class AscentConfig(_Part):
     steps: int = Field(5, ge=2, le=50, description="points on the path")
     rule: Literal["configured", "effects"] = Field(
         "configured",
-        description="path from start and step below where they are given for all factors that went on, else from the effects",
+        description="path from start and step where given for all factors that went on, else from effects",
     )
     start: dict[str, float] = Field({}, description="factor name: natural level of the first point")
     step: dict[str, float] = Field({}, description="factor name: natural step")
@@ -86,6 +86,7 @@ class Config(_Part):
     seed: int = Field(1, ge=0, lt=2**31, description="first seed; replicates count on from it")
     factors: str = Field("config/factors.tsv", description="table of factors")
     target: Target = Target()
+    measurements: str = Field("config/measurements.csv", description="measured conditions for the diagnosis")
     fixed: dict[str, float] = Field({}, description="factor name: level while it is not varied")
     run: dict = Field({}, description="run spec without experiment and seed")
     screening: ScreeningConfig = ScreeningConfig()

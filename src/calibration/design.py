@@ -1,6 +1,7 @@
 """Designs of experiments as tidy tables: a row a run, coded and natural levels side by side.
 
-Columns: `run` (1...), `replicate`, one column a factor code with the coded level, one a factor name with the natural level.
+Columns: `run` (1...), `replicate`, one column a factor code with the coded level, one a factor name with the natural
+level.
 """
 
 import numpy as np
@@ -15,9 +16,9 @@ MIN_SCREENING, MAX_SCREENING = 2, 23
 def plackett_burman(factors, replicates=1, runs=None):
     """Plackett-Burman screening design for 2 to 23 factors.
 
-    runs: a multiple of four above the number of factors; unless given, twelve, or the smallest that takes the factors. Columns
-    that no factor uses leave degrees of freedom for the residual. Raises CalibrationError when the library's matrix is not a
-    balanced, orthogonal two-level design.
+    runs: a multiple of four above the number of factors; unless given, twelve, or the smallest that takes the
+    factors. Columns that no factor uses leave degrees of freedom for the residual. Raises CalibrationError when the
+    library's matrix is not a balanced, orthogonal two-level design.
     """
     k = len(factors)
     if not MIN_SCREENING <= k <= MAX_SCREENING:
@@ -42,7 +43,8 @@ def plackett_burman(factors, replicates=1, runs=None):
 
 
 def box_behnken(factors, centre_runs=5, replicates=1):
-    """Box-Behnken design for 3 to 7 factors. Raises CalibrationError when the matrix has not the design's properties."""
+    """Box-Behnken design for 3 to 7 factors. Raises CalibrationError when the matrix has not the design's
+    properties."""
     k = len(factors)
     if not 3 <= k <= 7:
         raise CalibrationError(f"a Box-Behnken design takes 3 to 7 factors, not {k}")
@@ -60,8 +62,8 @@ def box_behnken(factors, centre_runs=5, replicates=1):
 
 
 def steepest_path(factors, start, step, steps):
-    """`steps` points start + k step in natural levels; start, step: {factor name: value}. Levels outside a factor's range
-    are refused."""
+    """`steps` points start + k step in natural levels; start, step: {factor name: value}. Levels outside a factor's
+    range are refused."""
     rows = []
     for k in range(steps):
         row = {"run": k + 1, "replicate": 1}

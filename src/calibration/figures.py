@@ -251,8 +251,6 @@ def validation(groups, measured, result):
         [*range(1, len(groups) + 1), place],
         [*(f"group {g + 1}" for g in range(len(groups))), "measured"],
     )
-    ax.set(
-        ylabel=ANGLE,
-        title=f"simulated {result.simulated_mean:.2f}°, measured {result.measured_mean:.2f}°: {result.relative_error_percent:.2f} % apart",
-    )
+    means = f"simulated {result.simulated_mean:.2f}°, measured {result.measured_mean:.2f}°"
+    ax.set(ylabel=ANGLE, title=f"{means}: {result.relative_error_percent:.2f} % apart")
     return figure

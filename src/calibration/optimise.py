@@ -31,8 +31,8 @@ class Solution:
 def solve(surface, target, rule="closest_to_centre", seed=1):
     """All points of the cube [-1, 1]^k where `surface` predicts `target`, and one of them chosen by `rule`.
 
-    The set is a surface in the cube. It is sampled by following random lines through the cube to their crossings. Where the target
-    is out of reach, the point of nearest prediction is returned and `attainable` is False.
+    The set is a surface in the cube. It is sampled by following random lines through the cube to their crossings.
+    Where the target is out of reach, the point of nearest prediction is returned and `attainable` is False.
     """
     if rule not in RULES:
         raise CalibrationError(f"unknown rule {rule!r}; known: {', '.join(RULES)}")
@@ -102,7 +102,8 @@ def _nearest(surface, target, k, seed):
 
 @dataclass(frozen=True)
 class Goal:
-    """What is wanted of one response: 'target', 'maximise' or 'minimise' between low and high; weight shapes the ramp."""
+    """What is wanted of one response: 'target', 'maximise' or 'minimise' between low and high; weight shapes the
+    ramp."""
 
     kind: str
     low: float

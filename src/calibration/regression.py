@@ -1,7 +1,7 @@
 """Analysis of designed experiments: two-level effects and quadratic response surfaces.
 
-The tables carry what Design-Expert and R's rsm print, under the same names. Sums of squares of terms are partial (type III in coded
-levels), each term's own share when all others are in the model.
+The tables carry what Design-Expert and R's rsm print, under the same names. Sums of squares of terms are partial
+(type III in coded levels), each term's own share when all others are in the model.
 """
 
 from dataclasses import dataclass
@@ -177,7 +177,8 @@ class Surface:
         return centre - half, centre + half
 
     def canonical(self):
-        """Stationary point (factors,) in coded levels, eigenvalues (factors,), axes (factors, factors) as columns, and kind."""
+        """Stationary point (factors,) in coded levels, eigenvalues (factors,), axes (factors, factors) as columns,
+        and kind."""
         linear, quadratic = self._gradient_and_hessian()
         values, axes = np.linalg.eigh(quadratic)
         point = np.linalg.lstsq(-2.0 * quadratic, linear, rcond=None)[0]
@@ -203,7 +204,8 @@ class Surface:
         return linear, quadratic
 
     def ridge(self, radii, rising=True):
-        """Points (m, factors) of largest (or least) response on spheres of coded radii (m,): ridge analysis (Draper 1963)."""
+        """Points (m, factors) of largest (or least) response on spheres of coded radii (m,): ridge analysis (Draper
+        1963)."""
         linear, quadratic = self._gradient_and_hessian()
         values, axes = np.linalg.eigh(-quadratic if rising else quadratic)
         g = axes.T @ (-linear if rising else linear)

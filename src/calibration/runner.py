@@ -1,5 +1,6 @@
 """One cached run inside the workflow: its log, its failure in a sentence, and the campaign's progress."""
 
+import os
 import sys
 import time
 from pathlib import Path

@@ -4,6 +4,9 @@ They hold no statistics of their own; those are in `design`, `regression`, `opti
 """
 
 import json
+import sys
+import traceback
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +21,24 @@ from calibration.factors import Factor, read_factors
 from calibration.optimise import solve
 from calibration.regression import fit_surface, screen, significant
 from calibration.validate import compare
+from dem.errors import DemError
 from dem.io.files import write_json
+
+
+@contextmanager
+def logged(log):
+    """Send what a stage prints to its log; an error of ours ends the job with one line there and on the screen."""
+    Path(log).parent.mkdir(parents=True, exist_ok=True)
+    with open(log, "w") as stream, redirect_stdout(stream), redirect_stderr(stream):
+        try:
+            yield
+        except (CalibrationError, DemError) as error:
+            print(error, file=stream)
+            print(error, file=sys.__stderr__)
+            sys.exit(1)
+        except Exception:
+            traceback.print_exc(file=stream)
+            raise
 
 
 def settings_of(data):

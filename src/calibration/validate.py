@@ -36,8 +36,8 @@ class Comparison:
 def compare(simulated, measured, margin, alpha=0.05):
     """Compare simulated (groups, replicates) with measured (n,) values.
 
-    The interval of the difference and the tests are Welch's, of unequal variances. The equivalence test is two one-sided
-    tests against +-margin (Schuirmann 1987): its p is the larger of the two, below alpha means equivalent.
+    The interval of the difference and the tests are Welch's, of unequal variances. The equivalence test is two
+    one-sided tests against +-margin (Schuirmann 1987): its p is the larger of the two, below alpha means equivalent.
     """
     groups = np.asarray(simulated, float)
     s, m = groups.ravel(), np.asarray(measured, float).ravel()

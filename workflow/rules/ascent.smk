@@ -5,6 +5,10 @@ checkpoint plan_ascent:
     output:
         design=f"{STUDY}/ascent/design.csv",
         plan=f"{STUDY}/ascent/plan.json",
+    log:
+        f"{STUDY}/logs/plan_ascent.log",
+    conda:
+        "../envs/calibration.yaml"
     params:
         settings=SETTINGS.model_dump(mode="json"),
     message:
@@ -26,6 +30,10 @@ rule ascent:
             caption="../report/ascent.rst",
             category="2 Steepest ascent",
         ),
+    log:
+        f"{STUDY}/logs/ascent.log",
+    conda:
+        "../envs/calibration.yaml"
     params:
         settings=SETTINGS.model_dump(mode="json"),
     message:

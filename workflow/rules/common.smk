@@ -1,4 +1,4 @@
-import json
+import os
 from pathlib import Path
 
 from calibration.campaign import STAGES, read_plan, result_path
@@ -13,6 +13,9 @@ try:
     SETTINGS = parse_config(config, file="configuration")
 except CalibrationError as error:
     raise WorkflowError(str(error))
+
+# the runs' progress line divides the work by this; it is no parameter of any run
+os.environ["CAMPAIGN_CORES"] = str(workflow.cores or 1)
 
 STUDY = f"results/{SETTINGS.name}"
 

@@ -11,6 +11,10 @@ rule optimise:
             caption="../report/contours.rst",
             category="4 Optimum",
         ),
+    log:
+        f"{STUDY}/logs/optimise.log",
+    conda:
+        "../envs/calibration.yaml"
     params:
         settings=SETTINGS.model_dump(mode="json"),
     message:

@@ -6,6 +6,10 @@ checkpoint plan_response_surface:
         design=f"{STUDY}/response_surface/design.csv",
         plan=f"{STUDY}/response_surface/plan.json",
         region=f"{STUDY}/response_surface/region.json",
+    log:
+        f"{STUDY}/logs/plan_response_surface.log",
+    conda:
+        "../envs/calibration.yaml"
     params:
         settings=SETTINGS.model_dump(mode="json"),
     message:
@@ -45,6 +49,10 @@ rule response_surface:
             caption="../report/surfaces.rst",
             category="3 Response surface",
         ),
+    log:
+        f"{STUDY}/logs/response_surface.log",
+    conda:
+        "../envs/calibration.yaml"
     params:
         settings=SETTINGS.model_dump(mode="json"),
     message:

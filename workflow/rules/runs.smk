@@ -11,6 +11,10 @@ rule compile_engine:
         ENGINE,
     output:
         touch("results/runs/engine.compiled"),
+    log:
+        "results/runs/compile.log",
+    conda:
+        "../envs/calibration.yaml"
     message:
         "compile the engine (once after each change of it)"
     script:
@@ -29,6 +33,8 @@ rule dem_run:
         "results/runs/{experiment}-{digest}/run.log",
     benchmark:
         "results/runs/{experiment}-{digest}/benchmark.tsv"
+    conda:
+        "../envs/calibration.yaml"
     params:
         spec=lambda wildcards: spec_of(f"{wildcards.experiment}-{wildcards.digest}"),
     message:

@@ -5,6 +5,10 @@ checkpoint plan_screening:
     output:
         design=f"{STUDY}/screening/design.csv",
         plan=f"{STUDY}/screening/plan.json",
+    log:
+        f"{STUDY}/logs/plan_screening.log",
+    conda:
+        "../envs/calibration.yaml"
     params:
         settings=SETTINGS.model_dump(mode="json"),
     message:
@@ -33,6 +37,10 @@ rule screening:
             caption="../report/pareto.rst",
             category="1 Screening",
         ),
+    log:
+        f"{STUDY}/logs/screening.log",
+    conda:
+        "../envs/calibration.yaml"
     params:
         settings=SETTINGS.model_dump(mode="json"),
     message:

@@ -5,6 +5,10 @@ checkpoint plan_validation:
     output:
         design=f"{STUDY}/validation/design.csv",
         plan=f"{STUDY}/validation/plan.json",
+    log:
+        f"{STUDY}/logs/plan_validation.log",
+    conda:
+        "../envs/calibration.yaml"
     params:
         settings=SETTINGS.model_dump(mode="json"),
     message:
@@ -26,6 +30,10 @@ rule validation:
             caption="../report/validation.rst",
             category="5 Validation",
         ),
+    log:
+        f"{STUDY}/logs/validation.log",
+    conda:
+        "../envs/calibration.yaml"
     params:
         settings=SETTINGS.model_dump(mode="json"),
     message:
