@@ -41,7 +41,7 @@ def run_logged(spec, out, log, config):
 def report(config):
     """Print how far the campaign is; the runs of stages not yet planned are counted as expected."""
     done, todo, mean = progress(config)
-    left = (
-        f", about {todo * mean / 60:.0f} min of computing left on one core" if mean and todo else ""
-    )
+    cores = int(os.environ.get("CAMPAIGN_CORES", 1))
+    minutes = todo * mean / cores / 60 if mean else 0.0
+    left = f"; about {minutes:.1f} min left on {cores} cores" if mean and todo else ""
     print(f"{config.name}: {' · '.join(done)}{left}", file=sys.stderr, flush=True)

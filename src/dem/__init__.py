@@ -1,7 +1,7 @@
 """Discrete element engine for spheres: Hertz-Mindlin contacts, numba kernels, SI units.
 
-numba looks only at a kernel's own file to decide whether its compiled code is current, not at the files of what it calls.
-Compiled code is therefore kept in a folder named after a hash of all the engine's sources.
+numba looks only at a kernel's own file to decide whether its compiled code is current, not at the files of what it
+calls. Compiled code is therefore kept in a folder named after a hash of all the engine's sources.
 """
 
 import os

@@ -1,6 +1,7 @@
 """Drag of still air on single spheres.
 
-F = -3 pi mu d v (1 + 0.15 Re^0.687), Re = rho v d / mu: Schiller and Naumann (1933), Zeitschrift des VDI 77:318; for Re < 800.
+F = -3 pi mu d v (1 + 0.15 Re^0.687), Re = rho v d / mu: Schiller and Naumann (1933), Zeitschrift des VDI 77:318; for
+Re < 800.
 """
 
 import math

@@ -1,8 +1,9 @@
 """Leapfrog: velocities live at the half steps, positions at the full ones.
 
 v(n+1/2) = v(n-1/2) + a(n) dt,   x(n+1) = x(n) + v(n+1/2) dt.
-Second order where forces depend on position. Damping and sliding see the velocity of half a step earlier, which makes them first
-order; extrapolating it instead was tried and lost a third of the largest stable step for no gain at usual step sizes.
+Second order where forces depend on position. Damping and sliding see the velocity of half a step earlier, which
+makes them first order; extrapolating it instead was tried and lost a third of the largest stable step for no gain at
+usual step sizes.
 
 The torque of rolling resistance on the own spin acts last and as dry friction: it takes at most the spin that is there.
 """

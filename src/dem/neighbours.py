@@ -1,9 +1,9 @@
 """Spatial sorting of particles and the list of pairs that may touch.
 
 Each particle has its own skin: what it may travel before the list is stale. Grains in fast, dilute flow get a wide one,
-grains at rest almost none. A particle with reach h = radius + skin falls into a level of a hierarchy of grids whose cells
-are twice the largest h of the level, so that a size ratio of ten does not fill the coarse cells with fines. Particles are
-sorted by level and cell; the cells x-1, x, x+1 of one row are then one run of memory.
+grains at rest almost none. A particle with reach h = radius + skin falls into a level of a hierarchy of grids whose
+cells are twice the largest h of the level, so that a size ratio of ten does not fill the coarse cells with fines.
+Particles are sorted by level and cell; the cells x-1, x, x+1 of one row are then one run of memory.
 """
 
 import numpy as np
@@ -34,7 +34,8 @@ def assign_skins(n, particles, base, horizon, gravity):
 def plan_grids(n, particles, reach, level, cell_size, dims, first_cell, low, attraction):
     """Choose each particle's level and each level's grid.
 
-    Fills reach (n,) [m], level (n,), cell_size (LEVELS,) [m], dims (LEVELS, 3), first_cell (LEVELS + 1,), low (3,) [m]. attraction: half the widest gap that a contact bridges [m].
+    Fills reach (n,) [m], level (n,), cell_size (LEVELS,) [m], dims (LEVELS, 3), first_cell (LEVELS + 1,), low (3,)
+    [m]. attraction: half the widest gap that a contact bridges [m].
     """
     low[:] = np.inf
     high = np.full(3, -np.inf)
@@ -151,9 +152,10 @@ def find_pairs(
     """List all pairs within reach, block by block of one kind; rows must be sorted.
 
     kind_of (materials, materials): property row of a pair; kinds: the rows that particles can have; far (capacity, 2)
-    int32: scratch. Of each kind the pairs that touch come first, so that most blocks of the others cost one test a step.
-    Returns the number of pairs, padding included; when it exceeds the room in `pairs` the list is not complete and must be
-    made again with more.
+    int32: scratch. Of each kind the pairs that touch come first, so that most blocks of the others cost one test a
+    step.
+    Returns the number of pairs, padding included; when it exceeds the room in `pairs` the list is not complete and
+    must be made again with more.
     """
     count, capacity = 0, len(pairs.first)
     for kind in kinds:
@@ -207,8 +209,9 @@ def _search_level(
 def carry_history(old, old_count, pairs, count, new_row, head, following):
     """Copy each old contact's history to its pair in the new list.
 
-    new_row (n + ghosts,): new row of each old row; head (n + ghosts,), following (old_count,): scratch for chains of old contacts by
-    their lower new row. Spring and moment act on the first particle, so they change sign where the two swap places.
+    new_row (n + ghosts,): new row of each old row; head (n + ghosts,), following (old_count,): scratch for chains of
+    old contacts by their lower new row. Spring and moment act on the first particle, so they change sign where the
+    two swap places.
     """
     head[:] = -1
     for k in range(old_count):

@@ -142,8 +142,8 @@ class Simulation:
     def add_particles(self, position, radius, *, velocity=0.0, spin=0.0, material=None):
         """Add spheres.
 
-        position (m, 3) [m]; radius (m,) or scalar [m]; velocity, spin (m, 3) or scalar [m/s], [rad/s]; material: a name,
-        the first one by default. Returns their tags (m,).
+        position (m, 3) [m]; radius (m,) or scalar [m]; velocity, spin (m, 3) or scalar [m/s], [rad/s]; material: a
+        name, the first one by default. Returns their tags (m,).
         """
         position = np.atleast_2d(np.asarray(position, float))
         m = len(position)
@@ -172,7 +172,8 @@ class Simulation:
         return tags
 
     def add_cluster(self, position, radius, *, velocity=(0.0, 0.0, 0.0), material=None):
-        """Add one rigid body of bonded spheres at position (m, 3) [m] with radius (m,) [m]; overlaps count once per sphere.
+        """Add one rigid body of bonded spheres at position (m, 3) [m] with radius (m,) [m]; overlaps count once per
+        sphere.
 
         The body's mass is the sum of its spheres'. Returns its number.
         """

@@ -1,9 +1,9 @@
 """Arrays that hold a simulation's state, as named tuples that the kernels take.
 
 `real` is float32 in mixed precision and float64 in double precision. In mixed precision position and kinetic are two
-views of one buffer of 64-byte rows, so that one cache line holds all that a contact needs of a particle. Rows are kept in
-spatial order; `tag` says which particle a row belongs to. Two rows beyond the last are ghosts, far from everything, that
-fill up the last vector of pairs.
+views of one buffer of 64-byte rows, so that one cache line holds all that a contact needs of a particle. Rows are
+kept in spatial order; `tag` says which particle a row belongs to. Two rows beyond the last are ghosts, far from
+everything, that fill up the last vector of pairs.
 """
 
 from typing import NamedTuple
@@ -22,7 +22,8 @@ class Particles(NamedTuple):
     position: np.ndarray
     """(n, 4) float64: x, y, z [m], unused."""
     kinetic: np.ndarray
-    """(n, 8) real: velocity [m/s], angular velocity [rad/s], both half a step behind the position; radius [m]; mass [kg]."""
+    """(n, 8) real: velocity [m/s], angular velocity [rad/s], both half a step behind the position; radius [m]; mass
+    [kg]."""
     inverse: np.ndarray
     """(n, 2) real: 1/mass [1/kg], 1/moment of inertia [1/(kg m2)]."""
     force: np.ndarray

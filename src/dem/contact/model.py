@@ -83,8 +83,8 @@ def normal_force(codes, p, overlap, r_eff, m_eff, v_n, deepest):
 def contact_force(codes, p, dt, overlap, n, r_eff, m_eff, inertia, velocity, spin, history):
     """Force and rolling torque on the first body of a contact, and the contact's new history.
 
-    overlap [m]; n (3,) unit normal from the second body to the first; velocity (3,) of the first relative to the second at
-    the contact [m/s]; spin (3,) omega_1 - omega_2 [rad/s]; inertia I1 I2/(I1+I2) [kg m2]; history (8,).
+    overlap [m]; n (3,) unit normal from the second body to the first; velocity (3,) of the first relative to the
+    second at the contact [m/s]; spin (3,) omega_1 - omega_2 [rad/s]; inertia I1 I2/(I1+I2) [kg m2]; history (8,).
     Returns force (3,) [N], rolling torque (3,) [N m], load [N], history (8,).
     """
     active = is_active(codes, p, overlap, r_eff, history[6])
@@ -157,8 +157,8 @@ def pair_contact(codes, p, dt, separation, distance, overlap, first, second, his
     """Two spheres in contact.
 
     separation (3,): position of the first minus the second [m]; distance, overlap: of `pair_overlap` [m]; first, second
-    (8,): velocity, spin, radius, mass. Returns the force columns (8,) for each sphere (force, torque, rolling resistance,
-    load) and the new history (8,).
+    (8,): velocity, spin, radius, mass. Returns the force columns (8,) for each sphere (force, torque, rolling
+    resistance, load) and the new history (8,).
     """
     r_i, m_i, r_j, m_j = first[6], first[7], second[6], second[7]
     inverse = 1.0 / distance
@@ -193,8 +193,8 @@ def pair_contact(codes, p, dt, separation, distance, overlap, first, second, his
 def wall_contact(codes, p, dt, overlap, n, wall_velocity, wall_spin, particle, history):
     """A sphere on a wall, which counts as a sphere of infinite radius and mass.
 
-    wall_velocity (3,) at the contact point [m/s]; wall_spin (3,) [rad/s]. Returns the force columns (8,) on the sphere and the
-    new history (8,).
+    wall_velocity (3,) at the contact point [m/s]; wall_spin (3,) [rad/s]. Returns the force columns (8,) on the
+    sphere and the new history (8,).
     """
     radius, mass = particle[6], particle[7]
     arm = radius - overlap

@@ -1,7 +1,7 @@
 """The funnel heap (injection method): grains fall through a funnel onto a disc and their angle of repose is measured.
 
-Grains are made in the funnel's mouth at the given rate, run out through the orifice, and what passes the rim of the plate
-falls away. The run ends when the heap is at rest.
+Grains are made in the funnel's mouth at the given rate, run out through the orifice, and what passes the rim of the
+plate falls away. The run ends when the heap is at rest.
 """
 
 import math
@@ -131,9 +131,9 @@ def run(spec, context):
         context.progress(min(sim.time / expected, 0.99), f"{sim.time:.2f} s, {sim.n} grains")
         context.frame(sim)
         context.checkpoint(
-            lambda: (
+            lambda lost=spilled: (
                 sim.state_dict(),
-                {"rng": rng.bit_generator.state, "made": source.made, "spilled": spilled},
+                {"rng": rng.bit_generator.state, "made": source.made, "spilled": lost},
             )
         )
     context.finish(sim)

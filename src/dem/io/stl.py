@@ -14,7 +14,8 @@ def read_stl(path, scale=1.0, closed=False):
     """Vertices (v, 3) [m] and triangles (t, 3) of an STL file.
 
     scale: metres per unit of the file; closed: demand that every edge has two triangles.
-    Raises MeshError for a file that is not STL, not finite, has a triangle without area, or is open where it must not be.
+    Raises MeshError for a file that is not STL, not finite, has a triangle without area, or is open where it must
+    not be.
     """
     path = Path(path)
     try:

@@ -2,8 +2,8 @@
 
 Silhouette: the heap is seen from the side, as a protractor would; a line is laid along each flank of its outline.
 Radial surface: the height of the surface at each radius, averaged over the azimuth, and one line along its flank.
-Both lines are least-squares fits over the part of the flank between 20 and 80 % of the heap's height: the rounded top and the
-toe, where single grains lie about, are left out.
+Both lines are least-squares fits over the part of the flank between 20 and 80 % of the heap's height: the rounded
+top and the toe, where single grains lie about, are left out.
 """
 
 import numpy as np
@@ -48,7 +48,8 @@ def measure_heap(position, radius, velocity, plate_radius):
 
 
 def _supported(position, radius, candidate):
-    """Leave out what hangs above the heap (grains in the funnel): a gap in height larger than four grains ends the heap."""
+    """Leave out what hangs above the heap (grains in the funnel): a gap in height larger than four grains ends the
+    heap."""
     order = np.flatnonzero(candidate)
     order = order[np.argsort(position[order, 2])]
     z = position[order, 2]

@@ -91,7 +91,8 @@ class WallSet:
         return self
 
     def mesh(self, vertices, triangles):
-        """Triangle mesh: vertices (v, 3) [m], triangles (t, 3) vertex numbers; shared vertices must be shared numbers."""
+        """Triangle mesh: vertices (v, 3) [m], triangles (t, 3) vertex numbers; shared vertices must be shared
+        numbers."""
         vertices = np.asarray(vertices, float)
         for corner in np.asarray(triangles):
             points = vertices[corner]

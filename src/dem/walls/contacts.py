@@ -1,8 +1,8 @@
 """Contacts of particles with walls: the candidate list and the forces.
 
 A sphere that lies on the edge between two triangles of a mesh touches both, but there is one contact: an edge or a
-corner counts only where no closer triangle shares it (Hu, Hu, Liu, Chen 2013, Powder Technology 241:98 sort contacts this way). A
-contact that passes from one triangle to its neighbour takes its history along.
+corner counts only where no closer triangle shares it (Hu, Hu, Liu, Chen 2013, Powder Technology 241:98 sort contacts
+this way). A contact that passes from one triangle to its neighbour takes its history along.
 """
 
 import math
@@ -97,9 +97,9 @@ def find_wall_contacts(
             margin = 0.5 * size + extra
             lo, hi = np.empty(3, np.int64), np.empty(3, np.int64)
             for k in range(3):
-                lo[k] = max(int(math.floor((box_low[k] - margin - low[k]) / size)), 0)
+                lo[k] = max(math.floor((box_low[k] - margin - low[k]) / size), 0)
                 hi[k] = min(
-                    int(math.floor((box_high[k] + margin - low[k]) / size)), dims[lv, k] - 1
+                    math.floor((box_high[k] + margin - low[k]) / size), dims[lv, k] - 1
                 )
             if hi[0] < lo[0]:
                 continue

@@ -1,7 +1,7 @@
 """Capillary bridge between wet spheres; forms on touch, breaks at the rupture distance.
 
-F = 2 pi R G cos(theta) / (1 + 1.05 s sqrt(R/V) + 2.5 s^2 R/V),  s the gap, V the volume of the bridge, R the harmonic mean
-radius: Willett, Adams, Johnson, Seville (2000), Langmuir 16:9396. Rupture at (1 + theta/2) V^(1/3):
+F = 2 pi R G cos(theta) / (1 + 1.05 s sqrt(R/V) + 2.5 s^2 R/V),  s the gap, V the volume of the bridge, R the
+harmonic mean radius: Willett, Adams, Johnson, Seville (2000), Langmuir 16:9396. Rupture at (1 + theta/2) V^(1/3):
 Lian, Thornton, Adams (1993), Journal of Colloid and Interface Science 161:138.
 The volume scales with the grain, V = liquid * (4/3) pi R^3, so sqrt(R/V) = 1 / (R sqrt(4/3 pi liquid)).
 """

@@ -2,8 +2,8 @@
 
 F = k (overlap^(3/2) + (3/2) A sqrt(overlap) d(overlap)/dt),   k = (4/3) E* sqrt(R*), not attractive.
 
-Brilliantov, Spahn, Hertzsch, Poeschel (1996), Physical Review E 53:5382. A is the dissipation time. (3/2) k sqrt(overlap)
-is the contact stiffness S_n, so the dissipative part is -A S_n v_n.
+Brilliantov, Spahn, Hertzsch, Poeschel (1996), Physical Review E 53:5382. A is the dissipation time. (3/2) k
+sqrt(overlap) is the contact stiffness S_n, so the dissipative part is -A S_n v_n.
 """
 
 from dem.lanes import law, maximum

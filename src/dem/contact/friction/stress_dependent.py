@@ -1,7 +1,7 @@
 """Friction that falls with load: mu = mu0 (F / F0)^-n, n <= 1/3.
 
-A Hertz contact whose shear strength is constant over its area gives n = 1/3 (Archard 1957, Proc. R. Soc. A 243:190). The
-yield locus of the bulk is then curved and runs through the origin.
+A Hertz contact whose shear strength is constant over its area gives n = 1/3 (Archard 1957, Proc. R. Soc. A 243:190).
+The yield locus of the bulk is then curved and runs through the origin.
 """
 
 from dem.lanes import law, power

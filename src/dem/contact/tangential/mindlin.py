@@ -16,7 +16,8 @@ TINY = 1e-30
 def tangential_force(p, n, v_t, contact_radius, radius_before, m_eff, spring, limit, dt):
     """Tangential force on the first sphere and the new spring force, both (3,) [N].
 
-    n unit normal; v_t relative tangential velocity (3,) [m/s]; contact_radius a [m]; spring (3,) [N]; limit [N]; dt [s].
+    n unit normal; v_t relative tangential velocity (3,) [m/s]; contact_radius a [m]; spring (3,) [N]; limit [N]; dt
+    [s].
     """
     stiffness = 8.0 * p.shear * contact_radius
     unloading = minimum(contact_radius / maximum(radius_before, TINY), 1.0)
