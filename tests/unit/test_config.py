@@ -1,0 +1,134 @@
+"""A wrong configuration is refused before any run starts, with file, key, value and what is allowed."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from calibration.campaign import plan, run_id
+from calibration.config import parse_config
+from calibration.design import box_behnken, plackett_burman, steepest_path
+from calibration.errors import CalibrationError, ConfigError
+from calibration.factors import Factor, read_factors
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def data(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    return yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"nam": "x"}, ["nam", "name"]),
+        ({"name": "a b"}, ["name", "a b"]),
+        ({"seed": -1}, ["seed", "-1"]),
+        ({"screening": {"alpha": 2}}, ["screening.alpha", "2", "less than 1"]),
+        ({"screening": {"alfa": 0.1}}, ["screening.alfa", "alpha"]),
+        (
+            {"fixed": {"salt_stel_restitution": 0.4}},
+            ["fixed.salt_stel_restitution", "salt_steel_restitution"],
+        ),
+        ({"ascent": {"step": {"nobody": 1}}}, ["ascent.step.nobody"]),
+        (
+            {"response_surface": {"half_width": {"salt_salt_restitution": 0}}},
+            ["half_width", "greater than 0"],
+        ),
+        ({"optimise": {"rule": "best"}}, ["optimise.rule", "closest_to_centre"]),
+        ({"target": {"file": "nowhere.csv"}}, ["nowhere.csv", "cannot be read"]),
+        ({"target": {"column": "angle"}}, ["target.column", "angle_deg"]),
+        ({"factors": "nowhere.tsv"}, ["nowhere.tsv"]),
+        ({"run": {"particles": {"cuont": 5}}}, ["particles.cuont", "count"]),
+        ({"run": {"particles": {"count": 10, "diameter_mm": 9.0}}}, ["orifice_diameter_mm"]),
+        ({"run": {"laws": {"cohesion": "sjkr"}}}, ["cohesion_energy_density_J_m3"]),
+    ],
+)
+def test_a_wrong_configuration_is_refused(data, change, words):
+    with pytest.raises(ConfigError) as error:
+        parse_config(data | change, file="config.yaml")
+    for word in words:
+        assert word in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        ("A\tx\tcontacts.particle_wall.restitution\tlow\t1", ["line 2", "low"]),
+        ("A\tx\tcontacts.particle_wall.restitution\t1\t0.5", ["line 2", "high"]),
+        ("A\t\tcontacts.particle_wall.restitution\t0\t1", ["line 2", "name"]),
+        ("A\tx\tk\t0\t1\nA\ty\tq\t0\t1", ["code", "twice"]),
+        ("A\tx\tk\t0\tinf", ["line 2", "finite"]),
+    ],
+)
+def test_a_wrong_factor_table_is_refused(tmp_path, row, words):
+    path = tmp_path / "factors.tsv"
+    path.write_text(f"code\tname\tkey\tlow\thigh\n{row}\n")
+    with pytest.raises(ConfigError) as error:
+        read_factors(path)
+    for word in [str(path), *words]:
+        assert word in str(error.value)
+
+
+def factors(k):
+    return [Factor(chr(65 + i), f"f{i}", f"k{i}", 0.0, 1.0) for i in range(k)]
+
+
+@pytest.mark.parametrize("k", range(2, 24))
+def test_screening_designs_are_balanced_and_orthogonal(k):
+    table = plackett_burman(factors(k))
+    x = table[[f.code for f in factors(k)]].to_numpy()
+    assert len(x) % 4 == 0
+    assert len(x) > k
+    assert (x.sum(axis=0) == 0).all()
+    assert np.array_equal(x.T @ x, len(x) * np.eye(k))
+
+
+@pytest.mark.parametrize(("k", "runs"), [(3, 12), (4, 24), (5, 40), (6, 48), (7, 56)])
+def test_box_behnken_designs_have_their_runs_and_levels(k, runs):
+    table = box_behnken(factors(k), centre_runs=3)
+    x = table[[f.code for f in factors(k)]].to_numpy()
+    assert len(x) == runs + 3
+    assert set(abs(x[:runs]).sum(axis=1)) == {3.0 if k > 5 else 2.0}
+    # every pair of factors varies together, so all interactions can be estimated
+    assert ((x != 0).T.astype(int) @ (x != 0) > 0).all()
+    assert (x.sum(axis=0) == 0).all()
+
+
+def test_a_path_that_leaves_the_ranges_is_refused():
+    f = factors(1)
+    with pytest.raises(CalibrationError, match="f0"):
+        steepest_path(f, {"f0": 0.5}, {"f0": 0.2}, 5)
+
+
+def test_equal_points_share_a_run_and_replicates_do_not(data):
+    config, table = parse_config(data), read_factors("config/factors.tsv")
+    chosen = [f for f in table if f.code in "CEG"]
+    design = box_behnken(chosen, centre_runs=5)
+    planned, specs = plan(design, table, config)
+    assert planned["run_id"].is_unique
+    assert len(specs) == 17
+    centre = {f.name: f.centre for f in chosen}
+    path = steepest_path(chosen, centre, {f.name: 0.0 for f in chosen}, 1)
+    shared, _ = plan(path, table, config)
+    assert shared["run_id"][0] in set(planned["run_id"])
+
+
+def test_moving_one_point_changes_one_run(data):
+    config, table = parse_config(data), read_factors("config/factors.tsv")
+    chosen = [f for f in table if f.code in "CEG"]
+    before, _ = plan(box_behnken(chosen), table, config)
+    moved = box_behnken(chosen)
+    moved.loc[0, chosen[0].name] += 0.01
+    after, _ = plan(moved, table, config)
+    assert (before["run_id"] != after["run_id"]).sum() == 1
+
+
+def test_what_a_run_writes_does_not_rename_it(data):
+    config = parse_config(data)
+    spec = {**config.run, "experiment": "heap", "seed": 1}
+    assert run_id(spec) == run_id(spec | {"output": {"frame_interval_s": 0.1}})
+    assert run_id(spec) != run_id(spec | {"seed": 2})
