@@ -86,13 +86,18 @@ def progress(config):
 
 def expected_runs(config):
     """Number of runs of each stage before it has been planned."""
-    from calibration.design import box_behnken, plackett_burman
+    from calibration.design import box_behnken, plackett_burman, read_two_level
     from calibration.factors import read_factors
 
     factors = read_factors(config.factors)
+    rules = config.screening
+    if rules.design:
+        screening_runs = len(read_two_level(rules.design, factors, rules.replicates))
+    else:
+        screening_runs = len(plackett_burman(factors, rules.replicates, rules.runs))
     going_on = factors[: config.screening.at_most]
     return {
-        "screening": len(plackett_burman(factors, config.screening.replicates)),
+        "screening": screening_runs,
         "ascent": config.ascent.steps,
         "response_surface": len(
             box_behnken(

@@ -34,7 +34,17 @@ class ScreeningConfig(_Part):
 
     alpha: float = Field(0.05, gt=0, lt=1, description="factors with p below this are significant")
     replicates: int = Field(1, ge=1, le=20, description="how often the whole design is run")
-    at_least: int = Field(3, ge=1, description="fewest factors that go on")
+    runs: int | None = Field(
+        None, description="runs of the design; twelve, or as many as the factors need"
+    )
+    design: str | None = Field(
+        None, description="table of coded levels in place of a generated design"
+    )
+    at_least: int = Field(
+        3,
+        ge=1,
+        description="fewest factors that go on; filled up from the configured path, then by size",
+    )
     at_most: int = Field(3, ge=1, le=7, description="most factors that go on")
 
 
@@ -86,7 +96,9 @@ class Config(_Part):
     seed: int = Field(1, ge=0, lt=2**31, description="first seed; replicates count on from it")
     factors: str = Field("config/factors.tsv", description="table of factors")
     target: Target = Target()
-    measurements: str = Field("config/measurements.csv", description="measured conditions for the diagnosis")
+    measurements: str = Field(
+        "config/measurements.csv", description="measured conditions for the diagnosis"
+    )
     fixed: dict[str, float] = Field({}, description="factor name: level while it is not varied")
     run: dict = Field({}, description="run spec without experiment and seed")
     screening: ScreeningConfig = ScreeningConfig()

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pyDOE3
 
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, ConfigError
 
 MIN_SCREENING, MAX_SCREENING = 2, 23
 TRIPLES = {
@@ -47,6 +47,28 @@ def plackett_burman(factors, replicates=1, runs=None):
         raise CalibrationError(
             f"the Plackett-Burman matrix of {runs} runs is not orthogonal and balanced"
         )
+    return tabulate(matrix, factors, replicates)
+
+
+def read_two_level(path, factors, replicates=1):
+    """Two-level design from a CSV with one column of -1 and +1 a factor code. Raises ConfigError or CalibrationError."""
+    try:
+        table = pd.read_csv(path, comment="#")
+    except OSError as error:
+        raise ConfigError(f"cannot be read ({error.strerror})", path=path) from None
+    codes = [f.code for f in factors]
+    missing = [c for c in codes if c not in table]
+    if missing:
+        raise ConfigError(
+            f"lacks the columns {', '.join(missing)}", path=path, allowed=", ".join(codes)
+        )
+    matrix = table[codes].to_numpy(float)
+    if not np.isin(matrix, (-1, 1)).all():
+        raise ConfigError("holds levels other than -1 and 1", path=path)
+    if matrix.sum(0).any() or not np.array_equal(
+        matrix.T @ matrix, len(matrix) * np.eye(len(codes))
+    ):
+        raise CalibrationError(f"{path}: the columns are not balanced and orthogonal")
     return tabulate(matrix, factors, replicates)
 
 

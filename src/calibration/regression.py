@@ -101,16 +101,17 @@ def _row(source, sum_sq, df, f=None, df_error=None):
     return row
 
 
-def significant(screening, alpha, at_least=1, at_most=None):
+def significant(screening, alpha, at_least=1, at_most=None, preferred=()):
     """Codes of the factors with p < alpha, largest effect first.
 
-    Fewer than `at_least` are filled up with the next largest effects; more than `at_most` are cut.
+    Fewer than `at_least` are filled up, with the `preferred` codes first and then with the next largest effects; more
+    than `at_most` are cut.
     """
     table = screening.table.assign(size=screening.table["effect"].abs()).sort_values(
         "size", ascending=False
     )
     chosen = list(table.loc[table["p"] < alpha, "code"])
-    for code in table["code"]:
+    for code in [*(c for c in table["code"] if c in preferred), *table["code"]]:
         if len(chosen) >= at_least:
             break
         if code not in chosen:

@@ -15,7 +15,13 @@ import pandas as pd
 from calibration import figures
 from calibration.campaign import plan, read_metric, write_plan
 from calibration.config import Config, read_target
-from calibration.design import box_behnken, path_from_effects, plackett_burman, steepest_path
+from calibration.design import (
+    box_behnken,
+    path_from_effects,
+    plackett_burman,
+    read_two_level,
+    steepest_path,
+)
 from calibration.errors import CalibrationError
 from calibration.factors import Factor, read_factors
 from calibration.optimise import solve
@@ -65,11 +71,13 @@ def _chosen(factors, names):
 
 
 def plan_screening(config, folder):
-    """Plan the Plackett-Burman design."""
-    factors = read_factors(config.factors)
-    write_plan(
-        folder, *plan(plackett_burman(factors, config.screening.replicates), factors, config)
-    )
+    """Plan the Plackett-Burman design: the configured table of coded levels, or a generated one."""
+    factors, rules = read_factors(config.factors), config.screening
+    if rules.design:
+        design = read_two_level(rules.design, factors, rules.replicates)
+    else:
+        design = plackett_burman(factors, rules.replicates, rules.runs)
+    write_plan(folder, *plan(design, factors, config))
 
 
 def analyse_screening(config, design_file, output):
@@ -78,7 +86,13 @@ def analyse_screening(config, design_file, output):
     runs = _with_response(design_file, config)
     result = screen(runs, [f.code for f in factors], runs["response"])
     rules = config.screening
-    codes = significant(result, rules.alpha, rules.at_least, rules.at_most)
+    # a configured path says which factors the user wants to follow where the screening leaves the choice open
+    preferred = (
+        [f.code for f in factors if f.name in config.ascent.step]
+        if config.ascent.rule == "configured"
+        else []
+    )
+    codes = significant(result, rules.alpha, rules.at_least, rules.at_most, preferred)
     names = {f.code: f.name for f in factors}
     table = result.table.assign(name=result.table["code"].map(names))
     runs.to_csv(output.runs, index=False)
