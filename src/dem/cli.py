@@ -41,6 +41,19 @@ def _parser():
     check = commands.add_parser("check", help="check a spec without running it")
     check.add_argument("spec", type=Path)
     check.set_defaults(command=_check)
+    bench = commands.add_parser("bench", help="measure the engine's speed")
+    bench.add_argument("--json", action="store_true", help="figures for machines")
+    bench.add_argument(
+        "--peers", action="store_true", help="LIGGGHTS, LAMMPS and YADE on the same settled bed"
+    )
+    bench.add_argument(
+        "--case",
+        choices=("bed", "ratio", "heap", "scaling", "cores"),
+        action="append",
+        help="default: bed, ratio, heap",
+    )
+    bench.add_argument("--record", type=Path, metavar="CSV", help="append the figures to a history")
+    bench.set_defaults(command=_bench)
     init = commands.add_parser("init", help="write a commented spec")
     init.add_argument("--experiment", choices=sorted(GEOMETRY), default="heap")
     init.add_argument("--out", type=Path, help="file to write; the screen unless given")
@@ -66,6 +79,12 @@ def _run(args):
         bar.update(100 - bar.n)
     for name, value in result["metrics"].items():
         print(f"{name:32s} {value:.6g}" if isinstance(value, float) else f"{name:32s} {value}")
+
+
+def _bench(args):
+    from dem.bench.report import run_bench  # imports compile-time heavy modules
+
+    run_bench(args.case or ["bed", "ratio", "heap"], args.peers, args.json, args.record)
 
 
 def _check(args):

@@ -1,6 +1,7 @@
 """A simulation as Python sees it: particles, walls, laws, and time."""
 
 import math
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -101,6 +102,7 @@ class Simulation:
         self.n = 0
         self.steps = 0
         self.rebuilds = 0
+        self.rebuild_seconds = self.advance_seconds = 0.0
         self.particles = new_particles(0, precision)
         self.clusters = no_clusters()
         self.row_of = np.zeros(0, np.int64)
@@ -235,6 +237,7 @@ class Simulation:
 
     def _rebuild(self):
         """Sort the particles in space and list the pairs and wall contacts that may touch."""
+        begin = time.perf_counter()
         p, n, w = self.particles, self.n, self.wall_state
         horizon = self.skin.horizon * self.time_step
         nb.assign_skins(n, p, self.skin.base, horizon, float(np.linalg.norm(self.gravity)))
@@ -260,6 +263,7 @@ class Simulation:
         self._renew_walls(reach, grid, new_row)
         self.rebuilds += 1
         self._stale = False
+        self.rebuild_seconds += time.perf_counter() - begin
 
     def _attraction(self, n):
         """Widest gap [m] that any contact can bridge."""
@@ -327,7 +331,7 @@ class Simulation:
 
     def advance(self, steps):
         """Advance by a number of steps. Raises BlowUpError when the run has become unphysical."""
-        left = int(steps)
+        left, begin = int(steps), time.perf_counter()
         while left > 0:
             if self._stale:
                 self._rebuild()
@@ -343,6 +347,7 @@ class Simulation:
                 self._report_overlap(pair)
             if left == 0 or self.steps % CHECK_INTERVAL < done:
                 self._check_finite()
+        self.advance_seconds += time.perf_counter() - begin
 
     def _report_overlap(self, pair):
         last = min(pair + WIDTH, self._pair_count)
@@ -423,6 +428,11 @@ class Simulation:
         ends = np.stack([tag[self._pairs.first[rows]], tag[self._pairs.second[rows]]], axis=1)
         spring = self._pairs.history[:blocks, :3, :].transpose(0, 2, 1).reshape(-1, 3)[rows]
         return ends, np.asarray(spring, float)
+
+    @property
+    def candidate_pairs(self):
+        """Number of pairs that the list holds, touching or not."""
+        return self._pair_count
 
     def wall_contact_count(self):
         """Number of contacts with walls."""

@@ -106,8 +106,9 @@ def remove_spilled(sim):
     return len(lost)
 
 
-def run(spec, context):
-    """Build the heap described by `spec` and measure it; returns the metrics of docs/architecture.md."""
+def pour(spec, context):
+    """Build the heap described by `spec` and let it come to rest; returns the simulation, the rig and the grains
+    spilled."""
     rig = Rig(spec.geometry)
     rng = np.random.default_rng(spec.seed)
     sim = build_simulation(spec, rig.walls())
@@ -136,6 +137,12 @@ def run(spec, context):
                 {"rng": rng.bit_generator.state, "made": source.made, "spilled": lost},
             )
         )
+    return sim, rig, spilled
+
+
+def run(spec, context):
+    """Pour the heap described by `spec` and measure it; returns the metrics of docs/architecture.md."""
+    sim, rig, spilled = pour(spec, context)
     context.finish(sim)
     metrics = measure_heap(sim.position, sim.radius, sim.velocity, rig.plate_radius)
     in_funnel = int((sim.position[:, 2] > rig.orifice_height - 2e-3).sum())

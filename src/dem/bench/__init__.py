@@ -1,0 +1,1 @@
+"""`dem bench`: speed of the engine on the work that it is for, beside other engines on the same work."""

@@ -1,0 +1,129 @@
+"""The benchmark cases: settled beds in a box, and the funnel heap at full scale."""
+
+import resource
+import time
+
+import numpy as np
+
+from dem.contact.registry import ContactParameters, Laws, Material
+from dem.experiments import heap
+from dem.simulation import Simulation
+from dem.spec import parse_spec
+from dem.walls.builder import WallSet
+
+SALT = Material(1210.0, 1.0e7, 0.25)
+CONTACT = ContactParameters(0.544, 0.5, 0.23)
+TIME_STEP = 7.5e-6
+RADIUS = 1e-3
+SETTLE_STEPS, BLOCK, BLOCKS = 24000, 5000, 3
+
+
+def lattice(n, radius, pitch, seed=1):
+    """Jittered start (n, 3) [m] on a square lattice that is as wide as the bench's 10,000-sphere box at n = 10,000."""
+    across = round(19 * (n / 10000) ** (1 / 3))
+    k = np.arange(n)
+    layer, rest = np.divmod(k, across * across)
+    site = np.column_stack([rest % across, rest // across, layer]) * pitch + 0.53 * pitch
+    shift = np.random.default_rng(seed).uniform(-0.049, 0.049, (n, 3)) * radius
+    return site + shift, across * pitch + 0.06 * pitch
+
+
+def bed(n=10000, ratio=1.0, precision="mixed", rolling="constant_torque", start=None):
+    """A box of n grains that have yet to settle; ratio: largest over smallest radius, uniform by number.
+
+    start: (positions (n, 3) [m], width [m]) in place of the lattice.
+    """
+    rng = np.random.default_rng(2)
+    radius = np.full(n, RADIUS) if ratio == 1.0 else RADIUS * rng.uniform(1.0 / ratio, 1.0, n)
+    position, width = start or lattice(n, RADIUS, 2.1 * RADIUS)
+    walls = WallSet().body("box", material="salt")
+    for point, normal in (
+        ((0, 0, 0), (1, 0, 0)),
+        ((width, 0, 0), (-1, 0, 0)),
+        ((0, 0, 0), (0, 1, 0)),
+        ((0, width, 0), (0, -1, 0)),
+        ((0, 0, 0), (0, 0, 1)),
+    ):
+        walls.plane(point, normal)
+    dt = TIME_STEP * float(radius.min()) / RADIUS
+    sim = Simulation(
+        {"salt": SALT},
+        {("salt", "salt"): CONTACT},
+        laws=Laws(rolling=rolling),
+        time_step=dt,
+        precision=precision,
+        walls=walls,
+    )
+    sim.add_particles(position, radius)
+    return sim
+
+
+def timed_bed(n=10000, ratio=1.0, settle=SETTLE_STEPS, block=BLOCK, blocks=BLOCKS, **more):
+    """Settle a bed, then time `blocks` stretches of `block` steps; returns the figures of the fastest."""
+    sim = bed(n, ratio, **more)
+    sim.advance(settle)
+    best, rebuilds = np.inf, sim.rebuilds
+    for _ in range(blocks):
+        begin = time.perf_counter()
+        sim.advance(block)
+        best = min(best, time.perf_counter() - begin)
+    pairs = len(sim.contacts()[0])
+    return {
+        "particles": n,
+        "size_ratio": ratio,
+        "particle_steps_per_s": n * block / best,
+        "contact_pairs_per_particle": 2 * pairs / n,
+        "candidate_pairs_per_particle": 2 * sim.candidate_pairs / n,
+        "rebuilds_per_1000_steps": 1000 * (sim.rebuilds - rebuilds) / (block * blocks),
+        "rebuild_share": sim.rebuild_seconds / max(sim.advance_seconds, 1e-12),
+        "kinetic_energy_J": sim.kinetic_energy(),
+        "peak_memory_MiB": peak_memory(),
+    }
+
+
+def timed_heap(count=10000):
+    """The funnel heap at the paper's optimum, start to rest, without measuring the angle."""
+    spec = parse_spec(
+        {
+            "experiment": "heap",
+            "particles": {"count": count, "diameter_mm": 2.0 * (10000 / count) ** (1 / 3)},
+            "geometry": {"generation_rate_per_s": count},
+        }
+    )
+    work = _Tally()
+    begin = time.perf_counter()
+    sim = heap.pour(spec, work)[0]
+    wall = time.perf_counter() - begin
+    return {
+        "particles": count,
+        "wall_time_s": wall,
+        "steps": sim.steps,
+        "particle_steps_per_s": work.particle_steps / wall,
+        "rebuild_share": sim.rebuild_seconds / max(sim.advance_seconds, 1e-12),
+        "peak_memory_MiB": peak_memory(),
+    }
+
+
+class _Tally:
+    """A run's surroundings that only count the work."""
+
+    def __init__(self):
+        self.particle_steps, self._last = 0, 0
+
+    def progress(self, fraction, text):
+        pass
+
+    def resume(self):
+        return None
+
+    def checkpoint(self, make):
+        pass
+
+    def frame(self, sim):
+        self.particle_steps += sim.n * (sim.steps - self._last)
+        self._last = sim.steps
+
+
+def peak_memory():
+    """Largest resident memory of this process so far [MiB]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
