@@ -1,0 +1,106 @@
+"""The workflow as a user meets it: dry runs, wrong configuration, and a run that fails or is killed."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SNAKEMAKE = [sys.executable, "-m", "snakemake"]
+
+
+def snakemake(*arguments, cwd=ROOT):
+    return subprocess.run(
+        [*SNAKEMAKE, *arguments], cwd=cwd, capture_output=True, text=True, check=False
+    )
+
+
+@pytest.fixture
+def clone(tmp_path):
+    """A checkout without results: links to everything that the workflow reads."""
+    for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    return tmp_path
+
+
+@pytest.mark.parametrize("profile", ["default", "quick", "test"])
+def test_a_dry_run_lists_the_first_stage(clone, profile):
+    done = snakemake("-n", "-j2", "--profile", f"profiles/{profile}", cwd=clone)
+    assert done.returncode == 0, done.stderr
+    assert "Plackett-Burman" in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    "target", ["screening", "ascent", "response_surface", "optimise", "validation"]
+)
+def test_each_stage_is_a_target(clone, target):
+    done = snakemake("-n", "-j2", target, cwd=clone)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_wrong_configuration_stops_before_any_run(clone):
+    bad = clone / "bad.yaml"
+    bad.write_text("screening: {alpha: 7}\n")
+    done = snakemake("-j2", "--configfile", "config/config.yaml", "bad.yaml", cwd=clone)
+    assert done.returncode != 0
+    assert "screening.alpha" in done.stdout + done.stderr
+    assert not (clone / "results" / "runs").exists()
+
+
+def spec(tmp_path, **changes):
+    data = {
+        "experiment": "heap",
+        "particles": {"count": 300, "diameter_mm": 4.0},
+        "geometry": {"generation_rate_per_s": 600},
+        "output": {"checkpoint_interval_s": 0.05},
+    }
+    path = tmp_path / "spec.yaml"
+    path.write_text(json.dumps(data | changes))
+    return path
+
+
+DEM = [sys.executable, "-m", "dem.cli"]
+
+
+def test_a_killed_run_resumes_and_gives_the_same_result(tmp_path):
+    path = spec(tmp_path)
+    whole = tmp_path / "whole"
+    subprocess.run([*DEM, "run", path, "--out", whole], check=True, capture_output=True)
+    broken = tmp_path / "broken"
+    for _ in range(3):
+        process = subprocess.Popen(
+            [*DEM, "run", path, "--out", broken],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        deadline = time.time() + 60
+        while (
+            not (broken / "checkpoint.npz").exists()
+            and time.time() < deadline
+            and process.poll() is None
+        ):
+            time.sleep(0.02)
+        time.sleep(0.2)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        assert not (broken / "result.json").exists() or process.returncode == 0
+    subprocess.run([*DEM, "run", path, "--out", broken], check=True, capture_output=True)
+    a, b = (json.loads((p / "result.json").read_text())["metrics"] for p in (whole, broken))
+    assert a == b
+    assert sorted(os.listdir(broken)) == ["final.npz", "result.json"]
+
+
+def test_a_run_that_cannot_be_measured_says_why(tmp_path):
+    few = spec(tmp_path, particles={"count": 5, "diameter_mm": 4.0})
+    done = subprocess.run(
+        [*DEM, "run", few, "--out", tmp_path / "o"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert "no heap" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "o" / "result.json").exists()
