@@ -51,7 +51,8 @@ def plackett_burman(factors, replicates=1, runs=None):
 
 
 def read_two_level(path, factors, replicates=1):
-    """Two-level design from a CSV with one column of -1 and +1 a factor code. Raises ConfigError or CalibrationError."""
+    """Two-level design from a CSV with one column of -1 and +1 a factor code. Raises ConfigError or
+    CalibrationError."""
     try:
         table = pd.read_csv(path, comment="#")
     except OSError as error:

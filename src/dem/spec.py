@@ -1,7 +1,7 @@
 """The run spec: everything that determines one run, with its unit in each key's name.
 
-`load_spec` reads a YAML file, `parse_spec` a mapping; both raise one `SpecError` that names the key, its value and what is
-allowed.
+`load_spec` reads a YAML file, `parse_spec` a mapping; both raise one `SpecError` that names the key, its value and
+what is allowed.
 """
 
 import hashlib

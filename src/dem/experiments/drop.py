@@ -1,8 +1,9 @@
 """The drop test: single grains fall onto a plate and the height of their rebound is read.
 
-Several grains fall at once, far apart, so that they never meet; each starts a little higher than the last, by a fraction of
-what it travels in one time step at impact, so that their contacts begin at different moments within a step. The scatter of
-their rebounds is then what the time step costs. Heights are those of the lowest point above the plate, as on the bench.
+Several grains fall at once, far apart, so that they never meet; each starts a little higher than the last, by a
+fraction of what it travels in one time step at impact, so that their contacts begin at different moments within a
+step. The scatter of their rebounds is then what the time step costs. Heights are those of the lowest point above the
+plate, as on the bench.
 """
 
 import math

@@ -1,8 +1,9 @@
 """Direct shear: a split box of grains is compacted, pre-sheared and sheared under a normal load.
 
-The lower half of the box moves; the upper half stands still and its side walls carry the shear force, divided by the area
-of the box. A lid, free to move up and down, carries the normal load. As on the bench, the sample is compacted and sheared to
-steady state under the pre-shear load, unloaded, then sheared under the test load, whose peak is the point of the yield locus.
+The lower half of the box moves; the upper half stands still and its side walls carry the shear force, divided by the
+area of the box. A lid, free to move up and down, carries the normal load. As on the bench, the sample is compacted
+and sheared to steady state under the pre-shear load, unloaded, then sheared under the test load, whose peak is the
+point of the yield locus.
 """
 
 import math
@@ -166,7 +167,8 @@ class _Box:
         return np.array(stress)
 
     def normal_stress(self):
-        """Mean normal stress at the shear plane over the last shear [kPa]: lid pressure and weight of the upper grains."""
+        """Mean normal stress at the shear plane over the last shear [kPa]: lid pressure and weight of the upper
+        grains."""
         above = self.sim.position[:, 2] > 0.0
         weight = float(self.sim.mass[above].sum()) * GRAVITY
         return self._pressure + 1e-3 * weight / self.area

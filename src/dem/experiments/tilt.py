@@ -1,7 +1,8 @@
 """The tilted plane: four bonded grains rest on a plate that tilts until they slide.
 
-The plate turns at a steady rate about one of its edges. The bonded grains are one rigid body and cannot roll. Sliding is
-seen, as on the bench, once they have moved a given distance along the plate; the angle is read at that moment.
+The plate turns at a steady rate about one of its edges. The bonded grains are one rigid body and cannot roll.
+Sliding is seen, as on the bench, once they have moved a given distance along the plate; the angle is read at that
+moment.
 """
 
 import math
