@@ -1,0 +1,64 @@
+"""What the numerical choices cost: the same points with other resolutions, time steps, moduli and rolling laws."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import yaml
+from scipy import stats
+
+from calibration.campaign import plan, read_metric, write_plan
+from calibration.factors import read_factors
+
+
+def _over(base, changes):
+    """`base` with nested `changes` laid over it."""
+    out = dict(base)
+    for key, value in changes.items():
+        out[key] = _over(out.get(key, {}), value) if isinstance(value, dict) else value
+    return out
+
+
+def plan_numerics(config, study_file, folder):
+    """Plan every variant at every point with every seed."""
+    study, factors = yaml.safe_load(Path(study_file).read_text()), read_factors(config.factors)
+    tables, specs = [], {}
+    for name, variant in study["variants"].items():
+        rows = [
+            {"variant": name, "against": variant.get("against", ""), "point": point} | levels
+            for point, levels in study["points"].items()
+            for _ in range(study["seeds"])
+        ]
+        varied = config.model_copy(update={"run": _over(config.run, variant["run"])})
+        table, more = plan(pd.DataFrame(rows), factors, varied)
+        tables.append(table)
+        specs |= more
+    write_plan(folder, pd.concat(tables, ignore_index=True), specs)
+
+
+def compare_variants(design, metric):
+    """Table: variant, against, point, n, mean, sd, difference, low, high (95 % Welch interval), within_seed_spread."""
+    design = design.assign(response=read_metric(design["run_id"], metric))
+    rows = []
+    for (name, point), group in design.groupby(["variant", "point"], sort=False):
+        ours, against = group["response"].to_numpy(), group["against"].iloc[0]
+        row = {"variant": name, "against": against, "point": point, "n": len(ours)}
+        row |= {"mean": ours.mean(), "sd": ours.std(ddof=1)}
+        if isinstance(against, str) and against:
+            theirs = design[(design["variant"] == against) & (design["point"] == point)][
+                "response"
+            ].to_numpy()
+            test = stats.ttest_ind(ours, theirs, equal_var=False)
+            low, high = test.confidence_interval(0.95)
+            spread = float(np.sqrt((ours.var(ddof=1) + theirs.var(ddof=1)) / 2))
+            difference = ours.mean() - theirs.mean()
+            row |= {"difference": difference, "low": low, "high": high, "seed_sd": spread}
+            row["within_seed_spread"] = bool(abs(difference) < spread)
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def analyse_numerics(config, design_file, output):
+    """Write the table of differences."""
+    table = compare_variants(pd.read_csv(design_file), config.target.metric)
+    table.round(3).to_csv(output, index=False)
