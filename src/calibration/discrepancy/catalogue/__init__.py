@@ -1,0 +1,68 @@
+"""The catalogue of mechanisms: each module beside this one defines `MECHANISM`; nothing else lists them.
+
+A mechanism of the engine has `apply(spec, strength)`, which returns a run spec with its law switched on. One of the
+measurement has in addition `observe(value, condition, strength)`: what would have been read in place of the true
+value; its `apply` is what the engine's own model of the instrument does, used to make test data.
+"""
+
+import importlib
+import math
+import pkgutil
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Strength:
+    """The one number that says how strong a mechanism is, with its range and a moderate value, all in `unit`."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    moderate: float
+    log: bool = False
+
+    def natural(self, coded):
+        """Strength in its unit from a coded one in [0, 1]."""
+        if self.log:
+            return self.low * (self.high / self.low) ** coded
+        return self.low + coded * (self.high - self.low)
+
+    def coded(self, natural):
+        """Coded strength in [0, 1] from one in its unit."""
+        if self.log:
+            return math.log(natural / self.low) / math.log(self.high / self.low)
+        return (natural - self.low) / (self.high - self.low)
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """One thing that a model may be missing."""
+
+    name: str
+    description: str
+    source: str
+    experiments: tuple
+    levers: tuple
+    strength: Strength
+    apply: Callable
+    observe: Callable | None = None
+
+
+def set_law(spec, slot, law, **parameters):
+    """Run spec (a mapping) with one law chosen and its parameters set; the given one is left as it was."""
+    return spec | {
+        "laws": spec.get("laws", {}) | {slot: law},
+        "law_parameters": spec.get("law_parameters", {}) | parameters,
+    }
+
+
+def load_catalogue(without=()):
+    """{name: Mechanism} of every module in this folder, without those named."""
+    found = {}
+    for module in pkgutil.iter_modules(__path__):
+        mechanism = importlib.import_module(f"{__name__}.{module.name}").MECHANISM
+        if mechanism.name not in without:
+            found[mechanism.name] = mechanism
+    return found

@@ -1,0 +1,19 @@
+"""Cohesion between grains: JKR adhesion with one surface energy."""
+
+from calibration.discrepancy.catalogue import Mechanism, Strength, set_law
+
+
+def apply(spec, strength):
+    """JKR between grains; the walls do not attract."""
+    return set_law(spec, "cohesion", "jkr", surface_energy_J_m2=strength)
+
+
+MECHANISM = Mechanism(
+    name="cohesion",
+    description="grains attract each other; the yield locus gains an intercept and small grains stand steeper",
+    source="Johnson, Kendall, Roberts (1971), Proc. R. Soc. A 324:301",
+    experiments=("shear", "heap"),
+    levers=("normal_stress_kPa", "particle_diameter_mm"),
+    strength=Strength("surface energy", "J/m2", 0.0, 0.05, 0.03),
+    apply=apply,
+)

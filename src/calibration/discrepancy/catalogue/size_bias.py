@@ -1,0 +1,21 @@
+"""The grains are larger or smaller than stated."""
+
+from calibration.discrepancy.catalogue import Mechanism, Strength
+
+
+def apply(spec, strength):
+    """All diameters multiplied, the number of grains kept."""
+    particles = spec.get("particles", {})
+    scale = particles.get("scale_factor", 1.0) * strength
+    return spec | {"particles": particles | {"scale_factor": scale}}
+
+
+MECHANISM = Mechanism(
+    name="size_bias",
+    description="the stated diameter is off by a factor; shows where the rig is small against the grains",
+    source="sieving passes grains by their second largest dimension",
+    experiments=("heap",),
+    levers=("particle_diameter_mm", "discharge_height_mm"),
+    strength=Strength("true over stated diameter", "1", 0.75, 1.3, 1.2),
+    apply=apply,
+)

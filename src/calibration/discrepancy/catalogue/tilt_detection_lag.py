@@ -1,0 +1,35 @@
+"""The tilt angle is read late, once the grains have visibly moved."""
+
+import math
+
+from calibration.discrepancy.catalogue import Mechanism, Strength
+
+GRAVITY = 9.81
+DEFAULT_RATE = 5.0
+
+
+def apply(spec, strength):
+    """Sliding counts only after this much movement."""
+    geometry = spec.get("geometry", {})
+    return spec | {"geometry": geometry | {"slip_mm": max(strength, geometry["slip_mm"])}}
+
+
+def observe(value, condition, strength):
+    """Angle [deg] read `strength` mm after the start of sliding, while the plate goes on turning."""
+    rate = math.radians(condition.get("tilt_rate_deg_s", DEFAULT_RATE))
+    cosine = math.cos(math.radians(min(value, 89.0)))
+    return value + math.degrees(
+        rate * (6.0 * 1e-3 * max(strength, 0.0) * cosine / (GRAVITY * rate)) ** (1.0 / 3.0)
+    )
+
+
+MECHANISM = Mechanism(
+    name="tilt_detection_lag",
+    description="the plate turns on before sliding is seen; the excess grows as the tilt rate to the power 2/3",
+    source="uniform acceleration g cos(theta) w t of a grain on a plate turning at w: slip g cos(theta) w t^3 / 6",
+    experiments=("tilt",),
+    levers=("tilt_rate_deg_s",),
+    strength=Strength("slip when seen", "mm", 0.0, 4.0, 1.0),
+    apply=apply,
+    observe=observe,
+)
