@@ -235,7 +235,7 @@ class Simulation:
 
     # --- the lists ---------------------------------------------------------------------------------------------------
 
-    def _rebuild(self):
+    def rebuild_lists(self):
         """Sort the particles in space and list the pairs and wall contacts that may touch."""
         begin = time.perf_counter()
         p, n, w = self.particles, self.n, self.wall_state
@@ -334,7 +334,7 @@ class Simulation:
         left, begin = int(steps), time.perf_counter()
         while left > 0:
             if self._stale:
-                self._rebuild()
+                self.rebuild_lists()
             done, status, pair = advance(
                 min(left, CHECK_INTERVAL), self.model, self.n, self.particles, self._pairs,
                 self._pair_count, self.wall_state, self._walls_list, self._wall_count,

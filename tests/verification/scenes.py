@@ -1,0 +1,117 @@
+"""Small scenes for the verification tests: two spheres, or a sphere on a wall."""
+
+import math
+
+import numpy as np
+
+from dem.contact.registry import ContactParameters, Laws, Material
+from dem.simulation import Simulation
+from dem.walls.builder import WallSet
+
+GRAVITY = 9.81
+SALT = Material(1210.0, 1.0e7, 0.25)
+STEEL = Material(7800.0, 8.0e10, 0.30)
+
+
+def from_young(young, poisson, density):
+    """Material from Young's modulus [Pa]."""
+    return Material(density, young / (2 * (1 + poisson)), poisson)
+
+
+def make(contact, *, laws=None, grain=SALT, wall=STEEL, walls=None, dt=1e-6, gravity=0.0, **more):
+    """Simulation with one contact law for all pairs; gravity [m/s2] points down."""
+    return Simulation(
+        {"grain": grain, "wall": wall},
+        {("grain", "grain"): contact, ("grain", "wall"): contact},
+        laws=laws or Laws(rolling="none"),
+        time_step=dt,
+        gravity=(0.0, 0.0, -gravity),
+        walls=walls,
+        overlap_limit=0.9,
+        **more,
+    )
+
+
+def floor():
+    """A plane at z = 0."""
+    return WallSet().body("floor", material="wall").plane((0, 0, 0), (0, 0, 1))
+
+
+def effective(grain, other=None):
+    """(E*, G*) of two materials [Pa]."""
+    other = other or grain
+    young = 1 / sum((1 - m.poisson_ratio**2) / m.young_modulus for m in (grain, other))
+    shear = 1 / sum((2 - m.poisson_ratio) / m.shear_modulus for m in (grain, other))
+    return young, shear
+
+
+def contact_time(young, r_eff, m_eff, speed):
+    """Duration of an elastic Hertz impact, 2.943 a_max / v [s]."""
+    k = 4 / 3 * young * math.sqrt(r_eff)
+    return 2.943 * (5 * m_eff * speed**2 / (4 * k)) ** 0.4 / speed
+
+
+def mass_of(radius, material):
+    """Mass of a sphere [kg]."""
+    return 4 / 3 * math.pi * radius**3 * material.density
+
+
+def pair_impact(
+    contact,
+    speed,
+    *,
+    radii=(1e-3, 1e-3),
+    grain=SALT,
+    steps=100,
+    laws=None,
+    offset=0.3,
+    spin=(0.0, 0.0),
+    **more,
+):
+    """Head-on impact of two spheres along x at relative `speed`, `steps` time steps a contact; runs until they part.
+
+    offset: place of the first touch within a time step. Returns the simulation and the time step.
+    """
+    r1, r2 = radii
+    young, _ = effective(grain)
+    m1, m2 = mass_of(r1, grain), mass_of(r2, grain)
+    dt = contact_time(young, r1 * r2 / (r1 + r2), m1 * m2 / (m1 + m2), speed) / steps
+    sim = make(contact, laws=laws, grain=grain, dt=dt, **more)
+    gap = offset * speed * dt
+    sim.add_particles(
+        [[0, 0, 0], [r1 + r2 + gap, 0, 0]],
+        np.array([r1, r2]),
+        velocity=[[speed / 2, 0, 0], [-speed / 2, 0, 0]],
+        spin=[[0, 0, spin[0]], [0, 0, spin[1]]],
+    )
+    sim.advance(4 * steps)
+    return sim
+
+
+def plane_impact(
+    contact,
+    v_n,
+    v_t=0.0,
+    *,
+    radius=1e-3,
+    grain=SALT,
+    wall=STEEL,
+    steps=200,
+    laws=None,
+    spin=(0, 0, 0),
+    walls=None,
+    **more,
+):
+    """Impact of a sphere on the floor with normal speed v_n and tangential velocity v_t along x; runs until it
+    parts."""
+    young, _ = effective(grain, wall)
+    dt = contact_time(young, radius, mass_of(radius, grain), v_n) / steps
+    sim = make(contact, laws=laws, grain=grain, wall=wall, walls=walls or floor(), dt=dt, **more)
+    sim.add_particles(
+        [[0, 0, radius + 0.3 * v_n * dt]], radius, velocity=[[v_t, 0, -v_n]], spin=[spin]
+    )
+    sim.advance(4 * steps)
+    return sim
+
+
+__all__ = ["ContactParameters", "Laws", "WallSet"]
