@@ -40,6 +40,10 @@ class ScreeningConfig(_Part):
     design: str | None = Field(
         None, description="table of coded levels in place of a generated design"
     )
+    go_on: list[str] | None = Field(
+        None,
+        description="names of factors that go on whatever the screening says, to follow another's choice",
+    )
     at_least: int = Field(
         3,
         ge=1,
@@ -63,6 +67,9 @@ class AscentConfig(_Part):
 class SurfaceConfig(_Part):
     """Box-Behnken response surface around the ascent's best point."""
 
+    centre: dict[str, float] = Field(
+        {}, description="factor name: natural level of the centre in place of the ascent's"
+    )
     half_width: dict[str, Positive] = Field(
         {}, description="factor name: natural distance from the centre to +1"
     )
@@ -123,8 +130,10 @@ def parse_config(data, file="config"):
     names = [f.name for f in factors]
     for section, mapping in (
         ("fixed", config.fixed),
+        ("screening.go_on", config.screening.go_on or ()),
         ("ascent.start", config.ascent.start),
         ("ascent.step", config.ascent.step),
+        ("response_surface.centre", config.response_surface.centre),
         ("response_surface.half_width", config.response_surface.half_width),
     ):
         for name in mapping:

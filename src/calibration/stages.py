@@ -93,6 +93,8 @@ def analyse_screening(config, design_file, output):
         else []
     )
     codes = significant(result, rules.alpha, rules.at_least, rules.at_most, preferred)
+    if rules.go_on:
+        codes = [f.code for f in factors if f.name in rules.go_on]
     names = {f.code: f.name for f in factors}
     table = result.table.assign(name=result.table["code"].map(names))
     runs.to_csv(output.runs, index=False)

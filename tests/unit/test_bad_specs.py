@@ -1,0 +1,236 @@
+"""Every malformed spec gets one clear error: the key, the value, and what is allowed."""
+
+import copy
+
+import numpy as np
+import pytest
+
+from dem.contact.registry import ContactParameters, Laws, Material
+from dem.errors import BlowUpError, MeshError, SpecError
+from dem.io.stl import read_stl, write_stl
+from dem.run import run
+from dem.simulation import Simulation
+from dem.spec import load_spec, parse_spec
+
+HEAP = {"experiment": "heap"}
+SIZES = {"by": "number", "diameters_mm": [1.0, 2.0], "fractions": [0.5, 0.5]}
+SJKR = {"laws": {"cohesion": "sjkr"}, "law_parameters": {"cohesion_energy_density_J_m3": 1e4}}
+
+CASES = [
+    ({"experiment": "pile"}, "experiment", "heap, drop, tilt, shear"),
+    ({"experiment": None}, "experiment", "heap"),
+    ({"sed": 1}, "sed", "seed"),
+    ({"seed": -1}, "seed", "greater than or equal to 0"),
+    ({"seed": "one"}, "seed", "integer"),
+    (
+        {"materials": {"particle": {"density_kg_m3": 0}}},
+        "materials.particle.density_kg_m3",
+        "greater than 0",
+    ),
+    ({"materials": {"particle": {"shear_modulus_Pa": -1e7}}}, "shear_modulus_Pa", "greater than 0"),
+    ({"materials": {"particle": {"poisson_ratio": 0.5}}}, "poisson_ratio", "less than 0.5"),
+    ({"materials": {"steel": {}}}, "materials.steel", "particle, wall"),
+    (
+        {"contacts": {"particle_particle": {"restitution": 1.2}}},
+        "restitution",
+        "less than or equal to 1",
+    ),
+    (
+        {"contacts": {"particle_particle": {"restitution": 0}}},
+        "restitution",
+        "greater than or equal to 0.03",
+    ),
+    (
+        {"contacts": {"particle_wall": {"static_friction": -0.1}}},
+        "static_friction",
+        "greater than or equal to 0",
+    ),
+    ({"contacts": {"particle_wall": {"rolling_friction": "much"}}}, "rolling_friction", "number"),
+    ({"contacts": {"particle_particle": {"friction": 0.5}}}, "friction", "static_friction"),
+    ({"laws": {"rolling": "constant"}}, "laws.rolling", "constant_torque"),
+    ({"laws": {"cohesion": "glue"}}, "laws.cohesion", "sjkr"),
+    ({"laws": {"cohesion": "sjkr"}}, "laws.cohesion", "cohesion_energy_density_J_m3"),
+    ({"laws": {"damping": "plastic"}}, "laws.damping", "yield_velocity_m_s"),
+    (
+        {"laws": {"friction": "stress_dependent"}, "law_parameters": {"friction_exponent": 0.2}},
+        "laws.friction",
+        "friction_reference_force_N",
+    ),
+    ({"law_parameters": {"surface_energy_J_m2": 0.1}}, "surface_energy_J_m2", "laws.cohesion: jkr"),
+    (
+        {**SJKR, "law_parameters": {"cohesion_energy_density_J_m3": -1}},
+        "cohesion_energy_density_J_m3",
+        "greater than or equal to 0",
+    ),
+    (
+        {
+            "laws": {"friction": "stress_dependent"},
+            "law_parameters": {"friction_exponent": 0.9, "friction_reference_force_N": 1},
+        },
+        "friction_exponent",
+        "less than or equal to",
+    ),
+    (
+        {
+            "laws": {"cohesion": "jkr", "damping": "thornton"},
+            "law_parameters": {"surface_energy_J_m2": 0.1},
+        },
+        "laws.damping",
+        "tsuji",
+    ),
+    ({"particles": {"count": 0}}, "particles.count", "greater than or equal to 1"),
+    ({"particles": {"count": 2.5}}, "particles.count", "integer"),
+    ({"particles": {"diameter_mm": -2}}, "particles.diameter_mm", "greater than 0"),
+    (
+        {"particles": {"diameter_mm": 8}},
+        "geometry.orifice_diameter_mm",
+        "3 times the largest grain",
+    ),
+    (
+        {"particles": {"diameter_mm": 2, "scale_factor": 4}},
+        "geometry.orifice_diameter_mm",
+        "largest grain (8 mm)",
+    ),
+    (
+        {"particles": {"sizes": {**SIZES, "fractions": [0.5, 0.4]}}},
+        "particles.sizes.fractions",
+        "sum to 1",
+    ),
+    (
+        {"particles": {"sizes": {**SIZES, "fractions": [1.0]}}},
+        "particles.sizes.fractions",
+        "as many as",
+    ),
+    (
+        {"particles": {"sizes": {**SIZES, "diameters_mm": [0.1, 2.0]}}},
+        "particles.sizes.diameters_mm",
+        "ratio",
+    ),
+    ({"particles": {"sizes": {**SIZES, "by": "volume"}}}, "particles.sizes.by", "number"),
+    ({"geometry": {"orifice_mm": 20}}, "geometry.orifice_mm", "orifice_diameter_mm"),
+    ({"geometry": {"funnel_half_angle_deg": 90}}, "funnel_half_angle_deg", "less than 90"),
+    (
+        {"geometry": {"funnel_top_diameter_mm": 15}},
+        "funnel_top_diameter_mm",
+        "more than the orifice",
+    ),
+    ({"geometry": {"plate_diameter_mm": 5}}, "plate_diameter_mm", "four of the largest"),
+    ({"geometry": {"drop_height_mm": 150}}, "geometry.drop_height_mm", "orifice_diameter_mm"),
+    (
+        {"numerics": {"rayleigh_fraction": 1.5}},
+        "numerics.rayleigh_fraction",
+        "less than or equal to 0.8",
+    ),
+    ({"numerics": {"time_step_s": 1e-3}}, "numerics.time_step_s", "Rayleigh"),
+    ({"numerics": {"precision": "half"}}, "numerics.precision", "mixed"),
+    ({"numerics": {"max_time_s": float("nan")}}, "numerics.max_time_s", "finite"),
+    ({"output": {"frames": 5}}, "output.frames", "frame_interval_s"),
+]
+
+
+@pytest.mark.parametrize(
+    ("change", "key", "allowed"), CASES, ids=[f"{i}-{c[1]}" for i, c in enumerate(CASES)]
+)
+def test_a_malformed_spec_names_the_key_and_what_is_allowed(change, key, allowed):
+    with pytest.raises(SpecError) as error:
+        parse_spec(copy.deepcopy(HEAP | change), file="bad.yaml")
+    message = str(error.value)
+    assert message.startswith("bad.yaml: ")
+    assert key in message
+    assert allowed in message
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("text", "word"), [("a: [1", "line"), ("- 1\n- 2\n", "mapping"), ("\x00", "YAML")]
+)
+def test_a_file_that_is_no_mapping_is_named(tmp_path, text, word):
+    path = tmp_path / "spec.yaml"
+    path.write_text(text)
+    with pytest.raises(SpecError) as error:
+        load_spec(path)
+    assert str(path) in str(error.value)
+    assert word in str(error.value)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(SpecError, match="nowhere"):
+        load_spec(tmp_path / "nowhere.yaml")
+
+
+TETRAHEDRON = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
+FACES = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
+
+
+@pytest.mark.parametrize(
+    ("content", "word"),
+    [
+        (b"not a mesh", "not an STL"),
+        (b"solid s\nendsolid s\n", "no triangles"),
+        (b"solid s\nvertex 0 0 0\nvertex 1 0 0\n", "whole triangles"),
+        (b"solid s\nvertex 0 0 0\nvertex 1 0 x\nvertex 0 1 0\n", "line 3"),
+        (b"solid s\nvertex 0 0 0\nvertex 1 0 0\nvertex 2 0 0\n", "no area"),
+        (b"solid s\nvertex 0 0 0\nvertex nan 0 0\nvertex 0 1 0\n", "not finite"),
+    ],
+)
+def test_an_unusable_mesh_says_why(tmp_path, content, word):
+    path = tmp_path / "mesh.stl"
+    path.write_bytes(content)
+    with pytest.raises(MeshError, match=word) as error:
+        read_stl(path)
+    assert str(path) in str(error.value)
+
+
+def test_an_open_mesh_is_refused_where_it_must_be_closed(tmp_path):
+    write_stl(tmp_path / "closed.stl", TETRAHEDRON, FACES)
+    write_stl(tmp_path / "open.stl", TETRAHEDRON, FACES[:3])
+    assert len(read_stl(tmp_path / "closed.stl", closed=True)[1]) == 4
+    with pytest.raises(MeshError, match="3 edges"):
+        read_stl(tmp_path / "open.stl", closed=True)
+
+
+def test_a_run_with_an_unreadable_mesh_leaves_nothing(tmp_path):
+    spec = parse_spec({"experiment": "heap", "geometry": {"plate_stl": str(tmp_path / "none.stl")}})
+    with pytest.raises(MeshError, match=r"none\.stl"):
+        run(spec, tmp_path / "out")
+    assert not (tmp_path / "out" / "result.json").exists()
+
+
+def test_grains_made_inside_each_other_are_named():
+    salt = Material(1210.0, 1e7, 0.25)
+    sim = Simulation(
+        {"salt": salt}, {("salt", "salt"): ContactParameters(0.5, 0.5)}, time_step=1e-5
+    )
+    sim.add_particles([[0, 0, 0], [0.5e-3, 0, 0]], 1e-3)
+    with pytest.raises(BlowUpError, match=r"particle 0 at 0 s.*inside each other"):
+        sim.advance(1)
+
+
+def test_a_time_step_that_blows_up_is_named():
+    salt = Material(1210.0, 1e9, 0.25)
+    sim = Simulation(
+        {"salt": salt}, {("salt", "salt"): ContactParameters(0.5, 0.5)}, time_step=1e-3
+    )
+    sim.add_particles([[0, 0, 0], [2.1e-3, 0, 0]], 1e-3, velocity=[[1, 0, 0], [-1, 0, 0]])
+    with pytest.raises(BlowUpError, match="time step"):
+        sim.advance(2000)
+
+
+@pytest.mark.parametrize(
+    ("laws", "word"),
+    [
+        (Laws(rolling="viscous"), "rolling"),
+        (Laws(damping="none"), "damping"),
+        (Laws(cohesion="jkr", damping="plastic"), "jkr"),
+        (Laws(drag="stokes"), "drag"),
+    ],
+)
+def test_laws_that_cannot_be_combined_are_refused_at_set_up(laws, word):
+    salt = Material(1210.0, 1e7, 0.25)
+    with pytest.raises(ValueError, match=word):
+        Simulation(
+            {"salt": salt},
+            {("salt", "salt"): ContactParameters(0.5, 0.5)},
+            laws=laws,
+            time_step=1e-5,
+        )
