@@ -155,17 +155,15 @@ def analyse_ascent(config, design_file, output):
 
 
 def plan_response_surface(config, ascent_file, folder):
-    """Plan the Box-Behnken design around the ascent's centre and record its region."""
+    """Plan the Box-Behnken design around the ascent's centre, or the configured one, and record its region."""
     factors, ascent = read_factors(config.factors), _load(ascent_file)
-    region = [
-        _around(f, ascent["centre"][f.name], config) for f in factors if f.name in ascent["centre"]
-    ]
+    varied = [f for f in factors if f.name in ascent["centre"]]
+    centre = ascent["centre"] | config.response_surface.centre
+    region = [_around(f, centre[f.name], config) for f in varied]
     design = box_behnken(
         region, config.response_surface.centre_runs, config.response_surface.replicates
     )
-    table, specs = plan(
-        design, [*region, *(f for f in factors if f.name not in ascent["centre"])], config
-    )
+    table, specs = plan(design, [*region, *(f for f in factors if f not in varied)], config)
     write_plan(folder, table, specs)
     write_json(Path(folder) / "region.json", [vars(f) for f in region])
 
