@@ -101,7 +101,9 @@ def test_incline_at_rest_where_rolling_friction_holds(record, law):
     sim.advance(40000)
     # the relative torque only answers a spin that is there, so it lets the sphere creep: 20 um/s, and only that law
     tolerance = 1e-5 if law == "constant_torque_relative" else 1e-7
-    record("incline", f"creep in 0.2 s at rest, {law}", sim.position[0, 0] - x0, 0.0, tolerance, "m")
+    record(
+        "incline", f"creep in 0.2 s at rest, {law}", sim.position[0, 0] - x0, 0.0, tolerance, "m"
+    )
 
 
 def test_incline_with_slip(record):
