@@ -113,6 +113,7 @@ class Config(_Part):
     response_surface: SurfaceConfig = SurfaceConfig()
     optimise: OptimiseConfig = OptimiseConfig()
     validation: ValidationConfig = ValidationConfig()
+    diagnosis: dict = Field({}, description="changes to top-level keys of config/diagnosis.yaml")
 
 
 def parse_config(data, file="config"):

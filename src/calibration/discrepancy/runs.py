@@ -11,7 +11,8 @@ from dem.spec import parse_spec
 
 
 def simulate(specs, root="results/runs", note=lambda text: None):
-    """{run id: metrics or None} of {run id: spec}; None where the engine reports a failure (recorded as failed.json)."""
+    """{run id: metrics or None} of {run id: spec}; None where the engine reports a failure (recorded as
+    failed.json)."""
     return {name: _result(name, spec, Path(root), note) for name, spec in specs.items()}
 
 

@@ -120,7 +120,8 @@ def lever_values(settings, experiment, levers):
 
 
 def condition_spec(base, settings, factors, experiment, levers, values, seed):
-    """Run spec (a mapping) of a condition: calibration's spec, experiment's, levers, and factor values {name: value}."""
+    """Run spec (a mapping) of a condition: calibration's spec, experiment's, levers, and factor values {name:
+    value}."""
     spec = _merge(
         {k: _copy(v) for k, v in base.items() if k in ("materials", "contacts")},
         settings.experiments[experiment].run,

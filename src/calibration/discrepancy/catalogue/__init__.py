@@ -2,7 +2,8 @@
 
 A mechanism of the engine has `apply(spec, strength)`, which returns a run spec with its law switched on. One of the
 measurement has in addition `observe(value, condition, strength)`: what would have been read in place of the true
-value; its `apply` is what the engine's own model of the instrument does, used to make test data.
+value (arrays or floats; condition is the mapping of levers); its `apply` is what the engine's own model of the
+instrument does, used to make test data.
 """
 
 import importlib
@@ -14,7 +15,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Strength:
-    """The one number that says how strong a mechanism is, with its range and a moderate value, all in `unit`."""
+    """The one number that says how strong a mechanism is, with its range and a moderate value, all in `unit`.
+
+    `off` is where it is weakest, `low` unless given.
+    """
 
     name: str
     unit: str
@@ -22,6 +26,7 @@ class Strength:
     high: float
     moderate: float
     log: bool = False
+    off: float | None = None
 
     def natural(self, coded):
         """Strength in its unit from a coded one in [0, 1]."""
@@ -34,6 +39,12 @@ class Strength:
         if self.log:
             return math.log(natural / self.low) / math.log(self.high / self.low)
         return (natural - self.low) / (self.high - self.low)
+
+    def share(self, fraction):
+        """Strength a fraction of the way from `off` to `moderate`, along the coded scale, within the range."""
+        off = self.coded(self.low if self.off is None else self.off)
+        coded = off + fraction * (self.coded(self.moderate) - off)
+        return self.natural(min(max(coded, 0.0), 1.0))
 
 
 @dataclass(frozen=True)

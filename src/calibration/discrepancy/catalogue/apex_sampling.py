@@ -1,5 +1,7 @@
 """The rebound is read from frames and its highest point falls between two of them."""
 
+import numpy as np
+
 from calibration.discrepancy.catalogue import Mechanism, Strength
 
 GRAVITY = 9.81
@@ -17,7 +19,7 @@ def apply(spec, strength):
 def observe(value, condition, strength):
     """Rebound [mm] as read: less the mean deficit g dt^2 / 24 of an apex at a random phase between frames."""
     interval = strength * condition.get("output_interval_s", 0.0)
-    return max(value - 1e3 * GRAVITY * interval * interval / 24.0, 1e-3)
+    return np.maximum(value - 1e3 * GRAVITY * interval * interval / 24.0, 1e-3)
 
 
 MECHANISM = Mechanism(

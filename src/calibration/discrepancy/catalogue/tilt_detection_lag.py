@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from calibration.discrepancy.catalogue import Mechanism, Strength
 
 GRAVITY = 9.81
@@ -17,10 +19,9 @@ def apply(spec, strength):
 def observe(value, condition, strength):
     """Angle [deg] read `strength` mm after the start of sliding, while the plate goes on turning."""
     rate = math.radians(condition.get("tilt_rate_deg_s", DEFAULT_RATE))
-    cosine = math.cos(math.radians(min(value, 89.0)))
-    return value + math.degrees(
-        rate * (6.0 * 1e-3 * max(strength, 0.0) * cosine / (GRAVITY * rate)) ** (1.0 / 3.0)
-    )
+    slip = 1e-3 * np.maximum(strength, 0.0)
+    cosine = np.cos(np.radians(np.minimum(value, 89.0)))
+    return value + np.degrees(rate * np.cbrt(6.0 * slip * cosine / (GRAVITY * rate)))
 
 
 MECHANISM = Mechanism(

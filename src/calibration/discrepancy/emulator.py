@@ -1,0 +1,113 @@
+"""A Gaussian process for one experiment under one law, taught by DEM runs, with its own error by leave-one-out.
+
+The response is transformed by what is known of the experiment, so that the process learns a nearly linear rest:
+log(rebound / height) is 2 log e, tan(sliding angle) is mu, shear stress over normal stress is a friction.
+"""
+
+import warnings
+
+import numpy as np
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, WhiteKernel
+
+from calibration.discrepancy.design import inputs_of
+from calibration.discrepancy.settings import log_span
+
+LEAST_REBOUND = 1e-4  # of the drop height; a grain that sticks has no logarithm
+
+
+def forward(experiment, value, levers):
+    """Transformed response; value in the quantity's unit, levers a mapping of floats or arrays."""
+    if experiment == "drop":
+        return np.log(np.maximum(value / levers["drop_height_mm"], LEAST_REBOUND))
+    if experiment == "tilt":
+        return np.tan(np.radians(np.minimum(value, 89.0)))
+    if experiment == "shear":
+        return value / levers["normal_stress_kPa"]
+    return np.asarray(value, float)
+
+
+def inverse(experiment, z, levers):
+    """Value in the quantity's unit and its derivative by z."""
+    if experiment == "drop":
+        value = levers["drop_height_mm"] * np.exp(np.minimum(z, 0.0))
+        return value, value
+    if experiment == "tilt":
+        return np.degrees(np.arctan(z)), np.degrees(1.0 / (1.0 + z * z))
+    if experiment == "shear":
+        slope = levers["normal_stress_kPa"]
+        return slope * z, slope + 0.0 * z
+    return z, np.ones_like(z)
+
+
+class Emulator:
+    """z(x) for x in [0, 1]^d.
+
+    `error` is the leave-one-out root mean square error in z, hyperparameters held; `spread` is the sd of z.
+    """
+
+    def __init__(self, x, z):
+        x, z = np.asarray(x, float), np.asarray(z, float)
+        self.mean, self.spread = float(z.mean()), float(z.std()) or 1.0
+        d = x.shape[1]
+        kernel = (
+            ConstantKernel(1.0, (1e-3, 1e3)) * RBF(np.full(d, 1.5), (0.15, 30.0))
+            + ConstantKernel(1.0, (1e-4, 1e2)) * DotProduct(1.0, (1e-2, 1e2))
+            + WhiteKernel(1e-3, (1e-8, 1.0))
+        )
+        process = GaussianProcessRegressor(kernel, n_restarts_optimizer=1, random_state=0)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound is no fault
+            process.fit(x, (z - self.mean) / self.spread)
+        self.x, self.alpha = x, process.alpha_
+        smooth = process.kernel_.k1
+        self.scale, self.length = smooth.k1.k1.constant_value, smooth.k1.k2.length_scale
+        self.linear, self.offset = smooth.k2.k1.constant_value, smooth.k2.k2.sigma_0**2
+        inverse_k = np.linalg.inv(process.kernel_(x))
+        left_out = self.alpha / np.diag(inverse_k)
+        self.error = self.spread * float(np.sqrt(np.mean(left_out**2)))
+        self.runs = len(z)
+
+    def __call__(self, x):
+        """(k,) transformed responses at (k, d) inputs."""
+        a, b = x / self.length, self.x / self.length
+        square = (a * a).sum(1)[:, None] + (b * b).sum(1) - 2.0 * a @ b.T
+        k = self.scale * np.exp(-0.5 * square) + self.linear * (x @ self.x.T + self.offset)
+        return self.mean + self.spread * (k @ self.alpha)
+
+
+def teach(rows, metrics, settings, factors):
+    """{(experiment, mechanism): Emulator} and a table of their errors.
+
+    rows: of `design.plan`; metrics: {run id: metrics or None}. A run that failed teaches nothing and is counted.
+    """
+    emulators, table = {}, []
+    for key in dict.fromkeys((r["experiment"], r["mechanism"]) for r in rows):
+        own = [r for r in rows if (r["experiment"], r["mechanism"]) == key]
+        good = [r for r in own if metrics[r["run_id"]] is not None]
+        if len(good) < 0.5 * len(own):
+            table.append({"experiment": key[0], "mechanism": key[1], "failed": len(own)})
+            continue
+        emulators[key] = _teach_one(
+            key[0], good, metrics, settings, inputs_of(settings, factors, *key)
+        )
+        table.append(
+            {
+                "experiment": key[0],
+                "mechanism": key[1],
+                "runs": len(good),
+                "failed": len(own) - len(good),
+                "error": emulators[key].error,
+                "spread": emulators[key].spread,
+            }
+        )
+    return emulators, table
+
+
+def _teach_one(experiment, rows, metrics, settings, names):
+    x = np.array([r["inputs"] for r in rows])
+    ranges = settings.experiments[experiment].levers
+    levers = {n: np.array([log_span(*ranges[n], s) for s in x[:, names.index(n)]]) for n in ranges}
+    y = np.array([metrics[r["run_id"]][settings.experiments[experiment].metric] for r in rows])
+    return Emulator(x, forward(experiment, y, levers))

@@ -1,0 +1,123 @@
+from calibration.discrepancy.settings import read_settings
+
+DIAGNOSIS = f"{STUDY}/diagnosis"
+DIAGNOSIS_SETTINGS = "config/diagnosis.yaml"
+DIAGNOSIS_CODE = sorted(
+    str(p) for p in Path("src/calibration/discrepancy").rglob("*.py")
+)
+
+try:
+    BATCHES = range(read_settings(DIAGNOSIS_SETTINGS, SETTINGS.diagnosis).batches)
+except CalibrationError as error:
+    raise WorkflowError(str(error))
+
+
+rule diagnosis_plan:
+    input:
+        DIAGNOSIS_CODE,
+        measurements=SETTINGS.measurements,
+        settings=DIAGNOSIS_SETTINGS,
+        factors=SETTINGS.factors,
+    output:
+        design=f"{DIAGNOSIS}/design.json",
+        plan=f"{DIAGNOSIS}/plan.json",
+    log:
+        f"{STUDY}/logs/diagnosis_plan.log",
+    conda:
+        "../envs/calibration.yaml"
+    params:
+        settings=SETTINGS.model_dump(mode="json"),
+    message:
+        "diagnosis: plan the runs that teach the emulators"
+    script:
+        "../scripts/diagnosis_plan.py"
+
+
+# many runs of a second each share a process; each is kept under its content, so a second diagnosis finds it
+rule diagnosis_batch:
+    input:
+        ENGINE,
+        plan=f"{DIAGNOSIS}/plan.json",
+        compiled=ancient("results/runs/engine.compiled"),
+    output:
+        done=f"{DIAGNOSIS}/batches/{{batch}}.json",
+    log:
+        f"{STUDY}/logs/diagnosis_batch_{{batch}}.log",
+    conda:
+        "../envs/calibration.yaml"
+    params:
+        batches=len(BATCHES),
+    message:
+        "diagnosis: emulator runs, batch {wildcards.batch}"
+    script:
+        "../scripts/diagnosis_batch.py"
+
+
+rule diagnosis_identify:
+    input:
+        DIAGNOSIS_CODE,
+        measurements=SETTINGS.measurements,
+        settings=DIAGNOSIS_SETTINGS,
+        design=f"{DIAGNOSIS}/design.json",
+        plan=f"{DIAGNOSIS}/plan.json",
+        batches=expand(f"{DIAGNOSIS}/batches/{{batch}}.json", batch=BATCHES),
+    output:
+        findings=f"{DIAGNOSIS}/findings.json",
+        extension=f"{DIAGNOSIS}/extension.json",
+        plan=f"{DIAGNOSIS}/extension_plan.json",
+        residuals=report(
+            f"{DIAGNOSIS}/residuals.svg",
+            category="6 Diagnosis",
+        ),
+        ranking=report(
+            f"{DIAGNOSIS}/ranking.svg",
+            category="6 Diagnosis",
+        ),
+    log:
+        f"{STUDY}/logs/diagnosis_identify.log",
+    conda:
+        "../envs/calibration.yaml"
+    params:
+        settings=SETTINGS.model_dump(mode="json"),
+    message:
+        "diagnosis: calibrate, show the misfit, name the cause"
+    script:
+        "../scripts/diagnosis_identify.py"
+
+
+use rule diagnosis_batch as diagnosis_extension_batch with:
+    input:
+        ENGINE,
+        plan=f"{DIAGNOSIS}/extension_plan.json",
+        compiled=ancient("results/runs/engine.compiled"),
+    output:
+        done=f"{DIAGNOSIS}/extension/{{batch}}.json",
+    log:
+        f"{STUDY}/logs/diagnosis_extension_{{batch}}.log",
+    message:
+        "diagnosis: the extended model on all measurements, batch {wildcards.batch}"
+
+
+rule diagnose:
+    input:
+        measurements=SETTINGS.measurements,
+        findings=f"{DIAGNOSIS}/findings.json",
+        extension=f"{DIAGNOSIS}/extension.json",
+        plan=f"{DIAGNOSIS}/extension_plan.json",
+        batches=expand(f"{DIAGNOSIS}/extension/{{batch}}.json", batch=BATCHES),
+    output:
+        verdict=f"{DIAGNOSIS}/verdict.json",
+        page=report(
+            f"{DIAGNOSIS}/diagnosis.md",
+            category="6 Diagnosis",
+        ),
+    log:
+        f"{STUDY}/logs/diagnose.log",
+    conda:
+        "../envs/calibration.yaml"
+    params:
+        settings=SETTINGS.model_dump(mode="json"),
+    message:
+        "diagnosis: the gain of the extended model, and the verdict"
+    script:
+        "../scripts/diagnosis_conclude.py"
