@@ -8,13 +8,16 @@ from scipy.stats import qmc
 
 from calibration.errors import CalibrationError
 
-RULES = ("closest_to_centre", "smallest_prediction_variance")
+RULES = ("closest_to_centre", "closest_to_point", "smallest_prediction_variance")
+GOALS = ("target", "maximise", "minimise")
 CANDIDATES = 4096
+TOLERANCE = 1e-6  # of the target, or of 1 where the target is smaller
 
 
 @dataclass(frozen=True)
 class Solution:
-    """Points (m, factors) in coded levels whose prediction is the target, and the one that was chosen."""
+    """Points (m, factors) in coded levels whose prediction is the target, the one that was chosen, and the set's
+    extent: low and high (factors,)."""
 
     target: float
     attainable: bool
@@ -22,82 +25,145 @@ class Solution:
     predicted: float
     points: np.ndarray
     rule: str
+    low: np.ndarray
+    high: np.ndarray
 
     def extent(self):
         """(low, high), (factors,) each, of the solution set."""
-        return self.points.min(0), self.points.max(0)
+        return self.low, self.high
 
 
-def solve(surface, target, rule="closest_to_centre", seed=1):
+def solve(surface, target, rule="closest_to_centre", seed=1, point=None):
     """All points of the cube [-1, 1]^k where `surface` predicts `target`, and one of them chosen by `rule`.
 
-    The set is a surface in the cube. It is sampled by following random lines through the cube to their crossings.
-    Where the target is out of reach, the point of nearest prediction is returned and `attainable` is False.
+    The set is a surface in the cube. It is sampled where random lines through the cube cross it; its extent and the
+    chosen point are then refined on the set itself. Where the target is out of reach, the point of nearest
+    prediction is returned and `attainable` is False. point: (factors,) coded levels for the rule `closest_to_point`.
+    Raises CalibrationError for an unknown rule or a missing point.
     """
+    merit = _merit(surface, rule, point)
+    points = _crossings(surface, target, len(surface.codes), seed)
+    if not len(points):
+        # a set too small for the lines to meet: in a corner, on a face, or a stationary point
+        points = _nearest(surface, target, seed)[None]
+    attainable = bool(abs(surface.predict(points[:1])[0] - target) <= _tolerance(target))
+    if not attainable:
+        chosen = low = high = points[0]
+    else:
+        chosen = _refine(surface, target, points[np.argmin(merit(points))], merit)
+        low, high = _extent(surface, target, points)
+    predicted = float(surface.predict([chosen])[0])
+    return Solution(target, attainable, chosen, predicted, points, rule, low, high)
+
+
+def _tolerance(target):
+    return TOLERANCE * max(abs(target), 1.0)
+
+
+def _merit(surface, rule, point):
+    """What the chosen point has least of: a function of points (n, factors)."""
     if rule not in RULES:
         raise CalibrationError(f"unknown rule {rule!r}; known: {', '.join(RULES)}")
-    k = len(surface.codes)
-    points = _crossings(surface, target, k, seed)
-    if not len(points):
-        chosen = _nearest(surface, target, k, seed)
-        return Solution(
-            target, False, chosen, float(surface.predict([chosen])[0]), chosen[None], rule
-        )
-    merit = (points**2).sum(1) if rule == "closest_to_centre" else surface.standard_error(points)
-    chosen = _polish(surface, target, points[np.argmin(merit)], rule)
-    return Solution(target, True, chosen, float(surface.predict([chosen])[0]), points, rule)
+    if rule == "smallest_prediction_variance":
+        return lambda x: surface.standard_error(x) ** 2
+    if rule == "closest_to_point" and point is None:
+        raise CalibrationError("the rule 'closest_to_point' needs a point")
+    centre = np.zeros(len(surface.codes)) if rule == "closest_to_centre" else np.asarray(point)
+    return lambda x: ((np.asarray(x) - centre) ** 2).sum(1)
 
 
 def _crossings(surface, target, k, seed):
-    """Points where lines between quasi-random pairs of points cross the target; exact for a quadratic along a line."""
+    """Points where chords of the cube cross the target; exact for a quadratic along a line.
+
+    The chords run through pairs of quasi-random points from face to face, so that the set is met up to the faces.
+    """
     pairs = 2.0 * qmc.Sobol(2 * k, seed=seed).random(CANDIDATES) - 1.0
-    a, b = pairs[:, :k], pairs[:, k:]
+    a, b = _chord(pairs[:, :k], pairs[:, k:])
     fa, fm, fb = (surface.predict(p) - target for p in (a, 0.5 * (a + b), b))
     # f(t) = c2 t^2 + c1 t + c0 through t = 0, 1/2, 1
     c2, c1, c0 = 2 * fa - 4 * fm + 2 * fb, -3 * fa + 4 * fm - fb, fa
-    root = np.sqrt(np.maximum(c1**2 - 4 * c2 * c0, 0.0))
-    real = c1**2 - 4 * c2 * c0 >= 0.0
+    discriminant = c1**2 - 4 * c2 * c0
+    q = -0.5 * (c1 + np.copysign(np.sqrt(np.maximum(discriminant, 0.0)), c1))
     found = []
-    for sign in (-1.0, 1.0):
-        q = -0.5 * (c1 + sign * np.where(c1 >= 0, 1.0, -1.0) * root)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            t = np.where(sign > 0, q / c2, c0 / q)
-        ok = real & np.isfinite(t) & (t >= 0.0) & (t <= 1.0)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        roots = (q / c2, c0 / q)  # the two roots without cancellation; c2 is 0 where f is linear
+    for t in roots:
+        ok = (discriminant >= 0.0) & np.isfinite(t) & (t >= 0.0) & (t <= 1.0)
         point = a[ok] + t[ok, None] * (b[ok] - a[ok])
-        found.append(point[np.abs(surface.predict(point) - target) < 1e-6 * max(abs(target), 1.0)])
+        found.append(point[np.abs(surface.predict(point) - target) <= _tolerance(target)])
     return np.concatenate(found)
 
 
-def _polish(surface, target, start, rule):
-    """The best point by the rule on the solution set itself, started from the best sample."""
-
-    def merit(x):
-        return (
-            float(x @ x) if rule == "closest_to_centre" else float(surface.standard_error([x])[0])
+def _chord(a, b):
+    """Ends (n, k) on the cube's faces of the lines through a and b (n, k), both inside."""
+    direction = b - a
+    with np.errstate(divide="ignore", invalid="ignore"):
+        forward = np.min(
+            (np.sign(direction) - a) / direction, axis=1, where=direction != 0, initial=np.inf
         )
+        back = np.min(
+            (np.sign(direction) + a) / direction, axis=1, where=direction != 0, initial=np.inf
+        )
+    return a - back[:, None] * direction, a + forward[:, None] * direction
 
-    constraint = {"type": "eq", "fun": lambda x: float(surface.predict([x])[0]) - target}
+
+def _refine(surface, target, start, merit):
+    """The point of least merit on the solution set, searched from `start`, which is kept where that fails."""
     found = optimize.minimize(
-        merit,
+        lambda x: float(merit(x[None])[0]),
         start,
+        method="SLSQP",
         bounds=[(-1, 1)] * len(start),
-        constraints=[constraint],
+        constraints=[{"type": "eq", "fun": lambda x: float(surface.predict([x])[0]) - target}],
         options={"ftol": 1e-12, "maxiter": 200},
     )
-    hit = abs(float(surface.predict([found.x])[0]) - target) < 1e-5
-    return found.x if hit and merit(found.x) <= merit(start) else start
+    point = np.clip(found.x, -1.0, 1.0)
+    hit = abs(float(surface.predict([point])[0]) - target) <= 10 * _tolerance(target)
+    return point if hit and merit(point[None])[0] <= merit(start[None])[0] else start
 
 
-def _nearest(surface, target, k, seed):
+def _extent(surface, target, points):
+    """(low, high), (factors,) each, of the solution set, refined from the sample's own extremes."""
+    low, high = points.min(0), points.max(0)
+    for i in range(points.shape[1]):
+        for end, sign in ((low, 1.0), (high, -1.0)):
+            start = points[np.argmin(sign * points[:, i])]
+            end[i] = _refine(surface, target, start, lambda x, i=i, s=sign: s * x[:, i])[i]
+    return low, high
+
+
+def _nearest(surface, target, seed):
+    k = len(surface.codes)
     starts = 2.0 * qmc.Sobol(k, seed=seed).random(256) - 1.0
     best = starts[np.argsort(np.abs(surface.predict(starts) - target))[:8]]
     fits = [
         optimize.minimize(
-            lambda x: (float(surface.predict([x])[0]) - target) ** 2, s, bounds=[(-1, 1)] * k
+            lambda x: (float(surface.predict([x])[0]) - target) ** 2,
+            s,
+            bounds=[(-1, 1)] * k,
+            options={"ftol": 1e-15, "gtol": 1e-12},
         )
         for s in best
     ]
     return min(fits, key=lambda f: f.fun).x
+
+
+def solution_mesh(surface, target, resolution=41):
+    """Solution set of a model of three factors as a triangle mesh: vertices (n, 3) in coded levels, triangles (m, 3).
+
+    Empty arrays where the target is out of reach. Raises CalibrationError for another number of factors.
+    """
+    if len(surface.codes) != 3:
+        raise CalibrationError("only the solution set of three factors is a mesh")
+    import pyvista  # takes a second to load, which the other stages need not wait for
+
+    grid = pyvista.ImageData(
+        dimensions=[resolution] * 3, origin=[-1.0] * 3, spacing=[2.0 / (resolution - 1)] * 3
+    )
+    mesh = grid.contour([target], scalars=surface.predict(grid.points))
+    if not mesh.n_points:
+        return np.empty((0, 3)), np.empty((0, 3), int)
+    return np.asarray(mesh.points, float), mesh.triangulate().faces.reshape(-1, 4)[:, 1:]
 
 
 @dataclass(frozen=True)
@@ -112,6 +178,21 @@ class Goal:
     weight: float = 1.0
     importance: float = 1.0
 
+    def __post_init__(self):
+        if self.kind not in GOALS:
+            raise CalibrationError(f"unknown goal {self.kind!r}; known: {', '.join(GOALS)}")
+        if not self.low < self.high:
+            raise CalibrationError(
+                f"a goal's low ({self.low:g}) must be below high ({self.high:g})"
+            )
+        inside = self.target is not None and self.low < self.target < self.high
+        if self.kind == "target" and not inside:
+            raise CalibrationError(
+                f"a goal's target must lie between {self.low:g} and {self.high:g}, not at {self.target}"
+            )
+        if self.weight <= 0 or self.importance <= 0:
+            raise CalibrationError("a goal's weight and importance must be above 0")
+
     def desirability(self, y):
         """0 to 1 of responses y (Derringer and Suich 1980, Journal of Quality Technology 12:214)."""
         y = np.asarray(y, float)
@@ -119,11 +200,9 @@ class Goal:
             d = (y - self.low) / (self.high - self.low)
         elif self.kind == "minimise":
             d = (self.high - y) / (self.high - self.low)
-        elif self.kind == "target":
+        else:
             rising = (y - self.low) / (self.target - self.low)
             d = np.where(y <= self.target, rising, (self.high - y) / (self.high - self.target))
-        else:
-            raise CalibrationError(f"unknown goal {self.kind!r}; known: target, maximise, minimise")
         return np.clip(d, 0.0, 1.0) ** self.weight
 
 

@@ -1,0 +1,165 @@
+"""The solution set is whole, its extent is true, and the chosen point obeys its rule."""
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import pytest
+
+from calibration.errors import CalibrationError
+from calibration.optimise import (
+    RULES,
+    Goal,
+    most_desirable,
+    overall_desirability,
+    solution_mesh,
+    solve,
+)
+
+
+@dataclass
+class Known:
+    """A response surface given by its formula."""
+
+    codes: str
+    formula: object
+
+    def predict(self, levels):
+        return self.formula(*np.atleast_2d(np.asarray(levels, float)).T)
+
+    def standard_error(self, levels):
+        x = np.atleast_2d(np.asarray(levels, float))
+        return np.sqrt(0.1 + ((x - 0.9) ** 2).sum(1))
+
+
+PLANE = Known("AB", lambda a, b: 1.0 + a + 0.5 * b)
+BALL = Known("ABC", lambda a, b, c: a**2 + b**2 + c**2)
+SADDLE = Known("ABC", lambda a, b, c: 45 + 2 * a - b + 0.5 * c + a * b - b**2 + 0.3 * c**2)
+
+
+@pytest.mark.parametrize("surface", [PLANE, BALL, SADDLE])
+def test_extent_agrees_with_a_search_of_the_whole_cube(surface):
+    k, n = len(surface.codes), 81
+    grid = np.array(list(product(np.linspace(-1, 1, n), repeat=k)))
+    values = surface.predict(grid)
+    target = float(np.quantile(values, 0.35))
+    solution = solve(surface, target)
+    assert np.allclose(surface.predict(solution.points), target, atol=1e-4)
+    # between neighbours of the grid the response crosses the target somewhere
+    cube = values.reshape([n] * k) - target
+    for axis, (low, high) in enumerate(zip(*solution.extent(), strict=True)):
+        crossed = set()
+        for other in range(k):
+            first, last = (
+                np.split(np.moveaxis(cube, other, 0), [-1])[0],
+                np.moveaxis(cube, other, 0)[1:],
+            )
+            hits = np.argwhere(first * last <= 0)
+            order = [other, *(i for i in range(k) if i != other)]
+            crossed |= {int(h[order.index(axis)]) for h in hits}
+        line = np.linspace(-1, 1, n)
+        assert low == pytest.approx(line[min(crossed)], abs=2.5 / n)
+        assert high == pytest.approx(line[min(max(crossed) + 1, n - 1)], abs=5 / n)
+
+
+def test_both_sides_of_a_curved_response_are_found():
+    solution = solve(Known("A", lambda a: a**2), 0.25)
+    assert solution.low[0] == pytest.approx(-0.5, abs=1e-6)
+    assert solution.high[0] == pytest.approx(0.5, abs=1e-6)
+
+
+def test_the_closest_point_of_a_plane_is_the_foot_of_its_normal():
+    # distance of the line a + b/2 = 0.2 from the centre, along (1, 1/2)
+    solution = solve(PLANE, 1.2)
+    assert solution.attainable
+    assert solution.chosen == pytest.approx(np.array([1.0, 0.5]) * 0.2 / 1.25, abs=1e-6)
+
+
+def test_the_closest_point_to_a_given_one():
+    solution = solve(BALL, 0.64, "closest_to_point", point=[0.5, 0.0, 0.0])
+    assert solution.chosen == pytest.approx([0.8, 0.0, 0.0], abs=1e-5)
+
+
+def test_the_point_of_smallest_prediction_variance():
+    solution = solve(BALL, 0.75, "smallest_prediction_variance")
+    assert solution.chosen == pytest.approx([0.5, 0.5, 0.5], abs=1e-4)
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_no_sampled_point_is_better_than_the_chosen_one(rule):
+    point = np.array([0.3, -0.2, 0.1])
+    solution = solve(SADDLE, 44.5, rule, point=point)
+    merit = {
+        "closest_to_centre": lambda x: (x**2).sum(1),
+        "closest_to_point": lambda x: ((x - point) ** 2).sum(1),
+        "smallest_prediction_variance": SADDLE.standard_error,
+    }[rule]
+    assert merit(solution.chosen[None])[0] <= merit(solution.points).min() + 1e-9
+    assert solution.predicted == pytest.approx(44.5, abs=1e-3)
+
+
+def test_an_extreme_in_a_corner_can_still_be_attained():
+    solution = solve(PLANE, 2.5)
+    assert solution.attainable
+    assert solution.chosen == pytest.approx([1.0, 1.0], abs=1e-5)
+
+
+def test_a_target_out_of_reach_gives_the_nearest_corner():
+    solution = solve(PLANE, 3.0)
+    assert not solution.attainable
+    assert solution.chosen == pytest.approx([1.0, 1.0], abs=1e-6)
+    assert solution.predicted == pytest.approx(2.5, abs=1e-6)
+
+
+def test_wrong_rules_are_refused():
+    with pytest.raises(CalibrationError, match="closest_to_centre"):
+        solve(PLANE, 1.0, "best")
+    with pytest.raises(CalibrationError, match="needs a point"):
+        solve(PLANE, 1.0, "closest_to_point")
+
+
+def test_the_mesh_of_a_sphere_has_its_area():
+    vertices, triangles = solution_mesh(BALL, 0.64, resolution=61)
+    assert np.linalg.norm(vertices, axis=1) == pytest.approx(0.8, abs=1e-3)
+    a, b, c = vertices[triangles].transpose(1, 0, 2)
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    assert area == pytest.approx(4 * np.pi * 0.64, rel=5e-3)
+    assert not len(solution_mesh(BALL, 9.0)[0])
+    with pytest.raises(CalibrationError, match="three factors"):
+        solution_mesh(PLANE, 1.0)
+
+
+def test_desirability_has_derringer_and_suichs_values():
+    target = Goal("target", 40, 50, 46, weight=2.0)
+    assert target.desirability([39, 43, 46, 48, 51]) == pytest.approx([0, 0.25, 1, 0.25, 0])
+    assert Goal("maximise", 0, 4).desirability([-1, 1, 5]) == pytest.approx([0, 0.25, 1])
+    assert Goal("minimise", 0, 4).desirability([-1, 1, 5]) == pytest.approx([1, 0.75, 0])
+    # 0.25 and 0.75 with importance 1 and 3
+    up, down = Goal("maximise", 0, 1), Goal("maximise", 0, 1, importance=3.0)
+    low, high = Known("A", lambda a: 0.25 + 0 * a), Known("A", lambda a: 0.75 + 0 * a)
+    both = overall_desirability([low, high], [up, down], [[0.0]])
+    assert both[0] == pytest.approx((0.25 * 0.75**3) ** 0.25)
+
+
+def test_several_responses_meet_where_both_are_met():
+    # a = 0.5 gives the first target, b = -0.25 the second
+    first, second = Known("AB", lambda a, b: 10 + 4 * a), Known("AB", lambda a, b: 5 - 4 * b)
+    goals = [Goal("target", 8, 14, 12), Goal("target", 3, 9, 6)]
+    point, value = most_desirable([first, second], goals)
+    assert point == pytest.approx([0.5, -0.25], abs=1e-3)
+    assert value == pytest.approx(1.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("values", "word"),
+    [
+        (("best", 0, 1), "maximise"),
+        (("maximise", 1, 1), "below"),
+        (("target", 0, 1, 1), "between"),
+        (("target", 0, 1), "between"),
+        (("minimise", 0, 1, None, 0.0), "weight"),
+    ],
+)
+def test_wrong_goals_are_refused(values, word):
+    with pytest.raises(CalibrationError, match=word):
+        Goal(*values)
