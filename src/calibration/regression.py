@@ -9,7 +9,7 @@ from itertools import combinations
 
 import numpy as np
 import pandas as pd
-from scipy import stats
+from scipy import optimize, stats
 
 from calibration.errors import CalibrationError, RankDeficientError
 
@@ -27,14 +27,31 @@ class Screening:
     bonferroni_limit: float
 
 
-def screen(design, codes, response):
+def _finite(response, runs):
+    """Response (runs,) as floats. Raises CalibrationError naming the runs without a finite value."""
+    y = np.asarray(response, float)
+    if y.shape != (runs,):
+        raise CalibrationError(f"{runs} runs need as many responses, not {y.size}")
+    bad = np.flatnonzero(~np.isfinite(y)) + 1
+    if bad.size:
+        raise CalibrationError(f"no finite response of run {', '.join(map(str, bad))}")
+    if np.ptp(y) == 0.0:
+        raise CalibrationError(f"all {runs} runs have the same response {y[0]:g}")
+    return y
+
+
+def screen(design, codes, response, alpha=0.05):
     """Effects of two-level factors `codes` of a design table on response (n,).
 
     With residual degrees of freedom the effects are tested by t; a saturated design by Lenth's pseudo standard error
-    (Lenth 1989, Technometrics 31:469).
+    (Lenth 1989, Technometrics 31:469). t_limit and bonferroni_limit are the effects whose test gives p = alpha, for
+    one factor and for all of them. Raises RankDeficientError naming columns that are not orthogonal, CalibrationError
+    for responses that are missing or without scatter.
     """
-    x, y = design[codes].to_numpy(float), np.asarray(response, float)
+    x = design[codes].to_numpy(float)
     n, k = x.shape
+    y = _finite(response, n)
+    _check_orthogonal(x, codes)
     effects = 2.0 * (x.T @ y) / n
     sum_sq = n * effects**2 / 4.0
     total = float(((y - y.mean()) ** 2).sum())
@@ -69,9 +86,22 @@ def screen(design, codes, response):
         table,
         _screening_anova(table, residual, n - k - 1, total),
         method,
-        float(stats.t.ppf(0.975, df)) * error,
-        float(stats.t.ppf(1.0 - 0.025 / k, df)) * error,
+        float(stats.t.ppf(1.0 - alpha / 2, df)) * error,
+        float(stats.t.ppf(1.0 - alpha / 2 / k, df)) * error,
     )
+
+
+def _check_orthogonal(x, codes):
+    """Effects are plain contrasts only where the columns are -1 and +1, balanced and orthogonal to each other."""
+    gram = np.abs(np.column_stack([np.ones(len(x)), x]).T @ np.column_stack([np.ones(len(x)), x]))
+    np.fill_diagonal(gram, 0.0)
+    bad = [
+        c
+        for c, row, col in zip(codes, gram[1:], x.T, strict=True)
+        if row.any() or (col**2 != 1).any()
+    ]
+    if bad:
+        raise RankDeficientError(bad)
 
 
 def _screening_anova(table, residual, df, total):
@@ -171,6 +201,12 @@ class Surface:
         x = model_matrix(levels, self.codes, self.terms)
         return np.sqrt(self.sigma2 * np.einsum("ij,jk,ik->i", x, self.inverse, x))
 
+    def mean_interval(self, levels, alpha=0.05):
+        """(low, high), (n,) each, for the true mean response at coded levels (n, factors)."""
+        centre = self.predict(levels)
+        half = stats.t.ppf(1 - alpha / 2, self.df) * self.standard_error(levels)
+        return centre - half, centre + half
+
     def confirmation_interval(self, levels, runs, alpha=0.05):
         """(low, high), (n,) each, for the mean of `runs` new runs: yhat +- t s sqrt(1/runs + x' (X'X)^-1 x)."""
         centre, mean_se = self.predict(levels), self.standard_error(levels)
@@ -179,11 +215,14 @@ class Surface:
 
     def canonical(self):
         """Stationary point (factors,) in coded levels, eigenvalues (factors,), axes (factors, factors) as columns,
-        and kind."""
+        and kind: maximum, minimum, saddle, or ridge where the surface is flat along an axis (the point is then the
+        nearest to the centre in the least-squares sense)."""
         linear, quadratic = self._gradient_and_hessian()
         values, axes = np.linalg.eigh(quadratic)
         point = np.linalg.lstsq(-2.0 * quadratic, linear, rcond=None)[0]
         kind = "maximum" if (values < 0).all() else "minimum" if (values > 0).all() else "saddle"
+        if (np.abs(values) <= 1e-9 * np.abs(values).max()).any():
+            kind = "ridge"
         return {
             "point": point,
             "response": float(self.predict([point])[0]),
@@ -210,18 +249,7 @@ class Surface:
         linear, quadratic = self._gradient_and_hessian()
         values, axes = np.linalg.eigh(-quadratic if rising else quadratic)
         g = axes.T @ (-linear if rising else linear)
-        out = []
-        for r in radii:
-            # the point is -(H + m I)^-1 g / 2 with the shift m that gives it length r
-            low, high = -values[0] + 1e-12, -values[0] + np.linalg.norm(g) / (2 * r) + 1.0
-            for _ in range(200):
-                shift = 0.5 * (low + high)
-                if np.linalg.norm(g / (2 * (values + shift))) > r:
-                    low = shift
-                else:
-                    high = shift
-            out.append(axes @ (-g / (2 * (values + shift))))
-        return np.array(out)
+        return np.array([axes @ _least_on_sphere(values, g, r) for r in radii])
 
     def equation(self):
         """The model as text in coded levels."""
@@ -231,6 +259,28 @@ class Surface:
         return text
 
 
+def _least_on_sphere(values, g, r):
+    """The z (k,) of length r with least sum of values z^2 + g z; values ascending.
+
+    It is -g / (2 (values + m)) with the shift m > -values[0] that gives it length r (Draper 1963, Technometrics
+    5:469). Where g has no part along the first axis that length can stay short of r: the rest is along that axis.
+    """
+
+    def excess(m):
+        return float(np.linalg.norm(g / (2 * (values + m)))) - r
+
+    if r == 0.0:
+        return np.zeros_like(g)
+    scale = max(np.abs(values).max(), np.linalg.norm(g), 1e-12)
+    low = -values[0] + 1e-12 * scale
+    if excess(low) <= 0.0:
+        z = -g / (2 * (values + low))
+        z[0] = np.copysign(np.sqrt(max(r**2 - float(z[1:] @ z[1:]), 0.0)), z[0])
+        return z
+    high = -values[0] + 1.001 * np.linalg.norm(g) / (2 * r)
+    return -g / (2 * (values + optimize.brentq(excess, low, high, xtol=1e-15 * scale)))
+
+
 def fit_surface(design, codes, response, terms=None, alpha=0.05):
     """Fit the full quadratic model, or the given terms, to a design table's coded columns.
 
@@ -238,9 +288,10 @@ def fit_surface(design, codes, response, terms=None, alpha=0.05):
     freedom is left.
     """
     terms = terms or quadratic_terms(codes)
-    y = np.asarray(response, float)
-    x = model_matrix(design[codes].to_numpy(float), codes, terms)
+    levels = design[codes].to_numpy(float)
+    x = model_matrix(levels, codes, terms)
     n, p = x.shape
+    y = _finite(response, n)
     _check_rank(x, terms)
     if n <= p:
         raise CalibrationError(f"{n} runs leave no degree of freedom for a model of {p} terms")
@@ -251,8 +302,11 @@ def fit_surface(design, codes, response, terms=None, alpha=0.05):
     df, sse = n - p, float(residual @ residual)
     sigma2 = sse / df
     leverage = np.einsum("ij,jk,ik->i", x, inverse, x)
-    anova, lack = _anova(terms, beta, inverse, y, predicted, sse, df, x)
-    press = float(((residual / (1.0 - leverage)) ** 2).sum())
+    anova, lack = _anova(terms, beta, inverse, y, sse, df, levels)
+    free = (
+        1.0 - leverage > 1e-9
+    )  # a run that alone decides a coefficient cannot be predicted without itself
+    press = float(((residual / (1.0 - leverage)) ** 2).sum()) if free.all() else np.nan
     total = float(((y - y.mean()) ** 2).sum())
     summary = {
         "R2": 1.0 - sse / total,
@@ -283,7 +337,7 @@ def _check_rank(x, terms):
     )
 
 
-def _anova(terms, beta, inverse, y, predicted, sse, df, x):
+def _anova(terms, beta, inverse, y, sse, df, levels):
     total = float(((y - y.mean()) ** 2).sum())
     mean, k = sse / df, len(terms) - 1
     rows = [_row("Model", total - sse, k, (total - sse) / k / mean, df)]
@@ -292,7 +346,7 @@ def _anova(terms, beta, inverse, y, predicted, sse, df, x):
             sum_sq = float(beta[i] ** 2 / inverse[i, i])
             rows.append(_row(term_name(term), sum_sq, 1, sum_sq / mean, df))
     rows.append(_row("Residual", sse, df))
-    pure, df_pure = _pure_error(x, y)
+    pure, df_pure = _pure_error(levels, y)
     lack_p = np.nan
     if 0 < df_pure < df and pure > 0.0:
         lack, df_lack = sse - pure, df - df_pure
@@ -303,9 +357,9 @@ def _anova(terms, beta, inverse, y, predicted, sse, df, x):
     return pd.DataFrame(rows, columns=ANOVA_COLUMNS), lack_p
 
 
-def _pure_error(x, y):
-    """Sum of squares within groups of equal points and its degrees of freedom."""
-    _, group = np.unique(np.round(x, 9), axis=0, return_inverse=True)
+def _pure_error(levels, y):
+    """Sum of squares within groups of equal points (n, factors) and its degrees of freedom."""
+    _, group = np.unique(np.round(levels, 9), axis=0, return_inverse=True)
     group = group.ravel()
     within = sum(
         float(((y[group == g] - y[group == g].mean()) ** 2).sum()) for g in np.unique(group)
@@ -332,9 +386,13 @@ def _coefficients(terms, beta, inverse, sigma2, df, x, alpha):
 
 
 def _diagnostics(y, predicted, residual, leverage, sigma2, p, df):
-    internal = residual / np.sqrt(sigma2 * (1.0 - leverage))
+    free = 1.0 - leverage > 1e-9
+    internal = np.full_like(residual, np.nan)
+    internal[free] = residual[free] / np.sqrt(sigma2 * (1.0 - leverage[free]))
     # the variance without the run itself; a run that fits exactly leaves the internal value
     outside = (df - internal**2) / (df - 1) if df > 1 else np.ones_like(internal)
+    cooks = np.full_like(internal, np.nan)
+    cooks[free] = internal[free] ** 2 * leverage[free] / (1.0 - leverage[free]) / p
     return pd.DataFrame(
         {
             "run": np.arange(1, len(y) + 1),
@@ -344,6 +402,6 @@ def _diagnostics(y, predicted, residual, leverage, sigma2, p, df):
             "leverage": leverage,
             "studentised": internal,
             "externally_studentised": internal / np.sqrt(np.maximum(outside, 1e-12)),
-            "cooks_distance": internal**2 * leverage / (1.0 - leverage) / p,
+            "cooks_distance": cooks,
         }
     )

@@ -1,0 +1,335 @@
+"""The analysis agrees with textbook examples and with statsmodels' own fits of the same models."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import statsmodels.formula.api as smf
+from scipy import stats
+from statsmodels.stats.anova import anova_lm
+from statsmodels.stats.outliers_influence import OLSInfluence, variance_inflation_factor
+
+from calibration.design import box_behnken, plackett_burman
+from calibration.errors import CalibrationError, RankDeficientError
+from calibration.factors import Factor
+from calibration.regression import (
+    fit_surface,
+    model_matrix,
+    quadratic_terms,
+    screen,
+    significant,
+)
+
+
+def factors(k):
+    return [Factor(chr(65 + i), f"f{i}", f"k{i}", 0.0, 1.0) for i in range(k)]
+
+
+# Montgomery, Design and Analysis of Experiments, 8th edition, table 6.10: filtration rates of an unreplicated 2^4
+FILTRATION = [45, 71, 48, 65, 68, 60, 80, 65, 43, 100, 45, 104, 75, 86, 70, 96]
+
+
+def filtration():
+    signs = {c: np.where(np.arange(16) & (1 << i), 1.0, -1.0) for i, c in enumerate("ABCD")}
+    columns = {}
+    for subset in range(1, 16):
+        letters = [c for i, c in enumerate("ABCD") if subset & (1 << i)]
+        columns["".join(letters)] = np.prod([signs[c] for c in letters], axis=0)
+    return pd.DataFrame(columns)
+
+
+def test_lenths_method_on_the_filtration_rates():
+    design = filtration()
+    result = screen(design, list(design), FILTRATION)
+    effects = result.table.set_index("code")["effect"]
+    # the effects of table 6.12 and the margin of error 2.571 x 2.625 printed with them
+    for code, value in {"A": 21.625, "C": 9.875, "D": 14.625, "AC": -18.125, "AD": 16.625}.items():
+        assert effects[code] == pytest.approx(value)
+    assert result.method == "Lenth"
+    assert result.t_limit == pytest.approx(6.748, abs=0.001)
+    assert significant(result, 0.05) == ["A", "AC", "AD", "D", "C"]
+
+
+def test_a_saturated_screening_has_lenths_p_values():
+    design = plackett_burman(factors(11))
+    codes = list("ABCDEFGHIJK")
+    noise = np.random.default_rng(3).normal(size=12)
+    response = 20 + 3 * design["B"] - 2 * design["G"] + 0.3 * noise
+    result = screen(design, codes, response)
+    assert result.method == "Lenth"
+    table = result.table.set_index("code")
+    size = table["effect"].abs()
+    s0 = 1.5 * size.median()
+    pse = 1.5 * size[size < 2.5 * s0].median()
+    assert table.loc["B", "p"] == pytest.approx(2 * stats.t.sf(size["B"] / pse, 11 / 3))
+    assert result.anova.set_index("source").loc["Cor Total", "sum_sq"] == pytest.approx(
+        table["sum_sq"].sum()
+    )
+    assert table["contribution_percent"].sum() == pytest.approx(100)
+    assert significant(result, 0.05)[:2] == ["B", "G"]
+
+
+@pytest.mark.parametrize("alpha", [0.01, 0.1])
+def test_the_limits_are_the_effects_at_which_p_is_alpha(alpha):
+    design, codes = plackett_burman(factors(7)), list("ABCDEFG")
+    response = 10 + design["A"] + np.random.default_rng(1).normal(size=12)
+    result = screen(design, codes, response, alpha=alpha)
+    table = result.table
+    p = dict(zip(table["code"], table["p"], strict=True))
+    beyond = set(table.loc[table["effect"].abs() > result.t_limit, "code"])
+    assert beyond == {c for c in codes if p[c] < alpha}
+    beyond = set(table.loc[table["effect"].abs() > result.bonferroni_limit, "code"])
+    assert beyond == {c for c in codes if p[c] < alpha / 7}
+
+
+def test_replicated_effects_agree_with_a_regression():
+    design = plackett_burman(factors(4), replicates=2)
+    design["y"] = 5 + design["C"] + np.random.default_rng(2).normal(size=len(design))
+    result = screen(design, list("ABCD"), design["y"]).table.set_index("code")
+    fit = smf.ols("y ~ A + B + C + D", design).fit()
+    for c in "ABCD":
+        assert result.loc[c, "effect"] == pytest.approx(2 * fit.params[c])
+        assert result.loc[c, "p"] == pytest.approx(fit.pvalues[c])
+
+
+def test_half_normal_scores_rise_with_the_effects():
+    design = filtration()
+    table = screen(design, list(design), FILTRATION).table
+    order = table.sort_values("half_normal_score")
+    assert order["effect"].abs().is_monotonic_increasing
+    assert order["half_normal_score"].iloc[7] == pytest.approx(stats.norm.ppf(0.75))
+
+
+def test_too_few_significant_factors_are_filled_up_and_too_many_are_cut():
+    design = plackett_burman(factors(7))
+    noise = 0.4 * np.random.default_rng(5).normal(size=12)
+    response = 10 + 3 * design["D"] + 0.4 * design["B"] + noise
+    result = screen(design, list("ABCDEFG"), response)
+    sizes = result.table.set_index("code")["effect"].abs().sort_values(ascending=False)
+    assert significant(result, 1e-3) == ["D"]
+    assert significant(result, 1e-3, at_least=3) == list(sizes.index[:3])
+    assert significant(result, 1e-3, at_least=2, preferred=["G"]) == ["D", "G"]
+    assert significant(result, 0.999, at_most=2) == list(sizes.index[:2])
+
+
+def test_columns_that_are_not_orthogonal_are_refused():
+    design = plackett_burman(factors(3))
+    design["B"] = design["A"]
+    with pytest.raises(RankDeficientError) as error:
+        screen(design, list("ABC"), np.arange(12.0))
+    assert error.value.terms == ["A", "B"]
+
+
+@pytest.mark.parametrize(
+    ("response", "word"),
+    [
+        ([1.0] * 12, "same response"),
+        ([*range(11), np.nan], "run 12"),
+        (range(11), "12 runs"),
+    ],
+)
+def test_unusable_responses_are_refused(response, word):
+    design = plackett_burman(factors(3))
+    with pytest.raises(CalibrationError, match=word):
+        screen(design, list("ABC"), list(response))
+    with pytest.raises(CalibrationError, match=word):
+        fit_surface(design, list("ABC"), list(response), terms=[(), ("A",), ("B",)])
+
+
+# Montgomery, table 11.6: yield of a chemical process, central composite design in two factors
+YIELD = [76.5, 77.0, 78.0, 79.5, 79.9, 80.3, 80.0, 79.7, 79.8, 78.4, 75.6, 78.5, 77.0]
+
+
+def central_composite():
+    s = 1.414
+    points = [(-1, -1), (-1, 1), (1, -1), (1, 1), *[(0, 0)] * 5, (s, 0), (-s, 0), (0, s), (0, -s)]
+    return pd.DataFrame(points, columns=["A", "B"], dtype=float)
+
+
+def test_the_yield_of_montgomerys_chemical_process():
+    surface = fit_surface(central_composite(), ["A", "B"], YIELD)
+    printed = {"Intercept": 79.94, "A": 0.99, "B": 0.52, "AB": 0.25, "A²": -1.38, "B²": -1.00}
+    estimates = surface.coefficients.set_index("term")["estimate"]
+    for term, value in printed.items():
+        assert estimates[term] == pytest.approx(value, abs=0.0051), term
+    stationary = surface.canonical()
+    assert stationary["kind"] == "maximum"
+    assert stationary["point"] == pytest.approx([0.389, 0.306], abs=0.001)
+    assert stationary["response"] == pytest.approx(80.21, abs=0.005)
+    assert sorted(stationary["eigenvalues"]) == pytest.approx([-1.4143, -0.9635], abs=0.001)
+
+
+def peer(design, response, codes="ABC"):
+    """The same quadratic model in statsmodels."""
+    linear, squares = "+".join(codes), "+".join(f"I({c}**2)" for c in codes)
+    formula = f"y ~ ({linear})**2 + {squares}"
+    return smf.ols(formula, design.assign(y=np.asarray(response))).fit()
+
+
+def noisy_surface(seed=4):
+    design = box_behnken(factors(3), centre_runs=4)
+    a, b, c = (design[x] for x in "ABC")
+    noise = np.random.default_rng(seed).normal(scale=0.5, size=len(design))
+    return design, 40 + 2 * a - b + 0.5 * c + a * b + 1.5 * a**2 - c**2 + noise
+
+
+def test_the_fit_agrees_with_statsmodels():
+    design, response = noisy_surface()
+    ours, theirs = fit_surface(design, list("ABC"), response), peer(design, response)
+    names = [
+        "Intercept" if not t else f"I({t[0]} ** 2)" if len(t) == 2 and t[0] == t[1] else ":".join(t)
+        for t in ours.terms
+    ]
+    table = ours.coefficients
+    assert table["estimate"].to_numpy() == pytest.approx(theirs.params[names].to_numpy())
+    assert table["se"].to_numpy() == pytest.approx(theirs.bse[names].to_numpy())
+    assert table["p"].to_numpy() == pytest.approx(theirs.pvalues[names].to_numpy())
+    interval = theirs.conf_int().loc[names].to_numpy()
+    assert table[["low", "high"]].to_numpy() == pytest.approx(interval)
+    assert ours.summary["R2"] == pytest.approx(theirs.rsquared)
+    assert ours.summary["R2_adj"] == pytest.approx(theirs.rsquared_adj)
+    partial = anova_lm(theirs, typ=3).loc[names]
+    anova = ours.anova.set_index("source").loc[table["term"][1:]]
+    assert anova["sum_sq"].to_numpy() == pytest.approx(partial["sum_sq"].to_numpy()[1:])
+    assert anova["F"].to_numpy() == pytest.approx(partial["F"].to_numpy()[1:])
+    x = model_matrix(design[list("ABC")], "ABC", ours.terms)
+    vif = [variance_inflation_factor(x, i) for i in range(1, x.shape[1])]
+    assert table["vif"].to_numpy()[1:] == pytest.approx(vif)
+
+
+def test_the_diagnostics_agree_with_statsmodels():
+    design, response = noisy_surface()
+    ours = fit_surface(design, list("ABC"), response)
+    theirs = OLSInfluence(peer(design, response))
+    d = ours.diagnostics
+    assert d["leverage"].to_numpy() == pytest.approx(theirs.hat_matrix_diag)
+    assert d["studentised"].to_numpy() == pytest.approx(theirs.resid_studentized_internal)
+    assert d["externally_studentised"].to_numpy() == pytest.approx(
+        theirs.resid_studentized_external
+    )
+    assert d["cooks_distance"].to_numpy() == pytest.approx(theirs.cooks_distance[0])
+    assert ours.summary["PRESS"] == pytest.approx(theirs.ess_press)
+
+
+def test_press_is_the_error_of_leaving_each_run_out():
+    design, response = noisy_surface()
+    errors = []
+    for i in design.index:
+        rest = fit_surface(design.drop(index=i), list("ABC"), response.drop(index=i))
+        errors.append(response[i] - rest.predict(design.loc[[i], list("ABC")])[0])
+    full = fit_surface(design, list("ABC"), response)
+    assert full.summary["PRESS"] == pytest.approx(np.square(errors).sum())
+
+
+def test_lack_of_fit_is_the_comparison_with_a_mean_a_point():
+    design, response = noisy_surface()
+    surface = fit_surface(design, list("ABC"), response)
+    points = design.groupby(list("ABC")).ngroup().map("point {}".format)
+    frame = design.assign(y=response, point=points)
+    compared = anova_lm(peer(design, response), smf.ols("y ~ point", frame).fit())
+    row = surface.anova.set_index("source").loc["Lack of Fit"]
+    assert row["F"] == pytest.approx(compared["F"].iloc[1])
+    assert row["p"] == pytest.approx(compared["Pr(>F)"].iloc[1])
+
+
+def test_runs_count_as_replicates_only_where_all_factors_agree():
+    # without a term in C, points that differ in C have equal rows in the model, yet are no replicates
+    design, response = noisy_surface()
+    surface = fit_surface(design, list("ABC"), response, terms=[(), ("A",), ("B",)])
+    assert surface.anova.set_index("source").loc["Pure Error", "df"] == 3
+
+
+def test_intervals_agree_with_statsmodels():
+    design, response = noisy_surface()
+    ours, theirs = fit_surface(design, list("ABC"), response), peer(design, response)
+    at = pd.DataFrame([[0.3, -0.5, 0.8], [0.0, 0.0, 0.0]], columns=list("ABC"))
+    frame = theirs.get_prediction(at).summary_frame(alpha=0.1)
+    mean = np.transpose(ours.mean_interval(at, alpha=0.1))
+    assert mean == pytest.approx(frame[["mean_ci_lower", "mean_ci_upper"]].to_numpy())
+    single = np.transpose(ours.confirmation_interval(at, 1, alpha=0.1))
+    assert single == pytest.approx(frame[["obs_ci_lower", "obs_ci_upper"]].to_numpy())
+    endless = np.transpose(ours.confirmation_interval(at, 1e12, alpha=0.1))
+    assert endless == pytest.approx(mean, abs=1e-5)
+
+
+def test_adequate_precision_follows_its_definition():
+    design, response = noisy_surface()
+    surface, theirs = fit_surface(design, list("ABC"), response), peer(design, response)
+    noise = np.sqrt(10 * theirs.mse_resid / len(design))
+    expected = np.ptp(theirs.fittedvalues) / noise
+    assert surface.summary["adequate_precision"] == pytest.approx(expected)
+
+
+def test_the_confirmation_interval_covers_as_often_as_it_says():
+    design, _ = noisy_surface()
+    rng, at, hits = np.random.default_rng(11), [[0.4, -0.2, 0.6]], 0
+    x = model_matrix(design[list("ABC")], "ABC", quadratic_terms("ABC"))
+    truth = np.linspace(-1, 1, 10)
+    mean = float((model_matrix(at, "ABC", quadratic_terms("ABC")) @ truth)[0])
+    trials = 600
+    for _ in range(trials):
+        surface = fit_surface(design, list("ABC"), x @ truth + rng.normal(size=len(x)))
+        low, high = surface.confirmation_interval(at, 5, alpha=0.1)
+        hits += low[0] <= mean + rng.normal(size=5).mean() <= high[0]
+    # four standard errors of a proportion around the nominal 90 %
+    assert abs(hits / trials - 0.9) < 4 * np.sqrt(0.09 / trials)
+
+
+def test_aliased_terms_are_named():
+    design = plackett_burman(factors(3))
+    with pytest.raises(RankDeficientError) as error:
+        fit_surface(design, list("ABC"), np.arange(12.0))
+    # in two levels all squares are the intercept
+    assert {"Intercept", "A²", "B²", "C²"} == set(error.value.terms)
+
+
+def test_a_model_as_large_as_the_design_is_refused():
+    design = box_behnken(factors(3), centre_runs=1).iloc[:10]
+    with pytest.raises(CalibrationError):
+        fit_surface(design, list("ABC"), np.arange(10.0))
+
+
+def test_a_run_that_alone_decides_a_coefficient_has_no_press():
+    design = pd.DataFrame({"A": [-1.0, -1.0, -1.0, 1.0]})
+    surface = fit_surface(design, ["A"], [1.0, 2.0, 1.5, 9.0], terms=[(), ("A",)])
+    assert np.isnan(surface.summary["R2_pred"])
+    assert surface.diagnostics["studentised"].isna().tolist() == [False, False, False, True]
+
+
+def formula_surface(hessian, gradient):
+    """A surface fitted without noise worth speaking of to a known quadratic."""
+    design = box_behnken(factors(3))
+    x = design[list("ABC")].to_numpy()
+    y = x @ gradient + np.einsum("ni,ij,nj->n", x, hessian, x)
+    tiny = 1e-9 * np.random.default_rng(0).normal(size=len(x))
+    return fit_surface(design, list("ABC"), 10 + y + tiny)
+
+
+@pytest.mark.parametrize("rising", [True, False])
+def test_the_ridge_is_the_best_point_of_each_sphere(rising):
+    hessian = np.array([[1.0, 0.4, 0.0], [0.4, -0.5, 0.2], [0.0, 0.2, 0.3]])
+    surface = formula_surface(hessian, np.array([0.6, -0.3, 0.2]))
+    radii = [0.0, 0.25, 1.0]
+    points = surface.ridge(radii, rising)
+    assert np.linalg.norm(points, axis=1) == pytest.approx(radii, abs=1e-6)
+    directions = np.random.default_rng(1).normal(size=(40000, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    for r, best in zip(radii, surface.predict(points), strict=True):
+        sphere = surface.predict(r * directions)
+        assert best >= sphere.max() - 1e-6 if rising else best <= sphere.min() + 1e-6
+        assert best == pytest.approx(sphere.max() if rising else sphere.min(), abs=5e-3)
+
+
+def test_the_ridge_leaves_the_centre_along_the_steepest_axis():
+    # no gradient along A: beyond the length that the shift reaches, the way on is along A
+    surface = formula_surface(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.4, 0.0]))
+    point = surface.ridge([1.0])[0]
+    assert np.abs(point) == pytest.approx([np.sqrt(1 - 0.1**2), 0.1, 0.0], abs=1e-3)
+
+
+def test_a_flat_direction_is_called_a_ridge():
+    design = box_behnken(factors(3))
+    terms = [(), ("A",), ("A", "A"), ("B", "B")]
+    response = 1 + design["A"] ** 2 + design["B"] ** 2
+    response += 0.01 * np.random.default_rng(0).normal(size=len(design))
+    surface = fit_surface(design, list("ABC"), response, terms=terms)
+    assert surface.canonical()["kind"] == "ridge"
