@@ -51,25 +51,36 @@ def plackett_burman(factors, replicates=1, runs=None):
 
 
 def read_two_level(path, factors, replicates=1):
-    """Two-level design from a CSV with one column of -1 and +1 a factor code. Raises ConfigError or
-    CalibrationError."""
+    """Two-level design from a CSV with one column of -1 and +1 a factor code. Raises ConfigError naming file, column
+    and run."""
     try:
         table = pd.read_csv(path, comment="#")
     except OSError as error:
         raise ConfigError(f"cannot be read ({error.strerror})", path=path) from None
+    except ValueError as error:  # what pandas raises for an empty, ragged or binary file
+        raise ConfigError(f"is no table ({error})", path=path) from None
     codes = [f.code for f in factors]
     missing = [c for c in codes if c not in table]
     if missing:
         raise ConfigError(
             f"lacks the columns {', '.join(missing)}", path=path, allowed=", ".join(codes)
         )
+    for code in codes:
+        levels = pd.to_numeric(table[code], errors="coerce")
+        wrong = table.index[~levels.isin((-1, 1))]
+        if len(wrong):
+            raise ConfigError(
+                f"run {wrong[0] + 1} has no level of a two-level design",
+                path=path,
+                column=code,
+                value=str(table.loc[wrong[0], code]),
+                allowed="-1 and 1",
+            )
     matrix = table[codes].to_numpy(float)
-    if not np.isin(matrix, (-1, 1)).all():
-        raise ConfigError("holds levels other than -1 and 1", path=path)
     if matrix.sum(0).any() or not np.array_equal(
         matrix.T @ matrix, len(matrix) * np.eye(len(codes))
     ):
-        raise CalibrationError(f"{path}: the columns are not balanced and orthogonal")
+        raise ConfigError("the columns are not balanced and orthogonal", path=path)
     return tabulate(matrix, factors, replicates)
 
 
@@ -105,13 +116,18 @@ def _from_blocks(blocks, k, centre_runs):
 
 def steepest_path(factors, start, step, steps):
     """`steps` points start + k step in natural levels; start, step: {factor name: value}. Levels outside a factor's
-    range are refused."""
+    range, and factors without start or step, raise CalibrationError."""
+    for name in (f.name for f in factors):
+        if name not in start or name not in step:
+            raise CalibrationError(
+                f"the path has no {'step' if name in start else 'start'} for {name}"
+            )
     rows = []
     for k in range(steps):
         row = {"run": k + 1, "replicate": 1}
         for f in factors:
             value = round(start[f.name] + k * step[f.name], 9)
-            if not min(f.low, value) >= f.low - 1e-9 or value > f.high + 1e-9:
+            if not f.low - 1e-9 <= value <= f.high + 1e-9:
                 raise CalibrationError(
                     f"step {k + 1} of the ascent takes {f.name} to {value:g}, outside {f.low:g} to {f.high:g}"
                 )
@@ -124,9 +140,14 @@ def path_from_effects(factors, effects, steps):
     """Start and step, {factor name: value} each, of a path from the low-response corner to the high-response one.
 
     Each factor moves in the direction of its effect, from the end of its range where the response is low, by steps in
-    proportion to its effect; the factor with the largest effect crosses its whole range.
+    proportion to its effect; the factor with the largest effect crosses its whole range. Raises CalibrationError for
+    fewer than two steps, or when no factor has an effect.
     """
+    if steps < 2:
+        raise CalibrationError(f"a path takes at least 2 steps, not {steps}")
     largest = max(abs(effects[f.code]) for f in factors)
+    if largest == 0.0:
+        raise CalibrationError("no factor has an effect; there is no way up")
     start, step = {}, {}
     for f in factors:
         share = effects[f.code] / largest

@@ -9,6 +9,17 @@ from calibration.errors import ConfigError
 
 COLUMNS = ("code", "name", "key", "low", "high", "description")
 
+RESERVED = {
+    "run",
+    "replicate",
+    "group",
+    "path",
+    "run_id",
+    "response",
+    "response_sd",
+    "relative_error",
+}
+
 
 @dataclass(frozen=True)
 class Factor:
@@ -48,9 +59,13 @@ def read_factors(path):
         lines = path.read_text().splitlines()
     except OSError as error:
         raise ConfigError(f"cannot be read ({error.strerror})", path=path) from None
+    except UnicodeDecodeError:
+        raise ConfigError("is not text", path=path, allowed="UTF-8") from None
     rows = [(n, x) for n, x in enumerate(lines, 1) if x.strip() and not x.startswith("#")]
-    if not rows:
-        raise ConfigError("is empty", path=path, allowed=f"columns {', '.join(COLUMNS)}")
+    if len(rows) < 2:
+        raise ConfigError(
+            "has no factors", path=path, allowed=f"a line each, columns {', '.join(COLUMNS)}"
+        )
     header = rows[0][1].split("\t")
     missing = [c for c in COLUMNS[:5] if c not in header]
     if missing:
@@ -59,7 +74,9 @@ def read_factors(path):
         )
     factors = []
     for line, row in zip(
-        (n for n, _ in rows[1:]), csv.reader((x for _, x in rows[1:]), delimiter="\t"), strict=True
+        (n for n, _ in rows[1:]),
+        csv.reader((x for _, x in rows[1:]), delimiter="\t", quoting=csv.QUOTE_NONE),
+        strict=True,
     ):
         factors.append(_factor(dict(zip(header, row, strict=False)), path, line))
     for field in ("code", "name", "key"):
@@ -67,6 +84,17 @@ def read_factors(path):
         for v in values:
             if values.count(v) > 1:
                 raise ConfigError("stands twice", path=path, column=field, value=v)
+    # codes and names are the columns of the design tables
+    taken = {f.code for f in factors} | RESERVED
+    for f in factors:
+        for field, used in (("code", RESERVED), ("name", taken)):
+            if getattr(f, field) in used:
+                raise ConfigError(
+                    "is the name of another column of the design tables",
+                    path=path,
+                    column=field,
+                    value=getattr(f, field),
+                )
     return factors
 
 

@@ -1,0 +1,200 @@
+"""Designs have the properties that their names promise, and wrong tables are refused where they are wrong."""
+
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from calibration.design import (
+    box_behnken,
+    path_from_effects,
+    plackett_burman,
+    read_two_level,
+    steepest_path,
+)
+from calibration.errors import CalibrationError, ConfigError
+from calibration.factors import Factor, read_factors
+from calibration.regression import model_matrix, quadratic_terms
+
+ROOT = Path(__file__).parents[2]
+PAPER = ROOT / "data" / "paper"
+
+
+def factors(k):
+    return [Factor(chr(65 + i), f"f{i}", f"k{i}", 10.0 * i, 10.0 * i + 4.0) for i in range(k)]
+
+
+def coded(table, k):
+    return table[[f.code for f in factors(k)]].to_numpy()
+
+
+@pytest.mark.parametrize(
+    ("k", "runs"),
+    [(4, 12), (7, 12), (8, 12), (11, 12), (12, 16), (15, 16), (16, 20), (20, 24), (23, 24)],
+)
+def test_screening_takes_the_smallest_design_of_twelve_or_more(k, runs):
+    assert len(plackett_burman(factors(k))) == runs
+
+
+def test_more_runs_can_be_asked_for():
+    x = coded(plackett_burman(factors(7), runs=20), 7)
+    assert np.array_equal(x.T @ x, 20 * np.eye(7))
+    for runs in (8 - 4, 10, 28):
+        with pytest.raises(CalibrationError, match=f"{runs} runs"):
+            plackett_burman(factors(7), runs=runs)
+
+
+@pytest.mark.parametrize("k", [1, 24])
+def test_screening_of_too_few_or_many_factors_is_refused(k):
+    with pytest.raises(CalibrationError, match=f"not {k}"):
+        plackett_burman([Factor(f"c{i}", f"f{i}", f"k{i}", 0, 1) for i in range(k)])
+
+
+def test_main_effects_are_not_aliased_with_one_interaction_alone():
+    # in 12 runs each interaction is spread over all other columns by a third: no complete alias
+    x = coded(plackett_burman(factors(11)), 11)
+    for i, j in combinations(range(11), 2):
+        share = np.abs((x[:, i] * x[:, j]) @ x) / 12
+        assert share[[i, j]] == pytest.approx(0.0)
+        assert np.delete(share, [i, j]) == pytest.approx(1 / 3)
+
+
+def test_natural_levels_stand_beside_coded_ones():
+    table = plackett_burman(factors(4), replicates=3)
+    assert list(table["run"]) == list(range(1, 37))
+    assert list(table["replicate"].unique()) == [1, 2, 3]
+    for f in factors(4):
+        assert table[f.name].to_numpy() == pytest.approx(f.centre + 2.0 * table[f.code].to_numpy())
+        assert f.coded(table[f.name]).to_numpy() == pytest.approx(table[f.code].to_numpy())
+
+
+def test_the_papers_design_is_read_with_its_natural_levels():
+    table_5 = read_factors(ROOT / "config" / "factors.tsv")
+    table = read_two_level(PAPER / "table06_plackett_burman.csv", table_5)
+    printed = pd.read_csv(PAPER / "table06_plackett_burman.csv", comment="#")
+    assert (
+        table[list("ABCDEFG")].to_numpy().tolist() == printed[list("ABCDEFG")].to_numpy().tolist()
+    )
+    assert table.loc[0, "salt_salt_restitution"] == 0.75
+    assert table.loc[0, "salt_salt_rolling_friction"] == 0.05
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("A,B\n1,1\n1,-1\n-1,1\n-1,0\n", ["column B", "run 4", "'0'", "-1 and 1"]),
+        ("A,B\n1,1\n1,-1\n-1,x\n-1,-1\n", ["column B", "run 3", "'x'"]),
+        ("A,B\n1,1\n1,-1\n-1,\n-1,-1\n", ["column B", "run 3"]),
+        ("A,C\n1,1\n", ["lacks the columns B"]),
+        ("A,B\n1,1\n1,1\n-1,-1\n-1,-1\n", ["not balanced and orthogonal"]),
+        ("", ["is no table"]),
+    ],
+)
+def test_a_wrong_design_table_is_refused(tmp_path, text, words):
+    path = tmp_path / "design.csv"
+    path.write_text(text)
+    with pytest.raises(ConfigError) as error:
+        read_two_level(path, factors(2))
+    for word in [str(path), *words]:
+        assert word in str(error.value)
+
+
+@pytest.mark.parametrize("k", range(3, 8))
+def test_a_box_behnken_design_estimates_the_quadratic_model(k):
+    table = box_behnken(factors(k), centre_runs=5)
+    x = coded(table, k)
+    terms = quadratic_terms([f.code for f in factors(k)])
+    matrix = model_matrix(x, [f.code for f in factors(k)], terms)
+    assert np.linalg.matrix_rank(matrix) == len(terms)
+    # main effects and interactions are orthogonal to each other and to all the rest
+    gram = matrix.T @ matrix
+    crossed = [i for i, t in enumerate(terms) if len(set(t)) == len(t) > 0]
+    off = gram[crossed] - np.diag(np.diag(gram))[crossed]
+    assert not off.any()
+    # never a corner, and every factor equally often at either level
+    assert np.abs(x).sum(axis=1).max() < k
+    assert len(set((x == 1).sum(axis=0)) | set((x == -1).sum(axis=0))) == 1
+    assert (np.abs(x).sum(axis=1) == 0).sum() == 5
+
+
+def test_the_papers_second_design_is_a_box_behnken_design():
+    printed = pd.read_csv(PAPER / "table11_box_behnken.csv", comment="#")[
+        ["X", "Y", "Z"]
+    ].to_numpy()
+    ours = coded(box_behnken(factors(3), centre_runs=5), 3)
+    assert sorted(map(tuple, printed)) == sorted(map(tuple, ours))
+
+
+@pytest.mark.parametrize("k", [2, 8])
+def test_box_behnken_designs_of_other_sizes_are_refused(k):
+    with pytest.raises(CalibrationError, match="3 to 7"):
+        box_behnken(factors(k))
+
+
+def test_table_10_from_its_start_and_steps():
+    path = pd.read_csv(PAPER / "table10_steepest_ascent.csv", comment="#")
+    table_5 = {f.code: f for f in read_factors(ROOT / "config" / "factors.tsv")}
+    chosen = [table_5[c] for c in "GEC"]
+    start = dict(zip((f.name for f in chosen), (0.11, 0.75, 0.26), strict=True))
+    step = dict(zip((f.name for f in chosen), (0.06, -0.15, 0.06), strict=True))
+    table = steepest_path(chosen, start, step, 5)
+    for f, column in zip(chosen, "XYZ", strict=True):
+        assert table[f.name].to_numpy() == pytest.approx(path[column].to_numpy())
+    with pytest.raises(CalibrationError, match=r"step 6 .* salt_salt_rolling_friction"):
+        steepest_path(chosen, start, step, 6)
+
+
+def test_the_path_of_the_effects_is_the_gradient_in_coded_levels():
+    chosen = factors(3)
+    effects = {"A": 4.0, "B": -2.0, "C": 1.0}
+    start, step = path_from_effects(chosen, effects, 5)
+    table = steepest_path(chosen, start, step, 5)
+    x = coded(table, 3)
+    assert np.diff(x, axis=0) == pytest.approx(np.tile([0.5, -0.25, 0.125], (4, 1)))
+    assert x.mean(axis=0) == pytest.approx(np.zeros(3))
+    assert np.abs(x).max() == 1.0
+    # no direction of the same length climbs a plane with these effects faster
+    slope = np.array([2.0, -1.0, 0.5])
+    way = x[-1] - x[0]
+    assert slope @ way == pytest.approx(np.linalg.norm(slope) * np.linalg.norm(way))
+
+
+def test_paths_that_cannot_be_are_refused():
+    f = factors(2)
+    with pytest.raises(CalibrationError, match="no factor has an effect"):
+        path_from_effects(f, {"A": 0.0, "B": 0.0}, 5)
+    with pytest.raises(CalibrationError, match="2 steps"):
+        path_from_effects(f, {"A": 1.0, "B": 0.0}, 1)
+    with pytest.raises(CalibrationError, match="no step for f1"):
+        steepest_path(f, {"f0": 0.0, "f1": 10.0}, {"f0": 1.0}, 2)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("code\tname\tkey\tlow\thigh\n", ["no factors"]),
+        ("code\tname\tkey\tlow\n", ["no factors"]),
+        ("code\tname\tkey\tlow\nA\tx\tk\t0\n", ["line 1", "lacks high"]),
+        ("code\tname\tkey\tlow\thigh\nA\tx\tk\t0\n", ["line 2", "column high"]),
+        ("code\tname\tkey\tlow\thigh\nA\tB\tk\t0\t1\nB\ty\tq\t0\t1\n", ["column name", "'B'"]),
+        ("code\tname\tkey\tlow\thigh\nA\tresponse\tk\t0\t1\n", ["column name", "'response'"]),
+        ("code\tname\tkey\tlow\thigh\nrun\tx\tk\t0\t1\n", ["column code", "'run'"]),
+        ("# note\n\ncode\tname\tkey\tlow\thigh\nA\tx\tk\t1\t1\n", ["line 4", "more than 1"]),
+    ],
+)
+def test_a_wrong_factor_table_is_refused(tmp_path, text, words):
+    path = tmp_path / "factors.tsv"
+    path.write_text(text)
+    with pytest.raises(ConfigError) as error:
+        read_factors(path)
+    for word in [str(path), *words]:
+        assert word in str(error.value)
+
+
+def test_a_factor_table_that_is_no_text_is_refused(tmp_path):
+    path = tmp_path / "factors.tsv"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ConfigError, match="UTF-8"):
+        read_factors(path)
