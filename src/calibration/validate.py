@@ -5,6 +5,8 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from scipy import stats
 
+from calibration.errors import CalibrationError
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -25,6 +27,8 @@ class Comparison:
     margin: float
     equivalence_p: float
     equivalent: bool
+    equivalence_low: float
+    equivalence_high: float
     between_groups_sd: float
     within_groups_sd: float
 
@@ -37,15 +41,19 @@ def compare(simulated, measured, margin, alpha=0.05):
     """Compare simulated (groups, replicates) with measured (n,) values.
 
     The interval of the difference and the tests are Welch's, of unequal variances. The equivalence test is two
-    one-sided tests against +-margin (Schuirmann 1987): its p is the larger of the two, below alpha means equivalent.
+    one-sided tests against +-margin (Schuirmann 1987, Journal of Pharmacokinetics and Biopharmaceutics 15:657): its p
+    is the larger of the two, below alpha means equivalent, which is the same as the 1 - 2 alpha interval of the
+    difference (equivalence_low to equivalence_high) lying within the margin. Raises CalibrationError for missing
+    values, fewer than two on a side, no scatter at all, or a margin that is not positive.
     """
-    groups = np.asarray(simulated, float)
+    groups = np.atleast_2d(np.asarray(simulated, float))
     s, m = groups.ravel(), np.asarray(measured, float).ravel()
+    _check(s, m, margin)
     difference = float(s.mean() - m.mean())
     vs, vm = s.var(ddof=1) / len(s), m.var(ddof=1) / len(m)
     se = float(np.sqrt(vs + vm))
     df = (vs + vm) ** 2 / (vs**2 / (len(s) - 1) + vm**2 / (len(m) - 1))
-    half = stats.t.ppf(1 - alpha / 2, df) * se
+    half, narrow = stats.t.ppf(1 - alpha / 2, df) * se, stats.t.ppf(1 - alpha, df) * se
     t = difference / se
     one_sided = max(
         stats.t.sf((difference + margin) / se, df), stats.t.cdf((difference - margin) / se, df)
@@ -55,8 +63,26 @@ def compare(simulated, measured, margin, alpha=0.05):
         float(s.mean()), float(s.std(ddof=1)), len(s), float(m.mean()), float(m.std(ddof=1)), len(m),
         difference, difference - half, difference + half, 100.0 * abs(difference) / float(m.mean()),
         float(t), float(2 * stats.t.sf(abs(t), df)), margin, float(one_sided), bool(one_sided < alpha),
-        between, within,
+        difference - narrow, difference + narrow, between, within,
     )  # fmt: skip
+
+
+def _check(simulated, measured, margin):
+    for name, values in (("simulated", simulated), ("measured", measured)):
+        if len(values) < 2:
+            raise CalibrationError(
+                f"{len(values)} {name} value has no spread; two or more are needed"
+            )
+        if not np.isfinite(values).all():
+            raise CalibrationError(
+                f"{name} value {int(np.flatnonzero(~np.isfinite(values))[0]) + 1} is not finite"
+            )
+    if np.ptp(simulated) == 0.0 and np.ptp(measured) == 0.0:
+        raise CalibrationError(
+            "neither the simulated nor the measured values scatter; nothing can be tested"
+        )
+    if not margin > 0.0:
+        raise CalibrationError(f"the margin of equivalence must be above 0, not {margin:g}")
 
 
 def variance_components(groups):

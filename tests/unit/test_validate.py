@@ -1,0 +1,104 @@
+"""The comparison with the measurement agrees with scipy's and statsmodels' tests and with the paper's figures."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+from statsmodels.stats.weightstats import CompareMeans, DescrStatsW, ttost_ind
+
+from calibration.errors import CalibrationError
+from calibration.validate import compare, variance_components
+
+PAPER = Path(__file__).parents[2] / "data" / "paper"
+
+
+def groups(file):
+    table = pd.read_csv(PAPER / file, comment="#")
+    return table.pivot(index="group", columns="replicate", values="angle_deg").to_numpy()
+
+
+@pytest.fixture(scope="module")
+def simulated():
+    return groups("table13_validation.csv")
+
+
+@pytest.fixture(scope="module")
+def measured():
+    return groups("table01_measured_angle_of_repose.csv")
+
+
+def test_the_papers_means_and_error(simulated, measured):
+    result = compare(simulated, measured, margin=1.0)
+    assert round(result.measured_mean, 2) == 45.26  # Table 1 prints 45.27
+    assert round(result.simulated_mean, 2) == 45.55
+    assert result.difference == pytest.approx(result.simulated_mean - result.measured_mean)
+    assert round(result.relative_error_percent, 1) == 0.6
+    assert (result.simulated_n, result.measured_n) == (25, 25)
+
+
+@pytest.mark.parametrize("alpha", [0.05, 0.01])
+def test_the_tests_are_welchs_and_schuirmanns(simulated, measured, alpha):
+    result = compare(simulated, measured, margin=0.5, alpha=alpha)
+    s, m = simulated.ravel(), measured.ravel()
+    welch = stats.ttest_ind(s, m, equal_var=False)
+    assert result.t == pytest.approx(welch.statistic)
+    assert result.t_p == pytest.approx(welch.pvalue)
+    means = CompareMeans(DescrStatsW(s), DescrStatsW(m))
+    interval = means.tconfint_diff(alpha, usevar="unequal")
+    assert (result.difference_low, result.difference_high) == pytest.approx(interval)
+    assert result.equivalence_p == pytest.approx(ttost_ind(s, m, -0.5, 0.5, usevar="unequal")[0])
+    narrow = means.tconfint_diff(2 * alpha, usevar="unequal")
+    assert (result.equivalence_low, result.equivalence_high) == pytest.approx(narrow)
+
+
+@pytest.mark.parametrize("margin", [0.1, 0.4, 0.6, 0.7, 2.0])
+def test_equivalent_means_that_the_interval_lies_within_the_margin(simulated, measured, margin):
+    result = compare(simulated, measured, margin)
+    inside = -margin < result.equivalence_low and result.equivalence_high < margin
+    assert result.equivalent == inside == (result.equivalence_p < 0.05)
+
+
+def test_a_true_difference_is_seen_and_is_not_equivalent(simulated, measured):
+    result = compare(simulated + 2.0, measured, margin=1.0)
+    assert result.t_p < 0.001
+    assert not result.equivalent
+    assert result.difference_low > 1.0
+
+
+def test_variance_components_are_those_of_the_anova(simulated):
+    between, within = variance_components(simulated)
+    # F is the between mean square over the within one: 1 + 5 between^2 / within^2 where above 1
+    f = stats.f_oneway(*simulated).statistic
+    assert between == pytest.approx(within * np.sqrt(max(f - 1, 0) / 5))
+    assert within**2 == pytest.approx(simulated.var(axis=1, ddof=1).mean())
+    spread = simulated + 3.0 * np.arange(5)[:, None]
+    f = stats.f_oneway(*spread).statistic
+    between, within = variance_components(spread)
+    assert between == pytest.approx(within * np.sqrt((f - 1) / 5))
+
+
+def test_groups_that_agree_too_well_have_no_component():
+    assert variance_components([[1.0, 3.0], [3.0, 1.0]]) == (0.0, pytest.approx(np.sqrt(2)))
+
+
+def test_the_result_can_be_written(simulated, measured):
+    text = json.dumps(compare(simulated, measured, 1.0).as_dict())
+    assert json.loads(text)["equivalent"] in (True, False)
+
+
+@pytest.mark.parametrize(
+    ("s", "m", "margin", "word"),
+    [
+        ([[1.0]], [1.0, 2.0], 1.0, "1 simulated"),
+        ([[1.0, 2.0]], [1.0], 1.0, "1 measured"),
+        ([[1.0, np.nan]], [1.0, 2.0], 1.0, "simulated value 2"),
+        ([[1.0, 1.0]], [2.0, 2.0], 1.0, "scatter"),
+        ([[1.0, 2.0]], [1.0, 2.0], 0.0, "margin"),
+    ],
+)
+def test_values_that_cannot_be_compared_are_refused(s, m, margin, word):
+    with pytest.raises(CalibrationError, match=word):
+        compare(s, m, margin)
