@@ -12,7 +12,7 @@ from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_arrays, write_json
 from dem.spec import canonical
 
-MODULES = {"heap": "heap", "drop": "drop", "tilt": "tilt", "shear": "shear_box"}
+MODULES = {"heap": "heap", "drop": "drop", "tilt": "tilt", "shear": "shear_ring"}
 
 
 class RunContext:

@@ -446,6 +446,10 @@ class Simulation:
         """Time integral of that force since the start (3,) [N s]; differences give mean forces."""
         return self.wall_state.impulse[self.walls.index(name)].copy()
 
+    def wall_angular_impulse(self, name):
+        """Time integral of their torque about the body's origin since the start (3,) [N m s]."""
+        return self.wall_state.angular_impulse[self.walls.index(name)].copy()
+
     def wall_origin(self, name):
         """Position of a wall body's origin (3,) [m]."""
         return self.wall_state.origin[self.walls.index(name)].copy()

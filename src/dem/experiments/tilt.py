@@ -13,7 +13,7 @@ from dem.experiments.setup import WALL, build_simulation, mean_radius
 from dem.walls.builder import WallSet
 
 SETTLE = 0.05  # seconds that the grains get to come to rest on the level plate
-GRAVITY = 9.81
+LOOK = 2e-3  # seconds between looks at the cluster; the angle is read to tilt rate times this
 
 
 def run(spec, context):
@@ -53,7 +53,7 @@ def _slide(spec, rng, context):
     rate = math.radians(g.tilt_rate_deg_s)
     sim.move_wall("plate", spin=(0.0, rate, 0.0))
     start = _along_plate(sim)
-    step = max(round(2e-4 / sim.time_step), 1)
+    step = max(round(LOOK / sim.time_step), 1)
     while True:
         sim.advance(step)
         angle = (sim.time - SETTLE) * rate

@@ -98,9 +98,7 @@ def find_wall_contacts(
             lo, hi = np.empty(3, np.int64), np.empty(3, np.int64)
             for k in range(3):
                 lo[k] = max(math.floor((box_low[k] - margin - low[k]) / size), 0)
-                hi[k] = min(
-                    math.floor((box_high[k] + margin - low[k]) / size), dims[lv, k] - 1
-                )
+                hi[k] = min(math.floor((box_high[k] + margin - low[k]) / size), dims[lv, k] - 1)
             if hi[0] < lo[0]:
                 continue
             for cz in range(lo[2], hi[2] + 1):

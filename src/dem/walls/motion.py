@@ -42,6 +42,7 @@ def move_bodies(walls, gravity, dt, allowance):
         turn = math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
         for k in range(3):
             walls.impulse[b, k] += walls.force[b, k] * dt
+            walls.angular_impulse[b, k] += walls.torque[b, k] * dt
         if speed == 0.0 and turn == 0.0:
             continue
         for k in range(3):

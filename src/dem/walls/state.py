@@ -42,6 +42,8 @@ class Walls(NamedTuple):
     """(b, 3) torque of the particles about the origin at the last step [N m]."""
     impulse: np.ndarray
     """(b, 3) time integral of `force` [N s]."""
+    angular_impulse: np.ndarray
+    """(b, 3) time integral of `torque` [N m s]."""
     travel: np.ndarray
     """(b,) bound on the path of any wall point since the lists were built [m]."""
     extent: np.ndarray
@@ -68,6 +70,7 @@ def new_walls(elements, bodies):
         force=np.zeros(vector),
         torque=np.zeros(vector),
         impulse=np.zeros(vector),
+        angular_impulse=np.zeros(vector),
         travel=np.zeros(bodies),
         extent=np.zeros(bodies),
     )

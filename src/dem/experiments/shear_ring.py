@@ -1,0 +1,144 @@
+"""Direct shear in a ring: a trough of grains turns under a lid that carries the normal load and holds still.
+
+A ring closes on itself, so no grain is pinched between the halves of a box and the sheared length has no end. Vanes
+on the lid and on the floor keep the grains from slipping there; the shear zone forms below the lid's vanes. The
+shear stress is the torque on the lid over its area's first moment (Schulze 2008, Powders and Bulk Solids, section
+4.2). As on the bench, the sample is compacted, sheared to steady state under the pre-shear load, relieved, and
+sheared under the test load; the peak is the point of the yield locus.
+"""
+
+import math
+
+import numpy as np
+
+from dem.experiments.setup import WALL, build_simulation, draw_radii, largest_radius, rest_energy
+from dem.walls.builder import WallSet
+
+GRAVITY = 9.81
+VANES = 24
+RAMP = 0.04  # duration of a change of load [s]
+STRETCHES = 50  # the shear path is cut into so many means
+SHAKE = 0.5  # speed of the grains at the start [m/s]: it breaks the lattice on which they are made
+
+
+def run(spec, context):
+    """Shear at one normal stress; returns the metrics of docs/architecture.md."""
+    g = spec.geometry
+    cell = _Ring(spec, np.random.default_rng(spec.seed))
+    context.progress(0.05, "filling")
+    cell.rest(0.5)
+    cell.load(g.preshear_normal_stress_kPa or g.normal_stress_kPa)
+    cell.rest(0.3)
+    context.progress(0.3, "pre-shear")
+    preshear, _ = cell.shear(1e-3 * g.preshear_displacement_mm)
+    cell.load(g.normal_stress_kPa)
+    cell.rest(0.1)
+    density = cell.bulk_density()
+    context.progress(0.6, "shear")
+    curve, normal = cell.shear(1e-3 * g.shear_displacement_mm)
+    context.finish(cell.sim)
+    late = curve[STRETCHES // 2 :]
+    # the peak of a mean over a tenth of the path: single spikes are grains caught at a vane
+    smooth = np.convolve(curve, np.ones(STRETCHES // 10) / (STRETCHES // 10), mode="valid")
+    return {
+        "shear_stress_kPa": float(smooth.max()),
+        "steady_shear_stress_kPa": float(late.mean()),
+        "steady_shear_stress_sd_kPa": float(late.std(ddof=1)),
+        "preshear_stress_kPa": float(preshear[STRETCHES // 2 :].mean()),
+        "normal_stress_kPa": float(normal),
+        "bulk_density_kg_m3": float(density),
+    }
+
+
+class _Ring:
+    """Trough, lid and grains."""
+
+    def __init__(self, spec, rng):
+        g = spec.geometry
+        self.inner, self.outer = 0.5e-3 * g.inner_diameter_mm, 0.5e-3 * g.outer_diameter_mm
+        self.area = math.pi * (self.outer**2 - self.inner**2)
+        self.moment = (
+            2.0 / 3.0 * math.pi * (self.outer**3 - self.inner**3)
+        )  # of the area about the axis [m3]
+        self.rate = 1e-3 * g.shear_speed_mm_s / (0.5 * (self.inner + self.outer))
+        radii = draw_radii(spec, spec.particles.count, rng)
+        self.sim = build_simulation(spec, self._walls(largest_radius(spec)))
+        top = self._fill(radii, largest_radius(spec), rng)
+        lid, walls = self.sim.walls.index("lid"), self.sim.wall_state
+        walls.origin[lid, 2] = top
+        walls.mass[lid] = float(self.sim.mass.sum())
+        # the lid follows the grains but does not bounce on them
+        walls.drag[lid] = 100.0 * walls.mass[lid]
+
+    def _walls(self, r):
+        walls = WallSet().body("trough", material=WALL)
+        walls.revolved(self.inner, 0.0, self.outer, 0.0)
+        for radius in (self.inner, self.outer):
+            walls.cylinder(radius, 0.0, 0.2)
+        self._vanes(walls, 0.0, 2.0 * r)
+        free = {"mass": 1.0, "axis": (0, 0, 1), "load": 0.0}
+        walls.body("lid", material=WALL, free=free)
+        walls.revolved(self.inner, 0.0, self.outer, 0.0)
+        self._vanes(walls, -2.0 * r, 0.0)
+        return walls
+
+    def _vanes(self, walls, low, high):
+        middle, half = 0.5 * (self.inner + self.outer), 0.5 * (self.outer - self.inner)
+        for turn in np.arange(VANES) * 2.0 * math.pi / VANES:
+            out = np.array([math.cos(turn), math.sin(turn), 0.0])
+            centre = middle * out + (0.0, 0.0, 0.5 * (low + high))
+            walls.rectangle(centre, 0.999 * half * out, (0.0, 0.0, 0.5 * (high - low)))
+
+    def _fill(self, radii, r, rng):
+        """Rings of grains, layer on layer, above the floor's vanes; returns the height of the lid [m]."""
+        pitch = 2.1 * r
+        site = []
+        for ring in np.arange(self.inner + 1.05 * r, self.outer - 1.0 * r, pitch):
+            count = int(2.0 * math.pi * ring / pitch)
+            turn = 2.0 * math.pi * np.arange(count) / count
+            site.append(np.column_stack([ring * np.cos(turn), ring * np.sin(turn)]))
+        site = np.vstack(site)
+        layer, place = np.divmod(np.arange(len(radii)), len(site))
+        z = 3.1 * r + pitch * layer
+        velocity = rng.uniform(-SHAKE, SHAKE, (len(radii), 3))
+        self.sim.add_particles(np.column_stack([site[place], z]), radii, velocity=velocity)
+        return z.max() + 4.0 * r
+
+    def load(self, stress_kPa):
+        """Put the lid under a normal stress; its own weight counts."""
+        lid = self.sim.walls.index("lid")
+        weight = self.sim.wall_state.mass[lid] * GRAVITY
+        wanted, now = weight - 1e3 * stress_kPa * self.area, self.sim.wall_state.load[lid]
+        # in steps: dropped at once, the lid would strike the grains
+        for part in np.linspace(0.0, 1.0, 21)[1:]:
+            self.sim.move_wall("lid", load=now + part * (wanted - now))
+            self.sim.advance(max(round(RAMP / 20 / self.sim.time_step), 1))
+
+    def rest(self, limit, threshold=1e-4):
+        """Wait until the grains rest, `limit` seconds at most."""
+        sim, start = self.sim, self.sim.time
+        while sim.time - start < limit:
+            sim.advance(max(round(5e-3 / sim.time_step), 1))
+            if sim.time - start > 0.05 and rest_energy(sim) < threshold:
+                break
+
+    def shear(self, path):
+        """Turn the trough so that the mean radius travels `path` [m]; returns shear stress (STRETCHES,) and normal
+        stress [kPa]."""
+        sim, speed = self.sim, self.rate * 0.5 * (self.inner + self.outer)
+        steps = max(round(path / speed / sim.time_step / STRETCHES), 1)
+        sim.move_wall("trough", spin=(0.0, 0.0, self.rate))
+        stress, span = [], steps * sim.time_step
+        press = sim.wall_impulse("lid")[2]
+        for _ in range(STRETCHES):
+            twist = sim.wall_angular_impulse("lid")[2]
+            sim.advance(steps)
+            torque = (sim.wall_angular_impulse("lid")[2] - twist) / span
+            stress.append(1e-3 * torque / self.moment)
+        normal = (sim.wall_impulse("lid")[2] - press) / (span * STRETCHES) / self.area * 1e-3
+        sim.move_wall("trough", spin=(0.0, 0.0, 0.0))
+        return np.array(stress), normal
+
+    def bulk_density(self):
+        """Mass of grains over the volume between floor and lid [kg/m3]."""
+        return float(self.sim.mass.sum()) / (self.sim.wall_origin("lid")[2] * self.area)
