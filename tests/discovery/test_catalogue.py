@@ -1,0 +1,69 @@
+"""Every mechanism of the catalogue: a valid run spec, a strength that goes both ways, the physics of its reading."""
+
+import numpy as np
+import pytest
+
+from calibration.discrepancy.catalogue import load_catalogue
+from calibration.discrepancy.settings import condition_spec, read_settings
+from dem.spec import parse_spec
+
+CATALOGUE = load_catalogue()
+SETTINGS = read_settings("config/diagnosis.yaml")
+LEVERS = {"drop": {"drop_height_mm": 150.0}, "shear": {"normal_stress_kPa": 5.0}}
+EXPECTED = {
+    "cohesion",
+    "liquid_bridge",
+    "viscoelastic_restitution",
+    "plastic_restitution",
+    "air_drag",
+    "stress_dependent_friction",
+    "rolling_law",
+    "wall_adhesion",
+    "tilt_detection_lag",
+    "apex_sampling",
+    "under_resolved_contact",
+    "size_bias",
+}
+
+
+def test_the_catalogue_holds_what_it_should_and_can_leave_one_out():
+    assert set(CATALOGUE) == EXPECTED
+    assert set(load_catalogue(without=["cohesion"])) == EXPECTED - {"cohesion"}
+
+
+@pytest.mark.parametrize("name", sorted(EXPECTED))
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_each_mechanism_makes_a_valid_spec(name, share):
+    mechanism = CATALOGUE[name]
+    for experiment in mechanism.experiments:
+        spec = condition_spec({}, SETTINGS, [], experiment, LEVERS.get(experiment, {}), {}, 1)
+        parse_spec(spec)
+        before = repr(spec)
+        parse_spec(mechanism.apply(spec, mechanism.strength.natural(share)))
+        assert repr(spec) == before, "the given spec was changed"
+
+
+@pytest.mark.parametrize("name", sorted(EXPECTED))
+def test_strength_goes_both_ways_and_starts_where_it_is_off(name):
+    s = CATALOGUE[name].strength
+    for share in (0.0, 0.37, 1.0):
+        assert s.coded(s.natural(share)) == pytest.approx(share, abs=1e-12)
+    assert s.low <= s.moderate <= s.high
+    assert s.share(1.0) == pytest.approx(s.moderate)
+    assert s.share(0.0) == pytest.approx(s.low if s.off is None else s.off)
+
+
+def test_reading_a_tilt_late_adds_what_the_closed_form_says():
+    lag = CATALOGUE["tilt_detection_lag"].observe
+    angle = np.degrees(np.arctan(0.5))
+    # 5 deg/s and 1 mm of slip at mu = 0.5: 0.92 deg
+    assert lag(angle, {"tilt_rate_deg_s": 5.0}, 1.0) - angle == pytest.approx(0.92, abs=0.005)
+    excess = [lag(angle, {"tilt_rate_deg_s": w}, 1.0) - angle for w in (2.0, 16.0)]
+    assert excess[1] / excess[0] == pytest.approx(8 ** (2 / 3))
+
+
+def test_the_mean_apex_deficit_is_that_of_random_phases():
+    phase = np.random.default_rng(1).uniform(-0.5, 0.5, 200_000) * 0.04
+    deficit = 1e3 * 0.5 * 9.81 * phase**2
+    read = CATALOGUE["apex_sampling"].observe(50.0, {"output_interval_s": 0.04}, 1.0)
+    assert 50.0 - read == pytest.approx(deficit.mean(), rel=0.01)
