@@ -1,4 +1,7 @@
-"""Figures of the chain's stages; each function returns a matplotlib Figure, `save` writes it atomically as SVG."""
+"""Figures of the chain's stages; each function returns a matplotlib Figure, `save` writes it atomically as SVG.
+
+The figures keep their own white ground, so that they read the same on light and dark pages.
+"""
 
 import os
 from pathlib import Path
@@ -10,12 +13,19 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy import stats
 
+from calibration.optimise import solution_mesh
+
 BLUE, ORANGE, GREY, GREEN = "#2f6db5", "#d1711f", "#8a8f98", "#2e8b57"
 STYLE = {
     "figure.facecolor": "white",
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.prop_cycle": matplotlib.cycler(
+        color=[BLUE, ORANGE, GREEN, "#7b4fa3", "#b5363f", "#5b7a1f", GREY],
+        linestyle=["-", "--", "-.", ":", "-", "--", "-."],
+    ),
     "grid.alpha": 0.25,
     "font.size": 10,
     "axes.titlesize": 11,
@@ -52,7 +62,7 @@ def half_normal(table, chosen):
     figure, ax = _axes()
     size, score = table["effect"].abs(), table["half_normal_score"]
     picked = table["code"].isin(chosen)
-    ax.scatter(size[~picked], score[~picked], color=GREY, label="not significant")
+    ax.scatter(size[~picked], score[~picked], color=GREY, label="stays at its level")
     ax.scatter(size[picked], score[picked], color=ORANGE, label="goes on")
     for e, s, code, name in zip(size, score, table["code"], table["name"], strict=True):
         text = f"{code}  {label(name)}" if code in chosen else code
@@ -71,8 +81,8 @@ def half_normal(table, chosen):
     return figure
 
 
-def pareto(table, t_limit, bonferroni_limit):
-    """Pareto chart of absolute effects with the limits of significance."""
+def pareto(table, t_limit, bonferroni_limit, alpha=0.05):
+    """Pareto chart of absolute effects with the limits of significance at level alpha."""
     figure, ax = _axes()
     order = table.reindex(table["effect"].abs().sort_values().index)
     colour = np.where(order["effect"] > 0, BLUE, ORANGE)
@@ -80,7 +90,10 @@ def pareto(table, t_limit, bonferroni_limit):
     ax.barh(names, order["effect"].abs(), color=colour)
     ax.axvline(t_limit, color="black", lw=1, ls="--")
     ax.axvline(bonferroni_limit, color="black", lw=1, ls=":")
-    for x, text in ((t_limit, "t limit 5 %"), (bonferroni_limit, "Bonferroni")):
+    for x, text in (
+        (t_limit, f"t limit {100 * alpha:g} %"),
+        (bonferroni_limit, f"Bonferroni {100 * alpha:g} %"),
+    ):
         ax.annotate(
             text,
             (x, 0),
@@ -189,43 +202,114 @@ def _pairs(region):
     return [(i, j) for i in range(len(region)) for j in range(i + 1, len(region))]
 
 
+def _panels(count, size):
+    """Figure and rows, columns of a grid of `count` panels, three a row; size: inches of one."""
+    columns = min(count, 3)
+    rows = -(-count // columns)
+    figure = plt.figure(figsize=(size[0] * columns, size[1] * rows), layout="constrained")
+    return figure, rows, columns
+
+
+def _label_3d(ax, x, y, z):
+    ax.set_xlabel(x, fontsize=8)
+    ax.set_ylabel(y, fontsize=8)
+    ax.set_zlabel(z, fontsize=8)
+    ax.tick_params(labelsize=7)
+    ax.set_box_aspect(None, zoom=0.85)
+
+
 def surfaces(surface, region):
     """Response surfaces of all pairs of factors, the others at the centre."""
     pairs = _pairs(region)
     with plt.rc_context(STYLE):
-        figure = plt.figure(figsize=(4.4 * len(pairs), 4.2), layout="constrained")
+        figure, rows, columns = _panels(len(pairs), (4.4, 4.2))
         for n, (i, j) in enumerate(pairs):
-            ax = figure.add_subplot(1, len(pairs), n + 1, projection="3d")
+            ax = figure.add_subplot(rows, columns, n + 1, projection="3d")
             a, b, y = _slice(surface, region, i, j, 31)
             ax.plot_surface(a, b, y, cmap="viridis", alpha=0.9)
-            ax.set_xlabel(label(region[i].name), fontsize=8)
-            ax.set_ylabel(label(region[j].name), fontsize=8)
-            ax.set_zlabel("angle [°]", fontsize=8)
-            ax.tick_params(labelsize=7)
-            ax.set_box_aspect(None, zoom=0.85)
+            _label_3d(ax, label(region[i].name), label(region[j].name), "angle [°]")
     return figure
 
 
 def contours(surface, region, solution):
-    """Contours through the chosen point with the solution set drawn in."""
+    """Contours through the chosen point with the solution set drawn in; for three factors also the set itself."""
     pairs = _pairs(region)
-    figure, axes = _axes(1, len(pairs), size=(4.4 * len(pairs), 3.9), squeeze=False)
-    for ax, (i, j) in zip(axes[0], pairs, strict=True):
-        a, b, y = _slice(surface, region, i, j, at=solution.chosen)
-        filled = ax.contourf(a, b, y, 12, cmap="viridis", alpha=0.85)
-        figure.colorbar(filled, ax=ax, label=ANGLE, shrink=0.85)
-        if y.min() < solution.target < y.max():
-            ax.contour(a, b, y, [solution.target], colors=ORANGE, linewidths=2.5)
-        ax.plot(
-            region[i].natural(solution.chosen[i]),
-            region[j].natural(solution.chosen[j]),
-            "o",
-            color="white",
-            mec="black",
-            ms=9,
+    whole = len(region) == 3 and solution.attainable
+    with plt.rc_context(STYLE):
+        if whole:
+            figure, rows, columns = plt.figure(figsize=(9.6, 8.0), layout="constrained"), 2, 2
+        else:
+            figure, rows, columns = _panels(len(pairs), (4.8, 4.0))
+        for n, (i, j) in enumerate(pairs):
+            _contour(figure.add_subplot(rows, columns, n + 1), surface, region, i, j, solution)
+        if whole:
+            _solution_set(figure.add_subplot(2, 2, 4, projection="3d"), surface, region, solution)
+    return figure
+
+
+def _contour(ax, surface, region, i, j, solution):
+    a, b, y = _slice(surface, region, i, j, at=solution.chosen)
+    filled = ax.contourf(a, b, y, 12, cmap="viridis", alpha=0.85)
+    ax.figure.colorbar(filled, ax=ax, label=ANGLE, shrink=0.9)
+    if y.min() < solution.target < y.max():
+        ax.contour(a, b, y, [solution.target], colors="white", linewidths=4.5)
+        ax.contour(a, b, y, [solution.target], colors=ORANGE, linewidths=2.5)
+    x, z = (region[k].natural(float(solution.chosen[k])) for k in (i, j))
+    ax.plot(x, z, "o", color="white", mec="black", ms=9, clip_on=False, zorder=4)
+    ax.set(xlabel=label(region[i].name), ylabel=label(region[j].name))
+    ax.grid(False)
+
+
+def _solution_set(ax, surface, region, solution):
+    """The surface of all points that give the target, in natural levels."""
+    vertices, triangles = solution_mesh(surface, solution.target)
+    if len(triangles):
+        natural = [f.natural(vertices[:, k]) for k, f in enumerate(region)]
+        ax.plot_trisurf(
+            natural[0], natural[1], triangles, natural[2], color=ORANGE, alpha=0.55, linewidth=0
         )
-        ax.set(xlabel=label(region[i].name), ylabel=label(region[j].name))
-        ax.grid(False)
+    chosen = [[f.natural(float(x))] for f, x in zip(region, solution.chosen, strict=True)]
+    ax.plot(*chosen, "o", color="white", mec="black", ms=9, zorder=10)
+    ax.set(**{f"{axis}lim": (f.low, f.high) for axis, f in zip("xyz", region, strict=True)})
+    _label_3d(ax, *(label(f.name) for f in region))
+    ax.set_title(f"all points that give {solution.target:.2f}°", fontsize=9)
+
+
+def sweep(levels, response, coefficients, inverse, measured, test):
+    """Sweep of a bench test with its quadratic and the inverse of the measured value."""
+    figure, ax = _axes()
+    x = np.linspace(min(levels), max(levels), 101)
+    ax.plot(x, np.polyval(coefficients, x), color=GREY, label="quadratic fit")
+    ax.scatter(levels, response, color=BLUE, zorder=3, label="simulated")
+    ax.hlines(measured, min(levels), inverse, color=ORANGE, lw=1.2)
+    ax.vlines(
+        inverse, 0, measured, color=ORANGE, lw=1.2, label=f"measured {measured:g}: {inverse:.3f}"
+    )
+    ax.set(xlabel=label(test.factor), ylabel=test.axis, ylim=(0, 1.05 * max(response)))
+    ax.legend(frameon=False)
+    return figure
+
+
+def yield_loci(runs, loci, slope, intercept):
+    """Shear stress over normal stress with the fitted lines and the measured one."""
+    figure, ax = _axes()
+    x = np.linspace(0.0, 1.05 * runs["normal_stress_kPa"].max(), 2)
+    for name, colour in (("peak", BLUE), ("steady", GREEN)):
+        ax.scatter(runs["normal_stress_kPa"], runs[f"{name}_kPa"], color=colour, alpha=0.7)
+        line = loci[name]
+        text = f"{name}: {line['slope']:.2f} x {line['intercept_kPa']:+.2f}"
+        ax.plot(x, line["slope"] * x + line["intercept_kPa"], color=colour, label=text)
+    ax.plot(
+        x,
+        slope * x + intercept,
+        color=ORANGE,
+        ls="--",
+        label=f"measured: {slope:g} x {intercept:+g}",
+    )
+    ax.set(
+        xlabel="normal stress [kPa]", ylabel="shear stress [kPa]", xlim=(0, None), ylim=(0, None)
+    )
+    ax.legend(frameon=False)
     return figure
 
 

@@ -1,0 +1,176 @@
+"""The figures show the numbers they are given, keep their labels apart, and are written whole and reproducibly."""
+
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+import pytest
+
+from calibration import figures
+from calibration.design import box_behnken
+from calibration.factors import Factor, read_factors
+from calibration.optimise import solve
+from calibration.regression import fit_surface, screen, significant
+from calibration.validate import compare
+
+ROOT = Path(__file__).parents[2]
+
+
+def paper(name):
+    return pd.read_csv(ROOT / "data" / "paper" / name, comment="#")
+
+
+@pytest.fixture(scope="module")
+def factors():
+    return {f.code: f for f in read_factors(ROOT / "config" / "factors.tsv")}
+
+
+@pytest.fixture(scope="module")
+def screening(factors):
+    runs = paper("table06_plackett_burman.csv")
+    result = screen(runs, list(factors), runs["angle_deg"])
+    return replace(
+        result, table=result.table.assign(name=[factors[c].name for c in result.table["code"]])
+    )
+
+
+@pytest.fixture(scope="module")
+def region(factors):
+    levels = paper("table11_coding.csv").set_index("factor")
+    return [
+        replace(factors[c], low=levels.loc[x, "low"], high=levels.loc[x, "high"])
+        for c, x in zip("GEC", "XYZ", strict=True)
+    ]
+
+
+@pytest.fixture(scope="module")
+def surface():
+    runs = paper("table11_box_behnken.csv").rename(columns={"X": "G", "Y": "E", "Z": "C"})
+    return fit_surface(runs, list("GEC"), runs["angle_deg"])
+
+
+@pytest.fixture(autouse=True)
+def close():
+    yield
+    plt.close("all")
+
+
+def overlapping(figure):
+    """Pairs of texts drawn over each other, of all panels without depth."""
+    figure.canvas.draw()
+    pairs = []
+    for ax in figure.axes:
+        if ax.name == "3d":
+            continue
+        texts = [*ax.texts, *ax.get_xticklabels(), *ax.get_yticklabels(), ax.xaxis.label, ax.title]
+        boxes = [
+            (t.get_text(), t.get_window_extent()) for t in texts if t.get_text() and t.get_visible()
+        ]
+        pairs += [(a, b) for (a, x), (b, y) in combinations(boxes, 2) if x.overlaps(y)]
+    return pairs
+
+
+def test_half_normal_names_what_goes_on(screening):
+    figure = figures.half_normal(screening.table, significant(screening, 0.05))
+    texts = [t.get_text() for t in figure.axes[0].texts]
+    assert "G  salt salt rolling friction" in texts
+    assert "A" in texts
+    drawn = np.vstack([c.get_offsets() for c in figure.axes[0].collections])
+    assert sorted(drawn[:, 0]) == pytest.approx(sorted(screening.table["effect"].abs()))
+    assert not overlapping(figure)
+
+
+def test_half_normal_where_everything_goes_on(screening):
+    figure = figures.half_normal(screening.table, list("ABCDEFG"))
+    assert len(figure.axes[0].texts) == 7
+
+
+def test_pareto_is_sorted_with_its_limits(screening):
+    figure = figures.pareto(screening.table, screening.t_limit, screening.bonferroni_limit, 0.01)
+    ax = figure.axes[0]
+    widths = [bar.get_width() for bar in ax.patches]
+    assert widths == sorted(widths)
+    assert [line.get_xdata()[0] for line in ax.lines] == [
+        screening.t_limit,
+        screening.bonferroni_limit,
+    ]
+    assert "t limit 1 %" in [t.get_text() for t in ax.texts]
+    assert not overlapping(figure)
+
+
+def test_the_ascent_marks_the_centre(factors):
+    table = paper("table10_steepest_ascent.csv")
+    chosen = [factors[c] for c in "GEC"]
+    levels = {f.name: table[x] for f, x in zip(chosen, "XYZ", strict=True)}
+    runs = pd.DataFrame({"run": table["level"], "response": table["angle_deg"], **levels})
+    figure = figures.ascent_path(runs, chosen, 45.27, best=2)
+    assert figure.axes[0].collections[-1].get_offsets()[0].tolist() == [2, 43.65]
+    assert not overlapping(figure)
+
+
+def test_diagnostics_and_perturbation_show_the_model(surface, region):
+    points = figures.predicted_actual(surface).axes[0].collections[0].get_offsets()
+    assert points[:, 0].tolist() == surface.diagnostics["actual"].tolist()
+    panel = figures.residual_panel(surface)
+    assert len(panel.axes) == 4
+    assert not overlapping(panel)
+    lines = figures.perturbation(surface, region).axes[0].lines
+    for line in lines:
+        middle = line.get_ydata()[len(line.get_ydata()) // 2]
+        assert middle == pytest.approx(surface.predict([[0, 0, 0]])[0])
+
+
+def test_contours_draw_the_solution_set_through_the_chosen_point(surface, region):
+    solution = solve(surface, 45.27)
+    figure = figures.contours(surface, region, solution)
+    panels = [a for a in figure.axes if a.get_xlabel() and a.name != "3d"]
+    assert len(panels) == 3
+    for ax, (i, j) in zip(panels, ((0, 1), (0, 2), (1, 2)), strict=True):
+        marker = ax.lines[-1]
+        for value, k in ((marker.get_xdata()[0], i), (marker.get_ydata()[0], j)):
+            assert value == pytest.approx(region[k].natural(float(solution.chosen[k])))
+    assert [a.get_title() for a in figure.axes if a.name == "3d"] == ["all points that give 45.27°"]
+    assert not overlapping(figure)
+
+
+def test_contours_of_a_target_out_of_reach(surface, region):
+    figure = figures.contours(surface, region, solve(surface, 80.0))
+    assert not [a for a in figure.axes if a.name == "3d"]
+
+
+@pytest.mark.parametrize("k", [4, 5])
+def test_more_factors_take_more_rows(k):
+    region = [Factor(chr(65 + i), f"factor_{i}", f"k{i}", 0.0, 1.0) for i in range(k)]
+    design = box_behnken(region)
+    codes = [f.code for f in region]
+    noise = np.random.default_rng(0).normal(size=len(design))
+    fit = fit_surface(design, codes, 40 + design[codes].sum(axis=1) + 0.1 * noise)
+    count = k * (k - 1) // 2
+    assert len(figures.surfaces(fit, region).axes) == count
+    drawn = figures.contours(fit, region, solve(fit, 40.5))
+    assert len([a for a in drawn.axes if a.get_xlabel()]) == count
+
+
+def test_validation_shows_every_value():
+    simulated = paper("table13_validation.csv").pivot(
+        index="group", columns="replicate", values="angle_deg"
+    )
+    measured = paper("table01_measured_angle_of_repose.csv")["angle_deg"].to_numpy()
+    result = compare(simulated.to_numpy(), measured, margin=1.0)
+    figure = figures.validation(simulated.to_numpy(), measured, result)
+    drawn = [c.get_offsets() for c in figure.axes[0].collections if len(c.get_offsets()) > 1]
+    assert sum(len(d) for d in drawn) == 50
+    assert not overlapping(figure)
+
+
+def test_saving_is_reproducible_keeps_text_and_leaves_no_partial_file(tmp_path, surface):
+    paths = [tmp_path / "deep" / f"{n}.svg" for n in "ab"]
+    for path in paths:
+        figures.save(figures.predicted_actual(surface), path)
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    assert "predicted by the quadratic model" in paths[0].read_text()
+    assert sorted(p.name for p in paths[0].parent.iterdir()) == ["a.svg", "b.svg"]
+    assert not plt.get_fignums()
