@@ -83,6 +83,10 @@ class OptimiseConfig(_Part):
     rule: Literal[RULES] = Field(
         "closest_to_centre", description="which point of the solution set is chosen"
     )
+    point: dict[str, float] = Field(
+        {},
+        description="factor name: natural level, for the rule closest_to_point; the region's centre where not named",
+    )
 
 
 class ValidationConfig(_Part):
@@ -136,12 +140,21 @@ def parse_config(data, file="config"):
         ("ascent.step", config.ascent.step),
         ("response_surface.centre", config.response_surface.centre),
         ("response_surface.half_width", config.response_surface.half_width),
+        ("optimise.point", config.optimise.point),
     ):
         for name in mapping:
             if name not in names:
                 raise ConfigError(
                     "is no factor", path=file, key=f"{section}.{name}", allowed=", ".join(names)
                 )
+    if (config.optimise.rule == "closest_to_point") != bool(config.optimise.point):
+        raise ConfigError(
+            "goes with the rule closest_to_point and only with it",
+            path=file,
+            key="optimise.point",
+            value=config.optimise.point,
+            allowed="a level for one factor or more, or no point with another rule",
+        )
     read_target(config)
     for f in factors:
         for level in (f.low, f.high):

@@ -84,8 +84,8 @@ def analyse_screening(config, design_file, output):
     """Effects, ANOVA and charts; writes the names of the factors that go on, largest effect first."""
     factors = read_factors(config.factors)
     runs = _with_response(design_file, config)
-    result = screen(runs, [f.code for f in factors], runs["response"])
     rules = config.screening
+    result = screen(runs, [f.code for f in factors], runs["response"], rules.alpha)
     # a configured path says which factors the user wants to follow where the screening leaves the choice open
     preferred = (
         [f.code for f in factors if f.name in config.ascent.step]
@@ -101,7 +101,8 @@ def analyse_screening(config, design_file, output):
     table.to_csv(output.effects, index=False)
     result.anova.to_csv(output.anova, index=False)
     figures.save(figures.half_normal(table, codes), output.half_normal)
-    figures.save(figures.pareto(table, result.t_limit, result.bonferroni_limit), output.pareto)
+    limits = result.t_limit, result.bonferroni_limit, rules.alpha
+    figures.save(figures.pareto(table, *limits), output.pareto)
     write_json(
         output.summary,
         {
@@ -209,8 +210,21 @@ def analyse_response_surface(config, design_file, region_file, output):
             },
             "stationary_kind": stationary["kind"],
             "eigenvalues": [float(v) for v in stationary["eigenvalues"]],
+            "ridge": _ridge(surface, region),
         },
     )
+
+
+def _ridge(surface, region):
+    """Points of the largest and least response at growing coded distance from the centre."""
+    radii = [0.25, 0.5, 0.75, 1.0]
+    rows = []
+    for way, rising in (("largest", True), ("least", False)):
+        points = surface.ridge(radii, rising)
+        for radius, point, response in zip(radii, points, surface.predict(points), strict=True):
+            levels = {f.name: f.natural(float(x)) for f, x in zip(region, point, strict=True)}
+            rows.append({"way": way, "radius": radius, "response": float(response)} | levels)
+    return rows
 
 
 def optimise(config, runs_file, region_file, output):
@@ -218,9 +232,13 @@ def optimise(config, runs_file, region_file, output):
     region, runs = read_region(region_file), pd.read_csv(runs_file)
     measured = read_target(config)
     surface = fit_surface(runs, [f.code for f in region], runs["response"])
-    solution = solve(surface, float(measured.mean()), config.optimise.rule, config.seed)
+    rules = config.optimise
+    point = [f.coded(rules.point.get(f.name, f.centre)) for f in region]
+    solution = solve(surface, float(measured.mean()), rules.rule, config.seed, point)
     count = config.validation.groups * config.validation.replicates
     low, high = surface.confirmation_interval([solution.chosen], count)
+    # what differs beyond six digits is the solver's noise, which must not rename the cached validation runs
+    optimum = [round(float(x), 6) for x in solution.chosen]
     points = pd.DataFrame(
         {f.name: f.natural(solution.points[:, k]) for k, f in enumerate(region)}
         | {f"{f.code}_coded": solution.points[:, k] for k, f in enumerate(region)}
@@ -234,12 +252,8 @@ def optimise(config, runs_file, region_file, output):
             "target": solution.target,
             "attainable": solution.attainable,
             "rule": solution.rule,
-            "optimum": {
-                f.name: f.natural(float(x)) for f, x in zip(region, solution.chosen, strict=True)
-            },
-            "optimum_coded": {
-                f.code: float(x) for f, x in zip(region, solution.chosen, strict=True)
-            },
+            "optimum": {f.name: f.natural(x) for f, x in zip(region, optimum, strict=True)},
+            "optimum_coded": {f.code: x for f, x in zip(region, optimum, strict=True)},
             "predicted": solution.predicted,
             "confirmation_interval": [float(low[0]), float(high[0])],
             "confirmation_runs": count,
