@@ -121,3 +121,81 @@ rule diagnose:
         "diagnosis: the gain of the extended model, and the verdict"
     script:
         "../scripts/diagnosis_conclude.py"
+
+
+DISCOVERY = f"{STUDY}/discovery"
+SHARDS = range(8)
+
+
+# the benchmark asks nothing of the measurements: drop and tilt, hidden effects in the real engine
+rule discovery_plan:
+    input:
+        DIAGNOSIS_CODE,
+        settings=DIAGNOSIS_SETTINGS,
+        factors=SETTINGS.factors,
+    output:
+        design=f"{DISCOVERY}/design.json",
+        plan=f"{DISCOVERY}/plan.json",
+    log:
+        f"{STUDY}/logs/discovery_plan.log",
+    conda:
+        "../envs/calibration.yaml"
+    params:
+        settings=SETTINGS.model_dump(mode="json"),
+    message:
+        "benchmark of the diagnosis: plan the emulators' runs"
+    script:
+        "../scripts/diagnosis_benchmark_plan.py"
+
+
+use rule diagnosis_batch as discovery_batch with:
+    input:
+        ENGINE,
+        plan=f"{DISCOVERY}/plan.json",
+        compiled=ancient("results/runs/engine.compiled"),
+    output:
+        done=f"{DISCOVERY}/batches/{{batch}}.json",
+    log:
+        f"{STUDY}/logs/discovery_batch_{{batch}}.log",
+    message:
+        "benchmark of the diagnosis: emulator runs, batch {wildcards.batch}"
+
+
+rule discovery_shard:
+    input:
+        DIAGNOSIS_CODE,
+        settings=DIAGNOSIS_SETTINGS,
+        design=f"{DISCOVERY}/design.json",
+        plan=f"{DISCOVERY}/plan.json",
+        batches=expand(f"{DISCOVERY}/batches/{{batch}}.json", batch=BATCHES),
+    output:
+        table=f"{DISCOVERY}/cases/{{shard}}.csv",
+    log:
+        f"{STUDY}/logs/discovery_shard_{{shard}}.log",
+    conda:
+        "../envs/calibration.yaml"
+    params:
+        settings=SETTINGS.model_dump(mode="json"),
+        shards=len(SHARDS),
+    message:
+        "benchmark of the diagnosis: cases, part {wildcards.shard}"
+    script:
+        "../scripts/diagnosis_benchmark_shard.py"
+
+
+rule discovery_benchmark:
+    input:
+        expand(f"{DISCOVERY}/cases/{{shard}}.csv", shard=SHARDS),
+    output:
+        cases="results/reference/discovery/cases.csv",
+        confusion="results/reference/discovery/confusion.csv",
+        summary="results/reference/discovery/summary.csv",
+        figure="results/reference/discovery/benchmark.svg",
+    log:
+        f"{STUDY}/logs/discovery_benchmark.log",
+    conda:
+        "../envs/calibration.yaml"
+    message:
+        "benchmark of the diagnosis: confusion matrix, power, false alarms"
+    script:
+        "../scripts/diagnosis_benchmark_merge.py"

@@ -4,15 +4,23 @@ Every case simulates its data with the real engine (`hidden.draw`) and diagnoses
 looked at only when the verdict is there. Decoys and removed mechanisms use the data of other cases.
 """
 
+import json
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from calibration.discrepancy import hidden
+from calibration import figures as common
+from calibration.discrepancy import figures, hidden
 from calibration.discrepancy.catalogue import load_catalogue
+from calibration.discrepancy.design import plan
+from calibration.discrepancy.emulator import teach
 from calibration.discrepancy.identify import identify
 from calibration.discrepancy.model import Emulated
+from calibration.discrepancy.runs import simulate
+from calibration.discrepancy.settings import parameters_of
+from dem.io.files import write_json
 
 MECHANISMS = (
     "viscoelastic_restitution",
@@ -31,6 +39,7 @@ PAIRS = (
     ("air_drag", "stress_dependent_friction"),
     ("plastic_restitution", "wall_adhesion"),
 )
+KINDS = ["drop", "tilt"]
 NULLS, DRAWS = 40, 8
 WEAKER = (0.25, 0.5)
 
@@ -155,3 +164,46 @@ def _wilson(hits, n):
     centre = (hits + z * z / 2) / (n + z * z)
     half = z / (n + z * z) * np.sqrt(hits * (n - hits) / n + z * z / 4)
     return centre - half, centre + half
+
+
+def plan_runs(config, settings, output):
+    """Write the design and plan of the emulators of drop and tilt."""
+    factors = parameters_of(settings, config.factors, KINDS)
+    rows, specs = plan(settings, config.run, factors, load_catalogue(), KINDS)
+    write_json(output.design, rows)
+    write_json(output.plan, specs)
+
+
+def run_shard(config, settings, source, shard, shards, table):
+    """Diagnose the cases whose seed falls to this shard; cases that share their data share a shard."""
+    rows, specs = (json.loads(Path(f).read_text()) for f in (source.design, source.plan))
+    factors = parameters_of(settings, config.factors, KINDS)
+    emulators, _ = teach(rows, simulate(specs), settings, factors)
+    emulated = Emulated(emulators, settings, factors, load_catalogue())
+    out = []
+    for case in cases():
+        if case.seed % shards == shard:
+            out.append(diagnose_case(case, emulated, config.run, config.factors))
+            print(out[-1], flush=True)
+    _write(pd.DataFrame(out), table)
+
+
+def merge(tables, output):
+    """Write all cases, the confusion matrix, the rates and the figure."""
+    table = pd.concat([pd.read_csv(t, keep_default_na=False) for t in tables], ignore_index=True)
+    table = table.sort_values(["case", "truth", "strength", "seed"])
+    at = table[(table["case"] != "mechanism") | (table["strength"] == 1.0)]
+    truth = np.where(at["truth"] == "", at["case"], at["case"] + ": " + at["truth"])
+    _write(table, output.cases)
+    _write(
+        pd.crosstab(truth, at["outcome"].to_numpy()).rename_axis("hidden").reset_index(),
+        output.confusion,
+    )
+    _write(summarise(table), output.summary)
+    common.save(figures.benchmark_figure(table), output.figure)
+
+
+def _write(table, path):
+    partial = Path(path).with_name(f".{Path(path).name}.partial")
+    table.to_csv(partial, index=False)
+    partial.replace(path)

@@ -20,13 +20,13 @@ NOISE = {
 DESIGN = [
     *[
         ("drop", {"drop_height_mm": h, "particle_diameter_mm": d})
-        for d in (1.0, 2.5)
+        for d in (1.2, 3.0)
         for h in (50.0, 100.0, 200.0, 400.0)
     ],
     *[
         ("tilt", {"tilt_rate_deg_s": w, "particle_diameter_mm": d})
-        for d in (1.2, 1.8, 2.6, 4.0)
-        for w in (6.0, 20.0)
+        for d in (1.4, 2.0, 2.8, 4.0)
+        for w in (8.0, 20.0)
     ],
 ]
 """Conditions of the benchmark: every lever of drop and tilt at several settings."""
@@ -98,7 +98,7 @@ def _finer(spec):
     """Another time step than the diagnosis takes."""
     numerics = spec["numerics"]
     return spec | {
-        "numerics": numerics | {"rayleigh_fraction": 0.8 * numerics["rayleigh_fraction"]}
+        "numerics": numerics | {"rayleigh_fraction": 1.25 * numerics["rayleigh_fraction"]}
     }
 
 
