@@ -100,6 +100,39 @@ class ValidationConfig(_Part):
     alpha: float = Field(0.05, gt=0, lt=1, description="level of the tests")
 
 
+class SweepConfig(_Part):
+    """A bench test that calibrates one factor by a sweep."""
+
+    measured: float = Field(gt=0, description="measured value")
+    levels: list[Positive] = Field(min_length=4, description="levels of the factor")
+    confirmations: int = Field(5, ge=1, le=50, description="runs at the inverse")
+    run: dict = Field({}, description="grains, geometry and numerics of the test")
+
+
+class ShearConfig(_Part):
+    """Direct shear."""
+
+    normal_stresses_kPa: list[Positive] = Field(
+        [1.0, 2.0, 4.0], min_length=3, description="test loads"
+    )
+    replicates: int = Field(3, ge=1, le=50, description="runs at each load")
+    measured_slope: float = Field(
+        0.845, gt=0, description="slope of the measured yield locus (Eq. 26)"
+    )
+    measured_intercept_kPa: float = Field(0.084, ge=0, description="its intercept (Eq. 26)")
+    run: dict = Field({}, description="grains, geometry and numerics of the test")
+
+
+class BenchConfig(_Part):
+    """The bench tests of 2.3.2 to 2.3.4."""
+
+    tilt: SweepConfig = SweepConfig(measured=35.82, levels=[0.35, 0.45, 0.55, 0.65, 0.75, 0.85])
+    drop: SweepConfig = SweepConfig(
+        measured=20.5, levels=[0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75]
+    )
+    shear: ShearConfig = ShearConfig()
+
+
 class Config(_Part):
     """The whole configuration; `run` is the run spec that all heaps share."""
 
@@ -116,6 +149,7 @@ class Config(_Part):
     ascent: AscentConfig = AscentConfig()
     response_surface: SurfaceConfig = SurfaceConfig()
     optimise: OptimiseConfig = OptimiseConfig()
+    bench: BenchConfig = BenchConfig()
     validation: ValidationConfig = ValidationConfig()
     diagnosis: dict = Field({}, description="changes to top-level keys of config/diagnosis.yaml")
 

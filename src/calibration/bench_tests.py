@@ -1,0 +1,197 @@
+"""The paper's bench tests as virtual experiments: tilted plane, drop and direct shear.
+
+Tilt and drop follow the paper: a sweep of the parameter, a quadratic fit (Eqs. 21, 23), its inverse for the measured
+value, and runs that confirm it. Shear gives a yield locus by a straight line through shear stresses at several
+normal stresses.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from calibration import figures
+from calibration.campaign import plan, read_metric, write_plan
+from calibration.errors import CalibrationError
+from calibration.factors import read_factors
+from dem.io.files import write_json
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A bench test that calibrates one factor."""
+
+    factor: str
+    metric: str
+    unit: str
+    axis: str
+
+
+SWEEPS = {
+    "tilt": Sweep("salt_steel_static_friction", "sliding_angle_deg", "deg", "sliding angle [°]"),
+    "drop": Sweep("salt_steel_restitution", "rebound_height_mm", "mm", "rebound height [mm]"),
+}
+
+
+def _bench_config(config, test):
+    """The configuration with the bench test's own run spec: the study's materials and laws, its own grains and rig."""
+    keep = {k: v for k, v in config.run.items() if k in ("materials", "laws", "law_parameters")}
+    return config.model_copy(update={"run": keep | getattr(config.bench, test).run})
+
+
+def plan_sweep(config, test, folder):
+    """Plan a run at each level of the sweep."""
+    sweep, section = SWEEPS[test], getattr(config.bench, test)
+    rows = pd.DataFrame({"run": range(1, len(section.levels) + 1), sweep.factor: section.levels})
+    write_plan(folder, *plan(rows, read_factors(config.factors), _bench_config(config, test), test))
+
+
+def inverse_of(coefficients, target, low, high):
+    """The level in [low, high] at which a quadratic (highest power first) has the value `target`.
+
+    Raises CalibrationError when there is none.
+    """
+    roots = np.roots(np.asarray(coefficients, float) - [0.0, 0.0, target])
+    inside = [
+        float(r.real) for r in roots if abs(r.imag) < 1e-9 and low - 1e-9 <= r.real <= high + 1e-9
+    ]
+    if not inside:
+        raise CalibrationError(f"no level between {low:g} and {high:g} gives {target:g}")
+    return inside[0]
+
+
+def fit_sweep(config, test, design_file):
+    """Coefficients of the quadratic (highest power first), R2, and the level that gives the measured value."""
+    sweep, section = SWEEPS[test], getattr(config.bench, test)
+    runs = pd.read_csv(design_file)
+    runs["response"] = read_metric(runs["run_id"], sweep.metric)
+    x, y = runs[sweep.factor].to_numpy(float), runs["response"].to_numpy(float)
+    coefficients = np.polyfit(x, y, 2)
+    residual = y - np.polyval(coefficients, x)
+    r2 = 1.0 - float(residual @ residual) / float(((y - y.mean()) ** 2).sum())
+    return runs, coefficients, r2, inverse_of(coefficients, section.measured, x.min(), x.max())
+
+
+def plan_confirmation(config, test, design_file, folder):
+    """Plan replicates at the inverse."""
+    _, _, _, level = fit_sweep(config, test, design_file)
+    sweep, section = SWEEPS[test], getattr(config.bench, test)
+    rows = pd.DataFrame({"run": range(1, section.confirmations + 1), sweep.factor: round(level, 6)})
+    write_plan(folder, *plan(rows, read_factors(config.factors), _bench_config(config, test), test))
+
+
+def analyse_sweep(config, test, sweep_file, confirm_file, output):
+    """Fit, inverse, confirmation, and the closed form beside them."""
+    sweep, section = SWEEPS[test], getattr(config.bench, test)
+    runs, coefficients, r2, level = fit_sweep(config, test, sweep_file)
+    confirm = pd.read_csv(confirm_file)
+    confirmed = np.array(read_metric(confirm["run_id"], sweep.metric))
+    runs.to_csv(output.runs, index=False)
+    response = runs[sweep.factor], runs["response"]
+    figures.save(
+        figures.sweep(*response, coefficients, level, section.measured, sweep), output.figure
+    )
+    write_json(
+        output.summary,
+        {
+            "factor": sweep.factor,
+            "measured": section.measured,
+            "unit": sweep.unit,
+            "quadratic": [float(c) for c in coefficients],
+            "R2": r2,
+            "inverse": level,
+            "confirmed_mean": float(confirmed.mean()),
+            "confirmed_sd": float(confirmed.std(ddof=1)) if len(confirmed) > 1 else 0.0,
+            "relative_error_percent": 100.0
+            * abs(float(confirmed.mean()) - section.measured)
+            / section.measured,
+            "closed_form": closed_form(config, test),
+            "closed_form_of": "tan(angle)" if test == "tilt" else "sqrt(rebound / drop height)",
+        },
+    )
+
+
+def closed_form(config, test):
+    """The parameter by the physics of the test: tan of the sliding angle, or sqrt(h/H)."""
+    measured = getattr(config.bench, test).measured
+    if test == "tilt":
+        return float(np.tan(np.radians(measured)))
+    height = config.bench.drop.run.get("geometry", {}).get("drop_height_mm", 150.0)
+    return float(np.sqrt(measured / height))
+
+
+def plan_shear(config, folder):
+    """Plan replicates at each normal stress."""
+    section, design, specs = config.bench.shear, [], {}
+    base = _bench_config(config, "shear")
+    for stress in section.normal_stresses_kPa:
+        geometry = base.run.get("geometry", {}) | {"normal_stress_kPa": stress}
+        varied = base.model_copy(update={"run": base.run | {"geometry": geometry}})
+        rows = pd.DataFrame(
+            {"replicate": range(1, section.replicates + 1), "normal_stress_kPa": stress}
+        )
+        table, more = plan(rows, read_factors(config.factors), varied, "shear")
+        design.append(table)
+        specs |= more
+    write_plan(folder, pd.concat(design, ignore_index=True), specs)
+
+
+def yield_locus(normal, shear, alpha=0.05):
+    """Straight line shear = slope * normal + intercept with intervals and the p of a zero intercept."""
+    fit = stats.linregress(normal, shear)
+    t = stats.t.ppf(1 - alpha / 2, len(normal) - 2)
+    zero = 2 * stats.t.sf(abs(fit.intercept / fit.intercept_stderr), len(normal) - 2)
+    return {
+        "slope": float(fit.slope),
+        "slope_interval": [float(fit.slope - t * fit.stderr), float(fit.slope + t * fit.stderr)],
+        "intercept_kPa": float(fit.intercept),
+        "intercept_interval_kPa": [
+            float(fit.intercept - t * fit.intercept_stderr),
+            float(fit.intercept + t * fit.intercept_stderr),
+        ],
+        "p_zero_intercept": float(zero),
+        "R2": float(fit.rvalue**2),
+    }
+
+
+def analyse_shear(config, design_file, output):
+    """Yield loci of peak and steady stress, beside the measured one."""
+    runs = pd.read_csv(design_file)
+    runs["peak_kPa"] = read_metric(runs["run_id"], "shear_stress_kPa")
+    runs["steady_kPa"] = read_metric(runs["run_id"], "steady_shear_stress_kPa")
+    section = config.bench.shear
+    loci = {
+        name: yield_locus(runs["normal_stress_kPa"], runs[f"{name}_kPa"])
+        for name in ("peak", "steady")
+    }
+    runs.to_csv(output.runs, index=False)
+    figures.save(
+        figures.yield_loci(runs, loci, section.measured_slope, section.measured_intercept_kPa),
+        output.figure,
+    )
+    low, high = loci["steady"]["slope_interval"]
+    write_json(
+        output.summary,
+        {
+            "particle_friction": config.fixed.get("salt_salt_static_friction"),
+            "measured": {
+                "slope": section.measured_slope,
+                "intercept_kPa": section.measured_intercept_kPa,
+            },
+            **loci,
+            "bulk_slope_equals_particle_friction": bool(
+                low <= config.fixed.get("salt_salt_static_friction", np.nan) <= high
+            ),
+            "measured_slope_within_interval": bool(low <= section.measured_slope <= high),
+        },
+    )
+
+
+def calibrated(tilt_file, drop_file):
+    """{factor: level} that the bench tests found, for the heap's fixed parameters."""
+    import json
+
+    found = (json.loads(Path(p).read_text()) for p in (tilt_file, drop_file))
+    return {f["factor"]: round(f["inverse"], 4) for f in found}
