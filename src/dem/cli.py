@@ -7,19 +7,22 @@ from pathlib import Path
 from tqdm import tqdm
 
 from dem.errors import DemError
-from dem.run import run
-from dem.spec import GEOMETRY, load_spec, parse_spec
+from dem.spec import GEOMETRY, content_hash, load_spec, parse_spec
 from dem.template import template
 
 
 def main(argv=None):
-    """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input or a failed run."""
+    """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input or a failed run, or 130
+    when interrupted."""
     args = _parser().parse_args(argv)
     try:
         args.command(args)
-    except DemError as error:
+    except (DemError, OSError) as error:
         print(f"dem: {error}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print("dem: interrupted", file=sys.stderr)
+        return 130
     return 0
 
 
@@ -69,6 +72,9 @@ def _run(args):
     if args.frames is not None:
         data["output"]["frame_interval_s"] = args.frames
     spec = parse_spec(data, file=str(args.spec))
+    _warn(spec)
+    from dem.run import run  # the engine takes a second to import; bad input is told at once
+
     with tqdm(total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed}<{remaining} {desc}") as bar:
 
         def show(fraction, text):
@@ -89,7 +95,15 @@ def _bench(args):
 
 def _check(args):
     spec = load_spec(args.spec)
-    print(f"{args.spec}: a {spec.experiment} of {spec.particles.count} grains, seed {spec.seed}")
+    print(f"{args.spec}: a valid {spec.experiment}, seed {spec.seed}, run {content_hash(spec)}")
+    _warn(spec)
+
+
+def _warn(spec):
+    from dem.advice import warnings_of  # imports the engine
+
+    for sentence in warnings_of(spec):
+        print(f"dem: warning: {sentence}", file=sys.stderr)
 
 
 def _init(args):

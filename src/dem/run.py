@@ -3,6 +3,7 @@
 import importlib
 import json
 import time
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -39,9 +40,9 @@ class RunContext:
         try:
             with np.load(self.checkpoint_path) as saved:
                 arrays = {k: saved[k] for k in saved.files}
-        except (OSError, ValueError):
-            return None
-        meta = json.loads(str(arrays.pop("meta")))
+            meta = json.loads(str(arrays.pop("meta")))
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+            return None  # none yet, or not one of ours: begin anew
         if meta.pop("key") != self._key():
             return None
         self._frames = meta.pop("frames")

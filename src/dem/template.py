@@ -2,11 +2,12 @@
 
 from pydantic import BaseModel
 
-from dem.spec import GEOMETRY, RunSpec
+from dem.spec import RunSpec, parse_spec
 
 
 def template(experiment):
     """YAML text of a complete spec for an experiment, every key with its description and default."""
+    spec = parse_spec({"experiment": experiment})  # some defaults depend on the experiment
     lines = [
         f"# A run of the {experiment} experiment. Every value below is the default.",
         f"experiment: {experiment}",
@@ -14,12 +15,11 @@ def template(experiment):
     for name, field in RunSpec.model_fields.items():
         if name == "experiment":
             continue
-        if name == "geometry":
-            lines += _section("geometry", GEOMETRY[experiment](), 0)
-        elif isinstance(field.default, BaseModel):
-            lines += _section(name, field.default, 0)
+        value = getattr(spec, name)
+        if isinstance(value, BaseModel):
+            lines += _section(name, value, 0)
         else:
-            lines.append(f"{name}: {_text(field.default)}  # {field.description}")
+            lines.append(f"{name}: {_text(value)}  # {field.description}")
     return "\n".join(lines) + "\n"
 
 

@@ -83,6 +83,7 @@ def _follow(sim, radius, limit, output_interval, context):
         # the second fall has begun: nothing higher comes for this grain
         done |= bounced & ~rising & (z < 0.5 * highest)
         context.progress(min(sim.time / limit, 0.99), f"{sim.time:.3f} s")
+        context.frame(sim)
     return np.maximum(highest, 0.0), np.maximum(sampled, 0.0)
 
 

@@ -11,6 +11,8 @@ from dem.walls.geometry import PLANE, RECTANGLE, REVOLVED, TRIANGLE
 
 def grain_points(position, radius, velocity, tag):
     """`pyvista.PolyData` of grains; position, velocity (n, 3), radius, tag (n,). Glyph by `radius` to see spheres."""
+    if not len(position):
+        return pv.PolyData()  # fields without values are refused
     points = pv.PolyData(np.asarray(position, float))
     points["radius"] = np.asarray(radius, float)
     points["velocity"] = np.asarray(velocity, float)

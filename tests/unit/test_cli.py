@@ -1,0 +1,80 @@
+"""The command line: help, templates, and one line with status 2 for whatever is wrong."""
+
+import json
+
+import pytest
+
+from dem.cli import main
+
+
+@pytest.fixture
+def heap(tmp_path):
+    path = tmp_path / "heap.yaml"
+    assert main(["init", "--out", str(path)]) == 0
+    return path
+
+
+def test_help_names_every_command(capsys):
+    with pytest.raises(SystemExit) as done:
+        main(["--help"])
+    assert done.value.code == 0
+    text = capsys.readouterr().out
+    assert all(word in text for word in ("run", "check", "init", "bench"))
+
+
+@pytest.mark.parametrize("experiment", ["heap", "drop", "tilt", "shear"])
+def test_a_template_passes_its_own_check(tmp_path, capsys, experiment):
+    path = tmp_path / "spec.yaml"
+    assert main(["init", "--experiment", experiment, "--out", str(path)]) == 0
+    assert main(["check", str(path)]) == 0
+    out, err = capsys.readouterr()
+    assert f"a valid {experiment}" in out
+    assert err == ""
+
+
+def test_a_template_does_not_overwrite(heap, capsys):
+    before = heap.read_text()
+    assert main(["init", "--experiment", "drop", "--out", str(heap)]) == 2
+    assert "exists already" in capsys.readouterr().err
+    assert heap.read_text() == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (["check", "{folder}/none.yaml"], "none.yaml"),
+        (["check", "{folder}"], "readable file"),
+        (["run", "{folder}/bad.yaml", "--out", "{folder}/o"], "line 2: seed = 'x'"),
+        (["run", "{heap}", "--out", "{folder}/o", "--seed", "-1"], "seed = -1"),
+        (["run", "{heap}", "--out", "{folder}/o", "--frames", "0"], "output.frame_interval_s"),
+        (["run", "{heap}", "--out", "{heap}/o"], "heap.yaml"),
+        (["init", "--out", "{folder}/nowhere/spec.yaml"], "nowhere"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(tmp_path, heap, capsys, arguments, word):
+    (tmp_path / "bad.yaml").write_text("experiment: heap\nseed: x\n")
+    filled = [a.format(folder=tmp_path, heap=heap) for a in arguments]
+    assert main(filled) == 2
+    # the progress bar, where it was begun, ends with a carriage return or a new line of its own
+    last = capsys.readouterr().err.rstrip("\n").splitlines()[-1]
+    assert last.startswith("dem: ")
+    assert word in last
+    assert not (tmp_path / "o").exists()
+
+
+def test_a_risky_spec_is_warned_of(tmp_path, capsys):
+    path = tmp_path / "narrow.yaml"
+    path.write_text("experiment: heap\nparticles: {count: 1000, diameter_mm: 5}\n")
+    assert main(["check", str(path)]) == 0
+    assert "warning: geometry.orifice_diameter_mm" in capsys.readouterr().err
+
+
+def test_a_drop_runs_and_draws_frames(tmp_path, capsys):
+    path = tmp_path / "drop.yaml"
+    path.write_text("experiment: drop\ngeometry: {drop_height_mm: 20, drops: 2}\n")
+    out = tmp_path / "out"
+    assert main(["run", str(path), "--out", str(out), "--frames", "0.02"]) == 0
+    assert "rebound_height_mm" in capsys.readouterr().out
+    assert sorted(p.name for p in out.iterdir()) == ["final.npz", "frames", "result.json"]
+    times = json.loads((out / "result.json").read_text())["numerics"]["simulated_time_s"]
+    assert len(list((out / "frames").glob("grains_*.vtp"))) == int(times / 0.02) + 1

@@ -1,0 +1,116 @@
+"""Files: written whole or not at all, meshes in both STL dialects, frames that ParaView opens."""
+
+import json
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from dem.experiments.heap import Rig
+from dem.io.files import write_arrays, write_json
+from dem.io.stl import read_stl, write_stl
+from dem.io.vtk import grain_points, write_frame, write_walls
+from dem.spec import HeapGeometry
+
+
+class Grains:
+    """As much of a simulation as a frame shows."""
+
+    position = np.array([[0.0, 0.0, 1.0], [0.5, 0.0, 2.0]])
+    radius = np.array([1e-3, 2e-3])
+    velocity = np.array([[3.0, 4.0, 0.0], [0.0, 0.0, 0.0]])
+    tag = np.array([7, 3])
+
+
+def test_json_that_cannot_be_written_leaves_the_old_file(tmp_path):
+    path = tmp_path / "result.json"
+    write_json(path, {"angle": 44.0})
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        write_json(path, {"angle": float("nan")})
+    assert json.loads(path.read_text()) == {"angle": 44.0}
+    assert [p.name for p in tmp_path.iterdir()] == ["result.json"]
+
+
+def test_arrays_that_cannot_be_written_leave_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "deep" / "state.npz"
+    write_arrays(path, {"x": np.arange(3)})
+
+    def full(stream, **arrays):
+        stream.write(b"half of it")
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(np, "savez", full)
+    with pytest.raises(OSError, match="no space"):
+        write_arrays(path, {"x": np.arange(9)})
+    with np.load(path) as saved:
+        assert saved["x"].tolist() == [0, 1, 2]
+    assert [p.name for p in path.parent.iterdir()] == ["state.npz"]
+
+
+def ring(radius, height, n=24):
+    turn = 2 * np.pi * np.arange(n) / n
+    return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), np.full(n, height)])
+
+
+def funnel(n=24):
+    """Vertices and triangles of an open frustum."""
+    k = np.arange(n)
+    after = (k + 1) % n
+    lower = np.column_stack([k, after, after + n])
+    upper = np.column_stack([k, after + n, k + n])
+    return np.vstack([ring(10.0, 75.0, n), ring(40.0, 127.0, n)]), np.vstack([lower, upper])
+
+
+def test_a_binary_mesh_comes_back_welded_and_scaled(tmp_path):
+    vertices, triangles = funnel()
+    write_stl(tmp_path / "funnel.stl", vertices, triangles)
+    v, t = read_stl(tmp_path / "funnel.stl", scale=1e-3)
+    assert (len(v), len(t)) == (48, 48)
+    assert np.allclose(
+        np.sort(v[t].ravel()), np.sort(1e-3 * vertices[triangles].ravel()), atol=1e-8
+    )
+
+
+def test_vtk_and_this_reader_see_the_same_mesh(tmp_path):
+    """In both directions and both dialects, VTK being the other program."""
+    vertices, triangles = funnel()
+    write_stl(tmp_path / "ours.stl", vertices, triangles)
+    theirs = pv.read(tmp_path / "ours.stl")
+    assert theirs.n_cells == 48
+    flank = np.pi * 50.0 * np.hypot(30.0, 52.0)
+    # a polygon of 24 sides is a little smaller than its circle
+    assert theirs.area == pytest.approx(flank, rel=0.01)
+    for binary in (True, False):
+        theirs.save(tmp_path / "theirs.stl", binary=binary)
+        v, t = read_stl(tmp_path / "theirs.stl")
+        p = v[t]
+        area = 0.5 * np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1).sum()
+        assert area == pytest.approx(theirs.area, rel=1e-5)
+
+
+def test_a_frame_reads_back_with_every_field(tmp_path):
+    write_frame(tmp_path / "frames" / "grains_00000.vtp", Grains)
+    frame = pv.read(tmp_path / "frames" / "grains_00000.vtp")
+    assert np.allclose(frame.points, Grains.position)
+    assert np.allclose(frame["radius"], Grains.radius)
+    assert np.allclose(frame["velocity"], Grains.velocity)
+    assert frame["speed"].tolist() == [5.0, 0.0]
+    assert frame["id"].tolist() == [7, 3]
+    assert [p.name for p in (tmp_path / "frames").iterdir()] == ["grains_00000.vtp"]
+
+
+def test_a_frame_without_grains_can_be_written(tmp_path):
+    empty = grain_points(np.empty((0, 3)), np.empty(0), np.empty((0, 3)), np.empty(0))
+    empty.save(tmp_path / "none.vtp")
+    assert pv.read(tmp_path / "none.vtp").n_points == 0
+
+
+def test_the_walls_of_the_heap_are_drawn_in_their_places(tmp_path):
+    assert write_walls(tmp_path / "walls.vtp", Rig(HeapGeometry()).walls())
+    walls = pv.read(tmp_path / "walls.vtp")
+    x0, x1, y0, y1, z0, z1 = walls.bounds
+    assert (x0, x1, y0, y1) == pytest.approx((-0.04, 0.04, -0.04, 0.04), abs=1e-4)
+    assert z0 == pytest.approx(0.0, abs=1e-6)
+    assert z1 == pytest.approx(0.075 + 0.030 / np.tan(np.radians(30.0)) + 0.1, rel=1e-4)
+    orifice = np.hypot(*walls.points[np.abs(walls.points[:, 2] - 0.075) < 1e-5][:, :2].T)
+    assert orifice == pytest.approx(0.010, rel=1e-4)

@@ -1,0 +1,120 @@
+"""Specs: defaults, where an error is, what a hash stands for, and what a valid spec is warned of."""
+
+import pytest
+import yaml
+
+from dem.advice import warnings_of
+from dem.errors import SpecError
+from dem.spec import GEOMETRY, content_hash, load_spec, parse_spec
+from dem.template import template
+from dem.timescales import rayleigh_time
+
+
+@pytest.mark.parametrize("experiment", sorted(GEOMETRY))
+def test_the_template_holds_exactly_the_defaults(experiment):
+    text = template(experiment)
+    assert parse_spec(yaml.safe_load(text)) == parse_spec({"experiment": experiment})
+    assert all("#" in line or line.endswith(":") for line in text.splitlines()[2:])
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "key"),
+    [
+        ("experiment: heap\nseed: -1\n", 2, "seed"),
+        (
+            "experiment: heap\n\nmaterials:\n  particle:\n    poisson_ratio: 0.6\n",
+            5,
+            "poisson_ratio",
+        ),
+        ("experiment: heap\nparticles: {count: 10}\nfunnel: 3\n", 3, "funnel"),
+        (
+            "experiment: heap\nparticles:\n  sizes:\n    diameters_mm: [1, -2]\n    fractions: [1, 0]\n",
+            4,
+            "particles.sizes.diameters_mm.1",
+        ),
+        # the key at fault is a default: the nearest key that the file holds is named
+        ("experiment: heap\ngeometry:\n  plate_diameter_mm: 7\n", 3, "plate_diameter_mm"),
+        ("experiment: heap\nseed: 1\nseed: 2\n", 3, "once; it was given on line 2"),
+        ("experiment: heap\nseed: [1\n", 3, "(file)"),
+    ],
+)
+def test_an_error_names_the_line(tmp_path, text, line, key):
+    path = tmp_path / "spec.yaml"
+    path.write_text(text)
+    with pytest.raises(SpecError) as error:
+        load_spec(path)
+    assert str(error.value).startswith(f"{path}, line {line}: ")
+    assert key in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "key", "allowed"),
+    [
+        ({"experiment": ["heap"]}, "experiment", "drop"),
+        ({"seed": True}, "seed", "not true or false"),
+        (
+            {"contacts": {"particle_wall": {"restitution": True}}},
+            "restitution",
+            "not true or false",
+        ),
+        ({"particles": 5}, "particles", "a mapping of keys"),
+        ({"materials": {"wall": None}}, "materials.wall", "a mapping of keys"),
+        ({"numerics": {"max_time_s": 0.5}}, "numerics.max_time_s", "more than the 1 s"),
+        (
+            {"experiment": "tilt", "geometry": {"spacing_mm": 40}},
+            "geometry.plate_length_mm",
+            "bonded",
+        ),
+        (
+            {"experiment": "shear", "geometry": {"inner_diameter_mm": 40}},
+            "geometry.outer_diameter_mm",
+            "at least 48",
+        ),
+    ],
+)
+def test_values_that_do_not_go_together_are_refused(change, key, allowed):
+    with pytest.raises(SpecError) as error:
+        parse_spec({"experiment": "heap"} | change)
+    assert error.value.key.endswith(key)
+    assert allowed in error.value.allowed
+
+
+def test_the_hash_stands_for_the_result():
+    base = {"experiment": "heap", "seed": 3}
+    reference = content_hash(parse_spec(base))
+    assert content_hash(parse_spec(base | {"output": {"frame_interval_s": 0.1}})) == reference
+    assert content_hash(parse_spec(base | {"particles": {"count": 10000}})) == reference
+    assert content_hash(parse_spec(base | {"seed": 4})) != reference
+    assert content_hash(parse_spec(base | {"laws": {"rolling": "none"}})) != reference
+
+
+def test_the_hash_of_a_mesh_is_that_of_its_content(tmp_path):
+    hashes = []
+    for name, content in (("a.stl", b"one"), ("b.stl", b"one"), ("c.stl", b"two")):
+        (tmp_path / name).write_bytes(content)
+        geometry = {"plate_stl": str(tmp_path / name)}
+        hashes.append(content_hash(parse_spec({"experiment": "heap", "geometry": geometry})))
+    assert hashes[0] == hashes[1] != hashes[2]
+
+
+def test_defaults_are_not_warned_of():
+    for experiment in GEOMETRY:
+        assert warnings_of(parse_spec({"experiment": experiment})) == []
+
+
+def test_a_narrow_orifice_and_short_contacts_are_warned_of():
+    narrow = parse_spec({"experiment": "heap", "particles": {"diameter_mm": 5}})
+    assert "4.0 of the largest grain" in warnings_of(narrow)[0]
+    coarse = parse_spec({"experiment": "drop", "numerics": {"rayleigh_fraction": 0.4}})
+    (sentence,) = warnings_of(coarse)
+    assert "1.7 m/s" in sentence
+    assert "numerics.rayleigh_fraction" in sentence
+
+
+def test_rayleigh_time_is_that_of_a_wave_around_half_the_sphere():
+    """For a Poisson's ratio of 1/4 the wave's speed is 0.9194 of the shear wave's (Rayleigh 1885, exact root)."""
+    radius, density, modulus = 1e-3, 2500.0, 1e7
+    speed = 0.9194 * (modulus / density) ** 0.5
+    assert rayleigh_time(radius, density, modulus, 0.25) == pytest.approx(
+        3.14159265 * radius / speed, rel=5e-3
+    )
