@@ -10,12 +10,14 @@ BASE = "base"
 WIDENED = 1.15  # the emulators reach a little beyond the factors' range, so that a fit may
 
 
-def wanted(catalogue, experiments):
+def wanted(settings, catalogue, experiments):
     """[(experiment, mechanism name or BASE)] that need runs of their own."""
     pairs = [(e, BASE) for e in experiments]
     for m in catalogue.values():
-        if m.observe is None:
-            pairs += [(e, m.name) for e in m.experiments if e in experiments]
+        for e in m.experiments if m.observe is None else ():
+            chosen = settings.experiments[e].mechanisms if e in experiments else []
+            if chosen is None or m.name in chosen:
+                pairs.append((e, m.name))
     return pairs
 
 
@@ -34,7 +36,7 @@ def plan(settings, base, factors, catalogue, experiments):
     The points follow from the settings alone, not from the measurements, so another data set re-uses the runs.
     """
     rows, specs = [], {}
-    for experiment, mechanism in wanted(catalogue, experiments):
+    for experiment, mechanism in wanted(settings, catalogue, experiments):
         names = inputs_of(settings, factors, experiment, mechanism)
         label = f"{experiment}/{mechanism}"
         rng = np.random.default_rng([settings.seed, *label.encode()])

@@ -35,6 +35,9 @@ class Experiment(_Part):
     metric: str = Field(description="metric of a run that the measurement is compared with")
     parameters: list[str] = Field(min_length=1, description="factors that are calibrated on it")
     levers: dict[str, Range] = Field(description="lever: least and largest value of the emulator")
+    mechanisms: list[str] | None = Field(
+        None, description="mechanisms that get emulator runs; all that show on it unless given"
+    )
     run: dict = Field(description="run spec of the experiment, over that of the calibration")
 
     @model_validator(mode="after")

@@ -74,11 +74,12 @@ def _next(emulated, measurements, found):
 
 
 def _moved(before, after):
-    """Parameters whose value under the extended model lies outside the base calibration's interval."""
+    """Parameters that the extended model still determines, outside the base calibration's interval."""
     return {
         name: {"base": before[name]["value"], "extended": after[name]["value"]}
         for name in before
-        if not before[name]["low"] <= after[name]["value"] <= before[name]["high"]
+        if after[name]["identified"]
+        and not before[name]["low"] <= after[name]["value"] <= before[name]["high"]
     }
 
 
