@@ -14,7 +14,7 @@ from calibration.config import point_spec
 from dem.io.files import write_json
 from dem.spec import content_hash, parse_spec
 
-STAGES = ("screening", "ascent", "response_surface", "validation")
+STAGES = ("screening", "ascent", "response_surface", "candidate", "validation")
 
 
 def run_id(spec):
@@ -104,5 +104,6 @@ def expected_runs(config):
                 going_on, config.response_surface.centre_runs, config.response_surface.replicates
             )
         ),
+        "candidate": config.optimise.candidate_runs,
         "validation": config.validation.groups * config.validation.replicates,
     }

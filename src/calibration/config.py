@@ -83,6 +83,12 @@ class OptimiseConfig(_Part):
     rule: Literal[RULES] = Field(
         "closest_to_centre", description="which point of the solution set is chosen"
     )
+    candidate_runs: int = Field(
+        10,
+        ge=2,
+        le=100,
+        description="runs at the surface's optimum that are added before it is solved again",
+    )
     point: dict[str, float] = Field(
         {},
         description="factor name: natural level, for the rule closest_to_point; the region's centre where not named",

@@ -227,9 +227,28 @@ def _ridge(surface, region):
     return rows
 
 
-def optimise(config, runs_file, region_file, output):
-    """Solve the surface for the measured mean."""
-    region, runs = read_region(region_file), pd.read_csv(runs_file)
+def plan_candidate(config, optimum_file, folder):
+    """Plan the runs at the candidate that the response surface alone gives."""
+    factors, optimum = read_factors(config.factors), _load(optimum_file)["optimum"]
+    rows = pd.DataFrame([{"run": k + 1} | optimum for k in range(config.optimise.candidate_runs)])
+    write_plan(folder, *plan(rows, factors, config))
+
+
+def augmented_runs(config, runs_file, region, candidate_file):
+    """The response surface's runs with those at the candidate added, in the same columns."""
+    candidate = _with_response(candidate_file, config)
+    for f in region:
+        candidate[f.code] = f.coded(candidate[f.name])
+    return pd.concat([pd.read_csv(runs_file), candidate], ignore_index=True)
+
+
+def optimise(config, runs_file, region_file, output, candidate_file=None):
+    """Solve the surface for the measured mean; with `candidate_file` the runs at the candidate are fitted as well."""
+    region = read_region(region_file)
+    if candidate_file:
+        runs = augmented_runs(config, runs_file, region, candidate_file)
+    else:
+        runs = pd.read_csv(runs_file)
     measured = read_target(config)
     surface = fit_surface(runs, [f.code for f in region], runs["response"])
     rules = config.optimise
@@ -257,6 +276,8 @@ def optimise(config, runs_file, region_file, output):
             "predicted": solution.predicted,
             "confirmation_interval": [float(low[0]), float(high[0])],
             "confirmation_runs": count,
+            "fitted_runs": len(runs),
+            "standard_error": float(surface.standard_error([solution.chosen])[0]),
             "solution_set": {
                 f.name: [f.natural(float(a)), f.natural(float(b))]
                 for f, a, b in zip(region, first, last, strict=True)

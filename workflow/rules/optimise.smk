@@ -1,7 +1,53 @@
+rule candidate:
+    input:
+        runs=f"{STUDY}/response_surface/runs.csv",
+        region=f"{STUDY}/response_surface/region.json",
+        target=SETTINGS.target.file,
+    output:
+        summary=f"{STUDY}/candidate/optimum.json",
+        solutions=f"{STUDY}/candidate/solution_set.csv",
+        contours=f"{STUDY}/candidate/contours.svg",
+    log:
+        f"{STUDY}/logs/candidate.log",
+    conda:
+        "../envs/calibration.yaml"
+    params:
+        settings=SETTINGS.model_dump(mode="json"),
+    message:
+        "candidate: the optimum of the response surface alone"
+    script:
+        "../scripts/candidate.py"
+
+
+checkpoint plan_candidate:
+    input:
+        optimum=f"{STUDY}/candidate/optimum.json",
+        factors=SETTINGS.factors,
+    output:
+        design=f"{STUDY}/candidate/design.csv",
+        plan=f"{STUDY}/candidate/plan.json",
+    log:
+        f"{STUDY}/logs/plan_candidate.log",
+    conda:
+        "../envs/calibration.yaml"
+    params:
+        settings=SETTINGS.model_dump(mode="json"),
+    message:
+        "plan the runs at the candidate"
+    script:
+        "../scripts/plan_candidate.py"
+
+
+# the surface's optimum is one point of a fit to few runs: runs are added there and the surface is solved again, so that what is
+# validated does not rest on how five centre runs happened to fall
 rule optimise:
     input:
         runs=f"{STUDY}/response_surface/runs.csv",
         region=f"{STUDY}/response_surface/region.json",
+        candidate=f"{STUDY}/candidate/design.csv",
+        candidate_runs=lambda w: results_of(
+            checkpoints.plan_candidate.get().output.plan
+        ),
         target=SETTINGS.target.file,
     output:
         summary=f"{STUDY}/optimise/optimum.json",

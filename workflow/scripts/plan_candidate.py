@@ -1,0 +1,7 @@
+from pathlib import Path
+
+from calibration import stages
+
+with stages.logged(snakemake.log[0]):
+    config = stages.settings_of(snakemake.params.settings)
+    stages.plan_candidate(config, snakemake.input.optimum, Path(snakemake.output.plan).parent)
