@@ -39,8 +39,9 @@ def ranking_figure(verdict):
     axis.plot([r["null_threshold"] for r in rows], y, "|", color="black", markersize=12)
     axis.axvline(verdict["null_threshold_best"], color=GREY, linestyle="--")
     axis.set_yticks(y, [label(r["mechanism"]) for r in rows])
-    axis.set_xlabel("gain in held-out log density [nats]; dashed: threshold for the best of all")
-    axis.set_xscale("symlog", linthresh=5)
+    axis.set_xlabel("gain in held-out log density [nats]")
+    axis.set_title("dashed: threshold for the best of all")
+    axis.set_xscale("symlog", linthresh=10)
     return figure
 
 
@@ -72,6 +73,7 @@ def benchmark_figure(table):
     for i, row in enumerate(matrix.to_numpy()):
         for j, count in enumerate(row):
             if count:
-                right.text(j, i, int(count), ha="center", va="center", fontsize=7)
+                ink = "white" if share.iat[i, j] > 0.5 else "black"
+                right.text(j, i, int(count), ha="center", va="center", fontsize=7, color=ink)
     right.grid(visible=False)
     return figure
