@@ -15,7 +15,7 @@ except CalibrationError as error:
     raise WorkflowError(str(error))
 
 # the runs' progress line divides the work by this; it is no parameter of any run
-os.environ["CAMPAIGN_CORES"] = str(workflow.cores or 1)
+os.environ.update(CAMPAIGN_CORES=str(workflow.cores or 1))
 
 STUDY = f"results/{SETTINGS.name}"
 
