@@ -2,7 +2,13 @@
 
 import math
 
-from dem.experiments.setup import largest_radius, material_of, smallest_radius, time_step_of
+from dem.experiments.setup import (
+    largest_radius,
+    material_of,
+    mean_radius,
+    smallest_radius,
+    time_step_of,
+)
 from dem.timescales import hertz_contact_time
 
 GRAVITY = 9.81
@@ -43,7 +49,21 @@ def warnings_of(spec):
                 f"{MIN_STEPS[spec.experiment]} the restitution is not the one asked for: lower "
                 "numerics.rayleigh_fraction"
             )
+    if spec.experiment == "tilt":
+        limit = _tipping_slope(spec)
+        friction = spec.contacts.particle_wall.static_friction
+        if friction >= limit:
+            found.append(
+                f"contacts.particle_wall.static_friction is {friction:g}; from {limit:.2g} on the cluster may tip "
+                "before it slides and the angle is not that of friction: raise geometry.spacing_mm"
+            )
     return found
+
+
+def _tipping_slope(spec):
+    """Tangent of the least tilt at which the weight leaves the square on which the cluster of four stands."""
+    spacing = spec.geometry.spacing_mm
+    return 1.0 if spacing is None else 1e-3 * spacing / mean_radius(spec)
 
 
 def _steps_per_contact(spec, speed):

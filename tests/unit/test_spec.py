@@ -111,6 +111,12 @@ def test_a_narrow_orifice_and_short_contacts_are_warned_of():
     assert "numerics.rayleigh_fraction" in sentence
 
 
+def test_a_cluster_that_tips_before_it_slides_is_warned_of():
+    rough = {"experiment": "tilt", "contacts": {"particle_wall": {"static_friction": 1.2}}}
+    assert "may tip" in warnings_of(parse_spec(rough))[0]
+    assert warnings_of(parse_spec(rough | {"geometry": {"spacing_mm": 2.0}})) == []
+
+
 def test_rayleigh_time_is_that_of_a_wave_around_half_the_sphere():
     """For a Poisson's ratio of 1/4 the wave's speed is 0.9194 of the shear wave's (Rayleigh 1885, exact root)."""
     radius, density, modulus = 1e-3, 2500.0, 1e7

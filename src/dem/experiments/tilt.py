@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from dem.errors import MeasureError
 from dem.experiments.setup import WALL, build_simulation, mean_radius
 from dem.walls.builder import WallSet
 
@@ -61,7 +62,7 @@ def _slide(spec, rng, context):
             context.finish(sim)
             return math.degrees(angle)
         if angle > math.pi / 2:
-            raise RuntimeError(
+            raise MeasureError(
                 "the cluster has not slid at 90 degrees; is there adhesion to the plate?"
             )
 
