@@ -4,6 +4,7 @@ from pathlib import Path
 from calibration.campaign import STAGES, read_plan, result_path
 from calibration.config import parse_config
 from calibration.errors import CalibrationError
+from dem.fingerprint import engine_sources
 
 
 configfile: "config/config.yaml"

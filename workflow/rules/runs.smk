@@ -1,8 +1,4 @@
-ENGINE = sorted(
-    str(path)
-    for path in Path("src/dem").rglob("*.py")
-    if path.name not in ("cli.py", "template.py") and "bench" not in path.parts
-)
+ENGINE = [os.path.relpath(path) for path in engine_sources()]
 
 
 # numba compiles the engine once here, so that parallel runs find it compiled

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from dem.errors import MeasureError
 from dem.experiments.setup import (
     WALL,
     build_simulation,
@@ -136,6 +137,12 @@ def pour(spec, context):
                 sim.state_dict(),
                 {"rng": rng.bit_generator.state, "made": source.made, "spilled": lost},
             )
+        )
+    if not source.exhausted:
+        stuck = int((sim.position[:, 2] > rig.orifice_height).sum())
+        raise MeasureError(
+            f"the funnel is clogged: after {sim.time:.1f} s {len(source.radii) - source.made} grains could not "
+            f"be made and {stuck} stand in it; widen geometry.orifice_diameter_mm or make the grains smaller"
         )
     return sim, rig, spilled
 
