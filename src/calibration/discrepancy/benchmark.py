@@ -61,7 +61,7 @@ class Case:
 
 def cases(nulls=NULLS, draws=DRAWS):
     """All cases, the cheap re-uses after the data they re-use."""
-    out = [Case("null", (), 0.0, s) for s in range(nulls)]
+    out = [Case("no effect", (), 0.0, s) for s in range(nulls)]
     out += [Case("mechanism", (m,), 1.0, 100 + s) for m in MECHANISMS for s in range(draws)]
     out += [Case("outlier", (), 0.0, s) for s in range(nulls)]
     out += [Case("understated", (), 0.0, s) for s in range(nulls)]
@@ -131,9 +131,9 @@ def summarise(table):
         rows.append({"what": name, "share": hits.mean(), "low": low, "high": high, "n": len(hits)})
 
     of = {case: own for case, own in table.groupby("case")}
-    if "null" in of:
-        add("null: adequate", of["null"]["verdict"] == "adequate")
-        add("null: identified", of["null"]["verdict"] == "identified")
+    if "no effect" in of:
+        add("no effect: adequate", of["no effect"]["verdict"] == "adequate")
+        add("no effect: identified", of["no effect"]["verdict"] == "identified")
     for case in ("outlier", "understated"):
         if case in of:
             add(f"{case}: identified", of[case]["verdict"] == "identified")
