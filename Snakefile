@@ -4,4 +4,4 @@ include: "workflow/Snakefile"
 rule all:
     default_target: True
     input:
-        rules.validation.output.summary,
+        rules.report.output,
