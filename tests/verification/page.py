@@ -19,6 +19,12 @@ momentum, angular momentum and energy are kept or lost as they must be, that no 
 outcome does not depend on rotation, reflection, relabelling, a Galilean boost or the skin of the pair list, that the
 list holds exactly the pairs within reach, and that a restored state has the same future to the bit. EDEM's own-spin
 rolling torque does not keep angular momentum; the test measures that the loss is mu_r R times the normal impulse.
+`tests/unit/test_resume.py` kills a heap at random moments and finds its end the same to the bit.
+
+A value in bold is outside its tolerance: a known fault, marked as an expected failure in its test.
+
+Not verified here yet: trends of bulk flow (Zhou et al. 2002, Beverloo, Janssen), the cost of the default numerics in
+degrees with its spread over seeds, and heaps against those of LIGGGHTS under the same law.
 """
 
 
@@ -38,6 +44,8 @@ def main():
                 f"{r[k]:.{digits}g}{unit}"
                 for k, digits in (("value", 5), ("reference", 5), ("tolerance", 2))
             ]
+            if abs(r["value"] - r["reference"]) > r["tolerance"]:
+                figures[0] = f"**{figures[0]}**"
             lines.append(f"| {' | '.join([r['quantity'], *figures, r['source']])} |")
         lines.append("")
     (DOCS / "verification.md").write_text("\n".join(lines))
