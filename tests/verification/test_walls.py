@@ -87,14 +87,7 @@ def departure_from_free_flight(path, start, velocity, duration):
     return np.linalg.norm(path - free, axis=1).max()
 
 
-# a known fault of the engine, the same in double precision: bouncing near the centre of a flat fan of 256 triangles, a
-# grain leaves an impact with another spin than on the disc; the rectangle of two triangles shows no difference
-FAN = pytest.mark.xfail(strict=True, reason="impact on a fan of sliver triangles changes the spin")
-
-
-@pytest.mark.parametrize(
-    "shape", [pytest.param(s, marks=FAN) if s == "disc" else s for s in SHAPES]
-)
+@pytest.mark.parametrize("shape", SHAPES)
 def test_a_mesh_does_what_the_analytic_shape_does(record, tmp_path, shape):
     analytic, (vertices, triangles), start, velocity = SHAPES[shape]
     write_stl(tmp_path / "mesh.stl", vertices, triangles)

@@ -18,6 +18,9 @@ from dem.neighbours import LEVELS
 from dem.walls.geometry import FACE, PLANE, REVOLVED, TRIANGLE, closest_point
 
 
+COVERED = 8  # added to the feature of a contact that a closer triangle covers
+
+
 @inlined
 def to_body(walls, b, x, y, z):
     """A point of space in the frame of body b."""
@@ -181,8 +184,12 @@ def _drop_covered(walls, contacts, lo, hi, distance, feature, radius):
                 distance[q] <= distance[k] * (1.0 + 1e-9) and (feature[q] == FACE or q < k)
             )
             if closer and _shares(walls, e, feature[k], other):
-                distance[k] = 2.0 * radius
+                feature[k] += COVERED
                 break
+    # only now: a covered triangle still shows its neighbours further off that a closer one is near
+    for k in range(lo, hi):
+        if feature[k] >= COVERED:
+            distance[k] = 2.0 * radius
 
 
 @njit(cache=True, error_model="numpy")
