@@ -17,7 +17,6 @@ from dem.lanes import WIDTH, inlined, law, load_block, store_block
 from dem.neighbours import LEVELS
 from dem.walls.geometry import FACE, PLANE, REVOLVED, TRIANGLE, closest_point
 
-
 COVERED = 8  # added to the feature of a contact that a closer triangle covers
 
 
