@@ -134,6 +134,7 @@ def append(path, rows):
         "wall_time_s",
         "rebuild_share",
     ]
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
     new = not Path(path).exists()
     with open(path, "a", newline="") as stream:
         writer = csv.DictWriter(stream, columns, extrasaction="ignore")
