@@ -12,8 +12,6 @@ rule report:
         f"{STUDY}/logs/report.log",
     conda:
         "../envs/calibration.yaml"
-    params:
-        study=STUDY,
     message:
         "report: {output}"
     script:
