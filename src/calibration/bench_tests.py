@@ -14,6 +14,7 @@ from scipy import stats
 
 from calibration import figures
 from calibration.campaign import plan, read_metric, write_plan
+from calibration.config import overlay
 from calibration.errors import CalibrationError
 from calibration.factors import read_factors
 from dem.io.files import write_json
@@ -38,7 +39,7 @@ SWEEPS = {
 def _bench_config(config, test):
     """The configuration with the bench test's own run spec: the study's materials and laws, its own grains and rig."""
     keep = {k: v for k, v in config.run.items() if k in ("materials", "laws", "law_parameters")}
-    return config.model_copy(update={"run": keep | getattr(config.bench, test).run})
+    return config.model_copy(update={"run": overlay(keep, getattr(config.bench, test).run)})
 
 
 def plan_sweep(config, test, folder):

@@ -249,5 +249,13 @@ def point_spec(base, experiment, levels, seed):
     return spec
 
 
+def overlay(base, changes):
+    """A copy of the nested mapping `base` with the keys of `changes` laid over it."""
+    out = _copy(base)
+    for key, value in changes.items():
+        out[key] = overlay(out.get(key, {}), value) if isinstance(value, dict) else value
+    return out
+
+
 def _copy(data):
     return {k: _copy(v) if isinstance(v, dict) else v for k, v in data.items()}

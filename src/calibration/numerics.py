@@ -8,15 +8,8 @@ import yaml
 from scipy import stats
 
 from calibration.campaign import plan, read_metric, write_plan
+from calibration.config import overlay
 from calibration.factors import read_factors
-
-
-def _over(base, changes):
-    """`base` with nested `changes` laid over it."""
-    out = dict(base)
-    for key, value in changes.items():
-        out[key] = _over(out.get(key, {}), value) if isinstance(value, dict) else value
-    return out
 
 
 def plan_numerics(config, study_file, folder):
@@ -29,7 +22,7 @@ def plan_numerics(config, study_file, folder):
             for point, levels in study["points"].items()
             for _ in range(study["seeds"])
         ]
-        varied = config.model_copy(update={"run": _over(config.run, variant["run"])})
+        varied = config.model_copy(update={"run": overlay(config.run, variant["run"])})
         table, more = plan(pd.DataFrame(rows), factors, varied)
         tables.append(table)
         specs |= more

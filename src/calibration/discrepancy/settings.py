@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from calibration.config import _copy
+from calibration.config import overlay
 from calibration.errors import ConfigError
 from calibration.factors import read_factors
 
@@ -125,8 +125,8 @@ def lever_values(settings, experiment, levers):
 def condition_spec(base, settings, factors, experiment, levers, values, seed):
     """Run spec (a mapping) of a condition: calibration's spec, experiment's, levers, and factor values {name:
     value}."""
-    spec = _merge(
-        {k: _copy(v) for k, v in base.items() if k in ("materials", "contacts")},
+    spec = overlay(
+        {k: v for k, v in base.items() if k in ("materials", "contacts")},
         settings.experiments[experiment].run,
     )
     spec["laws"] = dict(base.get("laws", {}))
@@ -147,13 +147,6 @@ def condition_spec(base, settings, factors, experiment, levers, values, seed):
                 part = part.setdefault(name, {})
             part[last] = round(float(values[f.name]), 9)
     return spec
-
-
-def _merge(a, b):
-    out = _copy(a)
-    for k, v in b.items():
-        out[k] = _merge(out.get(k, {}), v) if isinstance(v, dict) else v
-    return out
 
 
 def log_span(low, high, share):
