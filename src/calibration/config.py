@@ -4,11 +4,12 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import pandas as pd
+import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from calibration.errors import ConfigError
+from calibration.errors import CalibrationError, ConfigError
 from calibration.factors import read_factors
-from calibration.optimise import RULES
+from calibration.optimise import GOALS, RULES, Goal
 from dem.errors import SpecError
 from dem.spec import parse_spec
 
@@ -19,13 +20,62 @@ class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
+METRICS = {
+    "heap": (
+        "angle_of_repose_deg",
+        "radial_angle_deg",
+        "height_mm",
+        "on_plate",
+        "spilled",
+        "in_funnel",
+        "rest_time_s",
+    ),
+    "drop": ("rebound_height_mm", "effective_restitution"),
+    "tilt": ("sliding_angle_deg",),
+    "shear": ("shear_stress_kPa", "steady_shear_stress_kPa", "bulk_density_kg_m3"),
+}
+"""What a run of each experiment can be calibrated to; the unit is in the name."""
+
+
 class Target(_Part):
     """What the model is calibrated to."""
 
-    file: str = Field("config/measured_angles.csv", description="table of measured values")
+    file: str | None = Field(
+        "config/measured_angles.csv", description="table of measured values, with a header"
+    )
     column: str = Field("angle_deg", description="column of the table")
     metric: str = Field(
         "angle_of_repose_deg", description="metric of a run that is compared with it"
+    )
+    low: float | None = Field(
+        None, description="value at which the desirability is 0; needed where there are several"
+    )
+    high: float | None = Field(
+        None, description="value at which the desirability is 0; needed where there are several"
+    )
+    weight: Positive = Field(
+        1.0,
+        description="exponent of the desirability: above 1 asks for more than the way half there",
+    )
+    importance: Positive = Field(1.0, description="weight in the overall desirability")
+
+
+class FurtherTarget(Target):
+    """A second or third response that counts beside the target."""
+
+    file: str | None = Field(
+        None, description="table of measured values, for the goal `target` and the validation"
+    )
+    column: str = Field("value", description="column of the table")
+    metric: str = Field(description="metric of a run")
+    goal: Literal[GOALS] = Field(
+        "target",
+        description="meet the mean of the measured values, or go to one end of low to high",
+    )
+    low: float = Field(description="desirability 0 here, or 1 with the goal `minimise`")
+    high: float = Field(description="desirability 0 here, or 1 with the goal `maximise`")
+    margin: Positive | None = Field(
+        None, description="difference that does not matter; needed with a file"
     )
 
 
@@ -121,7 +171,13 @@ class ShearConfig(_Part):
     normal_stresses_kPa: list[Positive] = Field(
         [1.0, 2.0, 4.0], min_length=3, description="test loads"
     )
-    replicates: int = Field(3, ge=1, le=50, description="runs at each load")
+    levels: list[Positive] = Field(
+        [0.2, 0.4, 0.6, 0.85], min_length=3, description="particle frictions"
+    )
+    replicates: int = Field(3, ge=1, le=50, description="runs at each load and friction")
+    fixed: dict[str, float] = Field(
+        {}, description="factor name: its level in the shear cell, in place of the study's"
+    )
     measured_slope: float = Field(
         0.845, gt=0, description="slope of the measured yield locus (Eq. 26)"
     )
@@ -145,11 +201,20 @@ class Config(_Part):
     name: str = Field("salt", pattern=r"^[A-Za-z0-9_-]+$", description="folder under results/")
     seed: int = Field(1, ge=0, lt=2**31, description="first seed; replicates count on from it")
     factors: str = Field("config/factors.tsv", description="table of factors")
+    experiment: Literal["heap", "drop", "tilt", "shear"] = Field(
+        "heap", description="virtual experiment whose metrics are calibrated"
+    )
     target: Target = Target()
+    further_targets: list[FurtherTarget] = Field(
+        [], description="further responses; the optimum is then the most desirable point"
+    )
     measurements: str = Field(
         "config/measurements.csv", description="measured conditions for the diagnosis"
     )
     fixed: dict[str, float] = Field({}, description="factor name: level while it is not varied")
+    fixed_from: Literal["config", "bench"] = Field(
+        "config", description="bench: what tilt, drop and shear found replaces the levels in fixed"
+    )
     run: dict = Field({}, description="run spec without experiment and seed")
     screening: ScreeningConfig = ScreeningConfig()
     ascent: AscentConfig = AscentConfig()
@@ -175,6 +240,7 @@ def parse_config(data, file="config"):
     names = [f.name for f in factors]
     for section, mapping in (
         ("fixed", config.fixed),
+        ("bench.shear.fixed", config.bench.shear.fixed),
         ("screening.go_on", config.screening.go_on or ()),
         ("ascent.start", config.ascent.start),
         ("ascent.step", config.ascent.step),
@@ -195,42 +261,109 @@ def parse_config(data, file="config"):
             value=config.optimise.point,
             allowed="a level for one factor or more, or no point with another rule",
         )
-    read_target(config)
+    _check_targets(config, file)
     for f in factors:
         for level in (f.low, f.high):
             try:
-                parse_spec(point_spec(config.run, "heap", {f.key: level}, 1), file=file)
+                parse_spec(point_spec(config.run, config.experiment, {f.key: level}, 1), file=file)
             except SpecError as error:
                 raise ConfigError(str(error), path=config.factors, key=f.name) from None
     return config
 
 
+def _check_targets(config, file):
+    """Metrics exist and differ, measured values can be read, and goals make sense."""
+    metrics = [t.metric for t in (config.target, *config.further_targets)]
+    for n, metric in enumerate(metrics):
+        key = "target.metric" if n == 0 else f"further_targets.{n - 1}.metric"
+        if metric not in METRICS[config.experiment]:
+            allowed = f"for the experiment {config.experiment}: " + ", ".join(
+                METRICS[config.experiment]
+            )
+            raise ConfigError(
+                "is no metric to calibrate to", path=file, key=key, value=metric, allowed=allowed
+            )
+        if metric in metrics[:n]:
+            raise ConfigError("stands twice", path=file, key=key, value=metric)
+    if config.target.file is None:
+        raise ConfigError("must be given", path=file, key="target.file", allowed="a table")
+    read_target(config)
+    for n, target in enumerate(config.further_targets):
+        key = f"further_targets.{n}"
+        if target.file is None and target.goal == "target":
+            raise ConfigError(
+                "must be given", path=file, key=f"{key}.file", allowed="a table of measured values"
+            )
+        if target.file is not None and target.margin is None:
+            raise ConfigError(
+                "must be given with a file",
+                path=file,
+                key=f"{key}.margin",
+                allowed="a difference that does not matter, in the metric's unit",
+            )
+    if config.further_targets:
+        goals(config, file)
+
+
+def goals(config, file="config"):
+    """`Goal`s of the target and the further targets, in this order. Raises ConfigError."""
+    found = []
+    for n, target in enumerate((config.target, *config.further_targets)):
+        key = "target" if n == 0 else f"further_targets.{n - 1}"
+        if target.low is None or target.high is None:
+            raise ConfigError(
+                "must be given where there are several targets",
+                path=file,
+                key=f"{key}.low" if target.low is None else f"{key}.high",
+                allowed="the value at which the desirability falls to 0",
+            )
+        kind = "target" if n == 0 else target.goal
+        wanted = float(read_target(config, target).mean()) if kind == "target" else None
+        try:
+            found.append(
+                Goal(kind, target.low, target.high, wanted, target.weight, target.importance)
+            )
+        except CalibrationError as error:
+            raise ConfigError(str(error), path=file, key=key) from None
+    return found
+
+
+def stands_alone(path):
+    """Whether a configuration file is a study of its own: one that names its factors is not laid over config.yaml."""
+    try:
+        data = yaml.safe_load(Path(path).read_text())
+    except (OSError, yaml.YAMLError):
+        return False  # whoever reads the file next says what is wrong with it
+    return isinstance(data, dict) and "factors" in data
+
+
 def _known_keys(loc):
     model = Config
     for part in loc[:-1]:
-        model = model.model_fields[part].annotation
+        model = FurtherTarget if isinstance(part, int) else model.model_fields[part].annotation
     return "one of the keys " + ", ".join(model.model_fields)
 
 
-def read_target(config):
-    """(n,) measured values. Raises ConfigError."""
-    path = Path(config.target.file)
+def read_target(config, target=None):
+    """(n,) measured values of `target`, of the main one unless given. Raises ConfigError."""
+    target = target or config.target
+    path = Path(target.file)
     try:
         table = pd.read_csv(path, comment="#")
     except OSError as error:
         raise ConfigError(f"cannot be read ({error.strerror})", path=path) from None
-    if config.target.column not in table:
+    if target.column not in table:
         raise ConfigError(
             "no such column",
             path=path,
-            key="target.column",
-            value=config.target.column,
+            key="target.column" if target is config.target else f"column of {target.metric}",
+            value=target.column,
             allowed=", ".join(table.columns),
         )
-    values = pd.to_numeric(table[config.target.column], errors="coerce")
+    values = pd.to_numeric(table[target.column], errors="coerce")
     if values.isna().any():
         line = int(values.isna().to_numpy().nonzero()[0][0]) + 2
-        raise ConfigError("is not a number", path=path, line=line, column=config.target.column)
+        raise ConfigError("is not a number", path=path, line=line, column=target.column)
     if len(values) < 2:
         raise ConfigError("needs at least two values to have a spread", path=path)
     return values.to_numpy()

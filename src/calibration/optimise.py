@@ -206,14 +206,17 @@ class Goal:
         return np.clip(d, 0.0, 1.0) ** self.weight
 
 
-def overall_desirability(surfaces, goals, points):
-    """Geometric mean (n,) of the responses' desirabilities at points (n, factors), weighted by importance."""
+def combined_desirability(goals, responses):
+    """Geometric mean (n,) of the desirabilities of responses (goals, n), weighted by importance."""
     weight = np.array([g.importance for g in goals])
-    each = np.array(
-        [g.desirability(s.predict(points)) for s, g in zip(surfaces, goals, strict=True)]
-    )
+    each = np.array([g.desirability(y) for g, y in zip(goals, responses, strict=True)])
     with np.errstate(divide="ignore"):
         return np.exp((weight[:, None] * np.log(each)).sum(0) / weight.sum())
+
+
+def overall_desirability(surfaces, goals, points):
+    """`combined_desirability` (n,) of what the surfaces predict at points (n, factors)."""
+    return combined_desirability(goals, [s.predict(points) for s in surfaces])
 
 
 def most_desirable(surfaces, goals, seed=1):
@@ -233,3 +236,34 @@ def most_desirable(surfaces, goals, seed=1):
     ]
     winner = min(fits, key=lambda f: f.fun)
     return winner.x, -float(winner.fun)
+
+
+NEARLY = 0.95  # of the best desirability: points that are as good for practical purposes
+
+
+@dataclass(frozen=True)
+class Compromise:
+    """The most desirable point (factors,), its desirability, and what comes near: points (m, factors) of at least
+    NEARLY of it and their extent low, high (factors,). All in coded levels."""
+
+    chosen: np.ndarray
+    desirability: float
+    points: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+
+def compromise(surfaces, goals, seed=1):
+    """The point of the cube [-1, 1]^k with the largest overall desirability and the region around it.
+
+    Raises CalibrationError where no point is acceptable in all responses at once.
+    """
+    chosen, best = most_desirable(surfaces, goals, seed)
+    if not best > 0.0:
+        raise CalibrationError(
+            "no point of the region is acceptable in all targets at once; widen their low and high, or move the region"
+        )
+    sample = 2.0 * qmc.Sobol(len(chosen), seed=seed).random(CANDIDATES) - 1.0
+    near = sample[overall_desirability(surfaces, goals, sample) >= NEARLY * best]
+    points = np.vstack([chosen, near])
+    return Compromise(chosen, best, points, points.min(0), points.max(0))
