@@ -10,6 +10,8 @@ from dem.errors import DemError
 from dem.spec import GEOMETRY, content_hash, load_spec, parse_spec
 from dem.template import template
 
+COLOURS = ("auto", "size", "speed", "order", "height")
+
 
 def main(argv=None):
     """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input or a failed run, or 130
@@ -41,6 +43,7 @@ def _parser():
         "--frames", type=float, metavar="SECONDS", help="write VTK frames at this interval"
     )
     go.set_defaults(command=_run)
+    _add_render(commands)
     check = commands.add_parser("check", help="check a spec without running it")
     check.add_argument("spec", type=Path)
     check.set_defaults(command=_check)
@@ -64,6 +67,34 @@ def _parser():
     return parser
 
 
+def _add_render(commands):
+    render = commands.add_parser("render", help="draw a finished run; no display needed")
+    render.add_argument("run", type=Path, metavar="RUNDIR", help="folder that `dem run` wrote")
+    render.add_argument(
+        "--out",
+        type=Path,
+        help="file to write; RUNDIR/heap.webp, pour.gif or final.vtp unless given",
+    )
+    kind = render.add_mutually_exclusive_group()
+    kind.add_argument(
+        "--animate", action="store_true", help="the pour, from the frames of `dem run --frames`"
+    )
+    kind.add_argument("--vtk", action="store_true", help="the last state, for ParaView")
+    render.add_argument("--colour", choices=COLOURS, default="auto", help="what the colour tells")
+    render.add_argument("--width", type=_pixels, default=800, help="of the image [px]")
+    render.add_argument(
+        "--azimuth", type=float, help="view from here [deg]; a telling one unless given"
+    )
+    render.add_argument("--elevation", type=float, default=0.0, help="view from above [deg]")
+    render.set_defaults(command=_render)
+
+
+def _pixels(text):
+    if not text.isdigit() or not 100 <= int(text) <= 4000:
+        raise argparse.ArgumentTypeError(f"{text} is no width; allowed: 100 to 4000 pixels")
+    return int(text)
+
+
 def _run(args):
     spec = load_spec(args.spec)
     data = spec.model_dump(mode="json")
@@ -85,6 +116,24 @@ def _run(args):
         bar.update(100 - bar.n)
     for name, value in result["metrics"].items():
         print(f"{name:32s} {value:.6g}" if isinstance(value, float) else f"{name:32s} {value}")
+
+
+def _render(args):
+    from dem import render  # brings image and VTK libraries along
+
+    run = render.read_run(args.run)
+    if args.vtk:
+        out = render.export_vtk(run, args.out)
+    elif args.animate:
+        out = args.out or args.run / "pour.gif"
+        with tqdm(total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed}<{remaining}") as bar:
+            show = lambda share: bar.update(100 * share - bar.n)  # noqa: E731
+            render.animate(run, out, args.width, args.colour, progress=show)
+    else:
+        out = args.out or args.run / "heap.webp"
+        image = render.draw_run(run, args.width, args.colour, args.azimuth, args.elevation)
+        render.save_image(image, out)
+    print(out)
 
 
 def _bench(args):

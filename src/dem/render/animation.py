@@ -1,0 +1,118 @@
+"""The pour as an animation, from the frames that `dem run --frames` wrote."""
+
+import numpy as np
+import pyvista as pv
+from PIL import Image, ImageDraw
+
+from dem.errors import DemError
+from dem.render.colour import colour_by, colours_of, draw_bar, values_of
+from dem.render.image import INK, OVERSAMPLING, STEEL, font_of, paint, pixel
+from dem.render.raster import View
+
+ELEVATION = 14.0
+FORMATS = {
+    ".gif": {"optimize": True},
+    ".webp": {"quality": 70, "method": 4},
+    ".png": {},  # an animated PNG
+}
+RING = np.radians(np.arange(0.0, 361.0, 5.0))
+
+
+def animate(run, path, width=480, colour="auto", frames_per_s=20.0, progress=None):
+    """Write the pour of a `FinishedRun` of a heap to `path` (.gif, .webp or .png), atomically.
+
+    width: [px]; progress: called with the share that is done. Raises DemError without frames or for another suffix.
+    """
+    if path.suffix not in FORMATS:
+        raise DemError(
+            f"{path}: is no animation that can be written; allowed: {', '.join(FORMATS)}"
+        )
+    if run.spec.experiment != "heap":
+        raise DemError(
+            f"{run.folder}: a {run.spec.experiment} is not poured; only a heap is animated"
+        )
+    files = run.frames
+    if len(files) < 2:
+        raise DemError(
+            f"{run.folder}: has no frames to animate; `dem run SPEC --out {run.folder} --frames 0.02` writes them"
+        )
+    states = [_state(f) for f in files] + [(run.position, run.radius, run.velocity, run.tag)]
+    quantity = colour_by(colour, run.radius, states[len(states) // 2][2])
+    shades = [values_of(quantity, *s) for s in states]
+    top = float(np.percentile(np.concatenate(shades), 99.0)) if quantity == "speed" else None
+    low = 0.0 if quantity == "speed" else min(v.min(initial=np.inf) for v in shades)
+    limits = float(low), top or float(max(v.max(initial=-np.inf) for v in shades))
+    view = _view(run, width)
+    pictures = []
+    for k, (state, values) in enumerate(zip(states, shades, strict=True)):
+        pictures.append(_picture(view, run, state, quantity, values, limits, width))
+        if progress:
+            progress((k + 1) / len(states))
+    _save(pictures, path, frames_per_s)
+
+
+def _state(path):
+    """Position, radius, velocity, tag of a frame."""
+    points = pv.read(path)
+    if not points.n_points:
+        return np.empty((0, 3)), np.empty(0), np.empty((0, 3)), np.empty(0, int)
+    names = ("radius", "velocity", "id")
+    return (np.asarray(points.points, float), *(np.asarray(points[n]) for n in names))
+
+
+def _view(run, width):
+    """Plate and funnel whole."""
+    from dem.experiments.heap import Rig  # brings the engine along, a second
+
+    rig, large = Rig(run.spec.geometry), OVERSAMPLING * width
+    reach = 2.0 * max(rig.plate_radius, rig.mouth_radius)
+    e = np.radians(ELEVATION)
+    scale = large / (1.15 * reach)
+    tall = (rig.rim_height * np.cos(e) + reach * np.sin(e)) * 1.06
+    centre = (0.0, 0.0, 0.5 * rig.rim_height)
+    return View(0.0, ELEVATION, scale, centre, large, int(scale * tall) // 4 * 4)
+
+
+def _picture(view, run, state, quantity, values, limits, width):
+    position, radius, *_ = state
+    colours = colours_of(quantity, values, limits)
+    plate = 0.5e-3 * run.spec.geometry.plate_diameter_mm
+    image = paint(view, position, radius, colours, plate)
+    if not (run.spec.geometry.funnel_stl):
+        image = _with_funnel(image, view, run.spec.geometry)
+    font, draw = font_of(view.width), ImageDraw.Draw(image)
+    place = 0.02 * view.width, view.height - 1.9 * font.size
+    draw_bar(draw, quantity, limits, place, (view.width // 8, int(0.8 * font.size)), font, INK)
+    return image.resize((width, view.height // OVERSAMPLING), Image.Resampling.LANCZOS)
+
+
+def _with_funnel(image, view, geometry):
+    """The funnel as glass: its rims and flanks, and a veil over what is in it."""
+    from dem.experiments.heap import Rig
+
+    rig = Rig(geometry)
+    veil = Image.new("RGBA", image.size, (0, 0, 0, 0))
+    draw = ImageDraw.Draw(veil)
+    rims = [(rig.mouth_radius, rig.rim_height), (rig.orifice_radius, rig.orifice_height)]
+    sides = [pixel(view, s * r, h) for s, order in ((-1, rims), (1, rims[::-1])) for r, h in order]
+    draw.polygon(sides, fill=(*STEEL, 40))
+    for r, h in rims:
+        ring = [pixel(view, r * np.cos(a), h, r * np.sin(a)) for a in RING]
+        draw.line(ring, fill=(*STEEL, 255), width=OVERSAMPLING)
+    for k in (0, 2):
+        draw.line(sides[k : k + 2], fill=(*STEEL, 255), width=OVERSAMPLING)
+    return Image.alpha_composite(image.convert("RGBA"), veil).convert("RGB")
+
+
+def _save(pictures, path, frames_per_s):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".partial.{path.name}")
+    times = [round(1000.0 / frames_per_s)] * (len(pictures) - 1) + [2000]  # the heap stays a while
+    if path.suffix == ".gif":
+        palette = pictures[len(pictures) // 2].quantize(128)
+        pictures = [p.quantize(palette=palette, dither=Image.Dither.NONE) for p in pictures]
+    first, *others = pictures
+    first.save(
+        partial, save_all=True, append_images=others, duration=times, loop=0, **FORMATS[path.suffix]
+    )
+    partial.replace(path)

@@ -1,0 +1,131 @@
+"""The image of a finished run; a heap with the lines that its angle of repose was read from."""
+
+from dataclasses import replace
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from dem.errors import DemError
+from dem.render.colour import colour_by, colours_of, draw_bar, values_of
+from dem.render.flanks import VIEWS, fitted_flanks, heap_grains
+from dem.render.raster import View, shade
+
+GROUND, INK, LINE, STEEL = (240, 242, 245), (29, 36, 48), (209, 60, 31), (120, 128, 140)
+OVERSAMPLING = 2
+ROOM = 0.16  # for the labels above and below, in image widths
+FORMATS = {
+    ".webp": {"quality": 82, "method": 6},
+    ".png": {"optimize": True},
+    ".jpg": {"quality": 88},
+}
+
+
+def draw_run(run, width=800, colour="auto", azimuth=None, elevation=0.0):
+    """`PIL.Image` of a `FinishedRun`, `width` [px] wide; angles of the view [deg].
+
+    A heap seen from the side (elevation 0) has its fitted flanks drawn; unless `azimuth` is given it is seen from where
+    its two flanks come nearest to the run's angle of repose.
+    """
+    heap = run.spec.experiment == "heap"
+    plate = 0.5e-3 * run.spec.geometry.plate_diameter_mm if heap else None
+    if azimuth is None:
+        azimuth = _telling_view(run, plate) if heap else 0.0
+    view = _frame(run.position, run.radius, plate, OVERSAMPLING * width, azimuth, elevation)
+    quantity = colour_by(colour, run.radius, run.velocity)
+    values = values_of(quantity, run.position, run.radius, run.velocity, run.tag)
+    limits = float(values.min(initial=0.0 if quantity == "speed" else np.inf)), float(values.max())
+    image = paint(view, run.position, run.radius, colours_of(quantity, values, limits), plate)
+    draw = ImageDraw.Draw(image)
+    if heap and elevation == 0.0:
+        _draw_flanks(draw, view, run, plate)
+    font = font_of(view.width)
+    place = 0.02 * view.width, view.height - 1.9 * font.size
+    draw_bar(draw, quantity, limits, place, (view.width // 8, int(0.8 * font.size)), font, INK)
+    return image.resize((width, view.height // OVERSAMPLING), Image.Resampling.LANCZOS)
+
+
+def paint(view, position, radius, colour, plate_radius=None):
+    """`PIL.Image` of grains, colour (n, 3), and of a plate; positions and radii [m]."""
+    lit, covered = shade(view, position, radius, colour, plate_radius)
+    ground = np.array(GROUND) / 255.0
+    blended = covered[..., None] * lit + (1.0 - covered[..., None]) * ground
+    image = Image.fromarray((255.0 * blended + 0.5).astype(np.uint8))
+    if plate_radius and view.elevation == 0.0:
+        edge = [(-plate_radius, 0.0), (plate_radius, -1.5e-3)]
+        ends = [pixel(view, *p) for p in edge]
+        ImageDraw.Draw(image).rectangle(ends, fill=STEEL)
+    return image
+
+
+def pixel(view, across, height, toward=0.0):
+    """Column and row of the point at signed distances from the axis [m] across the view and towards the viewer."""
+    right, _, _ = view.axes
+    away = np.array([right[1], -right[0], 0.0])
+    column, row, _ = view.project(across * right + toward * away + [0.0, 0.0, height])
+    return float(column[0]), float(row[0])
+
+
+def font_of(width):
+    """Font for an image of `width` [px]."""
+    return ImageFont.load_default(size=0.024 * width)
+
+
+def save_image(image, path):
+    """Write an image to `path`, atomically. Raises DemError for a suffix that is none of FORMATS."""
+    if path.suffix not in FORMATS:
+        raise DemError(f"{path}: is no image that can be written; allowed: {', '.join(FORMATS)}")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".partial.{path.name}")
+    image.save(partial, **FORMATS[path.suffix])
+    partial.replace(path)
+
+
+def _frame(position, radius, plate, width, azimuth, elevation):
+    """A view that holds the grains, and the plate where there is one, with room for the labels."""
+    view = View(azimuth, elevation, 1.0, (0.0, 0.0, 0.0), 0, 0)
+    corners = np.vstack([position - radius[:, None], position + radius[:, None]])
+    if plate:
+        ring = np.radians(np.arange(0.0, 360.0, 5.0))
+        rim = np.column_stack([plate * np.cos(ring), plate * np.sin(ring), 0.0 * ring])
+        corners = np.vstack([corners, rim])
+    across, down, _ = view.project(corners)
+    reach = max(float(np.ptp(across)), 1e-3)
+    scale = width / (1.12 * reach)
+    height = int(scale * float(np.ptp(down)) + ROOM * width) // 4 * 4
+    middle = 0.5 * (across.min() + across.max()), -0.5 * (down.min() + down.max()), 0.0
+    return replace(
+        view, scale=scale, centre=tuple(np.array(middle) @ view.axes), width=width, height=height
+    )
+
+
+def _telling_view(run, plate):
+    """Azimuth [deg] whose flanks come nearest to the run's angle of repose."""
+    part = heap_grains(run.position, run.radius, run.velocity, plate)
+
+    def distance(azimuth):
+        flanks = fitted_flanks(run.position[part], run.radius[part], plate, azimuth)
+        if None in flanks:
+            return np.inf
+        return max(abs(f.angle_deg - run.metrics["angle_of_repose_deg"]) for f in flanks)
+
+    return min(180.0 * np.arange(VIEWS) / VIEWS, key=distance)
+
+
+def _draw_flanks(draw, view, run, plate):
+    part = heap_grains(run.position, run.radius, run.velocity, plate)
+    flanks = fitted_flanks(run.position[part], run.radius[part], plate, view.azimuth)
+    font, thick = font_of(view.width), max(view.width // 250, 2)
+    for flank in flanks:
+        if flank:
+            ends = pixel(view, *flank.begin), pixel(view, *flank.end)
+            draw.line(ends, fill=LINE, width=thick)
+            side = 1 if flank.end[0] > 0 else -1
+            middle = pixel(
+                view, *(0.5 * (a + b) for a, b in zip(flank.begin, flank.end, strict=True))
+            )
+            at = middle[0] + side * font.size, middle[1] - font.size
+            anchor = "lm" if side > 0 else "rm"
+            draw.text(at, f"{flank.angle_deg:.1f}°", font=font, fill=LINE, anchor=anchor)
+    m = run.metrics
+    text = f"angle of repose {m['angle_of_repose_deg']:.1f}°, mean of {2 * VIEWS} flanks"
+    draw.text((0.02 * view.width, 0.8 * font.size), text, font=font, fill=INK)

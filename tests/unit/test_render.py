@@ -1,0 +1,198 @@
+"""Pictures of runs: spheres where they are, lit and hidden rightly, with the lines that the angle was read from."""
+
+import json
+
+import numpy as np
+import pytest
+import pyvista as pv
+from PIL import Image
+
+from dem.cli import main
+from dem.errors import DemError
+from dem.io.vtk import grain_points
+from dem.measure.heap import measure_heap, silhouette_angles
+from dem.render import draw_run, read_run
+from dem.render.flanks import fitted_flanks, heap_grains
+from dem.render.image import LINE, pixel
+from dem.render.raster import NOBODY, View, cover, shade
+from dem.spec import parse_spec
+
+PLATE = 0.02
+RADIUS = 0.0005
+
+
+def cone(slope_deg=38.0, spread=0.0):
+    """Grains on a lattice within a cone that nearly fills the plate."""
+    line = np.arange(-PLATE, PLATE, 2 * RADIUS)
+    x, y, z = (a.ravel() for a in np.meshgrid(line, line, line[line >= 0.0] + RADIUS))
+    top = np.tan(np.radians(slope_deg)) * (0.85 * PLATE - np.hypot(x, y))
+    position = np.column_stack([x, y, z])[z < top]
+    radius = np.full(len(position), RADIUS)
+    if spread:
+        radius *= 1.0 - spread * np.random.default_rng(1).random(len(radius))
+    return position, radius
+
+
+@pytest.fixture
+def run(tmp_path):
+    """A folder as `dem run` leaves it, with a cone for a heap and two frames."""
+    position, radius = cone(spread=0.3)
+    folder = tmp_path / "run"
+    (folder / "frames").mkdir(parents=True)
+    velocity, tag = np.zeros_like(position), np.arange(len(position))
+    for k, share in enumerate((0.0, 0.5)):
+        part = slice(0, int(share * len(position)))
+        frame = grain_points(position[part], radius[part], velocity[part], tag[part])
+        frame.save(folder / "frames" / f"grains_{k:05d}.vtp")
+    np.savez(folder / "final.npz", position=position, radius=radius, velocity=velocity, tag=tag)
+    spec = parse_spec(
+        {"experiment": "heap", "geometry": {"plate_diameter_mm": 2e3 * PLATE}}
+    ).model_dump(mode="json")
+    metrics = measure_heap(position, radius, velocity, PLATE)
+    result = {"experiment": "heap", "seed": 1, "spec": spec, "metrics": metrics}
+    (folder / "result.json").write_text(json.dumps(result))
+    return folder
+
+
+def view(**changes):
+    return View(
+        **{
+            "azimuth": 0.0,
+            "elevation": 0.0,
+            "scale": 1e4,
+            "centre": (0.0, 0.0, 0.0),
+            "width": 200,
+            "height": 160,
+            **changes,
+        }
+    )
+
+
+@pytest.mark.parametrize(("azimuth", "elevation"), [(0.0, 0.0), (73.0, 31.0)])
+def test_a_sphere_covers_its_disc_and_its_surface_lies_at_its_radius(azimuth, elevation):
+    centre, r = np.array([[0.002, -0.001, 0.001]]), np.array([0.004])
+    at = view(azimuth=azimuth, elevation=elevation)
+    depth, owner = cover(at, centre, r)
+    assert (owner == 0).sum() == pytest.approx(np.pi * (1e4 * r[0]) ** 2, rel=0.01)
+    points = at.points(np.where(owner == 0, depth, 0.0))[owner == 0]
+    assert np.linalg.norm(points - centre[0], axis=1) == pytest.approx(r[0], rel=1e-9)
+
+
+def test_the_nearer_sphere_hides_the_other_whatever_their_order():
+    near, far = [0.0, -0.004, 0.0], [0.0, 0.004, 0.0]  # seen along +y from azimuth 0
+    for order in ((near, far), (far, near)):
+        _, owner = cover(view(), np.array(order), np.full(2, 0.002))
+        assert owner[80, 100] == order.index(near)
+    assert owner[0, 0] == NOBODY
+
+
+def test_spheres_beyond_the_edge_are_cut_not_wrapped():
+    _, owner = cover(view(), np.array([[0.01, 0.0, 0.0], [0.1, 0.0, 0.0]]), np.full(2, 0.002))
+    assert (owner[:, :70] == NOBODY).all()
+    assert (owner[:, 199] == 0).any()
+
+
+def test_a_sphere_throws_a_shadow_on_the_plate():
+    above = view(elevation=60.0)
+    ball = np.array([[0.0, 0.0, 0.003]]), np.array([0.001]), np.array([[1.0, 0.0, 0.0]])
+    bare = np.array([[0.0, 0.0, -0.5]]), np.array([0.001]), np.array([[1.0, 0.0, 0.0]])
+    with_ball, hit = shade(above, *ball, plate_radius=0.007)
+    without, _ = shade(above, *bare, plate_radius=0.007)
+    plate = (hit > 0) & (np.abs(with_ball[..., 0] - with_ball[..., 1]) < 1e-9)
+    darker = plate & (with_ball[..., 0] < 0.8 * without[..., 0])
+    assert 0.3 * np.pi * 10**2 < darker.sum() < 3 * np.pi * 10**2
+
+
+def test_the_flanks_are_those_of_the_measurement():
+    position, radius = cone(spread=0.3)
+    part = heap_grains(position, radius, np.zeros_like(position), PLATE)
+    position, radius = position[part], radius[part]
+    expected = silhouette_angles(position, radius, PLATE).reshape(-1, 2)
+    for turn, (right, left) in zip(range(0, 180, 5), expected, strict=True):
+        flanks = fitted_flanks(position, radius, PLATE, turn)
+        assert [f.angle_deg for f in flanks] == pytest.approx([left, right], abs=1e-9)
+        for flank in flanks:
+            run_, rise = np.subtract(flank.end, flank.begin)
+            assert np.degrees(np.arctan2(-rise, abs(run_))) == pytest.approx(flank.angle_deg)
+
+
+def test_the_flank_line_runs_along_the_outline():
+    position, radius = cone(slope_deg=38.0)
+    for flank in fitted_flanks(position, radius, PLATE, 0.0):
+        assert flank.angle_deg == pytest.approx(38.0, abs=3.0)
+        # the lattice's outermost grains lie within one pitch of the cone
+        toe = np.interp(0.0, sorted([flank.end[1], flank.begin[1]]), [abs(flank.end[0]), 0.0])
+        assert toe == pytest.approx(0.85 * PLATE, abs=4 * RADIUS)
+
+
+def test_the_image_shows_the_lines_and_is_reproducible(run):
+    finished = read_run(run)
+    image = np.asarray(draw_run(finished, width=300))
+    assert image.shape[1] == 300
+    red = np.abs(image.astype(int) - LINE).max(axis=2) < 40
+    assert red[:, :150].sum() > 60
+    assert red[:, 150:].sum() > 60
+    assert (image == np.asarray(draw_run(finished, width=300))).all()
+
+
+def test_heights_stand_where_they_are():
+    side = view()
+    assert pixel(side, 0.005, 0.002) == (150.0, 60.0)
+    turned = view(azimuth=90.0, elevation=30.0)
+    assert pixel(turned, 0.0, 0.0, toward=0.004) == pytest.approx((100.0, 100.0))
+
+
+@pytest.mark.parametrize("quantity", ["size", "speed", "order", "height"])
+def test_the_colour_tells_what_was_asked_for(run, tmp_path, quantity):
+    assert main(["render", str(run), "--colour", quantity, "--width", "200"]) == 0
+    with Image.open(run / "heap.webp") as image:
+        assert image.width == 200
+
+
+def test_the_pour_is_animated_from_its_frames(run, tmp_path):
+    out = tmp_path / "pour.gif"
+    assert main(["render", str(run), "--animate", "--width", "120", "--out", str(out)]) == 0
+    with Image.open(out) as movie:
+        assert movie.n_frames == 3  # two frames and the heap at rest
+        covered = []
+        for k in range(3):
+            movie.seek(k)
+            covered.append(len(np.unique(np.asarray(movie.convert("RGB")).reshape(-1, 3), axis=0)))
+    assert covered[0] < covered[2]
+
+
+def test_the_last_state_opens_as_vtk(run):
+    assert main(["render", str(run), "--vtk"]) == 0
+    points, state = pv.read(run / "final.vtp"), np.load(run / "final.npz")
+    assert np.asarray(points.points) == pytest.approx(state["position"], abs=1e-9)
+    assert np.asarray(points["radius"]) == pytest.approx(state["radius"])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["--out", "heap.bmp"], "allowed: .webp, .png, .jpg"),
+        (["--animate", "--out", "pour.mp4"], "allowed: .gif, .webp, .png"),
+    ],
+)
+def test_another_format_is_refused(run, capsys, arguments, text):
+    assert main(["render", str(run), *arguments]) == 2
+    assert text in capsys.readouterr().err
+
+
+def test_a_run_that_cannot_be_drawn_says_why(run, tmp_path, capsys):
+    assert main(["render", str(tmp_path)]) == 2
+    assert "no result.json" in capsys.readouterr().err
+    for frame in (run / "frames").iterdir():
+        frame.unlink()
+    assert main(["render", str(run), "--animate"]) == 2
+    assert "--frames" in capsys.readouterr().err
+    (run / "final.npz").write_bytes(b"cut off")
+    with pytest.raises(DemError, match=r"final\.npz: is not a run's last state"):
+        read_run(run)
+
+
+def test_a_width_out_of_range_is_refused(run, capsys):
+    with pytest.raises(SystemExit):
+        main(["render", str(run), "--width", "0"])
+    assert "allowed: 100 to 4000 pixels" in capsys.readouterr().err
