@@ -1,16 +1,15 @@
-"""The paper's bench tests as virtual experiments: tilted plane, drop and direct shear.
+"""The paper's tilted plane and drop as virtual experiments.
 
-Tilt and drop follow the paper: a sweep of the parameter, a quadratic fit (Eqs. 21, 23), its inverse for the measured
-value, and runs that confirm it. Shear gives a yield locus by a straight line through shear stresses at several
-normal stresses.
+Both follow the paper: a sweep of the parameter, a quadratic fit (Eqs. 21, 23), its inverse for the measured value, and
+runs that confirm it.
 """
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
 from calibration import figures
 from calibration.campaign import plan, read_metric, write_plan
@@ -36,7 +35,7 @@ SWEEPS = {
 }
 
 
-def _bench_config(config, test):
+def bench_config(config, test):
     """The configuration with the bench test's own run spec: the study's materials and laws, its own grains and rig."""
     keep = {k: v for k, v in config.run.items() if k in ("materials", "laws", "law_parameters")}
     return config.model_copy(update={"run": overlay(keep, getattr(config.bench, test).run)})
@@ -46,7 +45,7 @@ def plan_sweep(config, test, folder):
     """Plan a run at each level of the sweep."""
     sweep, section = SWEEPS[test], getattr(config.bench, test)
     rows = pd.DataFrame({"run": range(1, len(section.levels) + 1), sweep.factor: section.levels})
-    write_plan(folder, *plan(rows, read_factors(config.factors), _bench_config(config, test), test))
+    write_plan(folder, *plan(rows, read_factors(config.factors), bench_config(config, test), test))
 
 
 def inverse_of(coefficients, target, low, high):
@@ -80,7 +79,7 @@ def plan_confirmation(config, test, design_file, folder):
     _, _, _, level = fit_sweep(config, test, design_file)
     sweep, section = SWEEPS[test], getattr(config.bench, test)
     rows = pd.DataFrame({"run": range(1, section.confirmations + 1), sweep.factor: round(level, 6)})
-    write_plan(folder, *plan(rows, read_factors(config.factors), _bench_config(config, test), test))
+    write_plan(folder, *plan(rows, read_factors(config.factors), bench_config(config, test), test))
 
 
 def analyse_sweep(config, test, sweep_file, confirm_file, output):
@@ -123,76 +122,7 @@ def closed_form(config, test):
     return float(np.sqrt(measured / height))
 
 
-def plan_shear(config, folder):
-    """Plan replicates at each normal stress."""
-    section, design, specs = config.bench.shear, [], {}
-    base = _bench_config(config, "shear")
-    for stress in section.normal_stresses_kPa:
-        geometry = base.run.get("geometry", {}) | {"normal_stress_kPa": stress}
-        varied = base.model_copy(update={"run": base.run | {"geometry": geometry}})
-        rows = pd.DataFrame(
-            {"replicate": range(1, section.replicates + 1), "normal_stress_kPa": stress}
-        )
-        table, more = plan(rows, read_factors(config.factors), varied, "shear")
-        design.append(table)
-        specs |= more
-    write_plan(folder, pd.concat(design, ignore_index=True), specs)
-
-
-def yield_locus(normal, shear, alpha=0.05):
-    """Straight line shear = slope * normal + intercept with intervals and the p of a zero intercept."""
-    fit = stats.linregress(normal, shear)
-    t = stats.t.ppf(1 - alpha / 2, len(normal) - 2)
-    zero = 2 * stats.t.sf(abs(fit.intercept / fit.intercept_stderr), len(normal) - 2)
-    return {
-        "slope": float(fit.slope),
-        "slope_interval": [float(fit.slope - t * fit.stderr), float(fit.slope + t * fit.stderr)],
-        "intercept_kPa": float(fit.intercept),
-        "intercept_interval_kPa": [
-            float(fit.intercept - t * fit.intercept_stderr),
-            float(fit.intercept + t * fit.intercept_stderr),
-        ],
-        "p_zero_intercept": float(zero),
-        "R2": float(fit.rvalue**2),
-    }
-
-
-def analyse_shear(config, design_file, output):
-    """Yield loci of peak and steady stress, beside the measured one."""
-    runs = pd.read_csv(design_file)
-    runs["peak_kPa"] = read_metric(runs["run_id"], "shear_stress_kPa")
-    runs["steady_kPa"] = read_metric(runs["run_id"], "steady_shear_stress_kPa")
-    section = config.bench.shear
-    loci = {
-        name: yield_locus(runs["normal_stress_kPa"], runs[f"{name}_kPa"])
-        for name in ("peak", "steady")
-    }
-    runs.to_csv(output.runs, index=False)
-    figures.save(
-        figures.yield_loci(runs, loci, section.measured_slope, section.measured_intercept_kPa),
-        output.figure,
-    )
-    low, high = loci["steady"]["slope_interval"]
-    write_json(
-        output.summary,
-        {
-            "particle_friction": config.fixed.get("salt_salt_static_friction"),
-            "measured": {
-                "slope": section.measured_slope,
-                "intercept_kPa": section.measured_intercept_kPa,
-            },
-            **loci,
-            "bulk_slope_equals_particle_friction": bool(
-                low <= config.fixed.get("salt_salt_static_friction", np.nan) <= high
-            ),
-            "measured_slope_within_interval": bool(low <= section.measured_slope <= high),
-        },
-    )
-
-
-def calibrated(tilt_file, drop_file):
-    """{factor: level} that the bench tests found, for the heap's fixed parameters."""
-    import json
-
-    found = (json.loads(Path(p).read_text()) for p in (tilt_file, drop_file))
-    return {f["factor"]: round(f["inverse"], 4) for f in found}
+def calibrated(*files):
+    """{factor: level} that the bench tests found, for the heap's fixed parameters; a test without a level adds none."""
+    found = (json.loads(Path(p).read_text()) for p in files)
+    return {f["factor"]: round(f["inverse"], 4) for f in found if f["inverse"] is not None}

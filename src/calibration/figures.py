@@ -4,6 +4,7 @@ The figures keep their own white ground, so that they read the same on light and
 """
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib
@@ -32,12 +33,55 @@ STYLE = {
     "svg.fonttype": "none",
     "svg.hashsalt": "granular-calibration",
 }
-ANGLE = "angle of repose [°]"
 
 
 def label(name):
     """Readable form of a factor's name."""
     return name.replace("_", " ")
+
+
+UNITS = {
+    "_deg": "°",
+    "_mm": " mm",
+    "_kPa": " kPa",
+    "_kg_m3": " kg/m³",
+    "_m_s": " m/s",
+    "_s": " s",
+}
+"""Suffix of a metric's name -> its unit as written behind a number."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a study calibrates, for labels: its name and its unit as written behind a number."""
+
+    name: str
+    unit: str
+
+    @property
+    def axis(self):
+        """Label of an axis."""
+        return f"{self.name}{self.brackets}"
+
+    @property
+    def brackets(self):
+        """The unit in brackets, empty where there is none."""
+        return f" [{self.unit.strip()}]" if self.unit else ""
+
+    def value(self, x):
+        """A value with its unit: two decimals of an angle, else four digits."""
+        return f"{x:.2f}°" if self.unit == "°" else f"{x:.4g}{self.unit}"
+
+
+def quantity_of(metric):
+    """`Quantity` of a run's metric, whose name ends in its unit (angle_of_repose_deg)."""
+    for suffix, unit in UNITS.items():
+        if metric.endswith(suffix):
+            return Quantity(label(metric.removesuffix(suffix)), unit)
+    return Quantity(label(metric), "")
+
+
+ANGLE = quantity_of("angle_of_repose_deg")
 
 
 def _axes(rows=1, columns=1, size=(6.4, 4.2), **more):
@@ -57,7 +101,7 @@ def save(figure, path):
     plt.close(figure)
 
 
-def half_normal(table, chosen):
+def half_normal(table, chosen, quantity=ANGLE):
     """Half-normal plot of absolute effects; `chosen` codes stand out."""
     figure, ax = _axes()
     size, score = table["effect"].abs(), table["half_normal_score"]
@@ -72,7 +116,7 @@ def half_normal(table, chosen):
     line = np.array([0.0, float(score.max()) / slope])
     ax.plot(line, slope * line, color=GREY, lw=1)
     ax.set(
-        xlabel="|effect| [°]",
+        xlabel=f"|effect|{quantity.brackets}",
         ylabel="half-normal quantile",
         xlim=(0, 1.45 * size.max()),
         ylim=(0, 1.15 * score.max()),
@@ -81,7 +125,7 @@ def half_normal(table, chosen):
     return figure
 
 
-def pareto(table, t_limit, bonferroni_limit, alpha=0.05):
+def pareto(table, t_limit, bonferroni_limit, alpha=0.05, quantity=ANGLE):
     """Pareto chart of absolute effects with the limits of significance at level alpha."""
     figure, ax = _axes()
     order = table.reindex(table["effect"].abs().sort_values().index)
@@ -103,11 +147,11 @@ def pareto(table, t_limit, bonferroni_limit, alpha=0.05):
             fontsize=8,
             va="bottom",
         )
-    ax.set(xlabel="|effect| [°]; blue raises the angle, orange lowers it")
+    ax.set(xlabel=f"|effect|{quantity.brackets}; blue raises the {quantity.name}, orange lowers it")
     return figure
 
 
-def ascent_path(runs, factors, target, best):
+def ascent_path(runs, factors, target, best, quantity=ANGLE):
     """Response along the path with the target."""
     figure, ax = _axes()
     ax.errorbar(
@@ -118,7 +162,7 @@ def ascent_path(runs, factors, target, best):
         marker="o",
         capsize=3,
     )
-    ax.axhline(target, color=ORANGE, lw=1.2, label=f"measured {target:.2f}°")
+    ax.axhline(target, color=ORANGE, lw=1.2, label=f"measured {quantity.value(target)}")
     row = runs[runs["run"] == best].iloc[0]
     ax.scatter(
         [best],
@@ -132,14 +176,14 @@ def ascent_path(runs, factors, target, best):
     names = ["\n".join(f"{r[f.name]:.3g}" for f in factors) for _, r in runs.iterrows()]
     ax.set_xticks(runs["run"], names)
     ax.set(
-        ylabel=ANGLE,
+        ylabel=quantity.axis,
         xlabel="\n".join(f"{i + 1}. line: {label(f.name)}" for i, f in enumerate(factors)),
     )
     ax.legend(frameon=False)
     return figure
 
 
-def predicted_actual(surface):
+def predicted_actual(surface, quantity=ANGLE):
     """Predicted against simulated response."""
     figure, ax = _axes(size=(4.8, 4.6))
     d = surface.diagnostics
@@ -149,11 +193,16 @@ def predicted_actual(surface):
         max(d["actual"].max(), d["predicted"].max()),
     ]
     ax.plot(ends, ends, color=GREY, lw=1)
-    ax.set(xlabel="simulated [°]", ylabel="predicted by the quadratic model [°]", aspect="equal")
+    unit = quantity.brackets
+    ax.set(
+        xlabel=f"simulated {quantity.name}{unit}",
+        ylabel=f"predicted by the quadratic model{unit}",
+        aspect="equal",
+    )
     return figure
 
 
-def residual_panel(surface):
+def residual_panel(surface, quantity=ANGLE):
     """Normal plot of residuals, residuals against prediction and run, and Cook's distance."""
     d = surface.diagnostics
     figure, ax = _axes(2, 2, size=(8, 6.4))
@@ -163,7 +212,7 @@ def residual_panel(surface):
     ax[0, 0].plot(q, q, color=GREY, lw=1)
     ax[0, 0].set(xlabel="externally studentised residual", ylabel="normal quantile")
     for panel, x, name in (
-        (ax[0, 1], d["predicted"], "predicted [°]"),
+        (ax[0, 1], d["predicted"], f"predicted{quantity.brackets}"),
         (ax[1, 0], d["run"], "run"),
     ):
         panel.scatter(x, d["externally_studentised"], color=BLUE)
@@ -177,7 +226,7 @@ def residual_panel(surface):
     return figure
 
 
-def perturbation(surface, region):
+def perturbation(surface, region, quantity=ANGLE):
     """Response along each factor with the others at the centre."""
     figure, ax = _axes()
     x = np.linspace(-1, 1, 81)
@@ -185,7 +234,7 @@ def perturbation(surface, region):
         levels = np.zeros((len(x), len(region)))
         levels[:, k] = x
         ax.plot(x, surface.predict(levels), label=f"{factor.code}  {label(factor.name)}")
-    ax.set(xlabel="distance from the centre, coded", ylabel=ANGLE)
+    ax.set(xlabel="distance from the centre, coded", ylabel=quantity.axis)
     ax.legend(frameon=False)
     return figure
 
@@ -218,7 +267,7 @@ def _label_3d(ax, x, y, z):
     ax.set_box_aspect(None, zoom=0.85)
 
 
-def surfaces(surface, region):
+def surfaces(surface, region, quantity=ANGLE):
     """Response surfaces of all pairs of factors, the others at the centre."""
     pairs = _pairs(region)
     with plt.rc_context(STYLE):
@@ -227,11 +276,11 @@ def surfaces(surface, region):
             ax = figure.add_subplot(rows, columns, n + 1, projection="3d")
             a, b, y = _slice(surface, region, i, j, 31)
             ax.plot_surface(a, b, y, cmap="viridis", alpha=0.9)
-            _label_3d(ax, label(region[i].name), label(region[j].name), "angle [°]")
+            _label_3d(ax, label(region[i].name), label(region[j].name), quantity.axis)
     return figure
 
 
-def contours(surface, region, solution):
+def contours(surface, region, solution, quantity=ANGLE):
     """Contours through the chosen point with the solution set drawn in; for three factors also the set itself."""
     pairs = _pairs(region)
     whole = len(region) == 3 and solution.attainable
@@ -241,16 +290,18 @@ def contours(surface, region, solution):
         else:
             figure, rows, columns = _panels(len(pairs), (4.8, 4.0))
         for n, (i, j) in enumerate(pairs):
-            _contour(figure.add_subplot(rows, columns, n + 1), surface, region, i, j, solution)
+            ax = figure.add_subplot(rows, columns, n + 1)
+            _contour(ax, surface, region, i, j, solution, quantity)
         if whole:
-            _solution_set(figure.add_subplot(2, 2, 4, projection="3d"), surface, region, solution)
+            ax = figure.add_subplot(2, 2, 4, projection="3d")
+            _solution_set(ax, surface, region, solution, quantity)
     return figure
 
 
-def _contour(ax, surface, region, i, j, solution):
+def _contour(ax, surface, region, i, j, solution, quantity):
     a, b, y = _slice(surface, region, i, j, at=solution.chosen)
     filled = ax.contourf(a, b, y, 12, cmap="viridis", alpha=0.85)
-    ax.figure.colorbar(filled, ax=ax, label=ANGLE, shrink=0.9)
+    ax.figure.colorbar(filled, ax=ax, label=quantity.axis, shrink=0.9)
     if y.min() < solution.target < y.max():
         ax.contour(a, b, y, [solution.target], colors="white", linewidths=4.5)
         ax.contour(a, b, y, [solution.target], colors=ORANGE, linewidths=2.5)
@@ -260,7 +311,7 @@ def _contour(ax, surface, region, i, j, solution):
     ax.grid(False)
 
 
-def _solution_set(ax, surface, region, solution):
+def _solution_set(ax, surface, region, solution, quantity):
     """The surface of all points that give the target, in natural levels."""
     vertices, triangles = solution_mesh(surface, solution.target)
     if len(triangles):
@@ -272,7 +323,7 @@ def _solution_set(ax, surface, region, solution):
     ax.plot(*chosen, "o", color="white", mec="black", ms=9, zorder=10)
     ax.set(**{f"{axis}lim": (f.low, f.high) for axis, f in zip("xyz", region, strict=True)})
     _label_3d(ax, *(label(f.name) for f in region))
-    ax.set_title(f"all points that give {solution.target:.2f}°", fontsize=9)
+    ax.set_title(f"all points that give {quantity.value(solution.target)}", fontsize=9)
 
 
 def sweep(levels, response, coefficients, inverse, measured, test):
@@ -290,30 +341,42 @@ def sweep(levels, response, coefficients, inverse, measured, test):
     return figure
 
 
-def yield_loci(runs, loci, slope, intercept):
-    """Shear stress over normal stress with the fitted lines and the measured one."""
-    figure, ax = _axes()
-    x = np.linspace(0.0, 1.05 * runs["normal_stress_kPa"].max(), 2)
-    for name, colour in (("peak", BLUE), ("steady", GREEN)):
-        ax.scatter(runs["normal_stress_kPa"], runs[f"{name}_kPa"], color=colour, alpha=0.7)
-        line = loci[name]
-        text = f"{name}: {line['slope']:.2f} x {line['intercept_kPa']:+.2f}"
-        ax.plot(x, line["slope"] * x + line["intercept_kPa"], color=colour, label=text)
-    ax.plot(
-        x,
-        slope * x + intercept,
-        color=ORANGE,
-        ls="--",
-        label=f"measured: {slope:g} x {intercept:+g}",
+def yield_loci(runs, loci, curves, measure, section):
+    """Yield loci at each particle friction, and the slope over the friction with its interval, beside the measured."""
+    figure, (left, right) = _axes(1, 2, (9.6, 4.2))
+    end = 1.05 * runs["normal_stress_kPa"].max()
+    x = np.array([0.0, end])
+    for locus in loci:
+        friction, line = locus["particle_friction"], locus[measure]
+        points = runs[runs["salt_salt_static_friction"] == friction]
+        text = f"µ {friction:g}: {line['slope']:.2f} x {line['intercept_kPa']:+.2f}"
+        (drawn,) = left.plot(x, line["slope"] * x + line["intercept_kPa"], label=text)
+        left.scatter(
+            points["normal_stress_kPa"], points[f"{measure}_kPa"], color=drawn.get_color(), s=18
+        )
+    slope, intercept = section.measured_slope, section.measured_intercept_kPa
+    text = f"measured: {slope:g} x {intercept:+g}"
+    left.plot(x, slope * x + intercept, color="black", ls="--", label=text)
+    left.set(
+        xlabel="normal stress [kPa]",
+        ylabel=f"{measure} shear stress [kPa]",
+        xlim=(0, None),
+        ylim=(0, None),
     )
-    ax.set(
-        xlabel="normal stress [kPa]", ylabel="shear stress [kPa]", xlim=(0, None), ylim=(0, None)
-    )
-    ax.legend(frameon=False)
+    left.legend(frameon=False, fontsize=8)
+    for (name, curve), colour in zip(curves.items(), (BLUE, GREEN), strict=True):
+        mu = np.linspace(curve.low, curve.high, 101)
+        value, half = curve.at(mu)
+        right.plot(mu, value, color=colour, label=name)
+        right.fill_between(mu, value - half, value + half, color=colour, alpha=0.15, lw=0)
+    right.axhline(slope, color="black", ls="--", lw=1, label=f"measured {slope:g}")
+    right.plot(mu, mu, color=GREY, ls=":", label="slope = particle friction")
+    right.set(xlabel="particle friction", ylabel="slope of the yield locus")
+    right.legend(frameon=False, fontsize=8)
     return figure
 
 
-def validation(groups, measured, result):
+def validation(groups, measured, result, quantity=ANGLE):
     """Replicates by group beside the measurement, with means and the equivalence margin."""
     figure, ax = _axes()
     for g, values in enumerate(groups):
@@ -335,6 +398,7 @@ def validation(groups, measured, result):
         [*range(1, len(groups) + 1), place],
         [*(f"group {g + 1}" for g in range(len(groups))), "measured"],
     )
-    means = f"simulated {result.simulated_mean:.2f}°, measured {result.measured_mean:.2f}°"
-    ax.set(ylabel=ANGLE, title=f"{means}: {result.relative_error_percent:.2f} % apart")
+    simulated, aim = (quantity.value(v) for v in (result.simulated_mean, result.measured_mean))
+    means = f"simulated {simulated}, measured {aim}"
+    ax.set(ylabel=quantity.axis, title=f"{means}: {result.relative_error_percent:.2f} % apart")
     return figure

@@ -47,9 +47,12 @@ def logged(log):
             raise
 
 
-def settings_of(data):
-    """`Config` of already checked settings."""
-    return Config.model_validate(data)
+def settings_of(data, bench_file=None):
+    """`Config` of already checked settings; the levels that the bench tests found, where given, replace its own."""
+    config = Config.model_validate(data)
+    if not bench_file:
+        return config
+    return config.model_copy(update={"fixed": config.fixed | _load(bench_file)["fixed"]})
 
 
 def _load(path):

@@ -2,6 +2,7 @@ checkpoint plan_ascent:
     input:
         screening=f"{STUDY}/screening/screening.json",
         factors=SETTINGS.factors,
+        fixed=BENCH_VALUES,
     output:
         design=f"{STUDY}/ascent/design.csv",
         plan=f"{STUDY}/ascent/plan.json",

@@ -166,11 +166,12 @@ rule shear:
         "../scripts/shear.py"
 
 
-# what the bench tests found, in the form of the configuration's `fixed`: lay it over with --configfile
+# what the bench tests found, in the form of the configuration's `fixed`; the heaps take it with `fixed_from: bench`
 rule bench_parameters:
     input:
         tilt=f"{STUDY}/tilt/tilt.json",
         drop=f"{STUDY}/drop/drop.json",
+        shear=f"{STUDY}/shear/shear.json",
     output:
         f"{STUDY}/bench/fixed.json",
     log:

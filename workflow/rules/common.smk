@@ -20,6 +20,9 @@ os.environ.update(CAMPAIGN_CORES=str(workflow.cores or 1))
 
 STUDY = f"results/{SETTINGS.name}"
 
+# an input of every rule that plans heaps: with `fixed_from: bench` they wait for the bench tests and take their values
+BENCH_VALUES = [f"{STUDY}/bench/fixed.json"] if SETTINGS.fixed_from == "bench" else []
+
 
 wildcard_constraints:
     experiment="heap|drop|tilt|shear",

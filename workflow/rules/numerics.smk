@@ -2,6 +2,7 @@ checkpoint plan_numerics:
     input:
         study="config/numerics.yaml",
         factors=SETTINGS.factors,
+        fixed=BENCH_VALUES,
     output:
         design=f"{STUDY}/numerics/design.csv",
         plan=f"{STUDY}/numerics/plan.json",

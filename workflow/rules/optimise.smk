@@ -23,6 +23,7 @@ checkpoint plan_candidate:
     input:
         optimum=f"{STUDY}/candidate/optimum.json",
         factors=SETTINGS.factors,
+        fixed=BENCH_VALUES,
     output:
         design=f"{STUDY}/candidate/design.csv",
         plan=f"{STUDY}/candidate/plan.json",

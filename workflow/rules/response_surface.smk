@@ -2,6 +2,7 @@ checkpoint plan_response_surface:
     input:
         ascent=f"{STUDY}/ascent/ascent.json",
         factors=SETTINGS.factors,
+        fixed=BENCH_VALUES,
     output:
         design=f"{STUDY}/response_surface/design.csv",
         plan=f"{STUDY}/response_surface/plan.json",

@@ -2,6 +2,7 @@
 checkpoint plan_screening:
     input:
         factors=SETTINGS.factors,
+        fixed=BENCH_VALUES,
     output:
         design=f"{STUDY}/screening/design.csv",
         plan=f"{STUDY}/screening/plan.json",

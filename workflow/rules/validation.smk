@@ -2,6 +2,7 @@ checkpoint plan_validation:
     input:
         optimum=f"{STUDY}/optimise/optimum.json",
         factors=SETTINGS.factors,
+        fixed=BENCH_VALUES,
     output:
         design=f"{STUDY}/validation/design.csv",
         plan=f"{STUDY}/validation/plan.json",

@@ -3,5 +3,5 @@ from pathlib import Path
 from calibration import stages
 
 with stages.logged(snakemake.log[0]):
-    config = stages.settings_of(snakemake.params.settings)
+    config = stages.settings_of(snakemake.params.settings, snakemake.input.get("fixed"))
     stages.plan_screening(config, Path(snakemake.output.plan).parent)

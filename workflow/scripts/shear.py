@@ -1,5 +1,5 @@
 from calibration import stages
-from calibration.bench_tests import analyse_shear
+from calibration.shear import analyse_shear
 
 with stages.logged(snakemake.log[0]):
     analyse_shear(

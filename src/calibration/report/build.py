@@ -190,13 +190,8 @@ def _texts(study, key):
             f"runs there gave {data['confirmed_mean']:.2f} "
             f"{data['unit']}. {data['closed_form_of']} gives {data['closed_form']:.3f}."
         ]
-    if key == "shear":
-        return [
-            f"Steady yield locus {data['steady']['slope']:.2f} x {data['steady']['intercept_kPa']:+.2f} kPa "
-            f"at a particle friction of "
-            f"{data['particle_friction']:g}; "
-            f"measured {data['measured']['slope']:g} x {data['measured']['intercept_kPa']:+g}."
-        ]
+    if key in ("shear", "scaling"):
+        return [data["sentence"]] if key == "shear" else [x["sentence"] for x in data["statements"]]
     return []
 
 

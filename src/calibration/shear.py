@@ -1,0 +1,191 @@
+"""The direct shear test: yield loci at several particle frictions, and the friction that gives the measured slope.
+
+The paper takes the slope of its yield locus (Eq. 26) for the friction between two particles (Eq. 27). The slope is a
+property of the bulk: particle friction, rolling resistance and dilation make it. So the particle friction is swept
+here, as the tilt test sweeps it, and the friction whose locus has the measured slope is read off with its interval.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from calibration import figures
+from calibration.bench_tests import bench_config
+from calibration.campaign import plan, read_metric, write_plan
+from calibration.factors import read_factors
+from dem.io.files import write_json
+
+FACTOR = "salt_salt_static_friction"
+METRICS = {"peak": "shear_stress_kPa", "steady": "steady_shear_stress_kPa"}
+MEASURE = "peak"  # the bench reads the peak of each shear after pre-shear
+GRID = 1001
+
+
+def plan_shear(config, folder):
+    """Plan replicates at each particle friction and normal stress; each cell of the design has its own seeds."""
+    section, tables, specs = config.bench.shear, [], {}
+    base, factors = bench_config(config, "shear"), read_factors(config.factors)
+    for k, (level, stress) in enumerate(product(section.levels, section.normal_stresses_kPa)):
+        geometry = base.run.get("geometry", {}) | {"normal_stress_kPa": stress}
+        varied = base.model_copy(
+            update={
+                "run": base.run | {"geometry": geometry},
+                "seed": config.seed + k * section.replicates,
+            }
+        )
+        rows = pd.DataFrame({"replicate": range(1, section.replicates + 1), FACTOR: level})
+        rows = rows.assign(**{n: v for n, v in section.fixed.items() if n != FACTOR})
+        table, more = plan(rows, factors, varied, "shear")
+        tables.append(table.assign(normal_stress_kPa=stress))
+        specs |= more
+    write_plan(folder, pd.concat(tables, ignore_index=True), specs)
+
+
+def yield_locus(normal, shear, alpha=0.05):
+    """Straight line shear = slope * normal + intercept with intervals and the p of a zero intercept."""
+    fit = stats.linregress(normal, shear)
+    t = stats.t.ppf(1 - alpha / 2, len(normal) - 2)
+    zero = 2 * stats.t.sf(abs(fit.intercept / fit.intercept_stderr), len(normal) - 2)
+    return {
+        "slope": float(fit.slope),
+        "slope_interval": [float(fit.slope - t * fit.stderr), float(fit.slope + t * fit.stderr)],
+        "intercept_kPa": float(fit.intercept),
+        "intercept_interval_kPa": [
+            float(fit.intercept - t * fit.intercept_stderr),
+            float(fit.intercept + t * fit.intercept_stderr),
+        ],
+        "p_zero_intercept": float(zero),
+        "R2": float(fit.rvalue**2),
+    }
+
+
+@dataclass(frozen=True)
+class SlopeCurve:
+    """Slope of the yield locus as a quadratic of the particle friction, fitted to all runs at once.
+
+    shear = normal (b0 + b1 mu + b2 mu2) + c0 + c1 mu, each run weighted by 1/normal: the scatter of a shear stress
+    grows with its load.
+    """
+
+    coefficients: np.ndarray
+    covariance: np.ndarray
+    t: float
+    low: float
+    high: float
+
+    @classmethod
+    def fit(cls, friction, normal, shear, alpha=0.05):
+        """Fit runs (n,) of particle friction [-], normal and shear stress [kPa]."""
+        mu, sigma, tau = (np.asarray(a, float) for a in (friction, normal, shear))
+        model = np.column_stack([np.ones_like(mu), mu, mu**2, 1.0 / sigma, mu / sigma])
+        response = tau / sigma
+        coefficients, *_ = np.linalg.lstsq(model, response, rcond=None)
+        left = response - model @ coefficients
+        freedom = len(mu) - model.shape[1]
+        covariance = float(left @ left) / freedom * np.linalg.inv(model.T @ model)
+        return cls(
+            coefficients,
+            covariance,
+            float(stats.t.ppf(1 - alpha / 2, freedom)),
+            mu.min(),
+            mu.max(),
+        )
+
+    def at(self, friction):
+        """Slope and half width of its interval at frictions (m,)."""
+        mu = np.asarray(friction, float)
+        model = np.stack([np.ones_like(mu), mu, mu**2], axis=-1)
+        variance = np.einsum("...i,ij,...j->...", model, self.covariance[:3, :3], model)
+        return model @ self.coefficients[:3], self.t * np.sqrt(variance)
+
+    def inverse(self, slope):
+        """(friction, interval) within the swept range that give the slope, each None where there is none.
+
+        The interval holds every friction whose slope's interval covers `slope` (Fieller's construction).
+        """
+        mu = np.linspace(self.low, self.high, GRID)
+        value, half = self.at(mu)
+        crossing = np.flatnonzero(np.diff(np.sign(value - slope)) != 0)
+        covered = mu[np.abs(value - slope) <= half]
+        friction = None
+        if len(crossing):
+            k = crossing[0]
+            friction = mu[k] + (slope - value[k]) / (value[k + 1] - value[k]) * (mu[k + 1] - mu[k])
+        interval = [float(covered.min()), float(covered.max())] if len(covered) else None
+        return None if friction is None else float(friction), interval
+
+
+def analyse_shear(config, design_file, output):
+    """Yield loci at each friction, the slope over the friction, and what follows for the paper's step."""
+    section, runs = config.bench.shear, pd.read_csv(design_file)
+    for name, metric in METRICS.items():
+        runs[f"{name}_kPa"] = read_metric(runs["run_id"], metric)
+    loci = [
+        {"particle_friction": float(level)}
+        | {n: yield_locus(g["normal_stress_kPa"], g[f"{n}_kPa"]) for n in METRICS}
+        for level, g in runs.groupby(FACTOR)
+    ]
+    curves = {
+        n: SlopeCurve.fit(runs[FACTOR], runs["normal_stress_kPa"], runs[f"{n}_kPa"])
+        for n in METRICS
+    }
+    judged = {n: _judge(config, curve) for n, curve in curves.items()}
+    runs.to_csv(output.runs, index=False)
+    figures.save(figures.yield_loci(runs, loci, curves, MEASURE, section), output.figure)
+    write_json(
+        output.summary,
+        {
+            "factor": FACTOR,
+            "measure": MEASURE,
+            "measured": {
+                "slope": section.measured_slope,
+                "intercept_kPa": section.measured_intercept_kPa,
+            },
+            "inverse": judged[MEASURE]["inverse"],
+            "loci": loci,
+            **judged,
+            "sentence": _sentence(config, judged[MEASURE]),
+        },
+    )
+
+
+def _judge(config, curve):
+    """The slope at the friction in use, the friction for the measured slope, and whether the paper's step holds."""
+    section, used = config.bench.shear, config.fixed.get(FACTOR, curve.high)
+    slope, half = (float(x) for x in curve.at(used))
+    friction, interval = curve.inverse(section.measured_slope)
+    return {
+        "particle_friction": used,
+        "slope": slope,
+        "slope_interval": [slope - half, slope + half],
+        "inverse": friction,
+        "inverse_interval": interval,
+        "swept": [curve.low, curve.high],
+        "bulk_slope_equals_particle_friction": bool(abs(slope - used) <= half),
+        "measured_slope_within_interval": bool(abs(slope - section.measured_slope) <= half),
+    }
+
+
+def _sentence(config, found):
+    """What follows for the step from a bulk slope to a particle friction."""
+    measured = config.bench.shear.measured_slope
+    low, high = found["slope_interval"]
+    text = (
+        f"Particle friction {found['particle_friction']:g} gives a yield locus of slope {found['slope']:.2f} "
+        f"(95 %: {low:.2f} to {high:.2f}), measured {measured:g}. "
+    )
+    if found["inverse_interval"] is None:
+        return text + "No particle friction in the swept range gives the measured slope."
+    a, b = found["inverse_interval"]
+    span = f"{a:.2f} to {b:.2f}"
+    if found["inverse"] is None:
+        return text + f"The measured slope is not crossed, but within the scatter of {span}."
+    inside = a <= found["particle_friction"] <= b
+    verdict = "cannot be told from" if inside else "is not"
+    return text + (
+        f"The measured slope needs a particle friction of {found['inverse']:.2f} ({span}): the bulk's slope "
+        f"{verdict} the particles' friction here."
+    )

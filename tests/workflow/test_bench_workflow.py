@@ -1,0 +1,59 @@
+"""The bench tests inside the workflow: their values reach the heaps through a file, when the configuration says so."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from calibration import stages
+from calibration.campaign import read_plan
+from calibration.config import parse_config
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def clone(tmp_path):
+    """A checkout without results: links to everything that the workflow reads."""
+    for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    return tmp_path
+
+
+def rules_of(clone, *arguments):
+    """Names of the rules that a dry run would execute."""
+    done = subprocess.run(
+        [sys.executable, "-m", "snakemake", "-n", "-j1", *arguments],
+        cwd=clone,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    counts = (line.split() for line in (done.stdout + done.stderr).splitlines())
+    return {words[0] for words in counts if len(words) == 2 and words[1].isdigit()}
+
+
+@pytest.mark.parametrize(("source", "waits"), [("bench", True), ("config", False)])
+def test_screening_waits_for_the_bench_tests_when_told_to(clone, source, waits):
+    names = rules_of(clone, "screening", "--config", f"fixed_from={source}")
+    assert "plan_screening" in names
+    assert {"tilt", "drop", "shear"}.issubset(names) == waits
+
+
+def test_values_of_the_bench_tests_reach_the_planned_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    config = parse_config(yaml.safe_load((ROOT / "config" / "config.yaml").read_text()))
+    found = tmp_path / "fixed.json"
+    found.write_text(json.dumps({"fixed": {"salt_steel_static_friction": 0.6543}}))
+    optimum = tmp_path / "optimum.json"
+    optimum.write_text(json.dumps({"optimum": {"salt_salt_rolling_friction": 0.2}}))
+    for file, friction in ((None, 0.71), (found, 0.6543)):
+        settings = stages.settings_of(config.model_dump(mode="json"), file)
+        stages.plan_validation(settings, optimum, tmp_path / "validation")
+        specs = read_plan(tmp_path / "validation" / "plan.json").values()
+        assert {s["contacts"]["particle_wall"]["static_friction"] for s in specs} == {friction}
+        assert {s["contacts"]["particle_wall"]["restitution"] for s in specs} == {0.421}
