@@ -1,7 +1,7 @@
-"""Measured conditions: a tidy table, a row a condition; the first fault is reported with its line and column."""
+"""Measured conditions: a tidy table, a row a condition; every fault is reported with its line and column."""
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import pandas as pd
@@ -9,10 +9,10 @@ import pandas as pd
 from calibration.errors import ConfigError
 
 QUANTITIES = {
-    "heap": ("angle_of_repose", "deg", 0.0, 90.0),
-    "drop": ("rebound_height", "mm", 0.0, 1e4),
-    "tilt": ("sliding_angle", "deg", 0.0, 90.0),
-    "shear": ("shear_stress", "kPa", 0.0, 1e4),
+    "heap": ("angle_of_repose", "deg", 0.1, 89.0),
+    "drop": ("rebound_height", "mm", 1e-3, 1e4),
+    "tilt": ("sliding_angle", "deg", 0.1, 89.0),
+    "shear": ("shear_stress", "kPa", 1e-4, 1e4),
 }
 """Experiment -> quantity, unit, least and largest value."""
 
@@ -41,7 +41,10 @@ LEAST_CONDITIONS = 3
 
 @dataclass(frozen=True)
 class Measurement:
-    """One measured condition: mean of n replicates with their standard deviation, in the quantity's unit."""
+    """One measured condition: mean of n replicates with their standard deviation, in the quantity's unit.
+
+    `line` is where it stands in its file, None where it has none.
+    """
 
     experiment: str
     value: float
@@ -49,6 +52,7 @@ class Measurement:
     n: int
     levers: dict
     note: str = ""
+    line: int | None = field(default=None, compare=False)
 
     @property
     def label(self):
@@ -57,54 +61,77 @@ class Measurement:
         return f"{self.experiment} ({levers})" if levers else self.experiment
 
 
+class MeasurementErrors(ConfigError):
+    """All faults of a file, one a line; `faults` holds the `ConfigError` of each."""
+
+    def __init__(self, faults):
+        self.faults = list(faults)
+        super().__init__("\n".join(str(f) for f in self.faults))
+
+
+def raise_faults(faults):
+    """Raise the one fault as it is, several as `MeasurementErrors`; none does nothing."""
+    if len(faults) == 1:
+        raise faults[0]
+    if faults:
+        raise MeasurementErrors(faults)
+
+
 def read_measurements(path):
-    """List of `Measurement`. Raises ConfigError naming file, line and column of the first fault."""
+    """List of `Measurement`. Raises ConfigError naming file, line and column of every fault, one message a fault."""
     path = Path(path)
-    try:
-        lines = path.read_text().splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"cannot be read ({error})", path=path) from None
-    kept = [(n, x) for n, x in enumerate(lines, 1) if x.strip() and not x.lstrip().startswith("#")]
-    if not kept:
-        raise ConfigError("is empty", path=path, allowed=f"columns {', '.join(COLUMNS)}")
-    rows = _rows(path, kept)
-    seen, out = {}, []
-    for line, row in rows:
-        measured = _measurement(row, path, line)
+    faults, seen, out = [], {}, []
+    for line, row in _rows(path):
+        own = []
+        measured = _measurement(row, path, line, own)
+        faults += own
+        if own:
+            continue
         key = (measured.experiment, tuple(sorted(measured.levers.items())))
         if key in seen:
-            raise ConfigError(
-                f"repeats the condition of line {seen[key]}: give its replicates as one row with n",
-                path=path,
-                line=line,
-                column="experiment",
+            reason = (
+                f"repeats the condition of line {seen[key]}: give its replicates as one row with n"
             )
-        seen[key] = line
+            faults.append(ConfigError(reason, path=path, line=line, column="experiment"))
+        seen.setdefault(key, line)
         out.append(measured)
-    if len(out) < LEAST_CONDITIONS:
-        raise ConfigError(
-            "has too few conditions to tell anything apart",
-            path=path,
-            value=len(out),
-            allowed=f"at least {LEAST_CONDITIONS} rows",
-        )
+    raise_faults(faults)
+    _enough(out, path)
     return out
 
 
-def _rows(path, kept):
-    header = [h.strip() for h in next(csv.reader([kept[0][1]]))]
-    for name in COLUMNS[:6]:
-        if name not in header:
-            raise ConfigError("is missing", path=path, line=kept[0][0], column=name)
-    for name in header:
-        if name not in COLUMNS:
-            raise ConfigError(
-                "is no known column",
-                path=path,
-                line=kept[0][0],
-                column=name,
-                allowed=", ".join(COLUMNS),
-            )
+def _enough(measurements, path):
+    """Raise ConfigError where no data could tell one mechanism from another."""
+    if len(measurements) < LEAST_CONDITIONS:
+        raise ConfigError(
+            "has too few conditions to tell anything apart",
+            path=path,
+            value=len(measurements),
+            allowed=f"at least {LEAST_CONDITIONS} rows",
+        )
+    for kind in {m.experiment for m in measurements}:
+        for lever in LEVERS:
+            if len({m.levers.get(lever) for m in measurements if m.experiment == kind}) > 1:
+                return
+    raise ConfigError(
+        "has no experiment at two settings of a lever: a single setting is met by the parameters alone",
+        path=path,
+        allowed="two rows or more of an experiment that differ in a lever column",
+    )
+
+
+def _rows(path):
+    """[(line, {column: text})]. Raises ConfigError for an unreadable file, its header or a row that is too long."""
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        raise ConfigError("is not text", path=path, allowed="UTF-8") from None
+    except OSError as error:
+        raise ConfigError(f"cannot be read ({error.strerror})", path=path) from None
+    kept = [(n, x) for n, x in enumerate(lines, 1) if x.strip() and not x.lstrip().startswith("#")]
+    if not kept:
+        raise ConfigError("is empty", path=path, allowed=f"columns {', '.join(COLUMNS)}")
+    header = _header(path, *kept[0])
     rows = []
     for line, text in kept[1:]:
         cells = next(csv.reader([text]))
@@ -115,6 +142,26 @@ def _rows(path, kept):
         cells += [""] * (len(header) - len(cells))
         rows.append((line, dict(zip(header, (c.strip() for c in cells), strict=True))))
     return rows
+
+
+def _header(path, line, text):
+    header = [h.strip() for h in next(csv.reader([text]))]
+    faults = [
+        ConfigError("is missing", path=path, line=line, column=name)
+        for name in COLUMNS[:6]
+        if name not in header
+    ]
+    allowed = ", ".join(COLUMNS)
+    for k, name in enumerate(header):
+        if name not in COLUMNS:
+            reason = "is no known column"
+        elif name in header[:k]:
+            reason = "stands twice"
+        else:
+            continue
+        faults.append(ConfigError(reason, path=path, line=line, column=name, allowed=allowed))
+    raise_faults(faults)
+    return header
 
 
 def _number(row, column, path, line, low, high):
@@ -132,51 +179,60 @@ def _number(row, column, path, line, low, high):
     return value
 
 
-def _measurement(row, path, line):
+def _measurement(row, path, line, faults):
+    """`Measurement` of a row, or None with what is wrong appended to `faults`."""
     kind = row["experiment"]
     if kind not in QUANTITIES:
-        raise ConfigError(
-            "is no experiment",
-            path=path,
-            line=line,
-            column="experiment",
-            value=kind,
-            allowed=", ".join(QUANTITIES),
-        )
+        allowed = ", ".join(QUANTITIES)
+        where = {"path": path, "line": line, "column": "experiment"}
+        faults.append(ConfigError("is no experiment", value=kind, allowed=allowed, **where))
+        return None
     quantity, unit, low, high = QUANTITIES[kind]
     for column, wanted in (("quantity", quantity), ("unit", unit)):
         if row[column] != wanted:
-            raise ConfigError(
-                f"does not go with {kind}",
-                path=path,
-                line=line,
-                column=column,
-                value=row[column],
-                allowed=wanted,
-            )
-    value = _number(row, "value", path, line, low, high)
-    sd = _number(row, "sd", path, line, 1e-9, high)
-    n = _number(row, "n", path, line, 1, 1e6)
-    if n != int(n):
-        raise ConfigError("is not a whole number", path=path, line=line, column="n", value=n)
+            where = {"path": path, "line": line, "column": column}
+            reason = f"does not go with {kind}"
+            faults.append(ConfigError(reason, value=row[column], allowed=wanted, **where))
+
+    def number(column, least, most):
+        try:
+            return _number(row, column, path, line, least, most)
+        except ConfigError as error:
+            faults.append(error)
+            return None
+
+    value, sd, n = number("value", low, high), number("sd", 1e-9, high), number("n", 1, 1e6)
+    if n is not None and n != int(n):
+        faults.append(
+            ConfigError("is not a whole number", path=path, line=line, column="n", value=n)
+        )
+    levers = _levers(row, kind, path, line, number, faults)
+    if faults:
+        return None
+    if kind == "drop" and value >= levers["drop_height_mm"]:
+        allowed = f"less than drop_height_mm = {levers['drop_height_mm']:g}"
+        where = {"path": path, "line": line, "column": "value"}
+        faults.append(ConfigError("rebounds too high", value=value, allowed=allowed, **where))
+        return None
+    return Measurement(kind, value, sd, int(n), levers, row.get("note", ""), line)
+
+
+def _levers(row, kind, path, line, number, faults):
+    """{lever: value} of the levers that are set."""
     levers = {}
     for name, (least, most) in LEVERS.items():
+        where = {"path": path, "line": line, "column": name}
         if not row.get(name):
-            continue
-        if name not in APPLIES[kind]:
+            if NEEDED.get(kind) == name:
+                faults.append(ConfigError(f"is needed for {kind}", **where))
+        elif name not in APPLIES[kind]:
             allowed = f"empty, or a row of {', '.join(e for e in APPLIES if name in APPLIES[e])}"
-            raise ConfigError(
-                f"is no lever of {kind}",
-                path=path,
-                line=line,
-                column=name,
-                value=row[name],
-                allowed=allowed,
+            faults.append(
+                ConfigError(f"is no lever of {kind}", value=row[name], allowed=allowed, **where)
             )
-        levers[name] = _number(row, name, path, line, least, most)
-    if kind in NEEDED and NEEDED[kind] not in levers:
-        raise ConfigError(f"is needed for {kind}", path=path, line=line, column=NEEDED[kind])
-    return Measurement(kind, value, sd, int(n), levers, row.get("note", ""))
+        else:
+            levers[name] = number(name, least, most)
+    return levers
 
 
 def to_table(measurements):
