@@ -1,54 +1,113 @@
-"""Writes docs/verification.md from docs/verification.json, which `pytest tests/verification --record` leaves."""
+"""Writes docs/verification.md: what the tests recorded in docs/verification.json with the notes of this folder, and the
+study of the default numerics where its table is there."""
 
 import json
+import os
 from itertools import groupby
 from pathlib import Path
 
-DOCS = Path(__file__).parents[2] / "docs"
+import page_figures
+import pandas as pd
 
-HEAD = """# Verification
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+NOTES = Path(__file__).parent / "notes"
+NUMERICS = ROOT / "results" / "reference" / "salt" / "numerics" / "numerics.csv"
+BULK = ("Beverloo", "Janssen", "Zhou et al.")
+NUMERICS_HEADING = ["## What the default numerics cost in degrees", ""]
 
-Every law of the engine against something that nobody here wrote: closed forms, published benchmarks, measurements. This
-page is generated from the tests' own results:
 
-    .venv/bin/pytest tests/verification --record && .venv/bin/python tests/verification/page.py
+def slug(topic):
+    """Name of a topic's files."""
+    return "_".join("".join(c if c.isalnum() else " " for c in topic.lower()).split())
 
-A test fails when a value is further from its reference than the tolerance; the reason for each tolerance stands beside
-it in the test. Beyond the tables, `tests/verification/test_invariants.py` draws random collisions and checks that
-momentum, angular momentum and energy are kept or lost as they must be, that no rolling torque reverses a spin, that the
-outcome does not depend on rotation, reflection, relabelling, a Galilean boost or the skin of the pair list, that the
-list holds exactly the pairs within reach, and that a restored state has the same future to the bit. EDEM's own-spin
-rolling torque does not keep angular momentum; the test measures that the loss is mu_r R times the normal impulse.
-`tests/unit/test_resume.py` kills a heap at random moments and finds its end the same to the bit.
 
-A value in bold is outside its tolerance: a known fault, marked as an expected failure in its test.
+def table_of(rows):
+    """The values of one topic; bold where outside the tolerance."""
+    lines = ["| what | engine | reference | tolerance | source |", "|---|---|---|---|---|"]
+    for r in rows:
+        unit = f" {r['unit']}" if r["unit"] else ""
+        cells = [
+            "" if r[k] is None else f"{r[k]:.{digits}g}{unit}"
+            for k, digits in (("value", 5), ("reference", 5), ("tolerance", 2))
+        ]
+        if r["tolerance"] is not None and abs(r["value"] - r["reference"]) > r["tolerance"]:
+            cells[0] = f"**{cells[0]}**"
+        lines.append(f"| {' | '.join([r['quantity'], *cells, r['source']])} |")
+    return [*lines, ""]
 
-Not verified here yet: trends of bulk flow (Zhou et al. 2002, Beverloo, Janssen), the cost of the default numerics in
-degrees with its spread over seeds, and heaps against those of LIGGGHTS under the same law.
-"""
+
+def picture(name, caption):
+    return [f"![{caption}](verification/{name}.svg)", "", caption, ""]
+
+
+def section(topic, entries):
+    """Heading, note, figures and table of one topic."""
+    rows = [e for e in entries if "value" in e]
+    lines = [f"## {topic[0].upper()}{topic[1:]}", ""]
+    note = NOTES / f"{slug(topic)}.md"
+    if note.exists():
+        lines += [note.read_text()]
+    if topic in page_figures.OF_TOPIC:
+        lines += picture(slug(topic), page_figures.OF_TOPIC[topic](rows, slug(topic)))
+    for e in entries:
+        if "figure" in e:
+            lines += picture(e["figure"], e["caption"])
+    return lines + table_of(rows)
+
+
+def numerics_section(path=NUMERICS):
+    """What the default numerics cost in degrees, or a line that says that the study has not been run."""
+    if not path.exists():
+        return [
+            *NUMERICS_HEADING,
+            "Not measured yet: `snakemake -j2 numerics` writes the table.",
+            "",
+        ]
+    table = pd.read_csv(path)
+    columns = (
+        "variant, compared with, point, n, angle [°], sd [°], difference [°], 95 % interval [°]"
+    )
+    lines = [*NUMERICS_HEADING, (NOTES / "numerics.md").read_text()]
+    lines += picture("numerics", page_figures.numerics(table))
+    lines += [f"| {columns.replace(', ', ' | ')} | within seed spread |", "|---" * 9 + "|"]
+    for row in table.to_dict("records"):
+        cells = [
+            row["variant"],
+            row["point"],
+            f"{row['n']}",
+            f"{row['mean']:.2f}",
+            f"{row['sd']:.2f}",
+        ]
+        if pd.isna(row["difference"]):
+            cells[1:1], after = [""], ["", "", ""]
+        else:
+            cells[1:1] = [row["against"]]
+            within = "yes" if str(row["within_seed_spread"]) == "True" else "no"
+            after = [
+                f"{row['difference']:+.2f}",
+                f"{row['low']:+.2f} to {row['high']:+.2f}",
+                within,
+            ]
+        lines.append(f"| {' | '.join(cells + after)} |")
+    return [*lines, ""]
+
+
+def order(record):
+    """Bulk material last; the rest by name."""
+    topic = record["topic"]
+    return (BULK.index(topic) if topic in BULK else -1, topic.lower())
 
 
 def main():
-    records = sorted(json.loads((DOCS / "verification.json").read_text()), key=lambda r: r["topic"])
-    lines = [HEAD]
-    for topic, rows in groupby(records, key=lambda r: r["topic"]):
-        lines += [
-            f"## {topic[0].upper()}{topic[1:]}",
-            "",
-            "| what | engine | reference | tolerance | source |",
-            "|---|---|---|---|---|",
-        ]
-        for r in rows:
-            unit = f" {r['unit']}" if r["unit"] else ""
-            figures = [
-                f"{r[k]:.{digits}g}{unit}"
-                for k, digits in (("value", 5), ("reference", 5), ("tolerance", 2))
-            ]
-            if abs(r["value"] - r["reference"]) > r["tolerance"]:
-                figures[0] = f"**{figures[0]}**"
-            lines.append(f"| {' | '.join([r['quantity'], *figures, r['source']])} |")
-        lines.append("")
-    (DOCS / "verification.md").write_text("\n".join(lines))
+    records = sorted(json.loads((DOCS / "verification.json").read_text()), key=order)
+    lines = [(NOTES / "head.md").read_text(), *picture("overview", page_figures.overview(records))]
+    for topic, entries in groupby(records, key=lambda r: r["topic"]):
+        lines += section(topic, list(entries))
+    lines += numerics_section()
+    partial = DOCS / "verification.md.partial"
+    partial.write_text("\n".join(lines))
+    os.replace(partial, DOCS / "verification.md")
 
 
 if __name__ == "__main__":

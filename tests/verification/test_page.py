@@ -1,0 +1,36 @@
+"""The page says what was recorded, and says so where nothing was."""
+
+import page
+import page_figures
+import pandas as pd
+
+from calibration.numerics import compare_variants
+
+
+def test_numerics_not_yet_measured_are_named(tmp_path):
+    text = "\n".join(page.numerics_section(tmp_path / "numerics.csv"))
+    assert "Not measured yet" in text
+
+
+def test_numerics_are_shown_as_the_study_writes_them(tmp_path, monkeypatch):
+    angles = {"a": 30.0, "b": 31.0, "c": 30.5, "d": 33.0, "e": 34.0, "f": 33.2}
+    monkeypatch.setattr("calibration.numerics.read_metric", lambda ids, _: ids.map(angles))
+    monkeypatch.setattr(page_figures, "FOLDER", tmp_path)
+    design = pd.DataFrame({"run_id": list(angles), "point": "optimum"})
+    design["variant"] = ["default"] * 3 + ["half the time step"] * 3
+    design["against"] = [""] * 3 + ["default"] * 3
+    table = compare_variants(design, "angle")
+    table.round(3).to_csv(tmp_path / "numerics.csv", index=False)
+
+    text = "\n".join(page.numerics_section(tmp_path / "numerics.csv"))
+    assert "| default |  | optimum | 3 | 30.50 | 0.50 |  |  |  |" in text
+    row = next(line for line in text.splitlines() if line.startswith("| half the time step"))
+    assert "| +2.90 | +1.7" in row
+    assert row.endswith("| no |")
+    assert (tmp_path / "numerics.svg").exists()
+
+
+def test_a_value_outside_its_tolerance_is_bold_and_an_unjudged_one_is_not():
+    row = {"quantity": "angle", "value": 3.0, "reference": 1.0, "unit": "deg", "source": "s"}
+    assert "**3 deg**" in "\n".join(page.table_of([row | {"tolerance": 1.0}]))
+    assert "| 3 deg | 1 deg |  |" in "\n".join(page.table_of([row | {"tolerance": None}]))
