@@ -1,6 +1,7 @@
 """Settings of the diagnosis and the run spec of a condition."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -8,8 +9,12 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from calibration.config import overlay
+from calibration.discrepancy.catalogue import load_catalogue
+from calibration.discrepancy.measurements import raise_faults
 from calibration.errors import ConfigError
 from calibration.factors import read_factors
+from dem.errors import SpecError
+from dem.spec import parse_spec
 
 PLACE = {
     "particle_diameter_mm": ("particles", "diameter_mm"),
@@ -38,6 +43,9 @@ class Experiment(_Part):
     mechanisms: list[str] | None = Field(
         None, description="mechanisms that get emulator runs; all that show on it unless given"
     )
+    runs_per_input: int | None = Field(
+        None, ge=3, le=100, description="in place of the number for all experiments"
+    )
     run: dict = Field(description="run spec of the experiment, over that of the calibration")
 
     @model_validator(mode="after")
@@ -45,11 +53,21 @@ class Experiment(_Part):
         for name, (low, high) in self.levers.items():
             if name not in PLACE or not 0 < low < high:
                 raise ValueError(f"levers.{name}: a known lever with 0 < low < high is needed")
+        if not self.levers:
+            raise ValueError("levers: an emulator needs one lever at least")
         return self
 
 
 class Settings(_Part):
     """config/diagnosis.yaml."""
+
+    ranges: dict[str, Range] = Field(
+        {}, description="factor: least and largest level, in place of those of the factors' table"
+    )
+    catalogue: str | None = Field(None, description="folder with further mechanisms, one file each")
+    gain_runs: int = Field(
+        3, ge=2, le=50, description="runs of the real engine at each left-out setting"
+    )
 
     runs_per_input: int = Field(ge=3, le=100)
     replicates: int = Field(ge=50, le=10000)
@@ -60,9 +78,9 @@ class Settings(_Part):
 
 
 def read_settings(path, changes=None):
-    """`Settings` from YAML with top-level keys of `changes` replaced. Raises ConfigError."""
+    """`Settings` from YAML with the nested mapping `changes` laid over it. Raises ConfigError."""
     try:
-        data = yaml.safe_load(Path(path).read_text()) | (changes or {})
+        data = overlay(yaml.safe_load(Path(path).read_text()), changes or {})
         return Settings.model_validate(data)
     except OSError as error:
         raise ConfigError(f"cannot be read ({error.strerror})", path=path) from None
@@ -78,35 +96,75 @@ def parameters_of(settings, factors_file, experiments):
     """Factors calibrated on any of the experiments, in the order of the factors' table."""
     wanted = {p for e in experiments for p in settings.experiments[e].parameters}
     factors = read_factors(factors_file)
-    unknown = wanted - {f.name for f in factors}
-    if unknown:
-        raise ConfigError(
-            "is no factor", path=factors_file, key="parameters", value=sorted(unknown)[0]
-        )
-    return [f for f in factors if f.name in wanted]
+    known = ", ".join(f.name for f in factors)
+    for key, names in (("parameters", wanted), ("ranges", settings.ranges)):
+        for name in sorted(set(names) - {f.name for f in factors}):
+            raise ConfigError("is no factor", path=factors_file, key=key, value=name, allowed=known)
+    chosen = []
+    for f in factors:
+        low, high = settings.ranges.get(f.name, (f.low, f.high))
+        if low >= high:
+            raise ConfigError(
+                "must ascend", key=f"diagnosis.ranges.{f.name}", value=settings.ranges[f.name]
+            )
+        if f.name in wanted:
+            chosen.append(replace(f, low=low, high=high))
+    return chosen
+
+
+def catalogue_of(settings, experiments):
+    """{name: Mechanism} of the catalogue and of the settings' own folder. Raises ConfigError for an unknown name."""
+    known = load_catalogue(folder=settings.catalogue)
+    for kind in experiments:
+        for name in settings.experiments[kind].mechanisms or ():
+            if name not in known or kind not in known[name].experiments:
+                allowed = ", ".join(m.name for m in known.values() if kind in m.experiments)
+                key = f"experiments.{kind}.mechanisms"
+                raise ConfigError(
+                    "is no mechanism that shows on it", key=key, value=name, allowed=allowed
+                )
+    return known
 
 
 def check_range(settings, measurements, path):
-    """Raise ConfigError for a condition outside the levers' range of the emulators."""
+    """Raise ConfigError for the conditions outside what the emulators cover, one message each."""
+    faults = []
     for m in measurements:
+        where = {"path": path, "line": m.line}
         if m.experiment not in settings.experiments:
-            raise ConfigError("has no entry under experiments", path=path, key=m.experiment)
+            allowed = ", ".join(settings.experiments)
+            where |= {"column": "experiment", "value": m.experiment, "allowed": allowed}
+            faults.append(ConfigError("has no entry in the diagnosis' settings", **where))
+            continue
         levers = settings.experiments[m.experiment].levers
         for name, value in m.levers.items():
             if name == "output_interval_s":
                 continue
-            low, high = levers.get(name, (None, None))
-            default = _default(settings, m.experiment, name)
-            inside = low * (1 - 1e-9) <= value <= high * (1 + 1e-9) if low else value == default
+            if name in levers:
+                low, high = levers[name]
+                inside = low * (1 - 1e-9) <= value <= high * (1 + 1e-9)
+                allowed = f"{low:g} to {high:g}"
+            else:
+                fixed = _default(settings, m.experiment, name)
+                inside = value == fixed
+                allowed = "empty" if fixed is None else f"empty or {fixed:g}"
             if not inside:
-                allowed = f"{low:g} to {high:g}" if low else f"{default}, or a range under levers"
-                raise ConfigError(
-                    f"{m.label} is outside what the emulators cover",
-                    path=path,
-                    key=f"experiments.{m.experiment}.levers.{name}",
-                    value=value,
-                    allowed=allowed,
-                )
+                key = f"experiments.{m.experiment}.levers.{name} of the diagnosis' settings"
+                more = where | {"column": name, "value": value, "allowed": f"{allowed} ({key})"}
+                faults.append(ConfigError("is outside what the emulators cover", **more))
+    raise_faults(faults)
+
+
+def check_specs(settings, base, measurements):
+    """Raise ConfigError where an experiment's run spec cannot be run at a measured condition."""
+    for m in measurements:
+        spec = condition_spec(base, settings, [], m.experiment, m.levers, {}, 0)
+        try:
+            parse_spec(spec)
+        except SpecError as error:
+            raise ConfigError(
+                f"{m.label}: {error}", key=f"experiments.{m.experiment}.run"
+            ) from None
 
 
 def _default(settings, experiment, lever):
@@ -125,9 +183,10 @@ def lever_values(settings, experiment, levers):
 def condition_spec(base, settings, factors, experiment, levers, values, seed):
     """Run spec (a mapping) of a condition: calibration's spec, experiment's, levers, and factor values {name:
     value}."""
+    # the heap stands in the calibration's own rig
+    shared = ("materials", "contacts", *(["geometry"] if experiment == "heap" else []))
     spec = overlay(
-        {k: v for k, v in base.items() if k in ("materials", "contacts")},
-        settings.experiments[experiment].run,
+        {k: v for k, v in base.items() if k in shared}, settings.experiments[experiment].run
     )
     spec["laws"] = dict(base.get("laws", {}))
     spec |= {"experiment": experiment, "seed": int(seed)}

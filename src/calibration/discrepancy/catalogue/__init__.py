@@ -1,5 +1,7 @@
 """The catalogue of mechanisms: each module beside this one defines `MECHANISM`; nothing else lists them.
 
+A study may add a folder of its own (`diagnosis.catalogue`), each file of which does the same.
+
 A mechanism of the engine has `apply(spec, strength)`, which returns a run spec with its law switched on. One of the
 measurement has in addition `observe(value, condition, strength)`: what would have been read in place of the true
 value (arrays or floats; condition is the mapping of levers); its `apply` is what the engine's own model of the
@@ -7,10 +9,14 @@ instrument does, used to make test data.
 """
 
 import importlib
+import importlib.util
 import math
 import pkgutil
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
+
+from calibration.errors import ConfigError
 
 
 @dataclass(frozen=True)
@@ -69,11 +75,42 @@ def set_law(spec, slot, law, **parameters):
     }
 
 
-def load_catalogue(without=()):
-    """{name: Mechanism} of every module in this folder, without those named."""
-    found = {}
-    for module in pkgutil.iter_modules(__path__):
-        mechanism = importlib.import_module(f"{__name__}.{module.name}").MECHANISM
-        if mechanism.name not in without:
-            found[mechanism.name] = mechanism
-    return found
+def load_catalogue(without=(), folder=None):
+    """{name: Mechanism} of every module beside this one and of every file in `folder`, without those named.
+
+    Raises ConfigError for a folder that is not there and for a file that defines no new mechanism.
+    """
+    modules = [
+        importlib.import_module(f"{__name__}.{m.name}") for m in pkgutil.iter_modules(__path__)
+    ]
+    found = {m.MECHANISM.name: m.MECHANISM for m in modules}
+    for path in _files(folder):
+        mechanism = _mechanism_of(path)
+        if mechanism.name in found:
+            allowed = f"another than {', '.join(found)}"
+            raise ConfigError(
+                "is taken", path=path, key="name", value=mechanism.name, allowed=allowed
+            )
+        found[mechanism.name] = mechanism
+    return {name: m for name, m in found.items() if name not in without}
+
+
+def _files(folder):
+    if folder is None:
+        return []
+    if not Path(folder).is_dir():
+        raise ConfigError("is no folder", path=folder, key="diagnosis.catalogue")
+    return sorted(Path(folder).glob("[!_]*.py"))
+
+
+def _mechanism_of(path):
+    spec = importlib.util.spec_from_file_location(f"mechanism_{path.stem}", path)
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:  # the file is the user's
+        raise ConfigError(f"cannot be loaded ({error})", path=path) from error
+    mechanism = getattr(module, "MECHANISM", None)
+    if not isinstance(mechanism, Mechanism):
+        raise ConfigError("defines no mechanism", path=path, allowed="MECHANISM = Mechanism(...)")
+    return mechanism
