@@ -195,6 +195,30 @@ class BenchConfig(_Part):
     shear: ShearConfig = ShearConfig()
 
 
+class ScalingConfig(_Part):
+    """The scaling claim of 1.2, tried on the heap and the drop."""
+
+    factors: list[Positive] = Field(
+        [1.0, 2.0, 4.0], min_length=2, description="length factors; the first is compared with"
+    )
+    seeds: int = Field(6, ge=2, le=100, description="heaps at each scale")
+    drop_seeds: int = Field(2, ge=2, le=100, description="runs of the drop at each scale")
+    margin_deg: Positive = Field(2.0, description="change of the angle that does not matter")
+    margin_restitution: Positive = Field(
+        0.02, description="change of the restitution that does not matter"
+    )
+    point: dict[str, float] = Field({}, description="factor name: level in all these runs")
+    cohesion: dict = Field(
+        {
+            "laws": {"cohesion": "jkr"},
+            "law_parameters": {"surface_energy_J_m2": 0.005, "wall_surface_energy_J_m2": 0.005},
+        },
+        description="what the cohesive runs have at the first scale beyond the others",
+    )
+    heap: dict = Field({}, description="grains, rig and numerics of the heap at scale 1")
+    drop: dict = Field({}, description="grains, rig and numerics of the drop at scale 1")
+
+
 class Config(_Part):
     """The whole configuration; `run` is the run spec that all heaps share."""
 
@@ -221,6 +245,7 @@ class Config(_Part):
     response_surface: SurfaceConfig = SurfaceConfig()
     optimise: OptimiseConfig = OptimiseConfig()
     bench: BenchConfig = BenchConfig()
+    scaling: ScalingConfig = ScalingConfig()
     validation: ValidationConfig = ValidationConfig()
     diagnosis: dict = Field({}, description="changes to top-level keys of config/diagnosis.yaml")
 
@@ -241,6 +266,7 @@ def parse_config(data, file="config"):
     for section, mapping in (
         ("fixed", config.fixed),
         ("bench.shear.fixed", config.bench.shear.fixed),
+        ("scaling.point", config.scaling.point),
         ("screening.go_on", config.screening.go_on or ()),
         ("ascent.start", config.ascent.start),
         ("ascent.step", config.ascent.step),

@@ -1,0 +1,98 @@
+"""Runs that test the scaling claim: a heap and a drop enlarged by a rule, grain and rig alike.
+
+The unit in the name of a run spec's key says which quantity it is, so one table turns a rule into a run spec. Gravity
+is the Earth's in every run: a rule that would have it scaled is tried as the paper applies it, with everything else
+scaled. The number of grains is the same at every scale.
+"""
+
+from itertools import product
+
+import pandas as pd
+
+from calibration.campaign import plan, write_plan
+from calibration.config import overlay, point_spec
+from calibration.factors import read_factors
+from calibration.scaling import RULES, ScalingError, factors
+from dem.spec import parse_spec
+
+EXPERIMENTS = ("heap", "drop")
+UNITS = {
+    # ending of a key: quantity; the longest ending that fits counts
+    "_kg_m3": "density",
+    "_Pa": "modulus",
+    "_kPa": "stress",
+    "_J_m3": "cohesion_energy_density",
+    "_J_m2": "surface_energy",
+    "_N_m": "surface_energy",
+    "_N": "force",
+    "_Pa_s": "viscosity",
+    "_m_s": "velocity",
+    "_mm_s": "velocity",
+    "_mm": "length",
+    "_per_s": "angular_velocity",
+    "_deg_s": "angular_velocity",
+    "_s": "time",
+}
+NOT_SCALED = ("output", "seed")  # what is written, not what is simulated
+
+
+def quantity_of(key):
+    """Quantity of `scaling.DIMENSIONS` that a run spec's key holds, by its unit; None for a number without one."""
+    endings = [u for u in UNITS if key.endswith(u)]
+    return UNITS[max(endings, key=len)] if endings else None
+
+
+def enlarged(run, experiment, rule, h):
+    """The run spec `run` (a mapping without experiment and seed), defaults put in, enlarged h times by `rule`.
+
+    Raises ScalingError for a mesh, which has no key to scale; SpecError as `dem.spec.parse_spec` does.
+    """
+    spec = parse_spec(point_spec(run, experiment, {}, 1)).model_dump(mode="json")
+    factor = factors(rule.held, h)
+    return {
+        section: value if section in NOT_SCALED else _scaled(value, factor)
+        for section, value in spec.items()
+        if section not in ("experiment", "seed")
+    }
+
+
+def _scaled(part, factor, key=""):
+    if isinstance(part, dict):
+        return {k: _scaled(v, factor, k) for k, v in part.items()}
+    if key.endswith("_stl") and part is not None:
+        raise ScalingError(f"{key}: a mesh cannot be enlarged here; use the analytic rig")
+    quantity = quantity_of(key)
+    if quantity is None or part is None:
+        return part
+    if isinstance(part, list):
+        return [round_off(x * factor[quantity]) for x in part]
+    return round_off(part * factor[quantity])
+
+
+def round_off(value):
+    """Nine significant digits: the last bits of a power would rename a cached run."""
+    return float(f"{value:.9g}")
+
+
+def base_run(config, experiment, cohesive):
+    """The run spec at scale 1: the study's materials and laws, the stage's own grains and rig."""
+    section = config.scaling
+    run = {k: v for k, v in config.run.items() if k in ("materials", "laws", "law_parameters")}
+    run = overlay(run, getattr(section, experiment))
+    return overlay(run, section.cohesion) if cohesive else run
+
+
+def plan_scaling(config, folder):
+    """Plan every experiment under every rule and scale, without and with cohesion, with all seeds."""
+    section, tables, specs = config.scaling, [], {}
+    levels = read_factors(config.factors)
+    cases = product(EXPERIMENTS, RULES, (False, True), section.factors)
+    for experiment, rule, cohesive, h in cases:
+        run = enlarged(base_run(config, experiment, cohesive), experiment, RULES[rule], h)
+        seeds = section.seeds if experiment == "heap" else section.drop_seeds
+        rows = pd.DataFrame([section.point] * seeds)
+        rows = rows.assign(rule=rule, cohesive=cohesive, scale=h)
+        table, more = plan(rows, levels, config.model_copy(update={"run": run}), experiment)
+        tables.append(table)
+        specs |= more
+    write_plan(folder, pd.concat(tables, ignore_index=True), specs)
