@@ -23,11 +23,13 @@ def run_id(spec):
     return f"{parsed.experiment}-{content_hash(parsed)}"
 
 
-def plan(design, factors, config, experiment="heap"):
-    """Add `seed` and `run_id` to a design table; returns the table and {run_id: spec}.
+def plan(design, factors, config, experiment=None):
+    """Add `seed` and `run_id` to a design table; returns the table and {run_id: spec}. experiment: the study's own
+    unless given.
 
     The n-th occurrence of a point has the n-th seed, so replicates differ and equal points of two stages share a run.
     """
+    experiment = experiment or config.experiment
     used = [f for f in factors if f.name in design]
     seen, rows, specs = {}, [], {}
     for row in design.to_dict("records"):
@@ -64,9 +66,13 @@ def result_path(name):
     return f"results/runs/{name}/result.json"
 
 
-def read_metric(run_ids, metric):
-    """Values (n,) of one metric of finished runs."""
-    return [json.loads(Path(result_path(r)).read_text())["metrics"][metric] for r in run_ids]
+REQUIRED = object()
+
+
+def read_metric(run_ids, metric, default=REQUIRED):
+    """Values (n,) of one metric of finished runs; `default` for runs without it, unless that is an error."""
+    found = [json.loads(Path(result_path(r)).read_text())["metrics"] for r in run_ids]
+    return [m[metric] if default is REQUIRED else m.get(metric, default) for m in found]
 
 
 def progress(config):

@@ -18,6 +18,7 @@ RESERVED = {
     "response",
     "response_sd",
     "relative_error",
+    "desirability",
 }
 
 

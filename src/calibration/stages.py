@@ -13,8 +13,8 @@ from pathlib import Path
 import pandas as pd
 
 from calibration import figures
-from calibration.campaign import plan, read_metric, write_plan
-from calibration.config import Config, read_target
+from calibration.campaign import plan, write_plan
+from calibration.config import Config, goals, read_target
 from calibration.design import (
     box_behnken,
     path_from_effects,
@@ -24,8 +24,10 @@ from calibration.design import (
 )
 from calibration.errors import CalibrationError
 from calibration.factors import Factor, read_factors
-from calibration.optimise import solve
+from calibration.figures_desirability import desirability_contours
+from calibration.optimise import compromise, solve
 from calibration.regression import fit_surface, screen, significant
+from calibration.targets import columns, judge, nearest, strongest, with_responses
 from calibration.validate import compare
 from dem.errors import DemError
 from dem.io.files import write_json
@@ -59,16 +61,6 @@ def _load(path):
     return json.loads(Path(path).read_text())
 
 
-def _with_response(design_file, config):
-    """The design table with the runs' results in column `response`."""
-    design = pd.read_csv(design_file)
-    design["response"] = read_metric(design["run_id"], config.target.metric)
-    spread = config.target.metric.replace("_deg", "_sd_deg")
-    if spread != config.target.metric:
-        design["response_sd"] = read_metric(design["run_id"], spread)
-    return design
-
-
 def _chosen(factors, names):
     return [next(f for f in factors if f.name == n) for n in names]
 
@@ -86,16 +78,21 @@ def plan_screening(config, folder):
 def analyse_screening(config, design_file, output):
     """Effects, ANOVA and charts; writes the names of the factors that go on, largest effect first."""
     factors = read_factors(config.factors)
-    runs = _with_response(design_file, config)
+    runs = with_responses(pd.read_csv(design_file), config)
     rules = config.screening
-    result = screen(runs, [f.code for f in factors], runs["response"], rules.alpha)
+    screened = {
+        column: screen(runs, [f.code for f in factors], runs[column], rules.alpha)
+        for column in columns(config)
+    }
+    result = screened["response"]
+    deciding = strongest(list(screened.values())) if config.further_targets else result
     # a configured path says which factors the user wants to follow where the screening leaves the choice open
     preferred = (
         [f.code for f in factors if f.name in config.ascent.step]
         if config.ascent.rule == "configured"
         else []
     )
-    codes = significant(result, rules.alpha, rules.at_least, rules.at_most, preferred)
+    codes = significant(deciding, rules.alpha, rules.at_least, rules.at_most, preferred)
     if rules.go_on:
         codes = [f.code for f in factors if f.name in rules.go_on]
     names = {f.code: f.name for f in factors}
@@ -103,6 +100,9 @@ def analyse_screening(config, design_file, output):
     runs.to_csv(output.runs, index=False)
     table.to_csv(output.effects, index=False)
     result.anova.to_csv(output.anova, index=False)
+    for target, path in zip(config.further_targets, output.get("further", []), strict=True):
+        other = screened[target.metric].table
+        other.assign(name=other["code"].map(names)).to_csv(path, index=False)
     figures.save(figures.half_normal(table, codes), output.half_normal)
     limits = result.t_limit, result.bonferroni_limit, rules.alpha
     figures.save(figures.pareto(table, *limits), output.pareto)
@@ -110,7 +110,7 @@ def analyse_screening(config, design_file, output):
         output.summary,
         {
             "factors": [names[c] for c in codes],
-            "significant": [names[c] for c in significant(result, rules.alpha, at_least=0)],
+            "significant": [names[c] for c in significant(deciding, rules.alpha, at_least=0)],
             "effects": dict(zip(table["name"], table["effect"], strict=True)),
             "p": dict(zip(table["name"], table["p"], strict=True)),
             "method": result.method,
@@ -136,12 +136,11 @@ def plan_ascent(config, screening_file, folder):
 
 
 def analyse_ascent(config, design_file, output):
-    """The path's results and the point nearest to the target, which becomes the region's centre."""
+    """The path's results and the point nearest to what is wanted, which becomes the region's centre."""
     factors = read_factors(config.factors)
-    runs = _with_response(design_file, config)
+    runs = judge(with_responses(pd.read_csv(design_file), config), config)
     target = float(read_target(config).mean())
-    runs["relative_error"] = (runs["response"] - target).abs() / target
-    best = runs.loc[runs["relative_error"].idxmin()]
+    best = nearest(runs)
     used = [f for f in factors if f.name in runs]
     runs.to_csv(output.runs, index=False)
     figures.save(figures.ascent_path(runs, used, target, int(best["run"])), output.path)
@@ -191,7 +190,7 @@ def read_region(path):
 def analyse_response_surface(config, design_file, region_file, output):
     """Quadratic model, ANOVA, diagnostics and plots."""
     region = read_region(region_file)
-    runs = _with_response(design_file, config)
+    runs = with_responses(pd.read_csv(design_file), config)
     surface = fit_surface(runs, [f.code for f in region], runs["response"])
     runs.to_csv(output.runs, index=False)
     surface.coefficients.to_csv(output.coefficients, index=False)
@@ -201,21 +200,25 @@ def analyse_response_surface(config, design_file, region_file, output):
     figures.save(figures.residual_panel(surface), output.residuals)
     figures.save(figures.perturbation(surface, region), output.perturbation)
     figures.save(figures.surfaces(surface, region), output.surfaces)
+    write_json(output.summary, _description(surface, region))
+    for target, path in zip(config.further_targets, output.get("further", []), strict=True):
+        other = fit_surface(runs, [f.code for f in region], runs[target.metric])
+        write_json(path, _description(other, region))
+
+
+def _description(surface, region):
+    """What a response surface is, for JSON: equation, statistics, stationary point and ridge."""
     stationary = surface.canonical()
-    write_json(
-        output.summary,
-        {
-            "equation_coded": surface.equation(),
-            "statistics": surface.summary,
-            "stationary_point": {
-                f.name: f.natural(float(x))
-                for f, x in zip(region, stationary["point"], strict=True)
-            },
-            "stationary_kind": stationary["kind"],
-            "eigenvalues": [float(v) for v in stationary["eigenvalues"]],
-            "ridge": _ridge(surface, region),
+    return {
+        "equation_coded": surface.equation(),
+        "statistics": surface.summary,
+        "stationary_point": {
+            f.name: f.natural(float(x)) for f, x in zip(region, stationary["point"], strict=True)
         },
-    )
+        "stationary_kind": stationary["kind"],
+        "eigenvalues": [float(v) for v in stationary["eigenvalues"]],
+        "ridge": _ridge(surface, region),
+    }
 
 
 def _ridge(surface, region):
@@ -239,54 +242,110 @@ def plan_candidate(config, optimum_file, folder):
 
 def augmented_runs(config, runs_file, region, candidate_file):
     """The response surface's runs with those at the candidate added, in the same columns."""
-    candidate = _with_response(candidate_file, config)
+    candidate = with_responses(pd.read_csv(candidate_file), config)
     for f in region:
         candidate[f.code] = f.coded(candidate[f.name])
     return pd.concat([pd.read_csv(runs_file), candidate], ignore_index=True)
 
 
 def optimise(config, runs_file, region_file, output, candidate_file=None):
-    """Solve the surface for the measured mean; with `candidate_file` the runs at the candidate are fitted as well."""
+    """Solve the surface for the measured mean, or with several targets find the most desirable point; with
+    `candidate_file` the runs at the candidate are fitted as well."""
     region = read_region(region_file)
     if candidate_file:
         runs = augmented_runs(config, runs_file, region, candidate_file)
     else:
         runs = pd.read_csv(runs_file)
-    measured = read_target(config)
-    surface = fit_surface(runs, [f.code for f in region], runs["response"])
+    surfaces = [fit_surface(runs, [f.code for f in region], runs[c]) for c in columns(config)]
+    if config.further_targets:
+        found = _optimise_several(config, surfaces, region, output)
+    else:
+        found = _optimise_one(config, surfaces[0], region, output)
+    write_json(output.summary, found | {"fitted_runs": len(runs)})
+
+
+def _optimise_one(config, surface, region, output):
+    """The point of the solution set that the configured rule takes."""
     rules = config.optimise
     point = [f.coded(rules.point.get(f.name, f.centre)) for f in region]
-    solution = solve(surface, float(measured.mean()), rules.rule, config.seed, point)
-    count = config.validation.groups * config.validation.replicates
-    low, high = surface.confirmation_interval([solution.chosen], count)
-    # what differs beyond six digits is the solver's noise, which must not rename the cached validation runs
-    optimum = [round(float(x), 6) for x in solution.chosen]
-    points = pd.DataFrame(
-        {f.name: f.natural(solution.points[:, k]) for k, f in enumerate(region)}
-        | {f"{f.code}_coded": solution.points[:, k] for k, f in enumerate(region)}
-    )
-    points.to_csv(output.solutions, index=False)
+    wanted = float(read_target(config).mean())
+    solution = solve(surface, wanted, rules.rule, config.seed, point)
+    _write_points(solution.points, region, output.solutions)
     figures.save(figures.contours(surface, region, solution), output.contours)
-    first, last = solution.extent()
-    write_json(
-        output.summary,
+    return {
+        "target": solution.target,
+        "attainable": solution.attainable,
+        "rule": solution.rule,
+    } | _optimum(config, surface, region, solution.chosen, solution.extent())
+
+
+def _optimise_several(config, surfaces, region, output):
+    """The most desirable point; its solution set is the region that is nearly as desirable."""
+    wanted = goals(config)
+    found = compromise(surfaces, wanted, config.seed)
+    _write_points(found.points, region, output.solutions)
+    figures.save(desirability_contours(surfaces, wanted, region, found), output.contours)
+    rows = zip(columns(config).values(), surfaces, wanted, strict=True)
+    return (
         {
-            "target": solution.target,
-            "attainable": solution.attainable,
-            "rule": solution.rule,
-            "optimum": {f.name: f.natural(x) for f, x in zip(region, optimum, strict=True)},
-            "optimum_coded": {f.code: x for f, x in zip(region, optimum, strict=True)},
-            "predicted": solution.predicted,
-            "confirmation_interval": [float(low[0]), float(high[0])],
-            "confirmation_runs": count,
-            "fitted_runs": len(runs),
-            "standard_error": float(surface.standard_error([solution.chosen])[0]),
-            "solution_set": {
-                f.name: [f.natural(float(a)), f.natural(float(b))]
-                for f, a, b in zip(region, first, last, strict=True)
-            },
-        },
+            "target": wanted[0].target,
+            "attainable": bool(found.desirability > 1.0 - 1e-3),
+            "rule": "desirability",
+            "desirability": found.desirability,
+        }
+        | _optimum(config, surfaces[0], region, found.chosen, (found.low, found.high))
+        | {
+            "responses": {
+                metric: _expected(config, surface, goal, found.chosen)
+                for metric, surface, goal in rows
+            }
+        }
     )
+
+
+def _expected(config, surface, goal, chosen):
+    """What one of several responses is expected to be at the optimum."""
+    predicted = float(surface.predict([chosen])[0])
+    low, high = surface.confirmation_interval([chosen], _confirmation_runs(config))
+    return {
+        "goal": goal.kind,
+        "target": goal.target,
+        "predicted": predicted,
+        "confirmation_interval": [float(low[0]), float(high[0])],
+        "desirability": float(goal.desirability(predicted)),
+    }
+
+
+def _confirmation_runs(config):
+    return config.validation.groups * config.validation.replicates
+
+
+def _optimum(config, surface, region, chosen, extent):
+    """The chosen point with the response that is expected there, and the extent (low, high) of its alternatives."""
+    count = _confirmation_runs(config)
+    low, high = surface.confirmation_interval([chosen], count)
+    # what differs beyond six digits is the solver's noise, which must not rename the cached validation runs
+    optimum = [round(float(x), 6) for x in chosen]
+    return {
+        "optimum": {f.name: f.natural(x) for f, x in zip(region, optimum, strict=True)},
+        "optimum_coded": {f.code: x for f, x in zip(region, optimum, strict=True)},
+        "predicted": float(surface.predict([chosen])[0]),
+        "confirmation_interval": [float(low[0]), float(high[0])],
+        "confirmation_runs": count,
+        "standard_error": float(surface.standard_error([chosen])[0]),
+        "solution_set": {
+            f.name: [f.natural(float(a)), f.natural(float(b))]
+            for f, a, b in zip(region, *extent, strict=True)
+        },
+    }
+
+
+def _write_points(points, region, path):
+    """Table of coded points (m, factors) in natural and coded levels."""
+    pd.DataFrame(
+        {f.name: f.natural(points[:, k]) for k, f in enumerate(region)}
+        | {f"{f.code}_coded": points[:, k] for k, f in enumerate(region)}
+    ).to_csv(path, index=False)
 
 
 def plan_validation(config, optimum_file, folder):
@@ -302,13 +361,35 @@ def plan_validation(config, optimum_file, folder):
 
 
 def analyse_validation(config, design_file, output):
-    """Compare the replicates with the measurement."""
-    runs = _with_response(design_file, config)
+    """Compare the replicates with the measurement, and with the further ones where there are any."""
+    runs = with_responses(pd.read_csv(design_file), config)
     measured = read_target(config)
-    groups = runs.pivot(index="group", columns="replicate", values="response").to_numpy()
-    result = compare(groups, measured, config.validation.margin, config.validation.alpha)
+    rules = config.validation
+    groups = _groups(runs, "response")
+    result = compare(groups, measured, rules.margin, rules.alpha)
     runs.to_csv(output.runs, index=False)
     figures.save(figures.validation(groups, measured, result), output.figure)
+    further = {t.metric: _compare_further(runs, t, config) for t in config.further_targets}
     write_json(
-        output.summary, result.as_dict() | {"group_means": [float(v) for v in groups.mean(axis=1)]}
+        output.summary,
+        result.as_dict()
+        | {"group_means": [float(v) for v in groups.mean(axis=1)]}
+        | ({"further": further} if further else {}),
     )
+
+
+def _groups(runs, column):
+    return runs.pivot(index="group", columns="replicate", values=column).to_numpy()
+
+
+def _compare_further(runs, target, config):
+    """Comparison with the measurement where the target has one, else mean and standard deviation alone."""
+    groups = _groups(runs, target.metric)
+    if target.file:
+        measured = read_target(config, target)
+        return compare(groups, measured, target.margin, config.validation.alpha).as_dict()
+    return {
+        "simulated_mean": float(groups.mean()),
+        "simulated_sd": float(groups.std(ddof=1)) if groups.size > 1 else None,
+        "simulated_n": int(groups.size),
+    }

@@ -21,7 +21,7 @@ checkpoint plan_ascent:
 rule ascent:
     input:
         design=f"{STUDY}/ascent/design.csv",
-        target=SETTINGS.target.file,
+        target=TARGETS,
         runs=lambda w: results_of(checkpoints.plan_ascent.get().output.plan),
     output:
         runs=f"{STUDY}/ascent/runs.csv",

@@ -2,12 +2,14 @@ import os
 from pathlib import Path
 
 from calibration.campaign import STAGES, read_plan, result_path
-from calibration.config import parse_config
+from calibration.config import parse_config, stands_alone
 from calibration.errors import CalibrationError
 from dem.fingerprint import engine_sources
 
+# a file with its own factors is a study of its own; any other is laid over the salt's
+if not any(stands_alone(path) for path in workflow.overwrite_configfiles):
 
-configfile: "config/config.yaml"
+    configfile: "config/config.yaml"
 
 
 try:
@@ -19,6 +21,11 @@ except CalibrationError as error:
 os.environ.update(CAMPAIGN_CORES=str(workflow.cores or 1))
 
 STUDY = f"results/{SETTINGS.name}"
+TARGETS = [
+    target.file
+    for target in (SETTINGS.target, *SETTINGS.further_targets)
+    if target.file
+]
 
 # an input of every rule that plans heaps: with `fixed_from: bench` they wait for the bench tests and take their values
 BENCH_VALUES = [f"{STUDY}/bench/fixed.json"] if SETTINGS.fixed_from == "bench" else []
@@ -36,6 +43,14 @@ def spec_of(name):
         if name in specs:
             return specs[name]
     raise WorkflowError(f"no stage of {STUDY} has planned the run {name}")
+
+
+def for_further_targets(pattern):
+    """A file of each further target in the study's folder; none with one target."""
+    return [
+        f"{STUDY}/{pattern}".format(target.metric)
+        for target in SETTINGS.further_targets
+    ]
 
 
 def results_of(plan_file):

@@ -2,7 +2,7 @@ rule candidate:
     input:
         runs=f"{STUDY}/response_surface/runs.csv",
         region=f"{STUDY}/response_surface/region.json",
-        target=SETTINGS.target.file,
+        target=TARGETS,
     output:
         summary=f"{STUDY}/candidate/optimum.json",
         solutions=f"{STUDY}/candidate/solution_set.csv",
@@ -49,7 +49,7 @@ rule optimise:
         candidate_runs=lambda w: results_of(
             checkpoints.plan_candidate.get().output.plan
         ),
-        target=SETTINGS.target.file,
+        target=TARGETS,
     output:
         summary=f"{STUDY}/optimise/optimum.json",
         solutions=f"{STUDY}/optimise/solution_set.csv",

@@ -30,6 +30,7 @@ rule response_surface:
         anova=f"{STUDY}/response_surface/anova.csv",
         diagnostics=f"{STUDY}/response_surface/diagnostics.csv",
         summary=f"{STUDY}/response_surface/response_surface.json",
+        further=for_further_targets("response_surface/{}.json"),
         predicted=report(
             f"{STUDY}/response_surface/predicted_actual.svg",
             caption="../report/predicted_actual.rst",

@@ -28,6 +28,7 @@ rule screening:
         anova=f"{STUDY}/screening/anova.csv",
         runs=f"{STUDY}/screening/runs.csv",
         summary=f"{STUDY}/screening/screening.json",
+        further=for_further_targets("screening/effects_{}.csv"),
         half_normal=report(
             f"{STUDY}/screening/half_normal.svg",
             caption="../report/half_normal.rst",

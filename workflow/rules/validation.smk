@@ -21,7 +21,7 @@ checkpoint plan_validation:
 rule validation:
     input:
         design=f"{STUDY}/validation/design.csv",
-        target=SETTINGS.target.file,
+        target=TARGETS,
         runs=lambda w: results_of(checkpoints.plan_validation.get().output.plan),
     output:
         runs=f"{STUDY}/validation/runs.csv",

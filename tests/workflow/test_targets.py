@@ -1,0 +1,289 @@
+"""The chain from screening to validation with many factors, replicates, and other targets than the angle.
+
+The runs are answered by formulas in place of the engine, so that the right outcome is known.
+"""
+
+import json
+import zlib
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from calibration import stages
+from calibration.campaign import read_plan, result_path
+from calibration.config import parse_config
+from calibration.errors import CalibrationError, ConfigError
+
+KEYS = (
+    "contacts.particle_particle.rolling_friction",
+    "contacts.particle_wall.rolling_friction",
+    "contacts.particle_particle.static_friction",
+    "contacts.particle_wall.static_friction",
+    "contacts.particle_particle.restitution",
+    "contacts.particle_wall.restitution",
+    "materials.particle.poisson_ratio",
+    "materials.wall.poisson_ratio",
+    "materials.particle.density_kg_m3",
+    "materials.particle.shear_modulus_Pa",
+    "materials.wall.density_kg_m3",
+)
+LEVELS = {"density_kg_m3": (1000.0, 3000.0), "shear_modulus_Pa": (1e6, 1e7)}
+SMALL = {
+    "particles": {"count": 100, "diameter_mm": 2.0},
+    "geometry": {"generation_rate_per_s": 1000},
+}
+
+
+def write_factors(path, count):
+    rows = ["code\tname\tkey\tlow\thigh"]
+    for n, key in enumerate(KEYS[:count]):
+        low, high = LEVELS.get(key.split(".")[-1], (0.1, 0.4))
+        rows.append(f"{chr(65 + n)}\tf{n + 1}\t{key}\t{low}\t{high}")
+    path.write_text("\n".join(rows) + "\n")
+
+
+def levels_of(spec, count):
+    """Coded levels of the factors in a spec; 0 where a stage leaves a factor at the default."""
+    found = []
+    for key in KEYS[:count]:
+        part = spec
+        for name in key.split("."):
+            part = part.get(name, {})
+        if part == {}:
+            found.append(0.0)
+            continue
+        low, high = LEVELS.get(key.split(".")[-1], (0.1, 0.4))
+        found.append((part - 0.5 * (low + high)) / (0.5 * (high - low)))
+    return found
+
+
+def answer(plan_file, count, metrics):
+    """Write the result of every planned run: metrics {name: formula of coded levels} and a little noise."""
+    for name, spec in read_plan(plan_file).items():
+        x = levels_of(spec, count)
+        rng = np.random.default_rng(zlib.crc32(name.encode()))
+        values = {m: float(f(*x) + 0.05 * rng.standard_normal()) for m, f in metrics.items()}
+        path = Path(result_path(name))
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps({"metrics": values, "numerics": {"wall_time_s": 1.0}}))
+
+
+class Outputs(SimpleNamespace):
+    """As snakemake hands them to a script."""
+
+    def get(self, name, default=None):
+        return getattr(self, name, default)
+
+
+def outputs(folder, config, further=None, **names):
+    paths = {key: str(folder / name) for key, name in names.items()}
+    if further:
+        paths["further"] = [str(folder / further.format(t.metric)) for t in config.further_targets]
+    return Outputs(**paths)
+
+
+def run_chain(config, count, metrics):
+    """The stages as the workflow calls them; returns their summaries."""
+    study = Path("results") / config.name
+    a = study / "screening"
+    stages.plan_screening(config, a)
+    answer(a / "plan.json", count, metrics)
+    out = outputs(
+        a, config, "effects_{}.csv", runs="runs.csv", effects="effects.csv", anova="anova.csv",
+        summary="screening.json", half_normal="h.svg", pareto="p.svg",
+    )  # fmt: skip
+    stages.analyse_screening(config, a / "design.csv", out)
+    b = study / "ascent"
+    stages.plan_ascent(config, a / "screening.json", b)
+    answer(b / "plan.json", count, metrics)
+    out = outputs(b, config, runs="runs.csv", summary="ascent.json", path="path.svg")
+    stages.analyse_ascent(config, b / "design.csv", out)
+    c = study / "response_surface"
+    stages.plan_response_surface(config, b / "ascent.json", c)
+    answer(c / "plan.json", count, metrics)
+    out = outputs(
+        c, config, "{}.json", runs="runs.csv", coefficients="c.csv", anova="a.csv",
+        diagnostics="d.csv", summary="response_surface.json", predicted="p.svg",
+        residuals="r.svg", perturbation="q.svg", surfaces="s.svg",
+    )  # fmt: skip
+    stages.analyse_response_surface(config, c / "design.csv", c / "region.json", out)
+    d = study / "candidate"
+    out = outputs(d, config, summary="optimum.json", solutions="s.csv", contours="c.svg")
+    d.mkdir()
+    stages.optimise(config, c / "runs.csv", c / "region.json", out)
+    stages.plan_candidate(config, d / "optimum.json", d)
+    answer(d / "plan.json", count, metrics)
+    e = study / "optimise"
+    e.mkdir()
+    out = outputs(e, config, summary="optimum.json", solutions="solution_set.csv", contours="c.svg")
+    stages.optimise(config, c / "runs.csv", c / "region.json", out, d / "design.csv")
+    f = study / "validation"
+    stages.plan_validation(config, e / "optimum.json", f)
+    answer(f / "plan.json", count, metrics)
+    out = outputs(f, config, runs="runs.csv", summary="validation.json", figure="v.svg")
+    stages.analyse_validation(config, f / "design.csv", out)
+    names = {
+        "screening": a, "ascent": b, "response_surface": c, "validation": f,
+    }  # fmt: skip
+    found = {k: json.loads((p / f"{k}.json").read_text()) for k, p in names.items()}
+    return found | {"optimise": json.loads((e / "optimum.json").read_text())}
+
+
+def study(tmp_path, monkeypatch, count, measured, **more):
+    monkeypatch.chdir(tmp_path)
+    write_factors(Path("factors.tsv"), count)
+    for name, mean in measured.items():
+        values = "\n".join(str(mean + shift) for shift in (-0.4, 0.0, 0.4))
+        Path(f"{name}.csv").write_text(f"value\n{values}\n")
+    first = next(iter(measured))
+    data = {
+        "name": "made-up",
+        "factors": "factors.tsv",
+        "target": {"file": f"{first}.csv", "column": "value", "metric": first},
+        "run": SMALL,
+        "ascent": {"rule": "effects"},
+        "response_surface": {"half_width": {"f1": 0.05, "f2": 0.05, "f3": 0.05}},
+        "validation": {"groups": 2, "replicates": 3},
+    }
+    return parse_config(data | more)
+
+
+def angle(a, b, c, *others):
+    return 35.0 + 6.0 * a + 4.0 * b + 3.0 * c + 0.5 * a * a
+
+
+def height(a, b, c, *others):
+    return 12.0 + 2.0 * a - 3.0 * b + 1.0 * c
+
+
+@pytest.mark.parametrize("count", [4, 8, 11])
+def test_four_to_eleven_factors_are_screened_and_calibrated(tmp_path, monkeypatch, count):
+    config = study(tmp_path, monkeypatch, count, {"angle_of_repose_deg": 36.0})
+    found = run_chain(config, count, {"angle_of_repose_deg": angle})
+    assert len(read_plan("results/made-up/screening/plan.json")) == 12
+    assert found["screening"]["factors"] == ["f1", "f2", "f3"]
+    assert found["optimise"]["attainable"]
+    assert found["validation"]["simulated_mean"] == pytest.approx(36.0, abs=0.15)
+    assert "responses" not in found["optimise"]
+
+
+def test_a_replicated_design_repeats_every_point_with_another_seed(tmp_path, monkeypatch):
+    config = study(
+        tmp_path, monkeypatch, 5, {"angle_of_repose_deg": 36.0}, screening={"replicates": 2},
+        response_surface={"half_width": {"f1": 0.05, "f2": 0.05, "f3": 0.05}, "replicates": 2},
+    )  # fmt: skip
+    found = run_chain(config, 5, {"angle_of_repose_deg": angle})
+    screened = pd.read_csv("results/made-up/screening/runs.csv")
+    assert len(screened) == screened["run_id"].nunique() == 24
+    assert (screened.groupby(["A", "B", "C", "D", "E"])["seed"].nunique() == 2).all()
+    surface = pd.read_csv("results/made-up/response_surface/runs.csv")
+    assert len(surface) == surface["run_id"].nunique() == 34
+    assert found["validation"]["simulated_mean"] == pytest.approx(36.0, abs=0.15)
+
+
+def test_a_drop_test_can_be_the_target(tmp_path, monkeypatch):
+    config = study(
+        tmp_path, monkeypatch, 4, {"rebound_height_mm": 36.0}, experiment="drop",
+        run={"particles": {"count": 1, "diameter_mm": 2.0}},
+    )  # fmt: skip
+    found = run_chain(config, 4, {"rebound_height_mm": angle})
+    assert all(name.startswith("drop-") for name in read_plan("results/made-up/ascent/plan.json"))
+    assert found["validation"]["simulated_mean"] == pytest.approx(36.0, abs=0.15)
+
+
+FURTHER = {"metric": "height_mm", "file": "height_mm.csv", "low": 8.0, "high": 18.0, "margin": 1.0}
+
+
+def both_targets(**further):
+    target = {
+        "file": "angle_of_repose_deg.csv", "column": "value", "metric": "angle_of_repose_deg",
+        "low": 26.0, "high": 46.0,
+    }  # fmt: skip
+    return {"target": target, "further_targets": [FURTHER | further]}
+
+
+def test_two_targets_are_met_at_once(tmp_path, monkeypatch):
+    measured = {"angle_of_repose_deg": 36.0, "height_mm": 13.0}
+    config = study(tmp_path, monkeypatch, 4, measured, **both_targets())
+    found = run_chain(config, 4, {"angle_of_repose_deg": angle, "height_mm": height})
+    best = found["optimise"]
+    assert best["rule"] == "desirability"
+    assert best["desirability"] == pytest.approx(1.0, abs=0.02)
+    assert best["responses"]["height_mm"]["predicted"] == pytest.approx(13.0, abs=0.1)
+    assert found["validation"]["simulated_mean"] == pytest.approx(36.0, abs=0.2)
+    further = found["validation"]["further"]["height_mm"]
+    assert further["simulated_mean"] == pytest.approx(13.0, abs=0.2)
+    assert further["equivalent"]
+    assert Path("results/made-up/screening/effects_height_mm.csv").exists()
+    stated = json.loads(Path("results/made-up/response_surface/height_mm.json").read_text())
+    assert stated["statistics"]["R2"] > 0.95
+    assert "desirability" in pd.read_csv("results/made-up/ascent/runs.csv")
+
+
+def test_a_third_goal_without_a_measurement_decides_between_equal_points(tmp_path, monkeypatch):
+    measured = {"angle_of_repose_deg": 36.0, "height_mm": 13.0}
+    both = both_targets()
+    both["further_targets"].append(
+        {"metric": "spilled", "goal": "minimise", "low": 0.0, "high": 40.0, "importance": 0.5}
+    )
+    config = study(tmp_path, monkeypatch, 4, measured, **both)
+    metrics = {"angle_of_repose_deg": angle, "height_mm": height}
+    found = run_chain(config, 4, metrics | {"spilled": lambda a, b, c, d: 20.0 + 5.0 * c})
+    region = json.loads(Path("results/made-up/response_surface/region.json").read_text())
+    third = next(f for f in region if f["name"] == "f3")
+    assert found["optimise"]["optimum"]["f3"] < 0.5 * (third["low"] + third["high"])
+    assert found["validation"]["further"]["spilled"]["simulated_n"] == 6
+
+
+def test_a_factor_that_moves_only_the_second_target_goes_on(tmp_path, monkeypatch):
+    measured = {"angle_of_repose_deg": 36.0, "height_mm": 13.0}
+    config = study(tmp_path, monkeypatch, 6, measured, **both_targets())
+    metrics = {
+        "angle_of_repose_deg": lambda a, b, c, d, e, f: 35.0 + 6.0 * a + 4.0 * b + 0.1 * c,
+        "height_mm": lambda a, b, c, d, e, f: 12.0 + 3.0 * f,
+    }
+    stages.plan_screening(config, Path("s"))
+    answer("s/plan.json", 6, metrics)
+    out = outputs(
+        Path("s"), config, "effects_{}.csv", runs="runs.csv", effects="effects.csv", anova="a.csv",
+        summary="screening.json", half_normal="h.svg", pareto="p.svg",
+    )  # fmt: skip
+    stages.analyse_screening(config, "s/design.csv", out)
+    assert "f6" in json.loads(Path("s/screening.json").read_text())["factors"]
+
+
+def test_targets_that_exclude_each_other_end_with_a_sentence(tmp_path, monkeypatch):
+    measured = {"angle_of_repose_deg": 36.0, "height_mm": 13.0}
+    config = study(tmp_path, monkeypatch, 4, measured, **both_targets())
+    with pytest.raises(CalibrationError, match="acceptable in all targets"):
+        run_chain(config, 4, {"angle_of_repose_deg": angle, "height_mm": lambda a, b, c, d: 90.0})
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (
+            {"target": {"metric": "angle", "file": "height_mm.csv"}},
+            ["target.metric", "angle_of_repose_deg", "heap"],
+        ),
+        ({"further_targets": [FURTHER]}, ["target.low", "must be given"]),
+        (both_targets(metric="angle_of_repose_deg"), ["further_targets.0.metric", "twice"]),
+        (both_targets(goal="best"), ["further_targets.0.goal", "maximise"]),
+        (both_targets(file=None, margin=None), ["further_targets.0.file"]),
+        (both_targets(margin=None), ["further_targets.0.margin"]),
+        (both_targets(low=20.0), ["further_targets.0", "below high"]),
+        (both_targets(low=14.0), ["further_targets.0", "between 14 and 18"]),
+        (both_targets(column="x"), ["height_mm.csv", "column of height_mm", "value"]),
+        (both_targets(wieght=2), ["further_targets.0.wieght", "weight"]),
+        ({"experiment": "tilt"}, ["target.metric", "sliding_angle_deg"]),
+    ],
+)
+def test_a_wrong_target_is_refused(tmp_path, monkeypatch, change, words):
+    measured = {"angle_of_repose_deg": 36.0, "height_mm": 13.0}
+    with pytest.raises(ConfigError) as error:
+        study(tmp_path, monkeypatch, 4, measured, **change)
+    for word in words:
+        assert word in str(error.value)
