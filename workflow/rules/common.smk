@@ -27,7 +27,7 @@ TARGETS = [
     if target.file
 ]
 
-# an input of every rule that plans heaps: with `fixed_from: bench` they wait for the bench tests and take their values
+# an input of all plans of heaps; where `fixed_from` is bench they wait for the bench tests and take their values
 BENCH_VALUES = [f"{STUDY}/bench/fixed.json"] if SETTINGS.fixed_from == "bench" else []
 
 
