@@ -13,7 +13,7 @@ import pandas as pd
 
 from calibration import figures
 from calibration.campaign import plan, read_metric, write_plan
-from calibration.config import overlay
+from calibration.config import bench_run
 from calibration.errors import CalibrationError
 from calibration.factors import read_factors
 from dem.io.files import write_json
@@ -37,8 +37,7 @@ SWEEPS = {
 
 def bench_config(config, test):
     """The configuration with the bench test's own run spec: the study's materials and laws, its own grains and rig."""
-    keep = {k: v for k, v in config.run.items() if k in ("materials", "laws", "law_parameters")}
-    return config.model_copy(update={"run": overlay(keep, getattr(config.bench, test).run)})
+    return config.model_copy(update={"run": bench_run(config, getattr(config.bench, test).run)})
 
 
 def plan_sweep(config, test, folder):

@@ -288,6 +288,7 @@ def parse_config(data, file="config"):
             allowed="a level for one factor or more, or no point with another rule",
         )
     _check_targets(config, file)
+    _check_bench(config, file)
     for f in factors:
         for level in (f.low, f.high):
             try:
@@ -406,6 +407,24 @@ def point_spec(base, experiment, levels, seed):
             part = part.setdefault(name, {})
         part[last] = float(value)
     return spec
+
+
+def bench_run(config, *changes):
+    """Run spec of a bench test: the study's materials and laws with `changes` (the test's rig and grains) laid over."""
+    run = {k: v for k, v in config.run.items() if k in ("materials", "laws", "law_parameters")}
+    for change in changes:
+        run = overlay(run, change)
+    return run
+
+
+def _check_bench(config, file):
+    """Refuse a bench test's run spec that no run could be made of."""
+    for test in ("tilt", "drop", "shear"):
+        run = bench_run(config, getattr(config.bench, test).run)
+        try:
+            parse_spec(point_spec(run, test, {}, 1), file=file)
+        except SpecError as error:
+            raise ConfigError(str(error), path=file, key=f"bench.{test}.run") from None
 
 
 def overlay(base, changes):

@@ -10,10 +10,10 @@ from itertools import product
 import pandas as pd
 
 from calibration.campaign import plan, write_plan
-from calibration.config import overlay, point_spec
+from calibration.config import bench_run, overlay, point_spec
 from calibration.factors import read_factors
 from calibration.scaling import RULES, ScalingError, factors
-from dem.spec import parse_spec
+from dem.spec import OPTIONAL, REQUIRED, parse_spec
 
 EXPERIMENTS = ("heap", "drop")
 UNITS = {
@@ -33,6 +33,13 @@ UNITS = {
     "_deg_s": "angular_velocity",
     "_s": "time",
 }
+COHESION = {
+    name
+    for (slot, _), groups in REQUIRED.items()
+    if slot == "cohesion"
+    for group in groups
+    for name in group
+} | {name for (slot, _), names in OPTIONAL.items() if slot == "cohesion" for name in names}
 NOT_SCALED = ("output", "seed")  # what is written, not what is simulated
 
 
@@ -75,10 +82,12 @@ def round_off(value):
 
 
 def base_run(config, experiment, cohesive):
-    """The run spec at scale 1: the study's materials and laws, the stage's own grains and rig."""
+    """The run spec at scale 1, without experiment and seed; the study's own cohesion is left out of it."""
     section = config.scaling
-    run = {k: v for k, v in config.run.items() if k in ("materials", "laws", "law_parameters")}
-    run = overlay(run, getattr(section, experiment))
+    run = bench_run(config, getattr(section, experiment))
+    laws = run.get("laws", {}) | {"cohesion": "none"}
+    constants = {k: v for k, v in run.get("law_parameters", {}).items() if k not in COHESION}
+    run |= {"laws": laws, "law_parameters": constants}
     return overlay(run, section.cohesion) if cohesive else run
 
 
