@@ -1,12 +1,15 @@
 """Drag of still air on single spheres.
 
-F = -3 pi mu d v (1 + 0.15 Re^0.687), Re = rho v d / mu: Schiller and Naumann (1933), Zeitschrift des VDI 77:318; for
-Re < 800.
+F = -3 pi mu d v (1 + 0.15 Re^0.687), Re = rho v d / mu: Schiller and Naumann (1933), Zeitschrift des VDI 77:318, up to
+Re of about 1000; above, Newton's drag with C_D = 0.44, until the boundary layer turns turbulent near Re = 2e5 (Clift,
+Grace, Weber 1978, Bubbles, Drops, and Particles, chapter 5).
 """
 
 import math
 
 from numba import njit
+
+NEWTON = 0.44 / 24.0  # C_D Re / 24 over Re where the drag grows as the square of the speed
 
 
 @njit(cache=True, error_model="numpy")
@@ -17,6 +20,7 @@ def apply_drag(n, particles, density, viscosity):
         diameter = 2.0 * k[6]
         speed = math.sqrt(k[0] * k[0] + k[1] * k[1] + k[2] * k[2])
         reynolds = density * speed * diameter / viscosity
-        factor = 3.0 * math.pi * viscosity * diameter * (1.0 + 0.15 * reynolds**0.687)
+        over_stokes = max(1.0 + 0.15 * reynolds**0.687, NEWTON * reynolds)
+        factor = 3.0 * math.pi * viscosity * diameter * over_stokes
         for f in range(3):
             particles.force[i, f] -= factor * k[f]
