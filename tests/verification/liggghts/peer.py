@@ -1,0 +1,166 @@
+"""LIGGGHTS as a peer: run one of the input decks beside this file and read the state that it leaves."""
+
+import re
+import shutil
+import subprocess
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+
+from dem.bench.peers import write_states
+from dem.experiments.heap import LOST_BELOW, Rig
+from dem.experiments.setup import material_of, time_step_of
+from dem.io.stl import write_stl
+
+FOLDER = Path(__file__).parent
+SIDES = 64  # of the polygons that stand for the funnel's circles
+COLLAR = 0.03  # of the funnel above its rim: grains are made 10 mm above it [m]
+ROLLING = {"constant_torque_relative": "cdt", "elastic_plastic": "epsd"}
+"""Our name of a rolling law -> theirs."""
+
+STIFFNESS_FACTOR = 1.5
+"""LIGGGHTS takes k_r = 2.25 k (mu_r R*)^2 with the secant stiffness k = F/overlap, 2/3 of the tangent S_n of ours."""
+DAMPING_FACTOR = np.sqrt(1.4 / 0.4)
+"""Our rolling damping ratio over theirs: they take each inertia about the contact, 7/5 m r^2; we about the centre."""
+
+
+def available():
+    """Whether LIGGGHTS can be run here."""
+    return shutil.which("liggghts") is not None
+
+
+def run(deck, folder, variables):
+    """Run `deck` in `folder`; returns the version and the dumped states, a list of {column: (n,) array}.
+
+    Raises RuntimeError with the end of LIGGGHTS' own words when it fails.
+    """
+    # started without mpirun it loses the text of its errors
+    launch = ["mpirun", "--allow-run-as-root", "-np", "1"] if shutil.which("mpirun") else []
+    flags = [word for k, v in variables.items() for word in ("-var", k, str(v))]
+    command = [*launch, "liggghts", "-in", str(FOLDER / deck), *flags]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(f"LIGGGHTS failed on {deck}: {(done.stdout + done.stderr)[-1500:]}")
+    version = re.search(r"Version (\S+ [\d.]+)", done.stdout).group(1)
+    return version, read_dump(Path(folder) / "end.dump")
+
+
+def read_dump(path):
+    """The snapshots of a text dump, a list of {column: (n,) array}."""
+    states = []
+    for part in path.read_text().split("ITEM: ATOMS ")[1:]:
+        head, *rows = part.split("ITEM:")[0].strip().splitlines()
+        table = np.array([row.split() for row in rows], float)
+        states.append(dict(zip(head.split(), table.T, strict=True)))
+    return states
+
+
+def vectors(state, *names):
+    """(n, 3) array of each quantity named: 'v' takes the columns vx, vy, vz; '' takes x, y, z."""
+    return [np.column_stack([state[name + axis] for axis in "xyz"]) for name in names]
+
+
+def run_pairs(sim, width, folder, law, parameters, steps):
+    """The grains of `sim` without gravity, over a floor at z = 0; see `pairs.in`."""
+    write_states(sim, width, folder)
+    material = next(iter(sim.materials.values()))
+    return run(
+        "pairs.in",
+        folder,
+        {
+            "law": ROLLING[law],
+            "tangential": "history" if parameters.static_friction > 0.0 else "off",
+            "young": material.young_modulus,
+            "poisson": material.poisson_ratio,
+            "restitution": parameters.restitution,
+            "friction": parameters.static_friction,
+            "rolling": parameters.rolling_friction,
+            "viscous": parameters.rolling_damping / DAMPING_FACTOR,
+            "dt": sim.time_step,
+            "steps": steps,
+        },
+    )
+
+
+def run_bed(sim, width, folder, steps):
+    """The benchmark's bed from the state of `sim`, for `steps` steps."""
+    write_states(sim, width, folder)
+    deck = resources.files("dem.bench") / "inputs" / "bed.liggghts.in"
+    block = steps // 4  # the deck relaxes and then times three blocks
+    numbers = {"deck": deck, "width": f"{width:.9e}", "relax": steps - 3 * block, "block": block}
+    version, states = run("bed.in", folder, numbers)
+    return version, states[-1]
+
+
+def run_heap(spec, folder, seed, time):
+    """The heap that `spec` describes, poured from another seed (prime, above 10000), at `time` [s]."""
+    rig = Rig(spec.geometry)
+    write_meshes(rig, folder)
+    version, states = run("heap.in", folder, heap_variables(spec, rig, seed, time))
+    return version, states[-1]
+
+
+def heap_variables(spec, rig, seed, time):
+    """What `heap.in` leaves open; grains are made layer by layer as in `dem.experiments.heap.Source`."""
+    particle, wall = material_of(spec.materials.particle), material_of(spec.materials.wall)
+    pair, side = spec.contacts.particle_particle, spec.contacts.particle_wall
+    radius, dt = 0.5e-3 * spec.particles.diameter_mm, time_step_of(spec)
+    g = spec.geometry
+    damping = spec.law_parameters.rolling_damping_ratio or 0.0
+    return {
+        "law": ROLLING[spec.laws.rolling],
+        "young": particle.young_modulus,
+        "wall_young": wall.young_modulus,
+        "poisson": particle.poisson_ratio,
+        "wall_poisson": wall.poisson_ratio,
+        "density": particle.density,
+        "e": pair.restitution,
+        "wall_e": side.restitution,
+        "mu": pair.static_friction,
+        "wall_mu": side.static_friction,
+        "mur": pair.rolling_friction,
+        "wall_mur": side.rolling_friction,
+        "visc": damping / DAMPING_FACTOR,
+        "dt": dt,
+        "steps": round(time / dt),
+        "seed": seed,
+        "count": spec.particles.count,
+        "rate": g.generation_rate_per_s,
+        "speed": g.injection_speed_m_s,
+        "every": round(2.2 * radius / g.injection_speed_m_s / dt),
+        "radius": radius,
+        "mouth": rig.mouth_radius - 0.2 * radius,
+        "source_low": rig.source_height - 1.1 * radius,
+        "source_high": rig.source_height + 1.1 * radius,
+        "skin": 0.2 * radius,
+        "side": 3.0 * rig.plate_radius,
+        "bottom": -LOST_BELOW,
+        "top": rig.rim_height + COLLAR + radius,
+    }
+
+
+def write_meshes(rig, folder):
+    """plate.stl and funnel.stl [m]: the rig's surfaces of revolution, and the collar above the funnel."""
+    plate, top = rig.plate_radius, rig.rim_height
+    disc = [(plate, 0.0), (0.5 * plate, 0.0), (0.0, 0.0)]
+    flank = [(rig.orifice_radius, rig.orifice_height), (rig.mouth_radius, top)]
+    write_stl(Path(folder) / "plate.stl", *revolve(disc))
+    write_stl(Path(folder) / "funnel.stl", *revolve([*flank, (rig.mouth_radius, top + COLLAR)]))
+
+
+def revolve(profile):
+    """Vertices (v, 3) and triangles (t, 3) of the line through (radius, z) points, turned about z."""
+    turn = 2.0 * np.pi * np.arange(SIDES) / SIDES
+    rings = [
+        np.column_stack([r * np.cos(turn), r * np.sin(turn), 0 * turn + z]) for r, z in profile
+    ]
+    k = np.arange(SIDES)
+    after = (k + 1) % SIDES
+    triangles = []
+    for ring, (r, _) in enumerate(profile[1:]):
+        low, high = ring * SIDES, (ring + 1) * SIDES
+        triangles.append(np.column_stack([low + k, low + after, high + after]))
+        if r > 0.0:
+            triangles.append(np.column_stack([low + k, high + after, high + k]))
+    return np.vstack(rings), np.vstack(triangles)

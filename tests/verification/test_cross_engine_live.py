@@ -1,0 +1,114 @@
+"""LIGGGHTS itself, where it is installed: its contacts and a small bed beside ours, and its recorded results.
+
+`pytest tests/verification/test_cross_engine_live.py -m peer --record` runs every case and every seed and writes the
+tables in tests/verification/liggghts, which test_cross_engine.py holds against this engine without LIGGGHTS.
+"""
+
+import numpy as np
+import pandas as pd
+import pytest
+from liggghts import cases, peer, records
+
+pytestmark = [
+    pytest.mark.peer,
+    pytest.mark.skipif(
+        not peer.available(), reason="LIGGGHTS is not installed (Debian: apt-get install liggghts)"
+    ),
+]
+
+
+@pytest.fixture
+def recording(request):
+    return request.config.getoption("--record")
+
+
+def same(table, recorded):
+    """Numbers that one contact determines are the same wherever LIGGGHTS runs."""
+    for name in table["case"].unique():
+        for now, then in zip(
+            records.of_case(table, name), records.of_case(recorded, name), strict=True
+        ):
+            np.testing.assert_allclose(now, then, rtol=1e-6, atol=1e-6 * np.abs(then).max())
+
+
+def test_contacts(tmp_path, recording):
+    rows = []
+    for name in cases.CONTACTS:
+        sim, width, law, parameters = cases.contacts(name)
+        version, states = peer.run_pairs(sim, width, tmp_path, law, parameters, 1)
+        rows.append(records.contact_rows(name, *peer.vectors(states[0], "f", "tq")))
+    table = pd.concat(rows)
+    if recording:
+        records.write("contacts", table, version)
+    same(table, records.read("contacts"))
+
+
+def test_impacts(tmp_path, recording):
+    rows = []
+    for name in cases.IMPACTS:
+        sim, width, law, parameters = cases.impacts(name)
+        version, states = peer.run_pairs(sim, width, tmp_path, law, parameters, cases.IMPACT_STEPS)
+        rows.append(records.impact_rows(name, *peer.vectors(states[-1], "v", "omega")))
+    table = pd.concat(rows)
+    if recording:
+        records.write("impacts", table, version)
+    same(table, records.read("impacts"))
+
+
+def test_small_bed_beside_ours(tmp_path):
+    """1,000 grains thrown about in a box, the same start in both: one seed each, so wide bands."""
+    steps = cases.SMALL_BED["steps"]
+    sim, width = cases.bed(1, **cases.SMALL_BED)
+    theirs = cases.measure_bed(cases.state_of(peer.run_bed(sim, width, tmp_path, steps)[1]), width)
+    sim.advance(steps)
+    ours = cases.measure_bed(cases.state_of_sim(sim), width)
+    assert ours["packing_fraction"] == pytest.approx(theirs["packing_fraction"], rel=0.02)
+    assert ours["height_mm"] == pytest.approx(theirs["height_mm"], rel=0.02)
+    assert ours["coordination"] == pytest.approx(theirs["coordination"], rel=0.1)
+
+
+@pytest.mark.slow
+def test_beds(tmp_path, recording):
+    """Recorded: all seeds. Otherwise one bed, which must lie among the recorded ones."""
+    rows = []
+    for seed in cases.SEEDS if recording else cases.SEEDS[:1]:
+        sim, width = cases.bed(seed, **cases.BED)
+        version, state = peer.run_bed(sim, width, tmp_path, cases.BED["steps"])
+        rows.append({"seed": seed} | cases.measure_bed(cases.state_of(state), width))
+    if recording:
+        records.write("beds", rows, version)
+    among(rows[0], records.read("beds"), ("height_mm", "packing_fraction", "coordination"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", cases.HEAPS)
+def test_heaps(tmp_path, recording, case):
+    """Recorded: all seeds. Otherwise one heap, which must lie among the recorded ones."""
+    law, rolling = cases.HEAPS[case]
+    rows, grains = [], {}
+    for seed in cases.PRIMES if recording else cases.PRIMES[:1]:
+        spec = cases.heap_spec(law, rolling, 1)
+        version, state = peer.run_heap(spec, tmp_path, seed, cases.HEAP_TIME)
+        final = cases.state_of(state)
+        rows.append({"case": case, "seed": seed} | cases.measure_pile(final, spec))
+        grains[seed] = final[0]
+    if recording:
+        old = [r for r in read_heaps() if r["case"] != case]
+        records.write("heaps", old + rows, version)
+        records.write_grains(case, grains)
+    recorded = records.read("heaps").query("case == @case")
+    among(rows[0], recorded, ("angle_of_repose_deg", "height_mm", "coordination"))
+
+
+def read_heaps():
+    try:
+        return records.read("heaps").drop(columns="engine").to_dict("records")
+    except FileNotFoundError:
+        return []
+
+
+def among(row, recorded, names):
+    """A single run lies within four standard deviations of the recorded ones, or as near as these numbers resolve."""
+    for name in names:
+        mean, spread = recorded[name].mean(), recorded[name].std()
+        assert abs(row[name] - mean) <= max(4.0 * spread, 1e-3 * mean), name
