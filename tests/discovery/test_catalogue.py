@@ -23,6 +23,7 @@ EXPECTED = {
     "apex_sampling",
     "under_resolved_contact",
     "size_bias",
+    "uncounted_load",
 }
 
 

@@ -75,6 +75,15 @@ def set_law(spec, slot, law, **parameters):
     }
 
 
+def coarse(spec):
+    """Factor by which the grains of a run spec (a mapping) are coarser than those that they stand for.
+
+    A force that is proportional to the radius is multiplied by it: force over area, and with it the ratio of cohesion
+    to the weight of a heap in the same rig, is then that of the finer grains.
+    """
+    return spec.get("particles", {}).get("scale_factor", 1.0)
+
+
 def load_catalogue(without=(), folder=None):
     """{name: Mechanism} of every module beside this one and of every file in `folder`, without those named.
 

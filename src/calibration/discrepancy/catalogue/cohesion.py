@@ -1,11 +1,11 @@
 """Cohesion between grains: JKR adhesion with one surface energy."""
 
-from calibration.discrepancy.catalogue import Mechanism, Strength, set_law
+from calibration.discrepancy.catalogue import Mechanism, Strength, coarse, set_law
 
 
 def apply(spec, strength):
-    """JKR between grains; the walls do not attract."""
-    return set_law(spec, "cohesion", "jkr", surface_energy_J_m2=strength)
+    """JKR between grains; the walls do not attract. Coarse grains get more, so that the tensile stress is kept."""
+    return set_law(spec, "cohesion", "jkr", surface_energy_J_m2=strength * coarse(spec))
 
 
 MECHANISM = Mechanism(
@@ -14,6 +14,6 @@ MECHANISM = Mechanism(
     source="Johnson, Kendall, Roberts (1971), Proc. R. Soc. A 324:301",
     experiments=("shear", "heap"),
     levers=("normal_stress_kPa", "particle_diameter_mm"),
-    strength=Strength("surface energy", "J/m2", 0.0, 0.05, 0.03),
+    strength=Strength("surface energy", "J/m2", 0.0, 0.12, 0.03),
     apply=apply,
 )

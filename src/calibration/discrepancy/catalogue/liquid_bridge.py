@@ -1,17 +1,20 @@
 """Capillary bridges between wet grains."""
 
-from calibration.discrepancy.catalogue import Mechanism, Strength, set_law
+from calibration.discrepancy.catalogue import Mechanism, Strength, coarse, set_law
 
 VOLUME_FRACTION = 0.005
 
 
 def apply(spec, strength):
-    """Bridges of a fixed volume between grains; the strength is the surface tension times the wetting."""
+    """Bridges of a fixed volume between grains; the strength is the surface tension times the wetting.
+
+    Coarse grains get more of it, so that the tensile stress is kept.
+    """
     return set_law(
         spec,
         "cohesion",
         "liquid_bridge",
-        surface_tension_N_m=max(strength, 1e-9),
+        surface_tension_N_m=max(strength * coarse(spec), 1e-9),
         liquid_volume_fraction=VOLUME_FRACTION,
     )
 
