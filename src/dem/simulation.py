@@ -334,6 +334,7 @@ class Simulation:
         left, begin = int(steps), time.perf_counter()
         while left > 0:
             if self._stale:
+                self._check_finite()  # a particle that is nowhere would be sorted into memory of others
                 self.rebuild_lists()
             done, status, pair = advance(
                 min(left, CHECK_INTERVAL), self.model, self.n, self.particles, self._pairs,

@@ -8,12 +8,13 @@ Johnson, Kendall, Roberts (1971), Proc. R. Soc. A 324:301. With s = sqrt(a) the 
 from dem.lanes import law, maximum, sqrt
 
 ITERATIONS = 8
+TINY = 1e-12  # keeps a surface without energy from dividing by zero; far below any length or its root here
 
 
 @law
 def _cube_root(x):
     """Newton's method from x^(1/4), which lies above the cube root of any x < 1."""
-    root = sqrt(sqrt(x))
+    root = maximum(sqrt(sqrt(x)), TINY)
     for _ in range(ITERATIONS):
         root = root - (root - x / (root * root)) * (1.0 / 3.0)
     return root
@@ -34,12 +35,16 @@ def reach(p, r_eff):
 
 @law
 def contact_radius(p, overlap, r_eff):
-    """Contact radius a [m] on the stable branch, by Newton's method from above (the quartic is convex there)."""
+    """Contact radius a [m] on the stable branch, by Newton's method from above (the quartic is convex there).
+
+    Beyond the reach, where the quartic has no root, it is that at the reach: lanes without contact pass through here.
+    """
     c = _slope(p)
+    overlap = maximum(overlap, -reach(p, r_eff))
     s = sqrt(sqrt(r_eff * maximum(overlap, 0.0))) + _cube_root(c * r_eff)
     for _ in range(ITERATIONS):
         cube = s * s * s / r_eff
-        s = s - (cube * s - c * s - overlap) / (4.0 * cube - c)
+        s = s - (cube * s - c * s - overlap) / maximum(4.0 * cube - c, TINY * TINY)
     return s * s
 
 
