@@ -1,6 +1,6 @@
 """JKR where one of the surfaces has no energy, and particles that are nowhere: an error, not a crash."""
 
-from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -15,16 +15,23 @@ GRAIN = Material(1210.0, 1e7, 0.25)
 RADIUS = 1e-3
 
 
+class Surface(NamedTuple):
+    """What the law needs of a pair of materials."""
+
+    cohesion: float
+    young: float = 1e7
+
+
 @pytest.mark.parametrize("overlap", [1e-9, 1e-6, 1e-4])
 def test_without_surface_energy_the_contact_radius_is_that_of_hertz(overlap):
-    bare = SimpleNamespace(cohesion=0.0, young=1e7)
+    bare = Surface(0.0)
     assert jkr.reach(bare, RADIUS) == pytest.approx(0.0, abs=1e-12)
     assert jkr.contact_radius(bare, overlap, RADIUS) == pytest.approx(np.sqrt(RADIUS * overlap))
 
 
 @pytest.mark.parametrize("energy", [0.0, 0.03])
 def test_beyond_the_reach_the_contact_radius_is_finite(energy):
-    p = SimpleNamespace(cohesion=energy, young=1e7)
+    p = Surface(energy)
     assert np.isfinite(jkr.contact_radius(p, -RADIUS, RADIUS))
 
 
