@@ -232,6 +232,10 @@ class Config(_Part):
     further_targets: list[FurtherTarget] = Field(
         [], description="further responses; the optimum is then the most desirable point"
     )
+    supplements: list[Literal["audit", "tilt", "drop", "shear"]] = Field(
+        [],
+        description="what the report waits for beside the chain: bench tests, and the audit of the salt's paper",
+    )
     measurements: str = Field(
         "config/measurements.csv", description="measured conditions for the diagnosis"
     )

@@ -172,8 +172,10 @@ def plan_response_surface(config, ascent_file, folder):
 
 
 def _around(factor, centre, config):
-    """The factor with levels centre -+ half width; the box is cut to what physics allows (no negative friction)."""
-    half = config.response_surface.half_width.get(factor.name, 0.2 * factor.half_range * 2)
+    """The factor with levels centre -+ half width. The width is a fifth of the factor's range unless configured, and
+    then at most half the centre, so that no friction becomes negative."""
+    usual = min(0.2 * (factor.high - factor.low), 0.5 * abs(centre))
+    half = config.response_surface.half_width.get(factor.name, usual)
     low = centre - half
     if low <= 0.0:
         raise CalibrationError(

@@ -1,11 +1,15 @@
-# made from whatever stages have finished; `all` makes the chain first
+SUPPLEMENTS = {"audit": "audit.csv"} | {
+    test: f"{test}.json" for test in ("tilt", "drop", "shear")
+}
+
+
+# made from whatever stages have finished; `all` makes the chain and the configured supplements first
 rule report:
     input:
         validation=f"{STUDY}/validation/validation.json",
-        audit=f"{STUDY}/audit/audit.csv",
-        tilt=f"{STUDY}/tilt/tilt.json",
-        drop=f"{STUDY}/drop/drop.json",
-        shear=f"{STUDY}/shear/shear.json",
+        supplements=[
+            f"{STUDY}/{name}/{SUPPLEMENTS[name]}" for name in SETTINGS.supplements
+        ],
     output:
         f"{STUDY}/report.html",
     log:
