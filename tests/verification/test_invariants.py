@@ -62,8 +62,15 @@ PAIR_LAWS = [
     Laws(rolling="none", damping="viscoelastic"),
     Laws(rolling="none", damping="plastic"),
     Laws(rolling="none", friction="stress_dependent"),
+    Laws(rolling="none", cohesion="sjkr"),
+    Laws(rolling="none", cohesion="jkr"),
+    Laws(rolling="none", cohesion="liquid_bridge"),
 ]
 EXTRA = {
+    "cohesion_energy_density": 1e4,
+    "surface_energy": 0.01,
+    "surface_tension": 0.07,
+    "liquid_volume_fraction": 1e-3,
     "viscous_time": 1e-6,
     "yield_pressure": 3e5,
     "friction_exponent": 0.2,
@@ -89,6 +96,14 @@ def test_momentum_angular_momentum_and_energy(laws, v, w, ratio):
 def test_energy_is_kept_without_dissipation(v, w):
     before, after, _ = collide(v, w, (1e-3, 1e-3), Laws(rolling="none"), e=1.0, mu=0.0)
     assert after[2] == pytest.approx(before[2], rel=1e-4)
+
+
+@SETTINGS
+@given(v=vector, w=vector, ratio=st.floats(1, 4))
+def test_the_own_spin_torque_keeps_momentum_and_creates_no_energy(v, w, ratio):
+    before, after, sim = collide(v, w, (1e-3, ratio * 1e-3), Laws(rolling="constant_torque"))
+    assert np.abs(after[0] - before[0]).max() < 1e-12 * sim.mass.sum()
+    assert after[2] <= before[2] * (1 + 1e-3)
 
 
 @SETTINGS
@@ -118,7 +133,9 @@ def test_rolling_torque_never_reverses_a_spin(law, w, mu_r):
     assert relative[2] >= -1e-9
 
 
-def cloud(transform=None, order=None, boost=(0, 0, 0), skin=None, precision="double"):
+def cloud(
+    transform=None, order=None, boost=(0, 0, 0), shift=(0, 0, 0), skin=None, precision="double"
+):
     """Twelve grains thrown together; positions and velocities after 300 steps, transformed back."""
     rng = np.random.default_rng(5)
     x = np.array([(i, j, k) for i in range(3) for j in range(2) for k in range(2)]) * 2.05e-3
@@ -132,12 +149,15 @@ def cloud(transform=None, order=None, boost=(0, 0, 0), skin=None, precision="dou
     )
     handed = np.linalg.det(q)
     sim.add_particles(
-        (x @ q.T)[order], 1e-3, velocity=(v @ q.T)[order] + boost, spin=handed * (w @ q.T)[order]
+        (x @ q.T)[order] + shift,
+        1e-3,
+        velocity=(v @ q.T)[order] + boost,
+        spin=handed * (w @ q.T)[order],
     )
     sim.advance(300)
     back = np.argsort(order)
-    shift = np.asarray(boost) * sim.time
-    return (sim.position[back] - shift) @ q, (sim.velocity[back] - boost) @ q
+    moved = np.asarray(shift) + np.asarray(boost) * sim.time
+    return (sim.position[back] - moved) @ q, (sim.velocity[back] - boost) @ q
 
 
 def turned(angle, axis):
@@ -147,6 +167,7 @@ def turned(angle, axis):
 
 
 CASES = {
+    "translation": {"shift": (0.7, -0.3, 0.013)},
     "rotation": {"transform": turned(0.7, (1, 2, 3))},
     "reflection": {"transform": np.diag([1.0, -1.0, 1.0])},
     "relabelling": {"order": np.random.default_rng(1).permutation(12)},

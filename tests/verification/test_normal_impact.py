@@ -1,6 +1,7 @@
 """Normal impact: Hertz peak and duration, restitution, velocity-dependent restitution, bouncing."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -117,6 +118,28 @@ def test_chung_ooi_3_restitution_in_is_restitution_out(record, material, e):
         f"restitution, {material}",
         sim.velocity[0, 2] / 3.9,
         e,
+        2e-3,
+        "",
+        "restitution asked for",
+    )
+
+
+def test_chung_ooi_3_no_restitution(record):
+    """At e = 0 the contact is damped critically: it stops the sphere and lets go of it only in the limit of long times."""
+    v, r = 3.9, 2.5e-3
+    grain = from_young(380e9, 0.23, 4000)
+    sim = plane_impact(ContactParameters(0.0, 0.0), v, radius=r, grain=grain)
+    speeds = [sim.velocity[0, 2] / v]
+    for _ in range(9):
+        sim.advance(800)
+        speeds.append(sim.velocity[0, 2] / v)
+    assert all(a >= b >= 0 for a, b in pairwise(speeds)), speeds
+    # 40 contact times after the touch; what is left falls further
+    record(
+        "Chung and Ooi 3",
+        "restitution, aluminium oxide",
+        speeds[-1],
+        0.0,
         2e-3,
         "",
         "restitution asked for",

@@ -63,11 +63,11 @@ SHAPES = {
 }
 
 
-def path(walls, start, velocity, steps=12000):
+def path(walls, start, velocity, steps=12000, rolling="constant_torque"):
     """Centres of a grain at 20 equal intervals; 60 ms is long enough for every grain here to fall onto its wall."""
     sim = make(
         ContactParameters(0.6, 0.4, 0.05),
-        laws=Laws(rolling="constant_torque"),
+        laws=Laws(rolling=rolling),
         walls=walls,
         dt=TIME_STEP,
         gravity=GRAVITY,
@@ -87,21 +87,22 @@ def departure_from_free_flight(path, start, velocity, duration):
     return np.linalg.norm(path - free, axis=1).max()
 
 
+@pytest.mark.parametrize("rolling", ["constant_torque", "elastic_plastic"])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_a_mesh_does_what_the_analytic_shape_does(record, tmp_path, shape):
+def test_a_mesh_does_what_the_analytic_shape_does(record, tmp_path, shape, rolling):
     analytic, (vertices, triangles), start, velocity = SHAPES[shape]
     write_stl(tmp_path / "mesh.stl", vertices, triangles)
     # in the cylinder the grain strikes the flank within 20 ms, and each later bounce multiplies the facets' turn
     steps = 4000 if shape == "cylinder" else 12000
-    exact = path(analytic(WallSet().body("w", material="wall")), start, velocity, steps)
+    exact = path(analytic(WallSet().body("w", material="wall")), start, velocity, steps, rolling)
     mesh = WallSet().body("w", material="wall").mesh(*read_stl(tmp_path / "mesh.stl"))
-    meshed = path(mesh, start, velocity, steps)
+    meshed = path(mesh, start, velocity, steps, rolling)
     # a polygon of 256 sides lies within r (1 - cos(pi/256)) = 1 um of its circle and turns the normal by up to 0.7
     # degrees, which a few bounces amplify; flat walls have no such error
     tolerance = 4e-4 if shape in ("frustum", "cylinder") else 2e-6
     record(
         "walls",
-        f"{shape}: mesh against analytic, largest distance of paths",
+        f"{shape}, {rolling}: mesh against analytic, largest distance of paths",
         np.abs(exact - meshed).max(),
         0.0,
         tolerance,
