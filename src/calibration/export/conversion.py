@@ -1,0 +1,71 @@
+"""What the search for equivalent rolling friction found, as numbers and sentences for the exports."""
+
+from dataclasses import dataclass
+
+from calibration.export.rolling import DAMPING_RATIO, STIFFNESS_FACTOR
+
+
+@dataclass(frozen=True)
+class Equivalent:
+    """Numbers of a law that give the calibrated angle."""
+
+    rolling_friction: float
+    static_friction: float
+    stiffness_factor: float
+    damping_ratio: float
+
+
+class Conversion:
+    """What rolling.json says, as the exports need it."""
+
+    def __init__(self, spec, found):
+        self.spec, self.found = spec, found
+
+    def of(self, law):
+        """`Equivalent` for a law: the calibrated numbers where the law is the same or nothing rolls."""
+        entry, pp, q = self.found["laws"].get(law, {}), self.found, self.spec.law_parameters
+        own = self.spec.laws.rolling == law
+        factor = q.rolling_stiffness_factor if own else entry.get("stiffness_factor")
+        damping = q.rolling_damping_ratio if own else entry.get("damping_ratio")
+        return Equivalent(
+            entry.get("rolling_friction", pp["rolling_friction"]),
+            entry.get("static_friction", pp["static_friction"]),
+            STIFFNESS_FACTOR if factor is None else factor,
+            DAMPING_RATIO if damping is None else damping,
+        )
+
+    def sentences(self, law, name):
+        """What was done about rolling friction, for the head of a file; `name`: the law in that code's words."""
+        entry, own = self.found["laws"].get(law), self.found
+        if entry is None:
+            same = "is the law calibrated with" if self.spec.laws.rolling == law else "is off"
+            return [f"Rolling friction: {name} {same}; the number is used as it is."]
+        unit = own["unit"]
+        out = [
+            f"Rolling friction: calibrated as {own['law']} with mu_r = {own['rolling_friction']:.4g}. {name} is "
+            "another law, on the relative spin; there the same number gives "
+            f"{entry['with_the_same_number']:.1f} {unit}. mu_r = {entry['rolling_friction']:.4g} below comes from "
+            f"runs of this engine's {law} along rising mu_r."
+        ]
+        if entry["static_friction"] != own["static_friction"]:
+            out.append(
+                f"Rolling friction alone reaches {entry['largest_by_rolling_friction']:.1f} {unit} at most, so the "
+                f"static friction of grain on grain is raised too, from {own['static_friction']:.4g} to "
+                f"{entry['static_friction']:.4g}. Where sliding matters more than the heap, keep the calibrated one."
+            )
+        if not entry["reached"]:
+            out.append(
+                f"THE CALIBRATED VALUE CANNOT BE REACHED with this law: the search came to between "
+                f"{entry['smallest']:.1f} and {entry['largest']:.1f} {unit}."
+            )
+        return out + [_check(entry[s], s, unit) for s in ("coarse", "full") if s in entry]
+
+
+def _check(a, scale, unit):
+    where = {"coarse": "on the scale of the search", "full": "on the scale of the study"}[scale]
+    low, high = a["difference_interval_95"]
+    return (
+        f"Check {where}: {a['mean']:.2f} {unit} ({a['runs']} runs, sd {a['sd']:.2f}) against "
+        f"{a['calibrated_law_mean']:.2f} ({a['calibrated_law_runs']} runs, sd {a['calibrated_law_sd']:.2f}) with the "
+        f"calibrated law; difference {a['difference']:+.2f}, 95 % {low:+.2f} to {high:+.2f}."
+    )

@@ -1,0 +1,43 @@
+"""EDEM: a table to type into the Creator.
+
+Its conventions, from the user guide (help.altair.com/edem, Creator, Physics): Hertz-Mindlin (no slip) has the damping
+of Tsuji, Tanaka and Ishida (1992) and E*, G* of the pair; coefficients are given for each pair of materials, so there
+is no mixing rule. Rolling friction: `standard` is mu_r F_n R_i against each body's own spin; `RVD` is mu_r F_n R*
+against the relative spin; `type C` is a spring, dashpot and slider with the damping ratio eta.
+"""
+
+MODELS = {
+    "constant_torque": "Hertz-Mindlin (no slip) with standard rolling friction",
+    "constant_torque_relative": "Hertz-Mindlin with RVD rolling friction",
+    "elastic_plastic": "Hertz-Mindlin with type C rolling friction",
+    "none": "Hertz-Mindlin (no slip), rolling friction 0",
+}
+"""Rolling law -> EDEM's model of the same law."""
+
+
+def block(material, conversion, about):
+    """Markdown. material: `Granulate`; conversion: `Conversion`; about: lines of provenance."""
+    g, law = material, material.spec.laws.rolling
+    gg, gw = g.grain_grain, g.grain_wall
+    rows = [
+        ("Bulk material", "Poisson's ratio", g.grain.poisson_ratio, ""),
+        ("", "Solids density", g.grain.density, "kg/m3"),
+        ("", "Shear modulus", g.grain.shear_modulus, "Pa"),
+        ("", "Young's modulus (instead)", g.grain.young_modulus, "Pa"),
+        ("Equipment material", "Poisson's ratio", g.wall.poisson_ratio, ""),
+        ("", "Solids density", g.wall.density, "kg/m3"),
+        ("", "Shear modulus", g.wall.shear_modulus, "Pa"),
+        ("", "Young's modulus (instead)", g.wall.young_modulus, "Pa"),
+    ]
+    for name, p in (("Bulk : bulk", gg), ("Bulk : equipment", gw)):
+        rows += [
+            (f"Interaction {name}", "Coefficient of restitution", p.restitution, ""),
+            ("", "Coefficient of static friction", p.static_friction, ""),
+            ("", "Coefficient of rolling friction", p.rolling_friction, ""),
+        ]
+    rows.append(("Simulator", "Time step", g.time_step, "s"))
+    table = [f"| {a} | {b} | {v:.6g} | {u} |" for a, b, v, u in rows]
+    note = f"Physics: {MODELS[law]}. It is the law calibrated with: every number is used as it is."
+    text = ["# EDEM: parameters to type in", *about, note]
+    head = ["| where | parameter | value | unit |", "|---|---|---|---|"]
+    return "\n\n".join(text) + "\n\n" + "\n".join(head + table) + "\n"

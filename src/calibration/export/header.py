@@ -1,0 +1,34 @@
+"""The comment at the head of each export: what it is, where its numbers come from, and what it leaves out."""
+
+import textwrap
+
+WIDTH = 110
+
+
+def header(mark, title, about, conversion):
+    """Comment lines behind `mark`: title, provenance (lines), and how rolling friction was converted (sentences)."""
+    out = []
+    for text in (title, *about, *conversion):
+        out += [f"{mark} {line}" for line in textwrap.wrap(text, WIDTH - len(mark))]
+    return out
+
+
+def left_out(spec):
+    """Sentences on laws of the calibrated `RunSpec` that no export carries over."""
+    laws, out = spec.laws, []
+    if laws.damping in ("viscoelastic", "plastic"):
+        out.append(
+            f"NOT CONVERTED: damping {laws.damping}, whose restitution depends on the impact speed; the constant "
+            "coefficient of restitution stands in its place."
+        )
+    if laws.friction != "constant":
+        out.append(
+            f"NOT CONVERTED: friction {laws.friction}; the coefficient is that without load dependence."
+        )
+    if laws.cohesion != "none":
+        out.append(f"NOT CONVERTED: cohesion {laws.cohesion}; these grains do not stick.")
+    if laws.drag != "none":
+        out.append(f"NOT CONVERTED: drag {laws.drag}; these grains fall in a vacuum.")
+    if spec.particles.sizes is not None:
+        out.append("The mean grain stands for all sizes where a number depends on the size.")
+    return out

@@ -1,0 +1,96 @@
+"""LIGGGHTS (3.8, public version): commands to include after `create_box 2 ...`.
+
+Its conventions, from the sources of version 3.8.0 (github.com/CFDEMproject/LIGGGHTS-PUBLIC, src/):
+
+normal_model_hertz.h, global_properties.cpp
+    E*, G* from Young's modulus and Poisson's ratio of each atom type, Hertz force and the dashpot of Tsuji et al.,
+    tangential dashpot alike; the force may attract: the same law as `hertz` with `tsuji` here, the same numbers.
+tangential_model_history.h
+    keeps the displacement and multiplies it by the stiffness of the moment; here the force is kept and reduced on
+    unloading. There is nothing to convert; the difference shows in oblique impacts only.
+rolling_model_epsd3.h
+    k_r = rollingStiffness k_n (mu_r R*)^2 with k_n = (4/3) E* a the secant of the Hertz force, where
+    `elastic_plastic` has the tangent 2 E* a: the factor is 3/2 of ours. Dashpot 2 eta sqrt(I k_r) with
+    I = 1.4 m R^2 about the contact point, reduced for two grains, where ours has 0.4 m R^2: eta is sqrt(0.4/1.4)
+    of ours. Limit mu_r |F_n| R*; R* = R at a wall.
+rolling_model_cdt.h
+    torque mu_r k_n overlap R* against the relative spin, with nothing that stops it from turning the spin around
+    within a step, as `constant_torque_relative` has.
+"""
+
+import math
+
+from calibration.export.header import header
+
+MIN_YOUNG = 5.0e6
+MAX_YOUNG = 1.0e9
+"""Outside these LIGGGHTS asks for `soft_particles yes` or `hard_particles yes`."""
+SECANT = 1.5
+"""Tangent over secant of the Hertz force."""
+INERTIA = math.sqrt(0.4 / 1.4)
+"""Square root of the moment of inertia about the centre over that about the contact point."""
+
+
+def rolling_stiffness_factor(factor):
+    """`rollingStiffness` of epsd3 for the factor of `elastic_plastic`."""
+    return SECANT * factor
+
+
+def viscous_damping(ratio):
+    """`coefficientRollingViscousDamping` for the damping ratio of `elastic_plastic`."""
+    return INERTIA * ratio
+
+
+def block(material, conversion, about):
+    """Text of the include file. material: `Granulate`; conversion: `Conversion`; about: lines of provenance."""
+    g, e = material, conversion.of("elastic_plastic")
+    gg, gw = g.grain_grain, g.grain_wall
+    young = [g.grain.young_modulus, g.wall.young_modulus]
+    lines = header(
+        "#",
+        "LIGGGHTS 3.8: include this after `create_box 2 ...`; atom type 1 is the grain, 2 the wall.",
+        about,
+        conversion.sentences("elastic_plastic", "epsd3"),
+    )
+    if max(young) > MAX_YOUNG:
+        lines.append("hard_particles yes")
+    if min(young) < MIN_YOUNG:
+        lines.append("soft_particles yes")
+    lines += [
+        _per_type("youngsModulus", young),
+        _per_type("poissonsRatio", [g.grain.poisson_ratio, g.wall.poisson_ratio]),
+        _per_pair("coefficientRestitution", gg.restitution, gw.restitution),
+        _per_pair("coefficientFriction", e.static_friction, gw.static_friction),
+        _per_pair("coefficientRollingFriction", e.rolling_friction, gw.rolling_friction),
+        _per_pair("coefficientRollingViscousDamping", *2 * [viscous_damping(e.damping_ratio)]),
+        f"fix rollingStiffness all property/global rollingStiffness scalar "
+        f"{rolling_stiffness_factor(e.stiffness_factor):.6g}",
+        "pair_style gran model hertz tangential history rolling_friction epsd3",
+        "pair_coeff * *",
+        f"timestep {g.time_step:.4g}",
+        f"# grains: density {g.grain.density:g} kg/m3; walls: type 2 and",
+        "#   fix ... wall/gran model hertz tangential history rolling_friction epsd3 mesh n_meshes ... meshes ...",
+        *_cdt(conversion, gw),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _cdt(conversion, gw):
+    """Comment with the numbers for the constant torque."""
+    c = conversion.of("constant_torque_relative")
+    out = ["#", "# The same with `rolling_friction cdt` in place of epsd3, in both commands:"]
+    out += [f"#   {s}" for s in conversion.sentences("constant_torque_relative", "cdt")]
+    out.append("#   " + _per_pair("coefficientFriction", c.static_friction, gw.static_friction))
+    pair = _per_pair("coefficientRollingFriction", c.rolling_friction, gw.rolling_friction)
+    return [*out, "#   " + pair]
+
+
+def _per_type(name, values):
+    numbers = " ".join(f"{v:.6g}" for v in values)
+    return f"fix {name} all property/global {name} peratomtype {numbers}"
+
+
+def _per_pair(name, grain_grain, grain_wall):
+    """wall on wall never meets; the matrix must be symmetric and full"""
+    numbers = f"{grain_grain:.6g} {grain_wall:.6g} {grain_wall:.6g} {grain_wall:.6g}"
+    return f"fix {name} all property/global {name} peratomtypepair 2 {numbers}"

@@ -1,0 +1,200 @@
+"""calibrated.yaml: every parameter of the calibrated model with its unit and where it came from."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import yaml
+from scipy import stats
+
+from dem.spec import RunSpec
+
+PARTS = ("materials", "contacts", "laws", "law_parameters", "particles", "geometry", "numerics")
+UNITS = {
+    "_kg_m3": "kg/m3",
+    "_J_m3": "J/m3",
+    "_J_m2": "J/m2",
+    "_N_m": "N/m",
+    "_Pa_s": "Pa s",
+    "_deg_s": "deg/s",
+    "_mm_s": "mm/s",
+    "_m_s": "m/s",
+    "_per_s": "1/s",
+    "_deg": "deg",
+    "_kPa": "kPa",
+    "_Pa": "Pa",
+    "_mm": "mm",
+    "_N": "N",
+    "_s": "s",
+}
+"""Ending of a key -> unit; the longer endings first."""
+GRID = 4001
+
+
+def unit_of(key):
+    """Unit that a key's name ends in; "1" for a number without."""
+    return next((unit for ending, unit in UNITS.items() if key.endswith(ending)), "1")
+
+
+def parameter_interval(surface, target, point, k, alpha=0.05):
+    """(low, high) in coded levels of factor k around the optimum `point` (factors,), the others held.
+
+    The stretch around the point on which the target lies in the surface's confidence interval for the mean (an inverse
+    prediction: Fieller 1954). An end at -1 or +1 is the border of the region: the data do not bound the factor there.
+    """
+    grid = np.linspace(-1.0, 1.0, GRID)
+    levels = np.tile(np.asarray(point, float), (GRID, 1))
+    levels[:, k] = grid
+    half = stats.t.ppf(1 - alpha / 2, surface.df) * surface.standard_error(levels)
+    inside = np.abs(surface.predict(levels) - target) <= half
+    start = int(np.argmin(np.abs(grid - point[k])))
+    if not inside[start]:
+        return float(point[k]), float(point[k])
+    out = np.flatnonzero(~inside)
+    below, above = out[out < start], out[out > start]
+    low = below[-1] + 1 if len(below) else 0
+    high = above[0] - 1 if len(above) else GRID - 1
+    return float(grid[low]), float(grid[high])
+
+
+def calibrated_entries(surface, region, optimum):
+    """{key: entry} of the factors that were calibrated; optimum: content of optimum.json."""
+    point = [optimum["optimum_coded"][f.code] for f in region]
+    entries = {}
+    for k, f in enumerate(region):
+        low, high = parameter_interval(surface, optimum["target"], point, k)
+        entry = {
+            "source": "calibrated",
+            "factor": f.name,
+            "interval_95": [f.natural(low), f.natural(high)],
+            "region": [f.low, f.high],
+            "solution_set": optimum["solution_set"][f.name],
+        }
+        borders = [side for side, x, at in (("low", low, -1.0), ("high", high, 1.0)) if x == at]
+        if borders:
+            entry["not_bounded_by_the_data"] = borders
+        entries[f.key] = entry
+    return entries
+
+
+def fixed_entries(config, factors, bench):
+    """{key: entry} of the factors that were not varied; bench: {factor: level} of the bench tests."""
+    entries = {}
+    for f in factors:
+        entries[f.key] = {"factor": f.name}
+        if f.name in config.fixed:
+            source = "bench test" if f.name in bench else "fixed by the configuration"
+            entries[f.key] = {"source": source, "factor": f.name}
+    return entries
+
+
+def paper_values(folder):
+    """{name: (value, where)} of the numbers that the paper prints once, from its tables in `folder`."""
+    values = {}
+    for name in ("scalars.csv", "table04_intrinsic.csv"):
+        path = Path(folder) / name
+        if not path.exists():
+            continue
+        lines = [x for x in path.read_text().splitlines() if x and not x.startswith("#")]
+        for row in csv.DictReader(lines):
+            try:
+                value = float(row["value"]) * (1e6 if row["unit"] == "MPa" else 1.0)
+            except ValueError:
+                continue  # a list of coefficients
+            values[row.get("name") or row["parameter"]] = value, row.get("where") or "Table 4"
+    return values
+
+
+INTRINSIC = {
+    "materials.particle.density_kg_m3": "salt_density",
+    "materials.particle.shear_modulus_Pa": "section_1_1_shear_modulus",
+    "materials.particle.poisson_ratio": "section_1_1_poisson_ratio",
+    "materials.wall.density_kg_m3": "steel_density",
+    "materials.wall.shear_modulus_Pa": "steel_shear_modulus",
+    "materials.wall.poisson_ratio": "steel_poisson_ratio",
+    "particles.count": "particle_count",
+    "geometry.orifice_diameter_mm": "funnel_orifice_diameter",
+    "geometry.plate_diameter_mm": "base_plate_diameter",
+    "geometry.discharge_height_mm": "discharge_height",
+    "geometry.generation_rate_per_s": "generation_rate",
+}
+"""Key of the run spec -> name under which the paper prints it."""
+
+
+def entries(spec, run, calibrated, fixed, paper):
+    """{key: {value, unit, description, source, ...}} of everything in a `RunSpec` that is not None.
+
+    run: the configuration's own run spec (a mapping), to tell what it gives from the engine's defaults.
+    """
+    out = {}
+    for part in PARTS:
+        for key, value, note in _leaves(getattr(spec, part), RunSpec.model_fields[part], part):
+            if value is None:
+                continue
+            entry = {"value": value}
+            if not isinstance(value, str):
+                entry["unit"] = unit_of(key)
+            if note:
+                entry["description"] = note
+            source = "the configuration's run spec" if _given(run, key) else "default of the engine"
+            entry |= {"source": source} | (calibrated.get(key) or fixed.get(key) or {})
+            if entry["source"] != "calibrated":
+                entry |= _printed(value, (entry.get("factor"), INTRINSIC.get(key)), paper)
+            out[key] = entry
+    return out
+
+
+def _printed(value, names, paper):
+    """What the paper prints for a parameter under one of its names, as a part of its entry."""
+    for name in names:
+        for label in (name, f"optimum_{name}"):
+            if label in paper:
+                printed, where = paper[label]
+                same = np.isclose(printed, value, rtol=1e-9)
+                return {"paper": f"{where}: {'the same' if same else f'{printed:g}'}"}
+    return {}
+
+
+def _leaves(part, field, prefix):
+    """(dotted key, value, description) of every number and word below a part of the spec."""
+    fields = getattr(type(part), "model_fields", None)
+    if fields is None:
+        yield prefix, part, field.description
+        return
+    for name, below in fields.items():
+        yield from _leaves(getattr(part, name), below, f"{prefix}.{name}")
+
+
+def _given(run, key):
+    for name in key.split("."):
+        if not isinstance(run, dict) or name not in run:
+            return False
+        run = run[name]
+    return True
+
+
+class _Dumper(yaml.SafeDumper):
+    """Short lists on one line."""
+
+
+def _list(dumper, data):
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=True)
+
+
+def _float(dumper, data):
+    # 1.0e+07 rather than 1e7, which YAML 1.1 would read as a word
+    text = f"{data:.9g}"
+    if "e" in text and "." not in text:
+        text = text.replace("e", ".0e")
+    return dumper.represent_scalar(
+        "tag:yaml.org,2002:float", text if set(text) & set(".e") else f"{text}.0"
+    )
+
+
+_Dumper.add_representer(list, _list)
+_Dumper.add_representer(float, _float)
+
+
+def to_yaml(data):
+    """YAML text of plain mappings, lists, numbers and words, in the order given."""
+    return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)

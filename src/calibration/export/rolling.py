@@ -1,0 +1,270 @@
+"""Rolling friction in another law: which coefficient gives the same angle of repose.
+
+The law calibrated with (usually EDEM's constant torque on each grain's own spin) is missing from most codes. Theirs act
+on the relative spin of two grains. With the same number, or with the number that makes the torques equal, their heaps
+are flatter by about ten degrees, because grains that turn together feel nothing. No formula leads from one coefficient
+to the other, so the angle is measured: this engine has both kinds of law.
+
+The search goes along one path. It starts below the calibrated coefficient; first the rolling friction of grain on grain
+rises, up to TOP_ROLLING times its value, beyond which grains hardly roll; if the angle is still too small, their
+static friction rises too, up to TOP_STATIC times. Everything else stays. The angle along the path is made monotone and
+inverted for the angle that the calibrated law gives; runs at the point found confirm it.
+
+The path is run with fewer, larger grains of the same total volume in the same rig (MOST_GRAINS), both laws alike; the
+confirmation also at the study's own scale.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from calibration.campaign import read_metric, run_id, write_plan
+from calibration.config import overlay, point_spec
+from calibration.validate import compare
+from dem.errors import SpecError
+from dem.spec import parse_spec
+
+RELATIVE = ("elastic_plastic", "constant_torque_relative")
+"""Laws on the relative spin, which other codes have."""
+PATH = (-0.5, 0.0, 0.5, 1.0, 1.5, 2.0)
+"""Places on the path: 0 the calibrated numbers, 1 the end of rolling friction's rise, 2 of static friction's."""
+TOP_ROLLING = 6.0
+TOP_STATIC = 2.0
+OWN_SEEDS, PATH_SEEDS, CONFIRM_SEEDS, FULL_SEEDS = 6, 2, 5, 3
+MOST_GRAINS = 2500
+REST_TIME = 2.0
+"""A heap is at rest about this long after the last grain was made [s]; rolling springs keep trembling, so that the
+energy of such a heap never falls to that of rest."""
+STIFFNESS_FACTOR, DAMPING_RATIO = 2.25, 0.3
+
+ROLLING, STATIC = (
+    f"contacts.particle_particle.{k}" for k in ("rolling_friction", "static_friction")
+)
+
+
+def place(share, rolling_friction, static_friction):
+    """(rolling, static) friction of grain on grain at a place of the path; rounded, as levels name cached runs."""
+    rolling = rolling_friction * TOP_ROLLING ** min(share, 1.0)
+    static = static_friction * TOP_STATIC ** max(share - 1.0, 0.0)
+    return round(rolling, 6), round(static, 6)
+
+
+def laws_to_scan(spec):
+    """Laws of RELATIVE that the calibrated `RunSpec` does not have; none where grains roll freely."""
+    if spec.laws.rolling == "none" or spec.contacts.particle_particle.rolling_friction == 0.0:
+        return []
+    return [law for law in RELATIVE if law != spec.laws.rolling]
+
+
+def calibrated_spec(config, factors, optimum, seed=None):
+    """Run spec (a mapping) at the calibrated point {factor: level}; the study's first seed unless given."""
+    levels = config.fixed | optimum
+    keys = {f.key: levels[f.name] for f in factors if f.name in levels}
+    return point_spec(config.run, config.experiment, keys, config.seed if seed is None else seed)
+
+
+def coarse(spec):
+    """A heap's run spec (a mapping) with at most MOST_GRAINS larger grains of the same total volume; as it is where
+    these would not pass the funnel."""
+    parsed = parse_spec(spec)
+    if parsed.experiment != "heap" or parsed.particles.count <= MOST_GRAINS:
+        return spec
+    ratio = parsed.particles.count / MOST_GRAINS
+    changes = {
+        "particles": {
+            "count": MOST_GRAINS,
+            "scale_factor": round(parsed.particles.scale_factor * ratio ** (1 / 3), 6),
+        },
+        "geometry": {"generation_rate_per_s": parsed.geometry.generation_rate_per_s / ratio},
+    }
+    try:
+        parse_spec(overlay(spec, changes))
+    except SpecError:
+        return spec
+    return overlay(spec, changes)
+
+
+def timed(spec):
+    """The run spec (a mapping) of a heap that ends a fixed time after the last grain was made."""
+    parsed = parse_spec(spec)
+    if parsed.experiment != "heap":
+        return spec
+    pouring = parsed.particles.count / parsed.geometry.generation_rate_per_s
+    end = min(round(pouring + REST_TIME, 3), parsed.numerics.max_time_s)
+    return overlay(spec, {"numerics": {"max_time_s": end}})
+
+
+def with_law(spec, law, rolling, static):
+    """The run spec (a mapping) with another rolling law and coefficients of grain on grain."""
+    parameters = {
+        "rolling_stiffness_factor": STIFFNESS_FACTOR,
+        "rolling_damping_ratio": DAMPING_RATIO,
+    }
+    changes = {"laws": {"rolling": law}}
+    changes["contacts"] = {
+        "particle_particle": {"rolling_friction": rolling, "static_friction": static}
+    }
+    if law == "elastic_plastic":
+        changes["law_parameters"] = parameters
+    return overlay(spec, changes)
+
+
+def _rows(base, law, share, seeds, scale):
+    """Design rows and {run_id: spec} of one point."""
+    own = parse_spec(base).contacts.particle_particle
+    numbers = own.rolling_friction, own.static_friction
+    if law is not None:
+        numbers = place(share, *numbers)
+    rows, specs = [], {}
+    for n in range(seeds):
+        spec = overlay(base, {"seed": base["seed"] + n})
+        spec = timed(spec if law is None else with_law(spec, law, *numbers))
+        name = run_id(spec)
+        specs[name] = spec
+        rows.append(
+            {
+                "law": law or parse_spec(base).laws.rolling,
+                "scale": scale,
+                "share": share,
+                "rolling_friction": numbers[0],
+                "static_friction": numbers[1],
+                "seed": spec["seed"],
+                "run_id": name,
+            }
+        )
+    return rows, specs
+
+
+def _write(parts, folder):
+    rows = [row for part, _ in parts for row in part]
+    specs = {name: spec for _, part in parts for name, spec in part.items()}
+    columns = ["law", "scale", "share", "rolling_friction", "static_friction", "seed", "run_id"]
+    write_plan(folder, pd.DataFrame(rows, columns=columns), specs)
+
+
+def plan_scan(spec, folder):
+    """Plan runs of the calibrated law and along each other law's path; spec: calibrated run spec (a mapping)."""
+    base = coarse(spec)
+    laws = laws_to_scan(parse_spec(spec))
+    parts = [_rows(base, None, 0.0, OWN_SEEDS, "coarse")] if laws else []
+    parts += [_rows(base, law, s, PATH_SEEDS, "coarse") for law in laws for s in PATH]
+    _write(parts, folder)
+
+
+def read_scan(design_file, metric):
+    """The design table with the runs' angles in `response`."""
+    design = pd.read_csv(design_file)
+    return design.assign(response=read_metric(design["run_id"], metric))
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """Where on the path a law gives the angle: share, and what the scan says of it."""
+
+    share: float
+    reached: bool
+    same_number: float
+    largest_by_rolling: float
+    smallest: float
+    largest: float
+
+
+def invert(shares, angles, target):
+    """`Inverse` of angles (n,) at shares (n,) for a target angle.
+
+    The means at each share are made monotone (running maximum) and interpolated linearly. Beyond either end, that end
+    is returned and `reached` is False.
+    """
+    means = pd.Series(angles).groupby(np.asarray(shares)).mean().sort_index()
+    x, y = means.index.to_numpy(), np.maximum.accumulate(means.to_numpy())
+    reached = bool(y[0] <= target <= y[-1])
+    k = int(np.searchsorted(y, target))
+    if not reached:
+        share = float(x[0] if target < y[0] else x[-1])
+    elif k == 0:
+        share = float(x[0])
+    else:
+        share = float(x[k - 1] + (target - y[k - 1]) / (y[k] - y[k - 1]) * (x[k] - x[k - 1]))
+    return Inverse(
+        share,
+        reached,
+        float(means[0.0]),
+        float(means[means.index <= 1.0].max()),
+        float(means.max()),
+    )
+
+
+def inverses(scan, spec):
+    """{law: Inverse} of a scan (table with `response`) for the calibrated `RunSpec`."""
+    own = scan[scan["law"] == spec.laws.rolling]["response"].mean()
+    found = {}
+    for law in laws_to_scan(spec):
+        runs = scan[scan["law"] == law]
+        found[law] = invert(runs["share"], runs["response"], own)
+    return found
+
+
+def plan_confirmation(spec, scan_file, metric, folder):
+    """Plan runs at the point found for each law, on the scan's scale and on the study's own."""
+    parsed, base = parse_spec(spec), coarse(spec)
+    parts = []
+    scan = read_scan(scan_file, metric)
+    for law, found in inverses(scan, parsed).items():
+        share = round(found.share, 4)
+        parts.append(_rows(base, law, share, CONFIRM_SEEDS, "coarse"))
+        if base is not spec:
+            parts.append(_rows(spec, law, share, FULL_SEEDS, "full"))
+    _write(parts, folder)
+
+
+def conclude(spec, scan, confirmation, validated, margin, unit):
+    """The conversion as a mapping for rolling.json.
+
+    spec: calibrated `RunSpec`; scan, confirmation: tables with `response`; validated: (n,) angles of the calibrated law
+    at the study's own scale; margin: difference that does not matter; unit: of both.
+    """
+    own = scan[scan["law"] == spec.laws.rolling]["response"]
+    pp = spec.contacts.particle_particle
+    out = {
+        "law": spec.laws.rolling,
+        "unit": unit,
+        "rolling_friction": pp.rolling_friction,
+        "static_friction": pp.static_friction,
+        "laws": {},
+    }
+    for law, found in inverses(scan, spec).items():
+        runs = confirmation[confirmation["law"] == law]
+        rolling, static = place(round(found.share, 4), pp.rolling_friction, pp.static_friction)
+        entry = {
+            "rolling_friction": rolling,
+            "static_friction": static,
+            "reached": found.reached,
+            "with_the_same_number": found.same_number,
+            "largest_by_rolling_friction": found.largest_by_rolling,
+            "smallest": found.smallest,
+            "largest": found.largest,
+        }
+        if law == "elastic_plastic":
+            entry |= {"stiffness_factor": STIFFNESS_FACTOR, "damping_ratio": DAMPING_RATIO}
+        for scale, against in (("coarse", own), ("full", validated)):
+            angles = runs[runs["scale"] == scale]["response"]
+            if len(angles):
+                entry[scale] = _agreement(angles, against, margin)
+        out["laws"][law] = entry
+    return out
+
+
+def _agreement(angles, against, margin):
+    """Runs of the other law beside runs of the calibrated one on the same scale."""
+    c = compare([list(angles)], list(against), margin)
+    return {
+        "mean": c.simulated_mean,
+        "sd": c.simulated_sd,
+        "runs": c.simulated_n,
+        "calibrated_law_mean": c.measured_mean,
+        "calibrated_law_sd": c.measured_sd,
+        "calibrated_law_runs": c.measured_n,
+        "difference": c.difference,
+        "difference_interval_95": [c.difference_low, c.difference_high],
+    }

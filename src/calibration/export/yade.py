@@ -1,0 +1,92 @@
+"""YADE (2023.02a): materials and functors to execute in a script.
+
+Its conventions, from the class reference of the installed version and the source pkg/dem/HertzMindlin.cpp (mirrored at
+github.com/bchareyre/yade-mpi; newer formulas as in the version installed, checked by a test that reads the stiffnesses
+of live contacts):
+
+Ip2_FrictMat_FrictMat_MindlinPhys
+    E* and G* from Young's modulus and Poisson's ratio as here. en: the dashpot of Thornton et al. (2013), Eqs. B6 and
+    B7, for a force that never attracts; `tsuji` here attracts at the end. Each returns its e, so e is carried over.
+    en, es, frictAngle are tables by pair (MatchMaker, frictAngle in radians); krot and eta are single numbers.
+Law2_ScGeom_MindlinPhys_Mindlin, includeMoment=True
+    moment grows by krot times the relative rotation, without a dashpot, up to eta (R1 + R2)/2 F_n: with R* = R/2 of
+    equal grains, eta is half of mu_r of `elastic_plastic`. krot is a constant; there k_r grows with the load.
+Ig2_Facet_Sphere_ScGeom
+    a facet counts as a sphere of twice the radius: R* is 2R/3 instead of R, so a grain on a facet is softer by
+    sqrt(2/3), and the lever of eta is 3R/2. The limit of the moment there is set contact by contact (`wallRolling`);
+    the softer contact is left, as the modulus is a softened one anyway.
+"""
+
+import math
+
+from calibration.export.header import header
+from calibration.export.material import rolling_stiffness
+
+
+def eta(pair, rolling_friction, radii):
+    """eta for mu_r of `elastic_plastic`; radii (2,) [m] as YADE sees them: mu_r R* / ((R1 + R2)/2)."""
+    return rolling_friction * pair.radius / (0.5 * sum(radii))
+
+
+def block(material, conversion, about):
+    """Text of the script. material: `Granulate`; conversion: `Conversion`; about: lines of provenance."""
+    g, e = material, conversion.of("elastic_plastic")
+    gg, gw, r = g.grain_grain, g.grain_wall, g.radius
+    head = header(
+        "#",
+        "YADE 2023.02: execute this in a script, exec(open('yade.py').read()), and use grain, wall, physics, law and "
+        "wall_rolling.",
+        about,
+        [
+            *conversion.sentences(
+                "elastic_plastic", "the rolling moment of Law2_ScGeom_MindlinPhys_Mindlin"
+            ),
+            f"The rolling spring is a constant in YADE, that of a contact under {g.load:.3g} N, ten grain weights, "
+            "and has no dashpot. eta is one number for all pairs, so wallRolling() sets the moment of grains on walls.",
+        ],
+    )
+    k_grain = rolling_stiffness(gg, e.rolling_friction, g.load, e.stiffness_factor)
+    k_wall = rolling_stiffness(gw, gw.rolling_friction, g.load, e.stiffness_factor)
+    return (
+        "\n".join(head)
+        + f"""
+grain = O.materials.append(
+    FrictMat(
+        young={g.grain.young_modulus:.6g},
+        poisson={g.grain.poisson_ratio:.6g},
+        frictionAngle={math.atan(e.static_friction):.6g},
+        density={g.grain.density:.6g},
+        label="grain",
+    )
+)
+wall = O.materials.append(
+    FrictMat(
+        young={g.wall.young_modulus:.6g},
+        poisson={g.wall.poisson_ratio:.6g},
+        frictionAngle={math.atan(gw.static_friction):.6g},
+        density={g.wall.density:.6g},
+        label="wall",
+    )
+)
+physics = Ip2_FrictMat_FrictMat_MindlinPhys(
+    en=MatchMaker(matches=((grain, grain, {gg.restitution:.6g}), (grain, wall, {gw.restitution:.6g}))),
+    frictAngle=MatchMaker(
+        matches=((grain, grain, {math.atan(e.static_friction):.6g}), (grain, wall, {math.atan(gw.static_friction):.6g}))
+    ),
+    krot={k_grain:.6g},
+    eta={eta(gg, e.rolling_friction, (r, r)):.6g},
+)
+law = Law2_ScGeom_MindlinPhys_Mindlin(includeMoment=True)
+
+
+def wallRolling():
+    for i in O.interactions:
+        if i.isReal and wall in (O.bodies[i.id1].mat.id, O.bodies[i.id2].mat.id):
+            i.phys.maxBendPl = {gw.rolling_friction:.6g} * min(i.geom.refR1, i.geom.refR2)
+            i.phys.kr = {k_wall:.6g}
+
+
+wall_rolling = PyRunner(command="wallRolling()", iterPeriod=50)
+O.dt = {g.time_step:.4g}
+"""
+    )

@@ -1,0 +1,12 @@
+from pathlib import Path
+
+from calibration import stages
+from calibration.export.stage import export
+
+with stages.logged(snakemake.log[0]):
+    i = snakemake.input
+    config = stages.settings_of(snakemake.params.settings, i.get("fixed"))
+    region = stages.read_region(i.region)
+    runs = stages.augmented_runs(config, i.runs, region, i.candidate)
+    out = Path(snakemake.output.parameters).parent
+    export(config, dict(i.items()), runs, region, out)
