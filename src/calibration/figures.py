@@ -376,6 +376,30 @@ def yield_loci(runs, loci, curves, measure, section):
     return figure
 
 
+def scaling(table):
+    """Angle of repose and restitution over the scale, a line a rule and cohesion."""
+    figure, axes = _axes(1, 2, (9.6, 4.2))
+    names = {"heap": ANGLE, "drop": "coefficient of restitution, rebound"}
+    for ax, (experiment, axis) in zip(axes, names.items(), strict=True):
+        cases = table[table["experiment"] == experiment].groupby(["rule", "cohesive"], sort=False)
+        for k, ((rule, cohesive), case) in enumerate(cases):
+            text = f"{rule} rule, {'cohesive' if cohesive else 'no cohesion'}"
+            ax.errorbar(
+                case["scale"] * 2 ** (0.03 * (k - 1.5)),
+                case["mean"],
+                yerr=[case["mean"] - case["low"], case["high"] - case["mean"]],
+                marker="o",
+                capsize=3,
+                label=text,
+            )
+        ax.set_xscale("log", base=2)
+        scales = sorted(table["scale"].unique())
+        ax.set_xticks(scales, [f"{x:g}" for x in scales])
+        ax.set(xlabel="scale h", ylabel=axis)
+    axes[0].legend(frameon=False, fontsize=8)
+    return figure
+
+
 def validation(groups, measured, result, quantity=ANGLE):
     """Replicates by group beside the measurement, with means and the equivalence margin."""
     figure, ax = _axes()

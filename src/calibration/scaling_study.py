@@ -1,0 +1,243 @@
+"""The scaling claim of 1.2 judged: angle of repose and rebound against scale, and each statement of the paper.
+
+A quantity that a rule keeps has the same value at every scale. A difference is said to be kept where its 95 % interval
+lies within the margin that does not matter, changed where the interval leaves out zero and part of it lies beyond the
+margin, and undecided otherwise.
+"""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from calibration import figures
+from calibration.campaign import read_metric
+from calibration.errors import CalibrationError
+from calibration.scaling import (
+    GRAVITY_RULE,
+    PAPER_RULE,
+    RULES,
+    OverdeterminedError,
+    check_consistent,
+    exponent,
+    group_exponents,
+    settings_of,
+)
+from calibration.scaling_plan import base_run, enlarged
+from calibration.scaling_probe import measured_exponents
+from dem.io.files import write_json
+
+RESPONSE = {"heap": "angle_of_repose_deg", "drop": "effective_restitution"}
+UNIT = {"heap": "deg", "drop": "1"}
+HOLDS, FAILS, UNDECIDED = "holds", "fails", "undecided"
+KEPT, CHANGED = "kept", "changed"
+VERDICT = {KEPT: HOLDS, CHANGED: FAILS, UNDECIDED: UNDECIDED}
+EXACT = 0.01  # exponents measured on one contact carry rounding alone
+
+
+@dataclass(frozen=True)
+class Statement:
+    """A statement of the paper, what the runs or the theory gave, and the verdict that follows."""
+
+    id: str
+    where: str
+    statement: str
+    printed: float | None
+    found: float | None
+    low: float | None
+    high: float | None
+    verdict: str
+    sentence: str
+
+
+def response_table(design, metrics, margins, alpha=0.05):
+    """Table, a row a case and scale: mean, sd, interval, difference from the first scale with interval, change.
+
+    design : columns experiment, rule, cohesive, scale, left_in_funnel (grains, heaps only); metrics : (n,) response of each run; margins : {experiment: it}
+    """
+    runs, rows = design.assign(response=metrics), []
+    for (experiment, rule, cohesive), case in runs.groupby(
+        ["experiment", "rule", "cohesive"], sort=False
+    ):
+        first = case.loc[case["scale"] == case["scale"].iloc[0], "response"].to_numpy()
+        for scale, group in case.groupby("scale", sort=False):
+            values = group["response"].to_numpy()
+            half = stats.t.ppf(1 - alpha / 2, len(values) - 1) * stats.sem(values)
+            row = {"experiment": experiment, "rule": rule, "cohesive": bool(cohesive)}
+            row |= {"scale": float(scale), "n": len(values), "mean": values.mean()}
+            row |= {"sd": values.std(ddof=1), "low": values.mean() - half}
+            row |= {"high": values.mean() + half, "unit": UNIT[experiment]}
+            row |= {"left_in_funnel": group["left_in_funnel"].mean()}
+            if scale != case["scale"].iloc[0]:
+                row |= difference(first, values, margins[experiment], alpha)
+            rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def difference(first, values, margin, alpha=0.05):
+    """Difference of two samples with its Welch interval, and whether it is kept, changed or undecided."""
+    apart = float(values.mean() - first.mean())
+    if values.var() + first.var() == 0.0:  # runs without scatter differ exactly or not at all
+        low = high = apart
+    else:
+        low, high = stats.ttest_ind(values, first, equal_var=False).confidence_interval(1 - alpha)
+    change = UNDECIDED
+    if -margin <= low and high <= margin:
+        change = KEPT
+    elif low > 0.0 or high < 0.0:
+        change = CHANGED
+    return {"difference": apart, "difference_low": low, "difference_high": high, "change": change}
+
+
+def response_statements(table):
+    """A statement a case of `response_table`: is the response kept at every scale?"""
+    out = []
+    for (experiment, rule, cohesive), case in table.groupby(
+        ["experiment", "rule", "cohesive"], sort=False
+    ):
+        later = case.dropna(subset=["difference"])
+        changes = set(later["change"])
+        change = CHANGED if CHANGED in changes else UNDECIDED if UNDECIDED in changes else KEPT
+        worst = later.loc[later["difference"].abs().idxmax()]
+        what = {"heap": "angle of repose", "drop": "restitution on steel"}[experiment]
+        how = "with cohesion" if cohesive else "without cohesion"
+        unit = {"deg": "°", "1": ""}[worst["unit"]]
+        digits = 1 if experiment == "heap" else 3
+        sentence = (
+            f"Enlarged by the {rule} rule, {how}, the {what} is {case['mean'].iloc[0]:.{digits}f}{unit} at scale "
+            f"{case['scale'].iloc[0]:g} and {worst['mean']:.{digits}f}{unit} at scale {worst['scale']:g}: difference "
+            f"{worst['difference']:+.{digits}f}{unit} (95 %: {worst['difference_low']:+.{digits}f} to "
+            f"{worst['difference_high']:+.{digits}f}), {change}."
+        )
+        out.append(
+            Statement(
+                f"{experiment}.{rule}.{'cohesive' if cohesive else 'plain'}",
+                "1.2.1, conclusion 4" if rule == PAPER_RULE.name else "(gravity kept)",
+                f"The {what} does not change with the scale, {how}, under the {rule} rule",
+                0.0,
+                float(worst["difference"]),
+                float(worst["difference_low"]),
+                float(worst["difference_high"]),
+                VERDICT[change],
+                sentence,
+            )
+        )
+    return out
+
+
+def exponent_statements(measured):
+    """The paper's exponents beside those measured in the engine, enlarged by the paper's own rule."""
+    claims = (
+        ("eq4.mass", "Eq. 4", "The mass factor is h", 1, "mass"),
+        ("eq5.mass", "Eq. 5", "The mass factor is h^3", 3, "mass"),
+        ("eq6.force", "Eq. 6", "The force factor is h^2 (contact, same relative overlap)", 2, "force"),
+        ("eq2.weight", "Eqs. 2, 6", "The weight has the factor of every force, h^2", 2, "weight"),
+        ("section121.stiffness", "1.2.1", "The contact stiffness goes as the diameter", 1, "stiffness"),
+        ("section122.stiffness", "1.2.2", "k_n over R^2 is constant", 2, "stiffness"),
+        ("section122.damping", "1.2.2", "c_n over R^2 is constant", 2, "damping_coefficient"),
+    )  # fmt: skip
+    out = []
+    for name, where, text, printed, quantity in claims:
+        found = measured[quantity]
+        holds = abs(found - printed) < EXACT
+        said = f"The {quantity.replace('_', ' ')} measured in the engine goes as h^{found:.2f}"
+        verdict = HOLDS if holds else FAILS
+        sentence = f"{said}; printed h^{printed}: the statement {verdict}."
+        out.append(Statement(name, where, text, printed, found, found, found, verdict, sentence))
+    return out
+
+
+def theory_statements():
+    """What follows from the dimensions alone: Eq. 4's contradiction and the modulus under real gravity."""
+    try:
+        check_consistent({"length": 1, "mass": 1, "density": 0})
+        contradiction = None
+    except OverdeterminedError as error:
+        contradiction = str(error)
+    kept = int(exponent("modulus", PAPER_RULE.held))
+    needed = int(exponent("modulus", GRAVITY_RULE.held))
+    table = group_exponents(settings_of(PAPER_RULE, ("acceleration",)))
+    broken = ", ".join(g.split(" ")[0] + " " + g.split(" ")[1] for g in table.group[~table.kept])
+    return [
+        Statement(
+            "eq4.consistent", "Eq. 4", "Length, mass and density scale as h, h and 1", None, None, None, None,
+            FAILS if contradiction else HOLDS,
+            f"Eq. 4 {'contradicts itself: ' + contradiction if contradiction else 'is consistent'}.",
+        ),
+        Statement(
+            "eq8.modulus", "Eq. 8", "Young's modulus is unchanged (velocity kept)", 0, kept, kept, kept,
+            HOLDS if kept == 0 else FAILS,
+            f"With velocity and density kept, Young's modulus goes as h^{kept}.",
+        ),
+        Statement(
+            "eq8.modulus.gravity", "Eq. 8", "Young's modulus is unchanged where gravity acts", 0, needed, needed,
+            needed, HOLDS if needed == 0 else FAILS,
+            f"Where gravity is the Earth's at every scale, Young's modulus must go as h^{needed}; unchanged it breaks "
+            f"{broken}.",
+        ),
+    ]  # fmt: skip
+
+
+def drop_statements(design, config):
+    """The exponents of impact speed and restitution over the scale, by a line through the logarithms of all drops."""
+    drops = design[(design["experiment"] == "drop") & ~design["cohesive"]]
+    drops = drops[drops["rule"] == PAPER_RULE.name]
+    out = []
+    for name, text, printed, metric in (
+        ("section122.velocity", "Velocity is invariant", 0, "impact_speed_m_s"),
+        ("section122.restitution", "The restitution goes as R^2", 2, "effective_restitution"),
+    ):
+        found, low, high = log_slope(drops["scale"], read_metric(drops["run_id"], metric))
+        verdict = HOLDS if low - EXACT <= printed <= high + EXACT else FAILS
+        sentence = (
+            f"The {metric.rsplit('_m_s', 1)[0].replace('_', ' ')} of the drop, its rig enlarged alike, goes as "
+            f"h^{found:.2f} (95 %: {low:.2f} to {high:.2f}); printed h^{printed}: the statement {verdict}."
+        )
+        out.append(Statement(name, "1.2.2", text, printed, found, low, high, verdict, sentence))
+    return out
+
+
+def log_slope(scale, value, alpha=0.05):
+    """Exponent of a power law and its interval."""
+    fit = stats.linregress(np.log(np.asarray(scale, float)), np.log(np.asarray(value, float)))
+    half = float(stats.t.ppf(1 - alpha / 2, len(scale) - 2) * fit.stderr)
+    return float(fit.slope), float(fit.slope) - half, float(fit.slope) + half
+
+
+def analyse_scaling(config, design_file, output):
+    """Write the table of responses, the figure and the statements."""
+    section, design = config.scaling, pd.read_csv(design_file)
+    response = np.empty(len(design))
+    for experiment, metric in RESPONSE.items():
+        here = (design["experiment"] == experiment).to_numpy()
+        response[here] = read_metric(design.loc[here, "run_id"], metric)
+    heap = design["experiment"] == "heap"
+    design.loc[heap, "left_in_funnel"] = read_metric(design.loc[heap, "run_id"], "in_funnel")
+    margins = {"heap": section.margin_deg, "drop": section.margin_restitution}
+    table = response_table(design, response, margins)
+    base = base_run(config, "drop", False)
+    measured = {
+        rule.name: measured_exponents({h: enlarged(base, "drop", rule, h) for h in section.factors})
+        for rule in RULES.values()
+    }
+    statements = [
+        *theory_statements(),
+        *exponent_statements(measured[PAPER_RULE.name]),
+        *drop_statements(design, config),
+        *response_statements(table),
+    ]
+    if len({s.id for s in statements}) != len(statements):
+        raise CalibrationError("two statements of the scaling study have the same id")
+    design.assign(response=response).to_csv(output.runs, index=False)
+    table.to_csv(output.table, index=False)
+    figures.save(figures.scaling(table), output.figure)
+    write_json(
+        output.summary,
+        {
+            "statements": [asdict(s) for s in statements],
+            "exponents": measured,
+            "margins": {"angle_deg": margins["heap"], "restitution": margins["drop"]},
+            "cohesion": section.cohesion,
+        },
+    )

@@ -1,0 +1,86 @@
+"""Verdicts of the scaling study follow from its numbers: planted answers give the matching verdicts."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from calibration.scaling_study import (
+    CHANGED,
+    FAILS,
+    HOLDS,
+    KEPT,
+    UNDECIDED,
+    difference,
+    exponent_statements,
+    log_slope,
+    response_statements,
+    response_table,
+    theory_statements,
+)
+
+MARGINS = {"heap": 2.0, "drop": 0.02}
+RIGHT = {"mass": 3, "force": 2, "weight": 3, "stiffness": 1, "damping_coefficient": 2}
+
+
+def heaps(shift, sd=0.5, n=8):
+    """Angles at scales 1, 2 and 4 that fall by `shift` degrees a doubling."""
+    rng = np.random.default_rng(2)
+    rows = [(h, 45.0 - shift * np.log2(h) + sd * rng.normal()) for h in (1, 2, 4) for _ in range(n)]
+    table = pd.DataFrame(rows, columns=["scale", "response"])
+    return table.assign(experiment="heap", rule="paper", cohesive=True, left_in_funnel=0.0)
+
+
+@pytest.mark.parametrize(
+    ("shift", "sd", "verdict"), [(0.0, 0.5, HOLDS), (3.0, 0.5, FAILS), (0.0, 8.0, UNDECIDED)]
+)
+def test_a_planted_change_of_the_angle_is_found(shift, sd, verdict):
+    runs = heaps(shift, sd)
+    (statement,) = response_statements(response_table(runs, runs["response"], MARGINS))
+    assert statement.verdict == verdict
+    assert statement.low <= statement.found <= statement.high
+    assert f"{statement.found:+.1f}" in statement.sentence
+
+
+def test_a_small_but_certain_difference_within_the_margin_is_kept():
+    first, values = np.array([45.0, 45.1, 45.2]), np.array([45.5, 45.6, 45.7])
+    assert difference(first, values, 2.0)["change"] == KEPT
+    assert difference(first, values, 0.1)["change"] == CHANGED
+
+
+def test_runs_without_scatter_are_compared_exactly():
+    same = np.full(3, 0.421)
+    assert difference(same, same, 0.02)["change"] == KEPT
+    assert difference(same, same + 0.1, 0.02)["change"] == CHANGED
+
+
+def test_exponents_decide_the_statements():
+    verdicts = {s.id: s.verdict for s in exponent_statements(RIGHT)}
+    assert verdicts == {
+        "eq4.mass": FAILS,
+        "eq5.mass": HOLDS,
+        "eq6.force": HOLDS,
+        "eq2.weight": FAILS,
+        "section121.stiffness": HOLDS,
+        "section122.stiffness": FAILS,
+        "section122.damping": HOLDS,
+    }
+    other = {s.id: s.verdict for s in exponent_statements(RIGHT | {"mass": 1, "weight": 2})}
+    assert other["eq4.mass"] == other["eq2.weight"] == HOLDS
+    assert other["eq5.mass"] == FAILS
+
+
+def test_theory_finds_the_contradiction_and_the_modulus_under_gravity():
+    verdicts = {s.id: s.verdict for s in theory_statements()}
+    assert verdicts == {
+        "eq4.consistent": FAILS,
+        "eq8.modulus": HOLDS,
+        "eq8.modulus.gravity": FAILS,
+    }
+
+
+def test_log_slope_of_a_power_law():
+    scale = np.array([1.0, 1.0, 2.0, 2.0, 4.0, 4.0])
+    noise = np.array([1.01, 0.99, 1.0, 1.01, 0.99, 1.0])
+    found, low, high = log_slope(scale, 3.0 * scale**0.5 * noise)
+    assert low < 0.5 < high
+    assert found == pytest.approx(0.5, abs=0.02)
