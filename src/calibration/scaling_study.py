@@ -54,7 +54,9 @@ class Statement:
 def response_table(design, metrics, margins, alpha=0.05):
     """Table, a row a case and scale: mean, sd, interval, difference from the first scale with interval, change.
 
-    design : columns experiment, rule, cohesive, scale, left_in_funnel (grains, heaps only); metrics : (n,) response of each run; margins : {experiment: it}
+    design : columns experiment, rule, cohesive, scale, left_in_funnel (grains, heaps only)
+    metrics : (n,) response of each run
+    margins : {experiment: difference that does not matter}
     """
     runs, rows = design.assign(response=metrics), []
     for (experiment, rule, cohesive), case in runs.groupby(
