@@ -125,7 +125,7 @@ def test_chung_ooi_3_restitution_in_is_restitution_out(record, material, e):
 
 
 def test_chung_ooi_3_no_restitution(record):
-    """At e = 0 the contact is damped critically: it stops the sphere and lets go of it only in the limit of long times."""
+    """At e = 0 the contact is damped critically: it stops the sphere and lets go of it only in the long run."""
     v, r = 3.9, 2.5e-3
     grain = from_young(380e9, 0.23, 4000)
     sim = plane_impact(ContactParameters(0.0, 0.0), v, radius=r, grain=grain)

@@ -110,6 +110,21 @@ def test_chung_ooi_4_oblique_impact(record, row):
     )
 
 
+def test_chung_ooi_4_at_5_degrees_is_shown(record):
+    """The contact sticks for most of its time and the answer hangs on how the tangential law remembers its loading, in
+    which published laws differ: the values stand on the page without a reference."""
+    angle = math.radians(5)
+    v_n, v_t = 3.9 * math.cos(angle), 3.9 * math.sin(angle)
+    sim = plane_impact(
+        ContactParameters(0.98, 0.092), v_n, v_t, radius=R, grain=OXIDE, wall=GLASS, steps=400
+    )
+    for what, value, unit in (
+        ("e_t at 5 deg", sim.velocity[0, 0] / v_t, ""),
+        ("spin at 5 deg", -sim.spin[0, 1], "rad/s"),
+    ):
+        record("Chung and Ooi 4", what, value, None, None, unit, "")
+
+
 @pytest.mark.parametrize("material", ["steel", "polyethylene"])
 def test_chung_ooi_5_constant_normal_speed(record, material):
     """Oblique impact with constant normal speed: beyond gross sliding the rebound angle and spin grow linearly."""
