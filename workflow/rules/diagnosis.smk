@@ -53,7 +53,7 @@ rule diagnosis_batch:
         "../scripts/diagnosis_batch.py"
 
 
-rule diagnosis_identify:
+rule diagnosis_emulate:
     input:
         DIAGNOSIS_CODE,
         measurements=SETTINGS.measurements,
@@ -62,11 +62,56 @@ rule diagnosis_identify:
         plan=f"{DIAGNOSIS}/plan.json",
         batches=expand(f"{DIAGNOSIS}/batches/{{batch}}.json", batch=BATCHES),
     output:
+        emulators=f"{DIAGNOSIS}/emulators.pkl",
+        errors=f"{DIAGNOSIS}/emulators.json",
+    log:
+        f"{STUDY}/logs/diagnosis_emulate.log",
+    conda:
+        "../envs/calibration.yaml"
+    params:
+        settings=SETTINGS.model_dump(mode="json"),
+    message:
+        "diagnosis: teach the emulators"
+    script:
+        "../scripts/diagnosis_emulate.py"
+
+
+rule diagnosis_calibrate:
+    input:
+        measurements=SETTINGS.measurements,
+        settings=DIAGNOSIS_SETTINGS,
+        emulators=f"{DIAGNOSIS}/emulators.pkl",
+    output:
+        summary=f"{DIAGNOSIS}/calibration.json",
+        table=f"{DIAGNOSIS}/residuals.csv",
+        residuals=report(
+            f"{DIAGNOSIS}/residuals.svg",
+            category="6 Diagnosis",
+        ),
+    log:
+        f"{STUDY}/logs/diagnosis_calibrate.log",
+    conda:
+        "../envs/calibration.yaml"
+    params:
+        settings=SETTINGS.model_dump(mode="json"),
+    message:
+        "diagnosis: calibrate the base model and show where it fails"
+    script:
+        "../scripts/diagnosis_calibrate.py"
+
+
+rule diagnosis_identify:
+    input:
+        measurements=SETTINGS.measurements,
+        settings=DIAGNOSIS_SETTINGS,
+        emulators=f"{DIAGNOSIS}/emulators.pkl",
+        errors=f"{DIAGNOSIS}/emulators.json",
+    output:
         findings=f"{DIAGNOSIS}/findings.json",
         extension=f"{DIAGNOSIS}/extension.json",
         plan=f"{DIAGNOSIS}/extension_plan.json",
-        residuals=report(
-            f"{DIAGNOSIS}/residuals.svg",
+        predictions=report(
+            f"{DIAGNOSIS}/predictions.svg",
             category="6 Diagnosis",
         ),
         ranking=report(
@@ -80,7 +125,7 @@ rule diagnosis_identify:
     params:
         settings=SETTINGS.model_dump(mode="json"),
     message:
-        "diagnosis: calibrate, show the misfit, name the cause"
+        "diagnosis: name the cause"
     script:
         "../scripts/diagnosis_identify.py"
 
@@ -100,7 +145,9 @@ use rule diagnosis_batch as diagnosis_extension_batch with:
 
 rule diagnose:
     input:
+        rules.diagnosis_calibrate.output,
         measurements=SETTINGS.measurements,
+        settings=DIAGNOSIS_SETTINGS,
         findings=f"{DIAGNOSIS}/findings.json",
         extension=f"{DIAGNOSIS}/extension.json",
         plan=f"{DIAGNOSIS}/extension_plan.json",
@@ -109,6 +156,10 @@ rule diagnose:
         verdict=f"{DIAGNOSIS}/verdict.json",
         page=report(
             f"{DIAGNOSIS}/diagnosis.md",
+            category="6 Diagnosis",
+        ),
+        gain=report(
+            f"{DIAGNOSIS}/gain.svg",
             category="6 Diagnosis",
         ),
     log:

@@ -4,5 +4,5 @@ from calibration.discrepancy.stages import conclude
 
 with stages.logged(snakemake.log[0]):
     config = stages.settings_of(snakemake.params.settings)
-    settings = read_settings("config/diagnosis.yaml", config.diagnosis)
+    settings = read_settings(snakemake.input.settings, config.diagnosis)
     conclude(config, settings, snakemake.input, snakemake.output)

@@ -3,30 +3,102 @@
 import numpy as np
 import pandas as pd
 
-from calibration.discrepancy.residuals import NAMES
+from calibration.discrepancy.residuals import LEVERS, NAMES
 from calibration.figures import BLUE, GREY, ORANGE, _axes, label
+
+
+def _panels(rows):
+    """[(experiment, lever or None, rows)]: a panel for each lever that varies, one for experiments that vary none."""
+    panels, single = [], []
+    for kind in dict.fromkeys(r["experiment"] for r in rows):
+        own = [r for r in rows if r["experiment"] == kind]
+        varied = [
+            lever
+            for lever in dict.fromkeys(n for r in own for n in r["levers"])
+            if len({r["levers"].get(lever) for r in own} - {None}) > 1
+        ]
+        panels += [(kind, lever, [r for r in own if lever in r["levers"]]) for lever in varied]
+        single += [] if varied else own
+    return panels + ([(None, None, single)] if single else [])
+
+
+def _draw_axes(panels, height=3.2):
+    figure, axes = _axes(1, len(panels), size=(3.4 * len(panels), height), squeeze=False)
+    return figure, zip(axes[0], panels, strict=True)
+
+
+def _lever_axis(axis, kind, lever):
+    name, unit = LEVERS[lever]
+    axis.set(xscale="log", xlabel=f"{name} [{unit}]" if unit else name, title=NAMES[kind])
 
 
 def residual_figure(rows):
     """Standardised residuals of the base model along every lever that varies."""
-    panels = []
-    for kind in dict.fromkeys(r["experiment"] for r in rows):
-        own = [r for r in rows if r["experiment"] == kind]
-        for lever in dict.fromkeys(n for r in own for n in r["levers"]):
-            values = {r["levers"].get(lever) for r in own} - {None}
-            if len(values) > 1:
-                panels.append((kind, lever, [r for r in own if lever in r["levers"]]))
-    count = max(len(panels), 1)
-    figure, axes = _axes(1, count, size=(3.4 * count, 3.2), squeeze=False)
-    for axis, (kind, lever, own) in zip(axes[0], panels, strict=False):
+    figure, drawn = _draw_axes(_panels(rows))
+    for axis, (kind, lever, own) in drawn:
         axis.axhspan(-2, 2, color=GREY, alpha=0.15, linewidth=0)
         axis.axhline(0, color=GREY, linewidth=1)
-        axis.plot(
-            [r["levers"][lever] for r in own], [r["standardised"] for r in own], "o", color=BLUE
-        )
-        axis.set(xscale="log", xlabel=label(lever), title=NAMES[kind])
+        y = [r["standardised"] for r in own]
+        if lever is None:
+            axis.plot([NAMES[r["experiment"]] for r in own], y, "o", color=BLUE)
+            axis.set_title("single settings")
+            axis.margins(x=0.4)
+        else:
+            axis.plot([r["levers"][lever] for r in own], y, "o", color=BLUE)
+            _lever_axis(axis, kind, lever)
         axis.set_ylabel("(measured - model) / sd")
     return figure
+
+
+def prediction_figure(rows, extended, name):
+    """Measured values over the predictions of the base model (rows) and of the extended one (values, or None)."""
+    predicted = {} if extended is None else dict(zip(map(id, rows), extended, strict=True))
+    figure, drawn = _draw_axes(_panels(rows), 3.6)
+    for axis, (kind, lever, own) in drawn:
+        x = [NAMES[r["experiment"]] if lever is None else r["levers"][lever] for r in own]
+        base = np.array([r["predicted"] for r in own])
+        ratio = np.array([r["measured"] for r in own]) / base
+        error = [2.0 * r["sd"] for r in own] / base
+        axis.axhline(1, color=GREY, linewidth=1)
+        axis.errorbar(x, ratio, error, fmt="o", color=BLUE, capsize=3, label="measured, ±2 sd")
+        if predicted:
+            after = np.array([predicted[id(r)] for r in own]) / base
+            axis.plot(x, after, "s", color=ORANGE, mfc="none", label=f"with {label(name)}")
+        if lever is None:
+            axis.set_title("single settings")
+            axis.margins(x=0.4)
+        else:
+            _lever_axis(axis, kind, lever)
+        axis.set_ylabel("value / prediction of the base model")
+        axis.legend(fontsize=8)
+    return figure
+
+
+def gain_figure(gain):
+    """Miss at each setting when it was left out: base and extended model, run with the real engine.
+
+    gain: the mapping of `extend.gain`, or None where no model was extended.
+    """
+    points = gain["points"][::-1] if gain else []
+    figure, axis = _axes(size=(6.4, 1.0 + 0.3 * len(points)))
+    y = np.arange(len(points))
+    axis.axvspan(-2, 2, color=GREY, alpha=0.15, linewidth=0)
+    axis.axvline(0, color=GREY, linewidth=1)
+    for key, marker, colour in (("miss_before", "o", BLUE), ("miss_after", "s", ORANGE)):
+        name = "base model" if key == "miss_before" else "extended model"
+        axis.plot([p[key] for p in points], y, marker, color=colour, label=name)
+    axis.set_yticks(y, [_setting(p) for p in points], fontsize=8)
+    axis.set_xlabel("(measured - simulated) / standard error, setting left out of the fit")
+    if points:
+        axis.legend(fontsize=8)
+    else:
+        axis.set_title("no cause named, so no model was extended")
+    return figure
+
+
+def _setting(point):
+    levers = ", ".join(f"{v:.4g} {LEVERS[n][1]}".strip() for n, v in point["levers"].items())
+    return f"{NAMES[point['experiment']]}, {levers}" if levers else NAMES[point["experiment"]]
 
 
 def ranking_figure(verdict):

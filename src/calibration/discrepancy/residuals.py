@@ -3,6 +3,19 @@
 import numpy as np
 from scipy import stats
 
+P_TREND = 0.01
+LEVERS = {
+    "particle_diameter_mm": ("grain diameter", "mm"),
+    "particle_count": ("number of grains", ""),
+    "discharge_height_mm": ("discharge height", "mm"),
+    "drop_height_mm": ("drop height", "mm"),
+    "tilt_rate_deg_s": ("tilt rate", "°/s"),
+    "normal_stress_kPa": ("normal stress", "kPa"),
+    "scale_factor": ("scale factor", ""),
+    "output_interval_s": ("frame interval", "s"),
+}
+"""Lever -> its name in a sentence and its unit."""
+
 NAMES = {
     "heap": "angle of repose",
     "drop": "rebound",
@@ -32,42 +45,102 @@ def residual_rows(measurements, fitted):
 
 
 def trends(rows):
-    """Spearman's correlation of the residuals with each lever that varies; a sentence where p is below 0.05 or large.
+    """What the residuals show beyond noise: slopes along a lever, experiments off as a whole, single settings.
 
-    Each mapping: experiment, lever, correlation, p, sentence.
+    Each mapping: kind (trend, offset or setting), experiment, lever and slope (None but for a trend), p, sentence.
     """
     out = []
     for kind in dict.fromkeys(r["experiment"] for r in rows):
         own = [r for r in rows if r["experiment"] == kind]
-        for lever in dict.fromkeys(n for r in own for n in r["levers"]):
-            some = [r for r in own if lever in r["levers"]]
-            x = np.array([r["levers"][lever] for r in some])
-            if len(some) < 3 or len(set(x)) < 2:
-                continue
-            found = _trend(kind, lever, x, some)
-            if found:
-                out.append(found)
-    return out
+        levers = dict.fromkeys(n for r in own for n in r["levers"])
+        found = [t for t in (_trend(kind, lever, own) for lever in levers) if t]
+        out += found or [o for o in (_offset(kind, own),) if o]
+    told = {p["experiment"] for p in out}
+    return out + [
+        _setting(r)
+        for r in rows
+        if r["experiment"] not in told and r["predictive_p"] < P_TREND / len(rows)
+    ]
 
 
-def _trend(kind, lever, x, rows):
-    """The weighted slope of the residuals along a lever, where it is more than noise."""
-    r = np.array([row["standardised"] for row in rows])
-    shape = np.log(x) - np.log(x).mean()
-    slope_sd = 1.0 / np.sqrt((shape**2).sum())
-    slope = float((shape * r).sum() / (shape**2).sum())
-    p = float(2.0 * stats.norm.sf(abs(slope) / slope_sd))
-    if p > 0.01:
+def _trend(kind, lever, rows):
+    """The slope of the residuals along a lever, where it is more than noise (normal test, p below P_TREND)."""
+    some = [r for r in rows if lever in r["levers"]]
+    x = np.array([r["levers"][lever] for r in some])
+    if len(some) < 3 or len(set(x)) < 2:
         return None
-    ends = [[row for row, v in zip(rows, x, strict=True) if v == end] for end in (x.min(), x.max())]
-    gap = [np.mean([e["measured"] - e["predicted"] for e in end]) for end in ends]
-    share = [g / np.mean([e["predicted"] for e in end]) for g, end in zip(gap, ends, strict=True)]
-    size = [f"{abs(s):.0%} {'above' if s > 0 else 'below'}" for s in share]
-    sentence = (
-        f"The measured {NAMES[kind]} lies {size[1]} the model at {lever} = {x.max():g} "
-        f"and {size[0]} it at {x.min():g}."
-    )
-    return {"experiment": kind, "lever": lever, "slope": slope, "p": p, "sentence": sentence}
+    r = np.array([row["standardised"] for row in some])
+    shape = np.log(x) - np.log(x).mean()
+    slope = float((shape * r).sum() / (shape**2).sum())
+    p = float(2.0 * stats.norm.sf(abs(slope) * np.sqrt((shape**2).sum())))
+    if p > P_TREND:
+        return None
+    parts = []
+    for end in (x.max(), x.min()):
+        own = [row for row, v in zip(some, x, strict=True) if v == end]
+        parts.append(f"{_distance(own)} at {_at(lever, end)}")
+    sentence = f"The measured {NAMES[kind]} {parts[0]}, and {parts[1]}."
+    found = {"kind": "trend", "experiment": kind, "lever": lever, "slope": slope}
+    return found | {"p": p, "sentence": sentence}
+
+
+def _offset(kind, rows):
+    """All settings of an experiment off to one side."""
+    r = np.array([row["standardised"] for row in rows])
+    p = float(2.0 * stats.norm.sf(abs(r.sum()) / np.sqrt(len(r))))
+    if p > P_TREND:
+        return None
+    where = f"over its {len(rows)} settings" if len(rows) > 1 else "at its one setting"
+    sentence = f"The measured {NAMES[kind]} {_distance(rows)} {where}."
+    found = {"kind": "offset", "experiment": kind, "lever": None, "slope": None}
+    return found | {"p": p, "sentence": sentence}
+
+
+def _setting(row):
+    """One setting at odds with what the others say."""
+    where = " and ".join(_at(lever, v) for lever, v in row["levers"].items())
+    sentence = f"The measured {NAMES[row['experiment']]} at {where} alone {_distance([row])}."
+    found = {"kind": "setting", "experiment": row["experiment"], "lever": None, "slope": None}
+    return found | {"p": row["predictive_p"], "sentence": sentence}
+
+
+def _distance(rows):
+    """Mean distance of the measured values from the model in words; agreement within one standard error."""
+    if abs(np.mean([r["standardised"] for r in rows])) * np.sqrt(len(rows)) < 1.0:
+        return "agrees with the model"
+    share = np.mean([r["measured"] / r["predicted"] - 1.0 for r in rows])
+    return f"{'exceeds' if share > 0 else 'falls short of'} the model by {100 * abs(share):.2g} %"
+
+
+def _at(lever, value):
+    name, unit = LEVERS[lever]
+    return f"a {name} of {value:.4g} {unit}".rstrip()
+
+
+def moved(before, after):
+    """Parameters that the extended model still determines, outside the base calibration's interval.
+
+    {name: {base, extended, shift_percent, shift_in_base_sd, sentence}}; the shift is how wrong the base had been.
+    """
+    out = {}
+    for name, old in before.items():
+        new = after[name]
+        if not new["identified"] or old["low"] <= new["value"] <= old["high"]:
+            continue
+        shift = old["value"] - new["value"]
+        sd = (old["high"] - old["low"]) / (2 * 1.96)
+        percent = 100.0 * shift / new["value"]
+        side = "too high" if shift > 0 else "too low"
+        out[name] = {
+            "base": old["value"],
+            "extended": new["value"],
+            "shift_percent": float(percent),
+            "shift_in_base_sd": float(shift / sd),
+            "sentence": f"The base calibration had {name.replace('_', ' ')} at {old['value']:.3f} in place of "
+            f"{new['value']:.3f}: {abs(percent):.2g} % {side}, {abs(shift / sd):.1f} of its stated standard "
+            "deviations.",
+        }
+    return out
 
 
 def calibration(model, fitted):

@@ -78,10 +78,11 @@ class Settings(_Part):
 
 
 def read_settings(path, changes=None):
-    """`Settings` from YAML with the nested mapping `changes` laid over it. Raises ConfigError."""
+    """`Settings` from YAML with the nested mapping `changes` laid over it; a null takes its key away. Raises
+    ConfigError."""
     try:
         data = overlay(yaml.safe_load(Path(path).read_text()), changes or {})
-        return Settings.model_validate(data)
+        return Settings.model_validate(_without_nulls(data))
     except OSError as error:
         raise ConfigError(f"cannot be read ({error.strerror})", path=path) from None
     except ValidationError as error:
@@ -90,6 +91,12 @@ def read_settings(path, changes=None):
         raise ConfigError(
             "is not valid", path=path, key=key, value=first.get("input"), allowed=first["msg"]
         ) from None
+
+
+def _without_nulls(data):
+    return {
+        k: _without_nulls(v) if isinstance(v, dict) else v for k, v in data.items() if v is not None
+    }
 
 
 def parameters_of(settings, factors_file, experiments):

@@ -1,19 +1,29 @@
 """The stages of the diagnosis: each reads its input files and writes its output files."""
 
 import json
+import pickle
 from pathlib import Path
+
+import pandas as pd
+from scipy import stats
 
 from calibration import figures as common
 from calibration.discrepancy import figures
-from calibration.discrepancy.catalogue import load_catalogue
 from calibration.discrepancy.design import plan
 from calibration.discrepancy.emulator import teach
 from calibration.discrepancy.extend import extension_plan, gain, real_values
+from calibration.discrepancy.fit import data_of, fit
 from calibration.discrepancy.identify import BASE, identify
 from calibration.discrepancy.measurements import read_measurements
 from calibration.discrepancy.model import Emulated
+from calibration.discrepancy.residuals import calibration, residual_rows, trends
 from calibration.discrepancy.runs import simulate
-from calibration.discrepancy.settings import check_range, parameters_of
+from calibration.discrepancy.settings import (
+    catalogue_of,
+    check_range,
+    check_specs,
+    parameters_of,
+)
 from calibration.discrepancy.verdict import extended_name, findings, page, validate
 from dem.io.files import write_json
 
@@ -22,14 +32,15 @@ def load(config, settings):
     """Measurements, checked against the emulators' range, and the experiments that they need."""
     measurements = read_measurements(config.measurements)
     check_range(settings, measurements, config.measurements)
+    check_specs(settings, config.run, measurements)
     return measurements, list(dict.fromkeys(m.experiment for m in measurements))
 
 
 def plan_runs(config, settings, output):
-    """Write the emulators' design and plan."""
+    """Check the measurements; write the emulators' design and plan."""
     _, kinds = load(config, settings)
     factors = parameters_of(settings, config.factors, kinds)
-    rows, specs = plan(settings, config.run, factors, load_catalogue(), kinds)
+    rows, specs = plan(settings, config.run, factors, catalogue_of(settings, kinds), kinds)
     write_json(output.design, rows)
     write_json(output.plan, specs)
 
@@ -42,19 +53,53 @@ def run_batch(plan_file, batch, batches, done):
     write_json(done, {"runs": len(own), "failed": [k for k, v in metrics.items() if v is None]})
 
 
-def _emulated(config, settings, kinds, design, specs):
+def emulate(config, settings, source, output):
+    """Teach the emulators with the finished runs; the errors that they own to stand beside them."""
+    _, kinds = load(config, settings)
+    design, specs = (json.loads(Path(f).read_text()) for f in (source.design, source.plan))
     factors = parameters_of(settings, config.factors, kinds)
-    metrics = simulate(specs)  # all there: the batches ran them
-    emulators, table = teach(design, metrics, settings, factors)
-    return Emulated(emulators, settings, factors, load_catalogue()), table
+    emulators, table = teach(design, simulate(specs), settings, factors)
+    partial = Path(f"{output.emulators}.partial")
+    partial.write_bytes(pickle.dumps(emulators))
+    partial.replace(output.emulators)
+    write_json(output.errors, table)
+
+
+def _emulated(config, settings, kinds, emulators):
+    factors = parameters_of(settings, config.factors, kinds)
+    taught = pickle.loads(Path(emulators).read_bytes())
+    return Emulated(taught, settings, factors, catalogue_of(settings, kinds))
+
+
+def calibrate(config, settings, source, output):
+    """Calibrate the base model on all measurements at once and show where it fails."""
+    measurements, kinds = load(config, settings)
+    emulated = _emulated(config, settings, kinds, source.emulators)
+    model = emulated.model([(m.experiment, m.levers) for m in measurements])
+    fitted = fit(model, data_of(measurements))
+    rows = residual_rows(measurements, fitted)
+    chi, freedom = float(fitted.chi_square[0]), float(fitted.freedom[0])
+    summary = {
+        "calibration": calibration(model, fitted),
+        "lack_of_fit": {
+            "chi_square": chi,
+            "freedom": freedom,
+            "p": float(stats.chi2.sf(chi, freedom)),
+        },
+        "patterns": trends(rows),
+    }
+    write_json(output.summary, summary)
+    table = pd.DataFrame([r | r["levers"] for r in rows]).drop(columns="levers")
+    table.to_csv(output.table, index=False)
+    common.save(figures.residual_figure(rows), output.residuals)
 
 
 def diagnose(config, settings, source, output):
-    """Calibrate, show the misfit, name the cause, and plan the runs that measure the gain."""
+    """Name the cause, and plan the runs that measure the gain."""
     measurements, kinds = load(config, settings)
-    design, specs = (json.loads(Path(f).read_text()) for f in (source.design, source.plan))
-    emulated, errors = _emulated(config, settings, kinds, design, specs)
+    emulated = _emulated(config, settings, kinds, source.emulators)
     found = identify(emulated, measurements, settings.alpha, settings.replicates, settings.seed)
+    errors = json.loads(Path(source.errors).read_text())
     verdict = findings(emulated, measurements, found) | {"emulators": errors}
     name = extended_name(found)
     models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
@@ -63,28 +108,35 @@ def diagnose(config, settings, source, output):
     write_json(output.findings, verdict)
     write_json(output.extension, {"mechanisms": mechanisms, "rows": rows})
     write_json(output.plan, specs)
-    common.save(figures.residual_figure(verdict["residuals"]), output.residuals)
+    extended = found.fits[name].predicted[0] if name else None
+    common.save(
+        figures.prediction_figure(verdict["residuals"], extended, name or ""), output.predictions
+    )
     common.save(figures.ranking_figure(verdict), output.ranking)
 
 
 def conclude(config, settings, source, output):
-    """Measure the gain with the finished runs and write verdict.json and its page."""
+    """Measure the gain with the finished runs and write verdict.json, its page and figure."""
     measurements, kinds = load(config, settings)
     verdict = json.loads(Path(source.findings).read_text())
     extension = json.loads(Path(source.extension).read_text())
     if extension["rows"]:
         metrics = simulate(json.loads(Path(source.plan).read_text()))
         factors = parameters_of(settings, config.factors, kinds)
-        values = {}
+        known, values = catalogue_of(settings, kinds), {}
         for label, names in (("before", []), ("after", extension["mechanisms"])):
             # no prediction is asked of these models: they only carry parameters and laws
-            model = _Carrier(factors, [load_catalogue()[n] for n in names])
+            model = _Carrier(factors, [known[n] for n in names])
             rows = [r for r in extension["rows"] if r["label"] == label]
             values[label] = real_values(settings, model, measurements, rows, metrics)
         verdict["gain"] = gain(measurements, values["before"], values["after"])
+        verdict["extended_with"] = extension["mechanisms"]
     validate(verdict)
+    common.save(figures.gain_figure(verdict["gain"]), output.gain)
     write_json(output.verdict, verdict)
-    Path(output.page).write_text(page(verdict))
+    partial = Path(f"{output.page}.partial")
+    partial.write_text(page(verdict))
+    partial.replace(output.page)
 
 
 class _Carrier:

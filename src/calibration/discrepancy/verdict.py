@@ -8,7 +8,7 @@ import numpy as np
 
 from calibration.discrepancy.identify import BASE, key_of
 from calibration.discrepancy.next_measurement import propose
-from calibration.discrepancy.residuals import calibration, residual_rows, trends
+from calibration.discrepancy.residuals import calibration, moved, residual_rows, trends
 
 SCHEMA = Path(__file__).with_name("verdict.schema.json")
 CONTENDERS = 4
@@ -40,7 +40,7 @@ def findings(emulated, measurements, found):
     winner = extended_name(found)
     if winner:
         out["calibration_extended"] = calibration(found.models[winner], found.fits[winner])
-        out["moved"] = _moved(out["calibration"], out["calibration_extended"])
+        out["moved"] = moved(out["calibration"], out["calibration_extended"])
     return out
 
 
@@ -71,16 +71,6 @@ def _next(emulated, measurements, found):
         {k: found.fits[n] for k, n in split.items()},
         dict(zip(split, weight, strict=True)),
     )
-
-
-def _moved(before, after):
-    """Parameters that the extended model still determines, outside the base calibration's interval."""
-    return {
-        name: {"base": before[name]["value"], "extended": after[name]["value"]}
-        for name in before
-        if after[name]["identified"]
-        and not before[name]["low"] <= after[name]["value"] <= before[name]["high"]
-    }
 
 
 def page(verdict):
@@ -130,12 +120,11 @@ def _gain(verdict):
     lines = [
         "## Gain of the extended model, with the real engine on left-out settings",
         "",
-        f"Root mean square error in standard errors of the measurements: {g['held_out_rmse_before']:.2f} before, "
+        f"Root mean square error in {g['rmse_unit']}: {g['held_out_rmse_before']:.2f} before, "
         f"{g['held_out_rmse_after']:.2f} after; difference {low:.2f} to {high:.2f} (95 %), {g['settings']} settings.",
         "",
     ]
-    for name, m in verdict.get("moved", {}).items():
-        lines.append(f"- {name}: {m['base']:.3f} without, {m['extended']:.3f} with the mechanism.")
+    lines += [f"- {m['sentence']}" for m in verdict.get("moved", {}).values()]
     return [*lines, ""]
 
 

@@ -1,0 +1,112 @@
+"""Settings of the diagnosis: laid over by a study, checked against the measurements, extended by a folder."""
+
+import pytest
+
+from calibration.discrepancy.measurements import Measurement, MeasurementErrors
+from calibration.discrepancy.settings import (
+    catalogue_of,
+    check_range,
+    check_specs,
+    condition_spec,
+    parameters_of,
+    read_settings,
+)
+from calibration.errors import ConfigError
+
+FILE = "config/diagnosis.yaml"
+
+
+def drop(height, line, **levers):
+    return Measurement("drop", 0.2 * height, 1.0, 5, {"drop_height_mm": height, **levers}, "", line)
+
+
+def test_changes_are_laid_over_key_by_key_and_a_null_takes_one_away():
+    plain = read_settings(FILE)
+    changed = read_settings(
+        FILE,
+        {
+            "experiments": {
+                "shear": {"runs_per_input": 4},
+                "drop": {"levers": {"particle_diameter_mm": None}},
+            }
+        },
+    )
+    assert changed.experiments["shear"].runs_per_input == 4
+    assert changed.experiments["shear"].run == plain.experiments["shear"].run
+    assert list(changed.experiments["drop"].levers) == ["drop_height_mm"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"runs_per_input": 1}, "runs_per_input"),
+        ({"experiments": {"drop": {"levers": {"colour": [1, 2]}}}}, "levers.colour"),
+        ({"experiments": {"drop": {"levers": {"drop_height_mm": [2, 1]}}}}, "0 < low < high"),
+        ({"experiments": {"tilt": {"levers": None}}}, "experiments.tilt.levers"),
+        ({"speed": 3}, "speed"),
+    ],
+)
+def test_a_bad_setting_is_named(changes, says):
+    with pytest.raises(ConfigError, match=says):
+        read_settings(FILE, changes)
+
+
+def test_conditions_outside_the_emulators_are_named_each_with_line_and_column():
+    settings = read_settings(FILE, {"experiments": {"tilt": None}})
+    rows = [
+        drop(10.0, 3),
+        drop(100.0, 4, particle_diameter_mm=9.0),
+        drop(100.0, 5, scale_factor=2.0),
+        drop(100.0, 6, output_interval_s=0.01),
+        Measurement("tilt", 30.0, 1.0, 5, {}, "", 7),
+    ]
+    with pytest.raises(MeasurementErrors) as caught:
+        check_range(settings, rows, "m.csv")
+    lines = str(caught.value).splitlines()
+    wanted = ["3, column drop_height", "4, column particle_dia", "5, column scale", "7, column exp"]
+    assert len(lines) == len(wanted)
+    for line, where in zip(lines, wanted, strict=True):
+        assert line.startswith(f"m.csv, line {where}")
+    assert "allowed: 30 to 600" in lines[0]
+
+
+def test_a_run_spec_that_the_engine_refuses_is_found_before_any_run():
+    settings = read_settings(
+        FILE, {"experiments": {"drop": {"run": {"numerics": {"rayleigh_fraction": 3.0}}}}}
+    )
+    with pytest.raises(ConfigError, match=r"experiments\.drop\.run.*rayleigh_fraction"):
+        check_specs(settings, {}, [drop(100.0, 3)])
+
+
+def test_the_heap_stands_in_the_rig_of_the_calibration():
+    settings = read_settings(FILE)
+    base = {"geometry": {"plate_diameter_mm": 60, "generation_rate_per_s": 1}}
+    heap = condition_spec(base, settings, [], "heap", {"particle_diameter_mm": 1.6}, {}, 1)
+    assert heap["geometry"]["plate_diameter_mm"] == 60
+    assert heap["geometry"]["generation_rate_per_s"] == 1250
+    assert heap["particles"]["count"] == round(1250 * (2.0 / 1.6) ** 3)
+    tilt = condition_spec(base, settings, [], "tilt", {}, {}, 1)
+    assert "plate_diameter_mm" not in tilt["geometry"]
+
+
+def test_ranges_of_factors_can_be_replaced():
+    name = "salt_steel_restitution"
+    settings = read_settings(FILE, {"ranges": {name: [0.85, 0.99]}})
+    [factor] = parameters_of(settings, "config/factors.tsv", ["drop"])
+    assert (factor.low, factor.high) == (0.85, 0.99)
+    with pytest.raises(ConfigError, match=r"ranges: is no factor \(got 'gold'\)"):
+        parameters_of(
+            read_settings(FILE, {"ranges": {"gold": [0, 1]}}), "config/factors.tsv", ["drop"]
+        )
+    with pytest.raises(ConfigError, match="must ascend"):
+        parameters_of(
+            read_settings(FILE, {"ranges": {name: [1, 0]}}), "config/factors.tsv", ["drop"]
+        )
+
+
+def test_an_unknown_mechanism_is_named():
+    settings = read_settings(FILE, {"experiments": {"tilt": {"mechanisms": ["air_drag"]}}})
+    with pytest.raises(
+        ConfigError, match=r"experiments\.tilt\.mechanisms.*air_drag.*wall_adhesion"
+    ):
+        catalogue_of(settings, ["tilt"])
