@@ -15,6 +15,7 @@ SALT = Material(1210.0, 1.0e7, 0.25)
 CONTACT = ContactParameters(0.544, 0.5, 0.23)
 TIME_STEP = 7.5e-6
 RADIUS = 1e-3
+STIR = 0.5  # m/s
 SETTLE_STEPS, BLOCK, BLOCKS = 24000, 5000, 3
 
 
@@ -54,7 +55,8 @@ def bed(n=10000, ratio=1.0, precision="mixed", rolling="constant_torque", start=
         precision=precision,
         walls=walls,
     )
-    sim.add_particles(position, radius)
+    # the lattice alone settles into standing columns with half the contacts of a bed
+    sim.add_particles(position, radius, velocity=rng.uniform(-STIR, STIR, (n, 3)))
     return sim
 
 
@@ -72,8 +74,8 @@ def timed_bed(n=10000, ratio=1.0, settle=SETTLE_STEPS, block=BLOCK, blocks=BLOCK
         "particles": n,
         "size_ratio": ratio,
         "particle_steps_per_s": n * block / best,
-        "contact_pairs_per_particle": 2 * pairs / n,
-        "candidate_pairs_per_particle": 2 * sim.candidate_pairs / n,
+        "contact_pairs_per_particle": pairs / n,
+        "candidate_pairs_per_particle": sim.candidate_pairs / n,
         "rebuilds_per_1000_steps": 1000 * (sim.rebuilds - rebuilds) / (block * blocks),
         "rebuild_share": sim.rebuild_seconds / max(sim.advance_seconds, 1e-12),
         "kinetic_energy_J": sim.kinetic_energy(),

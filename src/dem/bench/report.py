@@ -43,7 +43,7 @@ def _bed():
 
 
 def _ratio():
-    return [{"case": "settled bed, size ratio 5", **timed_bed(ratio=5.0, settle=SETTLE_STEPS // 2)}]
+    return [{"case": "settled bed, size ratio 5", **timed_bed(ratio=5.0, settle=4 * SETTLE_STEPS)}]
 
 
 def _heap():
@@ -58,7 +58,7 @@ def _scaling():
         rows.append(
             {
                 "case": f"settled bed of {n}",
-                **timed_bed(n, settle=12000 if n <= 10000 else 4000, block=steps),
+                **timed_bed(n, settle=SETTLE_STEPS, block=steps),
             }
         )
     return rows
