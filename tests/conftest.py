@@ -7,3 +7,8 @@ def pytest_addoption(parser):
         action="store_true",
         help="write docs/verification.json from the verification tests",
     )
+    parser.addoption(
+        "--record-peers",
+        action="store_true",
+        help="run the other engines on every case and write their results beside their inputs (half an hour)",
+    )

@@ -1,7 +1,7 @@
 """LIGGGHTS itself, where it is installed: its contacts and a small bed beside ours, and its recorded results.
 
-`pytest tests/verification/test_cross_engine_live.py -m peer --record` runs every case and every seed and writes the
-tables in tests/verification/liggghts, which test_cross_engine.py holds against this engine without LIGGGHTS.
+`pytest tests/verification/test_cross_engine_live.py -m peer --record-peers` runs every case and every seed and writes
+the tables in tests/verification/liggghts, which test_cross_engine.py holds against this engine without LIGGGHTS.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ pytestmark = [
 
 @pytest.fixture
 def recording(request):
-    return request.config.getoption("--record")
+    return request.config.getoption("--record-peers")
 
 
 def same(table, recorded):
@@ -83,21 +83,19 @@ def test_beds(tmp_path, recording):
 @pytest.mark.slow
 @pytest.mark.parametrize("case", cases.HEAPS)
 def test_heaps(tmp_path, recording, case):
-    """Recorded: all seeds. Otherwise one heap, which must lie among the recorded ones."""
-    law, rolling = cases.HEAPS[case]
+    if not recording:
+        pytest.skip("heaps take LIGGGHTS minutes each: run with --record-peers")
     rows, grains = [], {}
-    for seed in cases.PRIMES if recording else cases.PRIMES[:1]:
-        spec = cases.heap_spec(law, rolling, 1)
+    for seed in cases.PRIMES:
+        spec = cases.heap_spec(*cases.HEAPS[case], 1)
         version, state = peer.run_heap(spec, tmp_path, seed, cases.HEAP_TIME)
         final = cases.state_of(state)
         rows.append({"case": case, "seed": seed} | cases.measure_pile(final, spec))
         grains[seed] = final[0]
-    if recording:
-        old = [r for r in read_heaps() if r["case"] != case]
-        records.write("heaps", old + rows, version)
-        records.write_grains(case, grains)
-    recorded = records.read("heaps").query("case == @case")
-    among(rows[0], recorded, ("angle_of_repose_deg", "height_mm", "coordination"))
+    others = [row for row in read_heaps() if row["case"] != case]
+    records.write("heaps", others + rows, version)
+    records.write_grains(case, grains)
+    assert all(row["in_funnel"] == 0 for row in rows)
 
 
 def read_heaps():
