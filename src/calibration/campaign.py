@@ -11,6 +11,7 @@ from pathlib import Path
 import pandas as pd
 
 from calibration.config import point_spec
+from calibration.factors import read_factors
 from dem.io.files import write_json
 from dem.spec import content_hash, parse_spec
 
@@ -75,8 +76,21 @@ def read_metric(run_ids, metric, default=REQUIRED):
     return [m[metric] if default is REQUIRED else m.get(metric, default) for m in found]
 
 
+def points_of(name, config):
+    """Sentences that say which points of which designs need the run `name`."""
+    factors, found = read_factors(config.factors), []
+    for path in sorted(Path(f"results/{config.name}").glob("*/design.csv")):
+        design = pd.read_csv(path)
+        for row in design[design["run_id"] == name].to_dict("records"):
+            levels = ", ".join(f"{f.name} {row[f.name]:g}" for f in factors if f.name in row)
+            place = f"run {row['run']} of {len(design)}" if "run" in row else "a run"
+            found.append(f"{path.parent.name}, {place}, seed {row['seed']}: {levels}")
+    return found
+
+
 def progress(config):
-    """One line: runs done of each stage, and the time left estimated from the runs so far on the given cores."""
+    """(done, todo, mean): a text 'stage finished/total' for each stage, the runs left, and the mean wall time [s] of
+    those finished, None before the first."""
     expected = expected_runs(config)
     done, todo, walls = [], 0, []
     for stage in STAGES:
@@ -93,7 +107,6 @@ def progress(config):
 def expected_runs(config):
     """Number of runs of each stage before it has been planned."""
     from calibration.design import box_behnken, plackett_burman, read_two_level
-    from calibration.factors import read_factors
 
     factors = read_factors(config.factors)
     rules = config.screening

@@ -1,24 +1,36 @@
-"""One cached run inside the workflow: its log, its failure in a sentence, and the campaign's progress."""
+"""One cached run inside the workflow: its log, its failure in a few sentences, and the campaign's progress."""
 
 import os
 import sys
 import time
+import traceback
 from pathlib import Path
 
-from calibration.campaign import progress
+import yaml
+
+from calibration.campaign import points_of, progress
 from calibration.config import Config
-from dem.errors import DemError
+from dem.advice import warnings_of
+from dem.errors import DemError, MeasureError
 from dem.run import run
 from dem.spec import parse_spec
+
+NO_HEAP = (
+    "the grains roll or bounce off the plate, or are too few: more friction, a lower discharge height or a rim "
+    "(docs/howto-geometry.md), or more grains"
+)
 
 
 def run_logged(spec, out, log, config):
     """Run `spec` (a mapping) into folder `out` and write its progress to `log`.
 
-    A failed run says which point failed, why, and where its log is, and ends the job with status 1.
+    A failed run says which points of which designs need it, why it failed, the likely cause and where its log is, keeps
+    its spec beside the log, and ends the job with status 1.
     """
     started = time.time()
+    config = Config.model_validate(config)
     Path(log).parent.mkdir(parents=True, exist_ok=True)
+    repeat = Path(log).with_name("failed.yaml")
     with open(log, "w") as stream:
 
         def note(fraction, text):
@@ -27,21 +39,56 @@ def run_logged(spec, out, log, config):
 
         try:
             result = run(parse_spec(spec), out, note)
-        except DemError as error:
-            stream.write(f"failed: {error}\n")
+        except Exception as error:
+            message = failure(error, spec, Path(out).name, config)
+            stream.write(f"{message}\n")
+            if not isinstance(error, DemError):
+                traceback.print_exc(file=stream)
+            _keep(spec, repeat)
             print(
-                f"run {Path(out).name} failed: {error}\n  its spec: {spec}\n  its log:  {log}",
-                file=sys.stderr,
+                f"{message}\n  log:    {log}\n  repeat: dem run {repeat} --out DIR", file=sys.stderr
             )
             sys.exit(1)
         stream.write(f"done: {result['metrics']}\n")
-    report(Config.model_validate(config))
+    repeat.unlink(missing_ok=True)
+    report(config)
+
+
+def failure(error, spec, name, config):
+    """What a user needs to know of a failed run: the reason, the likely cause and the points that need it."""
+    text = str(error) if isinstance(error, DemError) else f"{type(error).__name__}: {error}"
+    lines = [f"run {name} failed: {text}"]
+    lines += [f"  likely cause: {cause}" for cause in causes(error, spec)]
+    lines += [f"  point:  {point}" for point in points_of(name, config)]
+    return "\n".join(lines)
+
+
+def causes(error, spec):
+    """Likely causes that the error does not name itself: no heap, and what was risky in the spec from the start."""
+    found = [NO_HEAP] if isinstance(error, MeasureError) and "no heap" in str(error) else []
+    try:
+        return found + warnings_of(parse_spec(spec))
+    except DemError:
+        return found  # the spec itself is what failed
+
+
+def _keep(spec, path):
+    partial = path.with_name(f".partial.{path.name}")
+    partial.write_text(yaml.safe_dump(spec, sort_keys=False))
+    os.replace(partial, path)
 
 
 def report(config):
     """Print how far the campaign is; the runs of stages not yet planned are counted as expected."""
     done, todo, mean = progress(config)
     cores = int(os.environ.get("CAMPAIGN_CORES", 1))
-    minutes = todo * mean / cores / 60 if mean else 0.0
-    left = f"; about {minutes:.1f} min left on {cores} cores" if mean and todo else ""
+    left = f"; about {duration(todo * mean / cores)} left on {cores} cores" if mean and todo else ""
     print(f"{config.name}: {' · '.join(done)}{left}", file=sys.stderr, flush=True)
+
+
+def duration(seconds):
+    """'40 s', '12 min', '3 h 20 min'."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"

@@ -1,0 +1,85 @@
+"""What a user reads: a run that fails, the campaign's progress, and the time left."""
+
+import json
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import yaml
+
+from calibration.campaign import plan, result_path, write_plan
+from calibration.config import parse_config
+from calibration.design import plackett_burman
+from calibration.factors import read_factors
+from calibration.runner import duration, report, run_logged
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def campaign(tmp_path, monkeypatch):
+    """A screening of heaps of too few grains, planned: its settings, table and {run id: spec}."""
+    data = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+    data["run"] = {"particles": {"count": 5, "diameter_mm": 6.0}}
+    data["name"] = "few"
+    (tmp_path / "config").symlink_to(ROOT / "config")
+    (tmp_path / "data").symlink_to(ROOT / "data")
+    monkeypatch.chdir(tmp_path)
+    config = parse_config(data)
+    factors = read_factors(config.factors)
+    table, specs = plan(plackett_burman(factors), factors, config)
+    write_plan("results/few/screening", table, specs)
+    return config.model_dump(mode="json"), table, specs
+
+
+def test_a_failed_run_names_its_point_its_log_and_the_likely_cause(campaign, capsys):
+    settings, table, specs = campaign
+    row = table.iloc[3]
+    folder = Path(result_path(row["run_id"])).parent
+    with pytest.raises(SystemExit):
+        run_logged(specs[row["run_id"]], folder, folder / "run.log", settings)
+    shown = capsys.readouterr().err
+    assert "no heap" in shown
+    assert "likely cause: the grains roll or bounce off the plate" in shown
+    # 20 mm over 6 mm: the funnel was a risk from the start
+    assert "orifice_diameter_mm is 3.3 of the largest grain" in shown
+    assert "point:  screening, run 4 of 12, seed 1: " in shown
+    assert f"salt_salt_rolling_friction {row['salt_salt_rolling_friction']:g}" in shown
+    assert str(folder / "run.log") in shown
+    assert "Traceback" not in shown
+    # snakemake shows the log: it must tell the same
+    assert "point:  screening, run 4" in (folder / "run.log").read_text()
+    assert yaml.safe_load((folder / "failed.yaml").read_text()) == specs[row["run_id"]]
+    assert not (folder / "result.json").exists()
+
+
+def test_progress_counts_every_stage_and_tells_the_time_left(campaign, capsys, monkeypatch):
+    settings, table, _ = campaign
+    for name in table["run_id"][:3]:
+        path = Path(result_path(name))
+        path.parent.mkdir(parents=True)
+        path.write_text(json.dumps({"metrics": {}, "numerics": {"wall_time_s": 60.0}}))
+    monkeypatch.setenv("CAMPAIGN_CORES", "2")
+    config = parse_config(settings)
+    report(config)
+    shown = capsys.readouterr().err
+    assert shown.startswith("few: screening 3/12 · ascent 0/5 · response_surface 0/17")
+    # 9 + 5 + 17 + 10 + 25 runs of a minute on two cores
+    assert "about 33 min left on 2 cores" in shown
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(4.2, "4 s"), (89, "89 s"), (91, "2 min"), (3600, "60 min"), (12_000, "3 h 20 min")],
+)
+def test_durations_read_as_people_say_them(seconds, text):
+    assert duration(seconds) == text
+
+
+def test_a_point_that_two_stages_share_is_named_for_both(campaign):
+    from calibration.campaign import points_of
+
+    settings, table, specs = campaign
+    write_plan("results/few/validation", pd.DataFrame([table.iloc[0]]), specs)
+    found = points_of(table["run_id"][0], parse_config(settings))
+    assert [text.split(",")[0] for text in found] == ["screening", "validation"]
