@@ -84,7 +84,7 @@ def quantity_of(metric):
 ANGLE = quantity_of("angle_of_repose_deg")
 
 
-def _axes(rows=1, columns=1, size=(6.4, 4.2), **more):
+def _axes(rows=1, columns=1, size=(5.4, 3.8), **more):
     with plt.rc_context(STYLE):
         return plt.subplots(rows, columns, figsize=size, layout="constrained", **more)
 
@@ -185,7 +185,7 @@ def ascent_path(runs, factors, target, best, quantity=ANGLE):
 
 def predicted_actual(surface, quantity=ANGLE):
     """Predicted against simulated response."""
-    figure, ax = _axes(size=(4.8, 4.6))
+    figure, ax = _axes(size=(4.2, 4.0))
     d = surface.diagnostics
     ax.scatter(d["actual"], d["predicted"], color=BLUE)
     ends = [
@@ -205,7 +205,7 @@ def predicted_actual(surface, quantity=ANGLE):
 def residual_panel(surface, quantity=ANGLE):
     """Normal plot of residuals, residuals against prediction and run, and Cook's distance."""
     d = surface.diagnostics
-    figure, ax = _axes(2, 2, size=(8, 6.4))
+    figure, ax = _axes(2, 2, size=(7.2, 5.8))
     z = np.sort(d["externally_studentised"])
     q = stats.norm.ppf((np.arange(1, len(z) + 1) - 0.5) / len(z))
     ax[0, 0].scatter(z, q, color=BLUE)
@@ -252,8 +252,9 @@ def _pairs(region):
 
 
 def _panels(count, size):
-    """Figure and rows, columns of a grid of `count` panels, three a row; size: inches of one."""
-    columns = min(count, 3)
+    """Figure and rows, columns of a grid of `count` panels, two a row so that they read on a narrow page; size: inches
+    of one."""
+    columns = min(count, 2)
     rows = -(-count // columns)
     figure = plt.figure(figsize=(size[0] * columns, size[1] * rows), layout="constrained")
     return figure, rows, columns
@@ -264,6 +265,8 @@ def _label_3d(ax, x, y, z):
     ax.set_ylabel(y, fontsize=8)
     ax.set_zlabel(z, fontsize=8)
     ax.tick_params(labelsize=7)
+    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+        axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
     ax.set_box_aspect(None, zoom=0.85)
 
 
@@ -271,7 +274,7 @@ def surfaces(surface, region, quantity=ANGLE):
     """Response surfaces of all pairs of factors, the others at the centre."""
     pairs = _pairs(region)
     with plt.rc_context(STYLE):
-        figure, rows, columns = _panels(len(pairs), (4.4, 4.2))
+        figure, rows, columns = _panels(len(pairs), (3.9, 3.6))
         for n, (i, j) in enumerate(pairs):
             ax = figure.add_subplot(rows, columns, n + 1, projection="3d")
             a, b, y = _slice(surface, region, i, j, 31)
@@ -286,9 +289,9 @@ def contours(surface, region, solution, quantity=ANGLE):
     whole = len(region) == 3 and solution.attainable
     with plt.rc_context(STYLE):
         if whole:
-            figure, rows, columns = plt.figure(figsize=(9.6, 8.0), layout="constrained"), 2, 2
+            figure, rows, columns = plt.figure(figsize=(8.2, 7.0), layout="constrained"), 2, 2
         else:
-            figure, rows, columns = _panels(len(pairs), (4.8, 4.0))
+            figure, rows, columns = _panels(len(pairs), (4.1, 3.5))
         for n, (i, j) in enumerate(pairs):
             ax = figure.add_subplot(rows, columns, n + 1)
             _contour(ax, surface, region, i, j, solution, quantity)

@@ -1,49 +1,303 @@
-"""The report is one file that needs nothing else, and says what the study's files say."""
+"""The report is one file that needs nothing else, says what the study's files say, and reads at any width."""
 
+import base64
 import json
 import re
 
+import numpy as np
 import pandas as pd
+import pytest
+from browser import browse, find_browser
+from PIL import Image
 
 from calibration import figures
 from calibration.report import build
+from calibration.report.embed import _inline, cell
+from calibration.report.heaps import LEVELS
+from dem.measure.heap import measure_heap
+from dem.spec import parse_spec
+
+OPTIMUM = {
+    "optimum": {"c_d": 0.25},
+    "solution_set": {"c_d": [0.2, 0.3]},
+    "attainable": True,
+    "target": 45.26,
+    "predicted": 45.26,
+    "rule": "closest_to_centre",
+    "confirmation_interval": [44.9, 45.6],
+    "confirmation_runs": 25,
+}
+VALIDATION = {
+    "simulated_mean": 45.68,
+    "simulated_n": 25,
+    "measured_mean": 45.26,
+    "relative_error_percent": 0.93,
+    "difference": 0.42,
+    "difference_low": 0.0,
+    "difference_high": 0.84,
+    "margin": 1.0,
+    "equivalent": True,
+    "equivalence_p": 0.004,
+    "t_p": 0.05,
+}
+VERDICT = {
+    "verdict": "identified",
+    "causes": ["liquid_bridge"],
+    "reason": "it alone passes its null",
+    "patterns": [{"sentence": "Fine grains stand steeper than the model."}],
+    "calibration": {"c_d": {"value": 0.24, "low": 0.21, "high": 0.27}},
+    "next_measurement": {"experiment": "heap", "levers": {"moisture_percent": 2.0}},
+}
 
 
-def study(folder):
-    """A study with a validation, an optimum and a screening figure."""
+def write(path, content):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(content if isinstance(content, str) else json.dumps(content))
+
+
+def make_run(root, name, height):
+    """A finished heap of a few hundred grains, as a run leaves it."""
+    line = np.arange(-0.03, 0.031, 0.002)
+    x, y, z = (a.ravel() for a in np.meshgrid(line, line, line[line >= 0.0] + 0.001))
+    position = np.column_stack([x, y, z])[z < height - np.hypot(x, y) * height / 0.03]
+    radius, zero = np.full(len(position), 0.001), np.zeros_like(position)
+    folder = root / "results" / "runs" / name
+    folder.mkdir(parents=True)
+    np.savez(
+        folder / "final.npz",
+        position=position,
+        radius=radius,
+        velocity=zero,
+        tag=np.arange(len(position)),
+    )
+    spec = parse_spec({"experiment": "heap"}).model_dump(mode="json")
+    result = {
+        "experiment": "heap",
+        "seed": 3,
+        "spec": spec,
+        "engine": "0123456789abcdef",
+        "metrics": measure_heap(position, radius, zero, 0.04),
+        "numerics": {"wall_time_s": 60.0, "steps": 1000, "simulated_time_s": 1.0},
+    }
+    write(folder / "result.json", result)
+
+
+@pytest.fixture
+def study(tmp_path, monkeypatch, request):
+    """A study with every kind of part, in a folder that looks like the project's."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "workflow").symlink_to(request.config.rootpath / "workflow")
+    folder = tmp_path / "results" / "salt"
     (folder / "screening").mkdir(parents=True)
     effects = pd.DataFrame({"code": ["A", "B"], "effect": [1.0, -3.0]})
     effects.to_csv(folder / "screening" / "effects.csv", index=False)
     table = effects.assign(name=["a_b", "c_d"], half_normal_score=[0.3, 1.1])
     figures.save(figures.half_normal(table, ["B"]), folder / "screening" / "half_normal.svg")
+    figures.save(figures.pareto(table, 2.0, 2.5), folder / "screening" / "pareto.svg")
+    names = [f"heap-{k:016x}" for k in range(3)]
+    for k, name in enumerate(names):
+        make_run(tmp_path, name, 0.012 + 0.006 * k)
+        picture = folder / "heaps" / "screening" / f"{name}.webp"
+        picture.parent.mkdir(parents=True, exist_ok=True)
+        Image.new("RGB", (480, 300), (90 * k, 120, 150)).save(picture)
+    runs = pd.DataFrame({"run": [1, 2, 3], "run_id": names, "response": [20.0, 30.0, 40.0]})
+    for stage in ("screening", "validation"):
+        (folder / stage).mkdir(exist_ok=True)
+        for file in ("design", "runs"):
+            runs.to_csv(folder / stage / f"{file}.csv", index=False)
     summary = {"significant": ["c_d"], "factors": ["c_d"], "alpha": 0.05}
-    (folder / "screening" / "screening.json").write_text(json.dumps(summary))
-    (folder / "optimise").mkdir()
-    optimum = {
-        "optimum": {"c_d": 0.25},
-        "solution_set": {"c_d": [0.2, 0.3]},
-        "target": 45.26,
-        "rule": "closest_to_centre",
-    }
-    (folder / "optimise" / "optimum.json").write_text(json.dumps(optimum))
+    write(folder / "screening" / "screening.json", summary)
+    write(folder / "optimise" / "optimum.json", OPTIMUM)
+    pd.DataFrame({"c_d": np.linspace(0.2, 0.3, 500)}).to_csv(
+        folder / "optimise" / "solution_set.csv", index=False
+    )
+    write(folder / "validation" / "validation.json", VALIDATION)
+    write(folder / "diagnosis" / "verdict.json", VERDICT)
+    write(folder / "numerics" / "numerics.csv", "variant,difference\nfine,0.2\n")
+    write(folder / "reproduction" / "reproduction.csv", "printed,paper,ours\nR2,0.98,0.979\n")
+    write(folder / "scaling" / "scaling.json", {"exponent": 1.5})
+    write(folder / "scaling" / "scaling.csv", "scale,angle\n1,45\n")
+    figures.save(figures.pareto(table, 2.0, 2.5), folder / "scaling" / "scaling.svg")
+    write(folder / "audit" / "audit.csv", "claim,verdict\nfirst,agrees\nsecond,disagrees\n")
+    write(folder / "calibrated.yaml", "c_d: 0.25\n")
+    write(folder / "exports" / "liggghts.in", 'fix m1 all property/global "c" <1> 0.25\n')
     return folder
 
 
-def test_the_report_needs_no_network_and_says_the_answer(tmp_path):
-    build(study(tmp_path / "salt"), tmp_path / "report.html")
-    page = (tmp_path / "report.html").read_text()
-    assert "0.25" in page
-    assert "0.2 to 0.3" in page
-    assert "Significant at p &lt; 0.05: c d" in page
-    assert "<svg" in page
+@pytest.fixture
+def page(study):
+    build(study, study / "report.html")
+    return (study / "report.html").read_text()
+
+
+def text_of(page):
+    return re.sub(
+        r"\s+", " ", re.sub(r"<[^>]+>", " ", re.sub(r"<script.*?</script>", "", page, flags=re.S))
+    )
+
+
+def test_the_answer_comes_first(page):
+    text = text_of(page)
+    answer = text[: text.index("The heap ")]
+    for part in ("45.68°", "0.93 % apart", "equivalent within ±1°", "identified", "liquid bridge"):
+        assert part in answer
+    for part in ("0.25", "0.2 to 0.3", "0.21 to 0.27"):
+        assert part in answer
+
+
+def test_it_asks_for_nothing_outside_itself(page):
     # addresses appear only as the names of XML vocabularies
-    assert not re.search(r"(src|href)=.https?:", page.replace("xlink:href", "href"))
-    assert "<script" not in page
-    assert 'download="screening_effects.csv"' in page
+    assert not re.search(r"(src|href|url\()=?.https?:", page.replace("xlink:href", "href"))
+    assert "@import" not in page
+
+
+def test_every_part_is_there_with_its_numbers(page):
+    keys = re.findall(r'<section[^>]*id="(\w+)"', page)
+    parts = ["screening", "optimise", "validation", "diagnosis", "scaling", "reproduction"]
+    for key in [*parts, "numerics", "audit", "runs", "exports"]:
+        assert key in keys
+    text = text_of(page)
+    for part in (
+        "Significant at p < 0.05: c d".replace("<", "&lt;"),
+        "Fine grains stand steeper than the model.",
+        "The measurement that would tell most next: heap, moisture percent 2",
+        "3 runs, 3.0 minutes of one core each; engine 0123456789abcdef",
+        "The first 60 of 500 rows.",
+    ):
+        assert part in text
+    assert text.index("second disagrees") < text.index("first agrees")
+
+
+def test_every_figure_has_a_sentence_and_its_data(page):
+    charts = re.findall(r'<figure class="chart.*?</figure>', page, flags=re.S)
+    assert len(charts) == 3
+    for chart in charts:
+        caption = re.search(r"<figcaption>(.*?)</figcaption>", chart, flags=re.S).group(1)
+        assert re.search(r"\w+ \w+.*\.", caption)
+        assert "download=" in caption
+    data = re.search(r'download="screening_effects.csv" href="data:text/csv;base64,([^"]+)', page)
+    assert base64.b64decode(data.group(1)).decode().startswith("code,effect\nA,1.0")
+
+
+def test_exports_can_be_copied_and_downloaded(page):
+    assert "<pre>c_d: 0.25\n</pre>" in page
+    assert "property/global &#34;c&#34; &lt;1&gt; 0.25" in page
+    assert 'download="liggghts.in"' in page
+
+
+def test_the_viewer_holds_the_heaps_grains(page, study):
+    scenes = json.loads(re.search(r'id="scenes"[^>]*>(.*?)</script>', page, flags=re.S).group(1))
+    assert [s["name"] for s in scenes] == [
+        "calibrated, 30.00°",
+        "lowest of the screening, 20.00°",
+        "highest, 40.00°",
+    ]
+    packed = np.frombuffer(base64.b64decode(scenes[0]["grains"]), "<u2").reshape(-1, 4)
+    state = (packed / LEVELS * 2.0 - 1.0) * scenes[0]["scale"]
+    saved = np.load(study.parent / "runs" / f"heap-{1:016x}" / "final.npz")
+    assert state[:, :3] == pytest.approx(1e3 * saved["position"], abs=2e-3)
+    assert state[:, 3] == pytest.approx(1e3 * saved["radius"], abs=2e-3)
 
 
 def test_stages_that_have_not_run_are_left_out(tmp_path):
-    build(study(tmp_path / "salt"), tmp_path / "report.html")
-    page = (tmp_path / "report.html").read_text()
-    assert 'id="screening"' in page
-    assert 'id="validation"' not in page
+    empty = tmp_path / "none"
+    empty.mkdir()
+    build(empty, empty / "report.html")
+    assert re.findall(r'<section[^>]*id="(\w+)"', (empty / "report.html").read_text()) == ["answer"]
+
+
+def test_another_metric_carries_its_own_unit(study):
+    build(study, study / "report.html", "rebound_height_mm")
+    text = text_of((study / "report.html").read_text())
+    assert "Validated rebound height 45.68 mm" in text
+    assert "°" not in text[: text.index("The heap ")]
+
+
+def test_a_figure_within_the_page_takes_the_pages_colours(study):
+    svg, width = _inline(study / "screening" / "half_normal.svg")
+    assert width == pytest.approx(5.4 * 72)
+    assert 'fill: #ffffff"' not in svg
+    assert "stroke: currentColor" in svg
+    ids = re.findall(r'\bid="([^"]+)"', svg)
+    assert len(ids) == len(set(ids))
+    for used in re.findall(r'(?:href="#|url\(#)([^")]+)', svg):
+        assert used in ids
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (float("nan"), ""),
+        (1.85e-16, "0"),
+        (3.0, "3"),
+        (0.123456, "0.1235"),
+        (1.2e-7, "1.2e-07"),
+        ("salt_steel_restitution", "salt steel restitution"),
+        ("p < 0.05_", "p < 0.05_"),
+        (7, "7"),
+    ],
+)
+def test_cells_are_short(value, text):
+    assert cell(value) == text
+
+
+BROWSER = find_browser()
+
+
+@pytest.fixture(scope="module")
+def tab(tmp_path_factory):
+    if BROWSER is None:
+        pytest.skip("no Chromium on this machine: the page's look is not checked")
+    with browse(BROWSER, tmp_path_factory.mktemp("browser")) as page:
+        yield page
+
+
+GROUND = "getComputedStyle(document.body).backgroundColor.match(/\\d+/g).map(Number)"
+INK = "getComputedStyle(document.querySelector('figure.chart svg text')).fill.match(/\\d+/g).map(Number)"
+OVERFLOW = "document.documentElement.scrollWidth - window.innerWidth"
+DRAWN = """(() => {
+  const c = document.querySelector('.viewer canvas');
+  document.getElementById('reset').click();
+  const gl = c.getContext('webgl2'), p = new Uint8Array(4 * c.width * c.height);
+  gl.readPixels(0, 0, c.width, c.height, gl.RGBA, gl.UNSIGNED_BYTE, p);
+  return p.filter((v, k) => k % 4 === 3 && v > 0).length / (c.width * c.height);
+})()"""
+
+MIDDLE = """(() => {
+  const r = document.querySelector('.viewer canvas').getBoundingClientRect();
+  return [r.x + r.width / 2, r.y + r.height / 2];
+})()"""
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_page_reads_in_a_browser(tab, page, study, width, scheme):
+    address = (study / "report.html").as_uri()
+    tab.open(address, width, 844, scheme)
+    assert tab.evaluate(OVERFLOW) <= 0
+    assert tab.complaints() == []
+    assert tab.requests() == [address]
+    ground, ink = np.mean(tab.evaluate(GROUND)), np.mean(tab.evaluate(INK))
+    assert (ground > 200 > 100 > ink) if scheme == "light" else (ground < 60 < 180 < ink)
+
+
+def test_the_heap_turns_under_the_finger(tab, page, study):
+    tab.open((study / "report.html").as_uri(), 390, 844)
+    if not tab.evaluate("!!document.querySelector('.viewer canvas')"):
+        pytest.skip("the browser draws no WebGL 2 here")
+    assert 0.1 < tab.evaluate(DRAWN) < 0.9
+    tab.evaluate("document.querySelector('.viewer').scrollIntoView({block: 'center'})")
+    before = tab.screenshot()
+    x, y = tab.evaluate(MIDDLE)
+    for kind, dx in (("mousePressed", 0), ("mouseMoved", 60), ("mouseReleased", 60)):
+        tab.call(
+            "Input.dispatchMouseEvent",
+            type=kind,
+            x=x + dx,
+            y=y,
+            button="left",
+            buttons=1,
+            clickCount=1,
+        )
+    assert tab.screenshot() != before
+    assert tab.complaints() == []

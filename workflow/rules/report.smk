@@ -1,21 +1,45 @@
 SUPPLEMENTS = {"audit": "audit.csv"} | {
     test: f"{test}.json" for test in ("tilt", "drop", "shear")
 }
+BESIDE = ("diagnosis", "numerics", "scaling", "reproduction", "exports")
 
 
 # made from whatever stages have finished; `all` makes the chain and the configured supplements first
 rule report:
     input:
         validation=f"{STUDY}/validation/validation.json",
+        heaps=expand(
+            f"{STUDY}/heaps/{{stage}}",
+            stage=[
+                "screening",
+                "ascent",
+                "response_surface",
+                "candidate",
+                "validation",
+            ],
+        ),
         supplements=[
             f"{STUDY}/{name}/{SUPPLEMENTS[name]}" for name in SETTINGS.supplements
         ],
     output:
-        f"{STUDY}/report.html",
+        report(
+            f"{STUDY}/report.html",
+            caption="../report/report.rst",
+            category="0 The whole study",
+        ),
     log:
         f"{STUDY}/logs/report.log",
     conda:
         "../envs/calibration.yaml"
+    params:
+        settings=SETTINGS.model_dump(mode="json"),
+        # what else has been made for the page, with its time: the page is written anew when it changes. It is no
+        # input, as that would make what nobody asked for
+        beside=lambda w: {
+            str(path): int(path.stat().st_mtime)
+            for name in BESIDE
+            for path in sorted(Path(STUDY, name).glob("*.*"))
+        },
     message:
         "report: {output}"
     script:

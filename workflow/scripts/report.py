@@ -4,4 +4,6 @@ from calibration import stages
 from calibration.report import build
 
 with stages.logged(snakemake.log[0]):
-    build(Path(snakemake.output[0]).parent, snakemake.output[0])
+    config = stages.settings_of(snakemake.params.settings)
+    out = Path(snakemake.output[0])
+    build(out.parent, out, config.target.metric)

@@ -14,7 +14,7 @@ GROUND, INK, LINE, STEEL = (240, 242, 245), (29, 36, 48), (209, 60, 31), (120, 1
 OVERSAMPLING = 2
 ROOM = 0.16  # for the labels above and below, in image widths
 FORMATS = {
-    ".webp": {"quality": 82, "method": 6},
+    ".webp": {"quality": 82, "method": 4},
     ".png": {"optimize": True},
     ".jpg": {"quality": 88},
 }

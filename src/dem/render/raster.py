@@ -130,5 +130,5 @@ def _shadowed(lamp, points, position, radius):
 def _openness(depth, hit, radius):
     """1 where a pixel lies in the open, less where its surroundings stand nearer to the viewer."""
     filled = np.where(hit, depth, depth[hit].min() if hit.any() else 0.0)
-    around = gaussian_filter(filled, 1.5 * radius)
+    around = gaussian_filter(filled, 1.5 * radius, truncate=2.0)
     return 1.0 - OCCLUSION * np.clip((around - filled) / (1.5 * radius), 0.0, 1.0)

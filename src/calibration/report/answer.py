@@ -1,0 +1,107 @@
+"""The answer, before anything else: parameters with their intervals, the validated value, the verdict."""
+
+import pandas as pd
+
+from calibration.figures import label
+from calibration.report.embed import html_of, load
+
+MEANING = {
+    "adequate": "nothing is missing that these data show",
+    "identified": "the model lacks what is named",
+    "ambiguous": "the data do not tell these apart",
+    "unexplained": "the model fails, and nothing in the catalogue mends it",
+}
+
+
+def answer(study, quantity):
+    """Mapping for the page: `parameters` (HTML table), `tiles` and `notes`."""
+    optimum = load(study / "optimise" / "optimum.json")
+    validation = load(study / "validation" / "validation.json")
+    verdict = load(study / "diagnosis" / "verdict.json")
+    tiles = [
+        *(_validated(validation, quantity) if validation else []),
+        *(_equivalence(validation, quantity) if validation else []),
+        *(_diagnosed(verdict) if verdict else []),
+    ]
+    return {
+        "parameters": _parameters(optimum, verdict) if optimum else "",
+        "tiles": tiles,
+        "notes": _notes(optimum, quantity) if optimum else [],
+    }
+
+
+def _parameters(optimum, verdict):
+    """Table of the calibrated parameters: value, extent of the solution set, interval of the diagnosis where there is
+    one."""
+    posterior = (verdict or {}).get("calibration", {})
+    rows = []
+    for name, value in optimum["optimum"].items():
+        low, high = optimum["solution_set"][name]
+        row = {
+            "parameter": label(name),
+            "calibrated": f"{value:.4g}",
+            "over the solution set": f"{low:.4g} to {high:.4g}",
+        }
+        if name in posterior:
+            p = posterior[name]
+            row["95 % by all measurements"] = f"{p['low']:.3g} to {p['high']:.3g}"
+        rows.append(row)
+    return html_of(pd.DataFrame(rows).fillna(""))
+
+
+def _validated(v, quantity):
+    return [
+        {
+            "name": f"Validated {quantity.name}",
+            "value": quantity.value(v["simulated_mean"]),
+            "text": f"measured {quantity.value(v['measured_mean'])}: {v['relative_error_percent']:.2f} % apart, "
+            f"{v['simulated_n']} runs with seeds of their own",
+        }
+    ]
+
+
+def _equivalence(v, quantity):
+    word = "equivalent" if v["equivalent"] else "not shown to be equivalent"
+    return [
+        {
+            "name": "Difference",
+            "value": f"{v['difference']:+.2f}{quantity.unit}",
+            "text": f"95 % {v['difference_low']:+.2f} to {v['difference_high']:+.2f}; {word} within "
+            f"±{v['margin']:g}{quantity.unit}",
+            "good": v["equivalent"],
+        }
+    ]
+
+
+def _diagnosed(verdict):
+    causes = " and ".join(label(c) for c in verdict.get("causes", []))
+    return [
+        {
+            "name": "Diagnosis of the measurements",
+            "value": verdict["verdict"],
+            "text": f"{causes}: {MEANING[verdict['verdict']]}"
+            if causes
+            else MEANING[verdict["verdict"]],
+            "good": verdict["verdict"] == "adequate",
+        }
+    ]
+
+
+def _notes(optimum, quantity):
+    if not optimum["attainable"]:
+        return [
+            f"The measured {quantity.value(optimum['target'])} is out of reach in the region searched; the point above "
+            f"comes nearest, with {quantity.value(optimum['predicted'])} predicted."
+        ]
+    if "desirability" in optimum:
+        return [
+            f"The point above is the most desirable compromise of several targets (desirability "
+            f"{optimum['desirability']:.2f})."
+        ]
+    low, high = optimum["confirmation_interval"]
+    return [
+        f"The {quantity.name} alone does not fix the parameters: every point of the solution set gives "
+        f"{quantity.value(optimum['target'])}; the point above is the one that the rule "
+        f"“{label(optimum['rule'])}” chose. The mean of {optimum['confirmation_runs']} runs there was expected between "
+        f"{quantity.value(low)} and {quantity.value(high)} (95 %)."
+    ]

@@ -1,0 +1,105 @@
+"""Files turned into pieces of a page that needs no other file: figures, tables, images and downloads."""
+
+import base64
+import json
+import re
+from pathlib import Path
+
+import pandas as pd
+
+from calibration.figures import label
+
+CAPTIONS = Path("workflow/report")
+TYPES = {
+    ".csv": "text/csv",
+    ".json": "application/json",
+    ".svg": "image/svg+xml",
+    ".webp": "image/webp",
+    ".md": "text/markdown",
+}
+SHOWN_ROWS = 60
+ROUNDING = 1e-12  # what is smaller is the rounding error of a zero
+HIDDEN = ("run_id", "experiment")
+
+
+def load(path):
+    """Content of a JSON file, or None where there is none."""
+    return json.loads(path.read_text()) if path.exists() else None
+
+
+def uri(path):
+    """A file as a data: address."""
+    kind = TYPES.get(path.suffix, "text/plain;charset=utf-8")
+    return f"data:{kind};base64,{base64.b64encode(path.read_bytes()).decode()}"
+
+
+def download(path):
+    """Name and address of a file for a download link."""
+    return {"file": f"{path.parent.name}_{path.name}", "uri": uri(path)}
+
+
+def caption(name):
+    """The sentence that says what to see in a figure, the same as in Snakemake's own report."""
+    path = CAPTIONS / f"{name}.rst"
+    return path.read_text().strip() if path.exists() else ""
+
+
+def figure(path, text, data=()):
+    """An SVG figure with its caption and downloads of the files that hold its numbers."""
+    svg, width = _inline(path)
+    return {
+        "svg": svg,
+        "caption": text,
+        "wide": width > 480,
+        "most": round(1.35 * width),
+        "downloads": [download(p) for p in data if p.exists()],
+    }
+
+
+def _inline(path):
+    """An SVG file for use within a page: (its code, its width in points). Ground and ink follow the page."""
+    svg = re.sub(r"^.*?(?=<svg)", "", path.read_text(), count=1, flags=re.S)
+    svg = re.sub(r"<metadata>.*?</metadata>|<style.*?</style>", "", svg, flags=re.S)
+    # ids are unique only within their own file
+    prefix = f"{path.parent.name}-{path.stem}-"
+    svg = re.sub(r'\bid="', f'id="{prefix}', svg)
+    svg = re.sub(r'(href="#|url\(#)', rf"\g<1>{prefix}", svg)
+    svg = svg.replace('style="fill: #ffffff"', 'style="fill: none"')
+    svg = re.sub(r"(?<!fill: #ffffff; )stroke: #000000", "stroke: currentColor", svg)
+    svg = re.sub(r"(\.\d\d)\d+", r"\1", svg)
+    width = float(re.search(r'viewBox="0 0 ([\d.]+)', svg).group(1))
+    svg = re.sub(r'(<svg[^>]*?) width="[^"]*" height="[^"]*"', r"\1", svg, count=1)
+    return svg, width
+
+
+def table(path, title, first=None):
+    """A CSV file as a table with its download; `first`: (column, value) of rows that come first."""
+    frame = pd.read_csv(path)
+    if first and first[0] in frame:
+        frame = frame.sort_values(first[0], key=lambda v: v != first[1], kind="stable")
+    shown = frame.drop(columns=[c for c in HIDDEN if c in frame]).head(SHOWN_ROWS)
+    return {
+        "title": title,
+        "html": html_of(shown),
+        "rows": len(frame),
+        "shown": len(shown),
+        "download": download(path),
+    }
+
+
+def html_of(frame):
+    """HTML of a table; numbers to four digits, headings without underscores."""
+    plain = frame.rename(columns=lambda c: str(c).replace("_", " "))
+    return plain.to_html(
+        index=False, border=0, na_rep="", justify="left", formatters=dict.fromkeys(plain, cell)
+    )
+
+
+def cell(value):
+    """Text of one table cell."""
+    if isinstance(value, float):
+        if value != value:
+            return ""
+        value = 0.0 if abs(value) < ROUNDING else value
+        return f"{value:.0f}" if value == int(value) and abs(value) < 1e6 else f"{value:.4g}"
+    return label(str(value)) if re.fullmatch(r"[a-z0-9_]+", str(value)) else str(value)

@@ -1,0 +1,95 @@
+"""Which runs a study is made of: their number, seeds, size and time."""
+
+import base64
+import json
+from pathlib import Path
+
+import pandas as pd
+
+from calibration.campaign import result_path
+from calibration.figures import label
+from calibration.report.embed import html_of
+
+STAGES = (
+    "screening",
+    "ascent",
+    "response_surface",
+    "candidate",
+    "validation",
+    "tilt",
+    "tilt_confirmation",
+    "drop",
+    "drop_confirmation",
+    "shear",
+    "numerics",
+)
+
+
+def run_times(study):
+    """Table of the runs that are there: stage, run_id, seed, particles, steps, simulated and wall time, engine."""
+    rows = []
+    for stage in STAGES:
+        design = study / stage / "design.csv"
+        for name in pd.read_csv(design)["run_id"] if design.exists() else []:
+            path = Path(result_path(name))
+            if path.exists():
+                rows.append({"stage": stage, "run_id": name} | _row(json.loads(path.read_text())))
+    return pd.DataFrame(rows)
+
+
+def _row(result):
+    numerics = result["numerics"]
+    return {
+        "seed": result["seed"],
+        "particles": result["spec"]["particles"]["count"],
+        "steps": numerics.get("steps"),
+        "simulated_time_s": numerics.get("simulated_time_s"),
+        "wall_time_s": numerics["wall_time_s"],
+        "engine": result["engine"],
+    }
+
+
+def runs_section(study):
+    """The section of run times and seeds, or None where no run is at hand."""
+    runs = run_times(study)
+    if runs.empty:
+        return None
+    rows = [
+        {
+            "stage": label(stage),
+            "runs": len(own),
+            "seeds": _span(own["seed"]),
+            "particles": _span(own["particles"]),
+            "steps per run": int(own["steps"].mean()) if own["steps"].notna().all() else "",
+            "time per run [s]": float(own["wall_time_s"].mean()),
+            "together [min]": float(own["wall_time_s"].sum() / 60.0),
+        }
+        for stage, own in runs.groupby("stage", sort=False)
+    ]
+    total = runs.drop_duplicates("run_id")["wall_time_s"].sum() / 60.0
+    engines = ", ".join(sorted(runs["engine"].unique()))
+    data = base64.b64encode(runs.to_csv(index=False).encode()).decode()
+    return {
+        "key": "runs",
+        "title": "Runs, times and seeds",
+        "texts": [
+            f"{runs['run_id'].nunique()} runs, {total:.1f} minutes of one core each; engine {engines}. A run that two "
+            "stages share was made once."
+        ],
+        "figures": [],
+        "tables": [
+            {
+                "title": "Runs by stage",
+                "html": html_of(pd.DataFrame(rows)),
+                "rows": len(rows),
+                "shown": len(rows),
+                "open": True,
+                "download": {"file": "runs.csv", "uri": f"data:text/csv;base64,{data}"},
+            }
+        ],
+    }
+
+
+def _span(values):
+    low, high = values.min(), values.max()
+    return f"{low}" if low == high else f"{low} to {high}"
