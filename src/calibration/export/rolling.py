@@ -191,6 +191,7 @@ def invert(shares, angles, target):
         reached,
         float(means[0.0]),
         float(means[means.index <= 1.0].max()),
+        float(means.min()),
         float(means.max()),
     )
 

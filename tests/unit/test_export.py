@@ -1,0 +1,483 @@
+"""Exports: each conversion against the other code's own formula, the search's inversion, and calibrated.yaml."""
+
+import ast
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+from calibration.config import overlay, parse_config
+from calibration.export import edem, lammps, liggghts, mercurydpm, rolling, stage, yade
+from calibration.export.conversion import Conversion
+from calibration.export.material import granulate, rolling_dashpot, rolling_stiffness
+from calibration.export.parameters import parameter_interval, to_yaml, unit_of
+from calibration.regression import fit_surface
+from calibration.stages import read_region
+from dem.contact.damping.tsuji import factor
+from dem.io.mapping import read_mapping
+from dem.spec import RunSpec, load_spec, parse_spec
+
+REFERENCE = Path("results/reference/salt")
+MU_R, STATIC = 0.9, 0.8
+
+
+def agreement(mean):
+    return {
+        "mean": mean,
+        "sd": 0.5,
+        "runs": 5,
+        "calibrated_law_mean": 45.0,
+        "calibrated_law_sd": 0.4,
+        "calibrated_law_runs": 6,
+        "difference": mean - 45.0,
+        "difference_interval_95": [mean - 45.5, mean - 44.5],
+    }
+
+
+def found(**changes):
+    entry = {
+        "rolling_friction": MU_R,
+        "static_friction": 0.67792476,
+        "reached": True,
+        "with_the_same_number": 31.0,
+        "largest_by_rolling_friction": 46.0,
+        "smallest": 25.0,
+        "largest": 52.0,
+        "coarse": agreement(45.2),
+    } | changes
+    relative = entry | {"rolling_friction": 1.1}
+    laws = {"elastic_plastic": entry, "constant_torque_relative": relative}
+    return {
+        "law": "constant_torque",
+        "unit": "deg",
+        "rolling_friction": 0.26995118,
+        "static_friction": 0.67792476,
+        "laws": laws,
+    }
+
+
+@pytest.fixture(scope="module")
+def config():
+    return parse_config(read_mapping("config/config.yaml")[0])
+
+
+@pytest.fixture(scope="module")
+def mapping(config):
+    return stage._spec(config, REFERENCE / "optimise" / "optimum.json")
+
+
+@pytest.fixture(scope="module")
+def material(mapping):
+    return granulate(parse_spec(mapping))
+
+
+def conversion(mapping, **changes):
+    return Conversion(parse_spec(mapping), found(**changes))
+
+
+def test_effective_constants_are_those_of_hertz_and_mindlin(material):
+    """E* = E/(2(1 - nu^2)) and G* = G/(2(2 - nu)) of equal grains; against a rigid wall the grain's own part."""
+    g, p = material.grain, material.grain_grain
+    assert p.young == pytest.approx(g.young_modulus / (2 * (1 - g.poisson_ratio**2)))
+    assert p.shear == pytest.approx(g.shear_modulus / (2 * (2 - g.poisson_ratio)))
+    assert material.grain_wall.young == pytest.approx(
+        g.young_modulus / (1 - g.poisson_ratio**2), rel=1e-3
+    )
+    assert p.radius == material.radius / 2
+    assert material.grain_wall.radius == material.radius
+
+
+def test_contact_radius_gives_back_the_hertz_force(material):
+    p, load = material.grain_grain, material.load
+    a = p.contact_radius(load)
+    assert 4 / 3 * p.young * a**3 / p.radius == pytest.approx(load)
+
+
+# --- LIGGGHTS --------------------------------------------------------------------------------------------------------
+
+
+def test_liggghts_rolling_spring_and_dashpot_are_ours(material):
+    """epsd3: k_r = f k_n (mu R*)^2 with k_n = 4/3 E* a; dashpot 2 eta sqrt(I k_r), I = 1.4 m R^2 reduced."""
+    for p, mass in (
+        (material.grain_grain, material.mass / 2),
+        (material.grain_wall, material.mass),
+    ):
+        a = p.contact_radius(material.load)
+        ours = rolling_stiffness(p, MU_R, material.load, 2.25)
+        theirs = liggghts.rolling_stiffness_factor(2.25) * 4 / 3 * p.young * a
+        assert theirs * (MU_R * p.radius) ** 2 == pytest.approx(ours)
+        inertia = 1.4 * mass * material.radius**2
+        dashpot = 2 * liggghts.viscous_damping(0.3) * math.sqrt(inertia * ours)
+        assert dashpot == pytest.approx(rolling_dashpot(p, ours, 0.3))
+
+
+def test_liggghts_block_has_full_symmetric_matrices(material, mapping):
+    text = liggghts.block(material, conversion(mapping), ["where from"])
+    for name in ("Restitution", "Friction", "RollingFriction", "RollingViscousDamping"):
+        line = re.search(rf"^fix coefficient{name} .*peratomtypepair 2 (.*)$", text, re.M)
+        values = [float(x) for x in line[1].split()]
+        assert len(values) == 4
+        assert values[1] == values[2]
+    assert "youngsModulus peratomtype 7.5e+06 2.08e+11" in text
+    assert "hard_particles yes" in text
+    assert "soft_particles" not in text
+    assert "rolling_friction cdt" in text
+    assert " 1.1 " in text  # the coefficient of cdt, which differs from that of epsd3
+
+
+def test_liggghts_is_told_of_soft_grains(mapping):
+    soft = parse_spec(overlay(mapping, {"materials": {"particle": {"shear_modulus_Pa": 1e6}}}))
+    text = liggghts.block(granulate(soft), Conversion(soft, found()), [])
+    assert "soft_particles yes" in text
+
+
+# --- LAMMPS ----------------------------------------------------------------------------------------------------------
+
+
+def test_lammps_stiffnesses_and_dashpots_are_ours(material):
+    """Forces written as LAMMPS's sources have them, at an overlap, against the laws here."""
+    for p, mass in (
+        (material.grain_grain, material.mass / 2),
+        (material.grain_wall, material.mass),
+    ):
+        overlap = 1e-5
+        a = math.sqrt(p.radius * overlap)
+        theirs = lammps.hertz_stiffness(p) * math.sqrt(p.radius) * overlap**1.5
+        assert theirs == pytest.approx(4 / 3 * p.young * math.sqrt(p.radius) * overlap**1.5)
+        beta = -math.log(p.restitution) / math.hypot(math.log(p.restitution), math.pi)
+        eta_n = math.sqrt(1.5) * 2 * math.sqrt(5 / 6) * beta * math.sqrt(mass * theirs / overlap)
+        assert eta_n == pytest.approx(factor(p.restitution) * math.sqrt(2 * p.young * a * mass))
+        eta_t = factor(p.restitution) * math.sqrt(8 * p.shear * a * mass)
+        assert lammps.tangential_damping(p) * eta_n == pytest.approx(eta_t)
+        assert lammps.tangential_stiffness(p) * a == pytest.approx(8 * p.shear * a)
+
+
+def test_lammps_rolling_spring_has_the_torque_of_ours(material, mapping):
+    """sds: torque R* k R* angle below the limit, R* mu F at it."""
+    p, e = material.grain_grain, conversion(mapping).of("elastic_plastic")
+    k, gamma = lammps.rolling(p, MU_R, material.load, e)
+    k_r = rolling_stiffness(p, MU_R, material.load, e.stiffness_factor)
+    assert k * p.radius**2 == pytest.approx(k_r)
+    assert gamma * p.radius**2 == pytest.approx(rolling_dashpot(p, k_r, e.damping_ratio))
+
+
+# --- YADE ------------------------------------------------------------------------------------------------------------
+
+
+def test_yade_limit_of_the_moment_is_ours(material):
+    """eta (R1 + R2)/2 F against mu_r R* F; a facet counts as a sphere of twice the radius."""
+    r, gg, gw = material.radius, material.grain_grain, material.grain_wall
+    assert yade.eta(gg, MU_R, (r, r)) * r == pytest.approx(MU_R * gg.radius)
+    assert yade.eta(gg, MU_R, (r, r)) == pytest.approx(MU_R / 2)
+    assert yade.eta(gw, 0.3, (2 * r, r)) * 1.5 * r == pytest.approx(0.3 * r)
+
+
+def test_yade_block_is_python_with_the_friction_angles(material, mapping):
+    text = yade.block(material, conversion(mapping, static_friction=STATIC), ["where from"])
+    ast.parse(text)
+    angles = [float(x) for x in re.findall(r"frictionAngle=([\d.]+)", text)]
+    assert math.tan(angles[0]) == pytest.approx(STATIC, rel=1e-5)
+    assert math.tan(angles[1]) == pytest.approx(0.71, rel=1e-5)
+    assert "static friction of grain on grain is raised" in " ".join(text.replace("#", "").split())
+
+
+# --- MercuryDPM ------------------------------------------------------------------------------------------------------
+
+
+def test_mercury_forces_are_ours(material):
+    """Forces as MercuryDPM's sources have them, at an overlap, against the laws here."""
+    for p, mass in (
+        (material.grain_grain, material.mass / 2),
+        (material.grain_wall, material.mass),
+    ):
+        a = math.sqrt(p.radius * 1e-5)
+        log2 = math.log(p.restitution) ** 2
+        theirs = math.sqrt(5 * log2 / (log2 + math.pi**2)) * math.sqrt(mass * 4 / 3 * p.young * a)
+        assert theirs == pytest.approx(factor(p.restitution) * math.sqrt(2 * p.young * a * mass))
+        zero = 8 * mercurydpm.shear_modulus(p) * a
+        assert 2 / 3 * zero == pytest.approx(8 * p.shear * a)
+        dashpot = mercurydpm.sliding_dissipation(p) * math.sqrt(mass * zero)
+        assert dashpot == pytest.approx(factor(p.restitution) * math.sqrt(8 * p.shear * a * mass))
+        assert 2 * p.radius * mercurydpm.rolling_friction(MU_R) == pytest.approx(MU_R * p.radius)
+        k_r = mercurydpm.rolling_stiffness(p, material.load)
+        c = mercurydpm.rolling_dissipation(p, material.load, 0.3) * (2 * p.radius) ** 2
+        assert c == pytest.approx(2 * 0.3 * math.sqrt(p.inertia * k_r))
+
+
+def test_mercury_spring_is_as_much_stiffer_as_the_docstring_says(material):
+    p, load = material.grain_grain, material.load
+    ratio = mercurydpm.rolling_stiffness(p, load) / rolling_stiffness(p, MU_R, load, 2.25)
+    g = mercurydpm.shear_modulus(p)
+    assert ratio == pytest.approx(16 * g / (p.young * 2.25 * MU_R**2))
+
+
+def test_mercury_block_is_well_formed(material, mapping):
+    """No compiler's check: braces, statements and setters that its sources have."""
+    text = mercurydpm.block(material, conversion(mapping), ["where from"])
+    code = [x for x in text.splitlines() if x and not x.startswith("//")]
+    joined = " ".join(code)
+    assert joined.count("(") == joined.count(")")
+    statements = [x.strip() for x in joined.split(";") if x.strip()]
+    assert all(
+        re.match(r"(auto \w+ =|\w+(->|\.)set\w+\(|Hertzian\w+ \w+$|setTimeStep\()", x)
+        for x in statements
+    )
+    setters = set(re.findall(r"->(set\w+)\(", joined))
+    assert setters == {
+        "setEffectiveElasticModulusAndRestitutionCoefficient",
+        "setEffectiveShearModulus",
+        "setSlidingDissipation",
+        "setSlidingFrictionCoefficient",
+        "setRollingFrictionCoefficient",
+        "setRollingDissipation",
+        "setTorsionFrictionCoefficient",
+    }
+
+
+# --- EDEM ------------------------------------------------------------------------------------------------------------
+
+
+def test_edem_takes_the_calibrated_numbers_as_they_are(material, mapping):
+    text = edem.block(material, conversion(mapping), ["where from"])
+    assert "standard rolling friction" in text
+    assert "| Coefficient of rolling friction | 0.269951 |" in text
+    assert "| Shear modulus | 3e+06 | Pa |" in text
+    assert all(line.count("|") == 5 for line in text.splitlines() if line.startswith("|"))
+
+
+# --- what an export says ---------------------------------------------------------------------------------------------
+
+
+def test_a_law_calibrated_with_keeps_its_number(mapping):
+    spec = parse_spec(
+        overlay(
+            mapping,
+            {
+                "laws": {"rolling": "elastic_plastic"},
+                "law_parameters": {"rolling_stiffness_factor": 3.0},
+            },
+        )
+    )
+    assert rolling.laws_to_scan(spec) == ["constant_torque_relative"]
+    own = {"law": "elastic_plastic", "unit": "deg", "rolling_friction": 0.27, "laws": {}}
+    c = Conversion(spec, own | {"static_friction": 0.68})
+    e = c.of("elastic_plastic")
+    assert (e.rolling_friction, e.static_friction, e.stiffness_factor) == (0.27, 0.68, 3.0)
+    assert "used as it is" in c.sentences("elastic_plastic", "epsd3")[0]
+
+
+def test_no_search_where_nothing_rolls(mapping, tmp_path):
+    free = overlay(mapping, {"laws": {"rolling": "none"}})
+    assert rolling.laws_to_scan(parse_spec(free)) == []
+    rolling.plan_scan(free, tmp_path)
+    assert json.loads((tmp_path / "plan.json").read_text()) == {}
+    rolling.plan_confirmation(free, tmp_path / "design.csv", "angle_of_repose_deg", tmp_path / "c")
+    assert len(pd.read_csv(tmp_path / "c" / "design.csv")) == 0
+
+
+def test_an_export_says_when_the_angle_cannot_be_reached(material, mapping):
+    text = liggghts.block(material, conversion(mapping, reached=False), [])
+    assert "THE CALIBRATED VALUE CANNOT BE REACHED" in text
+
+
+def test_an_export_says_which_laws_it_leaves_out(mapping):
+    spec = parse_spec(
+        overlay(
+            mapping,
+            {
+                "laws": {"cohesion": "sjkr", "drag": "schiller_naumann"},
+                "law_parameters": {"cohesion_energy_density_J_m3": 1e4},
+            },
+        )
+    )
+    told = " ".join(stage.left_out(spec))
+    assert "cohesion sjkr" in told
+    assert "drag" in told
+
+
+# --- the search ------------------------------------------------------------------------------------------------------
+
+
+def test_the_path_passes_the_calibrated_numbers():
+    assert rolling.place(0.0, 0.27, 0.68) == (0.27, 0.68)
+    top = rolling.place(1.0, 0.27, 0.68)
+    assert top == (pytest.approx(0.27 * rolling.TOP_ROLLING), 0.68)
+    end = rolling.place(2.0, 0.27, 0.68)
+    assert end == (top[0], pytest.approx(0.68 * rolling.TOP_STATIC))
+    below = rolling.place(-0.5, 0.27, 0.68)
+    assert below[0] < 0.27
+    assert below[1] == 0.68
+
+
+@pytest.mark.parametrize("target", [31.0, 38.0, 44.0, 49.9])
+def test_the_inverse_gives_back_the_angle_of_a_known_curve(target):
+    shares = np.repeat(rolling.PATH, 2)
+    curve = 30.0 + 10.0 * (shares + 0.5)
+    found = rolling.invert(shares, curve + np.tile([0.3, -0.3], len(rolling.PATH)), target)
+    assert found.reached
+    assert 30.0 + 10.0 * (found.share + 0.5) == pytest.approx(target)
+    assert found.same_number == pytest.approx(35.0)
+
+
+def test_the_inverse_of_a_curve_with_a_dip_is_its_first_crossing():
+    angles = [30.0, 35.0, 41.0, 39.0, 45.0, 50.0]
+    assert rolling.invert(rolling.PATH, angles, 40.0).share == pytest.approx(0.5 * 5 / 6)
+
+
+@pytest.mark.parametrize(("target", "share"), [(20.0, -0.5), (60.0, 2.0)])
+def test_an_angle_out_of_reach_is_said_to_be(target, share):
+    found = rolling.invert(rolling.PATH, [30.0, 35.0, 41.0, 42.0, 45.0, 50.0], target)
+    assert not found.reached
+    assert found.share == share
+    assert (found.smallest, found.largest, found.largest_by_rolling) == (30.0, 50.0, 42.0)
+
+
+def test_the_search_runs_the_same_volume_of_fewer_grains(mapping):
+    coarse, spec = parse_spec(rolling.coarse(mapping)), parse_spec(mapping)
+
+    def volume(s):
+        return s.particles.count * (s.particles.diameter_mm * s.particles.scale_factor) ** 3
+
+    assert coarse.particles.count == rolling.MOST_GRAINS
+    assert volume(coarse) == pytest.approx(volume(spec), rel=1e-5)
+    assert coarse.particles.count / coarse.geometry.generation_rate_per_s == pytest.approx(1.0)
+    narrow = overlay(mapping, {"geometry": {"orifice_diameter_mm": 7.0}})
+    assert rolling.coarse(narrow) is narrow
+
+
+def test_the_scan_is_planned_law_by_law_with_new_seeds(mapping, tmp_path):
+    rolling.plan_scan(mapping, tmp_path)
+    design, plan = (
+        pd.read_csv(tmp_path / "design.csv"),
+        json.loads((tmp_path / "plan.json").read_text()),
+    )
+    assert set(design["law"]) == {"constant_torque", *rolling.RELATIVE}
+    assert (
+        len(plan) == len(design) == rolling.OWN_SEEDS + 2 * len(rolling.PATH) * rolling.PATH_SEEDS
+    )
+    for row in design.itertuples():
+        spec = parse_spec(plan[row.run_id])
+        assert spec.laws.rolling == row.law
+        assert spec.contacts.particle_particle.rolling_friction == pytest.approx(
+            row.rolling_friction
+        )
+        assert spec.contacts.particle_wall.rolling_friction == pytest.approx(0.368)
+
+
+# --- calibrated.yaml -------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def files(config, tmp_path_factory):
+    out = tmp_path_factory.mktemp("export")
+    (out / "rolling.json").write_text(json.dumps(found()))
+    inputs = {
+        "optimum": REFERENCE / "optimise" / "optimum.json",
+        "validation": REFERENCE / "validation" / "validation.json",
+        "rolling": out / "rolling.json",
+    }
+    runs = pd.read_csv(REFERENCE / "response_surface" / "runs.csv")
+    region = read_region(REFERENCE / "response_surface" / "region.json")
+    stage.export(config, inputs, runs, region, out)
+    return out
+
+
+def test_every_parameter_has_value_unit_and_source(files):
+    data = yaml.safe_load((files / "calibrated.yaml").read_text())
+    for key, entry in data["parameters"].items():
+        assert entry["value"] is not None, key
+        assert "source" in entry, key
+        assert isinstance(entry["value"], (str, list)) or entry["unit"] == unit_of(key), key
+    spec = load_spec(files / "exports" / "dem.yaml")
+    for part in ("materials", "contacts", "laws", "law_parameters"):
+        for key, value in _leaves(getattr(spec, part), part):
+            if value is not None:
+                assert data["parameters"][key]["value"] == pytest.approx(value), key
+
+
+def _leaves(part, prefix):
+    for name in type(part).model_fields:
+        value = getattr(part, name)
+        if hasattr(type(value), "model_fields"):
+            yield from _leaves(value, f"{prefix}.{name}")
+        else:
+            yield f"{prefix}.{name}", value
+
+
+def test_sources_are_told_apart(files):
+    p = yaml.safe_load((files / "calibrated.yaml").read_text())["parameters"]
+    optimum = json.loads((REFERENCE / "optimise" / "optimum.json").read_text())
+    mu = p["contacts.particle_particle.rolling_friction"]
+    assert mu["source"] == "calibrated"
+    assert mu["value"] == pytest.approx(optimum["optimum"]["salt_salt_rolling_friction"])
+    assert mu["interval_95"][0] < mu["value"] < mu["interval_95"][1]
+    wall = p["contacts.particle_wall.static_friction"]
+    assert wall["source"] == "fixed by the configuration"
+    assert wall["paper"] == "2.3.2: the same"
+    assert p["laws.rolling"]["source"] == "the configuration's run spec"
+    assert p["numerics.precision"]["source"] == "default of the engine"
+    assert p["materials.particle.shear_modulus_Pa"]["paper"] == "1.1: 1.9e+09"
+
+
+def test_a_level_of_a_bench_test_is_said_to_be_one(config):
+    from calibration.export.parameters import fixed_entries
+    from calibration.factors import read_factors
+
+    found = fixed_entries(config, read_factors(config.factors), {"salt_steel_restitution": 0.4})
+    assert found["contacts.particle_wall.restitution"]["source"] == "bench test"
+    assert found["materials.particle.poisson_ratio"]["source"] == "fixed by the configuration"
+
+
+def test_target_and_validation_are_those_of_the_study(files):
+    data = yaml.safe_load((files / "calibrated.yaml").read_text())
+    validation = json.loads((REFERENCE / "validation" / "validation.json").read_text())
+    assert data["target"]["measured_mean"] == pytest.approx(validation["measured_mean"])
+    assert data["validated"]["mean"] == pytest.approx(validation["simulated_mean"])
+    assert data["validated"]["difference_interval_95"] == pytest.approx(
+        [validation["difference_low"], validation["difference_high"]]
+    )
+    assert re.fullmatch("[0-9a-f]{16}", data["engine"])
+
+
+def test_the_study_written_out_is_the_configuration(files, config):
+    assert parse_config(read_mapping(files / "exports" / "study.yaml")[0]) == config
+
+
+def test_all_files_are_there_and_none_is_half_written(files):
+    assert sorted(p.name for p in (files / "exports").iterdir()) == sorted(
+        [*stage.CODES, "dem.yaml", "study.yaml"]
+    )
+
+
+def test_the_interval_of_a_straight_line_is_the_textbook_one():
+    """One factor that matters, no curvature: half width t se(point)/slope where the error hardly changes."""
+    rng = np.random.default_rng(3)
+    design = pd.DataFrame(
+        [(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) for _ in range(60)], columns=["A", "B"]
+    )
+    y = 40.0 + 4.0 * design["A"] + rng.normal(0, 0.5, len(design))
+    surface = fit_surface(design, ["A", "B"], y, terms=[(), ("A",), ("B",)])
+    target = float(surface.predict([[0.0, 0.0]])[0])
+    low, high = parameter_interval(surface, target, [0.0, 0.0], 0)
+    half = 1.96 * float(surface.standard_error([[0.0, 0.0]])[0]) / 4.0
+    assert high == pytest.approx(half, rel=0.05)
+    assert low == pytest.approx(-half, rel=0.05)
+    assert parameter_interval(surface, target, [0.0, 0.0], 1) == (-1.0, 1.0)
+
+
+@pytest.mark.parametrize("value", [1e7, 8e10, 0.1, 1e-9, 3.0, -2.5e-6, 123456.789])
+def test_numbers_come_back_from_yaml_as_numbers(value):
+    assert yaml.safe_load(to_yaml({"x": value}))["x"] == pytest.approx(value, rel=1e-8)
+
+
+def test_units_are_read_off_the_key():
+    known = {"young_Pa": "Pa", "density_kg_m3": "kg/m3", "speed_m_s": "m/s", "friction": "1"}
+    assert {k: unit_of(k) for k in known} == known
+    described = [k for k in RunSpec.model_fields["law_parameters"].annotation.model_fields]
+    assert unit_of("surface_tension_N_m") == "N/m"
+    assert {unit_of(k) for k in described if k.endswith("_s")} == {"s", "Pa s", "m/s"}
