@@ -103,9 +103,10 @@ def analyse_screening(config, design_file, output):
     for target, path in zip(config.further_targets, output.get("further", []), strict=True):
         other = screened[target.metric].table
         other.assign(name=other["code"].map(names)).to_csv(path, index=False)
-    figures.save(figures.half_normal(table, codes), output.half_normal)
+    quantity = figures.quantity_of(config.target.metric)
+    figures.save(figures.half_normal(table, codes, quantity), output.half_normal)
     limits = result.t_limit, result.bonferroni_limit, rules.alpha
-    figures.save(figures.pareto(table, *limits), output.pareto)
+    figures.save(figures.pareto(table, *limits, quantity), output.pareto)
     write_json(
         output.summary,
         {
@@ -143,7 +144,8 @@ def analyse_ascent(config, design_file, output):
     best = nearest(runs)
     used = [f for f in factors if f.name in runs]
     runs.to_csv(output.runs, index=False)
-    figures.save(figures.ascent_path(runs, used, target, int(best["run"])), output.path)
+    quantity = figures.quantity_of(config.target.metric)
+    figures.save(figures.ascent_path(runs, used, target, int(best["run"]), quantity), output.path)
     write_json(
         output.summary,
         {
@@ -198,10 +200,11 @@ def analyse_response_surface(config, design_file, region_file, output):
     surface.coefficients.to_csv(output.coefficients, index=False)
     surface.anova.to_csv(output.anova, index=False)
     surface.diagnostics.to_csv(output.diagnostics, index=False)
-    figures.save(figures.predicted_actual(surface), output.predicted)
-    figures.save(figures.residual_panel(surface), output.residuals)
-    figures.save(figures.perturbation(surface, region), output.perturbation)
-    figures.save(figures.surfaces(surface, region), output.surfaces)
+    quantity = figures.quantity_of(config.target.metric)
+    figures.save(figures.predicted_actual(surface, quantity), output.predicted)
+    figures.save(figures.residual_panel(surface, quantity), output.residuals)
+    figures.save(figures.perturbation(surface, region, quantity), output.perturbation)
+    figures.save(figures.surfaces(surface, region, quantity), output.surfaces)
     write_json(output.summary, _description(surface, region))
     for target, path in zip(config.further_targets, output.get("further", []), strict=True):
         other = fit_surface(runs, [f.code for f in region], runs[target.metric])
@@ -273,7 +276,8 @@ def _optimise_one(config, surface, region, output):
     wanted = float(read_target(config).mean())
     solution = solve(surface, wanted, rules.rule, config.seed, point)
     _write_points(solution.points, region, output.solutions)
-    figures.save(figures.contours(surface, region, solution), output.contours)
+    quantity = figures.quantity_of(config.target.metric)
+    figures.save(figures.contours(surface, region, solution, quantity), output.contours)
     return {
         "target": solution.target,
         "attainable": solution.attainable,
@@ -370,7 +374,8 @@ def analyse_validation(config, design_file, output):
     groups = _groups(runs, "response")
     result = compare(groups, measured, rules.margin, rules.alpha)
     runs.to_csv(output.runs, index=False)
-    figures.save(figures.validation(groups, measured, result), output.figure)
+    quantity = figures.quantity_of(config.target.metric)
+    figures.save(figures.validation(groups, measured, result, quantity), output.figure)
     further = {t.metric: _compare_further(runs, t, config) for t in config.further_targets}
     write_json(
         output.summary,

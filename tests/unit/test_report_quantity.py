@@ -1,0 +1,72 @@
+"""Labels and sentences follow the metric that is calibrated."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.text import Text
+
+from calibration import figures
+from calibration.design import box_behnken
+from calibration.factors import Factor
+from calibration.optimise import solve
+from calibration.regression import fit_surface
+from calibration.validate import compare
+
+
+@pytest.mark.parametrize(
+    ("metric", "axis", "value"),
+    [
+        ("angle_of_repose_deg", "angle of repose [°]", "45.26°"),
+        ("rebound_height_mm", "rebound height [mm]", "45.26 mm"),
+        ("shear_stress_kPa", "shear stress [kPa]", "45.26 kPa"),
+        ("bulk_density_kg_m3", "bulk density [kg/m³]", "45.26 kg/m³"),
+        ("effective_restitution", "effective restitution", "45.26"),
+        ("rest_time_s", "rest time [s]", "45.26 s"),
+    ],
+)
+def test_a_metrics_name_gives_its_unit(metric, axis, value):
+    quantity = figures.quantity_of(metric)
+    assert quantity.axis == axis
+    assert quantity.value(45.26) == value
+
+
+def texts(figure):
+    figure.canvas.draw()
+    return " ".join(t.get_text() for t in figure.findobj(Text))
+
+
+def test_no_figure_of_another_metric_speaks_of_degrees():
+    quantity = figures.quantity_of("rebound_height_mm")
+    region = [Factor(c, f"factor_{c}", f"k{c}", 0.0, 1.0) for c in "ABC"]
+    design = box_behnken(region)
+    noise = np.random.default_rng(0).normal(size=len(design))
+    y = 40 + design[list("ABC")].sum(axis=1) + 0.1 * noise
+    surface = fit_surface(design, list("ABC"), y)
+    effects = pd.DataFrame(
+        {
+            "code": ["A", "B"],
+            "name": ["a", "b"],
+            "effect": [1.0, -3.0],
+            "half_normal_score": [0.3, 1.1],
+        }
+    )
+    path = pd.DataFrame(
+        {"run": [1, 2], "response": [39.0, 40.0]} | {f.name: [0.1, 0.2] for f in region}
+    )
+    groups, measured = 40 + noise[:6].reshape(2, 3), 40 + noise[6:12]
+    drawn = [
+        figures.half_normal(effects, ["B"], quantity),
+        figures.pareto(effects, 2.0, 2.5, quantity=quantity),
+        figures.ascent_path(path, region, 40.0, 2, quantity),
+        figures.predicted_actual(surface, quantity),
+        figures.residual_panel(surface, quantity),
+        figures.perturbation(surface, region, quantity),
+        figures.surfaces(surface, region, quantity),
+        figures.contours(surface, region, solve(surface, 40.0), quantity),
+        figures.validation(groups, measured, compare(groups, measured, 1.0), quantity),
+    ]
+    for figure in drawn:
+        assert "°" not in texts(figure)
+        assert "angle" not in texts(figure)
+        assert "mm" in texts(figure)
+        figures.plt.close(figure)
