@@ -58,9 +58,9 @@ def test_an_experiment_that_is_off_as_a_whole_and_a_single_setting():
 
 def test_a_parameter_that_moved_says_how_wrong_the_base_had_been():
     before = {
-        "a": {"value": 0.40, "low": 0.38, "high": 0.42},
-        "b": {"value": 0.40, "low": 0.2, "high": 0.6},
-        "c": {"value": 0.40, "low": 0.38, "high": 0.42},
+        "a": {"value": 0.40, "sd": 0.01, "low": 0.38, "high": 0.42},
+        "b": {"value": 0.40, "sd": 0.1, "low": 0.2, "high": 0.6},
+        "c": {"value": 0.40, "sd": 0.01, "low": 0.38, "high": 0.42},
     }
     after = {
         "a": {"value": 0.50, "identified": True},
@@ -70,7 +70,7 @@ def test_a_parameter_that_moved_says_how_wrong_the_base_had_been():
     found = moved(before, after)
     assert list(found) == ["a"]
     assert found["a"]["shift_percent"] == pytest.approx(-20.0)
-    assert found["a"]["shift_in_base_sd"] == pytest.approx(-0.1 / (0.02 / 1.96))
+    assert found["a"]["shift_in_base_sd"] == pytest.approx(-10.0)
     assert "20 % too low" in found["a"]["sentence"]
 
 

@@ -3,6 +3,8 @@
 import numpy as np
 from scipy import stats
 
+from calibration.discrepancy.design import WIDENED
+
 P_TREND = 0.01
 LEVERS = {
     "particle_diameter_mm": ("grain diameter", "mm"),
@@ -128,35 +130,36 @@ def moved(before, after):
         if not new["identified"] or old["low"] <= new["value"] <= old["high"]:
             continue
         shift = old["value"] - new["value"]
-        sd = (old["high"] - old["low"]) / (2 * 1.96)
         percent = 100.0 * shift / new["value"]
         side = "too high" if shift > 0 else "too low"
         out[name] = {
             "base": old["value"],
             "extended": new["value"],
             "shift_percent": float(percent),
-            "shift_in_base_sd": float(shift / sd),
+            "shift_in_base_sd": float(shift / old["sd"]),
             "sentence": f"The base calibration had {name.replace('_', ' ')} at {old['value']:.3f} in place of "
-            f"{new['value']:.3f}: {abs(percent):.2g} % {side}, {abs(shift / sd):.1f} of its stated standard "
+            f"{new['value']:.3f}: {abs(percent):.2g} % {side}, {abs(shift / old['sd']):.1f} of its stated standard "
             "deviations.",
         }
     return out
 
 
 def calibration(model, fitted):
-    """A mapping for each parameter: mode, 95 % interval, the share of the prior's sd that is left, and whether the
-    data identify it (the data must halve the prior's sd)."""
+    """A mapping for each parameter: mode, standard deviation, 95 % interval cut at the emulators' range, the share of the
+    prior's sd that is left, and whether the data identify it (the data must halve the prior's sd)."""
     out = {}
     sd = np.sqrt(np.diag(fitted.cov[0]))
     for k, factor in enumerate(model.factors):
         mode = fitted.theta[0, k]
         left = float(sd[k] / model.prior_sd[k])
+        ends = [float(np.clip(mode + z * sd[k], -WIDENED, WIDENED)) for z in (-1.96, 1.96)]
         out[factor.name] = {
             "value": float(factor.natural(float(mode))),
-            "low": float(factor.natural(float(mode - 1.96 * sd[k]))),
-            "high": float(factor.natural(float(mode + 1.96 * sd[k]))),
+            "sd": float(sd[k] * factor.half_range),
+            "low": float(factor.natural(ends[0])),
+            "high": float(factor.natural(ends[1])),
             "prior_sd_left": left,
             "identified": left < 0.5,
-            "at_bound": bool(abs(mode) > 1.14),
+            "at_bound": bool(abs(mode) > WIDENED - 0.01),
         }
     return out
