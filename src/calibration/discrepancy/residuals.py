@@ -145,8 +145,8 @@ def moved(before, after):
 
 
 def calibration(model, fitted):
-    """A mapping for each parameter: mode, standard deviation, 95 % interval cut at the emulators' range, the share of the
-    prior's sd that is left, and whether the data identify it (the data must halve the prior's sd)."""
+    """A mapping for each parameter: mode, standard deviation, 95 % interval cut at the emulators' range, the share of
+    the prior's sd that is left, and whether the data identify it (the data must halve the prior's sd)."""
     out = {}
     sd = np.sqrt(np.diag(fitted.cov[0]))
     for k, factor in enumerate(model.factors):
