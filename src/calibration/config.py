@@ -219,6 +219,15 @@ class ScalingConfig(_Part):
     drop: dict = Field({}, description="grains, rig and numerics of the drop at scale 1")
 
 
+class ReproductionConfig(_Part):
+    """The table that sets this project's values beside the paper's."""
+
+    beside: list[str] = Field(
+        [],
+        description="names of further studies; one of the paper's own factors is compared point by point",
+    )
+
+
 class Config(_Part):
     """The whole configuration; `run` is the run spec that all heaps share."""
 
@@ -250,8 +259,9 @@ class Config(_Part):
     optimise: OptimiseConfig = OptimiseConfig()
     bench: BenchConfig = BenchConfig()
     scaling: ScalingConfig = ScalingConfig()
+    reproduction: ReproductionConfig = ReproductionConfig()
     validation: ValidationConfig = ValidationConfig()
-    diagnosis: dict = Field({}, description="changes to top-level keys of config/diagnosis.yaml")
+    diagnosis: dict = Field({}, description="laid over config/diagnosis.yaml key by key; null takes a key away")
 
 
 def parse_config(data, file="config"):
