@@ -13,26 +13,35 @@ import pandas as pd
 
 from calibration import figures
 from calibration.campaign import plan, read_metric, write_plan
-from calibration.config import bench_run
+from calibration.config import bench_run, point_spec
 from calibration.errors import CalibrationError
 from calibration.factors import read_factors
 from dem.io.files import write_json
+from dem.spec import parse_spec
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """A bench test that calibrates one factor."""
+    """A bench test that calibrates one factor; `repeats` is the geometry key of the repeats within a run."""
 
     factor: str
     metric: str
+    spread: str
+    repeats: str
     unit: str
     axis: str
 
 
 SWEEPS = {
-    "tilt": Sweep("salt_steel_static_friction", "sliding_angle_deg", "deg", "sliding angle [°]"),
-    "drop": Sweep("salt_steel_restitution", "rebound_height_mm", "mm", "rebound height [mm]"),
-}
+    "tilt": Sweep(
+        "salt_steel_static_friction", "sliding_angle_deg", "sliding_angle_sd_deg", "trials", "deg",
+        "sliding angle [°]",
+    ),
+    "drop": Sweep(
+        "salt_steel_restitution", "rebound_height_mm", "rebound_height_sd_mm", "drops", "mm",
+        "rebound height [mm]",
+    ),
+}  # fmt: skip
 
 
 def bench_config(config, test):
@@ -85,6 +94,9 @@ def analyse_sweep(config, test, sweep_file, confirm_file, output):
     """Fit, inverse, confirmation, and the closed form beside them."""
     sweep, section = SWEEPS[test], getattr(config.bench, test)
     runs, coefficients, r2, level = fit_sweep(config, test, sweep_file)
+    runs["response_sd"] = read_metric(runs["run_id"], sweep.spread)
+    spec = parse_spec(point_spec(bench_config(config, test).run, test, {}, config.seed))
+    runs["repeats"] = getattr(spec.geometry, sweep.repeats)
     confirm = pd.read_csv(confirm_file)
     confirmed = np.array(read_metric(confirm["run_id"], sweep.metric))
     runs.to_csv(output.runs, index=False)
@@ -101,6 +113,7 @@ def analyse_sweep(config, test, sweep_file, confirm_file, output):
             "quadratic": [float(c) for c in coefficients],
             "R2": r2,
             "inverse": level,
+            "confirmed_n": len(confirmed),
             "confirmed_mean": float(confirmed.mean()),
             "confirmed_sd": float(confirmed.std(ddof=1)) if len(confirmed) > 1 else 0.0,
             "relative_error_percent": 100.0
