@@ -261,7 +261,9 @@ class Config(_Part):
     scaling: ScalingConfig = ScalingConfig()
     reproduction: ReproductionConfig = ReproductionConfig()
     validation: ValidationConfig = ValidationConfig()
-    diagnosis: dict = Field({}, description="laid over config/diagnosis.yaml key by key; null takes a key away")
+    diagnosis: dict = Field(
+        {}, description="laid over config/diagnosis.yaml key by key; null takes a key away"
+    )
 
 
 def parse_config(data, file="config"):
