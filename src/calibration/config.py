@@ -241,7 +241,7 @@ class Config(_Part):
     further_targets: list[FurtherTarget] = Field(
         [], description="further responses; the optimum is then the most desirable point"
     )
-    supplements: list[Literal["audit", "tilt", "drop", "shear"]] = Field(
+    supplements: list[Literal["audit", "tilt", "drop", "shear", "scaling", "reproduction"]] = Field(
         [],
         description="what the report waits for beside the chain: bench tests, and the audit of the salt's paper",
     )

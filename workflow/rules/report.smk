@@ -1,5 +1,5 @@
-SUPPLEMENTS = {"audit": "audit.csv"} | {
-    test: f"{test}.json" for test in ("tilt", "drop", "shear")
+SUPPLEMENTS = {"audit": "audit.csv", "reproduction": "reproduction.csv"} | {
+    test: f"{test}.json" for test in ("tilt", "drop", "shear", "scaling")
 }
 BESIDE = ("diagnosis", "numerics", "scaling", "reproduction", "exports")
 
