@@ -197,10 +197,10 @@ def invert(shares, angles, target):
 
 
 def inverses(scan, spec):
-    """{law: Inverse} of a scan (table with `response`) for the calibrated `RunSpec`."""
+    """{law: Inverse} of a scan (table with `response`) for the calibrated `RunSpec`; laws without runs are left out."""
     own = scan[scan["law"] == spec.laws.rolling]["response"].mean()
     found = {}
-    for law in laws_to_scan(spec):
+    for law in [law for law in laws_to_scan(spec) if (scan["law"] == law).any()]:
         runs = scan[scan["law"] == law]
         found[law] = invert(runs["share"], runs["response"], own)
     return found
