@@ -1,9 +1,14 @@
 """Yield loci and the friction for a measured slope, from shear stresses made by a known law."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+import yaml
 
-from calibration.shear import SlopeCurve, yield_locus
+from calibration.campaign import read_plan
+from calibration.config import parse_config
+from calibration.shear import SlopeCurve, plan_shear, yield_locus
 
 FRICTION, NORMAL = np.meshgrid([0.2, 0.4, 0.6, 0.85], np.repeat([0.5, 1.0, 2.0], 3))
 FRICTION, NORMAL = FRICTION.ravel(), NORMAL.ravel()
@@ -45,3 +50,20 @@ def test_yield_locus_of_a_line_with_apparent_cohesion():
     assert locus["slope"] == pytest.approx(0.845, abs=0.005)
     assert locus["slope_interval"][0] < locus["slope"] < locus["slope_interval"][1]
     assert locus["intercept_kPa"] == pytest.approx(0.08, abs=0.01)
+
+
+def test_each_cell_of_the_plan_has_its_own_seeds_and_the_cell_s_own_levels(
+    tmp_path, monkeypatch, request
+):
+    monkeypatch.chdir(request.config.rootpath)
+    config = parse_config(yaml.safe_load(Path("config/config.yaml").read_text()))
+    section = config.bench.shear.model_copy(update={"fixed": {"salt_steel_static_friction": 0.0}})
+    bench = config.bench.model_copy(update={"shear": section})
+    plan_shear(config.model_copy(update={"bench": bench}), tmp_path)
+    specs = list(read_plan(tmp_path / "plan.json").values())
+    cells = len(section.levels) * len(section.normal_stresses_kPa)
+    assert len(specs) == len({s["seed"] for s in specs}) == cells * section.replicates
+    friction = {s["contacts"]["particle_particle"]["static_friction"] for s in specs}
+    assert friction == set(section.levels)
+    assert {s["contacts"]["particle_wall"]["static_friction"] for s in specs} == {0.0}
+    assert {s["contacts"]["particle_wall"]["restitution"] for s in specs} == {0.421}
