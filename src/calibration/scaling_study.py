@@ -160,7 +160,7 @@ def theory_statements():
     kept = int(exponent("modulus", PAPER_RULE.held))
     needed = int(exponent("modulus", GRAVITY_RULE.held))
     table = group_exponents(settings_of(PAPER_RULE, ("acceleration",)))
-    broken = ", ".join(g.split(" ")[0] + " " + g.split(" ")[1] for g in table.group[~table.kept])
+    broken = "; ".join(table.group[~table.kept])
     return [
         Statement(
             "eq4.consistent", "Eq. 4", "Length, mass and density scale as h, h and 1", None, None, None, None,
