@@ -280,6 +280,17 @@ def test_no_search_where_nothing_rolls(mapping, tmp_path):
     assert len(pd.read_csv(tmp_path / "c" / "design.csv")) == 0
 
 
+def test_a_study_without_a_heap_says_that_rolling_friction_is_not_converted(mapping):
+    drop = parse_spec(
+        {k: v for k, v in mapping.items() if k in ("materials", "laws", "contacts")}
+        | {"experiment": "drop"}
+    )
+    assert rolling.laws_to_scan(drop) == []
+    c = Conversion(drop, found() | {"laws": {}})
+    assert "NOT CONVERTED" in c.sentences("elastic_plastic", "epsd3")[0]
+    assert c.of("elastic_plastic").rolling_friction == pytest.approx(0.26995118)
+
+
 def test_an_export_says_when_the_angle_cannot_be_reached(material, mapping):
     text = liggghts.block(material, conversion(mapping, reached=False), [])
     assert "THE CALIBRATED VALUE CANNOT BE REACHED" in text

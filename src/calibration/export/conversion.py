@@ -38,8 +38,7 @@ class Conversion:
         """What was done about rolling friction, for the head of a file; `name`: the law in that code's words."""
         entry, own = self.found["laws"].get(law), self.found
         if entry is None:
-            same = "is the law calibrated with" if self.spec.laws.rolling == law else "is off"
-            return [f"Rolling friction: {name} {same}; the number is used as it is."]
+            return [self._without_search(law, name)]
         unit = own["unit"]
         out = [
             f"Rolling friction: calibrated as {own['law']} with mu_r = {own['rolling_friction']:.4g}. {name} is "
@@ -59,6 +58,16 @@ class Conversion:
                 f"{entry['smallest']:.1f} and {entry['largest']:.1f} {unit}."
             )
         return out + [_check(entry[s], s, unit) for s in ("coarse", "full") if s in entry]
+
+    def _without_search(self, law, name):
+        rolls = self.spec.laws.rolling != "none" and self.found["rolling_friction"] > 0.0
+        if rolls and self.spec.laws.rolling != law:
+            return (
+                f"NOT CONVERTED: rolling friction was calibrated as {self.found['law']}, {name} is another law, and "
+                "without a heap there is no angle to keep; the number is the calibrated one."
+            )
+        what = "is the law calibrated with" if rolls else "is off"
+        return f"Rolling friction: {name} {what}; the number is used as it is."
 
 
 def _check(a, scale, unit):

@@ -51,8 +51,10 @@ def place(share, rolling_friction, static_friction):
 
 
 def laws_to_scan(spec):
-    """Laws of RELATIVE that the calibrated `RunSpec` does not have; none where grains roll freely."""
-    if spec.laws.rolling == "none" or spec.contacts.particle_particle.rolling_friction == 0.0:
+    """Laws of RELATIVE that the calibrated `RunSpec` does not have; none where grains roll freely, and none where no
+    heap was calibrated, so that there is no angle to keep."""
+    free = spec.laws.rolling == "none" or spec.contacts.particle_particle.rolling_friction == 0.0
+    if free or spec.experiment != "heap":
         return []
     return [law for law in RELATIVE if law != spec.laws.rolling]
 
@@ -68,7 +70,7 @@ def coarse(spec):
     """A heap's run spec (a mapping) with at most MOST_GRAINS larger grains of the same total volume; as it is where
     these would not pass the funnel."""
     parsed = parse_spec(spec)
-    if parsed.experiment != "heap" or parsed.particles.count <= MOST_GRAINS:
+    if parsed.particles.count <= MOST_GRAINS:
         return spec
     ratio = parsed.particles.count / MOST_GRAINS
     changes = {
@@ -88,8 +90,6 @@ def coarse(spec):
 def timed(spec):
     """The run spec (a mapping) of a heap that ends a fixed time after the last grain was made."""
     parsed = parse_spec(spec)
-    if parsed.experiment != "heap":
-        return spec
     pouring = parsed.particles.count / parsed.geometry.generation_rate_per_s
     end = min(round(pouring + REST_TIME, 3), parsed.numerics.max_time_s)
     return overlay(spec, {"numerics": {"max_time_s": end}})
@@ -145,10 +145,11 @@ def _write(parts, folder):
 
 def plan_scan(spec, folder):
     """Plan runs of the calibrated law and along each other law's path; spec: calibrated run spec (a mapping)."""
-    base = coarse(spec)
-    laws = laws_to_scan(parse_spec(spec))
-    parts = [_rows(base, None, 0.0, OWN_SEEDS, "coarse")] if laws else []
-    parts += [_rows(base, law, s, PATH_SEEDS, "coarse") for law in laws for s in PATH]
+    parts, laws = [], laws_to_scan(parse_spec(spec))
+    if laws:
+        base = coarse(spec)
+        parts = [_rows(base, None, 0.0, OWN_SEEDS, "coarse")]
+        parts += [_rows(base, law, s, PATH_SEEDS, "coarse") for law in laws for s in PATH]
     _write(parts, folder)
 
 
@@ -208,10 +209,10 @@ def inverses(scan, spec):
 
 def plan_confirmation(spec, scan_file, metric, folder):
     """Plan runs at the point found for each law, on the scan's scale and on the study's own."""
-    parsed, base = parse_spec(spec), coarse(spec)
-    parts = []
+    parts, parsed = [], parse_spec(spec)
     scan = read_scan(scan_file, metric)
     for law, found in inverses(scan, parsed).items():
+        base = coarse(spec)
         share = round(found.share, 4)
         parts.append(_rows(base, law, share, CONFIRM_SEEDS, "coarse"))
         if base is not spec:
