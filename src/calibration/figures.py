@@ -147,7 +147,7 @@ def pareto(table, t_limit, bonferroni_limit, alpha=0.05, quantity=ANGLE):
             fontsize=8,
             va="bottom",
         )
-    ax.set(xlabel=f"|effect|{quantity.brackets}; blue raises the {quantity.name}, orange lowers it")
+    ax.set(xlabel=f"|effect|{quantity.brackets}\nblue raises the {quantity.name}, orange lowers it")
     return figure
 
 
@@ -265,6 +265,7 @@ def _label_3d(ax, x, y, z):
     ax.set_ylabel(y, fontsize=8)
     ax.set_zlabel(z, fontsize=8)
     ax.tick_params(labelsize=7)
+    ax.locator_params(nbins=4)
     for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
         axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
     ax.set_box_aspect(None, zoom=0.85)
@@ -340,7 +341,8 @@ def sweep(levels, response, coefficients, inverse, measured, test):
         inverse, 0, measured, color=ORANGE, lw=1.2, label=f"measured {measured:g}: {inverse:.3f}"
     )
     ax.set(xlabel=label(test.factor), ylabel=test.axis, ylim=(0, 1.05 * max(response)))
-    ax.legend(frameon=False)
+    # above the axes: the line of the measured value may run anywhere within
+    ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, fontsize=9)
     return figure
 
 

@@ -48,7 +48,7 @@ def run(tmp_path):
     spec = parse_spec(
         {"experiment": "heap", "geometry": {"plate_diameter_mm": 2e3 * PLATE}}
     ).model_dump(mode="json")
-    metrics = measure_heap(position, radius, velocity, PLATE)
+    metrics = measure_heap(position, radius, velocity, PLATE) | {"in_funnel": 0}
     result = {"experiment": "heap", "seed": 1, "spec": spec, "metrics": metrics}
     (folder / "result.json").write_text(json.dumps(result))
     return folder

@@ -76,7 +76,7 @@ def make_run(root, name, height):
         "seed": 3,
         "spec": spec,
         "engine": "0123456789abcdef",
-        "metrics": measure_heap(position, radius, zero, 0.04),
+        "metrics": measure_heap(position, radius, zero, 0.04) | {"in_funnel": 7},
         "numerics": {"wall_time_s": 60.0, "steps": 1000, "simulated_time_s": 1.0},
     }
     write(folder / "result.json", result)
@@ -161,7 +161,9 @@ def test_every_part_is_there_with_its_numbers(page):
         "Significant at p < 0.05: c d".replace("<", "&lt;"),
         "Fine grains stand steeper than the model.",
         "The measurement that would tell most next: heap, moisture percent 2",
-        "3 runs, 3.0 minutes of one core each; engine 0123456789abcdef",
+        "3 runs took 3.0 minutes of one core, by engine 0123456789abcdef",
+        "run 2: 30.00°, 7 grains left in the funnel",
+        "2 in all: 1 agrees, 1 disagrees.",
         "The first 60 of 500 rows.",
     ):
         assert part in text

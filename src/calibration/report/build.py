@@ -10,7 +10,6 @@ from calibration.report.embed import download
 from calibration.report.heaps import gallery, viewer
 from calibration.report.parts import BESIDE, STAGES, beside, diagnosis, stage
 from calibration.report.runs import runs_section
-from dem.fingerprint import engine_fingerprint
 
 CHAIN = ("screening", "ascent", "response_surface", "optimise", "validation")
 
@@ -31,7 +30,6 @@ def build(study, out, metric="angle_of_repose_deg"):
         viewer=viewer(study, quantity),
         parts=_parts(study, quantity),
         exports=_exports(study),
-        engine=engine_fingerprint(),
     )
     partial = out.with_name(f".{out.name}.partial")
     partial.write_text(page)

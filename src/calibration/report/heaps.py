@@ -9,7 +9,7 @@ import pandas as pd
 
 from calibration.campaign import result_path
 from calibration.figures import label
-from calibration.report.embed import uri
+from calibration.report.embed import load, uri
 from dem.errors import DemError
 from dem.render import read_run
 from dem.render.flanks import fitted_flanks, heap_grains
@@ -25,8 +25,16 @@ def gallery(study, key, quantity):
         path = study / "heaps" / key / f"{row['run_id']}.webp"
         if path.exists():
             value = f": {quantity.value(row['response'])}" if "response" in row else ""
-            pictures.append({"uri": uri(path), "text": f"run {row['run']}{value}"})
+            text = f"run {row['run']}{value}{_left(row['run_id'])}"
+            pictures.append({"uri": uri(path), "text": text})
     return pictures
+
+
+def _left(run_id):
+    """What to say of a heap whose funnel has not run empty."""
+    metrics = (load(Path(result_path(run_id))) or {}).get("metrics", {})
+    count = metrics.get("in_funnel", 0)
+    return f", {count} grains left in the funnel" if count else ""
 
 
 def viewer(study, quantity):

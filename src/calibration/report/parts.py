@@ -1,5 +1,7 @@
 """The stages of the chain as sections of the page: their outcome in words, figures, tables and data."""
 
+import pandas as pd
+
 from calibration.figures import label
 from calibration.report.embed import caption, download, figure, load, table
 
@@ -71,6 +73,8 @@ BESIDE = {
     ),
 }
 
+OPEN_ROWS = 30  # a short table beside the chain is what its section has to say
+
 
 def stage(study, key, quantity):
     """The section of a stage, or None where it has not run."""
@@ -104,11 +108,28 @@ def beside(study, key):
     return {
         "key": key,
         "title": title,
-        "texts": [text],
+        "texts": [text, *_counts(tables)],
         "figures": [figure(p, _named(key, p), [*tables, *numbers]) for p in figures],
-        "tables": [table(p, label(p.stem).capitalize(), ("verdict", "disagrees")) for p in tables],
+        "tables": [_beside_table(p) for p in tables],
         "downloads": [] if figures else [download(p) for p in numbers],
     }
+
+
+def _beside_table(path):
+    shown = table(path, label(path.stem).capitalize(), ("verdict", "disagrees"))
+    return shown | {"open": shown["rows"] <= OPEN_ROWS}
+
+
+def _counts(tables):
+    """How many rows of a table of verdicts have which."""
+    sentences = []
+    for path in tables:
+        frame = pd.read_csv(path)
+        if "verdict" in frame:
+            found = frame["verdict"].value_counts()
+            words = ", ".join(f"{n} {label(str(word))}" for word, n in found.items())
+            sentences.append(f"{len(frame)} in all: {words}.")
+    return sentences
 
 
 def _named(key, path):
@@ -184,11 +205,10 @@ def _validation(data, quantity):
 
 
 def _sweep(data, quantity):
-    if data.get("inverse") is None:
-        return [f"Measured {data['measured']:g} {data['unit']} is outside what the sweep reaches."]
+    unit = "°" if data["unit"] == "deg" else f" {data['unit']}"
     return [
-        f"Measured {data['measured']:g} {data['unit']} gives {data['inverse']:.3f}; runs there gave "
-        f"{data['confirmed_mean']:.2f} {data['unit']}. {data['closed_form_of']} gives {data['closed_form']:.3f}."
+        f"The measured {data['measured']:g}{unit} gives {data['inverse']:.3f}; runs there gave "
+        f"{data['confirmed_mean']:.2f}{unit}. {data['closed_form_of']} gives {data['closed_form']:.3f}."
     ]
 
 

@@ -73,8 +73,8 @@ def runs_section(study):
         "key": "runs",
         "title": "Runs, times and seeds",
         "texts": [
-            f"{runs['run_id'].nunique()} runs, {total:.1f} minutes of one core each; engine {engines}. A run that two "
-            "stages share was made once."
+            f"{runs['run_id'].nunique()} runs took {total:.1f} minutes of one core, by engine {engines}. A run that "
+            "two stages share was made once."
         ],
         "figures": [],
         "tables": [

@@ -30,7 +30,10 @@ def draw_run(run, width=800, colour="auto", azimuth=None, elevation=0.0):
     plate = 0.5e-3 * run.spec.geometry.plate_diameter_mm if heap else None
     if azimuth is None:
         azimuth = _telling_view(run, plate) if heap else 0.0
-    view = _frame(run.position, run.radius, plate, OVERSAMPLING * width, azimuth, elevation)
+    # what hangs in the funnel would make the heap small
+    shown = _heap_of(run, plate) if heap else np.full(len(run.radius), True)
+    width_px = OVERSAMPLING * width
+    view = _frame(run.position[shown], run.radius[shown], plate, width_px, azimuth, elevation)
     quantity = colour_by(colour, run.radius, run.velocity)
     values = values_of(quantity, run.position, run.radius, run.velocity, run.tag)
     limits = float(values.min(initial=0.0 if quantity == "speed" else np.inf)), float(values.max())
@@ -67,7 +70,7 @@ def pixel(view, across, height, toward=0.0):
 
 def font_of(width):
     """Font for an image of `width` [px]."""
-    return ImageFont.load_default(size=0.024 * width)
+    return ImageFont.load_default(size=0.027 * width)
 
 
 def save_image(image, path):
@@ -98,9 +101,13 @@ def _frame(position, radius, plate, width, azimuth, elevation):
     )
 
 
+def _heap_of(run, plate):
+    return heap_grains(run.position, run.radius, run.velocity, plate)
+
+
 def _telling_view(run, plate):
     """Azimuth [deg] whose flanks come nearest to the run's angle of repose."""
-    part = heap_grains(run.position, run.radius, run.velocity, plate)
+    part = _heap_of(run, plate)
 
     def distance(azimuth):
         flanks = fitted_flanks(run.position[part], run.radius[part], plate, azimuth)
@@ -112,7 +119,7 @@ def _telling_view(run, plate):
 
 
 def _draw_flanks(draw, view, run, plate):
-    part = heap_grains(run.position, run.radius, run.velocity, plate)
+    part = _heap_of(run, plate)
     flanks = fitted_flanks(run.position[part], run.radius[part], plate, view.azimuth)
     font, thick = font_of(view.width), max(view.width // 250, 2)
     for flank in flanks:
@@ -128,4 +135,6 @@ def _draw_flanks(draw, view, run, plate):
             draw.text(at, f"{flank.angle_deg:.1f}°", font=font, fill=LINE, anchor=anchor)
     m = run.metrics
     text = f"angle of repose {m['angle_of_repose_deg']:.1f}°, mean of {2 * VIEWS} flanks"
+    if m["in_funnel"]:
+        text += f"; {m['in_funnel']} grains left in the funnel"
     draw.text((0.02 * view.width, 0.8 * font.size), text, font=font, fill=INK)
