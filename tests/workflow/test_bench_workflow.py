@@ -44,6 +44,11 @@ def test_screening_waits_for_the_bench_tests_when_told_to(clone, source, waits):
     assert {"tilt", "drop", "shear"}.issubset(names) == waits
 
 
+def test_scaling_and_reproduction_are_targets(clone):
+    names = rules_of(clone, "scaling", "reproduction")
+    assert {"plan_scaling", "scaling", "reproduction", "tilt", "drop", "shear", "screening"} <= names
+
+
 def test_values_of_the_bench_tests_reach_the_planned_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(ROOT)
     config = parse_config(yaml.safe_load((ROOT / "config" / "config.yaml").read_text()))
