@@ -1,0 +1,187 @@
+"""Hook of mkdocs that adds the reference pages which follow from the schemas, made anew at every build.
+
+Every key of a study's configuration and of a run spec with its unit, its default, what is allowed and its meaning; the
+factor table's columns and the command's help.
+"""
+
+import contextlib
+import io
+import os
+
+from mkdocs.structure.files import File
+
+from calibration.config import METRICS, Config
+from calibration.factors import COLUMNS
+from dem.cli import main as dem
+from dem.spec import GEOMETRY, OPTIONAL, REQUIRED, RunSpec
+
+UNITS = {
+    "_kg_m3": "kg/m³",
+    "_J_m3": "J/m³",
+    "_J_m2": "J/m²",
+    "_N_m": "N/m",
+    "_m_s": "m/s",
+    "_mm_s": "mm/s",
+    "_deg_s": "°/s",
+    "_per_s": "1/s",
+    "_Pa_s": "Pa s",
+    "_kPa": "kPa",
+    "_Pa": "Pa",
+    "_mm": "mm",
+    "_deg": "°",
+    "_s": "s",
+    "_N": "N",
+}
+HEADER = "| key | unit | default | allowed | meaning |\n|---|---|---|---|---|\n"
+
+
+def unit_of(key):
+    """The unit that a key's name ends with; empty where there is none."""
+    return next((u for end, u in UNITS.items() if key.endswith(end)), "")
+
+
+def allowed(field, definitions):
+    """What a JSON schema allows, in words."""
+    if "$ref" in field:
+        return allowed(definitions[field["$ref"].split("/")[-1]], definitions)
+    if "anyOf" in field:
+        return " or ".join(allowed(part, definitions) for part in field["anyOf"])
+    if "const" in field:
+        return f"`{field['const']}`"
+    if "enum" in field:
+        return ", ".join(f"`{value}`" for value in field["enum"])
+    kind = field.get("type", "")
+    if kind == "array":
+        text = f"list of {allowed(field['items'], definitions)}"
+        return text + (f", {field['minItems']} or more" if "minItems" in field else "")
+    if kind == "object" and isinstance(field.get("additionalProperties"), dict):
+        return f"mapping of names to {allowed(field['additionalProperties'], definitions)}"
+    words = {"number": "number", "integer": "whole number", "string": "text", "null": "null"}
+    return words.get(kind, "mapping") + bounds(field)
+
+
+def bounds(field):
+    """' above 0, at most 1' of a JSON schema of a number; a pattern of a text."""
+    names = {
+        "exclusiveMinimum": "above",
+        "minimum": "at least",
+        "exclusiveMaximum": "below",
+        "maximum": "at most",
+    }
+    found = [f"{word} {field[name]}" for name, word in names.items() if name in field]
+    if "pattern" in field:
+        found.append(f"matching `{field['pattern']}`")
+    return " " + ", ".join(found) if found else ""
+
+
+def default_of(key, part):
+    """A schema's default as YAML would have it; 'needed' where there is none."""
+    if key in part.get("required", ()):
+        return "needed"
+    value = part["properties"][key].get("default")
+    if value in ({}, []) or value is None:
+        return {"{}": "empty", "[]": "empty", "None": "none"}[str(value)]
+    return f"`{str(value).lower() if isinstance(value, bool) else value}`"
+
+
+def is_section(field, definitions):
+    """The definition of a nested mapping with keys of its own, or None."""
+    name = field.get("$ref", "").split("/")[-1]
+    found = definitions.get(name, {})
+    return found if "properties" in found else None
+
+
+def rows(part, definitions, prefix=""):
+    """Table rows of a schema's keys, nested ones with their dotted path."""
+    text = ""
+    for key, field in part["properties"].items():
+        section = is_section(field, definitions)
+        if section:
+            text += rows(section, definitions, f"{prefix}{key}.")
+            continue
+        items = is_section(field.get("items", {}), definitions)
+        meaning = field.get("description", "").replace("|", "\\|")
+        what = "list of mappings, keys below" if items else allowed(field, definitions)
+        text += (
+            f"| `{prefix}{key}` | {unit_of(key)} | {default_of(key, part)} | {what} | {meaning} |\n"
+        )
+        if items:
+            text += rows(items, definitions, f"{prefix}{key}.N.")
+    return text
+
+
+def configuration():
+    """The page of a study's configuration."""
+    schema = Config.model_json_schema()
+    text = "# Configuration of a study\n\n"
+    text += (
+        "The keys of `config/config.yaml` and of files like it; [Calibrate your own material](../own-material.md) "
+        "shows them in use. An error names the file, the key, the value and what is allowed.\n\n"
+    )
+    text += HEADER + rows(schema, schema["$defs"])
+    text += "\n`N` counts a list's entries from 0. `run` and the `run` of a bench test have the keys of a "
+    text += "[run spec](run_spec.md), without `experiment` and `seed`.\n\n## Metrics\n\n"
+    text += "What `target.metric` can be depends on `experiment`:\n\n| experiment | metrics |\n|---|---|\n"
+    for experiment, names in METRICS.items():
+        text += f"| `{experiment}` | {', '.join(f'`{n}`' for n in names)} |\n"
+    text += "\n## Factor table\n\nA tab-separated table, one factor a row, lines that begin with `#` left out: "
+    return text + ", ".join(f"`{c}`" for c in COLUMNS) + ". The description may be missing.\n"
+
+
+def run_spec():
+    """The page of a run spec."""
+    schema = RunSpec.model_json_schema()
+    definitions = schema["$defs"]
+    text = "# Run spec\n\n"
+    text += (
+        "Everything that determines one run. `dem init --experiment heap` writes it as a commented file. Defaults "
+        "that depend on the experiment are those of the heap.\n\n"
+    )
+    shared = {k: v for k, v in schema["properties"].items() if k != "geometry"}
+    text += HEADER + rows(schema | {"properties": shared}, definitions)
+    for experiment, model in GEOMETRY.items():
+        part = model.model_json_schema()
+        text += f"\n## Geometry: {experiment}\n\n" + HEADER
+        text += rows(part, part.get("$defs", {}), "geometry.")
+    text += "\n## Which law needs what\n\n| law | needs | may take |\n|---|---|---|\n"
+    for slot, law in [*REQUIRED, *(key for key in OPTIONAL if key not in REQUIRED)]:
+        needs = " and ".join(
+            " or ".join(f"`{n}`" for n in group) for group in REQUIRED.get((slot, law), ())
+        )
+        more = ", ".join(f"`{n}`" for n in OPTIONAL.get((slot, law), ()))
+        text += f"| `{slot}: {law}` | {needs} | {more} |\n"
+    return text
+
+
+def command():
+    """The page of the `dem` command: its own help."""
+    text = "# The dem command\n\n"
+    for arguments in ([], ["run"], ["check"], ["init"], ["bench"]):
+        text += f"## dem {' '.join(arguments)}".rstrip() + "\n\n```text\n" + help_of(arguments)
+        text += "```\n\n"
+    return text.rstrip() + "\n"
+
+
+def help_of(arguments):
+    """Help text of a subcommand, 80 columns wide whatever the terminal."""
+    stream, columns = io.StringIO(), os.environ.get("COLUMNS")
+    os.environ["COLUMNS"] = "80"
+    try:
+        with contextlib.redirect_stdout(stream), contextlib.suppress(SystemExit):
+            dem([*arguments, "--help"])
+    finally:
+        if columns is None:
+            del os.environ["COLUMNS"]
+        else:
+            os.environ["COLUMNS"] = columns
+    return stream.getvalue()
+
+
+PAGES = {"configuration.md": configuration, "run_spec.md": run_spec, "command.md": command}
+
+
+def on_files(files, config):
+    """Add the pages to those that lie in docs/ (called by mkdocs)."""
+    for name, make in PAGES.items():
+        files.append(File.generated(config, f"reference/{name}", content=make()))
+    return files

@@ -1,0 +1,34 @@
+"""The tutorial's commands run as they stand."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+BLOCK = re.compile(r"^```bash\n(.*?)^```", re.M | re.S)
+
+
+@pytest.mark.slow
+def test_the_tutorial_runs_from_top_to_bottom(tmp_path):
+    for name in ("Snakefile", "workflow", "config", "profiles", "src", "data", "examples"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    blocks = BLOCK.findall((ROOT / "docs" / "tutorial.md").read_text())
+    assert len(blocks) > 5
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    shown = []
+    for block in blocks:
+        done = subprocess.run(
+            ["bash", "-euo", "pipefail", "-c", block],
+            cwd=tmp_path, env=os.environ | {"PATH": path}, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, f"{block}\n{done.stdout}\n{done.stderr}"
+        shown.append(done.stdout + done.stderr)
+    text = "\n".join(shown)
+    assert "angle_of_repose_deg" in text
+    assert "particles.cuont" in text
+    assert "screening 12/12" in text
+    assert "Plackett-Burman" in text
