@@ -123,7 +123,7 @@ def _render(args):
 
     run = render.read_run(args.run)
     if args.vtk:
-        out = render.export_vtk(run, args.out)
+        out, *_ = render.export_vtk(run, args.out)
     elif args.animate:
         out = args.out or args.run / "pour.gif"
         with tqdm(total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed}<{remaining}") as bar:

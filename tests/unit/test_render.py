@@ -166,6 +166,9 @@ def test_the_last_state_opens_as_vtk(run):
     points, state = pv.read(run / "final.vtp"), np.load(run / "final.npz")
     assert np.asarray(points.points) == pytest.approx(state["position"], abs=1e-9)
     assert np.asarray(points["radius"]) == pytest.approx(state["radius"])
+    walls = pv.read(run / "final_walls.vtp")
+    assert walls.bounds[4] == pytest.approx(0.0, abs=1e-9)  # the plate
+    assert walls.bounds[5] > 0.075  # the funnel's orifice
 
 
 @pytest.mark.parametrize(
