@@ -4,7 +4,7 @@ from pathlib import Path
 from calibration.campaign import STAGES, read_plan, result_path
 from calibration.config import parse_config, stands_alone
 from calibration.errors import CalibrationError
-from dem.fingerprint import engine_sources
+from dem.fingerprint import engine_fingerprint
 
 # a file with its own factors is a study of its own; any other is laid over the salt's
 if not any(stands_alone(path) for path in workflow.overwrite_configfiles):

@@ -36,9 +36,8 @@ rule diagnosis_plan:
 # many runs of a second each share a process; each is kept under its content, so a second diagnosis finds it
 rule diagnosis_batch:
     input:
-        ENGINE,
         plan=f"{DIAGNOSIS}/plan.json",
-        compiled=ancient("results/runs/engine.compiled"),
+        compiled=ancient(COMPILED),
     output:
         done=f"{DIAGNOSIS}/batches/{{batch}}.json",
     log:
@@ -132,9 +131,8 @@ rule diagnosis_identify:
 
 use rule diagnosis_batch as diagnosis_extension_batch with:
     input:
-        ENGINE,
         plan=f"{DIAGNOSIS}/extension_plan.json",
-        compiled=ancient("results/runs/engine.compiled"),
+        compiled=ancient(COMPILED),
     output:
         done=f"{DIAGNOSIS}/extension/{{batch}}.json",
     log:
@@ -175,14 +173,20 @@ rule diagnose:
 
 
 DISCOVERY = f"{STUDY}/discovery"
+DISCOVERY_SETTINGS = "config/discovery.yaml"
 SHARDS = range(8)
 
+try:
+    DISCOVERY_BATCHES = range(read_settings(DISCOVERY_SETTINGS).batches)
+except CalibrationError as error:
+    raise WorkflowError(str(error))
 
-# the benchmark asks nothing of the measurements: drop and tilt, hidden effects in the real engine
+
+# the benchmark asks nothing of the measurements: its data are hidden effects in the real engine
 rule discovery_plan:
     input:
         DIAGNOSIS_CODE,
-        settings=DIAGNOSIS_SETTINGS,
+        settings=DISCOVERY_SETTINGS,
         factors=SETTINGS.factors,
     output:
         design=f"{DISCOVERY}/design.json",
@@ -201,24 +205,26 @@ rule discovery_plan:
 
 use rule diagnosis_batch as discovery_batch with:
     input:
-        ENGINE,
         plan=f"{DISCOVERY}/plan.json",
-        compiled=ancient("results/runs/engine.compiled"),
+        compiled=ancient(COMPILED),
     output:
         done=f"{DISCOVERY}/batches/{{batch}}.json",
     log:
         f"{STUDY}/logs/discovery_batch_{{batch}}.log",
+    params:
+        batches=len(DISCOVERY_BATCHES),
     message:
         "benchmark of the diagnosis: emulator runs, batch {wildcards.batch}"
 
 
+# each finished case is kept beside the table, so that an interrupted shard goes on where it was
 rule discovery_shard:
     input:
         DIAGNOSIS_CODE,
-        settings=DIAGNOSIS_SETTINGS,
+        settings=DISCOVERY_SETTINGS,
         design=f"{DISCOVERY}/design.json",
         plan=f"{DISCOVERY}/plan.json",
-        batches=expand(f"{DISCOVERY}/batches/{{batch}}.json", batch=BATCHES),
+        batches=expand(f"{DISCOVERY}/batches/{{batch}}.json", batch=DISCOVERY_BATCHES),
     output:
         table=f"{DISCOVERY}/cases/{{shard}}.csv",
     log:
@@ -228,6 +234,7 @@ rule discovery_shard:
     params:
         settings=SETTINGS.model_dump(mode="json"),
         shards=len(SHARDS),
+        kept=f"{DISCOVERY}/kept",
     message:
         "benchmark of the diagnosis: cases, part {wildcards.shard}"
     script:
