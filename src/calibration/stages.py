@@ -23,6 +23,7 @@ from calibration.design import (
     steepest_path,
 )
 from calibration.errors import CalibrationError
+from calibration.export.parameters import parameter_interval
 from calibration.factors import Factor, read_factors
 from calibration.figures_desirability import desirability_contours
 from calibration.optimise import compromise, solve
@@ -278,10 +279,17 @@ def _optimise_one(config, surface, region, output):
     _write_points(solution.points, region, output.solutions)
     quantity = figures.quantity_of(config.target.metric)
     figures.save(figures.contours(surface, region, solution, quantity), output.contours)
+    intervals = [
+        parameter_interval(surface, wanted, solution.chosen, k) for k in range(len(region))
+    ]
     return {
         "target": solution.target,
         "attainable": solution.attainable,
         "rule": solution.rule,
+        "interval_95": {
+            f.name: [f.natural(x) for x in interval]
+            for f, interval in zip(region, intervals, strict=True)
+        },
     } | _optimum(config, surface, region, solution.chosen, solution.extent())
 
 

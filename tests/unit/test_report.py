@@ -12,6 +12,7 @@ from PIL import Image
 
 from calibration import figures
 from calibration.report import build
+from calibration.report.answer import _interval
 from calibration.report.embed import _inline, cell
 from calibration.report.heaps import LEVELS
 from dem.measure.heap import measure_heap
@@ -20,6 +21,7 @@ from dem.spec import parse_spec
 OPTIMUM = {
     "optimum": {"c_d": 0.25},
     "solution_set": {"c_d": [0.2, 0.3]},
+    "interval_95": {"c_d": [0.24, 0.31]},
     "attainable": True,
     "target": 45.26,
     "predicted": 45.26,
@@ -108,6 +110,7 @@ def study(tmp_path, monkeypatch, request):
     summary = {"significant": ["c_d"], "factors": ["c_d"], "alpha": 0.05}
     write(folder / "screening" / "screening.json", summary)
     write(folder / "optimise" / "optimum.json", OPTIMUM)
+    write(folder / "response_surface" / "region.json", [{"name": "c_d", "low": 0.15, "high": 0.35}])
     pd.DataFrame({"c_d": np.linspace(0.2, 0.3, 500)}).to_csv(
         folder / "optimise" / "solution_set.csv", index=False
     )
@@ -141,8 +144,21 @@ def test_the_answer_comes_first(page):
     answer = text[: text.index("The heap ")]
     for part in ("45.68°", "0.93 % apart", "equivalent within ±1°", "identified", "liquid bridge"):
         assert part in answer
-    for part in ("0.25", "0.2 to 0.3", "0.21 to 0.27"):
+    for part in ("0.25", "0.24 to 0.31", "0.2 to 0.3", "0.21 to 0.27"):
         assert part in answer
+
+
+@pytest.mark.parametrize(
+    ("interval", "text"),
+    [
+        ((0.2, 0.3), "0.2 to 0.3"),
+        ((0.0, 0.3), "below 0.3"),
+        ((0.2, 1.0), "above 0.2"),
+        ((0.0, 1.0), "not bounded within 0 to 1"),
+    ],
+)
+def test_an_interval_that_the_data_leave_open_says_so(interval, text):
+    assert _interval(interval, (0.0, 1.0)) == text
 
 
 def test_it_asks_for_nothing_outside_itself(page):

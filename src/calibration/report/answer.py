@@ -16,6 +16,7 @@ MEANING = {
 def answer(study, quantity):
     """Mapping for the page: `parameters` (HTML table), `tiles` and `notes`."""
     optimum = load(study / "optimise" / "optimum.json")
+    region = load(study / "response_surface" / "region.json") or []
     validation = load(study / "validation" / "validation.json")
     verdict = load(study / "diagnosis" / "verdict.json")
     tiles = [
@@ -24,29 +25,41 @@ def answer(study, quantity):
         *(_diagnosed(verdict) if verdict else []),
     ]
     return {
-        "parameters": _parameters(optimum, verdict) if optimum else "",
+        "parameters": _parameters(optimum, region, verdict) if optimum else "",
         "tiles": tiles,
         "notes": _notes(optimum, quantity) if optimum else [],
     }
 
 
-def _parameters(optimum, verdict):
-    """Table of the calibrated parameters: value, extent of the solution set, interval of the diagnosis where there is
-    one."""
+def _parameters(optimum, region, verdict):
+    """Table of the calibrated parameters: value, interval with the others held, extent of the solution set, interval of
+    the diagnosis where there is one."""
     posterior = (verdict or {}).get("calibration", {})
+    borders = {f["name"]: (f["low"], f["high"]) for f in region}
     rows = []
     for name, value in optimum["optimum"].items():
         low, high = optimum["solution_set"][name]
-        row = {
-            "parameter": label(name),
-            "calibrated": f"{value:.4g}",
-            "over the solution set": f"{low:.4g} to {high:.4g}",
-        }
+        row = {"parameter": label(name), "calibrated": f"{value:.4g}"}
+        if "interval_95" in optimum:
+            row["95 %, the others held"] = _interval(optimum["interval_95"][name], borders[name])
+        row["over the solution set"] = f"{low:.4g} to {high:.4g}"
         if name in posterior:
             p = posterior[name]
             row["95 % by all measurements"] = f"{p['low']:.3g} to {p['high']:.3g}"
         rows.append(row)
     return html_of(pd.DataFrame(rows).fillna(""))
+
+
+def _interval(interval, borders):
+    """Words for an interval whose ends may be the borders of the region searched, where the data do not bound it."""
+    (low, high), (first, last) = interval, borders
+    width = last - first
+    open_below, open_above = low - first < 1e-6 * width, last - high < 1e-6 * width
+    if open_below and open_above:
+        return f"not bounded within {first:.4g} to {last:.4g}"
+    if open_below:
+        return f"below {high:.4g}"
+    return f"above {low:.4g}" if open_above else f"{low:.4g} to {high:.4g}"
 
 
 def _validated(v, quantity):
