@@ -11,6 +11,7 @@ from calibration.errors import CalibrationError, ConfigError
 from calibration.factors import read_factors
 from calibration.optimise import GOALS, RULES, Goal
 from dem.errors import SpecError
+from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
 
 Positive = Annotated[float, Field(gt=0)]
@@ -266,8 +267,56 @@ class Config(_Part):
     )
 
 
-def parse_config(data, file="config"):
-    """`Config` from a mapping. Raises ConfigError naming file, key, value and what is allowed."""
+def parse_config(data, file="configuration", files=()):
+    """`Config` from a mapping that was merged from YAML `files`, later ones over earlier ones.
+
+    Raises ConfigError naming file and line, key, value and what is allowed; `file` stands for the files where there are
+    none.
+    """
+    try:
+        return _parse(data, file)
+    except ConfigError as error:
+        if not error.key or str(error.path) != file:
+            raise
+        place = _place(error.key, error.value, files)
+        if not place:
+            raise
+        path, line = place
+        raise ConfigError(
+            error.reason,
+            path=path,
+            line=line,
+            key=error.key,
+            value=error.value,
+            allowed=error.allowed,
+        ) from None
+
+
+def _place(key, value, files):
+    """(file, line) that sets a dotted key, or else of what lies nearest above it; None where no file does.
+
+    A single value that is not the file's own was set on the command line.
+    """
+    best, depth = None, 0
+    for path in files:
+        try:
+            data, lines = read_mapping(path)
+        except SpecError:
+            continue  # not a mapping of its own; what is wrong with it was told when it was merged
+        parts = key.split(".")
+        while parts and ".".join(parts) not in lines:
+            parts.pop()
+        if parts and len(parts) >= depth:
+            best, depth = (path, lines[".".join(parts)]), len(parts)
+            for part in parts:
+                data = data[part]
+            own = len(parts) == len(key.split("."))
+            if own and data != value and not isinstance(value, dict | list | None):
+                best = ("--config", None)
+    return best
+
+
+def _parse(data, file):
     try:
         config = Config.model_validate(data)
     except ValidationError as error:
@@ -305,13 +354,30 @@ def parse_config(data, file="config"):
         )
     _check_targets(config, file)
     _check_bench(config, file)
-    for f in factors:
-        for level in (f.low, f.high):
-            try:
-                parse_spec(point_spec(config.run, config.experiment, {f.key: level}, 1), file=file)
-            except SpecError as error:
-                raise ConfigError(str(error), path=config.factors, key=f.name) from None
+    _check_run(config, factors, file)
     return config
+
+
+def _check_run(config, factors, file):
+    """Refuse a run spec that no run could be made of, and factors that set no number of it or leave its ranges."""
+    try:
+        parse_spec(point_spec(config.run, config.experiment, {}, 1))
+    except SpecError as error:
+        raise ConfigError(
+            "is not valid",
+            path=file,
+            key=f"run.{error.key}",
+            value=error.value,
+            allowed=error.allowed,
+        ) from None
+    for f in factors:
+        for column in ("low", "high"):
+            level = getattr(f, column)
+            try:
+                parse_spec(point_spec(config.run, config.experiment, {f.key: level}, 1))
+            except SpecError as error:
+                text = f"{f.name} cannot be {level:g}: {error}"
+                raise ConfigError(text, path=config.factors, column=column) from None
 
 
 def _check_targets(config, file):

@@ -12,6 +12,7 @@ class ConfigError(CalibrationError):
         self, reason, *, path=None, line=None, column=None, key=None, value=None, allowed=None
     ):
         self.path, self.line, self.column, self.key = path, line, column, key
+        self.reason, self.value, self.allowed = reason, value, allowed
         where = [str(path)] if path else []
         where += [f"line {line}"] if line else []
         where += [f"column {column}"] if column else []

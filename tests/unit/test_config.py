@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from calibration.campaign import plan, run_id
-from calibration.config import parse_config
+from calibration.config import overlay, parse_config
 from calibration.design import box_behnken, plackett_burman, steepest_path
 from calibration.errors import CalibrationError, ConfigError
 from calibration.factors import Factor, read_factors
@@ -54,6 +54,57 @@ def test_a_wrong_configuration_is_refused(data, change, words):
     with pytest.raises(ConfigError) as error:
         parse_config(data | change, file="config.yaml")
     for word in words:
+        assert word in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "file", "line"),
+    [
+        ("validation:\n  alpha: 2\n", "mine.yaml", 3),
+        ("validation: { margin: 1.0, replicate: 3 }\n", "mine.yaml", 2),
+        ("run:\n  particles:\n    cuont: 5\n", "mine.yaml", 4),
+        ("ascent:\n  start: { nobody: 1 }\n", "mine.yaml", 3),
+        ("further_targets:\n  - { metric: height_mm, low: 1, high: 2 }\n", "mine.yaml", 2),
+    ],
+)
+def test_an_error_names_the_file_and_the_line(data, tmp_path, change, file, line):
+    mine = tmp_path / file
+    mine.write_text(f"# my own changes\n{change}")
+    merged = overlay(data, yaml.safe_load(mine.read_text()))
+    with pytest.raises(ConfigError) as error:
+        parse_config(merged, files=["config/config.yaml", mine])
+    assert f"{mine}, line {line}: " in str(error.value)
+
+
+def test_an_error_in_the_file_below_names_that_one(data, tmp_path):
+    mine = tmp_path / "mine.yaml"
+    mine.write_text("seed: 3\n")
+    below = tmp_path / "below.yaml"
+    below.write_text("name: x\nscreening: { alpha: 7 }\n")
+    merged = overlay(data, {"seed": 3, "screening": {"alpha": 7}})
+    with pytest.raises(ConfigError, match=r"below\.yaml, line 2: screening\.alpha"):
+        parse_config(merged, files=[below, mine])
+
+
+def test_an_error_on_the_command_line_blames_no_file(data):
+    with pytest.raises(ConfigError, match=r"^--config: seed: .*-1"):
+        parse_config(data | {"seed": -1}, files=["config/config.yaml"])
+
+
+@pytest.mark.parametrize(
+    ("key", "low", "words"),
+    [
+        ("contacts.particle_particle.restituton", 0.2, ["restituton", "restitution"]),
+        ("contacts.particle_particle.restitution", 0.0, ["column low", "cannot be 0", "0.03"]),
+    ],
+)
+def test_a_factor_that_the_run_spec_refuses_is_named(data, tmp_path, key, low, words):
+    path = tmp_path / "factors.tsv"
+    path.write_text(f"code\tname\tkey\tlow\thigh\nA\tx\t{key}\t{low}\t0.5\n")
+    study = {"factors": str(path), "run": data["run"], "target": data["target"]}
+    with pytest.raises(ConfigError) as error:
+        parse_config(study)
+    for word in [str(path), "x", *words]:
         assert word in str(error.value)
 
 

@@ -6,14 +6,17 @@ from calibration.config import parse_config, stands_alone
 from calibration.errors import CalibrationError
 from dem.fingerprint import engine_fingerprint
 
+CONFIG_FILES = list(workflow.overwrite_configfiles)
+
 # a file with its own factors is a study of its own; any other is laid over the salt's
-if not any(stands_alone(path) for path in workflow.overwrite_configfiles):
+if not any(stands_alone(path) for path in CONFIG_FILES):
+    CONFIG_FILES.insert(0, "config/config.yaml")
 
     configfile: "config/config.yaml"
 
 
 try:
-    SETTINGS = parse_config(config, file="configuration")
+    SETTINGS = parse_config(config, files=CONFIG_FILES)
 except CalibrationError as error:
     raise WorkflowError(str(error))
 
