@@ -1,7 +1,10 @@
 SUPPLEMENTS = {"audit": "audit.csv", "reproduction": "reproduction.csv"} | {
     test: f"{test}.json" for test in ("tilt", "drop", "shear", "scaling")
 }
-BESIDE = ("diagnosis", "numerics", "scaling", "reproduction", "exports")
+# what the page shows too when it has been made, but does not wait for
+BESIDE = {"diagnosis", "numerics", "scaling", "reproduction", "exports"} - set(
+    SETTINGS.supplements
+)
 
 
 # made from whatever stages have finished; `all` makes the chain and the configured supplements first
@@ -33,11 +36,10 @@ rule report:
         "../envs/calibration.yaml"
     params:
         settings=SETTINGS.model_dump(mode="json"),
-        # what else has been made for the page, with its time: the page is written anew when it changes. It is no
-        # input, as that would make what nobody asked for
+        # with its time: the page is written anew when it changes. It is no input, as that would make what nobody asked for
         beside=lambda w: {
             str(path): int(path.stat().st_mtime)
-            for name in BESIDE
+            for name in sorted(BESIDE)
             for path in sorted(Path(STUDY, name).glob("*.*"))
         },
     message:
