@@ -322,7 +322,10 @@ def _parse(data, file):
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(p) for p in first["loc"])
-        allowed = _known_keys(first["loc"]) if first["type"] == "extra_forbidden" else first["msg"]
+        if first["type"] == "extra_forbidden":
+            allowed = _known_keys(first["loc"])
+        else:
+            allowed = first["msg"].removeprefix("Input should be ")
         raise ConfigError(
             "is not valid", path=file, key=key, value=first.get("input"), allowed=allowed
         ) from None

@@ -10,7 +10,6 @@ import yaml
 
 from calibration.campaign import points_of, progress
 from calibration.config import Config
-from dem.advice import warnings_of
 from dem.errors import DemError, MeasureError
 from dem.run import run
 from dem.spec import parse_spec
@@ -65,6 +64,8 @@ def failure(error, spec, name, config):
 
 def causes(error, spec):
     """Likely causes that the error does not name itself: no heap, and what was risky in the spec from the start."""
+    from dem.advice import warnings_of  # loads the engine, which takes a second
+
     found = [NO_HEAP] if isinstance(error, MeasureError) and "no heap" in str(error) else []
     try:
         return found + warnings_of(parse_spec(spec))

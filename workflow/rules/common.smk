@@ -4,6 +4,7 @@ from pathlib import Path
 from calibration.campaign import STAGES, read_plan, result_path
 from calibration.config import parse_config, stands_alone
 from calibration.errors import CalibrationError
+from calibration.runner import report as show_progress
 from dem.fingerprint import engine_fingerprint
 
 CONFIG_FILES = list(workflow.overwrite_configfiles)
@@ -17,6 +18,8 @@ if not any(stands_alone(path) for path in CONFIG_FILES):
 
 try:
     SETTINGS = parse_config(config, files=CONFIG_FILES)
+    if workflow.is_main_process:
+        show_progress(SETTINGS)  # a dry run shows it too: how many runs there are, and how many are left
 except CalibrationError as error:
     raise WorkflowError(str(error))
 
