@@ -6,8 +6,7 @@ from PIL import Image, ImageDraw
 
 from dem.errors import DemError
 from dem.render.colour import colour_by, colours_of, draw_bar, values_of
-from dem.render.image import INK, OVERSAMPLING, STEEL, font_of, paint, pixel
-from dem.render.raster import View
+from dem.render.image import INK, OVERSAMPLING, STEEL, font_of, frame, paint, pixel
 
 ELEVATION = 14.0
 FORMATS = {
@@ -61,16 +60,13 @@ def _state(path):
 
 
 def _view(run, width):
-    """Plate and funnel whole."""
+    """Plate and funnel whole, with the mouth where grains are made."""
     from dem.experiments.heap import Rig  # brings the engine along, a second
 
-    rig, large = Rig(run.spec.geometry), OVERSAMPLING * width
-    reach = 2.0 * max(rig.plate_radius, rig.mouth_radius)
-    e = np.radians(ELEVATION)
-    scale = large / (1.15 * reach)
-    tall = (rig.rim_height * np.cos(e) + reach * np.sin(e)) * 1.06
-    centre = (0.0, 0.0, 0.5 * rig.rim_height)
-    return View(0.0, ELEVATION, scale, centre, large, int(scale * tall) // 4 * 4)
+    rig = Rig(run.spec.geometry)
+    r, h = rig.mouth_radius * np.ones_like(RING), rig.source_height * np.ones_like(RING)
+    mouth = np.column_stack([r * np.cos(RING), r * np.sin(RING), h])
+    return frame(mouth, 0.0 * r, rig.plate_radius, OVERSAMPLING * width, 0.0, ELEVATION)
 
 
 def _picture(view, run, state, quantity, values, limits, width):

@@ -33,7 +33,7 @@ def draw_run(run, width=800, colour="auto", azimuth=None, elevation=0.0):
     # what hangs in the funnel would make the heap small
     shown = _heap_of(run, plate) if heap else np.full(len(run.radius), True)
     width_px = OVERSAMPLING * width
-    view = _frame(run.position[shown], run.radius[shown], plate, width_px, azimuth, elevation)
+    view = frame(run.position[shown], run.radius[shown], plate, width_px, azimuth, elevation)
     quantity = colour_by(colour, run.radius, run.velocity)
     values = values_of(quantity, run.position, run.radius, run.velocity, run.tag)
     limits = float(values.min(initial=0.0 if quantity == "speed" else np.inf)), float(values.max())
@@ -83,7 +83,7 @@ def save_image(image, path):
     partial.replace(path)
 
 
-def _frame(position, radius, plate, width, azimuth, elevation):
+def frame(position, radius, plate, width, azimuth, elevation):
     """A view that holds the grains, and the plate where there is one, with room for the labels."""
     view = View(azimuth, elevation, 1.0, (0.0, 0.0, 0.0), 0, 0)
     corners = np.vstack([position - radius[:, None], position + radius[:, None]])
