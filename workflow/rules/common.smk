@@ -19,7 +19,9 @@ if not any(stands_alone(path) for path in CONFIG_FILES):
 try:
     SETTINGS = parse_config(config, files=CONFIG_FILES)
     if workflow.is_main_process:
-        show_progress(SETTINGS)  # a dry run shows it too: how many runs there are, and how many are left
+        show_progress(
+            SETTINGS
+        )  # a dry run shows it too: how many runs there are, and how many are left
 except CalibrationError as error:
     raise WorkflowError(str(error))
 
