@@ -101,9 +101,13 @@ def analyse_screening(config, design_file, output):
     runs.to_csv(output.runs, index=False)
     table.to_csv(output.effects, index=False)
     result.anova.to_csv(output.anova, index=False)
-    for target, path in zip(config.further_targets, output.get("further", []), strict=True):
-        other = screened[target.metric].table
-        other.assign(name=other["code"].map(names)).to_csv(path, index=False)
+    for target, path, figure in _further(config, output):
+        other = screened[target.metric]
+        effects = other.table.assign(name=other.table["code"].map(names))
+        effects.to_csv(path, index=False)
+        limits = other.t_limit, other.bonferroni_limit, rules.alpha
+        quantity = figures.quantity_of(target.metric)
+        figures.save(figures.pareto(effects, *limits, quantity), figure)
     quantity = figures.quantity_of(config.target.metric)
     figures.save(figures.half_normal(table, codes, quantity), output.half_normal)
     limits = result.t_limit, result.bonferroni_limit, rules.alpha
@@ -207,9 +211,18 @@ def analyse_response_surface(config, design_file, region_file, output):
     figures.save(figures.perturbation(surface, region, quantity), output.perturbation)
     figures.save(figures.surfaces(surface, region, quantity), output.surfaces)
     write_json(output.summary, _description(surface, region))
-    for target, path in zip(config.further_targets, output.get("further", []), strict=True):
+    for target, path, figure in _further(config, output):
         other = fit_surface(runs, [f.code for f in region], runs[target.metric])
         write_json(path, _description(other, region))
+        quantity = figures.quantity_of(target.metric)
+        figures.save(figures.surfaces(other, region, quantity), figure)
+
+
+def _further(config, output):
+    """(target, file, figure) of each further target; nothing with one target."""
+    if not config.further_targets:
+        return ()
+    return zip(config.further_targets, output.further, output.further_figures, strict=True)
 
 
 def _description(surface, region):
@@ -377,32 +390,38 @@ def plan_validation(config, optimum_file, folder):
 def analyse_validation(config, design_file, output):
     """Compare the replicates with the measurement, and with the further ones where there are any."""
     runs = with_responses(pd.read_csv(design_file), config)
-    measured = read_target(config)
     rules = config.validation
-    groups = _groups(runs, "response")
-    result = compare(groups, measured, rules.margin, rules.alpha)
     runs.to_csv(output.runs, index=False)
-    quantity = figures.quantity_of(config.target.metric)
-    figures.save(figures.validation(groups, measured, result, quantity), output.figure)
-    further = {t.metric: _compare_further(runs, t, config) for t in config.further_targets}
-    write_json(
-        output.summary,
-        result.as_dict()
-        | {"group_means": [float(v) for v in groups.mean(axis=1)]}
-        | ({"further": further} if further else {}),
-    )
+    groups = _groups(runs, "response")
+    found = _compare(groups, config, config.target, rules.margin, output.figure)
+    found["group_means"] = [float(v) for v in groups.mean(axis=1)]
+    measured = [t for t in config.further_targets if t.file]
+    drawn = dict(zip([t.metric for t in measured], output.get("further_figures", []), strict=True))
+    if config.further_targets:
+        found["further"] = {
+            t.metric: _compare(_groups(runs, t.metric), config, t, t.margin, drawn[t.metric])
+            if t.file
+            else _summary(_groups(runs, t.metric))
+            for t in config.further_targets
+        }
+    write_json(output.summary, found)
 
 
 def _groups(runs, column):
     return runs.pivot(index="group", columns="replicate", values=column).to_numpy()
 
 
-def _compare_further(runs, target, config):
-    """Comparison with the measurement where the target has one, else mean and standard deviation alone."""
-    groups = _groups(runs, target.metric)
-    if target.file:
-        measured = read_target(config, target)
-        return compare(groups, measured, target.margin, config.validation.alpha).as_dict()
+def _compare(groups, config, target, margin, figure):
+    """Comparison of groups (g, r) with the measurement of a target, for JSON; draws it."""
+    measured = read_target(config, target)
+    result = compare(groups, measured, margin, config.validation.alpha)
+    quantity = figures.quantity_of(target.metric)
+    figures.save(figures.validation(groups, measured, result, quantity), figure)
+    return result.as_dict()
+
+
+def _summary(groups):
+    """Mean and standard deviation of a response that has no measurement."""
     return {
         "simulated_mean": float(groups.mean()),
         "simulated_sd": float(groups.std(ddof=1)) if groups.size > 1 else None,

@@ -78,10 +78,12 @@ class Outputs(SimpleNamespace):
         return getattr(self, name, default)
 
 
-def outputs(folder, config, further=None, **names):
+def outputs(folder, config, further=None, drawn=None, measured=False, **names):
     paths = {key: str(folder / name) for key, name in names.items()}
-    if further:
-        paths["further"] = [str(folder / further.format(t.metric)) for t in config.further_targets]
+    targets = [t.metric for t in config.further_targets if t.file or not measured]
+    for key, pattern in (("further", further), ("further_figures", drawn)):
+        if pattern:
+            paths[key] = [str(folder / pattern.format(metric)) for metric in targets]
     return Outputs(**paths)
 
 
@@ -92,7 +94,7 @@ def run_chain(config, count, metrics):
     stages.plan_screening(config, a)
     answer(a / "plan.json", count, metrics)
     out = outputs(
-        a, config, "effects_{}.csv", runs="runs.csv", effects="effects.csv", anova="anova.csv",
+        a, config, "effects_{}.csv", "pareto_{}.svg", runs="runs.csv", effects="effects.csv", anova="anova.csv",
         summary="screening.json", half_normal="h.svg", pareto="p.svg",
     )  # fmt: skip
     stages.analyse_screening(config, a / "design.csv", out)
@@ -105,7 +107,7 @@ def run_chain(config, count, metrics):
     stages.plan_response_surface(config, b / "ascent.json", c)
     answer(c / "plan.json", count, metrics)
     out = outputs(
-        c, config, "{}.json", runs="runs.csv", coefficients="c.csv", anova="a.csv",
+        c, config, "{}.json", "surfaces_{}.svg", runs="runs.csv", coefficients="c.csv", anova="a.csv",
         diagnostics="d.csv", summary="response_surface.json", predicted="p.svg",
         residuals="r.svg", perturbation="q.svg", surfaces="s.svg",
     )  # fmt: skip
@@ -123,7 +125,10 @@ def run_chain(config, count, metrics):
     f = study / "validation"
     stages.plan_validation(config, e / "optimum.json", f)
     answer(f / "plan.json", count, metrics)
-    out = outputs(f, config, runs="runs.csv", summary="validation.json", figure="v.svg")
+    out = outputs(
+        f, config, drawn="{}.svg", measured=True, runs="runs.csv", summary="validation.json",
+        figure="v.svg",
+    )  # fmt: skip
     stages.analyse_validation(config, f / "design.csv", out)
     names = {
         "screening": a, "ascent": b, "response_surface": c, "validation": f,
@@ -217,7 +222,13 @@ def test_two_targets_are_met_at_once(tmp_path, monkeypatch):
     further = found["validation"]["further"]["height_mm"]
     assert further["simulated_mean"] == pytest.approx(13.0, abs=0.2)
     assert further["equivalent"]
-    assert Path("results/made-up/screening/effects_height_mm.csv").exists()
+    for name in (
+        "screening/effects_height_mm.csv",
+        "screening/pareto_height_mm.svg",
+        "response_surface/surfaces_height_mm.svg",
+        "validation/height_mm.svg",
+    ):
+        assert (Path("results/made-up") / name).exists()
     stated = json.loads(Path("results/made-up/response_surface/height_mm.json").read_text())
     assert stated["statistics"]["R2"] > 0.95
     assert "desirability" in pd.read_csv("results/made-up/ascent/runs.csv")
@@ -248,7 +259,7 @@ def test_a_factor_that_moves_only_the_second_target_goes_on(tmp_path, monkeypatc
     stages.plan_screening(config, Path("s"))
     answer("s/plan.json", 6, metrics)
     out = outputs(
-        Path("s"), config, "effects_{}.csv", runs="runs.csv", effects="effects.csv", anova="a.csv",
+        Path("s"), config, "effects_{}.csv", "pareto_{}.svg", runs="runs.csv", effects="effects.csv", anova="a.csv",
         summary="screening.json", half_normal="h.svg", pareto="p.svg",
     )  # fmt: skip
     stages.analyse_screening(config, "s/design.csv", out)

@@ -52,6 +52,22 @@ def test_a_wrong_configuration_stops_before_any_run(clone):
     assert not (clone / "results" / "runs").exists()
 
 
+def test_further_targets_have_files_of_their_own(clone):
+    (clone / "heights.csv").write_text("height_mm\n20\n22\n")
+    two = clone / "two.yaml"
+    two.write_text(
+        "target: { low: 35, high: 55 }\n"
+        "further_targets:\n"
+        "  - { metric: height_mm, file: heights.csv, column: height_mm, low: 10, high: 30, margin: 2 }\n"
+        "  - { metric: spilled, goal: minimise, low: 0, high: 2000 }\n"
+    )
+    files = ("validation/height_mm.svg", "screening/pareto_spilled.svg")
+    wanted = [f"results/salt/{name}" for name in files]
+    done = snakemake("-n", "-j2", "--configfile", two, "--", *wanted, cwd=clone)
+    assert done.returncode == 0, done.stderr
+    assert "validation: replicates" in done.stdout + done.stderr
+
+
 def spec(tmp_path, **changes):
     data = {
         "experiment": "heap",

@@ -18,10 +18,9 @@ if not any(stands_alone(path) for path in CONFIG_FILES):
 
 try:
     SETTINGS = parse_config(config, files=CONFIG_FILES)
+    # in a dry run too: how many runs there are, and how many are left
     if workflow.is_main_process:
-        show_progress(
-            SETTINGS
-        )  # a dry run shows it too: how many runs there are, and how many are left
+        show_progress(SETTINGS)
 except CalibrationError as error:
     raise WorkflowError(str(error))
 
@@ -53,11 +52,12 @@ def spec_of(name):
     raise WorkflowError(f"no stage of {STUDY} has planned the run {name}")
 
 
-def for_further_targets(pattern):
-    """A file of each further target in the study's folder; none with one target."""
+def for_further_targets(pattern, measured=False):
+    """A file of each further target in the study's folder, or of each with a measurement; none with one target."""
     return [
         f"{STUDY}/{pattern}".format(target.metric)
         for target in SETTINGS.further_targets
+        if target.file or not measured
     ]
 
 

@@ -31,6 +31,7 @@ rule response_surface:
         diagnostics=f"{STUDY}/response_surface/diagnostics.csv",
         summary=f"{STUDY}/response_surface/response_surface.json",
         further=for_further_targets("response_surface/{}.json"),
+        further_figures=for_further_targets("response_surface/surfaces_{}.svg"),
         predicted=report(
             f"{STUDY}/response_surface/predicted_actual.svg",
             caption="../report/predicted_actual.rst",

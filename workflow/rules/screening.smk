@@ -29,6 +29,7 @@ rule screening:
         runs=f"{STUDY}/screening/runs.csv",
         summary=f"{STUDY}/screening/screening.json",
         further=for_further_targets("screening/effects_{}.csv"),
+        further_figures=for_further_targets("screening/pareto_{}.svg"),
         half_normal=report(
             f"{STUDY}/screening/half_normal.svg",
             caption="../report/half_normal.rst",

@@ -26,6 +26,7 @@ rule validation:
     output:
         runs=f"{STUDY}/validation/runs.csv",
         summary=f"{STUDY}/validation/validation.json",
+        further_figures=for_further_targets("validation/{}.svg", measured=True),
         figure=report(
             f"{STUDY}/validation/validation.svg",
             caption="../report/validation.rst",
