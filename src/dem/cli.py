@@ -54,11 +54,16 @@ def _parser():
     )
     bench.add_argument(
         "--case",
-        choices=("bed", "ratio", "heap", "scaling", "cores"),
+        choices=("bed", "ratio", "heap", "scaling", "million", "cores", "start"),
         action="append",
         help="default: bed, ratio, heap",
     )
-    bench.add_argument("--record", type=Path, metavar="CSV", help="append the figures to a history")
+    bench.add_argument(
+        "--record",
+        type=Path,
+        metavar="CSV",
+        help="append the figures to a history and draw it beside",
+    )
     bench.set_defaults(command=_bench)
     init = commands.add_parser("init", help="write a commented spec")
     init.add_argument("--experiment", choices=sorted(GEOMETRY), default="heap")

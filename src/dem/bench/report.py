@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import platform
 import subprocess
 import sys
@@ -10,6 +11,7 @@ import time
 from pathlib import Path
 
 from dem.bench.cases import SETTLE_STEPS, bed, lattice, timed_bed, timed_heap
+from dem.bench.figure import draw
 from dem.bench.peers import run_peers
 from dem.errors import DemError
 from dem.fingerprint import engine_fingerprint
@@ -28,6 +30,7 @@ def run_bench(cases, peers, as_json, record):
         rows += peer_rows()
     if record:
         append(record, rows)
+        draw(record, Path(record).with_suffix(".svg"))
     if as_json:
         print(
             json.dumps(
@@ -64,6 +67,27 @@ def _scaling():
     return rows
 
 
+def _million():
+    """Memory of a bed of a million grains that has begun to settle."""
+    return [{"case": "bed of 1000000", **timed_bed(1_000_000, settle=1500, block=50)}]
+
+
+def _start():
+    """From starting Python to the first time step, with nothing compiled and with everything."""
+    code = "from dem.warm import compile_engine; compile_engine()"
+    rows = []
+    with tempfile.TemporaryDirectory() as cache:
+        for state in ("cold", "warm"):
+            begin = time.perf_counter()
+            subprocess.run(
+                [sys.executable, "-c", code],
+                check=True,
+                env=os.environ | {"NUMBA_CACHE_DIR": cache},
+            )
+            rows.append({"case": f"{state} start", "wall_time_s": time.perf_counter() - begin})
+    return rows
+
+
 def _cores():
     """Two runs at once over one alone: the same bed in one process, then in two."""
     alone = _processes(1)
@@ -84,7 +108,15 @@ def _processes(count):
     return max(float(p.communicate()[0]) for p in running)
 
 
-CASES = {"bed": _bed, "ratio": _ratio, "heap": _heap, "scaling": _scaling, "cores": _cores}
+CASES = {
+    "bed": _bed,
+    "ratio": _ratio,
+    "heap": _heap,
+    "scaling": _scaling,
+    "million": _million,
+    "cores": _cores,
+    "start": _start,
+}
 
 
 def peer_rows():
@@ -133,6 +165,7 @@ def append(path, rows):
         "ratio",
         "wall_time_s",
         "rebuild_share",
+        "peak_memory_MiB",
     ]
     Path(path).parent.mkdir(parents=True, exist_ok=True)
     new = not Path(path).exists()
