@@ -27,11 +27,11 @@ def derived():
 
 
 def study():
-    """Configuration and settings of the case, with half the emulators' runs."""
+    """Configuration and settings of the case, with fewer of the emulators' runs."""
     files = ("config/config.yaml", FOLDER / "table_tennis_ball.yaml")
     base, own = (yaml.safe_load(Path(f).read_text()) for f in files)
     config = parse_config(overlay(base, own))
-    changes = config.diagnosis | {"runs_per_input": 5}
+    changes = config.diagnosis | {"runs_per_input": 4}
     return config, read_settings("config/diagnosis.yaml", changes)
 
 
