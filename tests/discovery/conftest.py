@@ -1,42 +1,74 @@
-"""A diagnosis of the drop test, its emulators taught by the real engine (cached for the session)."""
+"""A laboratory for the drop test, its emulators taught by the real engine (cached for the session)."""
 
 from pathlib import Path
 
 import pytest
 import yaml
 
+from calibration.discrepancy import hidden
 from calibration.discrepancy.catalogue import load_catalogue
 from calibration.discrepancy.design import plan
 from calibration.discrepancy.emulator import teach
+from calibration.discrepancy.laboratory import Laboratory
 from calibration.discrepancy.model import Emulated
 from calibration.discrepancy.runs import simulate
 from calibration.discrepancy.settings import parameters_of, read_settings
 
 FACTORS = "config/factors.tsv"
+MECHANISMS = ("viscoelastic_restitution", "plastic_restitution", "air_drag", "apex_sampling")
+SMALL = {
+    "runs_per_input": 6,
+    "experiments": {
+        "drop": {
+            "levers": {"particle_diameter_mm": [1.5, 4.0]},
+            "mechanisms": [m for m in MECHANISMS if m != "apex_sampling"],
+        },
+        "tilt": None,
+        "shear": None,
+        "heap": None,
+    },
+}
+"""Changes of the benchmark's settings: drops of larger grains, a tenth of a second each."""
+
+PLAN = [
+    (e, x | {"particle_diameter_mm": max(x["particle_diameter_mm"], 1.5)})
+    for e, x in hidden.PLAN
+    if e == "drop"
+]
 
 
-class Bench:
-    """Emulators of the drop test and what is needed to hide an effect in one."""
-
-    factors_file = FACTORS
-
-    def __init__(self, root):
-        self.root = root
-        self.base = yaml.safe_load(Path("config/config.yaml").read_text())["run"]
-        self.settings = read_settings("config/diagnosis.yaml", {"runs_per_input": 5})
-        self.catalogue = load_catalogue(without=["under_resolved_contact", "wall_adhesion"])
-        self.factors = parameters_of(self.settings, FACTORS, ["drop"])
-        rows, specs = plan(self.settings, self.base, self.factors, self.catalogue, ["drop"])
-        metrics = simulate(specs, root)
-        self.emulators, self.errors = teach(rows, metrics, self.settings, self.factors)
-
-    def emulated(self, without=()):
-        """The diagnosis with mechanisms removed from its catalogue."""
-        known = {k: v for k, v in self.catalogue.items() if k not in without}
-        return Emulated(self.emulators, self.settings, self.factors, known)
+def laboratory(root, changes, mechanisms):
+    """`Laboratory` of the benchmark's settings with changes, and the errors of its emulators."""
+    base = yaml.safe_load(Path("config/config.yaml").read_text())["run"]
+    settings = read_settings("config/discovery.yaml", changes)
+    catalogue = {n: m for n, m in load_catalogue().items() if n in mechanisms}
+    kinds = list(settings.experiments)
+    factors = parameters_of(settings, FACTORS, kinds)
+    rows, specs = plan(settings, base, factors, catalogue, kinds)
+    emulators, errors = teach(rows, simulate(specs, root), settings, factors)
+    emulated = Emulated(emulators, settings, factors, catalogue)
+    return Laboratory(emulated, base, FACTORS, replicates=120, root=root), errors
 
 
 @pytest.fixture(scope="session")
-def bench(tmp_path_factory):
-    """`Bench` of this session."""
-    return Bench(tmp_path_factory.mktemp("runs"))
+def make_laboratory():
+    """The function `laboratory`."""
+    return laboratory
+
+
+@pytest.fixture(scope="session")
+def taught(tmp_path_factory):
+    """The laboratory and the table of its emulators' errors."""
+    return laboratory(tmp_path_factory.mktemp("runs"), SMALL, MECHANISMS)
+
+
+@pytest.fixture(scope="session")
+def bench(taught):
+    """`Laboratory` of this session."""
+    return taught[0]
+
+
+@pytest.fixture(scope="session")
+def drops():
+    """Plan of the drop test."""
+    return PLAN

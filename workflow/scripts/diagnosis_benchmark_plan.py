@@ -4,5 +4,5 @@ from calibration.discrepancy.settings import read_settings
 
 with stages.logged(snakemake.log[0]):
     config = stages.settings_of(snakemake.params.settings)
-    settings = read_settings(snakemake.input.settings, config.diagnosis)
+    settings = read_settings(snakemake.input.settings)
     plan_runs(config, settings, snakemake.output)

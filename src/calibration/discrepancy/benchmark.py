@@ -1,124 +1,73 @@
 """The benchmark of the diagnosis: hidden effects, nulls, decoys, pairs and unknown causes, all through the engine.
 
 Every case simulates its data with the real engine (`hidden.draw`) and diagnoses them with the emulators; the truth is
-looked at only when the verdict is there. Decoys and removed mechanisms use the data of other cases.
+looked at only when the verdict is there. Base parameters are drawn for a number of points; cases at one point share the
+runs of the experiments that their effects do not touch, and have readings and noise of their own. A finished case is
+kept under the content of all that decides it, so an interrupted benchmark goes on where it was.
 """
 
+import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from calibration import figures as common
-from calibration.discrepancy import figures, hidden
+from calibration.discrepancy import hidden
+from calibration.discrepancy.benchmark_figure import benchmark_figure
 from calibration.discrepancy.catalogue import load_catalogue
 from calibration.discrepancy.design import plan
 from calibration.discrepancy.emulator import teach
-from calibration.discrepancy.identify import identify
+from calibration.discrepancy.laboratory import DECOYS, Case, Laboratory
 from calibration.discrepancy.model import Emulated
 from calibration.discrepancy.runs import simulate
 from calibration.discrepancy.settings import parameters_of
+from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 
-MECHANISMS = (
-    "viscoelastic_restitution",
-    "plastic_restitution",
-    "air_drag",
-    "apex_sampling",
-    "under_resolved_contact",
-    "tilt_detection_lag",
-    "wall_adhesion",
-    "stress_dependent_friction",
-)
-"""Mechanisms that show on drop and tilt, where a draw costs seconds."""
-
+MECHANISMS = tuple(load_catalogue())
 PAIRS = (
     ("viscoelastic_restitution", "tilt_detection_lag"),
     ("air_drag", "stress_dependent_friction"),
     ("plastic_restitution", "wall_adhesion"),
+    ("viscoelastic_restitution", "cohesion"),
 )
-KINDS = ["drop", "tilt"]
-NULLS, DRAWS = 40, 8
-WEAKER = (0.25, 0.5)
+
+NULLS, NULL_POINTS = 40, 12
+DRAWS = 8  # of each mechanism, a point each
+WEAKER = (0.5,)
+DECIDE = ("laboratory", "hidden", "identify", "fit", "model", "emulator", "design", "settings")
+"""Modules beside the catalogue that a case's outcome depends on."""
 
 
-@dataclass(frozen=True)
-class Case:
-    """One data set to diagnose."""
-
-    case: str
-    effects: tuple
-    strength: float
-    seed: int
-
-    @property
-    def truth(self):
-        """Names of what is hidden."""
-        return " + ".join(self.effects)
-
-
-def cases(nulls=NULLS, draws=DRAWS):
-    """All cases, the cheap re-uses after the data they re-use."""
-    out = [Case("no effect", (), 0.0, s) for s in range(nulls)]
-    out += [Case("mechanism", (m,), 1.0, 100 + s) for m in MECHANISMS for s in range(draws)]
-    out += [Case("outlier", (), 0.0, s) for s in range(nulls)]
-    out += [Case("understated", (), 0.0, s) for s in range(nulls)]
-    out += [Case("removed", (m,), 1.0, 100 + s) for m in MECHANISMS for s in range(draws)]
-    out += [Case("pair", p, 1.0, 200 + s) for p in PAIRS for s in range(draws // 2)]
+def cases(nulls=NULLS, draws=DRAWS, mechanisms=MECHANISMS, first=0):
+    """All cases, the cheap re-uses after the data they re-use; `first` moves all seeds and points to fresh ones."""
+    few = max(draws // 2, 1)
+    out = [Case("no effect", (), 0.0, s, s % NULL_POINTS) for s in range(nulls)]
+    # the same data with and without the mechanism in the catalogue, one after the other
     out += [
-        Case("mechanism", (m,), w, 100 + s)
-        for m in MECHANISMS
-        for w in WEAKER
-        for s in range(draws // 4)
+        Case(kind, (m,), 1.0, 100 + s, s)
+        for m in mechanisms
+        for s in range(draws)
+        for kind in ("mechanism", "removed")
     ]
-    return out
-
-
-def diagnose_case(case, emulated, base, factors_file, replicates=200, root="results/runs"):
-    """A mapping: the case, the verdict, and whether the truth was named."""
-    catalogue = load_catalogue()
-    measured, _ = hidden.draw(
-        case.seed,
-        emulated.settings,
-        base,
-        factors_file,
-        catalogue,
-        dict.fromkeys(case.effects, case.strength),
-        root=root,
-    )
-    if case.case == "outlier":
-        measured = hidden.outlier(measured, case.seed)
-    if case.case == "understated":
-        measured = hidden.understated(measured)
-    if case.case == "removed":
-        known = load_catalogue(without=case.effects)
-        emulated = Emulated(emulated.emulators, emulated.settings, emulated.factors, known)
-    found = identify(emulated, measured, emulated.settings.alpha, replicates, case.seed)
-    return judge(case, found)
-
-
-def judge(case, found):
-    """Compare a verdict with the truth."""
-    first = found.ranking[0]["mechanism"]
-    named = found.verdict in ("identified", "ambiguous")
-    outcome = " + ".join(found.causes) if found.verdict == "identified" else found.verdict
-    return {
-        "case": case.case,
-        "truth": case.truth,
-        "strength": case.strength,
-        "seed": case.seed,
-        "verdict": found.verdict,
-        "causes": " + ".join(found.causes),
-        "first": first if named else "",
-        "named_first": named and set(first.split(" + ")) == set(case.effects),
-        "outcome": outcome,
-        "lack_of_fit_p": found.lack_of_fit_p,
-        "family_p": found.family_p,
-        "gain": found.ranking[0]["gain"],
-        "data": "real engine",
-    }
+    out += [replace(c, case=k) for k in DECOYS for c in out[:nulls]]
+    out += [
+        Case("undecided", (m,), 1.0, 300 + s, s)
+        for m in hidden.ONE_LEVER
+        if m in mechanisms
+        for s in range(few)
+    ]
+    out += [Case("pair", p, 1.0, 200 + s, s) for p in PAIRS for s in range(draws)]
+    out += [
+        Case("mechanism", (m,), w, 100 + s, s)
+        for w in reversed(WEAKER)
+        for m in mechanisms
+        for s in range(few)
+    ]
+    return [replace(c, seed=c.seed + first, point=c.point + first) for c in out]
 
 
 def summarise(table):
@@ -127,35 +76,47 @@ def summarise(table):
 
     def add(name, hits):
         hits = np.asarray(hits, bool)
-        low, high = _wilson(int(hits.sum()), len(hits))
-        rows.append({"what": name, "share": hits.mean(), "low": low, "high": high, "n": len(hits)})
+        if len(hits):
+            low, high = _wilson(int(hits.sum()), len(hits))
+            rows.append(
+                {"what": name, "share": hits.mean(), "low": low, "high": high, "n": len(hits)}
+            )
 
     of = {case: own for case, own in table.groupby("case")}
-    if "no effect" in of:
-        add("no effect: adequate", of["no effect"]["verdict"] == "adequate")
-        add("no effect: identified", of["no effect"]["verdict"] == "identified")
-    for case in ("outlier", "understated"):
-        if case in of:
-            add(f"{case}: identified", of[case]["verdict"] == "identified")
-    if "mechanism" in of:
-        full = of["mechanism"][of["mechanism"]["strength"] == 1.0]
-        add("all mechanisms, strength 1: named first", full["named_first"])
-        add("all mechanisms, strength 1: identified and right", full["outcome"] == full["truth"])
-        wrong = (full["verdict"] == "identified") & (full["outcome"] != full["truth"])
-        add("all mechanisms, strength 1: identified and wrong", wrong)
-        for (name, strength), own in of["mechanism"].groupby(["truth", "strength"]):
-            add(f"{name}, strength {strength:g}: named first", own["named_first"])
-    if "removed" in of:
-        add("outside the catalogue: identified", of["removed"]["verdict"] == "identified")
-        for name, own in of["removed"].groupby("truth"):
-            add(f"{name} outside the catalogue: identified", own["verdict"] == "identified")
-    if "pair" in of:
-        both = [
-            set(t.split(" + ")) <= set(c.split(" + "))
-            for t, c in zip(of["pair"]["truth"], of["pair"]["causes"], strict=True)
-        ]
-        add("pairs: both named", both)
+    none = table.iloc[:0]
+    null, full = of.get("no effect", none), of.get("mechanism", none)
+    add("no effect: adequate", null["verdict"] == "adequate")
+    add("no effect: identified", null["verdict"] == "identified")
+    for case in DECOYS:
+        add(f"{case}: identified", of.get(case, none)["verdict"] == "identified")
+    at = full[full["strength"] == 1.0]
+    sure = at["verdict"] == "identified"
+    add("all mechanisms, strength 1: named first", at["named_first"])
+    add("all mechanisms, strength 1: among the causes", at["among_causes"])
+    add("all mechanisms, strength 1: identified and right", sure & (at["outcome"] == at["truth"]))
+    add("all mechanisms, strength 1: identified and wrong", sure & (at["outcome"] != at["truth"]))
+    for (name, strength), own in full.groupby(["truth", "strength"]):
+        add(f"{name}, strength {strength:g}: named first", own["named_first"])
+    outside = of.get("removed", none)
+    add("outside the catalogue: identified", outside["verdict"] == "identified")
+    for name, own in outside.groupby("truth"):
+        add(f"{name} outside the catalogue: identified", own["verdict"] == "identified")
+    pairs = of.get("pair", none)
+    add("pairs: both named", pairs["among_causes"])
+    for name, own in pairs.groupby("truth"):
+        add(f"{name}: both named", own["among_causes"])
+    _add_undecided(add, of.get("undecided", none))
     return pd.DataFrame(rows)
+
+
+def _add_undecided(add, table):
+    """One lever of one experiment: at first not told apart, then with what the diagnosis asked for."""
+    add("too little data: ambiguous", table["verdict"] == "ambiguous")
+    open_at_first = table[table["verdict"] == "ambiguous"]
+    for k in (1, 2):
+        if len(open_at_first):
+            right = open_at_first[f"outcome_{k}_further"] == open_at_first["truth"]
+            add(f"ambiguous, and {k} proposed measurements more: identified and right", right)
 
 
 def _wilson(hits, n):
@@ -163,29 +124,55 @@ def _wilson(hits, n):
     z = 1.959964
     centre = (hits + z * z / 2) / (n + z * z)
     half = z / (n + z * z) * np.sqrt(hits * (n - hits) / n + z * z / 4)
-    return centre - half, centre + half
+    return max(centre - half, 0.0), min(centre + half, 1.0)
 
 
 def plan_runs(config, settings, output):
-    """Write the design and plan of the emulators of drop and tilt."""
-    factors = parameters_of(settings, config.factors, KINDS)
-    rows, specs = plan(settings, config.run, factors, load_catalogue(), KINDS)
+    """Write the design and plan of the emulators of all experiments."""
+    kinds = list(settings.experiments)
+    factors = parameters_of(settings, config.factors, kinds)
+    rows, specs = plan(settings, config.run, factors, load_catalogue(), kinds)
     write_json(output.design, rows)
     write_json(output.plan, specs)
 
 
-def run_shard(config, settings, source, shard, shards, table):
-    """Diagnose the cases whose seed falls to this shard; cases that share their data share a shard."""
+def equip(config, settings, source):
+    """The `Laboratory` whose emulators are taught by the finished runs of a plan."""
     rows, specs = (json.loads(Path(f).read_text()) for f in (source.design, source.plan))
-    factors = parameters_of(settings, config.factors, KINDS)
+    factors = parameters_of(settings, config.factors, list(settings.experiments))
     emulators, _ = teach(rows, simulate(specs), settings, factors)
     emulated = Emulated(emulators, settings, factors, load_catalogue())
-    out = []
-    for case in cases():
-        if case.seed % shards == shard:
-            out.append(diagnose_case(case, emulated, config.run, config.factors))
-            print(out[-1], flush=True)
+    return Laboratory(emulated, config.run, config.factors, settings.replicates)
+
+
+def run_shard(config, settings, source, shard, shards, folder, table):
+    """Diagnose the cases whose point falls to this shard: cases that share runs share a shard."""
+    own = [c for c in cases() if c.point % shards == shard]
+    key = _key(config, settings)
+    lab, out = None, []
+    for case in own:
+        kept = Path(folder) / f"{_name(case, key)}.json"
+        if not kept.exists():
+            lab = lab or equip(config, settings, source)
+            write_json(kept, lab.diagnose(case))
+        out.append(json.loads(kept.read_text()))
+        print(out[-1], flush=True)
     _write(pd.DataFrame(out), table)
+
+
+def _key(config, settings):
+    """What decides every case beside the case: engine, code, settings, run spec and factors."""
+    here = Path(__file__).parent
+    files = [here / f"{n}.py" for n in DECIDE] + sorted((here / "catalogue").glob("*.py"))
+    code = [f.read_text() for f in files]
+    parts = [engine_fingerprint(), *code, settings.model_dump_json(), json.dumps(config.run)]
+    parts.append(Path(config.factors).read_text())
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
+
+
+def _name(case, key):
+    text = key + json.dumps(asdict(case))
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def merge(tables, output):
@@ -199,8 +186,9 @@ def merge(tables, output):
         pd.crosstab(truth, at["outcome"].to_numpy()).rename_axis("hidden").reset_index(),
         output.confusion,
     )
-    _write(summarise(table), output.summary)
-    common.save(figures.benchmark_figure(table), output.figure)
+    rates = summarise(table)
+    _write(rates, output.summary)
+    common.save(benchmark_figure(table, rates), output.figure)
 
 
 def _write(table, path):

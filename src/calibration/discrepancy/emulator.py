@@ -15,6 +15,7 @@ from calibration.discrepancy.design import inputs_of
 from calibration.discrepancy.settings import log_span
 
 LEAST_REBOUND = 1e-4  # of the drop height; a grain that sticks has no logarithm
+DETERMINISTIC = {"drop", "tilt"}  # a seed changes next to nothing in these
 
 
 def forward(experiment, value, levers):
@@ -42,39 +43,59 @@ def inverse(experiment, z, levers):
 
 
 class Emulator:
-    """z(x) for x in [0, 1]^d.
+    """z(x) for x in [0, 1]^d, a mean over the scatter of runs that differ by their seed alone.
 
-    `error` is the leave-one-out root mean square error in z, hyperparameters held; `spread` is the sd of z.
+    `error` is the root mean square error of that mean in z, `scatter` what one run has beyond it, `spread` the sd of z
+    over the design. For a `deterministic` experiment all of the leave-one-out error (hyperparameters held) is error.
     """
 
-    def __init__(self, x, z):
+    def __init__(self, x, z, deterministic=True):
         x, z = np.asarray(x, float), np.asarray(z, float)
         self.mean, self.spread = float(z.mean()), float(z.std()) or 1.0
-        d = x.shape[1]
-        kernel = (
-            ConstantKernel(1.0, (1e-3, 1e3)) * RBF(np.full(d, 1.5), (0.15, 30.0))
-            + ConstantKernel(1.0, (1e-4, 1e2)) * DotProduct(1.0, (1e-2, 1e2))
-            + WhiteKernel(1e-3, (1e-8, 1.0))
-        )
-        process = GaussianProcessRegressor(kernel, n_restarts_optimizer=1, random_state=0)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound is no fault
-            process.fit(x, (z - self.mean) / self.spread)
+        process = _process(x, (z - self.mean) / self.spread)
         self.x, self.alpha = x, process.alpha_
-        smooth = process.kernel_.k1
+        smooth, white = process.kernel_.k1, process.kernel_.k2
         self.scale, self.length = smooth.k1.k1.constant_value, smooth.k1.k2.length_scale
         self.linear, self.offset = smooth.k2.k1.constant_value, smooth.k2.k2.sigma_0**2
-        inverse_k = np.linalg.inv(process.kernel_(x))
-        left_out = self.alpha / np.diag(inverse_k)
-        self.error = self.spread * float(np.sqrt(np.mean(left_out**2)))
+        variance = 1.0 / np.diag(np.linalg.inv(process.kernel_(x)))  # of each run, left out
+        left_out = np.mean((self.alpha * variance) ** 2)
+        noise = 0.0 if deterministic else white.noise_level
+        # what the noise explains of the misses is scatter, which a measurement's own spread holds already
+        share = float(np.mean(variance - noise) / np.mean(variance))
+        self.error = self.spread * float(np.sqrt(left_out * share))
+        self.scatter = self.spread * float(np.sqrt(left_out * (1.0 - share)))
         self.runs = len(z)
+        self._slope = self.linear * (self.x.T @ self.alpha)
+        self._constant = self.linear * self.offset * float(self.alpha.sum())
 
     def __call__(self, x):
         """(k,) transformed responses at (k, d) inputs."""
+        return self.with_slope(x, [])[0]
+
+    def with_slope(self, x, columns):
+        """Responses (k,) and their derivatives (k, c) by the inputs in `columns`."""
         a, b = x / self.length, self.x / self.length
         square = (a * a).sum(1)[:, None] + (b * b).sum(1) - 2.0 * a @ b.T
-        k = self.scale * np.exp(-0.5 * square) + self.linear * (x @ self.x.T + self.offset)
-        return self.mean + self.spread * (k @ self.alpha)
+        near = self.scale * np.exp(-0.5 * square)
+        # the derivative of a squared exponential is a difference of the same sums, weighted by the runs' inputs
+        sums = near @ np.column_stack([self.alpha, self.alpha[:, None] * self.x[:, columns]])
+        value = sums[:, 0] + x @ self._slope + self._constant
+        slope = (sums[:, 1:] - x[:, columns] * sums[:, :1]) / self.length[columns] ** 2
+        return self.mean + self.spread * value, self.spread * (slope + self._slope[columns])
+
+
+def _process(x, z):
+    """The fitted Gaussian process: squared exponential with a length an input, a linear trend, noise."""
+    d = x.shape[1]
+    kernel = (
+        ConstantKernel(1.0, (1e-3, 1e3)) * RBF(np.full(d, 1.5), (0.15, 30.0))
+        + ConstantKernel(1.0, (1e-4, 1e2)) * DotProduct(1.0, (1e-2, 1e2))
+        + WhiteKernel(1e-3, (1e-8, 1.0))
+    )
+    process = GaussianProcessRegressor(kernel, n_restarts_optimizer=1, random_state=0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound is no fault
+        return process.fit(x, z)
 
 
 def teach(rows, metrics, settings, factors):
@@ -99,6 +120,7 @@ def teach(rows, metrics, settings, factors):
                 "runs": len(good),
                 "failed": len(own) - len(good),
                 "error": emulators[key].error,
+                "scatter": emulators[key].scatter,
                 "spread": emulators[key].spread,
             }
         )
@@ -110,4 +132,4 @@ def _teach_one(experiment, rows, metrics, settings, names):
     ranges = settings.experiments[experiment].levers
     levers = {n: np.array([log_span(*ranges[n], s) for s in x[:, names.index(n)]]) for n in ranges}
     y = np.array([metrics[r["run_id"]][settings.experiments[experiment].metric] for r in rows])
-    return Emulator(x, forward(experiment, y, levers))
+    return Emulator(x, forward(experiment, y, levers), experiment in DETERMINISTIC)

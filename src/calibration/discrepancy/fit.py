@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-STEP = 1e-3
 STARTS = (0.2, 0.7)
 ITERATIONS = 14
+SETTLED = 1e-3  # fall of twice the negative log posterior below which a fit has settled
+STUCK = 1e6  # damping at which no step helps any more
 
 
 @dataclass(frozen=True)
@@ -63,52 +64,51 @@ def _sd(data, emulator):
     return np.sqrt(data.error**2 + emulator**2)
 
 
-def _cost(model, data, theta, sd):
-    value, _ = model.predict(theta)
+def _cost(model, data, theta, value, sd):
     r = (data.value - value) / sd
     q = (theta - model.prior_mean) / model.prior_sd
     return (r * r).sum(1) + (q * q).sum(1)
 
 
-def _jacobian(model, theta, value):
-    """(b, n, p) derivatives of the predictions, one-sided, away from the nearer bound."""
-    b, p = theta.shape
-    step = np.where(theta + STEP > model.high, -STEP, STEP)
-    moved = np.repeat(theta[None], p, axis=0)
-    for j in range(p):
-        moved[j, :, j] += step[:, j]
-    there, _ = model.predict(moved.reshape(p * b, p))
-    return (there.reshape(p, b, -1) - value[None]).transpose(1, 2, 0) / step[:, None, :]
-
-
 def _descend(model, data, theta):
-    damping = np.full(len(theta), 1e-2)
-    precision = np.diag(1.0 / model.prior_sd**2)
-    value, emulator = model.predict(theta)
-    sd = _sd(data, emulator)
-    cost = _cost(model, data, theta, sd)
+    """Modes (b, p) and costs (b,) from starts (b, p); a data set that has settled is left alone."""
+    value, emulator, slope = model.with_slope(theta)
+    sd, damping = _sd(data, emulator), np.full(len(theta), 1e-2)
+    cost = _cost(model, data, theta, value, sd)
+    moving = np.arange(len(theta))
     for _ in range(ITERATIONS):
-        value, emulator = model.predict(theta)
-        j = _jacobian(model, theta, value) / sd[:, :, None]
-        r = (data.value - value) / sd
-        hessian = np.einsum("bnp,bnq->bpq", j, j) + precision
-        gradient = np.einsum("bnp,bn->bp", j, r) - (theta - model.prior_mean) / model.prior_sd**2
-        diagonal = np.einsum("bpp->bp", hessian)
-        damped = hessian + (damping[:, None] * diagonal)[:, :, None] * np.eye(theta.shape[1])
-        move = np.linalg.solve(damped, gradient[:, :, None])[:, :, 0]
-        trial = np.clip(theta + move, model.low, model.high)
-        new = _cost(model, data, trial, sd)
-        better = new < cost
-        theta = np.where(better[:, None], trial, theta)
-        damping = np.where(better, damping * 0.2, damping * 8.0).clip(1e-9, 1e9)
-        cost = np.minimum(cost, new)
+        own = Data(data.value[moving], data.error[moving])
+        scaled = slope[moving] / sd[moving][:, :, None]
+        trial = _step(model, own, theta[moving], value[moving], scaled, sd[moving], damping[moving])
+        there, _, slope_there = model.with_slope(trial)
+        after = _cost(model, own, trial, there, sd[moving])
+        fall = cost[moving] - after
+        better = fall > 0.0
+        rows = moving[better]
+        theta[rows], cost[rows] = trial[better], after[better]
+        value[rows], slope[rows] = there[better], slope_there[better]
+        damping[moving] *= np.where(better, 0.2, 8.0)
+        moving = moving[np.where(better, fall > SETTLED, damping[moving] < STUCK)]
+        if not len(moving):
+            break
     return theta, cost
 
 
+def _step(model, data, theta, value, j, sd, damping):
+    """Where a damped Gauss-Newton step leads, within the bounds."""
+    r = (data.value - value) / sd
+    hessian = np.einsum("bnp,bnq->bpq", j, j) + np.diag(1.0 / model.prior_sd**2)
+    gradient = np.einsum("bnp,bn->bp", j, r) - (theta - model.prior_mean) / model.prior_sd**2
+    diagonal = np.einsum("bpp->bp", hessian)
+    damped = hessian + (damping[:, None] * diagonal)[:, :, None] * np.eye(theta.shape[1])
+    move = np.linalg.solve(damped, gradient[:, :, None])[:, :, 0]
+    return np.clip(theta + move, model.low, model.high)
+
+
 def _summary(model, data, theta):
-    value, emulator = model.predict(theta)
+    value, emulator, slope = model.with_slope(theta)
     sd = _sd(data, emulator)
-    j = _jacobian(model, theta, value) / sd[:, :, None]
+    j = slope / sd[:, :, None]
     cov = np.linalg.inv(np.einsum("bnp,bnq->bpq", j, j) + np.diag(1.0 / model.prior_sd**2))
     leverage = np.einsum("bnp,bpq,bnq->bn", j, cov, j).clip(0.0, 0.9999)
     r = (data.value - value) / sd

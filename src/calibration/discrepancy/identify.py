@@ -14,6 +14,7 @@ import numpy as np
 from calibration.discrepancy.fit import Data, data_of, fit, moderated_sd
 
 CLOSE = 2.0  # nats; causes this close to the best are not told apart (odds of about 7 to 1)
+MISFIT = 0.01  # a cause whose extended model fits worse than this share of its own data is none
 BASE = "base"
 
 
@@ -37,22 +38,55 @@ def key_of(names):
     return " + ".join(names) if names else BASE
 
 
+@dataclass
+class Scores:
+    """Fits of the base model and of every mechanism to the measurements, and what data of the base model would give.
+
+    null: gains (replicates,) of each mechanism, and `chi_square` of the base model, on simulated data.
+    """
+
+    emulated: object
+    measurements: list
+    data: Data
+    models: dict
+    fits: dict
+    null: dict
+    replicates: int
+    seed: int
+
+    @property
+    def conditions(self):
+        """[(experiment, levers)]."""
+        return [(m.experiment, m.levers) for m in self.measurements]
+
+
 def identify(emulated, measurements, alpha=0.05, replicates=300, seed=0):
     """`Identification` of the measurements."""
+    return decide(weigh(emulated, measurements, replicates, seed), alpha)
+
+
+def weigh(emulated, measurements, replicates=300, seed=0):
+    """`Scores` of the base model and the whole catalogue."""
     conditions = [(m.experiment, m.levers) for m in measurements]
     data = data_of(measurements)
-    rng = np.random.default_rng(seed)
     models = {BASE: emulated.model(conditions)}
-    singles = emulated.applicable(conditions)
-    models |= {name: emulated.model(conditions, [name]) for name in singles}
+    models |= {name: emulated.model(conditions, [name]) for name in emulated.applicable(conditions)}
     fits = {name: fit(model, data) for name, model in models.items()}
-    null = _null(models, fits[BASE], BASE, singles, measurements, data, replicates, rng)
+    rng = np.random.default_rng(seed)
+    null = _null(models, fits[BASE], measurements, data, replicates, rng)
+    return Scores(emulated, measurements, data, models, fits, null, replicates, seed)
+
+
+def decide(scores, alpha=0.05, without=()):
+    """`Identification` from the scores; mechanisms in `without` count as not in the catalogue."""
+    fits, null = scores.fits, scores.null
+    singles = [n for n in scores.models if n != BASE and n not in without]
     gains = {name: float((fits[name].score - fits[BASE].score)[0]) for name in singles}
     best = max(gains, key=gains.get)
-    chi = float(fits[BASE].chi_square[0])
-    lack_p = _share_above(null["chi_square"], chi)
-    family_p = _share_above(null["best"], gains[best])
-    threshold = float(np.quantile(null["best"], 1.0 - 0.5 * alpha))
+    null_best = np.max([null[n] for n in singles], axis=0)
+    lack_p = _share_above(null["chi_square"], float(fits[BASE].chi_square[0]))
+    family_p = _share_above(null_best, gains[best])
+    threshold = float(np.quantile(null_best, 1.0 - 0.5 * alpha))
     ranking = [
         {
             "mechanism": name,
@@ -60,12 +94,14 @@ def identify(emulated, measurements, alpha=0.05, replicates=300, seed=0):
             "gain": gains[name],
             "null_threshold": float(np.quantile(null[name], 1.0 - 0.5 * alpha)),
             "p": _share_above(null[name], gains[name]),
-            "p_family": _share_above(null["best"], gains[name]),
-            "strength": strength_of(models[name], fits[name], 0),
+            "p_family": _share_above(null_best, gains[name]),
+            "strength": strength_of(scores.models[name], fits[name], 0),
         }
         for name in sorted(gains, key=gains.get, reverse=True)
     ]
-    out = Identification("", [], ranking, lack_p, family_p, threshold, fits, models)
+    out = Identification(
+        "", [], ranking, lack_p, family_p, threshold, dict(fits), dict(scores.models)
+    )
     if family_p >= 0.5 * alpha:
         out.verdict = "adequate" if lack_p >= 0.5 * alpha else "unexplained"
         out.reason = (
@@ -73,11 +109,10 @@ def identify(emulated, measurements, alpha=0.05, replicates=300, seed=0):
             if out.verdict == "adequate"
             else "the base model misses the data and no mechanism predicts left-out settings better"
         )
-        return out
-    if _one_setting_does_it(models, fits, best, measurements):
+    elif _one_setting_does_it(fits, best):
         out.verdict, out.reason = "unexplained", "one setting alone is at odds with the base model"
-        return out
-    _settle(out, emulated, conditions, measurements, data, singles, best, alpha, replicates, rng)
+    else:
+        _settle(out, scores, singles)
     return out
 
 
@@ -97,20 +132,32 @@ def simulate_data(fitted, measurements, data, replicates, rng):
     return Data(value, np.where(n > 1, drawn, data.error[0]))
 
 
-def _null(models, fitted, start, names, measurements, data, replicates, rng):
-    """Null gains (replicates,) of each name over `start`, of the best of them, and the chi-square of `start`."""
+def _as_stated(simulated, fitted):
+    """Simulated data with the stated noise in place of one scaled up by the misfit of the model."""
+    centre = fitted.predicted[0]
+    return Data(centre + (simulated.value - centre) / float(fitted.scale[0]), simulated.error)
+
+
+def _fits_well(out, name, scores, rng):
+    """Whether the chi-square of the fit is within the 99 % of data made by that model."""
+    model, fitted = out.models[name], out.fits[name]
+    simulated = simulate_data(fitted, scores.measurements, scores.data, scores.replicates, rng)
+    null = fit(model, _as_stated(simulated, fitted)).chi_square
+    return _share_above(null, float(fitted.chi_square[0])) >= MISFIT
+
+
+def _null(models, fitted, measurements, data, replicates, rng):
+    """Null gains (replicates,) of each mechanism over the base model, and the chi-square of the base model."""
     simulated = simulate_data(fitted, measurements, data, replicates, rng)
-    reference = fit(models[start], simulated)
-    gains = {name: fit(models[name], simulated).score - reference.score for name in names}
-    honest = Data(
-        fitted.predicted[0] + (simulated.value - fitted.predicted[0]) / float(fitted.scale[0]),
-        simulated.error,
-    )
-    chi = reference.chi_square if fitted.scale[0] == 1.0 else fit(models[start], honest).chi_square
-    return gains | {"best": np.max(list(gains.values()), axis=0), "chi_square": chi}
+    reference = fit(models[BASE], simulated)
+    gains = {n: fit(m, simulated).score - reference.score for n, m in models.items() if n != BASE}
+    chi = reference.chi_square
+    if fitted.scale[0] != 1.0:
+        chi = fit(models[BASE], _as_stated(simulated, fitted)).chi_square
+    return gains | {"chi_square": chi}
 
 
-def _one_setting_does_it(models, fits, best, measurements):
+def _one_setting_does_it(fits, best):
     """Whether dropping one setting mends the base model as well as the best mechanism does with all of them.
 
     Both spend one parameter: an outlying setting's own mean, or the mechanism's strength. Compared by chi-square.
@@ -122,20 +169,12 @@ def _one_setting_does_it(models, fits, best, measurements):
     return relief > mended - 4.0
 
 
-def _settle(out, emulated, conditions, measurements, data, singles, best, alpha, replicates, rng):
+def _settle(out, scores, singles):
     """Choose among the causes: one, several that are too close, a pair, or none that fits."""
-    top = out.ranking[0]["score"]
-    close = [r["mechanism"] for r in out.ranking if top - r["score"] < CLOSE]
-    fitted = out.fits[best]
-    null = simulate_data(fitted, measurements, data, replicates, rng)
-    honest = Data(
-        fitted.predicted[0] + (null.value - fitted.predicted[0]) / float(fitted.scale[0]),
-        null.error,
-    )
-    chi_null = fit(out.models[best], honest).chi_square
-    fits_well = _share_above(chi_null, float(fitted.chi_square[0])) >= 0.01
-    if not fits_well:
-        pair = _best_pair(out, emulated, conditions, measurements, data, singles, replicates, rng)
+    rng = np.random.default_rng([scores.seed, 1])
+    best, top = out.ranking[0]["mechanism"], out.ranking[0]["score"]
+    if not _fits_well(out, best, scores, rng):
+        pair = _best_pair(out, scores, singles, rng)
         if pair:
             out.verdict, out.causes = pair
             out.reason = "no single mechanism fits; these two together do"
@@ -143,41 +182,35 @@ def _settle(out, emulated, conditions, measurements, data, singles, best, alpha,
         out.verdict = "unexplained"
         out.reason = f"{best} helps most, but the data still contradict it"
         return
-    out.causes = close
-    out.verdict = "identified" if len(close) == 1 else "ambiguous"
+    out.causes = [r["mechanism"] for r in out.ranking if top - r["score"] < CLOSE]
+    out.verdict = "identified" if len(out.causes) == 1 else "ambiguous"
     out.reason = (
         "predicts left-out settings better than every other mechanism"
-        if len(close) == 1
+        if len(out.causes) == 1
         else "these predict left-out settings about equally well"
     )
 
 
-def _best_pair(out, emulated, conditions, measurements, data, singles, replicates, rng):
+def _best_pair(out, scores, singles, rng):
     """(verdict, causes) where two mechanisms together fit and gain significantly over the best one; else None."""
-    pairs = [p for p in combinations(singles, 2)]
-    scores = {}
-    for pair in pairs:
+    by_pair = {}
+    for pair in combinations(singles, 2):
         name = key_of(pair)
-        out.models[name] = emulated.model(conditions, pair)
-        out.fits[name] = fit(out.models[name], data)
-        scores[pair] = float(out.fits[name].score[0])
-    ordered = sorted(scores, key=scores.get, reverse=True)
-    if not ordered:
+        out.models[name] = scores.emulated.model(scores.conditions, pair)
+        out.fits[name] = fit(out.models[name], scores.data)
+        by_pair[pair] = float(out.fits[name].score[0])
+    ordered = sorted(by_pair, key=by_pair.get, reverse=True)
+    if not ordered or by_pair[ordered[0]] - out.ranking[0]["score"] < out.threshold:
         return None
     first = ordered[0]
-    fitted = out.fits[key_of(first)]
-    null = simulate_data(fitted, measurements, data, replicates, rng)
-    chi_null = fit(out.models[key_of(first)], null).chi_square
-    if _share_above(chi_null, float(fitted.chi_square[0])) < 0.01:
+    if not _fits_well(out, key_of(first), scores, rng):
         return None
-    if scores[first] - out.ranking[0]["score"] < out.threshold:
-        return None
-    close = [p for p in ordered if scores[first] - scores[p] < CLOSE]
+    close = [p for p in ordered if by_pair[first] - by_pair[p] < CLOSE]
     out.ranking = [
         {
             "mechanism": key_of(p),
-            "score": scores[p],
-            "gain": scores[p] - float(out.fits[BASE].score[0]),
+            "score": by_pair[p],
+            "gain": by_pair[p] - float(out.fits[BASE].score[0]),
         }
         for p in ordered[:3]
     ] + out.ranking
@@ -202,4 +235,4 @@ def strength_of(model, fitted, row):
     return out
 
 
-__all__ = ["Identification", "identify", "key_of", "moderated_sd", "simulate_data", "strength_of"]
+__all__ = ["Identification", "Scores", "decide", "identify", "key_of", "moderated_sd", "weigh"]

@@ -4,9 +4,12 @@ import math
 
 import numpy as np
 
-from calibration.discrepancy.design import BASE, factor_share, inputs_of
+from calibration.discrepancy.design import BASE, WIDENED, factor_share, inputs_of
 from calibration.discrepancy.emulator import inverse
 from calibration.discrepancy.settings import lever_values
+
+STEP = 1e-3  # of a coded strength and, relative, of a value: for derivatives of readings
+SHARE_BY_CODED = 0.5 / WIDENED  # derivative of `factor_share`
 
 
 class Emulated:
@@ -51,11 +54,19 @@ class Model:
 
     def predict(self, theta):
         """Values (b, n) in their units and emulator errors (b, n) at theta (b, p)."""
+        value, error, _ = self.with_slope(theta, slope=False)
+        return value, error
+
+    def with_slope(self, theta, slope=True):
+        """Values (b, n), emulator errors (b, n) and the values' derivatives by theta (b, n, p)."""
         shape = (len(theta), len(self.conditions))
         value, error = np.empty(shape), np.empty(shape)
+        by_theta = np.zeros((*shape, theta.shape[1])) if slope else None
         for part in self._parts:
-            value[:, part.rows], error[:, part.rows] = part.predict(theta)
-        return value, error
+            value[:, part.rows], error[:, part.rows], own = part.predict(theta, slope)
+            if slope:
+                by_theta[:, part.rows] = own
+        return value, error, by_theta
 
 
 class _Part:
@@ -83,20 +94,54 @@ class _Part:
             elif (experiment, m.name) in emulated.emulators:
                 self.laws.append((k, emulated.emulators[experiment, m.name]))
 
-    def predict(self, theta):
+    def predict(self, theta, slope):
+        """Values (b, n) and errors (b, n) of this experiment, and derivatives (b, n, p) where `slope`."""
         b, n = len(theta), len(self.rows)
         own = np.repeat(factor_share(theta[:, self.columns]), n, axis=0)
         x = np.hstack([own, np.tile(self.share, (b, 1))])
-        # several laws act by the sum of what each changes; one alone needs no base
-        z = np.zeros(b * n) if len(self.laws) == 1 else (1 - len(self.laws)) * self.base(x)
-        variance = self.base.error**2 if len(self.laws) != 1 else 0.0
-        for k, law in self.laws:
-            z = z + law(np.column_stack([x, np.repeat(theta[:, k], n)]))
-            variance += law.error**2
-        value, slope = inverse(self.experiment, z.reshape(b, n), self.levers)
-        error = np.abs(slope) * math.sqrt(variance)
+        z, by_theta, variance = self._sum_of_laws(theta, x, n, slope)
+        value, by_z = inverse(self.experiment, z.reshape(b, n), self.levers)
+        error = np.abs(by_z) * math.sqrt(variance)
+        if slope:
+            by_theta = by_theta.reshape(b, n, -1) * by_z[:, :, None]
         for k, m in self.readings:
-            strength = m.strength.natural(theta[:, k])
-            for i, condition in enumerate(self.given):
-                value[:, i] = m.observe(value[:, i], condition, strength)
-        return value, error
+            self._read(m, k, theta, value, by_theta)
+        return value, error, by_theta
+
+    def _sum_of_laws(self, theta, x, n, slope):
+        """Transformed response (b n,), derivatives (b n, p) and variance: each law adds what it alone changes."""
+        factors = list(range(len(self.columns))) if slope else []
+        by_theta = np.zeros((len(x), theta.shape[1])) if slope else None
+        alone = 1 - len(self.laws)
+        z, variance = np.zeros(len(x)), 0.0
+        # one law alone needs no base
+        for k, law in [(None, self.base)] * (alone != 0) + self.laws:
+            weight = alone if k is None else 1
+            inputs = x if k is None else np.column_stack([x, np.repeat(theta[:, k], n)])
+            columns = factors + [x.shape[1]] * (slope and k is not None)
+            change, by_input = law.with_slope(inputs, columns)
+            z = z + weight * change
+            variance += law.error**2
+            if slope:
+                by_theta[:, self.columns] += weight * SHARE_BY_CODED * by_input[:, : len(factors)]
+                if k is not None:
+                    by_theta[:, k] += by_input[:, -1]
+        return z, by_theta, variance
+
+    def _read(self, mechanism, k, theta, value, by_theta):
+        """Replace true values by what the mechanism of measurement number k reads, and carry the derivatives along."""
+        strength = mechanism.strength.natural(theta[:, k])
+        if by_theta is not None:
+            # away from the bound: an effect may start there with any slope
+            step = np.where(theta[:, k] + STEP > 1.0, -STEP, STEP)
+            moved = mechanism.strength.natural(theta[:, k] + step)
+        for i, condition in enumerate(self.given):
+            true = value[:, i].copy()
+            value[:, i] = mechanism.observe(true, condition, strength)
+            if by_theta is None:
+                continue
+            rise = STEP * np.maximum(np.abs(true), STEP)
+            higher = mechanism.observe(true + rise, condition, strength)
+            by_theta[:, i] *= ((higher - value[:, i]) / rise)[:, None]
+            stronger = mechanism.observe(true, condition, moved)
+            by_theta[:, i, k] += (stronger - value[:, i]) / step

@@ -1,0 +1,116 @@
+"""A data set with a hidden effect, drawn by the engine, diagnosed, and the verdict judged."""
+
+from dataclasses import dataclass, replace
+
+from calibration.discrepancy import hidden
+from calibration.discrepancy.catalogue import load_catalogue
+from calibration.discrepancy.identify import decide, weigh
+from calibration.discrepancy.verdict import findings
+
+DECOYS = {"outlier": hidden.outlier, "understated": hidden.understated}
+"""Data without an effect that look as if there were one: how they are made of good ones and a seed."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One data set to diagnose; `point` decides its base parameters, `seed` its noise."""
+
+    case: str
+    effects: tuple
+    strength: float
+    seed: int
+    point: int
+
+    @property
+    def truth(self):
+        """Names of what is hidden."""
+        return " + ".join(self.effects)
+
+
+class Laboratory:
+    """Draws data of the engine and diagnoses them; holds what all cases share."""
+
+    def __init__(self, emulated, base, factors_file, replicates, root="results/runs"):
+        self.emulated, self.base, self.factors_file = emulated, base, factors_file
+        self.replicates, self.root = replicates, root
+        self._last = None, None
+
+    def measure(self, case, conditions=hidden.PLAN):
+        """Measurements of a case under the given plan."""
+        measured, _ = hidden.draw(
+            case.point,
+            self.emulated.settings,
+            self.base,
+            self.factors_file,
+            load_catalogue(),
+            dict.fromkeys(case.effects, case.strength),
+            case.seed,
+            conditions,
+            self.root,
+        )
+        return measured
+
+    def weigh(self, measured, seed):
+        """`Scores` of the measurements."""
+        return weigh(self.emulated, measured, self.replicates, seed)
+
+    def identify(self, measured, seed, without=()):
+        """`Identification` with some mechanisms taken out of the catalogue."""
+        return decide(self.weigh(measured, seed), self.emulated.settings.alpha, without)
+
+    def diagnose(self, case):
+        """A mapping: the case, the verdict, and whether the truth was named."""
+        if case.case == "undecided":
+            return self.resolve(case)
+        without = case.effects if case.case == "removed" else ()
+        return judge(case, decide(self._scores(case), self.emulated.settings.alpha, without))
+
+    def _scores(self, case):
+        """Scores of a case; those of the last data set are kept, for it may come again with a smaller catalogue."""
+        data = replace(case, case=case.case if case.case in DECOYS else "")
+        if self._last[0] != data:
+            measured = self.measure(case)
+            if case.case in DECOYS:
+                measured = DECOYS[case.case](measured, case.seed)
+            self._last = data, self.weigh(measured, case.seed)
+        return self._last[1]
+
+    def resolve(self, case, further=2):
+        """Diagnose too little data, add the measurement that the diagnosis asks for, up to `further` times."""
+        measured = self.measure(case, hidden.ONE_LEVER[case.effects[0]])
+        found = self.identify(measured, case.seed)
+        row = judge(case, found)
+        for k in range(further):
+            proposal = findings(self.emulated, measured, found)["next_measurement"]
+            if proposal and (found.verdict == "ambiguous" or k == 0):
+                levers = {n: v for n, v in proposal["levers"].items() if v is not None}
+                measured = measured + self.measure(case, [(proposal["experiment"], levers)])
+                found = self.identify(measured, case.seed)
+            row[f"outcome_{k + 1}_further"] = judge(case, found)["outcome"]
+        return row
+
+
+def judge(case, found):
+    """Compare a verdict with the truth."""
+    first = found.ranking[0]["mechanism"]
+    named = found.verdict in ("identified", "ambiguous")
+    outcome = " + ".join(found.causes) if found.verdict == "identified" else found.verdict
+    if set(found.causes) == set(case.effects) and found.verdict == "identified":
+        outcome = case.truth
+    return {
+        "case": case.case,
+        "truth": case.truth,
+        "strength": case.strength,
+        "seed": case.seed,
+        "point": case.point,
+        "verdict": found.verdict,
+        "causes": " + ".join(found.causes),
+        "first": first if named else "",
+        "named_first": named and set(first.split(" + ")) == set(case.effects),
+        "among_causes": bool(case.effects) and set(case.effects) <= set(found.causes),
+        "outcome": outcome,
+        "lack_of_fit_p": found.lack_of_fit_p,
+        "family_p": found.family_p,
+        "gain": found.ranking[0]["gain"],
+        "data": "real engine",
+    }

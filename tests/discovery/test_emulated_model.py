@@ -1,0 +1,97 @@
+"""Emulators taught by known functions: derivatives, the scatter of runs apart from the error, and the fit."""
+
+import numpy as np
+import pytest
+
+from calibration.discrepancy.catalogue import load_catalogue
+from calibration.discrepancy.design import BASE, inputs_of
+from calibration.discrepancy.emulator import Emulator
+from calibration.discrepancy.fit import Data, fit
+from calibration.discrepancy.model import Emulated
+from calibration.discrepancy.settings import parameters_of, read_settings
+
+SETTINGS = read_settings("config/discovery.yaml")
+FACTORS = parameters_of(SETTINGS, "config/factors.tsv", ["drop", "tilt"])
+LAWS = [("drop", BASE), ("drop", "air_drag"), ("drop", "plastic_restitution"), ("tilt", BASE)]
+CONDITIONS = [
+    *[("drop", {"drop_height_mm": h, "particle_diameter_mm": 2.0, "output_interval_s": 0.04})
+      for h in (60.0, 150.0, 350.0)],
+    *[("tilt", {"tilt_rate_deg_s": w, "particle_diameter_mm": 2.0}) for w in (5.0, 18.0)],
+]  # fmt: skip
+
+
+def smooth(x):
+    return 0.4 + 0.3 * x[:, 0] - 0.1 * x[:, 1] * x[:, -1] + 0.05 * np.sin(3.0 * x[:, 2])
+
+
+@pytest.fixture(scope="module")
+def emulated():
+    rng, emulators = np.random.default_rng(5), {}
+    for k, key in enumerate(LAWS):
+        x = rng.random((40, len(inputs_of(SETTINGS, FACTORS, *key))))
+        z = smooth(x) + 0.1 * k * x[:, -1] - (2.0 if key[0] == "drop" else 0.0)
+        emulators[key] = Emulator(x, z)
+    return Emulated(emulators, SETTINGS, FACTORS, load_catalogue())
+
+
+@pytest.mark.parametrize("columns", [[], [0], [1, 3], [0, 1, 2, 3]])
+def test_an_emulator_knows_its_derivatives(columns):
+    rng = np.random.default_rng(1)
+    x = rng.random((60, 4))
+    emulator = Emulator(x, smooth(x))
+    at = rng.random((7, 4))
+    value, slope = emulator.with_slope(at, columns)
+    assert value == pytest.approx(emulator(at))
+    assert slope.shape == (7, len(columns))
+    for k, c in enumerate(columns):
+        step = 1e-4 * np.eye(4)[c]
+        assert slope[:, k] == pytest.approx(
+            (emulator(at + step) - emulator(at - step)) / 2e-4, abs=1e-4
+        )
+
+
+def test_scatter_between_runs_is_no_error_of_their_mean():
+    rng = np.random.default_rng(2)
+    x, scatter = rng.random((150, 2)), 0.05
+    truth = smooth(np.column_stack([x, x]))
+    emulator = Emulator(x, truth + scatter * rng.standard_normal(len(x)), deterministic=False)
+    assert emulator.scatter == pytest.approx(scatter, rel=0.25)
+    at = rng.random((500, 2))
+    real = np.sqrt(np.mean((emulator(at) - smooth(np.column_stack([at, at]))) ** 2))
+    assert real < 2.0 * emulator.error < 4.0 * real
+    assert emulator.error < 0.5 * scatter
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        (),
+        ("air_drag",),
+        ("air_drag", "plastic_restitution"),
+        ("apex_sampling",),
+        ("air_drag", "tilt_detection_lag"),
+        ("apex_sampling", "plastic_restitution", "tilt_detection_lag"),
+    ],
+)
+def test_the_derivatives_of_a_model_are_those_of_its_predictions(emulated, names):
+    model = emulated.model(CONDITIONS, names)
+    theta = np.array([model.prior_mean + 0.1, model.prior_mean - 0.2])
+    value, error, slope = model.with_slope(theta)
+    assert value == pytest.approx(model.predict(theta)[0])
+    for k in range(theta.shape[1]):
+        step = 1e-4 * np.eye(theta.shape[1])[k]
+        central = (model.predict(theta + step)[0] - model.predict(theta - step)[0]) / 2e-4
+        assert slope[:, :, k] == pytest.approx(central, rel=0.01, abs=1e-3)
+    assert (error > 0.0).all()
+
+
+def test_a_fit_finds_the_parameters_that_made_the_data(emulated):
+    model = emulated.model(CONDITIONS, ["air_drag"])
+    rng = np.random.default_rng(3)
+    truth = np.column_stack([rng.uniform(-0.6, 0.6, (20, 2)), rng.uniform(0.2, 0.8, 20)])
+    value = model.predict(truth)[0]
+    found = fit(model, Data(value, 1e-3 * value))
+    assert found.chi_square.max() < 1.0
+    # within four standard deviations of the posterior, the prior's pull included
+    sd = np.sqrt(np.einsum("bpp->bp", found.cov))
+    assert (np.abs(found.theta - truth) < 4.0 * sd).all()

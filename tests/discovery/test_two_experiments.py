@@ -1,0 +1,65 @@
+"""Drop and tilt together: every mechanism that shows on them, pairs of effects, and data that leave the cause open."""
+
+import pytest
+
+from calibration.discrepancy import hidden
+from calibration.discrepancy.laboratory import Case
+
+MECHANISMS = (
+    "viscoelastic_restitution",
+    "plastic_restitution",
+    "air_drag",
+    "apex_sampling",
+    "under_resolved_contact",
+    "wall_adhesion",
+    "tilt_detection_lag",
+    "stress_dependent_friction",
+)
+CHANGES = {
+    "runs_per_input": 8,
+    "experiments": {
+        "drop": {
+            "mechanisms": [m for m in MECHANISMS[:6] if m != "apex_sampling"],
+        },
+        "shear": None,
+        "heap": None,
+    },
+}
+PLAN = [(e, x) for e, x in hidden.PLAN if e in ("drop", "tilt")]
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def both(tmp_path_factory, make_laboratory):
+    return make_laboratory(tmp_path_factory.mktemp("runs"), CHANGES, MECHANISMS)[0]
+
+
+def test_most_hidden_effects_are_named_first_and_hardly_any_is_named_wrongly(both):
+    right, wrong = 0, 0
+    for name in MECHANISMS:
+        for point in range(2):
+            data = both.measure(Case("test", (name,), 1.0, point, point), PLAN)
+            found = both.identify(data, 3)
+            named = found.verdict in ("identified", "ambiguous")
+            right += named and found.ranking[0]["mechanism"] == name
+            wrong += found.verdict == "identified" and found.causes != [name]
+    assert right >= 12  # of 16
+    assert wrong <= 1
+
+
+def test_two_effects_at_once_are_both_named(both):
+    effects = ("viscoelastic_restitution", "tilt_detection_lag")
+    cases = [Case("test", effects, 1.0, point, point) for point in range(3)]
+    found = [both.identify(both.measure(case, PLAN), 3) for case in cases]
+    assert sum(set(effects) <= set(f.causes) for f in found) >= 2
+
+
+def test_data_along_one_lever_leave_the_cause_open_and_the_proposed_measurement_settles_it(both):
+    cases = [Case("undecided", ("air_drag",), 1.0, point, point) for point in range(4)]
+    rows = [both.diagnose(case) for case in cases]
+    still_open = [r for r in rows if r["verdict"] == "ambiguous"]
+    assert len(still_open) >= 2
+    assert all("air_drag" in r["causes"] for r in still_open)
+    settled = [r for r in still_open if r["outcome_2_further"] == "air_drag"]
+    assert len(settled) >= 0.5 * len(still_open)
