@@ -231,6 +231,24 @@ def test_another_metric_carries_its_own_unit(study):
     assert "°" not in text[: text.index("The heap ")]
 
 
+def test_further_targets_have_their_own_figure_sentence_and_tile(study):
+    metric = "bulk_density_kg_m3"
+    figure = (study / "screening" / "pareto.svg").read_text()
+    write(study / "screening" / f"pareto_{metric}.svg", figure)
+    write(study / "screening" / f"effects_{metric}.csv", "code,effect\nA,12\n")
+    found = VALIDATION | {"simulated_mean": 811.0, "measured_mean": 800.0, "margin": 20}
+    write(study / "validation" / "validation.json", VALIDATION | {"further": {metric: found}})
+    build(study, study / "report.html")
+    page = (study / "report.html").read_text()
+    assert "Validated bulk density 811 kg/m³" in text_of(page)
+    assert "within ±20 kg/m³" in text_of(page)
+    (chart,) = re.findall(
+        rf'<figure class="chart(?:(?!<figure).)*pareto_{metric}-.*?</figure>', page, re.S
+    )
+    assert "Bulk density: Pareto chart" in chart
+    assert f'download="screening_effects_{metric}.csv"' in chart
+
+
 def test_a_figure_within_the_page_takes_the_pages_colours(study):
     svg, width = _inline(study / "screening" / "half_normal.svg")
     assert width == pytest.approx(5.4 * 72)

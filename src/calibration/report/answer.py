@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from calibration.figures import label
+from calibration.figures import label, quantity_of
 from calibration.report.embed import html_of, load
 
 MEANING = {
@@ -22,6 +22,7 @@ def answer(study, quantity):
     tiles = [
         *(_validated(validation, quantity) if validation else []),
         *(_equivalence(validation, quantity) if validation else []),
+        *(_further(validation) if validation else []),
         *(_diagnosed(verdict) if verdict else []),
     ]
     return {
@@ -73,13 +74,26 @@ def _validated(v, quantity):
     ]
 
 
+def _further(v):
+    """A tile of each further target: beside its measurement where it has one."""
+    tiles = []
+    for metric, found in v.get("further", {}).items():
+        quantity = quantity_of(metric)
+        if "measured_mean" in found:
+            tiles += [_validated(found, quantity)[0] | {"good": found["equivalent"]}]
+        else:
+            value = quantity.value(found["simulated_mean"])
+            tiles += [{"name": quantity.name.capitalize(), "value": value, "text": "not measured"}]
+    return tiles
+
+
 def _equivalence(v, quantity):
     word = "equivalent" if v["equivalent"] else "not shown to be equivalent"
     return [
         {
             "name": "Difference",
-            "value": f"{v['difference']:+.2f}{quantity.unit}",
-            "text": f"95 % {v['difference_low']:+.2f} to {v['difference_high']:+.2f}; {word} within "
+            "value": f"{v['difference']:+.3g}{quantity.unit}",
+            "text": f"95 % {v['difference_low']:+.3g} to {v['difference_high']:+.3g}; {word} within "
             f"±{v['margin']:g}{quantity.unit}",
             "good": v["equivalent"],
         }

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from calibration.figures import label
+from calibration.figures import label, quantity_of
 from calibration.report.embed import caption, download, figure, load, table
 
 # stage folder: title, [(figure, its caption's file, files with its numbers)], [(table, title)]
@@ -90,11 +90,24 @@ def stage(study, key, quantity):
         for name, text in tables
         if (folder / f"{name}.csv").exists()
     ]
+    drawn += _further(folder, [name for name, *_ in figures])
     if not drawn and not shown:
         return None
     summary = load(folder / f"{key}.json")
     texts = SENTENCES[key](summary, quantity) if summary and key in SENTENCES else []
     return {"key": key, "title": title, "texts": texts, "figures": drawn, "tables": shown}
+
+
+def _further(folder, listed):
+    """Figures of further targets, <figure>_<metric>.svg or <metric>.svg, with the files that bear the metric."""
+    figures = []
+    for path in sorted(p for p in folder.glob("*.svg") if p.stem not in listed):
+        base = next((n for n in listed if path.stem.startswith(f"{n}_")), None)
+        metric = path.stem.removeprefix(f"{base}_")
+        text = f"{quantity_of(metric).name.capitalize()}: {caption(base or folder.name)}"
+        data = sorted(p for p in folder.glob(f"*{metric}*") if p.suffix != ".svg")
+        figures.append(figure(path, text, [*data, folder / "runs.csv"]))
+    return figures
 
 
 def beside(study, key):
@@ -196,12 +209,21 @@ def _surface(data, quantity):
 
 
 def _validation(data, quantity):
-    word = "equivalent" if data["equivalent"] else "not shown to be equivalent"
-    return [
-        f"Difference {data['difference']:+.2f}{quantity.unit} (95 % {data['difference_low']:+.2f} to "
-        f"{data['difference_high']:+.2f}); {word} within ±{data['margin']:g}{quantity.unit} "
-        f"(p = {data['equivalence_p']:.2g}); t test p = {data['t_p']:.2g}."
+    further = [
+        f"{quantity_of(metric).name.capitalize()}: {_difference(found, quantity_of(metric))}"
+        for metric, found in data.get("further", {}).items()
+        if "difference" in found
     ]
+    return [_difference(data, quantity), *further]
+
+
+def _difference(data, quantity):
+    word = "equivalent" if data["equivalent"] else "not shown to be equivalent"
+    return (
+        f"Difference {data['difference']:+.3g}{quantity.unit} (95 % {data['difference_low']:+.3g} to "
+        f"{data['difference_high']:+.3g}); {word} within ±{data['margin']:g}{quantity.unit} "
+        f"(p = {data['equivalence_p']:.2g}); t test p = {data['t_p']:.2g}."
+    )
 
 
 def _sweep(data, quantity):
