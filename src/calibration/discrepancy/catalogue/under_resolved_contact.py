@@ -15,6 +15,6 @@ MECHANISM = Mechanism(
     source="integration error of the damped contact; falls with the time step, which no effect of nature does",
     experiments=("drop",),
     levers=("particle_diameter_mm", "drop_height_mm"),
-    strength=Strength("time step", "10 us", 0.02, 1.0, 0.8, log=True),
+    strength=Strength("time step", "10 us", 0.1, 1.0, 0.8, log=True),
     apply=apply,
 )
