@@ -1,4 +1,40 @@
-checkpoint plan_tilt:
+# runs of a second or two share a process; the number of batches is the number of processes that a stage can use at once
+BATCHES_OF = {
+    "tilt": 2,
+    "tilt_confirmation": 1,
+    "drop": 1,
+    "drop_confirmation": 1,
+    "shear": 2,
+    "scaling": 4,
+}
+
+
+def batches_of(stage):
+    """What shows that all runs of a stage's plan are done."""
+    return [f"{STUDY}/{stage}/batches/{n}.json" for n in range(BATCHES_OF[stage])]
+
+
+rule bench_batch:
+    input:
+        plan=f"{STUDY}/{{stage}}/plan.json",
+        compiled=ancient(COMPILED),
+    output:
+        done=f"{STUDY}/{{stage}}/batches/{{batch}}.json",
+    log:
+        f"{STUDY}/logs/{{stage}}_batch_{{batch}}.log",
+    wildcard_constraints:
+        stage="|".join(BATCHES_OF),
+    conda:
+        "../envs/calibration.yaml"
+    params:
+        batches=lambda wildcards: BATCHES_OF[wildcards.stage],
+    message:
+        "{wildcards.stage}: runs, batch {wildcards.batch}"
+    script:
+        "../scripts/bench_batch.py"
+
+
+rule plan_tilt:
     input:
         factors=SETTINGS.factors,
     output:
@@ -16,11 +52,11 @@ checkpoint plan_tilt:
         "../scripts/plan_tilt.py"
 
 
-checkpoint plan_tilt_confirmation:
+rule plan_tilt_confirmation:
     input:
         design=f"{STUDY}/tilt/design.csv",
         factors=SETTINGS.factors,
-        runs=lambda w: results_of(checkpoints.plan_tilt.get().output.plan),
+        runs=batches_of("tilt"),
     output:
         design=f"{STUDY}/tilt_confirmation/design.csv",
         plan=f"{STUDY}/tilt_confirmation/plan.json",
@@ -40,7 +76,7 @@ rule tilt:
     input:
         sweep=f"{STUDY}/tilt/design.csv",
         confirmation=f"{STUDY}/tilt_confirmation/design.csv",
-        runs=lambda w: results_of(checkpoints.plan_tilt_confirmation.get().output.plan),
+        runs=batches_of("tilt_confirmation"),
     output:
         runs=f"{STUDY}/tilt/runs.csv",
         summary=f"{STUDY}/tilt/tilt.json",
@@ -61,7 +97,7 @@ rule tilt:
         "../scripts/tilt.py"
 
 
-checkpoint plan_drop:
+rule plan_drop:
     input:
         factors=SETTINGS.factors,
     output:
@@ -79,11 +115,11 @@ checkpoint plan_drop:
         "../scripts/plan_drop.py"
 
 
-checkpoint plan_drop_confirmation:
+rule plan_drop_confirmation:
     input:
         design=f"{STUDY}/drop/design.csv",
         factors=SETTINGS.factors,
-        runs=lambda w: results_of(checkpoints.plan_drop.get().output.plan),
+        runs=batches_of("drop"),
     output:
         design=f"{STUDY}/drop_confirmation/design.csv",
         plan=f"{STUDY}/drop_confirmation/plan.json",
@@ -103,7 +139,7 @@ rule drop:
     input:
         sweep=f"{STUDY}/drop/design.csv",
         confirmation=f"{STUDY}/drop_confirmation/design.csv",
-        runs=lambda w: results_of(checkpoints.plan_drop_confirmation.get().output.plan),
+        runs=batches_of("drop_confirmation"),
     output:
         runs=f"{STUDY}/drop/runs.csv",
         summary=f"{STUDY}/drop/drop.json",
@@ -124,7 +160,7 @@ rule drop:
         "../scripts/drop.py"
 
 
-checkpoint plan_shear:
+rule plan_shear:
     input:
         factors=SETTINGS.factors,
     output:
@@ -145,7 +181,7 @@ checkpoint plan_shear:
 rule shear:
     input:
         design=f"{STUDY}/shear/design.csv",
-        runs=lambda w: results_of(checkpoints.plan_shear.get().output.plan),
+        runs=batches_of("shear"),
     output:
         runs=f"{STUDY}/shear/runs.csv",
         summary=f"{STUDY}/shear/shear.json",

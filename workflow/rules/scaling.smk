@@ -1,4 +1,4 @@
-checkpoint plan_scaling:
+rule plan_scaling:
     input:
         factors=SETTINGS.factors,
     output:
@@ -19,7 +19,7 @@ checkpoint plan_scaling:
 rule scaling:
     input:
         design=f"{STUDY}/scaling/design.csv",
-        runs=lambda w: results_of(checkpoints.plan_scaling.get().output.plan),
+        runs=batches_of("scaling"),
     output:
         runs=f"{STUDY}/scaling/runs.csv",
         table=f"{STUDY}/scaling/scaling.csv",
