@@ -85,7 +85,8 @@ rule diagnosis_calibrate:
         table=f"{DIAGNOSIS}/residuals.csv",
         residuals=report(
             f"{DIAGNOSIS}/residuals.svg",
-            category="6 Diagnosis",
+            caption="../report/diagnosis_residuals.rst",
+            category="9 Diagnosis",
         ),
     log:
         f"{STUDY}/logs/diagnosis_calibrate.log",
@@ -111,11 +112,13 @@ rule diagnosis_identify:
         plan=f"{DIAGNOSIS}/extension_plan.json",
         predictions=report(
             f"{DIAGNOSIS}/predictions.svg",
-            category="6 Diagnosis",
+            caption="../report/diagnosis_predictions.rst",
+            category="9 Diagnosis",
         ),
         ranking=report(
             f"{DIAGNOSIS}/ranking.svg",
-            category="6 Diagnosis",
+            caption="../report/diagnosis_ranking.rst",
+            category="9 Diagnosis",
         ),
     log:
         f"{STUDY}/logs/diagnosis_identify.log",
@@ -154,11 +157,13 @@ rule diagnose:
         verdict=f"{DIAGNOSIS}/verdict.json",
         page=report(
             f"{DIAGNOSIS}/diagnosis.md",
-            category="6 Diagnosis",
+            caption="../report/diagnosis.rst",
+            category="9 Diagnosis",
         ),
         gain=report(
             f"{DIAGNOSIS}/gain.svg",
-            category="6 Diagnosis",
+            caption="../report/diagnosis_gain.rst",
+            category="9 Diagnosis",
         ),
     log:
         f"{STUDY}/logs/diagnose.log",

@@ -80,7 +80,8 @@ rule export:
     output:
         parameters=report(
             f"{STUDY}/calibrated.yaml",
-            category="8 Export",
+            caption="../report/export.rst",
+            category="10 Export",
         ),
         blocks=expand(
             f"{STUDY}/exports/{{file}}",

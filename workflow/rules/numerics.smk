@@ -23,7 +23,11 @@ rule numerics:
         design=f"{STUDY}/numerics/design.csv",
         runs=lambda w: results_of(checkpoints.plan_numerics.get().output.plan),
     output:
-        table=f"{STUDY}/numerics/numerics.csv",
+        table=report(
+            f"{STUDY}/numerics/numerics.csv",
+            caption="../report/numerics.rst",
+            category="11 Numerics",
+        ),
     log:
         f"{STUDY}/logs/numerics.log",
     conda:

@@ -2,7 +2,7 @@ SUPPLEMENTS = {"audit": "audit.csv", "reproduction": "reproduction.csv"} | {
     test: f"{test}.json" for test in ("tilt", "drop", "shear", "scaling")
 }
 # what the page shows too when it has been made, but does not wait for
-BESIDE = {"diagnosis", "numerics", "scaling", "reproduction", "exports"} - set(
+ALSO_SHOWN = {"diagnosis", "numerics", "scaling", "reproduction", "exports"} - set(
     SETTINGS.supplements
 )
 
@@ -39,7 +39,7 @@ rule report:
         # with its time: the page is written anew when it changes. It is no input, as that would make what nobody asked for
         beside=lambda w: {
             str(path): int(path.stat().st_mtime)
-            for name in sorted(BESIDE)
+            for name in sorted(ALSO_SHOWN)
             for path in sorted(Path(STUDY, name).glob("*.*"))
         },
     message:

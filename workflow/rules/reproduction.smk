@@ -18,7 +18,11 @@ rule reproduction:
         scaling=f"{STUDY}/scaling/scaling.json",
         beside=[f"{folder}/validation/validation.json" for folder in BESIDE],
     output:
-        table=f"{STUDY}/reproduction/reproduction.csv",
+        table=report(
+            f"{STUDY}/reproduction/reproduction.csv",
+            caption="../report/reproduction.rst",
+            category="12 Reproduction",
+        ),
         summary=f"{STUDY}/reproduction/reproduction.json",
     log:
         f"{STUDY}/logs/reproduction.log",
