@@ -1,7 +1,7 @@
 """Figures of the diagnosis; each returns a matplotlib Figure."""
 
 import numpy as np
-import pandas as pd
+from matplotlib import ticker
 
 from calibration.discrepancy.residuals import LEVERS, NAMES
 from calibration.figures import BLUE, GREY, ORANGE, _axes, label
@@ -30,6 +30,9 @@ def _draw_axes(panels, height=3.2):
 def _lever_axis(axis, kind, lever):
     name, unit = LEVERS[lever]
     axis.set(xscale="log", xlabel=f"{name} [{unit}]" if unit else name, title=NAMES[kind])
+    axis.xaxis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
+    axis.xaxis.set_major_formatter("{x:g}")
+    axis.xaxis.set_minor_formatter(ticker.NullFormatter())
 
 
 def residual_figure(rows):
@@ -79,7 +82,8 @@ def gain_figure(gain):
 
     gain: the mapping of `extend.gain`, or None where no model was extended.
     """
-    points = gain["points"][::-1] if gain else []
+    points = gain["points"] if gain else []
+    points = sorted(points, key=lambda p: (p["experiment"], *p["levers"].values()), reverse=True)
     figure, axis = _axes(size=(6.4, 1.0 + 0.3 * len(points)))
     y = np.arange(len(points))
     axis.axvspan(-2, 2, color=GREY, alpha=0.15, linewidth=0)
@@ -114,38 +118,4 @@ def ranking_figure(verdict):
     axis.set_xlabel("gain in held-out log density [nats]")
     axis.set_title("dashed: threshold for the best of all")
     axis.set_xscale("symlog", linthresh=10)
-    return figure
-
-
-def benchmark_figure(table):
-    """Power against strength, and the confusion matrix at the moderate strength."""
-    figure, (left, right) = _axes(1, 2, size=(12, 4.8))
-    hidden = table[table["case"].isin(["mechanism"])]
-    for name, own in hidden.groupby("truth"):
-        power = own.groupby("strength")["named_first"].mean()
-        left.plot(power.index, power.values, "o-", label=label(name))
-    left.set(
-        xlabel="strength over the moderate one", ylabel="share named first", ylim=(-0.02, 1.02)
-    )
-    left.legend(fontsize=7)
-    at = table[(table["strength"] == 1.0) | (table["case"] != "mechanism")]
-    truth = [t if c == "mechanism" else c for t, c in zip(at["truth"], at["case"], strict=True)]
-
-    matrix = pd.crosstab(pd.Series(truth, name="hidden"), at["outcome"].reset_index(drop=True))
-    share = matrix.div(matrix.sum(axis=1), axis=0)
-    right.imshow(share, cmap="Blues", vmin=0, vmax=1, aspect="auto")
-    right.set_xticks(
-        range(len(share.columns)),
-        [label(c) for c in share.columns],
-        rotation=60,
-        ha="right",
-        fontsize=7,
-    )
-    right.set_yticks(range(len(share)), [label(r) for r in share.index], fontsize=7)
-    for i, row in enumerate(matrix.to_numpy()):
-        for j, count in enumerate(row):
-            if count:
-                ink = "white" if share.iat[i, j] > 0.5 else "black"
-                right.text(j, i, int(count), ha="center", va="center", fontsize=7, color=ink)
-    right.grid(visible=False)
     return figure
