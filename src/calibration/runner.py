@@ -14,6 +14,7 @@ from dem.errors import DemError, MeasureError
 from dem.run import run
 from dem.spec import parse_spec
 
+NOTE_EVERY = 0.1  # of a run: snakemake shows the log of a failed run, whose last lines must not be lost among notes
 NO_HEAP = (
     "the grains roll or bounce off the plate, or are too few: more friction, a lower discharge height or a rim "
     "(docs/howto-geometry.md), or more grains"
@@ -31,8 +32,13 @@ def run_logged(spec, out, log, config):
     Path(log).parent.mkdir(parents=True, exist_ok=True)
     repeat = Path(log).with_name("failed.yaml")
     with open(log, "w") as stream:
+        told = -1.0
 
         def note(fraction, text):
+            nonlocal told
+            if fraction < told + NOTE_EVERY:
+                return
+            told = fraction
             stream.write(f"{time.time() - started:8.1f} s  {100 * fraction:3.0f} %  {text}\n")
             stream.flush()
 
