@@ -81,28 +81,17 @@ def test_beds(tmp_path, recording):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("seed", cases.PRIMES)
 @pytest.mark.parametrize("case", cases.HEAPS)
-def test_heaps(tmp_path, recording, case):
+def test_heaps(tmp_path, recording, case, seed):
     if not recording:
-        pytest.skip("heaps take LIGGGHTS minutes each: run with --record-peers")
-    rows, grains = [], {}
-    for seed in cases.PRIMES:
-        spec = cases.heap_spec(*cases.HEAPS[case], 1)
-        version, state = peer.run_heap(spec, tmp_path, seed, cases.HEAP_TIME)
-        final = cases.state_of(state)
-        rows.append({"case": case, "seed": seed} | cases.measure_pile(final, spec))
-        grains[seed] = final[0]
-    others = [row for row in read_heaps() if row["case"] != case]
-    records.write("heaps", others + rows, version)
-    records.write_grains(case, grains)
-    assert all(row["in_funnel"] == 0 for row in rows)
-
-
-def read_heaps():
-    try:
-        return records.read("heaps").drop(columns="engine").to_dict("records")
-    except FileNotFoundError:
-        return []
+        pytest.skip("a heap takes LIGGGHTS minutes: run with --record-peers")
+    spec = cases.heap_spec(*cases.HEAPS[case], 1)
+    version, state = peer.run_heap(spec, tmp_path, seed, cases.HEAP_TIME)
+    final = cases.state_of(state)
+    row = {"case": case, "seed": seed} | cases.measure_pile(final, spec)
+    records.add_heap(row, final[0], version)
+    assert row["in_funnel"] == 0
 
 
 def among(row, recorded, names):

@@ -21,20 +21,30 @@ def write(name, rows, version):
     )
 
 
-def write_grains(case, positions):
-    """Keep the places (n, 3) [m] of the grains of each seed's heap, to a micrometre."""
-    whole = {str(seed): np.rint(p / MICRON).astype(np.int32) for seed, p in positions.items()}
-    np.savez_compressed(_grains(case), **whole)
+def add_heap(row, position, version):
+    """Put one heap into heaps.csv, and the places (n, 3) [m] of its grains, to a micrometre, beside it."""
+    case, seed = row["case"], row["seed"]
+    path = FOLDER / "heaps.csv"
+    old = pd.read_csv(path) if path.exists() else pd.DataFrame(columns=["case", "seed"])
+    others = old[(old["case"] != case) | (old["seed"] != seed)].drop(
+        columns="engine", errors="ignore"
+    )
+    table = pd.concat([others, pd.DataFrame([row])]) if len(others) else pd.DataFrame([row])
+    write("heaps", table.sort_values(["case", "seed"]), version)
+    np.savez_compressed(
+        _grains(case, seed), position_um=np.rint(position / MICRON).astype(np.int32)
+    )
 
 
-def read_grains(case):
-    """{seed: places (n, 3) [m]} of the recorded heaps of a case."""
-    with np.load(_grains(case)) as stored:
-        return {int(seed): MICRON * stored[seed] for seed in stored}
+def read_grains(case, seed):
+    """Places (n, 3) [m] of the grains of a recorded heap."""
+    with np.load(_grains(case, seed)) as stored:
+        return MICRON * stored["position_um"]
 
 
-def _grains(case):
-    return FOLDER / f"heap_{''.join(c if c.isalnum() else '_' for c in case)}.npz"
+def _grains(case, seed):
+    name = "_".join("".join(c if c.isalnum() else " " for c in case).split())
+    return FOLDER / f"heap_{name}_{seed}.npz"
 
 
 def contact_rows(name, force, torque):
