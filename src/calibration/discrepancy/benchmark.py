@@ -38,8 +38,8 @@ PAIRS = (
 NULLS, NULL_POINTS = 40, 12
 DRAWS = 8  # of each mechanism, a point each
 WEAKER = (0.5,)
-DECIDE = ("laboratory", "hidden", "identify", "fit", "model", "emulator", "design", "settings")
-"""Modules beside the catalogue that a case's outcome depends on."""
+DECIDE = ("laboratory", "hidden", "identify", "fit", "model", "emulator", "next_measurement")
+"""Modules that a case's outcome depends on, beside the catalogue and what decides the emulators' plan."""
 
 
 def cases(nulls=NULLS, draws=DRAWS, mechanisms=MECHANISMS, first=0):
@@ -148,25 +148,30 @@ def equip(config, settings, source):
 def run_shard(config, settings, source, shard, shards, folder, table):
     """Diagnose the cases whose point falls to this shard: cases that share runs share a shard."""
     own = [c for c in cases() if c.point % shards == shard]
-    key = _key(config, settings)
+    out = run_cases(own, config, settings, source, folder)
+    _write(pd.DataFrame(out), table)
+
+
+def run_cases(some, config, settings, source, folder):
+    """Rows of the given cases, those that are kept in `folder` from there."""
+    key = _key(config, settings, source.plan)
     lab, out = None, []
-    for case in own:
+    for case in some:
         kept = Path(folder) / f"{_name(case, key)}.json"
         if not kept.exists():
             lab = lab or equip(config, settings, source)
             write_json(kept, lab.diagnose(case))
         out.append(json.loads(kept.read_text()))
         print(out[-1], flush=True)
-    _write(pd.DataFrame(out), table)
+    return out
 
 
-def _key(config, settings):
-    """What decides every case beside the case: engine, code, settings, run spec and factors."""
+def _key(config, settings, plan_file):
+    """What decides every case beside the case: engine, code, settings, run spec, factors and emulator runs."""
     here = Path(__file__).parent
     files = [here / f"{n}.py" for n in DECIDE] + sorted((here / "catalogue").glob("*.py"))
-    code = [f.read_text() for f in files]
-    parts = [engine_fingerprint(), *code, settings.model_dump_json(), json.dumps(config.run)]
-    parts.append(Path(config.factors).read_text())
+    parts = [f.read_text() for f in [*files, Path(config.factors), Path(plan_file)]]
+    parts += [engine_fingerprint(), json.dumps([settings.replicates, settings.alpha, config.run])]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 
