@@ -64,3 +64,19 @@ def for_further_targets(pattern, measured=False):
 def results_of(plan_file):
     """Result files of all runs of a plan."""
     return [result_path(name) for name in read_plan(plan_file)]
+
+
+# runs of a second or two share a process; the number of batches is the number of processes that a stage can use at once
+BATCHES_OF = {
+    "tilt": 2,
+    "tilt_confirmation": 1,
+    "drop": 1,
+    "drop_confirmation": 1,
+    "shear": 2,
+    "scaling": 4,
+}
+
+
+def batches_of(stage):
+    """What shows that all runs of a stage's plan are done."""
+    return [f"{STUDY}/{stage}/batches/{n}.json" for n in range(BATCHES_OF[stage])]
