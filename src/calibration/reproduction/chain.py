@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from calibration.regression import fit_surface
+from calibration.reproduction.measured import simulated_sd
 from calibration.reproduction.rows import (
     NOT_COMPARABLE,
     NOT_RUN,
@@ -60,8 +61,9 @@ def rows(paper, studies):
         yield from _validation(paper, one)
 
 
-def _spread(study):
-    return study.seed_spread() or (None, None)
+def spread(paper, study):
+    """(our sd between seeds or None, runs it is from, the paper's sd between its runs) [deg]."""
+    return *(study.seed_spread() or (None, None)), simulated_sd(paper)
 
 
 def _ascent(paper, study):
@@ -76,7 +78,7 @@ def _ascent(paper, study):
         if here.empty:
             yield absent(place, text.text, NOT_COMPARABLE, "our path does not pass this point")
         else:
-            yield single_run(place, text, float(here["response"].iloc[0]), *_spread(study))
+            yield single_run(place, text, float(here["response"].iloc[0]), *spread(paper, study))
 
 
 def _runs_at(runs, point):
@@ -112,7 +114,7 @@ def _box_behnken(paper, study):
         if n >= len(here):
             yield absent(place, text.text, NOT_COMPARABLE, "not a point of our design")
         else:
-            yield single_run(place, text, float(here["response"].iloc[n]), *_spread(study))
+            yield single_run(place, text, float(here["response"].iloc[n]), *spread(paper, study))
 
 
 def _surfaces(paper, study):

@@ -88,3 +88,8 @@ def _table_5(paper, config):
             continue
         factor = ours[name]
         yield words(place, paper_range, f"{factor.low:g} to {factor.high:g}", SET)
+
+
+def simulated_sd(paper):
+    """Scatter of the paper's own runs at one point [deg]: standard deviation of the 25 angles of Table 13."""
+    return float(paper.numbers("table13_validation", "angle_deg")["angle_deg"].std(ddof=1))

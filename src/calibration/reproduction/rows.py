@@ -70,12 +70,14 @@ def means(place, printed, ours, sd, n, paper_sd=None, paper_n=1):
 
 
 def single_run(place, printed, ours, sd, n, paper_sd=None):
-    """A run of ours beside one of the paper's; sd [the response's unit] between seeds, known from n runs."""
+    """A run of ours beside one of theirs; sd between our seeds, known from n runs, and between the paper's runs."""
     if sd is None:
         return without_spread(place, printed, ours)
     se = math.hypot(sd, sd if paper_sd is None else paper_sd)
     half = float(stats.t.ppf(1 - ALPHA / 2, n - 1)) * se
-    return _decide(place, printed, ours, half, "one run each; scatter between seeds", sd=sd, n=1)
+    return _decide(
+        place, printed, ours, half, "one run each; scatter between runs at one point", sd=sd, n=1
+    )
 
 
 def estimates(place, printed, ours, se, freedom, paper_se=None):

@@ -3,6 +3,7 @@
 import numpy as np
 
 from calibration.regression import screen
+from calibration.reproduction.chain import spread
 from calibration.reproduction.rows import (
     NOT_COMPARABLE,
     NOT_RUN,
@@ -39,11 +40,11 @@ def _runs(paper, study, runs):
         and len(runs) == len(table)
         and np.allclose(runs[CODES], table[CODES])
     )
-    spread = study.seed_spread() or (None, None)
+    scatter = spread(paper, study)
     for k, text in enumerate(angles):
         place = Place("Table 6", f"table06.run{k + 1}", f"angle of run {k + 1}", "deg", study.name)
         if same:
-            yield single_run(place, text, float(runs["response"][k]), *spread)
+            yield single_run(place, text, float(runs["response"][k]), *scatter)
         else:
             yield absent(place, text.text, NOT_COMPARABLE, "this study ran another design")
 
