@@ -21,7 +21,7 @@ def campaign(tmp_path, monkeypatch):
     """A screening of heaps of too few grains, planned: its settings, table and {run id: spec}."""
     data = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
     data["run"] = {"particles": {"count": 5, "diameter_mm": 6.0}}
-    data["name"] = "few"
+    data |= {"name": "few", "optimise": {"candidate_runs": 10}}
     (tmp_path / "config").symlink_to(ROOT / "config")
     (tmp_path / "data").symlink_to(ROOT / "data")
     monkeypatch.chdir(tmp_path)
