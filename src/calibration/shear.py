@@ -102,20 +102,24 @@ class SlopeCurve:
         return model @ self.coefficients[:3], self.t * np.sqrt(variance)
 
     def inverse(self, slope):
-        """(friction, interval) within the swept range that give the slope, each None where there is none.
+        """(friction, interval) within the swept range that give the slope; (None, None) where none does.
 
-        The interval holds every friction whose slope's interval covers `slope` (Fieller's construction).
+        The interval holds every friction whose slope's interval covers `slope` (Fieller's construction). The friction
+        is where the curve first has the slope, or comes nearest to it without leaving its own interval.
         """
         mu = np.linspace(self.low, self.high, GRID)
         value, half = self.at(mu)
-        crossing = np.flatnonzero(np.diff(np.sign(value - slope)) != 0)
         covered = mu[np.abs(value - slope) <= half]
-        friction = None
+        crossing = np.flatnonzero(np.diff(np.sign(value - slope)) != 0)
         if len(crossing):
             k = crossing[0]
             friction = mu[k] + (slope - value[k]) / (value[k + 1] - value[k]) * (mu[k + 1] - mu[k])
-        interval = [float(covered.min()), float(covered.max())] if len(covered) else None
-        return None if friction is None else float(friction), interval
+        elif len(covered):
+            friction = mu[np.argmin(np.abs(value - slope))]
+        else:
+            return None, None
+        ends = [*covered, friction]
+        return float(friction), [float(min(ends)), float(max(ends))]
 
 
 def analyse_shear(config, design_file, output):
@@ -180,12 +184,9 @@ def _sentence(config, found):
     if found["inverse_interval"] is None:
         return text + "No particle friction in the swept range gives the measured slope."
     a, b = found["inverse_interval"]
-    span = f"{a:.2f} to {b:.2f}"
-    if found["inverse"] is None:
-        return text + f"The measured slope is not crossed, but within the scatter of {span}."
-    inside = a <= found["particle_friction"] <= b
-    verdict = "cannot be told from" if inside else "is not"
+    among = "is" if a <= found["particle_friction"] <= b else "is not"
     return text + (
-        f"The measured slope needs a particle friction of {found['inverse']:.2f} ({span}): the bulk's slope "
-        f"{verdict} the particles' friction here."
+        f"The measured slope is that of a particle friction of {found['inverse']:.2f}, and within the scatter of any from "
+        f"{a:.2f} to {b:.2f} (swept: {found['swept'][0]:g} to {found['swept'][1]:g}); the friction in use {among} one "
+        f"of these. The slope itself, taken for the friction, {'is' if a <= measured <= b else 'is not'}."
     )

@@ -28,7 +28,7 @@ def test_an_exact_law_gives_its_own_slopes_and_inverse():
     assert curve.at(0.5)[0] == pytest.approx(bulk_slope(0.5))
     friction, interval = curve.inverse(bulk_slope(0.55))
     assert friction == pytest.approx(0.55, abs=1e-4)
-    assert interval is None or interval[0] == pytest.approx(0.55, abs=2e-3)
+    assert interval == pytest.approx([0.55, 0.55], abs=2e-3)
 
 
 def test_the_interval_of_the_inverse_covers_the_truth_and_widens_with_the_scatter():
@@ -43,6 +43,14 @@ def test_the_interval_of_the_inverse_covers_the_truth_and_widens_with_the_scatte
 def test_a_slope_out_of_reach_has_no_inverse():
     curve = SlopeCurve.fit(FRICTION, NORMAL, stress(0.02))
     assert curve.inverse(1.5) == (None, None)
+
+
+def test_a_slope_just_above_the_curve_is_met_where_it_comes_nearest():
+    curve = SlopeCurve.fit(FRICTION, NORMAL, stress(0.05))
+    top = max(curve.at(np.linspace(0.2, 0.85, 200))[0])
+    friction, (low, high) = curve.inverse(top + 0.005)
+    assert low <= friction <= high
+    assert curve.at(friction)[0] == pytest.approx(top, abs=1e-3)
 
 
 def test_yield_locus_of_a_line_with_apparent_cohesion():
