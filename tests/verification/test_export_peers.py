@@ -24,14 +24,11 @@ FOUND = {
     "law": "constant_torque",
     "unit": "deg",
     "rolling_friction": 0.27,
-    "static_friction": 0.68,
     "laws": {
         law: {
             "rolling_friction": MU_R,
-            "static_friction": 0.68,
             "reached": True,
             "with_the_same_number": 30.0,
-            "largest_by_rolling_friction": 40.0,
             "smallest": 20.0,
             "largest": 45.0,
         }

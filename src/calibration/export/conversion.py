@@ -10,7 +10,6 @@ class Equivalent:
     """Numbers of a law that give the calibrated angle."""
 
     rolling_friction: float
-    static_friction: float
     stiffness_factor: float
     damping_ratio: float
 
@@ -23,13 +22,12 @@ class Conversion:
 
     def of(self, law):
         """`Equivalent` for a law: the calibrated numbers where the law is the same or nothing rolls."""
-        entry, pp, q = self.found["laws"].get(law, {}), self.found, self.spec.law_parameters
+        entry, q = self.found["laws"].get(law, {}), self.spec.law_parameters
         own = self.spec.laws.rolling == law
         factor = q.rolling_stiffness_factor if own else entry.get("stiffness_factor")
         damping = q.rolling_damping_ratio if own else entry.get("damping_ratio")
         return Equivalent(
-            entry.get("rolling_friction", pp["rolling_friction"]),
-            entry.get("static_friction", pp["static_friction"]),
+            entry.get("rolling_friction", self.found["rolling_friction"]),
             STIFFNESS_FACTOR if factor is None else factor,
             DAMPING_RATIO if damping is None else damping,
         )
@@ -46,16 +44,11 @@ class Conversion:
             f"{entry['with_the_same_number']:.1f} {unit}. mu_r = {entry['rolling_friction']:.4g} below comes from "
             f"runs of this engine's {law} along rising mu_r."
         ]
-        if entry["static_friction"] != own["static_friction"]:
-            out.append(
-                f"Rolling friction alone reaches {entry['largest_by_rolling_friction']:.1f} {unit} at most, so the "
-                f"static friction of grain on grain is raised too, from {own['static_friction']:.4g} to "
-                f"{entry['static_friction']:.4g}. Where sliding matters more than the heap, keep the calibrated one."
-            )
         if not entry["reached"]:
             out.append(
-                f"THE CALIBRATED VALUE CANNOT BE REACHED with this law: the search came to between "
-                f"{entry['smallest']:.1f} and {entry['largest']:.1f} {unit}."
+                "THE CALIBRATED ANGLE IS OUT OF REACH of this law with the other parameters as they are: the search "
+                f"came to {entry['smallest']:.1f} to {entry['largest']:.1f} {unit}; the nearest is taken. For a "
+                f"material that is right in this law, calibrate with it: run: {{laws: {{rolling: {law}}}}}."
             )
         return out + [_check(entry[s], s, unit) for s in ("coarse", "full") if s in entry]
 

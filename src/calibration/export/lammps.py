@@ -57,15 +57,8 @@ def block(material, conversion, about):
         ],
     )
     lines += [
-        _law("grain_grain", g.grain_grain, e.static_friction, e.rolling_friction, g.load, e),
-        _law(
-            "grain_wall",
-            g.grain_wall,
-            g.grain_wall.static_friction,
-            g.grain_wall.rolling_friction,
-            g.load,
-            e,
-        ),
+        _law("grain_grain", g.grain_grain, e.rolling_friction, g.load, e),
+        _law("grain_wall", g.grain_wall, g.grain_wall.rolling_friction, g.load, e),
         "pair_style granular",
         "pair_coeff * * ${grain_grain}",
         f"timestep {g.time_step:.4g}",
@@ -75,11 +68,11 @@ def block(material, conversion, about):
     return "\n".join(lines) + "\n"
 
 
-def _law(name, pair, static_friction, rolling_friction, load, equivalent):
+def _law(name, pair, rolling_friction, load, equivalent):
     k, gamma = rolling(pair, rolling_friction, load, equivalent)
     return (
         f'variable {name} string "hertz {hertz_stiffness(pair):.6g} {pair.restitution:.6g} '
         f"tangential mindlin_rescale/force {tangential_stiffness(pair):.6g} {tangential_damping(pair):.6g} "
-        f"{static_friction:.6g} rolling sds {k:.6g} {gamma:.6g} {rolling_friction:.6g} "
+        f"{pair.static_friction:.6g} rolling sds {k:.6g} {gamma:.6g} {rolling_friction:.6g} "
         f'damping coeff_restitution"'
     )

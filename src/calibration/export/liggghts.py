@@ -60,7 +60,7 @@ def block(material, conversion, about):
         _per_type("youngsModulus", young),
         _per_type("poissonsRatio", [g.grain.poisson_ratio, g.wall.poisson_ratio]),
         _per_pair("coefficientRestitution", gg.restitution, gw.restitution),
-        _per_pair("coefficientFriction", e.static_friction, gw.static_friction),
+        _per_pair("coefficientFriction", gg.static_friction, gw.static_friction),
         _per_pair("coefficientRollingFriction", e.rolling_friction, gw.rolling_friction),
         _per_pair("coefficientRollingViscousDamping", *2 * [viscous_damping(e.damping_ratio)]),
         f"fix rollingStiffness all property/global rollingStiffness scalar "
@@ -80,7 +80,6 @@ def _cdt(conversion, gw):
     c = conversion.of("constant_torque_relative")
     out = ["#", "# The same with `rolling_friction cdt` in place of epsd3, in both commands:"]
     out += [f"#   {s}" for s in conversion.sentences("constant_torque_relative", "cdt")]
-    out.append("#   " + _per_pair("coefficientFriction", c.static_friction, gw.static_friction))
     pair = _per_pair("coefficientRollingFriction", c.rolling_friction, gw.rolling_friction)
     return [*out, "#   " + pair]
 

@@ -74,26 +74,19 @@ def block(material, conversion, about):
         "auto wall = speciesHandler.copyAndAddObject(species);",
         "auto grainWall = dynamic_cast<HertzianViscoelasticMindlinRollingTorsionMixedSpecies*>(",
         "    speciesHandler.getMixedObject(grain->getIndex(), wall->getIndex()));",
-        *_setters("grain", g.grain_grain, e.static_friction, e.rolling_friction, g.load, e),
-        *_setters(
-            "grainWall",
-            g.grain_wall,
-            g.grain_wall.static_friction,
-            g.grain_wall.rolling_friction,
-            g.load,
-            e,
-        ),
+        *_setters("grain", g.grain_grain, e.rolling_friction, g.load, e),
+        *_setters("grainWall", g.grain_wall, g.grain_wall.rolling_friction, g.load, e),
         f"setTimeStep({g.time_step:.4g});",
     ]
     return "\n".join(head + body) + "\n"
 
 
-def _setters(name, pair, static_friction, coefficient, load, equivalent):
+def _setters(name, pair, coefficient, load, equivalent):
     values = (
         ("EffectiveElasticModulusAndRestitutionCoefficient", pair.young, pair.restitution),
         ("EffectiveShearModulus", shear_modulus(pair)),
         ("SlidingDissipation", sliding_dissipation(pair)),
-        ("SlidingFrictionCoefficient", static_friction),
+        ("SlidingFrictionCoefficient", pair.static_friction),
         ("RollingFrictionCoefficient", rolling_friction(coefficient)),
         ("RollingDissipation", rolling_dissipation(pair, load, equivalent.damping_ratio)),
         ("TorsionFrictionCoefficient", 0.0),

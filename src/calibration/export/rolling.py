@@ -5,10 +5,11 @@ on the relative spin of two grains. With the same number, or with the number tha
 are flatter by about ten degrees, because grains that turn together feel nothing. No formula leads from one coefficient
 to the other, so the angle is measured: this engine has both kinds of law.
 
-The search goes along one path. It starts below the calibrated coefficient; first the rolling friction of grain on grain
-rises, up to TOP_ROLLING times its value, beyond which grains hardly roll; if the angle is still too small, their
-static friction rises too, up to TOP_STATIC times. Everything else stays. The angle along the path is made monotone and
-inverted for the angle that the calibrated law gives; runs at the point found confirm it.
+The search raises the rolling friction of grain on grain in that law, from less than the calibrated number to so much
+that grains hardly roll. Everything else stays. The angle along this path is made monotone and inverted for the angle
+that the calibrated law gives; runs at the number found confirm it. Where the path does not come to the angle (grains
+that cannot roll on each other still slide, twist and turn together), the smallest number that is as good as the best is
+taken, and the exports say what is missing.
 
 The path is run with fewer, larger grains of the same total volume in the same rig (MOST_GRAINS), both laws alike; the
 confirmation also at the study's own scale.
@@ -27,27 +28,21 @@ from dem.spec import parse_spec
 
 RELATIVE = ("elastic_plastic", "constant_torque_relative")
 """Laws on the relative spin, which other codes have."""
-PATH = (-0.5, 0.0, 0.5, 1.0, 1.5, 2.0)
-"""Places on the path: 0 the calibrated numbers, 1 the end of rolling friction's rise, 2 of static friction's."""
-TOP_ROLLING = 6.0
-TOP_STATIC = 2.0
-OWN_SEEDS, PATH_SEEDS, CONFIRM_SEEDS, FULL_SEEDS = 6, 2, 5, 3
+PATH = (-0.5, 0.0, 0.5, 1.0, 1.5)
+"""Places on the path: mu_r times STRETCH^place; at 0 the calibrated number."""
+STRETCH = 6.0
+MOST_ROLLING = 5.0  # what a run spec allows
+OWN_SEEDS, PATH_SEEDS, CONFIRM_SEEDS, FULL_SEEDS = 6, 3, 5, 3
 MOST_GRAINS = 2500
 REST_TIME = 2.0
 """A heap is at rest about this long after the last grain was made [s]; rolling springs keep trembling, so that the
 energy of such a heap never falls to that of rest."""
 STIFFNESS_FACTOR, DAMPING_RATIO = 2.25, 0.3
 
-ROLLING, STATIC = (
-    f"contacts.particle_particle.{k}" for k in ("rolling_friction", "static_friction")
-)
 
-
-def place(share, rolling_friction, static_friction):
-    """(rolling, static) friction of grain on grain at a place of the path; rounded, as levels name cached runs."""
-    rolling = rolling_friction * TOP_ROLLING ** min(share, 1.0)
-    static = static_friction * TOP_STATIC ** max(share - 1.0, 0.0)
-    return round(rolling, 6), round(static, 6)
+def place(share, rolling_friction):
+    """Rolling friction of grain on grain at a place of the path; rounded, as levels name cached runs."""
+    return round(min(rolling_friction * STRETCH**share, MOST_ROLLING), 6)
 
 
 def laws_to_scan(spec):
@@ -95,40 +90,36 @@ def timed(spec):
     return overlay(spec, {"numerics": {"max_time_s": end}})
 
 
-def with_law(spec, law, rolling, static):
-    """The run spec (a mapping) with another rolling law and coefficients of grain on grain."""
-    parameters = {
-        "rolling_stiffness_factor": STIFFNESS_FACTOR,
-        "rolling_damping_ratio": DAMPING_RATIO,
-    }
-    changes = {"laws": {"rolling": law}}
-    changes["contacts"] = {
-        "particle_particle": {"rolling_friction": rolling, "static_friction": static}
+def with_law(spec, law, rolling):
+    """The run spec (a mapping) with another rolling law and coefficient of grain on grain."""
+    changes = {
+        "laws": {"rolling": law},
+        "contacts": {"particle_particle": {"rolling_friction": rolling}},
     }
     if law == "elastic_plastic":
-        changes["law_parameters"] = parameters
+        changes["law_parameters"] = {
+            "rolling_stiffness_factor": STIFFNESS_FACTOR,
+            "rolling_damping_ratio": DAMPING_RATIO,
+        }
     return overlay(spec, changes)
 
 
 def _rows(base, law, share, seeds, scale):
-    """Design rows and {run_id: spec} of one point."""
-    own = parse_spec(base).contacts.particle_particle
-    numbers = own.rolling_friction, own.static_friction
-    if law is not None:
-        numbers = place(share, *numbers)
+    """Design rows and {run_id: spec} of one point; law None: as calibrated."""
+    own = parse_spec(base)
+    mu = own.contacts.particle_particle.rolling_friction
+    changed = base if law is None else with_law(base, law, place(share, mu))
     rows, specs = [], {}
     for n in range(seeds):
-        spec = overlay(base, {"seed": base["seed"] + n})
-        spec = timed(spec if law is None else with_law(spec, law, *numbers))
+        spec = timed(overlay(changed, {"seed": base["seed"] + n}))
         name = run_id(spec)
         specs[name] = spec
         rows.append(
             {
-                "law": law or parse_spec(base).laws.rolling,
+                "law": law or own.laws.rolling,
                 "scale": scale,
                 "share": share,
-                "rolling_friction": numbers[0],
-                "static_friction": numbers[1],
+                "rolling_friction": mu if law is None else place(share, mu),
                 "seed": spec["seed"],
                 "run_id": name,
             }
@@ -139,7 +130,7 @@ def _rows(base, law, share, seeds, scale):
 def _write(parts, folder):
     rows = [row for part, _ in parts for row in part]
     specs = {name: spec for _, part in parts for name, spec in part.items()}
-    columns = ["law", "scale", "share", "rolling_friction", "static_friction", "seed", "run_id"]
+    columns = ["law", "scale", "share", "rolling_friction", "seed", "run_id"]
     write_plan(folder, pd.DataFrame(rows, columns=columns), specs)
 
 
@@ -161,12 +152,11 @@ def read_scan(design_file, metric):
 
 @dataclass(frozen=True)
 class Inverse:
-    """Where on the path a law gives the angle: share, and what the scan says of it."""
+    """Where on the path a law gives the angle: share, and what the scan says of it [unit of the angle]."""
 
     share: float
     reached: bool
     same_number: float
-    largest_by_rolling: float
     smallest: float
     largest: float
 
@@ -174,27 +164,23 @@ class Inverse:
 def invert(shares, angles, target):
     """`Inverse` of angles (n,) at shares (n,) for a target angle.
 
-    The means at each share are made monotone (running maximum) and interpolated linearly. Beyond either end, that end
-    is returned and `reached` is False.
+    The means at each share are made monotone (running maximum) and interpolated linearly. Below the path's range its
+    start is returned, above it the first share whose mean is within a standard error of the largest; `reached` is then
+    False.
     """
-    means = pd.Series(angles).groupby(np.asarray(shares)).mean().sort_index()
+    groups = pd.Series(np.asarray(angles, float)).groupby(np.asarray(shares))
+    means = groups.mean().sort_index()
     x, y = means.index.to_numpy(), np.maximum.accumulate(means.to_numpy())
     reached = bool(y[0] <= target <= y[-1])
-    k = int(np.searchsorted(y, target))
-    if not reached:
-        share = float(x[0] if target < y[0] else x[-1])
-    elif k == 0:
-        share = float(x[0])
+    if reached:
+        k = max(int(np.searchsorted(y, target)), 1)
+        share = x[k - 1] + (target - y[k - 1]) / (y[k] - y[k - 1]) * (x[k] - x[k - 1])
+    elif target < y[0]:
+        share = x[0]
     else:
-        share = float(x[k - 1] + (target - y[k - 1]) / (y[k] - y[k - 1]) * (x[k] - x[k - 1]))
-    return Inverse(
-        share,
-        reached,
-        float(means[0.0]),
-        float(means[means.index <= 1.0].max()),
-        float(means.min()),
-        float(means.max()),
-    )
+        error = np.sqrt(groups.var(ddof=1).mean() / groups.size().mean())
+        share = x[np.flatnonzero(y >= y[-1] - np.nan_to_num(error))[0]]
+    return Inverse(float(share), reached, float(means[0.0]), float(y[0]), float(y[-1]))
 
 
 def inverses(scan, spec):
@@ -227,23 +213,14 @@ def conclude(spec, scan, confirmation, validated, margin, unit):
     at the study's own scale; margin: difference that does not matter; unit: of both.
     """
     own = scan[scan["law"] == spec.laws.rolling]["response"]
-    pp = spec.contacts.particle_particle
-    out = {
-        "law": spec.laws.rolling,
-        "unit": unit,
-        "rolling_friction": pp.rolling_friction,
-        "static_friction": pp.static_friction,
-        "laws": {},
-    }
+    mu = spec.contacts.particle_particle.rolling_friction
+    out = {"law": spec.laws.rolling, "unit": unit, "rolling_friction": mu, "laws": {}}
     for law, found in inverses(scan, spec).items():
         runs = confirmation[confirmation["law"] == law]
-        rolling, static = place(round(found.share, 4), pp.rolling_friction, pp.static_friction)
         entry = {
-            "rolling_friction": rolling,
-            "static_friction": static,
+            "rolling_friction": place(round(found.share, 4), mu),
             "reached": found.reached,
             "with_the_same_number": found.same_number,
-            "largest_by_rolling_friction": found.largest_by_rolling,
             "smallest": found.smallest,
             "largest": found.largest,
         }

@@ -10,7 +10,8 @@ Ip2_FrictMat_FrictMat_MindlinPhys
     en, es, frictAngle are tables by pair (MatchMaker, frictAngle in radians); krot and eta are single numbers.
 Law2_ScGeom_MindlinPhys_Mindlin, includeMoment=True
     moment grows by krot times the relative rotation, without a dashpot, up to eta (R1 + R2)/2 F_n: with R* = R/2 of
-    equal grains, eta is half of mu_r of `elastic_plastic`. krot is a constant; there k_r grows with the load.
+    equal grains, eta is half of mu_r of `elastic_plastic`. krot is a constant; there k_r grows with the load. While F_n
+    is cut to zero at the end of an impact the moment has no limit.
 Ig2_Facet_Sphere_ScGeom
     a facet counts as a sphere of twice the radius: R* is 2R/3 instead of R, so a grain on a facet is softer by
     sqrt(2/3), and the lever of eta is 3R/2. The limit of the moment there is set contact by contact (`wallRolling`);
@@ -45,6 +46,7 @@ def block(material, conversion, about):
             "and has no dashpot. eta is one number for all pairs, so wallRolling() sets the moment of grains on walls.",
         ],
     )
+    angles = [math.atan(p.static_friction) for p in (gg, gw)]
     k_grain = rolling_stiffness(gg, e.rolling_friction, g.load, e.stiffness_factor)
     k_wall = rolling_stiffness(gw, gw.rolling_friction, g.load, e.stiffness_factor)
     return (
@@ -54,7 +56,7 @@ grain = O.materials.append(
     FrictMat(
         young={g.grain.young_modulus:.6g},
         poisson={g.grain.poisson_ratio:.6g},
-        frictionAngle={math.atan(e.static_friction):.6g},
+        frictionAngle={angles[0]:.6g},
         density={g.grain.density:.6g},
         label="grain",
     )
@@ -63,15 +65,17 @@ wall = O.materials.append(
     FrictMat(
         young={g.wall.young_modulus:.6g},
         poisson={g.wall.poisson_ratio:.6g},
-        frictionAngle={math.atan(gw.static_friction):.6g},
+        frictionAngle={angles[1]:.6g},
         density={g.wall.density:.6g},
         label="wall",
     )
 )
 physics = Ip2_FrictMat_FrictMat_MindlinPhys(
-    en=MatchMaker(matches=((grain, grain, {gg.restitution:.6g}), (grain, wall, {gw.restitution:.6g}))),
+    en=MatchMaker(
+        matches=((grain, grain, {gg.restitution:.6g}), (grain, wall, {gw.restitution:.6g}))
+    ),
     frictAngle=MatchMaker(
-        matches=((grain, grain, {math.atan(e.static_friction):.6g}), (grain, wall, {math.atan(gw.static_friction):.6g}))
+        matches=((grain, grain, {math.atan(gg.static_friction):.6g}), (grain, wall, {math.atan(gw.static_friction):.6g}))
     ),
     krot={k_grain:.6g},
     eta={eta(gg, e.rolling_friction, (r, r)):.6g},
