@@ -185,8 +185,9 @@ def _sentence(config, found):
         return text + "No particle friction in the swept range gives the measured slope."
     a, b = found["inverse_interval"]
     among = "is" if a <= found["particle_friction"] <= b else "is not"
+    itself = "is" if a <= measured <= b else "is not"
     return text + (
-        f"The measured slope is that of a particle friction of {found['inverse']:.2f}, and within the scatter of any from "
-        f"{a:.2f} to {b:.2f} (swept: {found['swept'][0]:g} to {found['swept'][1]:g}); the friction in use {among} one "
-        f"of these. The slope itself, taken for the friction, {'is' if a <= measured <= b else 'is not'}."
+        f"The measured slope is that of a particle friction of {found['inverse']:.2f}, and within the scatter of any "
+        f"from {a:.2f} to {b:.2f} ({found['swept'][0]:g} to {found['swept'][1]:g} swept); the friction in use "
+        f"{among} one of these, and the slope itself, taken for the friction as in Eq. 27, {itself}."
     )
