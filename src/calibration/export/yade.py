@@ -75,7 +75,7 @@ physics = Ip2_FrictMat_FrictMat_MindlinPhys(
         matches=((grain, grain, {gg.restitution:.6g}), (grain, wall, {gw.restitution:.6g}))
     ),
     frictAngle=MatchMaker(
-        matches=((grain, grain, {math.atan(gg.static_friction):.6g}), (grain, wall, {math.atan(gw.static_friction):.6g}))
+        matches=((grain, grain, {angles[0]:.6g}), (grain, wall, {angles[1]:.6g}))
     ),
     krot={k_grain:.6g},
     eta={eta(gg, e.rolling_friction, (r, r)):.6g},
