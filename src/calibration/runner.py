@@ -89,7 +89,10 @@ def report(config):
     """Print how far the campaign is; the runs of stages not yet planned are counted as expected."""
     done, todo, mean = progress(config)
     cores = int(os.environ.get("CAMPAIGN_CORES", 1))
-    left = f"; about {duration(todo * mean / cores)} left on {cores} cores" if mean and todo else ""
+    unit = "core" if cores == 1 else "cores"
+    left = (
+        f"; about {duration(todo * mean / cores)} left on {cores} {unit}" if mean and todo else ""
+    )
     print(f"{config.name}: {' · '.join(done)}{left}", file=sys.stderr, flush=True)
 
 

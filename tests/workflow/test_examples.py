@@ -1,6 +1,5 @@
-"""The second material: its configuration is whole, and its runs form heaps."""
+"""The second material: its configuration is whole, and its runs form heaps. test_tutorial.py runs its whole chain."""
 
-import json
 import subprocess
 import sys
 from pathlib import Path
@@ -46,27 +45,3 @@ def test_published_values_give_the_published_angle_within_the_laboratories_sprea
     measured = read_target(config)
     # one run's own spread from flank to flank is about four degrees
     assert measured.min() - 2.0 < angle < measured.max() + 2.0
-
-
-@pytest.mark.slow
-def test_the_second_material_is_calibrated_with_fewer_beans(clone):
-    small = clone / "small.yaml"
-    small.write_text(
-        """
-        run: { particles: { count: 700 } }
-        optimise: { candidate_runs: 2 }
-        validation: { groups: 2, replicates: 2 }
-        """
-    )
-    command = [*SNAKEMAKE, "-j2", "--profile", "profiles/test", "--configfile", SOYBEAN, small]
-    done = subprocess.run(
-        [*command, "validation"], cwd=clone, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr[-3000:]
-    study = clone / "results" / "soybean"
-    optimum = json.loads((study / "optimise" / "optimum.json").read_text())
-    validation = json.loads((study / "validation" / "validation.json").read_text())
-    low, high = optimum["confirmation_interval"]
-    assert optimum["attainable"]
-    # the interval holds in 95 of 100 studies; four runs of few beans scatter by degrees
-    assert low - 2.0 < validation["simulated_mean"] < high + 2.0
