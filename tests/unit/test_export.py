@@ -20,7 +20,7 @@ from calibration.regression import fit_surface
 from calibration.stages import read_region
 from dem.contact.damping.tsuji import factor
 from dem.io.mapping import read_mapping
-from dem.spec import RunSpec, load_spec, parse_spec
+from dem.spec import ContactSpec, RunSpec, load_spec, parse_spec
 
 REFERENCE = Path("results/reference/salt")
 MU_R = 0.9
@@ -311,31 +311,35 @@ def test_an_export_says_which_laws_it_leaves_out(mapping):
 # --- the search ------------------------------------------------------------------------------------------------------
 
 
-def test_the_path_passes_the_calibrated_number_and_stays_within_what_a_spec_allows():
-    assert rolling.place(0.0, 0.27) == 0.27
-    assert rolling.place(1.0, 0.27) == pytest.approx(0.27 * rolling.STRETCH)
-    assert rolling.place(-0.5, 0.27) < 0.27
-    assert rolling.place(1.5, 3.0) == rolling.MOST_ROLLING
+def test_the_path_ends_where_sliding_comes_before_rolling():
+    """mu_r R* F_n = mu_s R F_n: the torque that holds a grain is all that friction can turn it with."""
+    pair = ContactSpec(rolling_friction=0.27, static_friction=0.68)
+    assert rolling.place(0.0, pair) == 0.27
+    assert rolling.place(1.0, pair) * 0.5 == pytest.approx(0.68)
+    assert rolling.place(-0.25, pair) < 0.27
+    assert rolling.place(0.5, pair) == pytest.approx(math.sqrt(0.27 * 1.36), rel=1e-5)
+    rough = ContactSpec(rolling_friction=3.0, static_friction=4.0)
+    assert rolling.place(1.0, rough) == rolling.MOST_ROLLING
 
 
-@pytest.mark.parametrize("target", [31.0, 38.0, 44.0, 49.9])
+@pytest.mark.parametrize("target", [31.3, 38.0, 44.0, 49.9])
 def test_the_inverse_gives_back_the_angle_of_a_known_curve(target):
     shares = np.repeat(rolling.PATH, 2)
-    curve = 30.0 + 10.0 * (shares + 0.5)
+    curve = 35.0 + 15.0 * shares
     found = rolling.invert(shares, curve + np.tile([0.3, -0.3], len(rolling.PATH)), target)
     assert found.reached
-    assert 30.0 + 10.0 * (found.share + 0.5) == pytest.approx(target)
+    assert 35.0 + 15.0 * found.share == pytest.approx(target)
     assert found.same_number == pytest.approx(35.0)
 
 
 def test_the_inverse_of_a_curve_with_a_dip_is_its_first_crossing():
     angles = [30.0, 35.0, 41.0, 39.0, 45.0]
-    assert rolling.invert(rolling.PATH, angles, 40.0).share == pytest.approx(0.5 * 5 / 6)
+    assert rolling.invert(rolling.PATH, angles, 40.0).share == pytest.approx(0.3333 * 5 / 6)
 
 
 def test_an_angle_below_the_path_takes_its_start():
     found = rolling.invert(rolling.PATH, [30.0, 35.0, 41.0, 42.0, 45.0], 20.0)
-    assert (found.share, found.reached) == (-0.5, False)
+    assert (found.share, found.reached) == (-0.25, False)
 
 
 def test_an_angle_above_the_path_takes_the_smallest_number_as_good_as_the_best():
@@ -343,10 +347,10 @@ def test_an_angle_above_the_path_takes_the_smallest_number_as_good_as_the_best()
     shares = np.repeat(rolling.PATH, 2)
     angles = np.repeat([25.0, 29.0, 33.5, 34.0, 33.0], 2) + np.tile([0.5**0.5, -(0.5**0.5)], 5)
     found = rolling.invert(shares, angles, 45.0)
-    assert (found.share, found.reached) == (0.5, False)
+    assert (found.share, found.reached) == (0.3333, False)
     assert (found.smallest, found.largest) == (pytest.approx(25.0), pytest.approx(34.0))
     certain = rolling.invert(shares, np.repeat([25.0, 29.0, 33.5, 34.0, 33.0], 2), 45.0)
-    assert certain.share == 1.0
+    assert certain.share == 0.6667
 
 
 def test_the_search_runs_the_same_volume_of_fewer_grains(mapping):

@@ -6,10 +6,10 @@ are flatter by about ten degrees, because grains that turn together feel nothing
 to the other, so the angle is measured: this engine has both kinds of law.
 
 The search raises the rolling friction of grain on grain in that law, from less than the calibrated number to so much
-that grains hardly roll. Everything else stays. The angle along this path is made monotone and inverted for the angle
-that the calibrated law gives; runs at the number found confirm it. Where the path does not come to the angle (grains
-that cannot roll on each other still slide, twist and turn together), the smallest number that is as good as the best is
-taken, and the exports say what is missing.
+that grains slide before they roll. Everything else stays. The angle along this path is made monotone and inverted for
+the angle that the calibrated law gives; runs at the number found confirm it. Where the path does not come to the angle
+(grains that cannot roll on each other still slide, twist and turn together), the smallest number that is as good as the
+best is taken, and the exports say what is missing.
 
 The path is run with fewer, larger grains of the same total volume in the same rig (MOST_GRAINS), both laws alike; the
 confirmation also at the study's own scale.
@@ -28,9 +28,8 @@ from dem.spec import parse_spec
 
 RELATIVE = ("elastic_plastic", "constant_torque_relative")
 """Laws on the relative spin, which other codes have."""
-PATH = (-0.5, 0.0, 0.5, 1.0, 1.5)
-"""Places on the path: mu_r times STRETCH^place; at 0 the calibrated number."""
-STRETCH = 6.0
+PATH = (-0.25, 0.0, 0.3333, 0.6667, 1.0)
+"""Places on the path: 0 the calibrated number, 1 its top, with equal ratios between."""
 MOST_ROLLING = 5.0  # what a run spec allows
 OWN_SEEDS, PATH_SEEDS, CONFIRM_SEEDS, FULL_SEEDS = 6, 3, 5, 3
 MOST_GRAINS = 2500
@@ -40,9 +39,15 @@ energy of such a heap never falls to that of rest."""
 STIFFNESS_FACTOR, DAMPING_RATIO = 2.25, 0.3
 
 
-def place(share, rolling_friction):
-    """Rolling friction of grain on grain at a place of the path; rounded, as levels name cached runs."""
-    return round(min(rolling_friction * STRETCH**share, MOST_ROLLING), 6)
+def place(share, pair):
+    """Rolling friction of grain on grain at a place of the path, from the calibrated contact (`ContactSpec`).
+
+    The top is 2 mu_s: the limit mu_r R* F_n is then mu_s R F_n for equal grains, all that sliding friction can turn a
+    grain with, so that a larger number changes nothing. Rounded, as levels name cached runs.
+    """
+    mu = pair.rolling_friction
+    top = min(2.0 * max(pair.static_friction, mu), MOST_ROLLING)
+    return round(min(mu * (top / mu) ** share, MOST_ROLLING), 6)
 
 
 def laws_to_scan(spec):
@@ -107,8 +112,8 @@ def with_law(spec, law, rolling):
 def _rows(base, law, share, seeds, scale):
     """Design rows and {run_id: spec} of one point; law None: as calibrated."""
     own = parse_spec(base)
-    mu = own.contacts.particle_particle.rolling_friction
-    changed = base if law is None else with_law(base, law, place(share, mu))
+    pair = own.contacts.particle_particle
+    changed = base if law is None else with_law(base, law, place(share, pair))
     rows, specs = [], {}
     for n in range(seeds):
         spec = timed(overlay(changed, {"seed": base["seed"] + n}))
@@ -119,7 +124,7 @@ def _rows(base, law, share, seeds, scale):
                 "law": law or own.laws.rolling,
                 "scale": scale,
                 "share": share,
-                "rolling_friction": mu if law is None else place(share, mu),
+                "rolling_friction": pair.rolling_friction if law is None else place(share, pair),
                 "seed": spec["seed"],
                 "run_id": name,
             }
@@ -213,12 +218,13 @@ def conclude(spec, scan, confirmation, validated, margin, unit):
     at the study's own scale; margin: difference that does not matter; unit: of both.
     """
     own = scan[scan["law"] == spec.laws.rolling]["response"]
-    mu = spec.contacts.particle_particle.rolling_friction
-    out = {"law": spec.laws.rolling, "unit": unit, "rolling_friction": mu, "laws": {}}
+    pair = spec.contacts.particle_particle
+    out = {"law": spec.laws.rolling, "unit": unit, "laws": {}}
+    out["rolling_friction"] = pair.rolling_friction
     for law, found in inverses(scan, spec).items():
         runs = confirmation[confirmation["law"] == law]
         entry = {
-            "rolling_friction": place(round(found.share, 4), mu),
+            "rolling_friction": place(round(found.share, 4), pair),
             "reached": found.reached,
             "with_the_same_number": found.same_number,
             "smallest": found.smallest,
