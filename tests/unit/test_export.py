@@ -267,6 +267,14 @@ def test_a_law_calibrated_with_keeps_its_number(mapping):
     assert "used as it is" in c.sentences("elastic_plastic", "epsd3")[0]
 
 
+def test_another_law_does_not_inherit_constants_of_the_calibrated_one(mapping):
+    own = rolling.with_law(mapping, "elastic_plastic", 0.3)
+    assert own["law_parameters"]["rolling_damping_ratio"] == rolling.DAMPING_RATIO
+    other = parse_spec(rolling.with_law(own, "constant_torque_relative", 0.4))
+    assert other.law_parameters.rolling_damping_ratio is None
+    assert other.contacts.particle_particle.rolling_friction == 0.4
+
+
 def test_no_search_where_nothing_rolls(mapping, tmp_path):
     free = overlay(mapping, {"laws": {"rolling": "none"}})
     assert rolling.laws_to_scan(parse_spec(free)) == []

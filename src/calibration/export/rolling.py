@@ -106,7 +106,9 @@ def with_law(spec, law, rolling):
             "rolling_stiffness_factor": STIFFNESS_FACTOR,
             "rolling_damping_ratio": DAMPING_RATIO,
         }
-    return overlay(spec, changes)
+    given = spec.get("law_parameters", {})
+    kept = {key: value for key, value in given.items() if not key.startswith("rolling_")}
+    return overlay(spec | {"law_parameters": kept}, changes)
 
 
 def _rows(base, law, share, seeds, scale):
