@@ -24,7 +24,6 @@ SMALL = {
             "mechanisms": [m for m in MECHANISMS if m != "apex_sampling"],
         },
         "tilt": None,
-        "shear": None,
         "heap": None,
     },
 }

@@ -6,7 +6,8 @@ import pytest
 from calibration.discrepancy.catalogue import load_catalogue
 from calibration.discrepancy.design import BASE, inputs_of
 from calibration.discrepancy.emulator import Emulator
-from calibration.discrepancy.fit import Data, fit
+from calibration.discrepancy.fit import Data, fit, moderated_sd
+from calibration.discrepancy.measurements import Measurement
 from calibration.discrepancy.model import Emulated
 from calibration.discrepancy.settings import parameters_of, read_settings
 
@@ -95,3 +96,14 @@ def test_a_fit_finds_the_parameters_that_made_the_data(emulated):
     # within four standard deviations of the posterior, the prior's pull included
     sd = np.sqrt(np.einsum("bpp->bp", found.cov))
     assert (np.abs(found.theta - truth) < 4.0 * sd).all()
+
+
+@pytest.mark.parametrize("n", [2, 3, 5, 20])
+def test_the_spread_from_few_replicates_is_right_on_average(n):
+    rng = np.random.default_rng(n)
+    found = []
+    for _ in range(100):
+        sample = 35.0 + 1.5 * rng.standard_normal((12, n))
+        own = [Measurement("tilt", s.mean(), s.std(ddof=1), n, {}) for s in sample]
+        found.append(np.mean(moderated_sd(own) ** 2))
+    assert np.sqrt(np.mean(found)) == pytest.approx(1.5, rel=0.1)

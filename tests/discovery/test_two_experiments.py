@@ -21,7 +21,6 @@ CHANGES = {
         "drop": {
             "mechanisms": [m for m in MECHANISMS[:6] if m != "apex_sampling"],
         },
-        "shear": None,
         "heap": None,
     },
 }

@@ -27,7 +27,8 @@ from calibration.discrepancy.settings import parameters_of
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 
-MECHANISMS = tuple(load_catalogue())
+EXPERIMENTS = {e for e, _ in hidden.PLAN}
+MECHANISMS = tuple(n for n, m in load_catalogue().items() if EXPERIMENTS & set(m.experiments))
 PAIRS = (
     ("viscoelastic_restitution", "tilt_detection_lag"),
     ("air_drag", "stress_dependent_friction"),
@@ -35,7 +36,7 @@ PAIRS = (
     ("viscoelastic_restitution", "cohesion"),
 )
 
-NULLS, NULL_POINTS = 40, 12
+NULLS, NULL_POINTS = 40, 8
 DRAWS = 8  # of each mechanism, a point each
 WEAKER = (0.5,)
 DECIDE = ("laboratory", "hidden", "identify", "fit", "model", "emulator", "next_measurement")
@@ -44,7 +45,7 @@ DECIDE = ("laboratory", "hidden", "identify", "fit", "model", "emulator", "next_
 
 def cases(nulls=NULLS, draws=DRAWS, mechanisms=MECHANISMS, first=0):
     """All cases, the cheap re-uses after the data they re-use; `first` moves all seeds and points to fresh ones."""
-    few = max(draws // 2, 1)
+    few = max(draws // 4, 1)
     out = [Case("no effect", (), 0.0, s, s % NULL_POINTS) for s in range(nulls)]
     # the same data with and without the mechanism in the catalogue, one after the other
     out += [
@@ -53,12 +54,12 @@ def cases(nulls=NULLS, draws=DRAWS, mechanisms=MECHANISMS, first=0):
         for s in range(draws)
         for kind in ("mechanism", "removed")
     ]
-    out += [replace(c, case=k) for k in DECOYS for c in out[:nulls]]
+    out += [replace(c, case=k) for k in DECOYS for c in out[: nulls // 2]]
     out += [
         Case("undecided", (m,), 1.0, 300 + s, s)
         for m in hidden.ONE_LEVER
         if m in mechanisms
-        for s in range(few)
+        for s in range(2 * few)
     ]
     out += [Case("pair", p, 1.0, 200 + s, s) for p in PAIRS for s in range(draws)]
     out += [

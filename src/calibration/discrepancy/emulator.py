@@ -11,8 +11,8 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, WhiteKernel
 
-from calibration.discrepancy.design import inputs_of
-from calibration.discrepancy.settings import log_span
+from calibration.discrepancy.design import BASE, inputs_of
+from calibration.discrepancy.settings import catalogue_of, log_span
 
 LEAST_REBOUND = 1e-4  # of the drop height; a grain that sticks has no logarithm
 DETERMINISTIC = {"drop", "tilt"}  # a seed changes next to nothing in these
@@ -46,10 +46,11 @@ class Emulator:
     """z(x) for x in [0, 1]^d, a mean over the scatter of runs that differ by their seed alone.
 
     `error` is the root mean square error of that mean in z, `scatter` what one run has beyond it, `spread` the sd of z
-    over the design. For a `deterministic` experiment all of the leave-one-out error (hyperparameters held) is error.
+    over the design. For a `deterministic` experiment all of the leave-one-out error (hyperparameters held) is error; it
+    is measured on the first `judged` runs, all unless given.
     """
 
-    def __init__(self, x, z, deterministic=True):
+    def __init__(self, x, z, deterministic=True, judged=None):
         x, z = np.asarray(x, float), np.asarray(z, float)
         self.mean, self.spread = float(z.mean()), float(z.std()) or 1.0
         process = _process(x, (z - self.mean) / self.spread)
@@ -57,8 +58,10 @@ class Emulator:
         smooth, white = process.kernel_.k1, process.kernel_.k2
         self.scale, self.length = smooth.k1.k1.constant_value, smooth.k1.k2.length_scale
         self.linear, self.offset = smooth.k2.k1.constant_value, smooth.k2.k2.sigma_0**2
-        variance = 1.0 / np.diag(np.linalg.inv(process.kernel_(x)))  # of each run, left out
-        left_out = np.mean((self.alpha * variance) ** 2)
+        variance = (
+            1.0 / np.diag(np.linalg.inv(process.kernel_(x)))[:judged]
+        )  # of each run, left out
+        left_out = np.mean((self.alpha[:judged] * variance) ** 2)
         noise = 0.0 if deterministic else white.noise_level
         # what the noise explains of the misses is scatter, which a measurement's own spread holds already
         share = float(np.mean(variance - noise) / np.mean(variance))
@@ -101,24 +104,29 @@ def _process(x, z):
 def teach(rows, metrics, settings, factors):
     """{(experiment, mechanism): Emulator} and a table of their errors.
 
-    rows: of `design.plan`; metrics: {run id: metrics or None}. A run that failed teaches nothing and is counted.
+    rows: of `design.plan`; metrics: {run id: metrics or None}. A run that failed teaches nothing and is counted. Runs
+    of the base model teach a mechanism too, at the strength at which it does nothing.
     """
     emulators, table = {}, []
+    known = catalogue_of(settings, list(settings.experiments))
+    good = [r for r in rows if metrics[r["run_id"]] is not None]
     for key in dict.fromkeys((r["experiment"], r["mechanism"]) for r in rows):
-        own = [r for r in rows if (r["experiment"], r["mechanism"]) == key]
-        good = [r for r in own if metrics[r["run_id"]] is not None]
-        if len(good) < 0.5 * len(own):
-            table.append({"experiment": key[0], "mechanism": key[1], "failed": len(own)})
+        own = [r for r in good if (r["experiment"], r["mechanism"]) == key]
+        planned = sum((r["experiment"], r["mechanism"]) == key for r in rows)
+        if len(own) < 0.5 * planned:
+            table.append({"experiment": key[0], "mechanism": key[1], "failed": planned})
             continue
-        emulators[key] = _teach_one(
-            key[0], good, metrics, settings, inputs_of(settings, factors, *key)
-        )
+        off = None if key[1] == BASE else _coded_off(known[key[1]].strength)
+        base = [r for r in good if (r["experiment"], r["mechanism"]) == (key[0], BASE)]
+        more = [] if off is None else [r | {"inputs": [*r["inputs"], off]} for r in base]
+        names = inputs_of(settings, factors, *key)
+        emulators[key] = _teach_one(key[0], own, more, metrics, settings, names)
         table.append(
             {
                 "experiment": key[0],
                 "mechanism": key[1],
-                "runs": len(good),
-                "failed": len(own) - len(good),
+                "runs": len(own),
+                "failed": planned - len(own),
                 "error": emulators[key].error,
                 "scatter": emulators[key].scatter,
                 "spread": emulators[key].spread,
@@ -127,9 +135,18 @@ def teach(rows, metrics, settings, factors):
     return emulators, table
 
 
-def _teach_one(experiment, rows, metrics, settings, names):
+def _coded_off(strength):
+    """Coded strength at which a mechanism does nothing; None where its range does not reach so far."""
+    if strength.off is not None:
+        return strength.coded(strength.off)
+    return 0.0 if not strength.log and strength.low == 0.0 else None
+
+
+def _teach_one(experiment, own, more, metrics, settings, names):
+    rows = own + more
     x = np.array([r["inputs"] for r in rows])
     ranges = settings.experiments[experiment].levers
     levers = {n: np.array([log_span(*ranges[n], s) for s in x[:, names.index(n)]]) for n in ranges}
     y = np.array([metrics[r["run_id"]][settings.experiments[experiment].metric] for r in rows])
-    return Emulator(x, forward(experiment, y, levers), experiment in DETERMINISTIC)
+    z = forward(experiment, y, levers)
+    return Emulator(x, z, experiment in DETERMINISTIC, len(own))

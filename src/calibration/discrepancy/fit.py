@@ -7,6 +7,7 @@ by its leverage, e_i / (1 - h_i) with variance s_i^2 / (1 - h_i), exact where th
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 STARTS = (0.2, 0.7)
 ITERATIONS = 14
@@ -43,11 +44,11 @@ class Fit:
         return self.pointwise.sum(1)
 
 
-def fit(model, data):
-    """`Fit` of the model to each of the data sets."""
+def fit(model, data, starts=STARTS):
+    """`Fit` of the model to each of the data sets, the best from several coded strengths to start from."""
     best = None
     k = len(model.mechanisms)
-    for start in STARTS if k else (0.5,):
+    for start in starts if k else (0.5,):
         theta = np.tile(model.prior_mean, (len(data.value), 1))
         if k:
             theta[:, -k:] = start
@@ -125,18 +126,23 @@ def moderated_sd(measurements):
     """(n,) standard deviations of a replicate, drawn towards the median of their experiment.
 
     Few replicates give a poor estimate of their own spread: s^2 = (d0 s0^2 + (n-1) s_i^2) / (d0 + n - 1), d0 = 8;
-    Smyth (2004), Stat. Appl. Genet. Mol. Biol. 3:3. The spread is relative for drop and shear, absolute for angles.
+    Smyth (2004), Stat. Appl. Genet. Mol. Biol. 3:3. The spread is relative for drop and shear, absolute for angles. The
+    median of spreads from few replicates lies below the true one; it is taken of s_i over the median of its law.
     """
     prior = 8.0
     unit = np.array([m.value if m.experiment in ("drop", "shear") else 1.0 for m in measurements])
     own = np.array([m.sd for m in measurements]) / unit
+    freedom = np.maximum([m.n - 1.0 for m in measurements], 0.0)
+    # a spread given with a single value is no estimate from it
+    usual = np.where(
+        freedom > 0, np.sqrt(chi2.ppf(0.5, np.maximum(freedom, 1)) / np.maximum(freedom, 1)), 1.0
+    )
     out = np.empty(len(own))
     for kind in {m.experiment for m in measurements}:
         rows = [i for i, m in enumerate(measurements) if m.experiment == kind]
-        common = float(np.median(own[rows]))
+        common = float(np.median(own[rows] / usual[rows]))
         for i in rows:
-            free = measurements[i].n - 1.0
-            out[i] = np.sqrt((prior * common**2 + free * own[i] ** 2) / (prior + free))
+            out[i] = np.sqrt((prior * common**2 + freedom[i] * own[i] ** 2) / (prior + freedom[i]))
     return out * unit
 
 

@@ -39,10 +39,9 @@ PLAN = [
         for d in (1.0, 1.6, 2.5, 4.0)
         for w in (4.0, 20.0)
     ],
-    *[("shear", {"normal_stress_kPa": s}) for s in (0.5, 2.0, 8.0)],
     *[
         ("heap", {"particle_diameter_mm": d, "discharge_height_mm": h})
-        for d in (3.2, 3.8, 4.6)
+        for d in (3.2, 4.6)
         for h in (60.0, 120.0)
     ],
 ]
