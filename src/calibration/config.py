@@ -212,7 +212,7 @@ class ScalingConfig(_Part):
     cohesion: dict = Field(
         {
             "laws": {"cohesion": "jkr"},
-            "law_parameters": {"surface_energy_J_m2": 0.003, "wall_surface_energy_J_m2": 0.003},
+            "law_parameters": {"surface_energy_J_m2": 0.04, "wall_surface_energy_J_m2": 0.04},
         },
         description="what the cohesive runs have at the first scale beyond the others",
     )
