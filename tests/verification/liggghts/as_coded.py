@@ -1,7 +1,7 @@
-"""This engine's heaps with the relative torque as LIGGGHTS codes its `cdt`, to tell conventions from faults.
+"""This engine's beds and heaps with the relative torque as LIGGGHTS codes its `cdt`, to tell conventions from faults.
 
-`python -m liggghts.as_coded OUT ROLLING SEED...` writes the metrics of the heaps as JSON. The law is exchanged before
-anything is compiled; NUMBA_CACHE_DIR must name a folder of its own, or the engine's cache would hold the other law.
+`python -m liggghts.as_coded OUT` writes the metrics of both as JSON. The law is exchanged before anything is compiled;
+NUMBA_CACHE_DIR must name a folder of its own, or the engine's cache would hold the other law.
 """
 
 import os
@@ -22,16 +22,23 @@ def torque(p, n, spin, normal, r_eff, inertia, dt):
     return scale(-p.rolling * normal * r_eff / whole, reject(spin, n))
 
 
-def main(out, rolling, seeds):
-    relative.torque = torque
-    rows = []
-    for seed in seeds:
-        spec = cases.heap_spec("constant_torque_relative", rolling, seed)
-        rows.append(cases.measure_pile(cases.our_heap(spec), spec))
-    write_json(out, rows)
+def beds():
+    """Metrics of the settled beds of all seeds."""
+    for seed in cases.SEEDS:
+        sim, width = cases.bed(seed, **cases.BED)
+        sim.advance(cases.BED["steps"])
+        yield cases.measure_bed(cases.state_of_sim(sim), width)
+
+
+def heaps():
+    """Metrics of the heaps of all seeds."""
+    for seed in cases.SEEDS:
+        spec = cases.heap_spec(*cases.HEAPS["relative, 0.46"], seed)
+        yield cases.measure_pile(cases.our_heap(spec), spec)
 
 
 if __name__ == "__main__":
     if not os.environ.get("NUMBA_CACHE_DIR"):
         sys.exit("set NUMBA_CACHE_DIR to a folder of its own")
-    main(sys.argv[1], float(sys.argv[2]), [int(s) for s in sys.argv[3:]])
+    relative.torque = torque
+    write_json(sys.argv[1], {"beds": list(beds()), "heaps": list(heaps())})
