@@ -48,8 +48,7 @@ def found(**changes):
         "largest": 52.0,
         "coarse": agreement(45.2),
     } | changes
-    relative = entry | {"rolling_friction": 1.1}
-    laws = {"elastic_plastic": entry, "constant_torque_relative": relative}
+    laws = {"elastic_plastic": entry}
     return {
         "law": "constant_torque",
         "unit": "deg",
@@ -123,8 +122,7 @@ def test_liggghts_block_has_full_symmetric_matrices(material, mapping):
     assert "youngsModulus peratomtype 7.5e+06 2.08e+11" in text
     assert "hard_particles yes" in text
     assert "soft_particles" not in text
-    assert "rolling_friction cdt" in text
-    assert " 1.1 " in text  # the coefficient of cdt, which differs from that of epsd3
+    assert "coefficientRollingFriction peratomtypepair 2 0.9 0.368 0.368 0.368" in text
 
 
 def test_liggghts_is_told_of_soft_grains(mapping):
@@ -259,7 +257,7 @@ def test_a_law_calibrated_with_keeps_its_number(mapping):
             },
         )
     )
-    assert rolling.laws_to_scan(spec) == ["constant_torque_relative"]
+    assert rolling.laws_to_scan(spec) == []
     own = {"law": "elastic_plastic", "unit": "deg", "rolling_friction": 0.27, "laws": {}}
     c = Conversion(spec, own)
     e = c.of("elastic_plastic")
@@ -380,10 +378,8 @@ def test_the_scan_is_planned_law_by_law_with_new_seeds(mapping, tmp_path):
         pd.read_csv(tmp_path / "design.csv"),
         json.loads((tmp_path / "plan.json").read_text()),
     )
-    assert set(design["law"]) == {"constant_torque", *rolling.RELATIVE}
-    assert (
-        len(plan) == len(design) == rolling.OWN_SEEDS + 2 * len(rolling.PATH) * rolling.PATH_SEEDS
-    )
+    assert set(design["law"]) == {"constant_torque", *rolling.SEARCHED}
+    assert len(plan) == len(design) == rolling.OWN_SEEDS + len(rolling.PATH) * rolling.PATH_SEEDS
     for row in design.itertuples():
         spec = parse_spec(plan[row.run_id])
         assert spec.laws.rolling == row.law

@@ -14,8 +14,8 @@ rolling_model_epsd3.h
     I = 1.4 m R^2 about the contact point, reduced for two grains, where ours has 0.4 m R^2: eta is sqrt(0.4/1.4)
     of ours. Limit mu_r |F_n| R*; R* = R at a wall.
 rolling_model_cdt.h
-    torque mu_r k_n overlap R* against the relative spin, with nothing that stops it from turning the spin around
-    within a step, as `constant_torque_relative` has.
+    not used: the torque is mu_r k_n overlap R* times the part of the relative spin in the contact plane over the whole
+    of it, and nothing stops it from turning a spin around within a step, so grains at rest shake.
 """
 
 import math
@@ -70,18 +70,8 @@ def block(material, conversion, about):
         f"timestep {g.time_step:.4g}",
         f"# grains: density {g.grain.density:g} kg/m3; walls: type 2 and",
         "#   fix ... wall/gran model hertz tangential history rolling_friction epsd3 mesh n_meshes ... meshes ...",
-        *_cdt(conversion, gw),
     ]
     return "\n".join(lines) + "\n"
-
-
-def _cdt(conversion, gw):
-    """Comment with the numbers for the constant torque."""
-    c = conversion.of("constant_torque_relative")
-    out = ["#", "# The same with `rolling_friction cdt` in place of epsd3, in both commands:"]
-    out += [f"#   {s}" for s in conversion.sentences("constant_torque_relative", "cdt")]
-    pair = _per_pair("coefficientRollingFriction", c.rolling_friction, gw.rolling_friction)
-    return [*out, "#   " + pair]
 
 
 def _per_type(name, values):
