@@ -6,6 +6,7 @@ it in plan.json.
 """
 
 import json
+from functools import lru_cache
 from pathlib import Path
 
 import pandas as pd
@@ -59,7 +60,13 @@ def write_plan(folder, table, specs):
 def read_plan(path):
     """{run_id: spec} of a plan.json; empty when there is none yet."""
     path = Path(path)
-    return json.loads(path.read_text()) if path.exists() else {}
+    return _read_plan(path, path.stat().st_mtime_ns) if path.exists() else {}
+
+
+@lru_cache(maxsize=64)
+def _read_plan(path, _changed):
+    """A plan is asked for by each of its runs."""
+    return json.loads(path.read_text())
 
 
 def result_path(name):

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from calibration.errors import CalibrationError, ConfigError
 from calibration.factors import read_factors
-from calibration.optimise import GOALS, RULES, Goal
+from calibration.goals import GOALS, RULES, Goal
 from dem.errors import SpecError
 from dem.io.mapping import read_mapping
 from dem.spec import parse_spec

@@ -4,7 +4,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from calibration.figures import STYLE, label
-from calibration.optimise import overall_desirability
+from calibration.goals import overall_desirability
 
 RESOLUTION = 61
 LINES = ("#d1711f", "#2f6db5", "#7b4fa3", "#b5363f", "#5b7a1f")

@@ -7,9 +7,8 @@ from scipy import optimize
 from scipy.stats import qmc
 
 from calibration.errors import CalibrationError
+from calibration.goals import RULES, overall_desirability
 
-RULES = ("closest_to_centre", "closest_to_point", "smallest_prediction_variance")
-GOALS = ("target", "maximise", "minimise")
 CANDIDATES = 4096
 TOLERANCE = 1e-6  # of the target, or of 1 where the target is smaller
 
@@ -164,59 +163,6 @@ def solution_mesh(surface, target, resolution=41):
     if not mesh.n_points:
         return np.empty((0, 3)), np.empty((0, 3), int)
     return np.asarray(mesh.points, float), mesh.triangulate().faces.reshape(-1, 4)[:, 1:]
-
-
-@dataclass(frozen=True)
-class Goal:
-    """What is wanted of one response: 'target', 'maximise' or 'minimise' between low and high; weight shapes the
-    ramp."""
-
-    kind: str
-    low: float
-    high: float
-    target: float | None = None
-    weight: float = 1.0
-    importance: float = 1.0
-
-    def __post_init__(self):
-        if self.kind not in GOALS:
-            raise CalibrationError(f"unknown goal {self.kind!r}; known: {', '.join(GOALS)}")
-        if not self.low < self.high:
-            raise CalibrationError(
-                f"a goal's low ({self.low:g}) must be below high ({self.high:g})"
-            )
-        inside = self.target is not None and self.low < self.target < self.high
-        if self.kind == "target" and not inside:
-            raise CalibrationError(
-                f"a goal's target must lie between {self.low:g} and {self.high:g}, not at {self.target}"
-            )
-        if self.weight <= 0 or self.importance <= 0:
-            raise CalibrationError("a goal's weight and importance must be above 0")
-
-    def desirability(self, y):
-        """0 to 1 of responses y (Derringer and Suich 1980, Journal of Quality Technology 12:214)."""
-        y = np.asarray(y, float)
-        if self.kind == "maximise":
-            d = (y - self.low) / (self.high - self.low)
-        elif self.kind == "minimise":
-            d = (self.high - y) / (self.high - self.low)
-        else:
-            rising = (y - self.low) / (self.target - self.low)
-            d = np.where(y <= self.target, rising, (self.high - y) / (self.high - self.target))
-        return np.clip(d, 0.0, 1.0) ** self.weight
-
-
-def combined_desirability(goals, responses):
-    """Geometric mean (n,) of the desirabilities of responses (goals, n), weighted by importance."""
-    weight = np.array([g.importance for g in goals])
-    each = np.array([g.desirability(y) for g, y in zip(goals, responses, strict=True)])
-    with np.errstate(divide="ignore"):
-        return np.exp((weight[:, None] * np.log(each)).sum(0) / weight.sum())
-
-
-def overall_desirability(surfaces, goals, points):
-    """`combined_desirability` (n,) of what the surfaces predict at points (n, factors)."""
-    return combined_desirability(goals, [s.predict(points) for s in surfaces])
 
 
 def most_desirable(surfaces, goals, seed=1):

@@ -7,14 +7,8 @@ import numpy as np
 import pytest
 
 from calibration.errors import CalibrationError
-from calibration.optimise import (
-    RULES,
-    Goal,
-    most_desirable,
-    overall_desirability,
-    solution_mesh,
-    solve,
-)
+from calibration.goals import RULES, Goal, overall_desirability
+from calibration.optimise import most_desirable, solution_mesh, solve
 
 
 @dataclass
