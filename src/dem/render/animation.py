@@ -6,9 +6,10 @@ from PIL import Image, ImageDraw
 
 from dem.errors import DemError
 from dem.render.colour import colour_by, colours_of, draw_bar, values_of
-from dem.render.image import INK, OVERSAMPLING, STEEL, font_of, frame, paint, pixel
+from dem.render.image import GROUND, INK, OVERSAMPLING, STEEL, font_of, frame, paint, pixel
 
 ELEVATION = 14.0
+COLOURS, PALETTE_PICTURES = 160, 6  # of a GIF
 FORMATS = {
     ".gif": {"optimize": True},
     ".webp": {"quality": 70, "method": 4},
@@ -78,6 +79,8 @@ def _picture(view, run, state, quantity, values, limits, width):
         image = _with_funnel(image, view, run.spec.geometry)
     font, draw = font_of(view.width), ImageDraw.Draw(image)
     place = 0.02 * view.width, view.height - 1.9 * font.size
+    strip = [0, place[1] - 0.3 * font.size, view.width, view.height]
+    draw.rectangle(strip, fill=GROUND)  # spilled grains fall behind the bar
     draw_bar(draw, quantity, limits, place, (view.width // 8, int(0.8 * font.size)), font, INK)
     return image.resize((width, view.height // OVERSAMPLING), Image.Resampling.LANCZOS)
 
@@ -100,12 +103,22 @@ def _with_funnel(image, view, geometry):
     return Image.alpha_composite(image.convert("RGBA"), veil).convert("RGB")
 
 
+def _palette(pictures):
+    """One palette for all, from a few of them side by side: a palette a picture would flicker."""
+    few = pictures[:: max(len(pictures) // PALETTE_PICTURES, 1)]
+    width, height = few[0].size
+    strip = Image.new("RGB", (width * len(few), height))
+    for k, picture in enumerate(few):
+        strip.paste(picture, (k * width, 0))
+    return strip.quantize(COLOURS, method=Image.Quantize.MEDIANCUT)
+
+
 def _save(pictures, path, frames_per_s):
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".partial.{path.name}")
     times = [round(1000.0 / frames_per_s)] * (len(pictures) - 1) + [2000]  # the heap stays a while
     if path.suffix == ".gif":
-        palette = pictures[len(pictures) // 2].quantize(128)
+        palette = _palette(pictures)
         pictures = [p.quantize(palette=palette, dither=Image.Dither.NONE) for p in pictures]
     first, *others = pictures
     first.save(

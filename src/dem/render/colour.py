@@ -5,7 +5,7 @@ import numpy as np
 
 LABELS = {
     "size": ("diameter [mm]", "viridis"),
-    "speed": ("speed [m/s]", "plasma"),
+    "speed": ("speed [m/s]", "YlOrRd"),
     "order": ("poured first to last", "viridis"),
     "height": ("height [mm]", "cividis"),
 }
