@@ -15,7 +15,6 @@ from calibration.discrepancy.design import BASE, inputs_of
 from calibration.discrepancy.settings import catalogue_of, log_span
 
 LEAST_REBOUND = 1e-4  # of the drop height; a grain that sticks has no logarithm
-DETERMINISTIC = {"drop", "tilt"}  # a seed changes next to nothing in these
 
 
 def forward(experiment, value, levers):
@@ -43,30 +42,23 @@ def inverse(experiment, z, levers):
 
 
 class Emulator:
-    """z(x) for x in [0, 1]^d, a mean over the scatter of runs that differ by their seed alone.
+    """z(x) for x in [0, 1]^d.
 
-    `error` is the root mean square error of that mean in z, `scatter` what one run has beyond it, `spread` the sd of z
-    over the design. For a `deterministic` experiment all of the leave-one-out error (hyperparameters held) is error; it
-    is measured on the first `judged` runs, all unless given.
+    `error` is the leave-one-out root mean square error in z, hyperparameters held, of the first `judged` runs (all
+    unless given); `spread` is the sd of z over the design.
     """
 
-    def __init__(self, x, z, deterministic=True, judged=None):
+    def __init__(self, x, z, judged=None):
         x, z = np.asarray(x, float), np.asarray(z, float)
         self.mean, self.spread = float(z.mean()), float(z.std()) or 1.0
         process = _process(x, (z - self.mean) / self.spread)
         self.x, self.alpha = x, process.alpha_
-        smooth, white = process.kernel_.k1, process.kernel_.k2
+        smooth = process.kernel_.k1
         self.scale, self.length = smooth.k1.k1.constant_value, smooth.k1.k2.length_scale
         self.linear, self.offset = smooth.k2.k1.constant_value, smooth.k2.k2.sigma_0**2
-        variance = (
-            1.0 / np.diag(np.linalg.inv(process.kernel_(x)))[:judged]
-        )  # of each run, left out
-        left_out = np.mean((self.alpha[:judged] * variance) ** 2)
-        noise = 0.0 if deterministic else white.noise_level
-        # what the noise explains of the misses is scatter, which a measurement's own spread holds already
-        share = float(np.mean(variance - noise) / np.mean(variance))
-        self.error = self.spread * float(np.sqrt(left_out * share))
-        self.scatter = self.spread * float(np.sqrt(left_out * (1.0 - share)))
+        left_out = self.alpha / np.diag(np.linalg.inv(process.kernel_(x)))
+        self._misses = (self.spread * left_out) ** 2
+        self.error = float(np.sqrt(np.mean(self._misses[:judged])))
         self.runs = len(z)
         self._slope = self.linear * (self.x.T @ self.alpha)
         self._constant = self.linear * self.offset * float(self.alpha.sum())
@@ -76,15 +68,28 @@ class Emulator:
         return self.with_slope(x, [])[0]
 
     def with_slope(self, x, columns):
-        """Responses (k,) and their derivatives (k, c) by the inputs in `columns`."""
+        """Responses (k,), their derivatives (k, c) by the inputs in `columns`, and their error variances (k,).
+
+        The variance is the mean squared leave-one-out error of the runs nearby, weighted by their distance in
+        the process' lengths, together with that of all runs at the weight of one.
+        """
         a, b = x / self.length, self.x / self.length
         square = (a * a).sum(1)[:, None] + (b * b).sum(1) - 2.0 * a @ b.T
-        near = self.scale * np.exp(-0.5 * square)
+        like = np.exp(-0.5 * square)
         # the derivative of a squared exponential is a difference of the same sums, weighted by the runs' inputs
-        sums = near @ np.column_stack([self.alpha, self.alpha[:, None] * self.x[:, columns]])
+        weights = self.scale * np.column_stack(
+            [self.alpha, self.alpha[:, None] * self.x[:, columns]]
+        )
+        sums = like @ weights
         value = sums[:, 0] + x @ self._slope + self._constant
         slope = (sums[:, 1:] - x[:, columns] * sums[:, :1]) / self.length[columns] ** 2
-        return self.mean + self.spread * value, self.spread * (slope + self._slope[columns])
+        near = like**4  # half the process' lengths
+        variance = (near @ self._misses + self.error**2) / (near.sum(1) + 1.0)
+        return (
+            self.mean + self.spread * value,
+            self.spread * (slope + self._slope[columns]),
+            variance,
+        )
 
 
 def _process(x, z):
@@ -128,7 +133,6 @@ def teach(rows, metrics, settings, factors):
                 "runs": len(own),
                 "failed": planned - len(own),
                 "error": emulators[key].error,
-                "scatter": emulators[key].scatter,
                 "spread": emulators[key].spread,
             }
         )
@@ -149,4 +153,4 @@ def _teach_one(experiment, own, more, metrics, settings, names):
     levers = {n: np.array([log_span(*ranges[n], s) for s in x[:, names.index(n)]]) for n in ranges}
     y = np.array([metrics[r["run_id"]][settings.experiments[experiment].metric] for r in rows])
     z = forward(experiment, y, levers)
-    return Emulator(x, z, experiment in DETERMINISTIC, len(own))
+    return Emulator(x, z, len(own))

@@ -101,7 +101,7 @@ class _Part:
         x = np.hstack([own, np.tile(self.share, (b, 1))])
         z, by_theta, variance = self._sum_of_laws(theta, x, n, slope)
         value, by_z = inverse(self.experiment, z.reshape(b, n), self.levers)
-        error = np.abs(by_z) * math.sqrt(variance)
+        error = np.abs(by_z) * np.sqrt(variance.reshape(b, n))
         if slope:
             by_theta = by_theta.reshape(b, n, -1) * by_z[:, :, None]
         for k, m in self.readings:
@@ -109,19 +109,19 @@ class _Part:
         return value, error, by_theta
 
     def _sum_of_laws(self, theta, x, n, slope):
-        """Transformed response (b n,), derivatives (b n, p) and variance: each law adds what it alone changes."""
+        """Transformed response (b n,), derivatives (b n, p), variance (b n,): each law adds what it alone changes."""
         factors = list(range(len(self.columns))) if slope else []
         by_theta = np.zeros((len(x), theta.shape[1])) if slope else None
         alone = 1 - len(self.laws)
-        z, variance = np.zeros(len(x)), 0.0
+        z, variance = np.zeros(len(x)), np.zeros(len(x))
         # one law alone needs no base
         for k, law in [(None, self.base)] * (alone != 0) + self.laws:
             weight = alone if k is None else 1
             inputs = x if k is None else np.column_stack([x, np.repeat(theta[:, k], n)])
             columns = factors + [x.shape[1]] * (slope and k is not None)
-            change, by_input = law.with_slope(inputs, columns)
+            change, by_input, uncertain = law.with_slope(inputs, columns)
             z = z + weight * change
-            variance += law.error**2
+            variance += uncertain
             if slope:
                 by_theta[:, self.columns] += weight * SHARE_BY_CODED * by_input[:, : len(factors)]
                 if k is not None:
