@@ -296,7 +296,7 @@ def test_a_study_without_a_heap_says_that_rolling_friction_is_not_converted(mapp
 def test_an_export_says_when_the_angle_cannot_be_reached(material, mapping):
     text = liggghts.block(material, conversion(mapping, reached=False), [])
     assert "OUT OF REACH" in text
-    assert "calibrate with it" in " ".join(text.replace("#", "").split())
+    assert "Calibrating in this law" in " ".join(text.replace("#", "").split())
 
 
 def test_an_export_says_which_laws_it_leaves_out(mapping):

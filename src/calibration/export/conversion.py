@@ -47,8 +47,8 @@ class Conversion:
         if not entry["reached"]:
             out.append(
                 "THE CALIBRATED ANGLE IS OUT OF REACH of this law with the other parameters as they are: the search "
-                f"came to {entry['smallest']:.1f} to {entry['largest']:.1f} {unit}; the nearest is taken. For a "
-                f"material that is right in this law, calibrate with it: run: {{laws: {{rolling: {law}}}}}."
+                f"came to {entry['smallest']:.1f} to {entry['largest']:.1f} {unit}; the nearest is taken. Calibrating "
+                f"in this law (run: {{laws: {{rolling: {law}}}}}) tells whether other parameters can make up for it."
             )
         return out + [_check(entry[s], s, unit) for s in ("coarse", "full") if s in entry]
 
