@@ -30,9 +30,7 @@ SMALL = {
 """Changes of the benchmark's settings: drops of larger grains, a tenth of a second each."""
 
 PLAN = [
-    (e, x | {"particle_diameter_mm": max(x["particle_diameter_mm"], 1.5)})
-    for e, x in hidden.PLAN
-    if e == "drop"
+    (e, x | {"particle_diameter_mm": max(x["particle_diameter_mm"], 1.5)}) for e, x in hidden.DROPS
 ]
 
 

@@ -24,7 +24,7 @@ CHANGES = {
         "heap": None,
     },
 }
-PLAN = [(e, x) for e, x in hidden.PLAN if e in ("drop", "tilt")]
+PLAN = hidden.PLANS["grains"]
 
 pytestmark = pytest.mark.slow
 

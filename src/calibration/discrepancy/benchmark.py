@@ -27,13 +27,26 @@ from calibration.discrepancy.settings import parameters_of
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 
-EXPERIMENTS = {e for e, _ in hidden.PLAN}
-MECHANISMS = tuple(n for n, m in load_catalogue().items() if EXPERIMENTS & set(m.experiments))
+MECHANISMS = {
+    "grains": (
+        "viscoelastic_restitution",
+        "plastic_restitution",
+        "air_drag",
+        "liquid_bridge",
+        "wall_adhesion",
+        "apex_sampling",
+        "under_resolved_contact",
+        "tilt_detection_lag",
+        "stress_dependent_friction",
+    ),
+    "heap": ("cohesion", "rolling_law", "size_bias"),
+}
+"""Bench -> the mechanisms that are hidden on it: single grains that drop and slide, or heaps beside the drops."""
+
 PAIRS = (
     ("viscoelastic_restitution", "tilt_detection_lag"),
     ("air_drag", "stress_dependent_friction"),
     ("plastic_restitution", "wall_adhesion"),
-    ("viscoelastic_restitution", "cohesion"),
 )
 
 NULLS, NULL_POINTS = 40, 8
@@ -43,32 +56,35 @@ DECIDE = ("laboratory", "hidden", "identify", "fit", "model", "emulator", "next_
 """Modules that a case's outcome depends on, beside the catalogue and what decides the emulators' plan."""
 
 
-def cases(nulls=NULLS, draws=DRAWS, mechanisms=MECHANISMS, first=0):
+def cases(nulls=NULLS, draws=DRAWS, first=0):
     """All cases, the cheap re-uses after the data they re-use; `first` moves all seeds and points to fresh ones."""
-    few = max(draws // 4, 1)
+    few, decoys = max(draws // 4, 1), nulls // 2
     out = [Case("no effect", (), 0.0, s, s % NULL_POINTS) for s in range(nulls)]
-    # the same data with and without the mechanism in the catalogue, one after the other
-    out += [
-        Case(kind, (m,), 1.0, 100 + s, s)
-        for m in mechanisms
-        for s in range(draws)
-        for kind in ("mechanism", "removed")
-    ]
-    out += [replace(c, case=k) for k in DECOYS for c in out[: nulls // 2]]
-    out += [
-        Case("undecided", (m,), 1.0, 300 + s, s)
-        for m in hidden.ONE_LEVER
-        if m in mechanisms
-        for s in range(2 * few)
-    ]
+    out += _hidden_cases("grains", draws)
+    out += [replace(c, case=k) for k in DECOYS for c in out[:decoys]]
     out += [Case("pair", p, 1.0, 200 + s, s) for p in PAIRS for s in range(draws)]
+    out += [
+        Case("undecided", (m,), 1.0, 300 + s, s) for m in hidden.ONE_LEVER for s in range(2 * few)
+    ]
     out += [
         Case("mechanism", (m,), w, 100 + s, s)
         for w in reversed(WEAKER)
-        for m in mechanisms
+        for m in MECHANISMS["grains"]
         for s in range(few)
     ]
+    out += [Case("no effect", (), 0.0, 400 + s, s, "heap") for s in range(draws)]
+    out += _hidden_cases("heap", draws)
     return [replace(c, seed=c.seed + first, point=c.point + first) for c in out]
+
+
+def _hidden_cases(bench, draws):
+    """The same data with and without the mechanism in the catalogue, one after the other."""
+    return [
+        Case(kind, (m,), 1.0, 100 + s, s, bench)
+        for m in MECHANISMS[bench]
+        for s in range(draws)
+        for kind in ("mechanism", "removed")
+    ]
 
 
 def summarise(table):
@@ -86,8 +102,9 @@ def summarise(table):
     of = {case: own for case, own in table.groupby("case")}
     none = table.iloc[:0]
     null, full = of.get("no effect", none), of.get("mechanism", none)
-    add("no effect: adequate", null["verdict"] == "adequate")
-    add("no effect: identified", null["verdict"] == "identified")
+    for bench, own in null.groupby("bench"):
+        add(f"no effect, {bench}: adequate", own["verdict"] == "adequate")
+        add(f"no effect, {bench}: identified", own["verdict"] == "identified")
     for case in DECOYS:
         add(f"{case}: identified", of.get(case, none)["verdict"] == "identified")
     at = full[full["strength"] == 1.0]
@@ -137,11 +154,13 @@ def plan_runs(config, settings, output):
     write_json(output.plan, specs)
 
 
-def equip(config, settings, source):
-    """The `Laboratory` whose emulators are taught by the finished runs of a plan."""
+def equip(config, settings, source, bench):
+    """The `Laboratory` of a bench, its emulators taught by the finished runs of a plan."""
     rows, specs = (json.loads(Path(f).read_text()) for f in (source.design, source.plan))
     factors = parameters_of(settings, config.factors, list(settings.experiments))
-    emulators, _ = teach(rows, simulate(specs), settings, factors)
+    rows = [r for r in rows if r["experiment"] in {e for e, _ in hidden.PLANS[bench]}]
+    metrics = simulate({r["run_id"]: specs[r["run_id"]] for r in rows})
+    emulators, _ = teach(rows, metrics, settings, factors)
     emulated = Emulated(emulators, settings, factors, load_catalogue())
     return Laboratory(emulated, config.run, config.factors, settings.replicates)
 
@@ -156,12 +175,13 @@ def run_shard(config, settings, source, shard, shards, folder, table):
 def run_cases(some, config, settings, source, folder):
     """Rows of the given cases, those that are kept in `folder` from there."""
     key = _key(config, settings, source.plan)
-    lab, out = None, []
+    labs, out = {}, []
     for case in some:
         kept = Path(folder) / f"{_name(case, key)}.json"
         if not kept.exists():
-            lab = lab or equip(config, settings, source)
-            write_json(kept, lab.diagnose(case))
+            if case.bench not in labs:
+                labs[case.bench] = equip(config, settings, source, case.bench)
+            write_json(kept, labs[case.bench].diagnose(case))
         out.append(json.loads(kept.read_text()))
         print(out[-1], flush=True)
     return out

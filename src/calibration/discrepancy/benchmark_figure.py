@@ -6,8 +6,8 @@ import pandas as pd
 from calibration.figures import BLUE, GREY, _axes, label
 
 RATES = {
-    "no effect: adequate": "no effect: adequate",
-    "no effect: identified": "no effect: identified",
+    "no effect, grains: adequate": "no effect: adequate",
+    "no effect, grains: identified": "no effect: identified",
     "outlier: identified": "outlier: identified",
     "understated: identified": "noise twice as stated: identified",
     "all mechanisms, strength 1: named first": "mechanisms: named first",

@@ -13,13 +13,14 @@ DECOYS = {"outlier": hidden.outlier, "understated": hidden.understated}
 
 @dataclass(frozen=True)
 class Case:
-    """One data set to diagnose; `point` decides its base parameters, `seed` its noise."""
+    """One data set to diagnose; `point` decides its base parameters, `seed` its noise, `bench` what is measured."""
 
     case: str
     effects: tuple
     strength: float
     seed: int
     point: int
+    bench: str = "grains"
 
     @property
     def truth(self):
@@ -35,8 +36,8 @@ class Laboratory:
         self.replicates, self.root = replicates, root
         self._last = None, None
 
-    def measure(self, case, conditions=hidden.PLAN):
-        """Measurements of a case under the given plan."""
+    def measure(self, case, conditions=None):
+        """Measurements of a case under the given plan, its bench's unless given."""
         measured, _ = hidden.draw(
             case.point,
             self.emulated.settings,
@@ -45,7 +46,7 @@ class Laboratory:
             load_catalogue(),
             dict.fromkeys(case.effects, case.strength),
             case.seed,
-            conditions,
+            conditions or hidden.PLANS[case.bench],
             self.root,
         )
         return measured
@@ -103,6 +104,7 @@ def judge(case, found):
         "strength": case.strength,
         "seed": case.seed,
         "point": case.point,
+        "bench": case.bench,
         "verdict": found.verdict,
         "causes": " + ".join(found.causes),
         "first": first if named else "",
