@@ -46,7 +46,7 @@ MECHANISMS = {
 PAIRS = (
     ("viscoelastic_restitution", "tilt_detection_lag"),
     ("air_drag", "stress_dependent_friction"),
-    ("plastic_restitution", "wall_adhesion"),
+    ("plastic_restitution", "stress_dependent_friction"),
 )
 
 NULLS, NULL_POINTS = 40, 8

@@ -54,10 +54,12 @@ PLANS = {"grains": DROPS + TILTS, "heap": DROPS + HEAPS}
 
 ONE_LEVER = {
     "viscoelastic_restitution": [
-        ("drop", {"drop_height_mm": h, "particle_diameter_mm": 2.0}) for h in (100.0, 200.0, 400.0)
+        ("drop", {"drop_height_mm": h, "particle_diameter_mm": 2.0})
+        for h in (50.0, 100.0, 150.0, 250.0, 400.0)
     ],
     "wall_adhesion": [
-        ("tilt", {"tilt_rate_deg_s": 4.0, "particle_diameter_mm": d}) for d in (1.4, 2.4, 4.0)
+        ("tilt", {"tilt_rate_deg_s": 20.0, "particle_diameter_mm": d})
+        for d in (1.3, 1.6, 2.0, 2.5, 4.0)
     ],
 }
 ONE_LEVER |= {

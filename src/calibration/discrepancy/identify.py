@@ -124,10 +124,12 @@ def _share_above(sample, value):
 
 
 def simulate_data(fitted, measurements, data, replicates, rng):
-    """`Data` of `replicates` sets from a fit: noise as measured, scaled by the fit's misfit; spreads drawn anew."""
+    """`Data` of `replicates` sets from a fit: noise as measured and the emulators' error, both scaled by the misfit.
+
+    Their spreads are drawn anew.
+    """
     truth = fitted.predicted[0]
-    scale = float(fitted.scale[0])
-    noise = scale * data.error[0]
+    noise = float(fitted.scale[0]) * fitted.sd[0]
     value = truth + noise * rng.standard_normal((replicates, len(truth)))
     n = np.array([m.n for m in measurements], float)
     freedom = np.maximum(n - 1.0, 1.0) + 8.0
