@@ -1,4 +1,4 @@
-"""Drop and tilt together: every mechanism that shows on them, pairs of effects, and data that leave the cause open."""
+"""Drop and tilt together: every mechanism that shows on them, and two effects at once."""
 
 import pytest
 
@@ -48,17 +48,7 @@ def test_most_hidden_effects_are_named_first_and_hardly_any_is_named_wrongly(bot
 
 
 def test_two_effects_at_once_are_both_named(both):
-    effects = ("viscoelastic_restitution", "tilt_detection_lag")
+    effects = ("air_drag", "stress_dependent_friction")
     cases = [Case("test", effects, 1.0, point, point) for point in range(3)]
     found = [both.identify(both.measure(case, PLAN), 3) for case in cases]
     assert sum(set(effects) <= set(f.causes) for f in found) >= 2
-
-
-def test_data_along_one_lever_leave_the_cause_open_and_the_proposed_measurement_settles_it(both):
-    cases = [Case("undecided", ("air_drag",), 1.0, point, point) for point in range(4)]
-    rows = [both.diagnose(case) for case in cases]
-    still_open = [r for r in rows if r["verdict"] == "ambiguous"]
-    assert len(still_open) >= 2
-    assert all("air_drag" in r["causes"] for r in still_open)
-    settled = [r for r in still_open if r["outcome_2_further"] == "air_drag"]
-    assert len(settled) >= 0.5 * len(still_open)
