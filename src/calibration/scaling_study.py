@@ -84,33 +84,48 @@ def difference(first, values, margin, alpha=0.05):
         low = high = apart
     else:
         low, high = stats.ttest_ind(values, first, equal_var=False).confidence_interval(1 - alpha)
-    change = UNDECIDED
-    if -margin <= low and high <= margin:
-        change = KEPT
-    elif low > 0.0 or high < 0.0:
-        change = CHANGED
+    change = judge(low, high, margin)
     return {"difference": apart, "difference_low": low, "difference_high": high, "change": change}
 
 
-def response_statements(table):
-    """A statement a case of `response_table`: is the response kept at every scale?"""
+def judge(low, high, margin):
+    """Whether a change with the interval [low, high] is kept, changed or undecided."""
+    if -margin <= low and high <= margin:
+        return KEPT
+    return CHANGED if low > 0.0 or high < 0.0 else UNDECIDED
+
+
+def trend(scale, response, alpha=0.05):
+    """(change, low, high) from the smallest to the largest scale, by a line over log2 of the scale through all runs."""
+    octaves = np.log2(np.asarray(scale, float))
+    fit, span = stats.linregress(octaves, response), float(np.ptp(octaves))
+    half = float(stats.t.ppf(1 - alpha / 2, len(octaves) - 2) * fit.stderr) * span
+    change = float(fit.slope) * span
+    return change, change - half, change + half
+
+
+def response_statements(runs, margins):
+    """A statement a case: does the response keep its value over the scales? One trend, so that one test judges it.
+
+    runs : columns experiment, rule, cohesive, scale, response
+    """
     out = []
-    for (experiment, rule, cohesive), case in table.groupby(
+    for (experiment, rule, cohesive), case in runs.groupby(
         ["experiment", "rule", "cohesive"], sort=False
     ):
-        later = case.dropna(subset=["difference"])
-        changes = set(later["change"])
-        change = CHANGED if CHANGED in changes else UNDECIDED if UNDECIDED in changes else KEPT
-        worst = later.loc[later["difference"].abs().idxmax()]
+        found, low, high = trend(case["scale"], case["response"])
+        change = judge(low, high, margins[experiment])
         what = {"heap": "angle of repose", "drop": "restitution on steel"}[experiment]
         how = "with cohesion" if cohesive else "without cohesion"
-        unit = {"deg": "°", "1": ""}[worst["unit"]]
-        digits = 1 if experiment == "heap" else 3
+        unit, digits = {"heap": ("°", 1), "drop": ("", 3)}[experiment]
+        means = [
+            f"{values.mean():.{digits}f}{unit} at scale {h:g}"
+            for h, values in case.groupby("scale")["response"]
+        ]
         sentence = (
-            f"Enlarged by the {rule} rule, {how}, the {what} is {case['mean'].iloc[0]:.{digits}f}{unit} at scale "
-            f"{case['scale'].iloc[0]:g} and {worst['mean']:.{digits}f}{unit} at scale {worst['scale']:g}: difference "
-            f"{worst['difference']:+.{digits}f}{unit} (95 %: {worst['difference_low']:+.{digits}f} to "
-            f"{worst['difference_high']:+.{digits}f}), {change}."
+            f"Enlarged by the {rule} rule, {how}, the {what} is {', '.join(means)}: over the range "
+            f"{found:+.{digits}f}{unit} (95 %: {low:+.{digits}f} to {high:+.{digits}f}, margin "
+            f"{margins[experiment]:g}), {change}."
         )
         out.append(
             Statement(
@@ -118,9 +133,9 @@ def response_statements(table):
                 "1.2.1, conclusion 4" if rule == PAPER_RULE.name else "(gravity kept)",
                 f"The {what} does not change with the scale, {how}, under the {rule} rule",
                 0.0,
-                float(worst["difference"]),
-                float(worst["difference_low"]),
-                float(worst["difference_high"]),
+                found,
+                low,
+                high,
                 VERDICT[change],
                 sentence,
             )
@@ -227,7 +242,7 @@ def analyse_scaling(config, design_file, output):
         *theory_statements(),
         *exponent_statements(measured[PAPER_RULE.name]),
         *drop_statements(design, config),
-        *response_statements(table),
+        *response_statements(design.assign(response=response), margins),
     ]
     if len({s.id for s in statements}) != len(statements):
         raise CalibrationError("two statements of the scaling study have the same id")

@@ -35,10 +35,18 @@ def heaps(shift, sd=0.5, n=8):
 )
 def test_a_planted_change_of_the_angle_is_found(shift, sd, verdict):
     runs = heaps(shift, sd)
-    (statement,) = response_statements(response_table(runs, runs["response"], MARGINS))
+    (statement,) = response_statements(runs, MARGINS)
     assert statement.verdict == verdict
     assert statement.low <= statement.found <= statement.high
     assert f"{statement.found:+.1f}" in statement.sentence
+
+
+def test_the_table_has_means_and_differences_from_the_first_scale():
+    runs = heaps(3.0)
+    table = response_table(runs, runs["response"], MARGINS)
+    assert table["mean"].tolist() == pytest.approx([45.0, 42.0, 39.0], abs=0.6)
+    assert table["difference"].tolist()[1:] == pytest.approx([-3.0, -6.0], abs=0.8)
+    assert set(table["change"].iloc[1:]) == {CHANGED}
 
 
 def test_a_small_but_certain_difference_within_the_margin_is_kept():
