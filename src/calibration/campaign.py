@@ -69,6 +69,21 @@ def _read_plan(path, _changed):
     return json.loads(path.read_text())
 
 
+def planned_spec(study, name):
+    """Spec of a run as the earliest stage of a study's folder planned it; None where none did.
+
+    Stages that share a run can have its keys in different orders. The order does not name the run, but snakemake takes
+    another one for a change, and would make the run again when a later stage's plan came first.
+    """
+    order = {stage: n for n, stage in enumerate(STAGES)}
+    plans = Path(study).glob("*/plan.json")
+    for path in sorted(plans, key=lambda p: (order.get(p.parent.name, len(order)), p)):
+        specs = read_plan(path)
+        if name in specs:
+            return specs[name]
+    return None
+
+
 def result_path(name):
     """Where a run's result is."""
     return f"results/runs/{name}/result.json"

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 import yaml
 
-from calibration.campaign import plan, result_path, write_plan
+from calibration.campaign import plan, planned_spec, points_of, result_path, write_plan
 from calibration.config import parse_config
 from calibration.design import plackett_burman
 from calibration.factors import read_factors
@@ -77,9 +77,18 @@ def test_durations_read_as_people_say_them(seconds, text):
 
 
 def test_a_point_that_two_stages_share_is_named_for_both(campaign):
-    from calibration.campaign import points_of
-
     settings, table, specs = campaign
     write_plan("results/few/validation", pd.DataFrame([table.iloc[0]]), specs)
     found = points_of(table["run_id"][0], parse_config(settings))
     assert [text.split(",")[0] for text in found] == ["screening", "validation"]
+
+
+def test_a_shared_run_keeps_the_spec_of_the_stage_that_made_it(campaign):
+    _, table, specs = campaign
+    name = table["run_id"][0]
+    turned = {key: specs[name][key] for key in reversed(specs[name])}
+    for stage in ("candidate", "ascent", "a_study_beside_the_chain"):
+        write_plan(f"results/few/{stage}", table.head(1), {name: turned})
+    assert list(planned_spec("results/few", name)) == list(specs[name])
+    assert list(specs[name]) != list(turned)
+    assert planned_spec("results/few", "heap-0123456789abcdef") is None

@@ -1,7 +1,7 @@
 import os
 from pathlib import Path
 
-from calibration.campaign import STAGES, read_plan, result_path
+from calibration.campaign import planned_spec, read_plan, result_path
 from calibration.config import parse_config, stands_alone
 from calibration.errors import CalibrationError
 from calibration.runner import report as show_progress
@@ -45,11 +45,10 @@ wildcard_constraints:
 
 def spec_of(name):
     """The spec of a planned run."""
-    for path in Path(STUDY).glob("*/plan.json"):
-        specs = read_plan(path)
-        if name in specs:
-            return specs[name]
-    raise WorkflowError(f"no stage of {STUDY} has planned the run {name}")
+    spec = planned_spec(STUDY, name)
+    if spec is None:
+        raise WorkflowError(f"no stage of {STUDY} has planned the run {name}")
+    return spec
 
 
 def for_further_targets(pattern, measured=False):
