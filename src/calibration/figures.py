@@ -384,7 +384,7 @@ def yield_loci(runs, loci, curves, measure, section):
 def scaling(table):
     """Angle of repose and restitution over the scale, a line a rule and cohesion."""
     figure, axes = _axes(1, 2, (9.6, 4.2))
-    names = {"heap": ANGLE, "drop": "coefficient of restitution, rebound"}
+    names = {"heap": ANGLE.axis, "drop": "coefficient of restitution, rebound"}
     for ax, (experiment, axis) in zip(axes, names.items(), strict=True):
         cases = table[table["experiment"] == experiment].groupby(["rule", "cohesive"], sort=False)
         for k, ((rule, cohesive), case) in enumerate(cases):

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from calibration import figures
 from calibration.scaling_study import (
     CHANGED,
     FAILS,
@@ -92,3 +93,11 @@ def test_log_slope_of_a_power_law():
     found, low, high = log_slope(scale, 3.0 * scale**0.5 * noise)
     assert low < 0.5 < high
     assert found == pytest.approx(0.5, abs=0.02)
+
+
+def test_the_figure_names_what_it_shows():
+    runs = pd.concat([heaps(1.0), heaps(1.0).assign(experiment="drop")], ignore_index=True)
+    figure = figures.scaling(response_table(runs, runs["response"], MARGINS))
+    assert [ax.get_ylabel() for ax in figure.axes][0] == "angle of repose [°]"
+    assert [t.get_text() for t in figure.axes[0].get_xticklabels()] == ["1", "2", "4"]
+    figures.plt.close(figure)
