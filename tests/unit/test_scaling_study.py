@@ -98,6 +98,6 @@ def test_log_slope_of_a_power_law():
 def test_the_figure_names_what_it_shows():
     runs = pd.concat([heaps(1.0), heaps(1.0).assign(experiment="drop")], ignore_index=True)
     figure = figures.scaling(response_table(runs, runs["response"], MARGINS))
-    assert [ax.get_ylabel() for ax in figure.axes][0] == "angle of repose [°]"
+    assert figure.axes[0].get_ylabel() == "angle of repose [°]"
     assert [t.get_text() for t in figure.axes[0].get_xticklabels()] == ["1", "2", "4"]
     figures.plt.close(figure)
