@@ -102,7 +102,7 @@ def test_relative_torque_of_one_contact(record):
     load, share = load_and_share()
     source = f"{engine_of('contacts')}, cdt"
     ratio = theirs / ours
-    quantity = "largest |ratio - 1| of the relative torques, their load and direction put into ours"
+    quantity = "largest deviation of their relative torque from ours with their load and direction"
     record(ONE, quantity, np.abs(ratio / (load * share) - 1.0).max(), 0.0, READING, "", source)
     for quantity, value in (
         ("mean torque of cdt over the relative torque", ratio.mean()),
