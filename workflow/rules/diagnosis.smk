@@ -250,10 +250,10 @@ rule discovery_benchmark:
     input:
         expand(f"{DISCOVERY}/cases/{{shard}}.csv", shard=SHARDS),
     output:
-        cases="results/reference/discovery/cases.csv",
-        confusion="results/reference/discovery/confusion.csv",
-        summary="results/reference/discovery/summary.csv",
-        figure="results/reference/discovery/benchmark.svg",
+        cases=f"{DISCOVERY}/cases.csv",
+        confusion=f"{DISCOVERY}/confusion.csv",
+        summary=f"{DISCOVERY}/summary.csv",
+        figure=f"{DISCOVERY}/benchmark.svg",
     log:
         f"{STUDY}/logs/discovery_benchmark.log",
     conda:
