@@ -46,7 +46,15 @@ def test_screening_waits_for_the_bench_tests_when_told_to(clone, source, waits):
 
 def test_scaling_and_reproduction_are_targets(clone):
     names = rules_of(clone, "scaling", "reproduction")
-    assert {"plan_scaling", "scaling", "reproduction", "tilt", "drop", "shear", "screening"} <= names
+    assert {
+        "plan_scaling",
+        "scaling",
+        "reproduction",
+        "tilt",
+        "drop",
+        "shear",
+        "screening",
+    } <= names
 
 
 def test_values_of_the_bench_tests_reach_the_planned_runs(tmp_path, monkeypatch):
