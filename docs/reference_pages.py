@@ -7,6 +7,8 @@ factor table's columns and the command's help.
 import contextlib
 import io
 import os
+import re
+from pathlib import Path
 
 from mkdocs.structure.files import File
 
@@ -180,8 +182,23 @@ def help_of(arguments):
 PAGES = {"configuration.md": configuration, "run_spec.md": run_spec, "command.md": command}
 
 
+KEPT = re.compile(r"\]\(\.\./(results/reference/[^)]+)\)")
+"""Links of pages to kept results, which lie outside docs/."""
+
+
 def on_files(files, config):
-    """Add the pages to those that lie in docs/ (called by mkdocs)."""
+    """Add the pages, and the kept results that pages link to, to what lies in docs/ (called by mkdocs)."""
     for name, make in PAGES.items():
         files.append(File.generated(config, f"reference/{name}", content=make()))
+    docs = Path(config.docs_dir)
+    linked = {k for page in docs.glob("*.md") for k in KEPT.findall(page.read_text())}
+    for name in sorted(linked):
+        path = docs.parent / name
+        if path.exists():  # where it does not, mkdocs says so at the link
+            files.append(File.generated(config, name, abs_src_path=str(path)))
     return files
+
+
+def on_page_markdown(markdown, page, config, files):
+    """Point links to kept results at the site's own copy (called by mkdocs)."""
+    return KEPT.sub(r"](\1)", markdown) if "/" not in page.file.src_uri else markdown
