@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 from numba import njit
 
 from dem.lanes import inlined
@@ -36,7 +35,6 @@ def advance_clusters(clusters, particles, row_of, gravity, dt):
     row_of (particles,) int64: row of each tag.
     """
     stale = False
-    middle = np.empty((3, 3))
     for c in range(len(clusters.mass)):
         x, r = clusters.position[c], clusters.rotation[c]
         force, torque, resistance = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0
@@ -55,11 +53,13 @@ def advance_clusters(clusters, particles, row_of, gravity, dt):
         size = math.sqrt(dot(turn, turn))
         if resistance > 0.0 and size > 0.0:
             turn = scale(max(0.0, 1.0 - dt * resistance / size), turn)
-        # the spin at the middle of the step, from the orientation there
-        middle[:] = r
-        w = _spin_of(middle, clusters.inertia[c], turn)
-        rotate(middle, w[0], w[1], w[2], 0.5 * dt)
-        w = _spin_of(middle, clusters.inertia[c], turn)
+        # the spin at the middle of the step, from the orientation there; kept on the stack, for a step allocates nothing
+        kept = (r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2])
+        w = _spin_of(r, clusters.inertia[c], turn)
+        rotate(r, w[0], w[1], w[2], 0.5 * dt)
+        w = _spin_of(r, clusters.inertia[c], turn)
+        for k in range(9):
+            r[k // 3, k % 3] = kept[k]
         rotate(r, w[0], w[1], w[2], dt)
         for k in range(3):
             momentum[k] = turn[k]
