@@ -53,7 +53,7 @@ def advance_clusters(clusters, particles, row_of, gravity, dt):
         size = math.sqrt(dot(turn, turn))
         if resistance > 0.0 and size > 0.0:
             turn = scale(max(0.0, 1.0 - dt * resistance / size), turn)
-        # the spin at the middle of the step, from the orientation there; kept on the stack, for a step allocates nothing
+        # the spin at the middle of the step, from the orientation there; kept on the stack: a step allocates nothing
         kept = (r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2])
         w = _spin_of(r, clusters.inertia[c], turn)
         rotate(r, w[0], w[1], w[2], 0.5 * dt)
