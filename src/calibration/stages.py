@@ -50,12 +50,12 @@ def logged(log):
             raise
 
 
-def settings_of(data, bench_file=None):
+def settings_of(data, bench_files=()):
     """`Config` of already checked settings; the levels that the bench tests found, where given, replace its own."""
     config = Config.model_validate(data)
-    if not bench_file:
-        return config
-    return config.model_copy(update={"fixed": config.fixed | _load(bench_file)["fixed"]})
+    for file in bench_files or ():
+        config = config.model_copy(update={"fixed": config.fixed | _load(file)["fixed"]})
+    return config
 
 
 def _load(path):

@@ -64,8 +64,8 @@ def test_values_of_the_bench_tests_reach_the_planned_runs(tmp_path, monkeypatch)
     found.write_text(json.dumps({"fixed": {"salt_steel_static_friction": 0.6543}}))
     optimum = tmp_path / "optimum.json"
     optimum.write_text(json.dumps({"optimum": {"salt_salt_rolling_friction": 0.2}}))
-    for file, friction in ((None, 0.71), (found, 0.6543)):
-        settings = stages.settings_of(config.model_dump(mode="json"), file)
+    for files, friction in (([], 0.71), ([found], 0.6543)):
+        settings = stages.settings_of(config.model_dump(mode="json"), files)
         stages.plan_validation(settings, optimum, tmp_path / "validation")
         specs = read_plan(tmp_path / "validation" / "plan.json").values()
         assert {s["contacts"]["particle_wall"]["static_friction"] for s in specs} == {friction}
