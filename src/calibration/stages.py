@@ -179,16 +179,11 @@ def plan_response_surface(config, ascent_file, folder):
 
 
 def _around(factor, centre, config):
-    """The factor with levels centre -+ half width. The width is a fifth of the factor's range unless configured, and
-    then at most half the centre, so that no friction becomes negative."""
-    usual = min(0.2 * (factor.high - factor.low), 0.5 * abs(centre))
-    half = config.response_surface.half_width.get(factor.name, usual)
-    low = centre - half
-    if low <= 0.0:
-        raise CalibrationError(
-            f"the region of {factor.name} would reach {low:g}; choose a smaller half width"
-        )
-    return replace(factor, low=round(low, 9), high=round(centre + half, 9))
+    """The factor with levels centre -+ half width: the configured one or a fifth of the factor's range, and at most half
+    the centre, so that no friction becomes zero or less."""
+    half = config.response_surface.half_width.get(factor.name, 0.2 * (factor.high - factor.low))
+    half = min(half, 0.5 * abs(centre))
+    return replace(factor, low=round(centre - half, 9), high=round(centre + half, 9))
 
 
 def read_region(path):
