@@ -179,8 +179,8 @@ def plan_response_surface(config, ascent_file, folder):
 
 
 def _around(factor, centre, config):
-    """The factor with levels centre -+ half width: the configured one or a fifth of the factor's range, and at most half
-    the centre, so that no friction becomes zero or less."""
+    """The factor with levels centre -+ half width: the configured one or a fifth of the factor's range, and at most
+    half the centre, so that no friction becomes zero or less."""
     half = config.response_surface.half_width.get(factor.name, 0.2 * (factor.high - factor.low))
     half = min(half, 0.5 * abs(centre))
     return replace(factor, low=round(centre - half, 9), high=round(centre + half, 9))
