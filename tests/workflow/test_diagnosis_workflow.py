@@ -75,9 +75,10 @@ def test_the_shipped_case_runs_through_and_another_one_re_uses_its_runs(clone):
         assert (folder / f"{figure}.svg").exists()
 
     taught = set(json.loads((folder / "plan.json").read_text()))
-    stamps = {
-        name: (clone / "results/runs" / name / "result.json").stat().st_mtime_ns for name in taught
-    }
+    # a heap that clogs the funnel has no result; the emulator does without it
+    results = {name: clone / "results/runs" / name / "result.json" for name in taught}
+    stamps = {name: path.stat().st_mtime_ns for name, path in results.items() if path.exists()}
+    assert len(stamps) > 0.8 * len(taught)
     other = clone / "other.csv"
     lines = (ROOT / "config/measurements.csv").read_text().splitlines()
     other.write_text("\n".join(lines[:-1]) + "\n")
