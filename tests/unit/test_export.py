@@ -23,6 +23,7 @@ from dem.io.mapping import read_mapping
 from dem.spec import ContactSpec, RunSpec, load_spec, parse_spec
 
 REFERENCE = Path("results/reference/salt")
+OPTIMUM = json.loads((REFERENCE / "optimise" / "optimum.json").read_text())["optimum"]
 MU_R = 0.9
 
 
@@ -52,7 +53,7 @@ def found(**changes):
     return {
         "law": "constant_torque",
         "unit": "deg",
-        "rolling_friction": 0.26995118,
+        "rolling_friction": OPTIMUM["salt_salt_rolling_friction"],
         "laws": laws,
     }
 
@@ -176,7 +177,7 @@ def test_yade_block_is_python_with_the_friction_angles(material, mapping):
     text = yade.block(material, conversion(mapping), ["where from"])
     ast.parse(text)
     angles = [float(x) for x in re.findall(r"frictionAngle=([\d.]+)", text)]
-    assert math.tan(angles[0]) == pytest.approx(0.67792476, rel=1e-5)
+    assert math.tan(angles[0]) == pytest.approx(OPTIMUM["salt_salt_static_friction"], rel=1e-5)
     assert math.tan(angles[1]) == pytest.approx(0.71, rel=1e-5)
 
 
@@ -239,7 +240,8 @@ def test_mercury_block_is_well_formed(material, mapping):
 def test_edem_takes_the_calibrated_numbers_as_they_are(material, mapping):
     text = edem.block(material, conversion(mapping), ["where from"])
     assert "standard rolling friction" in text
-    assert "| Coefficient of rolling friction | 0.269951 |" in text
+    value = f"{OPTIMUM['salt_salt_rolling_friction']:.6g}"
+    assert f"| Coefficient of rolling friction | {value} |" in text
     assert "| Shear modulus | 3e+06 | Pa |" in text
     assert all(line.count("|") == 5 for line in text.splitlines() if line.startswith("|"))
 
@@ -290,7 +292,9 @@ def test_a_study_without_a_heap_says_that_rolling_friction_is_not_converted(mapp
     assert rolling.laws_to_scan(drop) == []
     c = Conversion(drop, found() | {"laws": {}})
     assert "NOT CONVERTED" in c.sentences("elastic_plastic", "epsd3")[0]
-    assert c.of("elastic_plastic").rolling_friction == pytest.approx(0.26995118)
+    assert c.of("elastic_plastic").rolling_friction == pytest.approx(
+        OPTIMUM["salt_salt_rolling_friction"]
+    )
 
 
 def test_an_export_says_when_the_angle_cannot_be_reached(material, mapping):
