@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from numba.core.runtime import _nrt_python, rtsys
 
 from dem.contact.registry import ContactParameters, Material
 from dem.simulation import Simulation
@@ -25,25 +24,27 @@ def resting(cluster):
     return sim
 
 
-def allocations(sim, steps):
-    """Allocations by numba's runtime while `sim` does `steps` steps between two makings of its lists."""
-    before, made = rtsys.get_allocation_stats().alloc, sim.rebuilds
-    sim.advance(steps)
-    assert sim.rebuilds == made, "the lists were made again"
-    return rtsys.get_allocation_stats().alloc - before
-
-
 @pytest.fixture
-def counting():
+def allocations():
+    """Function that counts the allocations of numba's runtime over some steps between two makings of the lists."""
+    # numba, imported before the engine, would keep its compiled code beside the sources
+    from numba.core.runtime import _nrt_python, rtsys
+
+    def count(sim, steps):
+        before, made = rtsys.get_allocation_stats().alloc, sim.rebuilds
+        sim.advance(steps)
+        assert sim.rebuilds == made, "the lists were made again"
+        return rtsys.get_allocation_stats().alloc - before
+
     was = _nrt_python.memsys_stats_enabled()
     _nrt_python.memsys_enable_stats()
-    yield
+    yield count
     if not was:
         _nrt_python.memsys_disable_stats()
 
 
 @pytest.mark.parametrize("cluster", [False, True])
-def test_the_time_loop_allocates_nothing(counting, cluster):
+def test_the_time_loop_allocates_nothing(allocations, cluster):
     sim = resting(cluster)
     assert len(sim.contacts()[0]) > 0
     assert allocations(sim, 10) == allocations(sim, 500)
