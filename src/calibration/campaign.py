@@ -128,7 +128,7 @@ def progress(config):
 
 def expected_runs(config):
     """Number of runs of each stage before it has been planned."""
-    from calibration.design import box_behnken, plackett_burman, read_two_level
+    from calibration.statistics.design import box_behnken, plackett_burman, read_two_level
 
     factors = read_factors(config.factors)
     rules = config.screening

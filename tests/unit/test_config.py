@@ -8,9 +8,9 @@ import yaml
 
 from calibration.campaign import plan, run_id
 from calibration.config import overlay, parse_config
-from calibration.design import box_behnken, plackett_burman, steepest_path
 from calibration.errors import CalibrationError, ConfigError
 from calibration.factors import Factor, read_factors
+from calibration.statistics.design import box_behnken, plackett_burman, steepest_path
 
 ROOT = Path(__file__).parents[2]
 

@@ -7,16 +7,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration.design import (
+from calibration.errors import CalibrationError, ConfigError
+from calibration.factors import Factor, read_factors
+from calibration.statistics.design import (
     box_behnken,
     path_from_effects,
     plackett_burman,
     read_two_level,
     steepest_path,
 )
-from calibration.errors import CalibrationError, ConfigError
-from calibration.factors import Factor, read_factors
-from calibration.regression import model_matrix, quadratic_terms
+from calibration.statistics.surface import model_matrix, quadratic_terms
 
 ROOT = Path(__file__).parents[2]
 PAPER = ROOT / "data" / "paper"

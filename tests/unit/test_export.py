@@ -16,8 +16,8 @@ from calibration.export import edem, lammps, liggghts, mercurydpm, rolling, stag
 from calibration.export.conversion import Conversion
 from calibration.export.material import granulate, rolling_dashpot, rolling_stiffness
 from calibration.export.parameters import parameter_interval, to_yaml, unit_of
-from calibration.regression import fit_surface
 from calibration.stages import read_region
+from calibration.statistics.surface import fit_surface
 from dem.contact.damping.tsuji import factor
 from dem.io.mapping import read_mapping
 from dem.spec import ContactSpec, RunSpec, load_spec, parse_spec

@@ -10,11 +10,12 @@ import pandas as pd
 import pytest
 
 from calibration import figures
-from calibration.design import box_behnken
 from calibration.factors import Factor, read_factors
-from calibration.optimise import solve
-from calibration.regression import fit_surface, screen, significant
-from calibration.validate import compare
+from calibration.statistics.design import box_behnken
+from calibration.statistics.optimise import solve
+from calibration.statistics.screening import screen, significant
+from calibration.statistics.surface import fit_surface
+from calibration.statistics.validate import compare
 
 ROOT = Path(__file__).parents[2]
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from calibration.errors import CalibrationError
-from calibration.goals import RULES, Goal, overall_desirability
-from calibration.optimise import most_desirable, solution_mesh, solve
+from calibration.statistics.goals import RULES, Goal, overall_desirability
+from calibration.statistics.optimise import most_desirable, solution_mesh, solve
 
 
 @dataclass

@@ -8,9 +8,10 @@ import pytest
 
 from calibration.errors import RankDeficientError
 from calibration.factors import Factor, read_factors
-from calibration.optimise import solve
-from calibration.regression import fit_surface, screen, significant
-from calibration.validate import compare
+from calibration.statistics.optimise import solve
+from calibration.statistics.screening import screen, significant
+from calibration.statistics.surface import fit_surface
+from calibration.statistics.validate import compare
 
 TABLES = Path(__file__).parents[2] / "data" / "paper"
 

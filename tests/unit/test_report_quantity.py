@@ -1,16 +1,17 @@
 """Labels and sentences follow the metric that is calibrated."""
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.text import Text
 
 from calibration import figures
-from calibration.design import box_behnken
 from calibration.factors import Factor
-from calibration.optimise import solve
-from calibration.regression import fit_surface
-from calibration.validate import compare
+from calibration.statistics.design import box_behnken
+from calibration.statistics.optimise import solve
+from calibration.statistics.surface import fit_surface
+from calibration.statistics.validate import compare
 
 
 @pytest.mark.parametrize(
@@ -69,4 +70,4 @@ def test_no_figure_of_another_metric_speaks_of_degrees():
         assert "°" not in texts(figure)
         assert "angle" not in texts(figure)
         assert "mm" in texts(figure)
-        figures.plt.close(figure)
+        plt.close(figure)

@@ -6,9 +6,16 @@ import yaml
 
 from calibration.campaign import read_plan
 from calibration.config import parse_config
-from calibration.scaling import DIMENSIONS, GRAVITY_RULE, PAPER_RULE, RULES, ScalingError, exponents
-from calibration.scaling_plan import UNITS, base_run, enlarged, plan_scaling, quantity_of
-from calibration.scaling_probe import measured_exponents
+from calibration.scaling.dimensions import (
+    DIMENSIONS,
+    GRAVITY_RULE,
+    PAPER_RULE,
+    RULES,
+    ScalingError,
+    exponents,
+)
+from calibration.scaling.plan import UNITS, base_run, enlarged, plan_scaling, quantity_of
+from calibration.scaling.probe import measured_exponents
 from dem.spec import GEOMETRY, LawParameters, Numerics, Particles
 
 HEAP = {

@@ -1,11 +1,12 @@
 """Verdicts of the scaling study follow from its numbers: planted answers give the matching verdicts."""
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
 
 from calibration import figures
-from calibration.scaling_study import (
+from calibration.scaling.study import (
     CHANGED,
     FAILS,
     HOLDS,
@@ -100,4 +101,4 @@ def test_the_figure_names_what_it_shows():
     figure = figures.scaling(response_table(runs, runs["response"], MARGINS))
     assert figure.axes[0].get_ylabel() == "angle of repose [°]"
     assert [t.get_text() for t in figure.axes[0].get_xticklabels()] == ["1", "2", "4"]
-    figures.plt.close(figure)
+    plt.close(figure)

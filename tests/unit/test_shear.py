@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import yaml
 
+from calibration.bench_tests.shear import SlopeCurve, plan_shear, yield_locus
 from calibration.campaign import read_plan
 from calibration.config import parse_config
-from calibration.shear import SlopeCurve, plan_shear, yield_locus
 
 FRICTION, NORMAL = np.meshgrid([0.2, 0.4, 0.6, 0.85], np.repeat([0.5, 1.0, 2.0], 3))
 FRICTION, NORMAL = FRICTION.ravel(), NORMAL.ravel()

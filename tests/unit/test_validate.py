@@ -10,7 +10,7 @@ from scipy import stats
 from statsmodels.stats.weightstats import CompareMeans, DescrStatsW, ttost_ind
 
 from calibration.errors import CalibrationError
-from calibration.validate import compare, variance_components
+from calibration.statistics.validate import compare, variance_components
 
 PAPER = Path(__file__).parents[2] / "data" / "paper"
 

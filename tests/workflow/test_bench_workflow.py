@@ -11,6 +11,7 @@ import yaml
 from calibration import stages
 from calibration.campaign import read_plan
 from calibration.config import parse_config
+from calibration.jobs import settings_of
 
 ROOT = Path(__file__).parents[2]
 
@@ -65,7 +66,7 @@ def test_values_of_the_bench_tests_reach_the_planned_runs(tmp_path, monkeypatch)
     optimum = tmp_path / "optimum.json"
     optimum.write_text(json.dumps({"optimum": {"salt_salt_rolling_friction": 0.2}}))
     for files, friction in (([], 0.71), ([found], 0.6543)):
-        settings = stages.settings_of(config.model_dump(mode="json"), files)
+        settings = settings_of(config.model_dump(mode="json"), files)
         stages.plan_validation(settings, optimum, tmp_path / "validation")
         specs = read_plan(tmp_path / "validation" / "plan.json").values()
         assert {s["contacts"]["particle_wall"]["static_friction"] for s in specs} == {friction}

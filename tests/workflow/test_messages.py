@@ -9,9 +9,9 @@ import yaml
 
 from calibration.campaign import plan, planned_spec, points_of, result_path, write_plan
 from calibration.config import parse_config
-from calibration.design import plackett_burman
 from calibration.factors import read_factors
 from calibration.runner import duration, report, run_logged
+from calibration.statistics.design import plackett_burman
 
 ROOT = Path(__file__).parents[2]
 

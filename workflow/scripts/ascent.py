@@ -1,5 +1,6 @@
 from calibration import stages
+from calibration.jobs import logged, settings_of
 
-with stages.logged(snakemake.log[0]):
-    config = stages.settings_of(snakemake.params.settings)
+with logged(snakemake.log[0]):
+    config = settings_of(snakemake.params.settings)
     stages.analyse_ascent(config, snakemake.input.design, snakemake.output)

@@ -1,7 +1,7 @@
-from calibration import stages
 from calibration.batches import run_batch
+from calibration.jobs import logged
 
-with stages.logged(snakemake.log[0]):
+with logged(snakemake.log[0]):
     run_batch(
         snakemake.input.plan,
         int(snakemake.wildcards.batch),

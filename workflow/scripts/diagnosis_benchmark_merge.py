@@ -1,5 +1,5 @@
-from calibration import stages
 from calibration.discrepancy.benchmark import merge
+from calibration.jobs import logged
 
-with stages.logged(snakemake.log[0]):
+with logged(snakemake.log[0]):
     merge(snakemake.input, snakemake.output)

@@ -1,9 +1,9 @@
-from calibration import stages
 from calibration.discrepancy.benchmark import run_shard
 from calibration.discrepancy.settings import read_settings
+from calibration.jobs import logged, settings_of
 
-with stages.logged(snakemake.log[0]):
-    config = stages.settings_of(snakemake.params.settings)
+with logged(snakemake.log[0]):
+    config = settings_of(snakemake.params.settings)
     settings = read_settings(snakemake.input.settings)
     shard = int(snakemake.wildcards.shard)
     run_shard(

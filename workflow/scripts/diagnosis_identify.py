@@ -1,8 +1,8 @@
-from calibration import stages
 from calibration.discrepancy.settings import read_settings
 from calibration.discrepancy.stages import diagnose
+from calibration.jobs import logged, settings_of
 
-with stages.logged(snakemake.log[0]):
-    config = stages.settings_of(snakemake.params.settings)
+with logged(snakemake.log[0]):
+    config = settings_of(snakemake.params.settings)
     settings = read_settings(snakemake.input.settings, config.diagnosis)
     diagnose(config, settings, snakemake.input, snakemake.output)

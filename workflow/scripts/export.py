@@ -2,10 +2,11 @@ from pathlib import Path
 
 from calibration import stages
 from calibration.export.stage import export
+from calibration.jobs import logged, settings_of
 
-with stages.logged(snakemake.log[0]):
+with logged(snakemake.log[0]):
     i = snakemake.input
-    config = stages.settings_of(snakemake.params.settings, i.get("fixed"))
+    config = settings_of(snakemake.params.settings, i.get("fixed"))
     region = stages.read_region(i.region)
     runs = stages.augmented_runs(config, i.runs, region, i.candidate)
     out = Path(snakemake.output.parameters).parent

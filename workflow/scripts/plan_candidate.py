@@ -1,7 +1,8 @@
 from pathlib import Path
 
 from calibration import stages
+from calibration.jobs import logged, settings_of
 
-with stages.logged(snakemake.log[0]):
-    config = stages.settings_of(snakemake.params.settings, snakemake.input.get("fixed"))
+with logged(snakemake.log[0]):
+    config = settings_of(snakemake.params.settings, snakemake.input.get("fixed"))
     stages.plan_candidate(config, snakemake.input.optimum, Path(snakemake.output.plan).parent)

@@ -1,10 +1,10 @@
 from pathlib import Path
 
-from calibration import stages
 from calibration.export.stage import plan_export_confirmation
+from calibration.jobs import logged, settings_of
 
-with stages.logged(snakemake.log[0]):
-    config = stages.settings_of(snakemake.params.settings, snakemake.input.get("fixed"))
+with logged(snakemake.log[0]):
+    config = settings_of(snakemake.params.settings, snakemake.input.get("fixed"))
     plan_export_confirmation(
         config,
         snakemake.input.optimum,

@@ -1,7 +1,7 @@
 from pathlib import Path
 
-from calibration import stages
-from calibration.scaling_plan import plan_scaling
+from calibration.jobs import logged, settings_of
+from calibration.scaling.plan import plan_scaling
 
-with stages.logged(snakemake.log[0]):
-    plan_scaling(stages.settings_of(snakemake.params.settings), Path(snakemake.output.plan).parent)
+with logged(snakemake.log[0]):
+    plan_scaling(settings_of(snakemake.params.settings), Path(snakemake.output.plan).parent)

@@ -1,7 +1,7 @@
 from pathlib import Path
 
-from calibration import stages
-from calibration.shear import plan_shear
+from calibration.bench_tests.shear import plan_shear
+from calibration.jobs import logged, settings_of
 
-with stages.logged(snakemake.log[0]):
-    plan_shear(stages.settings_of(snakemake.params.settings), Path(snakemake.output.plan).parent)
+with logged(snakemake.log[0]):
+    plan_shear(settings_of(snakemake.params.settings), Path(snakemake.output.plan).parent)

@@ -1,9 +1,7 @@
 from pathlib import Path
 
-from calibration import stages
-from calibration.bench_tests import plan_sweep
+from calibration.bench_tests.sweep import plan_sweep
+from calibration.jobs import logged, settings_of
 
-with stages.logged(snakemake.log[0]):
-    plan_sweep(
-        stages.settings_of(snakemake.params.settings), "tilt", Path(snakemake.output.plan).parent
-    )
+with logged(snakemake.log[0]):
+    plan_sweep(settings_of(snakemake.params.settings), "tilt", Path(snakemake.output.plan).parent)

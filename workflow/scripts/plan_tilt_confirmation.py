@@ -1,8 +1,8 @@
 from pathlib import Path
 
-from calibration import stages
-from calibration.bench_tests import plan_confirmation
+from calibration.bench_tests.sweep import plan_confirmation
+from calibration.jobs import logged, settings_of
 
-with stages.logged(snakemake.log[0]):
-    config = stages.settings_of(snakemake.params.settings)
+with logged(snakemake.log[0]):
+    config = settings_of(snakemake.params.settings)
     plan_confirmation(config, "tilt", snakemake.input.design, Path(snakemake.output.plan).parent)

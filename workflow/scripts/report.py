@@ -1,9 +1,9 @@
 from pathlib import Path
 
-from calibration import stages
+from calibration.jobs import logged, settings_of
 from calibration.report import build
 
-with stages.logged(snakemake.log[0]):
-    config = stages.settings_of(snakemake.params.settings)
+with logged(snakemake.log[0]):
+    config = settings_of(snakemake.params.settings)
     out = Path(snakemake.output[0])
     build(out.parent, out, config.target.metric)

@@ -1,7 +1,5 @@
-from calibration import stages
-from calibration.shear import analyse_shear
+from calibration.bench_tests.shear import analyse_shear
+from calibration.jobs import logged, settings_of
 
-with stages.logged(snakemake.log[0]):
-    analyse_shear(
-        stages.settings_of(snakemake.params.settings), snakemake.input.design, snakemake.output
-    )
+with logged(snakemake.log[0]):
+    analyse_shear(settings_of(snakemake.params.settings), snakemake.input.design, snakemake.output)

@@ -1,8 +1,8 @@
-from calibration import stages
-from calibration.bench_tests import analyse_sweep
+from calibration.bench_tests.sweep import analyse_sweep
+from calibration.jobs import logged, settings_of
 
-with stages.logged(snakemake.log[0]):
-    config = stages.settings_of(snakemake.params.settings)
+with logged(snakemake.log[0]):
+    config = settings_of(snakemake.params.settings)
     analyse_sweep(
         config, "tilt", snakemake.input.sweep, snakemake.input.confirmation, snakemake.output
     )

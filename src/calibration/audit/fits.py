@@ -5,13 +5,19 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from calibration.regression import Surface, fit_surface, model_matrix, quadratic_terms, term_name
+from calibration.statistics.surface import (
+    Surface,
+    fit_surface,
+    model_matrix,
+    quadratic_terms,
+    term_name,
+)
 
 CODES = ["A", "B", "C"]
 
 
 def key(name: str) -> str:
-    """The paper's name of a term or source of `calibration.regression`."""
+    """The paper's name of a term or source of `calibration.statistics.surface`."""
     return "1" if name == "Intercept" else name.replace("²", "2")
 
 

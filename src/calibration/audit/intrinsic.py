@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from calibration.audit.paper import Claim, Paper
 from calibration.audit.printed import Printed
 from calibration.audit.verdict import Recomputed, claim_check, table_check
-from calibration.scaling import DIMENSIONS
+from calibration.scaling.dimensions import DIMENSIONS
 
 UNIT_DIMENSIONS = {
     "kg": (1, 0, 0),

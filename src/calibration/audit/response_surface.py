@@ -18,7 +18,7 @@ from calibration.audit.fits import (
 from calibration.audit.paper import AuditInputError, Claim, Paper
 from calibration.audit.printed import Printed, propagate
 from calibration.audit.verdict import AGREES, Recomputed, claim_check, judge, number, table_check
-from calibration.regression import Surface
+from calibration.statistics.surface import Surface
 
 DESIGN = "table11_box_behnken"
 AXES = ("X", "Y", "Z")

@@ -9,7 +9,7 @@ from calibration.audit.fits import by_source
 from calibration.audit.paper import Claim, Paper
 from calibration.audit.printed import Printed
 from calibration.audit.verdict import Recomputed, claim_check, number, table_check
-from calibration.regression import Screening, screen
+from calibration.statistics.screening import Screening, screen
 
 FACTORS = tuple("ABCDEFG")
 ASCENT = {

@@ -1,22 +1,22 @@
-"""Section 1.2: the scaling statements, held against dimensional analysis (`calibration.scaling`)."""
+"""Section 1.2: the scaling statements, held against dimensional analysis (`calibration.scaling.dimensions`)."""
 
 from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
 
-from calibration import scaling
 from calibration.audit.paper import Claim, Paper
 from calibration.audit.verdict import Recomputed, claim_check, table_check
+from calibration.scaling import dimensions
 
-RULE = scaling.PAPER_RULE.held
-REAL_GRAVITY = scaling.GRAVITY_RULE.held
+RULE = dimensions.PAPER_RULE.held
+REAL_GRAVITY = dimensions.GRAVITY_RULE.held
 
 
 @claim_check("eq4.independent")
 def independent(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
-        scaling.independent(["length", "mass", "density"]),
+        dimensions.independent(["length", "mass", "density"]),
         disagrees="Mass is density times length cubed: the three fix two dimensions and leave time open. The factor of "
         "time must be stated; the paper's Eq. 6 and 8 need it to be h.",
     )
@@ -25,7 +25,7 @@ def independent(paper: Paper, claim: Claim) -> Recomputed:
 @claim_check("eq4.mass", "eq5.mass")
 def mass(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
-        int(scaling.exponent("mass", {"length": 1, "density": 0})),
+        int(dimensions.exponent("mass", {"length": 1, "density": 0})),
         agrees="Follows from constant density.",
         disagrees="With the density unchanged the mass goes as the volume; Eq. 5 has it right.",
     )
@@ -34,46 +34,48 @@ def mass(paper: Paper, claim: Claim) -> Recomputed:
 @claim_check("eq6.force")
 def force(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
-        int(scaling.exponent("force", RULE)),
+        int(dimensions.exponent("force", RULE)),
         agrees="Holds where velocity is kept, that is where time is scaled by h.",
     )
 
 
 @claim_check("eq2.weight")
 def weight(paper: Paper, claim: Claim) -> Recomputed:
-    needed = scaling.exponent("acceleration", RULE)
+    needed = dimensions.exponent("acceleration", RULE)
     return Recomputed(
-        int(scaling.exponent("force", REAL_GRAVITY)),
+        int(dimensions.exponent("force", REAL_GRAVITY)),
         disagrees=f"Under real gravity the weight goes as h^3 and not as the contact forces: Eq. 2 fails for a heap, a "
         f"silo or a screw unless gravity is scaled by h^{needed}. Broken: {_broken()}.",
     )
 
 
 def _broken() -> str:
-    table = scaling.group_exponents(scaling.settings_of(scaling.PAPER_RULE, ("acceleration",)))
+    table = dimensions.group_exponents(
+        dimensions.settings_of(dimensions.PAPER_RULE, ("acceleration",))
+    )
     return ", ".join(table.group[~table.kept])
 
 
 @claim_check("eq8.modulus")
 def modulus(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
-        int(scaling.exponent("modulus", RULE)), agrees="Holds where velocity is kept."
+        int(dimensions.exponent("modulus", RULE)), agrees="Holds where velocity is kept."
     )
 
 
 @claim_check("section121.modulus")
 def modulus_adapts(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
-        "adapts" if scaling.exponent("modulus", RULE) else "is unchanged",
+        "adapts" if dimensions.exponent("modulus", RULE) else "is unchanged",
         disagrees="Contradicts Eq. 8: the modulus is kept. Under gravity-consistent scaling it would go as "
-        f"h^{scaling.exponent('modulus', REAL_GRAVITY)}.",
+        f"h^{dimensions.exponent('modulus', REAL_GRAVITY)}.",
     )
 
 
 @claim_check("section121.stiffness")
 def stiffness(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
-        int(scaling.exponent("stiffness", RULE)),
+        int(dimensions.exponent("stiffness", RULE)),
         agrees="Holds for a constant modulus and the same relative overlap.",
     )
 
@@ -96,7 +98,7 @@ def _needed_exponent(powers: dict[str, float], quantity: str) -> float:
 @table_check
 def dimensionless(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
     for group, powers in _groups(paper).items():
-        total = [sum(p * scaling.DIMENSIONS[q][i] for q, p in powers.items()) for i in range(3)]
+        total = [sum(p * dimensions.DIMENSIONS[q][i] for q, p in powers.items()) for i in range(3)]
         claim = Claim(
             f"eq15.{group}", "Eq. 15", f"{group} is dimensionless (powers of M, L, T)", "0 0 0", "1"
         )
@@ -129,7 +131,7 @@ def restitution(paper: Paper, claim: Claim) -> Recomputed:
         _needed_exponent(groups["pi2"], "stiffness"),
         _needed_exponent(groups["pi3"], "damping_coefficient"),
     )
-    ratio = scaling.damping_ratio_exponent(k, c, float(scaling.exponent("mass", RULE)))
+    ratio = dimensions.damping_ratio_exponent(k, c, float(dimensions.exponent("mass", RULE)))
     return Recomputed(
         float(ratio),
         exact=True,

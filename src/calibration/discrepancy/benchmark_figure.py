@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from calibration.figures import BLUE, GREY, _axes, label
+from calibration.figures import BLUE, GREY, label, subplots
 
 RATES = {
     "no effect, grains: adequate": "no effect: adequate",
@@ -19,7 +19,7 @@ RATES = {
 
 def benchmark_figure(table, rates):
     """table: of all cases; rates: of `benchmark.summarise`."""
-    figure, (power, matrix, bars) = _axes(1, 3, size=(17, 5.2), width_ratios=[1, 1.4, 0.8])
+    figure, (power, matrix, bars) = subplots(1, 3, size=(17, 5.2), width_ratios=[1, 1.4, 0.8])
     _power(power, table)
     _confusion(matrix, table)
     _rates(bars, rates.set_index("what"))

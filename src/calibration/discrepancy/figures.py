@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib import ticker
 
 from calibration.discrepancy.residuals import LEVERS, NAMES
-from calibration.figures import BLUE, GREY, ORANGE, _axes, label
+from calibration.figures import BLUE, GREY, ORANGE, label, subplots
 
 
 def _panels(rows):
@@ -23,7 +23,7 @@ def _panels(rows):
 
 
 def _draw_axes(panels, height=3.2):
-    figure, axes = _axes(1, len(panels), size=(3.4 * len(panels), height), squeeze=False)
+    figure, axes = subplots(1, len(panels), size=(3.4 * len(panels), height), squeeze=False)
     return figure, zip(axes[0], panels, strict=True)
 
 
@@ -84,7 +84,7 @@ def gain_figure(gain):
     """
     points = gain["points"] if gain else []
     points = sorted(points, key=lambda p: (p["experiment"], *p["levers"].values()), reverse=True)
-    figure, axis = _axes(size=(6.4, 1.0 + 0.3 * len(points)))
+    figure, axis = subplots(size=(6.4, 1.0 + 0.3 * len(points)))
     y = np.arange(len(points))
     axis.axvspan(-2, 2, color=GREY, alpha=0.15, linewidth=0)
     axis.axvline(0, color=GREY, linewidth=1)
@@ -108,7 +108,7 @@ def _setting(point):
 def ranking_figure(verdict):
     """Gain of each mechanism in held-out log density, with its own null threshold and that of the best."""
     rows = [r for r in verdict["ranking"] if "p" in r][::-1]
-    figure, axis = _axes(size=(6.4, 0.6 + 0.32 * max(len(rows), 2)))
+    figure, axis = subplots(size=(6.4, 0.6 + 0.32 * max(len(rows), 2)))
     y = np.arange(len(rows))
     colours = [ORANGE if r["mechanism"] in verdict["causes"] else BLUE for r in rows]
     axis.barh(y, [r["gain"] for r in rows], color=colours, height=0.6)

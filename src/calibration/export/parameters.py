@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from scipy import stats
 
+from calibration.statistics.surface import parameter_interval
 from dem.spec import RunSpec
 
 PARTS = ("materials", "contacts", "laws", "law_parameters", "particles", "geometry", "numerics")
@@ -28,33 +28,11 @@ UNITS = {
     "_s": "s",
 }
 """Ending of a key -> unit; the longer endings first."""
-GRID = 4001
 
 
 def unit_of(key):
     """Unit that a key's name ends in; "1" for a number without."""
     return next((unit for ending, unit in UNITS.items() if key.endswith(ending)), "1")
-
-
-def parameter_interval(surface, target, point, k, alpha=0.05):
-    """(low, high) in coded levels of factor k around the optimum `point` (factors,), the others held.
-
-    The stretch around the point on which the target lies in the surface's confidence interval for the mean (an inverse
-    prediction: Fieller 1954). An end at -1 or +1 is the border of the region: the data do not bound the factor there.
-    """
-    grid = np.linspace(-1.0, 1.0, GRID)
-    levels = np.tile(np.asarray(point, float), (GRID, 1))
-    levels[:, k] = grid
-    half = stats.t.ppf(1 - alpha / 2, surface.df) * surface.standard_error(levels)
-    inside = np.abs(surface.predict(levels) - target) <= half
-    start = int(np.argmin(np.abs(grid - point[k])))
-    if not inside[start]:
-        return float(point[k]), float(point[k])
-    out = np.flatnonzero(~inside)
-    below, above = out[out < start], out[out > start]
-    low = below[-1] + 1 if len(below) else 0
-    high = above[0] - 1 if len(above) else GRID - 1
-    return float(grid[low]), float(grid[high])
 
 
 def calibrated_entries(surface, region, optimum):

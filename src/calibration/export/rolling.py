@@ -22,7 +22,7 @@ import pandas as pd
 
 from calibration.campaign import read_metric, run_id, write_plan
 from calibration.config import overlay, point_spec
-from calibration.validate import compare
+from calibration.statistics.validate import compare
 from dem.errors import SpecError
 from dem.spec import parse_spec
 

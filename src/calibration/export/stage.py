@@ -26,7 +26,7 @@ from calibration.export.rolling import (
     read_scan,
 )
 from calibration.factors import read_factors
-from calibration.regression import fit_surface
+from calibration.statistics.surface import fit_surface
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 from dem.spec import parse_spec

@@ -7,7 +7,6 @@ three factors; the first such study among those given is taken.
 import numpy as np
 import pandas as pd
 
-from calibration.regression import fit_surface
 from calibration.reproduction.measured import simulated_sd
 from calibration.reproduction.rows import (
     NOT_COMPARABLE,
@@ -21,7 +20,8 @@ from calibration.reproduction.rows import (
     within,
     words,
 )
-from calibration.validate import compare
+from calibration.statistics.surface import fit_surface
+from calibration.statistics.validate import compare
 
 NAMES = {
     # the paper's letters: factor

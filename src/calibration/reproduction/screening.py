@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from calibration.regression import screen
 from calibration.reproduction.chain import spread
 from calibration.reproduction.rows import (
     NOT_COMPARABLE,
@@ -14,6 +13,7 @@ from calibration.reproduction.rows import (
     single_run,
     words,
 )
+from calibration.statistics.screening import screen
 
 CODES = list("ABCDEFG")
 RESPONSE = "angle_deg"

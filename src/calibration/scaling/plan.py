@@ -12,7 +12,7 @@ import pandas as pd
 from calibration.campaign import plan, write_plan
 from calibration.config import bench_run, overlay, point_spec
 from calibration.factors import read_factors
-from calibration.scaling import RULES, ScalingError, factors
+from calibration.scaling.dimensions import RULES, ScalingError, factors
 from dem.spec import OPTIONAL, REQUIRED, parse_spec
 
 EXPERIMENTS = ("heap", "drop")

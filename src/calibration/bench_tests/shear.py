@@ -13,7 +13,7 @@ import pandas as pd
 from scipy import stats
 
 from calibration import figures
-from calibration.bench_tests import bench_config
+from calibration.bench_tests.sweep import bench_config
 from calibration.campaign import plan, read_metric, write_plan
 from calibration.factors import read_factors
 from dem.io.files import write_json

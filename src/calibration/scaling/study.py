@@ -14,7 +14,7 @@ from scipy import stats
 from calibration import figures
 from calibration.campaign import read_metric
 from calibration.errors import CalibrationError
-from calibration.scaling import (
+from calibration.scaling.dimensions import (
     GRAVITY_RULE,
     PAPER_RULE,
     RULES,
@@ -24,8 +24,8 @@ from calibration.scaling import (
     group_exponents,
     settings_of,
 )
-from calibration.scaling_plan import base_run, enlarged
-from calibration.scaling_probe import measured_exponents
+from calibration.scaling.plan import base_run, enlarged
+from calibration.scaling.probe import measured_exponents
 from dem.io.files import write_json
 
 RESPONSE = {"heap": "angle_of_repose_deg", "drop": "effective_restitution"}

@@ -7,7 +7,7 @@ from scipy import optimize
 from scipy.stats import qmc
 
 from calibration.errors import CalibrationError
-from calibration.goals import RULES, overall_desirability
+from calibration.statistics.goals import RULES, overall_desirability
 
 CANDIDATES = 4096
 TOLERANCE = 1e-6  # of the target, or of 1 where the target is smaller

@@ -8,7 +8,7 @@ import pandas as pd
 
 from calibration.campaign import read_metric
 from calibration.config import goals, read_target
-from calibration.goals import combined_desirability
+from calibration.statistics.goals import combined_desirability
 
 
 def columns(config):

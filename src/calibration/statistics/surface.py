@@ -1,4 +1,4 @@
-"""Analysis of designed experiments: two-level effects and quadratic response surfaces.
+"""Quadratic response surfaces: fit, analysis of variance, diagnostics and intervals.
 
 The tables carry what Design-Expert and R's rsm print, under the same names. Sums of squares of terms are partial
 (type III in coded levels), each term's own share when all others are in the model.
@@ -12,144 +12,9 @@ import pandas as pd
 from scipy import optimize, stats
 
 from calibration.errors import CalibrationError, RankDeficientError
+from calibration.statistics.anova import ANOVA_COLUMNS, anova_row, finite_responses
 
-# --- screening -------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Screening:
-    """Effects of a two-level design. `table`: code, effect, sum_sq, contribution_percent, F, p, half_normal_score."""
-
-    table: pd.DataFrame
-    anova: pd.DataFrame
-    method: str
-    t_limit: float
-    bonferroni_limit: float
-
-
-def _finite(response, runs):
-    """Response (runs,) as floats. Raises CalibrationError naming the runs without a finite value."""
-    y = np.asarray(response, float)
-    if y.shape != (runs,):
-        raise CalibrationError(f"{runs} runs need as many responses, not {y.size}")
-    bad = np.flatnonzero(~np.isfinite(y)) + 1
-    if bad.size:
-        raise CalibrationError(f"no finite response of run {', '.join(map(str, bad))}")
-    if np.ptp(y) == 0.0:
-        raise CalibrationError(f"all {runs} runs have the same response {y[0]:g}")
-    return y
-
-
-def screen(design, codes, response, alpha=0.05):
-    """Effects of two-level factors `codes` of a design table on response (n,).
-
-    With residual degrees of freedom the effects are tested by t; a saturated design by Lenth's pseudo standard error
-    (Lenth 1989, Technometrics 31:469). t_limit and bonferroni_limit are the effects whose test gives p = alpha, for
-    one factor and for all of them. Raises RankDeficientError naming columns that are not orthogonal, CalibrationError
-    for responses that are missing or without scatter.
-    """
-    x = design[codes].to_numpy(float)
-    n, k = x.shape
-    y = _finite(response, n)
-    _check_orthogonal(x, codes)
-    effects = 2.0 * (x.T @ y) / n
-    sum_sq = n * effects**2 / 4.0
-    total = float(((y - y.mean()) ** 2).sum())
-    # replicates are extra degrees of freedom, like unused columns
-    df = n - k - 1
-    residual = max(total - float(sum_sq.sum()), 0.0)
-    if df > 0:
-        method, error = "residual", 2.0 * np.sqrt(residual / df / n)
-    else:
-        method, df = "Lenth", k / 3.0
-        s0 = 1.5 * np.median(np.abs(effects))
-        error = 1.5 * np.median(np.abs(effects)[np.abs(effects) < 2.5 * s0])
-    if error == 0.0:
-        raise CalibrationError("the screening has no scatter at all; the effects cannot be tested")
-    t = np.abs(effects) / error
-    order = np.argsort(np.abs(effects))
-    score = np.empty(k)
-    score[order] = stats.norm.ppf(0.5 + 0.5 * (np.arange(1, k + 1) - 0.5) / k)
-    table = pd.DataFrame(
-        {
-            "code": codes,
-            "effect": effects,
-            "sum_sq": sum_sq,
-            "contribution_percent": 100.0 * sum_sq / total,
-            "t": t,
-            "F": t**2,
-            "p": 2.0 * stats.t.sf(t, df),
-            "half_normal_score": score,
-        }
-    )
-    return Screening(
-        table,
-        _screening_anova(table, residual, n - k - 1, total),
-        method,
-        float(stats.t.ppf(1.0 - alpha / 2, df)) * error,
-        float(stats.t.ppf(1.0 - alpha / 2 / k, df)) * error,
-    )
-
-
-def _check_orthogonal(x, codes):
-    """Effects are plain contrasts only where the columns are -1 and +1, balanced and orthogonal to each other."""
-    gram = np.abs(np.column_stack([np.ones(len(x)), x]).T @ np.column_stack([np.ones(len(x)), x]))
-    np.fill_diagonal(gram, 0.0)
-    bad = [
-        c
-        for c, row, col in zip(codes, gram[1:], x.T, strict=True)
-        if row.any() or (col**2 != 1).any()
-    ]
-    if bad:
-        raise RankDeficientError(bad)
-
-
-def _screening_anova(table, residual, df, total):
-    k, model = len(table), float(table["sum_sq"].sum())
-    mean = residual / df if df > 0 else np.nan
-    f = model / k / mean if df > 0 else np.nan
-    rows = [_row("Model", model, k, f, df)]
-    rows += [
-        _row(r.code, r.sum_sq, 1, r.sum_sq / mean, df)
-        if df > 0
-        else _row(r.code, r.sum_sq, 1, r.F, k / 3)
-        for r in table.itertuples()
-    ]
-    if df > 0:
-        rows.append(_row("Residual", residual, df))
-    rows.append({"source": "Cor Total", "sum_sq": total, "df": k + df})
-    return pd.DataFrame(rows, columns=ANOVA_COLUMNS)
-
-
-ANOVA_COLUMNS = ["source", "sum_sq", "df", "mean_sq", "F", "p"]
-
-
-def _row(source, sum_sq, df, f=None, df_error=None):
-    row = {"source": source, "sum_sq": sum_sq, "df": df, "mean_sq": sum_sq / df}
-    if f is not None and np.isfinite(f):
-        row |= {"F": f, "p": float(stats.f.sf(f, df, df_error))}
-    return row
-
-
-def significant(screening, alpha, at_least=1, at_most=None, preferred=()):
-    """Codes of the factors with p < alpha, largest effect first.
-
-    Fewer than `at_least` are filled up, with the `preferred` codes first and then with the next largest effects; more
-    than `at_most` are cut.
-    """
-    table = screening.table.assign(size=screening.table["effect"].abs()).sort_values(
-        "size", ascending=False
-    )
-    chosen = list(table.loc[table["p"] < alpha, "code"])
-    for code in [*(c for c in table["code"] if c in preferred), *table["code"]]:
-        if len(chosen) >= at_least:
-            break
-        if code not in chosen:
-            chosen.append(code)
-    return chosen[:at_most]
-
-
-# --- response surface ------------------------------------------------------------------------------------------------
+GRID = 4001  # levels of a factor at which an interval is looked up
 
 
 def quadratic_terms(codes):
@@ -291,7 +156,7 @@ def fit_surface(design, codes, response, terms=None, alpha=0.05):
     levels = design[codes].to_numpy(float)
     x = model_matrix(levels, codes, terms)
     n, p = x.shape
-    y = _finite(response, n)
+    y = finite_responses(response, n)
     _check_rank(x, terms)
     if n <= p:
         raise CalibrationError(f"{n} runs leave no degree of freedom for a model of {p} terms")
@@ -326,6 +191,27 @@ def fit_surface(design, codes, response, terms=None, alpha=0.05):
     )  # fmt: skip
 
 
+def parameter_interval(surface, target, point, k, alpha=0.05):
+    """(low, high) in coded levels of factor k around the optimum `point` (factors,), the others held.
+
+    The stretch around the point on which the target lies in the surface's confidence interval for the mean (an inverse
+    prediction: Fieller 1954). An end at -1 or +1 is the border of the region: the data do not bound the factor there.
+    """
+    grid = np.linspace(-1.0, 1.0, GRID)
+    levels = np.tile(np.asarray(point, float), (GRID, 1))
+    levels[:, k] = grid
+    half = stats.t.ppf(1 - alpha / 2, surface.df) * surface.standard_error(levels)
+    inside = np.abs(surface.predict(levels) - target) <= half
+    start = int(np.argmin(np.abs(grid - point[k])))
+    if not inside[start]:
+        return float(point[k]), float(point[k])
+    out = np.flatnonzero(~inside)
+    below, above = out[out < start], out[out > start]
+    low = below[-1] + 1 if len(below) else 0
+    high = above[0] - 1 if len(above) else GRID - 1
+    return float(grid[low]), float(grid[high])
+
+
 def _check_rank(x, terms):
     rank = np.linalg.matrix_rank(x)
     if rank == x.shape[1]:
@@ -340,18 +226,21 @@ def _check_rank(x, terms):
 def _anova(terms, beta, inverse, y, sse, df, levels):
     total = float(((y - y.mean()) ** 2).sum())
     mean, k = sse / df, len(terms) - 1
-    rows = [_row("Model", total - sse, k, (total - sse) / k / mean, df)]
+    rows = [anova_row("Model", total - sse, k, (total - sse) / k / mean, df)]
     for i, term in enumerate(terms):
         if term:
             sum_sq = float(beta[i] ** 2 / inverse[i, i])
-            rows.append(_row(term_name(term), sum_sq, 1, sum_sq / mean, df))
-    rows.append(_row("Residual", sse, df))
+            rows.append(anova_row(term_name(term), sum_sq, 1, sum_sq / mean, df))
+    rows.append(anova_row("Residual", sse, df))
     pure, df_pure = _pure_error(levels, y)
     lack_p = np.nan
     if 0 < df_pure < df and pure > 0.0:
         lack, df_lack = sse - pure, df - df_pure
         f = lack / df_lack / (pure / df_pure)
-        rows += [_row("Lack of Fit", lack, df_lack, f, df_pure), _row("Pure Error", pure, df_pure)]
+        rows += [
+            anova_row("Lack of Fit", lack, df_lack, f, df_pure),
+            anova_row("Pure Error", pure, df_pure),
+        ]
         lack_p = rows[-2]["p"]
     rows.append({"source": "Cor Total", "sum_sq": total, "df": len(y) - 1})
     return pd.DataFrame(rows, columns=ANOVA_COLUMNS), lack_p

@@ -1,0 +1,18 @@
+"""The configuration of a study: schema, checks, its measured values and the run specs that it describes."""
+
+from calibration.config.measured import goals, read_target
+from calibration.config.parse import parse_config, stands_alone
+from calibration.config.schema import METRICS, Config
+from calibration.config.specs import bench_run, overlay, point_spec
+
+__all__ = [
+    "METRICS",
+    "Config",
+    "bench_run",
+    "goals",
+    "overlay",
+    "parse_config",
+    "point_spec",
+    "read_target",
+    "stands_alone",
+]

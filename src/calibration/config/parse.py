@@ -1,0 +1,191 @@
+"""From a configuration's files to a checked `Config`: an error names file and line, key, value and what is allowed."""
+
+from pathlib import Path
+
+import yaml
+from pydantic import ValidationError
+
+from calibration.config.measured import goals, read_target
+from calibration.config.schema import METRICS, Config, FurtherTarget
+from calibration.config.specs import bench_run, point_spec
+from calibration.errors import ConfigError
+from calibration.factors import read_factors
+from dem.errors import SpecError
+from dem.io.mapping import read_mapping
+from dem.spec import parse_spec
+
+
+def parse_config(data, file="configuration", files=()):
+    """`Config` from a mapping that was merged from YAML `files`, later ones over earlier ones.
+
+    Raises ConfigError naming file and line, key, value and what is allowed; `file` stands for the files where there are
+    none.
+    """
+    try:
+        return _parse(data, file)
+    except ConfigError as error:
+        if not error.key or str(error.path) != file:
+            raise
+        place = _place(error.key, error.value, files)
+        if not place:
+            raise
+        path, line = place
+        raise ConfigError(
+            error.reason,
+            path=path,
+            line=line,
+            key=error.key,
+            value=error.value,
+            allowed=error.allowed,
+        ) from None
+
+
+def stands_alone(path):
+    """Whether a configuration file is a study of its own: one that names its factors is not laid over config.yaml."""
+    try:
+        data = yaml.safe_load(Path(path).read_text())
+    except (OSError, yaml.YAMLError):
+        return False  # whoever reads the file next says what is wrong with it
+    return isinstance(data, dict) and "factors" in data
+
+
+def _place(key, value, files):
+    """(file, line) that sets a dotted key, or else of what lies nearest above it; None where no file does.
+
+    A single value that is not the file's own was set on the command line.
+    """
+    best, depth = None, 0
+    for path in files:
+        try:
+            data, lines = read_mapping(path)
+        except SpecError:
+            continue  # not a mapping of its own; what is wrong with it was told when it was merged
+        parts = key.split(".")
+        while parts and ".".join(parts) not in lines:
+            parts.pop()
+        if parts and len(parts) >= depth:
+            best, depth = (path, lines[".".join(parts)]), len(parts)
+            for part in parts:
+                data = data[part]
+            own = len(parts) == len(key.split("."))
+            if own and data != value and not isinstance(value, dict | list | None):
+                best = ("--config", None)
+    return best
+
+
+def _parse(data, file):
+    try:
+        config = Config.model_validate(data)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(p) for p in first["loc"])
+        if first["type"] == "extra_forbidden":
+            allowed = _known_keys(first["loc"])
+        else:
+            allowed = first["msg"].removeprefix("Input should be ")
+        raise ConfigError(
+            "is not valid", path=file, key=key, value=first.get("input"), allowed=allowed
+        ) from None
+    factors = read_factors(config.factors)
+    names = [f.name for f in factors]
+    for section, mapping in (
+        ("fixed", config.fixed),
+        ("bench.shear.fixed", config.bench.shear.fixed),
+        ("scaling.point", config.scaling.point),
+        ("screening.go_on", config.screening.go_on or ()),
+        ("ascent.start", config.ascent.start),
+        ("ascent.step", config.ascent.step),
+        ("response_surface.centre", config.response_surface.centre),
+        ("response_surface.half_width", config.response_surface.half_width),
+        ("optimise.point", config.optimise.point),
+    ):
+        for name in mapping:
+            if name not in names:
+                raise ConfigError(
+                    "is no factor", path=file, key=f"{section}.{name}", allowed=", ".join(names)
+                )
+    if (config.optimise.rule == "closest_to_point") != bool(config.optimise.point):
+        raise ConfigError(
+            "goes with the rule closest_to_point and only with it",
+            path=file,
+            key="optimise.point",
+            value=config.optimise.point,
+            allowed="a level for one factor or more, or no point with another rule",
+        )
+    _check_targets(config, file)
+    _check_bench(config, file)
+    _check_run(config, factors, file)
+    return config
+
+
+def _known_keys(loc):
+    model = Config
+    for part in loc[:-1]:
+        model = FurtherTarget if isinstance(part, int) else model.model_fields[part].annotation
+    return "one of the keys " + ", ".join(model.model_fields)
+
+
+def _check_targets(config, file):
+    """Metrics exist and differ, measured values can be read, and goals make sense."""
+    metrics = [t.metric for t in (config.target, *config.further_targets)]
+    for n, metric in enumerate(metrics):
+        key = "target.metric" if n == 0 else f"further_targets.{n - 1}.metric"
+        if metric not in METRICS[config.experiment]:
+            allowed = f"for the experiment {config.experiment}: " + ", ".join(
+                METRICS[config.experiment]
+            )
+            raise ConfigError(
+                "is no metric to calibrate to", path=file, key=key, value=metric, allowed=allowed
+            )
+        if metric in metrics[:n]:
+            raise ConfigError("stands twice", path=file, key=key, value=metric)
+    if config.target.file is None:
+        raise ConfigError("must be given", path=file, key="target.file", allowed="a table")
+    read_target(config)
+    for n, target in enumerate(config.further_targets):
+        key = f"further_targets.{n}"
+        if target.file is None and target.goal == "target":
+            raise ConfigError(
+                "must be given", path=file, key=f"{key}.file", allowed="a table of measured values"
+            )
+        if target.file is not None and target.margin is None:
+            raise ConfigError(
+                "must be given with a file",
+                path=file,
+                key=f"{key}.margin",
+                allowed="a difference that does not matter, in the metric's unit",
+            )
+    if config.further_targets:
+        goals(config, file)
+
+
+def _check_bench(config, file):
+    """Refuse a bench test's run spec that no run could be made of."""
+    for test in ("tilt", "drop", "shear"):
+        run = bench_run(config, getattr(config.bench, test).run)
+        try:
+            parse_spec(point_spec(run, test, {}, 1), file=file)
+        except SpecError as error:
+            raise ConfigError(str(error), path=file, key=f"bench.{test}.run") from None
+
+
+def _check_run(config, factors, file):
+    """Refuse a run spec that no run could be made of, and factors that set no number of it or leave its ranges."""
+    try:
+        parse_spec(point_spec(config.run, config.experiment, {}, 1))
+    except SpecError as error:
+        raise ConfigError(
+            "is not valid",
+            path=file,
+            key=f"run.{error.key}",
+            value=error.value,
+            allowed=error.allowed,
+        ) from None
+    for f in factors:
+        for column in ("low", "high"):
+            level = getattr(f, column)
+            try:
+                parse_spec(point_spec(config.run, config.experiment, {f.key: level}, 1))
+            except SpecError as error:
+                text = f"{f.name} cannot be {level:g}: {error}"
+                raise ConfigError(text, path=config.factors, column=column) from None

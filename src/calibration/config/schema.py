@@ -1,0 +1,259 @@
+"""The schema of a study's configuration: every key with its unit, range, default and meaning."""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from calibration.statistics.goals import GOALS, RULES
+
+Positive = Annotated[float, Field(gt=0)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+METRICS = {
+    "heap": (
+        "angle_of_repose_deg",
+        "radial_angle_deg",
+        "height_mm",
+        "on_plate",
+        "spilled",
+        "in_funnel",
+        "rest_time_s",
+    ),
+    "drop": ("rebound_height_mm", "effective_restitution"),
+    "tilt": ("sliding_angle_deg",),
+    "shear": ("shear_stress_kPa", "steady_shear_stress_kPa", "bulk_density_kg_m3"),
+}
+"""What a run of each experiment can be calibrated to; the unit is in the name."""
+
+
+class Target(_Part):
+    """What the model is calibrated to."""
+
+    file: str | None = Field(
+        "config/measured_angles.csv", description="table of measured values, with a header"
+    )
+    column: str = Field("angle_deg", description="column of the table")
+    metric: str = Field(
+        "angle_of_repose_deg", description="metric of a run that is compared with it"
+    )
+    low: float | None = Field(
+        None, description="value at which the desirability is 0; needed where there are several"
+    )
+    high: float | None = Field(
+        None, description="value at which the desirability is 0; needed where there are several"
+    )
+    weight: Positive = Field(
+        1.0,
+        description="exponent of the desirability: above 1 asks for more than the way half there",
+    )
+    importance: Positive = Field(1.0, description="weight in the overall desirability")
+
+
+class FurtherTarget(Target):
+    """A second or third response that counts beside the target."""
+
+    file: str | None = Field(
+        None, description="table of measured values, for the goal `target` and the validation"
+    )
+    column: str = Field("value", description="column of the table")
+    metric: str = Field(description="metric of a run")
+    goal: Literal[GOALS] = Field(
+        "target",
+        description="meet the mean of the measured values, or go to one end of low to high",
+    )
+    low: float = Field(description="desirability 0 here, or 1 with the goal `minimise`")
+    high: float = Field(description="desirability 0 here, or 1 with the goal `maximise`")
+    margin: Positive | None = Field(
+        None, description="difference that does not matter; needed with a file"
+    )
+
+
+class ScreeningConfig(_Part):
+    """Plackett-Burman screening."""
+
+    alpha: float = Field(0.05, gt=0, lt=1, description="factors with p below this are significant")
+    replicates: int = Field(1, ge=1, le=20, description="how often the whole design is run")
+    runs: int | None = Field(
+        None, description="runs of the design; twelve, or as many as the factors need"
+    )
+    design: str | None = Field(
+        None, description="table of coded levels in place of a generated design"
+    )
+    go_on: list[str] | None = Field(
+        None,
+        description="names of factors that go on whatever the screening says, to follow another's choice",
+    )
+    at_least: int = Field(
+        3,
+        ge=1,
+        description="fewest factors that go on; filled up from the configured path, then by size",
+    )
+    at_most: int = Field(3, ge=1, le=7, description="most factors that go on")
+
+
+class AscentConfig(_Part):
+    """Steepest ascent."""
+
+    steps: int = Field(5, ge=2, le=50, description="points on the path")
+    rule: Literal["configured", "effects"] = Field(
+        "configured",
+        description="path from start and step where given for all factors that went on, else from effects",
+    )
+    start: dict[str, float] = Field({}, description="factor name: natural level of the first point")
+    step: dict[str, float] = Field({}, description="factor name: natural step")
+
+
+class SurfaceConfig(_Part):
+    """Box-Behnken response surface around the ascent's best point."""
+
+    centre: dict[str, float] = Field(
+        {}, description="factor name: natural level of the centre in place of the ascent's"
+    )
+    half_width: dict[str, Positive] = Field(
+        {}, description="factor name: natural distance from the centre to +1"
+    )
+    centre_runs: int = Field(5, ge=2, le=20, description="replicates of the centre")
+    replicates: int = Field(1, ge=1, le=20, description="how often the whole design is run")
+
+
+class OptimiseConfig(_Part):
+    """Choice of a point among those that meet the target."""
+
+    rule: Literal[RULES] = Field(
+        "closest_to_centre", description="which point of the solution set is chosen"
+    )
+    candidate_runs: int = Field(
+        10,
+        ge=2,
+        le=100,
+        description="runs at the surface's optimum that are added before it is solved again",
+    )
+    point: dict[str, float] = Field(
+        {},
+        description="factor name: natural level, for the rule closest_to_point; the region's centre where not named",
+    )
+
+
+class ValidationConfig(_Part):
+    """Replicate runs at the optimum."""
+
+    groups: int = Field(5, ge=1, le=50, description="groups of replicates")
+    replicates: int = Field(5, ge=1, le=50, description="replicates in a group")
+    margin: float = Field(
+        1.0, gt=0, description="difference that does not matter, in the target's unit"
+    )
+    alpha: float = Field(0.05, gt=0, lt=1, description="level of the tests")
+
+
+class SweepConfig(_Part):
+    """A bench test that calibrates one factor by a sweep."""
+
+    measured: float = Field(gt=0, description="measured value")
+    levels: list[Positive] = Field(min_length=4, description="levels of the factor")
+    confirmations: int = Field(5, ge=1, le=50, description="runs at the inverse")
+    run: dict = Field({}, description="grains, geometry and numerics of the test")
+
+
+class ShearConfig(_Part):
+    """Direct shear."""
+
+    normal_stresses_kPa: list[Positive] = Field(
+        [1.0, 2.0, 4.0], min_length=3, description="test loads"
+    )
+    levels: list[Positive] = Field(
+        [0.2, 0.4, 0.6, 0.85], min_length=3, description="particle frictions"
+    )
+    replicates: int = Field(3, ge=1, le=50, description="runs at each load and friction")
+    fixed: dict[str, float] = Field(
+        {}, description="factor name: its level in the shear cell, in place of the study's"
+    )
+    measured_slope: float = Field(
+        0.845, gt=0, description="slope of the measured yield locus (Eq. 26)"
+    )
+    measured_intercept_kPa: float = Field(0.084, ge=0, description="its intercept (Eq. 26)")
+    run: dict = Field({}, description="grains, geometry and numerics of the test")
+
+
+class BenchConfig(_Part):
+    """The bench tests of 2.3.2 to 2.3.4."""
+
+    tilt: SweepConfig = SweepConfig(measured=35.82, levels=[0.35, 0.45, 0.55, 0.65, 0.75, 0.85])
+    drop: SweepConfig = SweepConfig(
+        measured=20.5, levels=[0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75]
+    )
+    shear: ShearConfig = ShearConfig()
+
+
+class ScalingConfig(_Part):
+    """The scaling claim of 1.2, tried on the heap and the drop."""
+
+    factors: list[Positive] = Field(
+        [1.0, 2.0, 4.0], min_length=2, description="length factors; the first is compared with"
+    )
+    seeds: int = Field(6, ge=2, le=100, description="heaps at each scale")
+    drop_seeds: int = Field(2, ge=2, le=100, description="runs of the drop at each scale")
+    margin_deg: Positive = Field(2.0, description="change of the angle that does not matter")
+    margin_restitution: Positive = Field(
+        0.02, description="change of the restitution that does not matter"
+    )
+    point: dict[str, float] = Field({}, description="factor name: level in all these runs")
+    cohesion: dict = Field(
+        {
+            "laws": {"cohesion": "jkr"},
+            "law_parameters": {"surface_energy_J_m2": 0.04, "wall_surface_energy_J_m2": 0.04},
+        },
+        description="what the cohesive runs have at the first scale beyond the others",
+    )
+    heap: dict = Field({}, description="grains, rig and numerics of the heap at scale 1")
+    drop: dict = Field({}, description="grains, rig and numerics of the drop at scale 1")
+
+
+class ReproductionConfig(_Part):
+    """The table that sets this project's values beside the paper's."""
+
+    beside: list[str] = Field(
+        [],
+        description="names of further studies; one of the paper's own factors is compared point by point",
+    )
+
+
+class Config(_Part):
+    """The whole configuration; `run` is the run spec that all heaps share."""
+
+    name: str = Field("salt", pattern=r"^[A-Za-z0-9_-]+$", description="folder under results/")
+    seed: int = Field(1, ge=0, lt=2**31, description="first seed; replicates count on from it")
+    factors: str = Field("config/factors.tsv", description="table of factors")
+    experiment: Literal["heap", "drop", "tilt", "shear"] = Field(
+        "heap", description="virtual experiment whose metrics are calibrated"
+    )
+    target: Target = Target()
+    further_targets: list[FurtherTarget] = Field(
+        [], description="further responses; the optimum is then the most desirable point"
+    )
+    supplements: list[Literal["audit", "tilt", "drop", "shear", "scaling", "reproduction"]] = Field(
+        [],
+        description="what the report waits for beside the chain: bench tests, and the audit of the salt's paper",
+    )
+    measurements: str = Field(
+        "config/measurements.csv", description="measured conditions for the diagnosis"
+    )
+    fixed: dict[str, float] = Field({}, description="factor name: level while it is not varied")
+    fixed_from: Literal["config", "bench"] = Field(
+        "config", description="bench: what tilt, drop and shear found replaces the levels in fixed"
+    )
+    run: dict = Field({}, description="run spec without experiment and seed")
+    screening: ScreeningConfig = ScreeningConfig()
+    ascent: AscentConfig = AscentConfig()
+    response_surface: SurfaceConfig = SurfaceConfig()
+    optimise: OptimiseConfig = OptimiseConfig()
+    bench: BenchConfig = BenchConfig()
+    scaling: ScalingConfig = ScalingConfig()
+    reproduction: ReproductionConfig = ReproductionConfig()
+    validation: ValidationConfig = ValidationConfig()
+    diagnosis: dict = Field(
+        {}, description="laid over config/diagnosis.yaml key by key; null takes a key away"
+    )

@@ -1,0 +1,34 @@
+"""Run specs as mappings: keys set, parts laid over."""
+
+
+def point_spec(base, experiment, levels, seed):
+    """Run spec as a mapping: `base` with the keys of `levels` {dotted key: value} set."""
+    spec = _copy(base)
+    spec["experiment"], spec["seed"] = experiment, int(seed)
+    for key, value in levels.items():
+        part = spec
+        *path, last = key.split(".")
+        for name in path:
+            part = part.setdefault(name, {})
+        part[last] = float(value)
+    return spec
+
+
+def bench_run(config, *changes):
+    """Run spec of a bench test: the study's materials and laws with `changes` (the test's rig and grains) laid over."""
+    run = {k: v for k, v in config.run.items() if k in ("materials", "laws", "law_parameters")}
+    for change in changes:
+        run = overlay(run, change)
+    return run
+
+
+def overlay(base, changes):
+    """A copy of the nested mapping `base` with the keys of `changes` laid over it."""
+    out = _copy(base)
+    for key, value in changes.items():
+        out[key] = overlay(out.get(key, {}), value) if isinstance(value, dict) else value
+    return out
+
+
+def _copy(data):
+    return {k: _copy(v) if isinstance(v, dict) else v for k, v in data.items()}

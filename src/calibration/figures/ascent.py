@@ -1,0 +1,36 @@
+"""The path of steepest ascent."""
+
+from calibration.figures.quantity import ANGLE, label
+from calibration.figures.style import BLUE, ORANGE, subplots
+
+
+def ascent_path(runs, factors, target, best, quantity=ANGLE):
+    """Response along the path with the target."""
+    figure, ax = subplots()
+    ax.errorbar(
+        runs["run"],
+        runs["response"],
+        yerr=runs.get("response_sd"),
+        color=BLUE,
+        marker="o",
+        capsize=3,
+    )
+    ax.axhline(target, color=ORANGE, lw=1.2, label=f"measured {quantity.value(target)}")
+    row = runs[runs["run"] == best].iloc[0]
+    ax.scatter(
+        [best],
+        [row["response"]],
+        s=140,
+        facecolor="none",
+        edgecolor=ORANGE,
+        zorder=3,
+        label="centre of the region",
+    )
+    names = ["\n".join(f"{r[f.name]:.3g}" for f in factors) for _, r in runs.iterrows()]
+    ax.set_xticks(runs["run"], names)
+    ax.set(
+        ylabel=quantity.axis,
+        xlabel="\n".join(f"{i + 1}. line: {label(f.name)}" for i, f in enumerate(factors)),
+    )
+    ax.legend(frameon=False)
+    return figure

@@ -1,0 +1,91 @@
+"""The optimum among all points that give the target, or nearly as desirable a compromise."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from calibration.figures.planes import label_3d, pairs_of, plane
+from calibration.figures.quantity import ANGLE, label
+from calibration.figures.style import ORANGE, STYLE, panel_grid
+from calibration.statistics.goals import overall_desirability
+from calibration.statistics.optimise import solution_mesh
+
+LINES = ("#d1711f", "#2f6db5", "#7b4fa3", "#b5363f", "#5b7a1f")  # of the targets, in their order
+
+
+def contours(surface, region, solution, quantity=ANGLE):
+    """Contours through the chosen point with the solution set drawn in; for three factors also the set itself."""
+    pairs = pairs_of(region)
+    whole = len(region) == 3 and solution.attainable
+    with plt.rc_context(STYLE):
+        if whole:
+            figure, rows, columns = plt.figure(figsize=(8.2, 7.0), layout="constrained"), 2, 2
+        else:
+            figure, rows, columns = panel_grid(len(pairs), (4.1, 3.5))
+        for n, (i, j) in enumerate(pairs):
+            ax = figure.add_subplot(rows, columns, n + 1)
+            _contour(ax, surface, region, i, j, solution, quantity)
+        if whole:
+            ax = figure.add_subplot(2, 2, 4, projection="3d")
+            _solution_set(ax, surface, region, solution, quantity)
+    return figure
+
+
+def _contour(ax, surface, region, i, j, solution, quantity):
+    a, b, levels = plane(region, i, j, at=solution.chosen)
+    y = surface.predict(levels).reshape(a.shape)
+    filled = ax.contourf(a, b, y, 12, cmap="viridis", alpha=0.85)
+    ax.figure.colorbar(filled, ax=ax, label=quantity.axis, shrink=0.9)
+    if y.min() < solution.target < y.max():
+        ax.contour(a, b, y, [solution.target], colors="white", linewidths=4.5)
+        ax.contour(a, b, y, [solution.target], colors=ORANGE, linewidths=2.5)
+    x, z = (region[k].natural(float(solution.chosen[k])) for k in (i, j))
+    ax.plot(x, z, "o", color="white", mec="black", ms=9, clip_on=False, zorder=4)
+    ax.set(xlabel=label(region[i].name), ylabel=label(region[j].name))
+    ax.grid(False)
+
+
+def _solution_set(ax, surface, region, solution, quantity):
+    """The surface of all points that give the target, in natural levels."""
+    vertices, triangles = solution_mesh(surface, solution.target)
+    if len(triangles):
+        natural = [f.natural(vertices[:, k]) for k, f in enumerate(region)]
+        ax.plot_trisurf(
+            natural[0], natural[1], triangles, natural[2], color=ORANGE, alpha=0.55, linewidth=0
+        )
+    chosen = [[f.natural(float(x))] for f, x in zip(region, solution.chosen, strict=True)]
+    ax.plot(*chosen, "o", color="white", mec="black", ms=9, zorder=10)
+    ax.set(**{f"{axis}lim": (f.low, f.high) for axis, f in zip("xyz", region, strict=True)})
+    label_3d(ax, *(label(f.name) for f in region))
+    ax.set_title(f"all points that give {quantity.value(solution.target)}", fontsize=9)
+
+
+def desirability_contours(surfaces, goals, region, found):
+    """Overall desirability over each pair of factors, the others at the chosen point; a line where a response meets
+    its target. surfaces and goals in the same order; found: `Compromise`. Returns a matplotlib Figure."""
+    pairs = pairs_of(region)
+    with plt.rc_context(STYLE):
+        figure, rows, columns = panel_grid(len(pairs), (4.8, 4.0))
+        for n, pair in enumerate(pairs):
+            ax = figure.add_subplot(rows, columns, n + 1)
+            _desirability(ax, surfaces, goals, region, pair, found)
+    return figure
+
+
+def _desirability(ax, surfaces, goals, region, pair, found):
+    i, j = pair
+    x, y, levels = plane(region, i, j, at=found.chosen)
+    overall = overall_desirability(surfaces, goals, levels).reshape(x.shape)
+    filled = ax.contourf(x, y, overall, np.linspace(0.0, 1.0, 11), cmap="Greens", alpha=0.85)
+    ax.figure.colorbar(filled, ax=ax, label="overall desirability", shrink=0.9)
+    for n, (surface, goal) in enumerate(zip(surfaces, goals, strict=True)):
+        if goal.target is None:
+            continue
+        response = surface.predict(levels).reshape(x.shape)
+        if response.min() < goal.target < response.max():
+            colour = LINES[n % len(LINES)]
+            drawn = ax.contour(x, y, response, [goal.target], colors=colour, linewidths=2.0)
+            ax.clabel(drawn, fmt=f"target {n + 1}: %.4g", fontsize=8)
+    at = [region[k].natural(float(found.chosen[k])) for k in pair]
+    ax.plot(*at, "o", color="white", mec="black", ms=9, clip_on=False, zorder=4)
+    ax.set(xlabel=label(region[i].name), ylabel=label(region[j].name))
+    ax.grid(False)

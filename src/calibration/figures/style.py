@@ -1,0 +1,59 @@
+"""The look of all figures, and how one is written.
+
+The figures keep their own white ground, so that they read the same on light and dark pages.
+"""
+
+import os
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+BLUE, ORANGE, GREY, GREEN = "#2f6db5", "#d1711f", "#8a8f98", "#2e8b57"
+
+
+STYLE = {
+    "figure.facecolor": "white",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.prop_cycle": matplotlib.cycler(
+        color=[BLUE, ORANGE, GREEN, "#7b4fa3", "#b5363f", "#5b7a1f", GREY],
+        linestyle=["-", "--", "-.", ":", "-", "--", "-."],
+    ),
+    "grid.alpha": 0.25,
+    "font.size": 10,
+    "axes.titlesize": 11,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "granular-calibration",
+}
+
+
+def subplots(rows=1, columns=1, size=(5.4, 3.8), **more):
+    """`matplotlib.pyplot.subplots` in the style of all figures; size: inches."""
+    with plt.rc_context(STYLE):
+        return plt.subplots(rows, columns, figsize=size, layout="constrained", **more)
+
+
+def panel_grid(count, size):
+    """Figure and rows, columns of a grid of `count` panels, two a row so that they read on a narrow page; size: inches
+    of one."""
+    columns = min(count, 2)
+    rows = -(-count // columns)
+    figure = plt.figure(figsize=(size[0] * columns, size[1] * rows), layout="constrained")
+    return figure, rows, columns
+
+
+def save(figure, path):
+    """Write a figure to `path` (.svg or .png) and close it."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".partial.{path.name}")
+    with plt.rc_context(STYLE):
+        metadata = {"Date": None} if path.suffix == ".svg" else None
+        figure.savefig(partial, dpi=150, metadata=metadata)
+    os.replace(partial, path)
+    plt.close(figure)

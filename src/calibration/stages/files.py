@@ -1,0 +1,22 @@
+"""Files that several stages read or write."""
+
+import json
+from pathlib import Path
+
+from calibration.factors import Factor
+
+
+def load(path):
+    return json.loads(Path(path).read_text())
+
+
+def read_region(path):
+    """Factors with the levels of the response surface's region."""
+    return [Factor(**f) for f in load(path)]
+
+
+def further_files(config, output):
+    """(target, file, figure) of each further target; nothing with one target."""
+    if not config.further_targets:
+        return ()
+    return zip(config.further_targets, output.further, output.further_figures, strict=True)
