@@ -11,7 +11,7 @@ checkpoint plan_ascent:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "plan the steepest ascent"
     script:
@@ -36,7 +36,7 @@ rule ascent:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "steepest ascent: the region's centre"
     script:

@@ -29,7 +29,7 @@ rule plan_tilt:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "plan the tilt test: sweep"
     script:
@@ -49,7 +49,7 @@ rule plan_tilt_confirmation:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "plan the tilt test: runs at the inverse of the fit"
     script:
@@ -74,7 +74,7 @@ rule tilt:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "tilt test: fit, inverse and confirmation"
     script:
@@ -92,7 +92,7 @@ rule plan_drop:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "plan the drop test: sweep"
     script:
@@ -112,7 +112,7 @@ rule plan_drop_confirmation:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "plan the drop test: runs at the inverse of the fit"
     script:
@@ -137,7 +137,7 @@ rule drop:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "drop test: fit, inverse and confirmation"
     script:
@@ -155,7 +155,7 @@ rule plan_shear:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "plan the shear test"
     script:
@@ -179,7 +179,7 @@ rule shear:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "shear test: yield locus"
     script:

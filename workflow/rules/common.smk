@@ -1,3 +1,4 @@
+import hashlib
 import os
 from pathlib import Path
 
@@ -26,6 +27,10 @@ except CalibrationError as error:
 
 # the runs' progress line divides the work by this; it is no parameter of any run
 os.environ.update(CAMPAIGN_CORES=str(workflow.cores or 1))
+
+# a parameter of all rules that read the settings: they are made again when any setting changes. The scripts take the settings
+# themselves from snakemake's config, as `snakemake -n` prints every parameter that has changed
+SETTINGS_DIGEST = hashlib.sha256(SETTINGS.model_dump_json().encode()).hexdigest()[:12]
 
 STUDY = f"results/{SETTINGS.name}"
 TARGETS = [

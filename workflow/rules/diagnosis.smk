@@ -26,7 +26,7 @@ rule diagnosis_plan:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "diagnosis: plan the runs that teach the emulators"
     script:
@@ -68,7 +68,7 @@ rule diagnosis_emulate:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "diagnosis: teach the emulators"
     script:
@@ -93,7 +93,7 @@ rule diagnosis_calibrate:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "diagnosis: calibrate the base model and show where it fails"
     script:
@@ -125,7 +125,7 @@ rule diagnosis_identify:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "diagnosis: name the cause"
     script:
@@ -170,7 +170,7 @@ rule diagnose:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "diagnosis: the gain of the extended model, and the verdict"
     script:
@@ -201,7 +201,7 @@ rule discovery_plan:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "benchmark of the diagnosis: plan the emulators' runs"
     script:
@@ -237,7 +237,7 @@ rule discovery_shard:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
         shards=len(SHARDS),
         kept=f"{DISCOVERY}/kept",
     message:

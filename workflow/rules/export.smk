@@ -13,7 +13,7 @@ checkpoint plan_export_scan:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "plan the export: rolling friction in the laws of other codes"
     script:
@@ -35,7 +35,7 @@ checkpoint plan_export_confirmation:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "plan the export: runs with the rolling friction that was found"
     script:
@@ -60,7 +60,7 @@ rule export_rolling:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "export: the same angle with the rolling friction of other codes"
     script:
@@ -100,7 +100,7 @@ rule export:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "export: calibrated.yaml and input for other codes"
     script:

@@ -11,7 +11,7 @@ checkpoint plan_numerics:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "plan the study of resolution, time step, modulus and rolling law"
     script:
@@ -33,7 +33,7 @@ rule numerics:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "numerics: what the numerical choices cost in degrees"
     script:

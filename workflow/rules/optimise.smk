@@ -12,7 +12,7 @@ rule candidate:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "candidate: the optimum of the response surface alone"
     script:
@@ -32,7 +32,7 @@ checkpoint plan_candidate:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "plan the runs at the candidate"
     script:
@@ -63,7 +63,7 @@ rule optimise:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "optimum: all points that give the measured value, and the chosen one"
     script:

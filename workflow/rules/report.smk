@@ -35,7 +35,7 @@ rule report:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
         # with its time: the page is written anew when it changes. It is no input, as that would make what nobody asked for
         beside=lambda w: {
             str(path): int(path.stat().st_mtime)

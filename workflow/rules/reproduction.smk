@@ -29,7 +29,7 @@ rule reproduction:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
         studies=[STUDY, *BESIDE],
     message:
         "reproduction: every table and equation of the paper beside this study's values"

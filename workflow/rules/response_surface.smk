@@ -12,7 +12,7 @@ checkpoint plan_response_surface:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "plan the response surface: Box-Behnken design"
     script:
@@ -57,7 +57,7 @@ rule response_surface:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "response surface: quadratic model and its ANOVA"
     script:

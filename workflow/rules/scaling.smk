@@ -9,7 +9,7 @@ rule plan_scaling:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "plan the scaling test: heap and drop, enlarged by two rules"
     script:
@@ -34,7 +34,7 @@ rule scaling:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "scaling test: angle and rebound against scale, and the paper's statements"
     script:

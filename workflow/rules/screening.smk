@@ -11,7 +11,7 @@ checkpoint plan_screening:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "plan the screening: Plackett-Burman design"
     script:
@@ -45,7 +45,7 @@ rule screening:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "screening: effects, ANOVA and the factors that go on"
     script:

@@ -11,7 +11,7 @@ checkpoint plan_validation:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "plan the validation: replicates at the optimum"
     script:
@@ -37,7 +37,7 @@ rule validation:
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS.model_dump(mode="json"),
+        settings=SETTINGS_DIGEST,
     message:
         "validation: replicates at the optimum against the measurement"
     script:

@@ -3,7 +3,7 @@ from calibration.discrepancy.settings import read_settings
 from calibration.jobs import logged, settings_of
 
 with logged(snakemake.log[0]):
-    config = settings_of(snakemake.params.settings)
+    config = settings_of(snakemake.config)
     settings = read_settings(snakemake.input.settings)
     shard = int(snakemake.wildcards.shard)
     run_shard(

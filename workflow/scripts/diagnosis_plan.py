@@ -3,6 +3,6 @@ from calibration.discrepancy.stages import plan_runs
 from calibration.jobs import logged, settings_of
 
 with logged(snakemake.log[0]):
-    config = settings_of(snakemake.params.settings)
+    config = settings_of(snakemake.config)
     settings = read_settings(snakemake.input.settings, config.diagnosis)
     plan_runs(config, settings, snakemake.output)

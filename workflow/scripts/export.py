@@ -6,7 +6,7 @@ from calibration.jobs import logged, settings_of
 
 with logged(snakemake.log[0]):
     i = snakemake.input
-    config = settings_of(snakemake.params.settings, i.get("fixed"))
+    config = settings_of(snakemake.config, i.get("fixed"))
     region = stages.read_region(i.region)
     runs = stages.augmented_runs(config, i.runs, region, i.candidate)
     out = Path(snakemake.output.parameters).parent

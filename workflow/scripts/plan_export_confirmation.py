@@ -4,7 +4,7 @@ from calibration.export.stage import plan_export_confirmation
 from calibration.jobs import logged, settings_of
 
 with logged(snakemake.log[0]):
-    config = settings_of(snakemake.params.settings, snakemake.input.get("fixed"))
+    config = settings_of(snakemake.config, snakemake.input.get("fixed"))
     plan_export_confirmation(
         config,
         snakemake.input.optimum,

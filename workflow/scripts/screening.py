@@ -2,5 +2,5 @@ from calibration import stages
 from calibration.jobs import logged, settings_of
 
 with logged(snakemake.log[0]):
-    config = settings_of(snakemake.params.settings)
+    config = settings_of(snakemake.config)
     stages.analyse_screening(config, snakemake.input.design, snakemake.output)
