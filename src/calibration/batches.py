@@ -11,19 +11,18 @@ from calibration.errors import CalibrationError
 from dem.io.files import write_json
 
 
-def run_batch(plan_file, batch, batches, done, root="results/runs"):
+def run_batch(plan_file, batch, batches, done, failures="refused", root="results/runs"):
     """Do every `batches`-th run of a plan, from number `batch` on, and write their names to `done`.
 
-    Raises CalibrationError naming the runs that failed and why, after the others have been done.
+    failures: "refused" raises CalibrationError naming the runs that failed and why, after the others have been done;
+    "kept" lists them in `done`, for who can do without them.
     """
     specs = read_plan(plan_file)
     names = sorted(specs)[batch::batches]
-    notes = []
-    found = simulate({n: specs[n] for n in names}, root, note=notes.append)
-    print("\n".join(notes))
+    found = simulate({n: specs[n] for n in names}, root, note=lambda text: print(text, flush=True))
     failed = [name for name, metrics in found.items() if metrics is None]
-    if failed:
+    if failed and failures == "refused":
         reasons = (read_plan(Path(root) / n / "failed.json").get("error", "") for n in failed)
         lines = [f"{n}: {reason}" for n, reason in zip(failed, reasons, strict=True)]
         raise CalibrationError(f"{len(failed)} runs of {plan_file} failed\n" + "\n".join(lines))
-    write_json(done, {"runs": names})
+    write_json(done, {"runs": names, "failed": failed})

@@ -12,10 +12,11 @@ rule bench_batch:
         "../envs/calibration.yaml"
     params:
         batches=lambda wildcards: BATCHES_OF[wildcards.stage],
+        failures="refused",
     message:
         "{wildcards.stage}: runs, batch {wildcards.batch}"
     script:
-        "../scripts/bench_batch.py"
+        "../scripts/batch.py"
 
 
 rule plan_tilt:

@@ -46,10 +46,11 @@ rule diagnosis_batch:
         "../envs/calibration.yaml"
     params:
         batches=len(BATCHES),
+        failures="kept",
     message:
         "diagnosis: emulator runs, batch {wildcards.batch}"
     script:
-        "../scripts/diagnosis_batch.py"
+        "../scripts/batch.py"
 
 
 rule diagnosis_emulate:
@@ -218,6 +219,7 @@ use rule diagnosis_batch as discovery_batch with:
         f"{STUDY}/logs/discovery_batch_{{batch}}.log",
     params:
         batches=len(DISCOVERY_BATCHES),
+        failures="kept",
     message:
         "benchmark of the diagnosis: emulator runs, batch {wildcards.batch}"
 

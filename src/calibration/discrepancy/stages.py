@@ -45,14 +45,6 @@ def plan_runs(config, settings, output):
     write_json(output.plan, specs)
 
 
-def run_batch(plan_file, batch, batches, done):
-    """Run every `batches`-th run of a plan; the results stand under results/runs."""
-    specs = json.loads(Path(plan_file).read_text())
-    own = dict(sorted(specs.items())[batch::batches])
-    metrics = simulate(own, note=lambda text: print(text, flush=True))
-    write_json(done, {"runs": len(own), "failed": [k for k, v in metrics.items() if v is None]})
-
-
 def emulate(config, settings, source, output):
     """Teach the emulators with the finished runs; the errors that they own to stand beside them."""
     _, kinds = load(config, settings)

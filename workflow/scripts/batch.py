@@ -1,4 +1,4 @@
-from calibration.discrepancy.stages import run_batch
+from calibration.batches import run_batch
 from calibration.jobs import logged
 
 with logged(snakemake.log[0]):
@@ -7,4 +7,5 @@ with logged(snakemake.log[0]):
         int(snakemake.wildcards.batch),
         snakemake.params.batches,
         snakemake.output.done,
+        snakemake.params.failures,
     )
