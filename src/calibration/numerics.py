@@ -7,6 +7,7 @@ import pandas as pd
 import yaml
 from scipy import stats
 
+from calibration import figures
 from calibration.campaign import plan, read_metric, write_plan
 from calibration.config import overlay
 from calibration.factors import read_factors
@@ -51,7 +52,9 @@ def compare_variants(design, metric):
     return pd.DataFrame(rows)
 
 
-def analyse_numerics(config, design_file, output):
-    """Write the table of differences."""
-    table = compare_variants(pd.read_csv(design_file), config.target.metric)
-    table.round(3).to_csv(output, index=False)
+def analyse_numerics(config, design_file, table_file, figure_file):
+    """Write the table of differences and its figure."""
+    metric = config.target.metric
+    table = compare_variants(pd.read_csv(design_file), metric).round(3)
+    table.to_csv(table_file, index=False)
+    figures.save(figures.numerics(table, figures.quantity_of(metric)), figure_file)

@@ -260,10 +260,10 @@ def test_a_law_calibrated_with_keeps_its_number(mapping):
         )
     )
     assert rolling.laws_to_scan(spec) == []
-    own = {"law": "elastic_plastic", "unit": "deg", "rolling_friction": 0.27, "laws": {}}
-    c = Conversion(spec, own)
+    c = Conversion(spec)
     e = c.of("elastic_plastic")
-    assert (e.rolling_friction, e.stiffness_factor) == (0.27, 3.0)
+    assert e.rolling_friction == spec.contacts.particle_particle.rolling_friction
+    assert e.stiffness_factor == 3.0
     assert "used as it is" in c.sentences("elastic_plastic", "epsd3")[0]
 
 
@@ -291,10 +291,16 @@ def test_a_study_without_a_heap_says_that_rolling_friction_is_not_converted(mapp
     )
     assert rolling.laws_to_scan(drop) == []
     c = Conversion(drop, found() | {"laws": {}})
-    assert "NOT CONVERTED" in c.sentences("elastic_plastic", "epsd3")[0]
+    assert "Without a heap" in c.sentences("elastic_plastic", "epsd3")[0]
     assert c.of("elastic_plastic").rolling_friction == pytest.approx(
         OPTIMUM["salt_salt_rolling_friction"]
     )
+
+
+def test_an_export_without_the_search_says_how_to_make_it(mapping):
+    (sentence,) = Conversion(parse_spec(mapping)).sentences("elastic_plastic", "epsd3")
+    assert "NOT CONVERTED" in sentence
+    assert "`snakemake -j2 export_converted`" in sentence
 
 
 def test_an_export_says_when_the_angle_cannot_be_reached(material, mapping):
@@ -403,11 +409,12 @@ def files(config, tmp_path_factory):
     inputs = {
         "optimum": REFERENCE / "optimise" / "optimum.json",
         "validation": REFERENCE / "validation" / "validation.json",
-        "rolling": out / "rolling.json",
     }
     runs = pd.read_csv(REFERENCE / "response_surface" / "runs.csv")
     region = read_region(REFERENCE / "response_surface" / "region.json")
     stage.export(config, inputs, runs, region, out)
+    searched = inputs | {"rolling": out / "rolling.json"}
+    stage.export_converted(config, searched, out / "exports" / "converted")
     return out
 
 
@@ -474,7 +481,21 @@ def test_the_study_written_out_is_the_configuration(files, config):
 
 def test_all_files_are_there_and_none_is_half_written(files):
     assert sorted(p.name for p in (files / "exports").iterdir()) == sorted(
-        [*stage.CODES, "dem.yaml", "study.yaml"]
+        [*stage.CODES, "dem.yaml", "study.yaml", "converted"]
+    )
+    assert sorted(p.name for p in (files / "exports" / "converted").iterdir()) == sorted(
+        stage.CONVERTED
+    )
+
+
+@pytest.mark.parametrize("name", stage.CONVERTED)
+def test_a_block_has_the_number_of_the_search_only_where_it_is_converted(files, name):
+    plain = (files / "exports" / name).read_text()
+    assert "NOT CONVERTED" in plain
+    converted = (files / "exports" / "converted" / name).read_text()
+    assert "NOT CONVERTED" not in converted
+    assert f"mu_r = {MU_R:.4g} below" in " ".join(
+        re.sub(r"^(#|//)", "", converted, flags=re.M).split()
     )
 
 

@@ -13,6 +13,7 @@ from PIL import Image
 from calibration import figures
 from calibration.report import build
 from calibration.report.answer import _interval
+from calibration.report.build import NOT_CONVERTED_MARK
 from calibration.report.embed import _inline, cell
 from calibration.report.heaps import LEVELS
 from dem.measure.heap import measure_heap
@@ -180,6 +181,7 @@ def test_every_part_is_there_with_its_numbers(page):
         "3 runs took 3.0 minutes of one core, by engine 0123456789abcdef",
         "run 2: 30.00°, 7 grains left in the funnel",
         "2 in all: 1 agrees, 1 disagrees.",
+        "Each printed result of the paper beside ours.",
         "The first 60 of 500 rows.",
     ):
         assert part in text
@@ -201,6 +203,46 @@ def test_exports_can_be_copied_and_downloaded(page):
     assert "<pre>c_d: 0.25\n</pre>" in page
     assert "property/global &#34;c&#34; &lt;1&gt; 0.25" in page
     assert 'download="liggghts.in"' in page
+
+
+def test_a_converted_block_takes_the_place_of_the_other(study):
+    write(study / "exports" / "lammps.in", f"# {NOT_CONVERTED_MARK}\n")
+    build(study, study / "report.html")
+    page = (study / "report.html").read_text()
+    assert "snakemake -j2 export_converted" in page
+    for name in ("lammps.in", "liggghts.in"):
+        write(study / "exports" / "converted" / name, f"# converted {name}\n")
+    build(study, study / "report.html")
+    page = (study / "report.html").read_text()
+    assert "snakemake -j2 export_converted" not in page
+    assert "# converted lammps.in" in page
+    assert NOT_CONVERTED_MARK not in page
+
+
+def test_each_candidate_run_has_its_value(study):
+    """The runs added at the optimum have no table of responses: their values are those of their results."""
+    runs = pd.read_csv(study / "screening" / "runs.csv")
+    (study / "candidate").mkdir()
+    runs.drop(columns="response").to_csv(study / "candidate" / "design.csv", index=False)
+    (study / "heaps" / "candidate").symlink_to(study / "heaps" / "screening")
+    build(study, study / "report.html")
+    text = text_of((study / "report.html").read_text())
+    for name in runs["run_id"]:
+        result = json.loads((study.parent / "runs" / name / "result.json").read_text())
+        assert f": {result['metrics']['angle_of_repose_deg']:.2f}°, 7 grains left" in text
+
+
+def test_a_label_within_a_figure_keeps_its_digits(tmp_path):
+    import matplotlib.pyplot as plt
+
+    figure, ax = plt.subplots()
+    with plt.rc_context({"svg.fonttype": "none"}):
+        ax.set_title("measured 0.845")
+        figure.savefig(tmp_path / "a.svg")
+    plt.close(figure)
+    svg, _ = _inline(tmp_path / "a.svg")
+    assert "measured 0.845" in svg
+    assert not re.search(r'="[^"]*\d\.\d{3}', svg)
 
 
 def test_the_viewer_holds_the_heaps_grains(page, study):
@@ -270,6 +312,9 @@ def test_a_figure_within_the_page_takes_the_pages_colours(study):
         (1.2e-7, "1.2e-07"),
         ("salt_steel_restitution", "salt steel restitution"),
         ("p < 0.05_", "p < 0.05_"),
+        ("2.9999999999999996", "3"),
+        ("0.90", "0.90"),
+        (True, "yes"),
         (7, "7"),
     ],
 )

@@ -5,6 +5,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
+from calibration import figures
 from calibration.figures import BLUE, GREY, ORANGE, STYLE, save
 
 FOLDER = Path(__file__).parents[2] / "docs" / "verification"
@@ -103,18 +104,5 @@ OF_TOPIC = {
 
 def numerics(table):
     """Differences between numerical choices with their intervals; returns the caption."""
-    fig, ax = _axes(7.2)
-    compared = table[table["difference"].notna()]
-    names, points = list(dict.fromkeys(compared["variant"])), list(dict.fromkeys(table["point"]))
-    for k, point in enumerate(points):
-        rows = compared[compared["point"] == point]
-        y = [names.index(v) + 0.18 * (k - (len(points) - 1) / 2) for v in rows["variant"]]
-        low, high = rows["difference"] - rows["low"], rows["high"] - rows["difference"]
-        ax.errorbar(rows["difference"], y, xerr=[low, high], fmt="o", ms=4, label=point)
-    ax.axvline(0.0, color=GREY, linewidth=1)
-    ax.set_yticks(range(len(names)), names, fontsize=8)
-    ax.invert_yaxis()
-    ax.set_xlabel("difference of the angle of repose [°], 95 % interval")
-    ax.legend(fontsize=8)
-    _keep(fig, "numerics")
+    _keep(figures.numerics(table), "numerics")
     return "Angle of repose of each variant less that of the variant it is compared with."

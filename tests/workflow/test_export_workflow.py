@@ -1,4 +1,4 @@
-"""The stage `export` in the workflow: a target of its own that waits for the validation and plans its own runs."""
+"""The exports in the workflow: part of all without a run of their own, and a target that searches for other laws."""
 
 import re
 import subprocess
@@ -7,36 +7,41 @@ from pathlib import Path
 
 import pytest
 
+from calibration.export.stage import CODES, CONVERTED
+
 ROOT = Path(__file__).parents[2]
+SEARCH = ("plan_export_scan", "plan_export_confirmation", "export_rolling", "export_converted")
 
 
 @pytest.fixture(scope="module")
 def dry_run(tmp_path_factory):
-    """Output of a dry run of `export` in a checkout without results."""
+    """Function: ({rule: jobs}, output) of a dry run of targets in a checkout without results."""
     clone = tmp_path_factory.mktemp("clone")
     for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
         (clone / name).symlink_to(ROOT / name)
-    command = [sys.executable, "-m", "snakemake", "-n", "-j2", "export"]
-    done = subprocess.run(command, cwd=clone, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout + done.stderr
+
+    def dry(*targets):
+        command = [sys.executable, "-m", "snakemake", "-n", "-j2", *targets]
+        done = subprocess.run(command, cwd=clone, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        text = done.stdout + done.stderr
+        return dict(re.findall(r"^(\w+) +(\d+)$", text, re.M)), text
+
+    return dry
 
 
-def test_the_export_waits_for_the_validation_and_its_own_search(dry_run):
-    jobs = dict(re.findall(r"^(\w+) +(\d+)$", dry_run, re.M))
-    for rule in (
-        "plan_export_scan",
-        "plan_export_confirmation",
-        "export_rolling",
-        "validation",
-        "export",
-    ):
-        assert jobs.get(rule) == "1", rule
-
-
-def test_the_export_names_a_file_for_each_code(dry_run):
-    from calibration.export.stage import CODES
-
+def test_the_whole_study_exports_without_a_search(dry_run):
+    jobs, text = dry_run()
+    assert jobs["export"] == jobs["report"] == "1"
+    assert not set(SEARCH) & set(jobs)
     for name in (*CODES, "dem.yaml", "study.yaml"):
-        assert f"results/salt/exports/{name}" in dry_run
-    assert "results/salt/calibrated.yaml" in dry_run
+        assert f"results/salt/exports/{name}" in text
+    assert "results/salt/calibrated.yaml" in text
+
+
+def test_converted_blocks_wait_for_the_validation_and_their_own_search(dry_run):
+    jobs, text = dry_run("export_converted")
+    for rule in (*SEARCH, "validation", "export"):
+        assert jobs.get(rule) == "1", rule
+    for name in CONVERTED:
+        assert f"results/salt/exports/converted/{name}" in text

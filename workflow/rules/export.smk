@@ -1,3 +1,43 @@
+# makes no run: part of `all`
+rule export:
+    input:
+        optimum=f"{STUDY}/optimise/optimum.json",
+        validation=f"{STUDY}/validation/validation.json",
+        runs=f"{STUDY}/response_surface/runs.csv",
+        region=f"{STUDY}/response_surface/region.json",
+        candidate=f"{STUDY}/candidate/design.csv",
+        factors=SETTINGS.factors,
+        fixed=BENCH_VALUES,
+    output:
+        parameters=report(
+            f"{STUDY}/calibrated.yaml",
+            caption="../report/export.rst",
+            category="10 Export",
+        ),
+        blocks=expand(
+            f"{STUDY}/exports/{{file}}",
+            file=[
+                "liggghts.in",
+                "lammps.in",
+                "yade.py",
+                "mercurydpm.cpp",
+                "edem.md",
+                "dem.yaml",
+                "study.yaml",
+            ],
+        ),
+    log:
+        f"{STUDY}/logs/export.log",
+    conda:
+        "../envs/calibration.yaml"
+    params:
+        settings=SETTINGS_DIGEST,
+    message:
+        "export: calibrated.yaml and input for other codes"
+    script:
+        "../scripts/export.py"
+
+
 # rolling friction means another torque in most codes: the angle of their law is searched with this engine's own version
 # of it, see docs/howto-export.md
 checkpoint plan_export_scan:
@@ -67,41 +107,26 @@ rule export_rolling:
         "../scripts/export_rolling.py"
 
 
-rule export:
+rule export_converted:
     input:
         optimum=f"{STUDY}/optimise/optimum.json",
         validation=f"{STUDY}/validation/validation.json",
         rolling=f"{STUDY}/export_confirmation/rolling.json",
-        runs=f"{STUDY}/response_surface/runs.csv",
-        region=f"{STUDY}/response_surface/region.json",
-        candidate=f"{STUDY}/candidate/design.csv",
         factors=SETTINGS.factors,
         fixed=BENCH_VALUES,
+        exported=rules.export.output,
     output:
-        parameters=report(
-            f"{STUDY}/calibrated.yaml",
-            caption="../report/export.rst",
-            category="10 Export",
-        ),
-        blocks=expand(
-            f"{STUDY}/exports/{{file}}",
-            file=[
-                "liggghts.in",
-                "lammps.in",
-                "yade.py",
-                "mercurydpm.cpp",
-                "edem.md",
-                "dem.yaml",
-                "study.yaml",
-            ],
+        expand(
+            f"{STUDY}/exports/converted/{{file}}",
+            file=["liggghts.in", "lammps.in", "yade.py", "mercurydpm.cpp"],
         ),
     log:
-        f"{STUDY}/logs/export.log",
+        f"{STUDY}/logs/export_converted.log",
     conda:
         "../envs/calibration.yaml"
     params:
         settings=SETTINGS_DIGEST,
     message:
-        "export: calibrated.yaml and input for other codes"
+        "export: input for other codes, with the rolling friction that gives the angle there"
     script:
-        "../scripts/export.py"
+        "../scripts/export_converted.py"

@@ -23,8 +23,9 @@ rule numerics:
         design=f"{STUDY}/numerics/design.csv",
         runs=lambda w: results_of(checkpoints.plan_numerics.get().output.plan),
     output:
-        table=report(
-            f"{STUDY}/numerics/numerics.csv",
+        table=f"{STUDY}/numerics/numerics.csv",
+        figure=report(
+            f"{STUDY}/numerics/numerics.svg",
             caption="../report/numerics.rst",
             category="11 Numerics",
         ),

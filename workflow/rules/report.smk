@@ -2,9 +2,13 @@ SUPPLEMENTS = {"audit": "audit.csv", "reproduction": "reproduction.csv"} | {
     test: f"{test}.json" for test in ("tilt", "drop", "shear", "scaling")
 }
 # what the page shows too when it has been made, but does not wait for
-ALSO_SHOWN = {"diagnosis", "numerics", "scaling", "reproduction", "exports"} - set(
-    SETTINGS.supplements
-)
+ALSO_SHOWN = {
+    "diagnosis",
+    "numerics",
+    "scaling",
+    "reproduction",
+    "exports/converted",
+} - set(SETTINGS.supplements)
 
 
 # made from whatever stages have finished; `all` makes the chain and the configured supplements first
@@ -24,6 +28,7 @@ rule report:
         supplements=[
             f"{STUDY}/{name}/{SUPPLEMENTS[name]}" for name in SETTINGS.supplements
         ],
+        exports=rules.export.output,
     output:
         report(
             f"{STUDY}/report.html",

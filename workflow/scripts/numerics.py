@@ -3,4 +3,5 @@ from calibration.numerics import analyse_numerics
 
 with logged(snakemake.log[0]):
     config = settings_of(snakemake.config)
-    analyse_numerics(config, snakemake.input.design, snakemake.output.table)
+    out = snakemake.output
+    analyse_numerics(config, snakemake.input.design, out.table, out.figure)

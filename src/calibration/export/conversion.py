@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from calibration.export.rolling import DAMPING_RATIO, STIFFNESS_FACTOR
+from calibration.export.rolling import DAMPING_RATIO, STIFFNESS_FACTOR, laws_to_scan
 
 
 @dataclass(frozen=True)
@@ -17,24 +17,25 @@ class Equivalent:
 class Conversion:
     """What rolling.json says, as the exports need it."""
 
-    def __init__(self, spec, found):
+    def __init__(self, spec, found=None):
+        """spec: calibrated `RunSpec`; found: content of rolling.json, or None before the search."""
         self.spec, self.found = spec, found
 
     def of(self, law):
         """`Equivalent` for a law: the calibrated numbers where the law is the same or nothing rolls."""
-        entry, q = self.found["laws"].get(law, {}), self.spec.law_parameters
+        entry, q = self._entry(law) or {}, self.spec.law_parameters
         own = self.spec.laws.rolling == law
         factor = q.rolling_stiffness_factor if own else entry.get("stiffness_factor")
         damping = q.rolling_damping_ratio if own else entry.get("damping_ratio")
         return Equivalent(
-            entry.get("rolling_friction", self.found["rolling_friction"]),
+            entry.get("rolling_friction", self.spec.contacts.particle_particle.rolling_friction),
             STIFFNESS_FACTOR if factor is None else factor,
             DAMPING_RATIO if damping is None else damping,
         )
 
     def sentences(self, law, name):
         """What was done about rolling friction, for the head of a file; `name`: the law in that code's words."""
-        entry, own = self.found["laws"].get(law), self.found
+        entry, own = self._entry(law), self.found
         if entry is None:
             return [self._without_search(law, name)]
         unit = own["unit"]
@@ -52,15 +53,25 @@ class Conversion:
             )
         return out + [_check(entry[s], s, unit) for s in ("coarse", "full") if s in entry]
 
+    def _entry(self, law):
+        return self.found["laws"].get(law) if self.found else None
+
     def _without_search(self, law, name):
-        rolls = self.spec.laws.rolling != "none" and self.found["rolling_friction"] > 0.0
-        if rolls and self.spec.laws.rolling != law:
+        laws = self.spec.laws
+        rolls = laws.rolling != "none" and self.spec.contacts.particle_particle.rolling_friction > 0
+        if not rolls or laws.rolling == law:
+            what = "is the law calibrated with" if rolls else "is off"
+            return f"Rolling friction: {name} {what}; the number is used as it is."
+        not_converted = (
+            f"NOT CONVERTED: rolling friction was calibrated as {laws.rolling}, {name} is another law, and the number "
+            "below is the calibrated one."
+        )
+        if law in laws_to_scan(self.spec):
             return (
-                f"NOT CONVERTED: rolling friction was calibrated as {self.found['law']}, {name} is another law, and "
-                "without a heap there is no angle to keep; the number is the calibrated one."
+                f"{not_converted} The heap is flatter with it. `snakemake -j2 export_converted` searches what gives "
+                "the calibrated angle in this law and writes exports/converted/; it makes some thirty heaps."
             )
-        what = "is the law calibrated with" if rolls else "is off"
-        return f"Rolling friction: {name} {what}; the number is used as it is."
+        return f"{not_converted} Without a heap there is no angle to keep."
 
 
 def _check(a, scale, unit):

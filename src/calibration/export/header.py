@@ -5,10 +5,13 @@ import textwrap
 WIDTH = 110
 
 
-def header(mark, title, about, conversion):
-    """Comment lines behind `mark`: title, provenance (lines), and how rolling friction was converted (sentences)."""
+def header(mark, title, about, conversion, law, *notes):
+    """Comment lines behind `mark`: title, provenance (lines), how rolling friction was converted, and notes.
+
+    conversion: `Conversion`; law: `elastic_plastic` in that code's words.
+    """
     out = []
-    for text in (title, *about, *conversion):
+    for text in (title, *about, *conversion.sentences("elastic_plastic", law), *notes):
         out += [f"{mark} {line}" for line in textwrap.wrap(text, WIDTH - len(mark))]
     return out
 

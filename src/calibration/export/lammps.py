@@ -51,10 +51,9 @@ def block(material, conversion, about):
         "LAMMPS, package GRANULAR: include this after `create_box`; atom_style sphere, units si, newton off, "
         "comm_modify vel yes.",
         about,
-        [
-            *conversion.sentences("elastic_plastic", "rolling sds"),
-            f"The rolling spring is a constant in LAMMPS: that of a contact under {g.load:.3g} N, ten grain weights.",
-        ],
+        conversion,
+        "rolling sds",
+        f"The rolling spring is a constant in LAMMPS: that of a contact under {g.load:.3g} N, ten grain weights.",
     )
     lines += [
         _law("grain_grain", g.grain_grain, e.rolling_friction, g.load, e),

@@ -50,7 +50,8 @@ def block(material, conversion, about):
         "#",
         "LIGGGHTS 3.8: include this after `create_box 2 ...`; atom type 1 is the grain, 2 the wall.",
         about,
-        conversion.sentences("elastic_plastic", "epsd3"),
+        conversion,
+        "epsd3",
     )
     if max(young) > MAX_YOUNG:
         lines.append("hard_particles yes")

@@ -58,13 +58,10 @@ def block(material, conversion, about):
         "MercuryDPM 1.0: put this into setupInitialConditions(), with "
         "#include <Species/HertzianViscoelasticMindlinRollingTorsionSpecies.h>",
         about,
-        [
-            *conversion.sentences(
-                "elastic_plastic", "rolling of HertzianViscoelasticMindlinRollingTorsionSpecies"
-            ),
-            "MercuryDPM takes the stiffness of the rolling spring from the shear modulus; it is stiffer than in the "
-            "runs behind this number. This block has been checked against the sources, not run.",
-        ],
+        conversion,
+        "rolling of HertzianViscoelasticMindlinRollingTorsionSpecies",
+        "MercuryDPM takes the stiffness of the rolling spring from the shear modulus; it is stiffer than in the "
+        "runs behind this number. This block has been checked against the sources, not run.",
     )
     body = [
         "HertzianViscoelasticMindlinRollingTorsionSpecies species;",

@@ -31,14 +31,14 @@ from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 from dem.spec import parse_spec
 
-CODES = {
+CONVERTED = {
     "liggghts.in": liggghts,
     "lammps.in": lammps,
     "yade.py": yade,
     "mercurydpm.cpp": mercurydpm,
-    "edem.md": edem,
 }
-"""File under exports/ -> module that writes it."""
+"""File under exports/ -> module that writes it; these codes may need another rolling law than the calibrated one."""
+CODES = CONVERTED | {"edem.md": edem}
 
 
 def _load(path):
@@ -86,7 +86,7 @@ def about(config, validation, engine):
     ]
 
 
-def summary(config, optimum, validation, surface, region, bench, conversion, paper):
+def summary(config, optimum, validation, surface, region, bench, paper):
     """Content of calibrated.yaml."""
     factors = read_factors(config.factors)
     spec = parse_spec(calibrated_spec(config, factors, optimum["optimum"]))
@@ -104,6 +104,8 @@ def summary(config, optimum, validation, surface, region, bench, conversion, pap
         "commands": {
             "the whole study": f"snakemake -j2 --configfile results/{config.name}/exports/study.yaml",
             "one run at the calibrated point": f"dem run results/{config.name}/exports/dem.yaml --out heap",
+            "the same angle with the rolling friction of other codes": "snakemake -j2 export_converted "
+            f"--configfile results/{config.name}/exports/study.yaml",
         },
         "target": {
             "metric": metric,
@@ -123,7 +125,6 @@ def summary(config, optimum, validation, surface, region, bench, conversion, pap
             "that give the measured value, interval_95 its uncertainty with the others held.",
         },
         "parameters": found,
-        "rolling_friction_in_other_laws": conversion.found["laws"],
         "not_converted": left_out(spec),
     }
 
@@ -142,26 +143,46 @@ def _validated(validation, unit):
 
 
 def export(config, inputs, runs, region, out):
-    """Write calibrated.yaml and exports/ into folder `out`, each atomically.
+    """Write calibrated.yaml and exports/ into folder `out`, each file atomically, without any run.
 
-    inputs: paths by name (optimum, validation, rolling; fixed: what the bench tests found, or None); runs: table of the
-    runs that the response surface was fitted to; region: its factors.
+    inputs: paths by name (optimum, validation; fixed: what the bench tests found, or None); runs: table of the runs
+    that the response surface was fitted to; region: its factors.
     """
     optimum, validation = _load(inputs["optimum"]), _load(inputs["validation"])
     surface = fit_surface(runs, [f.code for f in region], runs["response"])
     bench = _load(inputs["fixed"])["fixed"] if inputs.get("fixed") else {}
-    mapping = calibrated_spec(config, read_factors(config.factors), optimum["optimum"])
-    spec = parse_spec(mapping)
-    conversion = Conversion(spec, _load(inputs["rolling"]))
-    lines = [*about(config, validation, engine_fingerprint()), *left_out(spec)]
-    for name, code in CODES.items():
-        _write(Path(out) / "exports" / name, code.block(granulate(spec), conversion, lines))
+    mapping = _spec(config, inputs["optimum"])
+    lines = _head(config, mapping, validation)
+    _write_blocks(CODES, mapping, Conversion(parse_spec(mapping)), lines, Path(out) / "exports")
     head = "".join(f"# {line}\n" for line in lines)
     _write(Path(out) / "exports" / "dem.yaml", head + to_yaml(mapping))
     _write(Path(out) / "exports" / "study.yaml", to_yaml(config.model_dump(mode="json")))
-    paper = paper_values("data/paper")
-    data = summary(config, optimum, validation, surface, region, bench, conversion, paper)
+    data = summary(config, optimum, validation, surface, region, bench, paper_values("data/paper"))
     _write(Path(out) / "calibrated.yaml", head + to_yaml(data))
+
+
+def export_converted(config, inputs, out):
+    """Write the blocks of codes with other rolling laws into folder `out`, with what the search found.
+
+    inputs: paths by name (optimum, validation, rolling).
+    """
+    mapping = _spec(config, inputs["optimum"])
+    conversion = Conversion(parse_spec(mapping), _load(inputs["rolling"]))
+    lines = _head(config, mapping, _load(inputs["validation"]))
+    _write_blocks(CONVERTED, mapping, conversion, lines, Path(out))
+
+
+def _head(config, mapping, validation):
+    return [
+        *about(config, validation, engine_fingerprint()),
+        *left_out(parse_spec(mapping)),
+    ]
+
+
+def _write_blocks(codes, mapping, conversion, lines, folder):
+    material = granulate(parse_spec(mapping))
+    for name, code in codes.items():
+        _write(folder / name, code.block(material, conversion, lines))
 
 
 def _write(path, text):

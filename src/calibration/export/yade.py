@@ -29,6 +29,18 @@ def eta(pair, rolling_friction, radii):
     return rolling_friction * pair.radius / (0.5 * sum(radii))
 
 
+def _material(name, material, angle):
+    return f"""{name} = O.materials.append(
+    FrictMat(
+        young={material.young_modulus:.6g},
+        poisson={material.poisson_ratio:.6g},
+        frictionAngle={angle:.6g},
+        density={material.density:.6g},
+        label="{name}",
+    )
+)"""
+
+
 def block(material, conversion, about):
     """Text of the script. material: `Granulate`; conversion: `Conversion`; about: lines of provenance."""
     g, e = material, conversion.of("elastic_plastic")
@@ -38,13 +50,10 @@ def block(material, conversion, about):
         "YADE 2023.02: execute this in a script, exec(open('yade.py').read()), and use grain, wall, physics, law and "
         "wall_rolling.",
         about,
-        [
-            *conversion.sentences(
-                "elastic_plastic", "the rolling moment of Law2_ScGeom_MindlinPhys_Mindlin"
-            ),
-            f"The rolling spring is a constant in YADE, that of a contact under {g.load:.3g} N, ten grain weights, "
-            "and has no dashpot. eta is one number for all pairs, so wallRolling() sets the moment of grains on walls.",
-        ],
+        conversion,
+        "the rolling moment of Law2_ScGeom_MindlinPhys_Mindlin",
+        f"The rolling spring is a constant in YADE, that of a contact under {g.load:.3g} N, ten grain weights, and has "
+        "no dashpot. eta is one number for all pairs, so wallRolling() sets the moment of grains on walls.",
     )
     angles = [math.atan(p.static_friction) for p in (gg, gw)]
     k_grain = rolling_stiffness(gg, e.rolling_friction, g.load, e.stiffness_factor)
@@ -52,24 +61,8 @@ def block(material, conversion, about):
     return (
         "\n".join(head)
         + f"""
-grain = O.materials.append(
-    FrictMat(
-        young={g.grain.young_modulus:.6g},
-        poisson={g.grain.poisson_ratio:.6g},
-        frictionAngle={angles[0]:.6g},
-        density={g.grain.density:.6g},
-        label="grain",
-    )
-)
-wall = O.materials.append(
-    FrictMat(
-        young={g.wall.young_modulus:.6g},
-        poisson={g.wall.poisson_ratio:.6g},
-        frictionAngle={angles[1]:.6g},
-        density={g.wall.density:.6g},
-        label="wall",
-    )
-)
+{_material("grain", g.grain, angles[0])}
+{_material("wall", g.wall, angles[1])}
 physics = Ip2_FrictMat_FrictMat_MindlinPhys(
     en=MatchMaker(
         matches=((grain, grain, {gg.restitution:.6g}), (grain, wall, {gw.restitution:.6g}))

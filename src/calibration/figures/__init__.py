@@ -1,7 +1,7 @@
 """Figures of the stages; each function returns a matplotlib Figure, `save` writes it atomically as SVG."""
 
 from calibration.figures.ascent import ascent_path
-from calibration.figures.beside import scaling, sweep, yield_loci
+from calibration.figures.beside import numerics, scaling, sweep, yield_loci
 from calibration.figures.optimum import contours, desirability_contours
 from calibration.figures.quantity import ANGLE, Quantity, label, quantity_of
 from calibration.figures.replicates import validation
@@ -11,6 +11,6 @@ from calibration.figures.surface import perturbation, predicted_actual, residual
 
 __all__ = [
     "ANGLE", "BLUE", "GREEN", "GREY", "ORANGE", "STYLE", "Quantity", "ascent_path", "contours",
-    "desirability_contours", "half_normal", "label", "pareto", "perturbation", "predicted_actual", "quantity_of",
-    "residual_panel", "save", "scaling", "subplots", "surfaces", "sweep", "validation", "yield_loci",
+    "desirability_contours", "half_normal", "label", "numerics", "pareto", "perturbation", "predicted_actual",
+    "quantity_of", "residual_panel", "save", "scaling", "subplots", "surfaces", "sweep", "validation", "yield_loci",
 ]  # fmt: skip

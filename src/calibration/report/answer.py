@@ -1,9 +1,7 @@
 """The answer, before anything else: parameters with their intervals, the validated value, the verdict."""
 
-import pandas as pd
-
 from calibration.figures import label, quantity_of
-from calibration.report.embed import html_of, load
+from calibration.report.embed import load, signed
 
 MEANING = {
     "adequate": "nothing is missing that these data show",
@@ -14,7 +12,7 @@ MEANING = {
 
 
 def answer(study, quantity):
-    """Mapping for the page: `parameters` (HTML table), `tiles` and `notes`."""
+    """Mapping for the page: `parameters` (rows of the table), `tiles` and `notes`."""
     optimum = load(study / "optimise" / "optimum.json")
     region = load(study / "response_surface" / "region.json") or []
     validation = load(study / "validation" / "validation.json")
@@ -26,15 +24,15 @@ def answer(study, quantity):
         *(_diagnosed(verdict) if verdict else []),
     ]
     return {
-        "parameters": _parameters(optimum, region, verdict) if optimum else "",
+        "parameters": _parameters(optimum, region, verdict) if optimum else [],
         "tiles": tiles,
         "notes": _notes(optimum, quantity) if optimum else [],
     }
 
 
 def _parameters(optimum, region, verdict):
-    """Table of the calibrated parameters: value, interval with the others held, extent of the solution set, interval of
-    the diagnosis where there is one."""
+    """Rows {heading: text} of the calibrated parameters: value, interval with the others held, extent of the solution
+    set, interval of the diagnosis where there is one."""
     posterior = (verdict or {}).get("calibration", {})
     borders = {f["name"]: (f["low"], f["high"]) for f in region}
     rows = []
@@ -44,11 +42,11 @@ def _parameters(optimum, region, verdict):
         if "interval_95" in optimum:
             row["95 %, the others held"] = _interval(optimum["interval_95"][name], borders[name])
         row["over the solution set"] = f"{low:.4g} to {high:.4g}"
-        if name in posterior:
-            p = posterior[name]
-            row["95 % by all measurements"] = f"{p['low']:.3g} to {p['high']:.3g}"
+        if posterior:
+            p = posterior.get(name)
+            row["95 % by all measurements"] = f"{p['low']:.3g} to {p['high']:.3g}" if p else ""
         rows.append(row)
-    return html_of(pd.DataFrame(rows).fillna(""))
+    return rows
 
 
 def _interval(interval, borders):
@@ -92,8 +90,8 @@ def _equivalence(v, quantity):
     return [
         {
             "name": "Difference",
-            "value": f"{v['difference']:+.3g}{quantity.unit}",
-            "text": f"95 % {v['difference_low']:+.3g} to {v['difference_high']:+.3g}; {word} within "
+            "value": f"{signed(v['difference'])}{quantity.unit}",
+            "text": f"95 % {signed(v['difference_low'])} to {signed(v['difference_high'])}; {word} within "
             f"±{v['margin']:g}{quantity.unit}",
             "good": v["equivalent"],
         }

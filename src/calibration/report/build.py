@@ -11,6 +11,22 @@ from calibration.report.heaps import gallery, viewer
 from calibration.report.parts import BESIDE, STAGES, beside, diagnosis, stage
 from calibration.report.runs import runs_section
 
+CARRIED = {
+    "edem.md": "EDEM: a table to type in",
+    "liggghts.in": "LIGGGHTS: commands to include",
+    "lammps.in": "LAMMPS: commands to include",
+    "yade.py": "YADE: a script to execute",
+    "mercurydpm.cpp": "MercuryDPM: lines for a driver code",
+    "dem.yaml": "This engine: a heap at the calibrated point",
+    "study.yaml": "This workflow: the whole study's configuration",
+}
+"""File of exports/ -> what it is for."""
+NOT_CONVERTED_MARK = "NOT CONVERTED: rolling friction"
+NOT_CONVERTED = (
+    "LIGGGHTS, LAMMPS, YADE and MercuryDPM have other laws of rolling friction than the one calibrated with: the same "
+    "number gives a flatter heap there. Their blocks say so at their head; snakemake -j2 export_converted searches the "
+    "numbers that give the calibrated angle and puts them here."
+)
 CHAIN = ("screening", "ascent", "response_surface", "optimise", "validation")
 
 
@@ -28,7 +44,7 @@ def build(study, out, metric="angle_of_repose_deg"):
         name=study.name,
         answer=answer(study, quantity),
         viewer=viewer(study, quantity),
-        parts=_parts(study, quantity),
+        parts=_parts(study, quantity, metric),
         exports=_exports(study),
     )
     partial = out.with_name(f".{out.name}.partial")
@@ -36,22 +52,39 @@ def build(study, out, metric="angle_of_repose_deg"):
     partial.replace(out)
 
 
-def _parts(study, quantity):
+def _parts(study, quantity, metric):
     """Sections in the order of reading: the diagnosis after the chain, what stands beside it last."""
-    chain = [_with_heaps(study, key, quantity) for key in CHAIN]
+    chain = [_with_heaps(study, key, quantity, metric) for key in CHAIN]
     bench = [stage(study, key, quantity) for key in STAGES if key not in CHAIN]
     more = [beside(study, key) for key in BESIDE]
     return [p for p in (*chain, diagnosis(study), *bench, *more, runs_section(study)) if p]
 
 
-def _with_heaps(study, key, quantity):
+def _with_heaps(study, key, quantity, metric):
     """A stage with the pictures of its runs; the runs added at the optimum are the stage `candidate`."""
     part = stage(study, key, quantity)
     pictured = "candidate" if key == "optimise" else key
-    return part and part | {"gallery": gallery(study, pictured, quantity)}
+    return part and part | {"gallery": gallery(study, pictured, quantity, metric)}
 
 
 def _exports(study):
-    """Files that carry the parameters elsewhere: their text for copying and their download."""
-    files = [study / "calibrated.yaml", *sorted((study / "exports").glob("*"))]
-    return [{"text": p.read_text(), **download(p), "file": p.name} for p in files if p.is_file()]
+    """Files that carry the parameters elsewhere, or None: what to know of them, and of each what it is, its text for
+    copying and its download. A block with converted rolling friction takes the place of the one without."""
+    folder = study / "exports"
+    named = {study / "calibrated.yaml": "Every parameter with its unit, source and interval"}
+    for name, text in CARRIED.items():
+        converted = folder / "converted" / name
+        named[converted if converted.is_file() else folder / name] = text
+    files = [
+        {
+            **download(p),
+            "file": p.name,
+            "path": p.relative_to(study),
+            "about": text,
+            "text": p.read_text(),
+        }
+        for p, text in named.items()
+        if p.is_file()
+    ]
+    note = NOT_CONVERTED if any(NOT_CONVERTED_MARK in f["text"] for f in files) else ""
+    return {"note": note, "files": files} if files else None

@@ -5,6 +5,7 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from calibration.figures import label
@@ -18,8 +19,8 @@ TYPES = {
     ".md": "text/markdown",
 }
 SHOWN_ROWS = 60
+LONG_NUMBER = re.compile(r"-?\d+\.\d{5,}(e[+-]?\d+)?")  # computed; printed ones keep their digits
 ROUNDING = 1e-12  # what is smaller is the rounding error of a zero
-HIDDEN = ("run_id", "experiment")
 
 
 def load(path):
@@ -66,18 +67,26 @@ def _inline(path):
     svg = re.sub(r'(href="#|url\(#)', rf"\g<1>{prefix}", svg)
     svg = svg.replace('style="fill: #ffffff"', 'style="fill: none"')
     svg = re.sub(r"(?<!fill: #ffffff; )stroke: #000000", "stroke: currentColor", svg)
-    svg = re.sub(r"(\.\d\d)\d+", r"\1", svg)
+    # coordinates to a hundredth of a point; the words between the tags keep their digits
+    svg = re.sub(r"<[^>]+>", lambda tag: re.sub(r"(\.\d\d)\d+", r"\1", tag[0]), svg)
     width = float(re.search(r'viewBox="0 0 ([\d.]+)', svg).group(1))
     svg = re.sub(r'(<svg[^>]*?) width="[^"]*" height="[^"]*"', r"\1", svg, count=1)
     return svg, width
 
 
-def table(path, title, first=None):
-    """A CSV file as a table with its download; `first`: (column, value) of rows that come first."""
+def table(path, title, first=None, rows=SHOWN_ROWS, unshown=()):
+    """A CSV file as a table with its download.
+
+    first: (column, value) of rows that come first; rows: the most that are shown; unshown: columns that are only in the
+    download, as are the runs' names and the experiment where there is but one.
+    """
     frame = pd.read_csv(path)
     if first and first[0] in frame:
         frame = frame.sort_values(first[0], key=lambda v: v != first[1], kind="stable")
-    shown = frame.drop(columns=[c for c in HIDDEN if c in frame]).head(SHOWN_ROWS)
+    hidden = {"run_id", *unshown}
+    if "experiment" in frame and frame["experiment"].nunique() == 1:
+        hidden.add("experiment")
+    shown = frame[[c for c in frame if c not in hidden]].head(rows)
     return {
         "title": title,
         "html": html_of(shown),
@@ -95,11 +104,20 @@ def html_of(frame):
     )
 
 
+def signed(value):
+    """A difference to three digits with its sign, a true minus."""
+    return f"{value:+.3g}".replace("-", "−")
+
+
 def cell(value):
     """Text of one table cell."""
+    if isinstance(value, (bool, np.bool_)):
+        return "yes" if value else "no"
     if isinstance(value, float):
         if value != value:
             return ""
         value = 0.0 if abs(value) < ROUNDING else value
         return f"{value:.0f}" if value == int(value) and abs(value) < 1e6 else f"{value:.4g}"
+    if LONG_NUMBER.fullmatch(str(value)):
+        return cell(float(value))
     return label(str(value)) if re.fullmatch(r"[a-z0-9_]+", str(value)) else str(value)

@@ -17,22 +17,23 @@ from dem.render.flanks import fitted_flanks, heap_grains
 LEVELS = 65535  # of a coordinate, 16 bits
 
 
-def gallery(study, key, quantity):
+def gallery(study, key, quantity, metric):
     """Pictures of a stage's runs, [{uri, text}], in the order of its design."""
     tables = [p for name in ("runs", "design") if (p := study / key / f"{name}.csv").exists()]
     pictures = []
     for row in pd.read_csv(tables[0]).to_dict("records") if tables else []:
         path = study / "heaps" / key / f"{row['run_id']}.webp"
         if path.exists():
-            value = f": {quantity.value(row['response'])}" if "response" in row else ""
-            text = f"run {row['run']}{value}{_left(row['run_id'])}"
+            metrics = (load(Path(result_path(row["run_id"]))) or {}).get("metrics", {})
+            found = row.get("response", metrics.get(metric))
+            value = "" if found is None else f": {quantity.value(found)}"
+            text = f"run {row['run']}{value}{_left(metrics)}"
             pictures.append({"uri": uri(path), "text": text})
     return pictures
 
 
-def _left(run_id):
+def _left(metrics):
     """What to say of a heap whose funnel has not run empty."""
-    metrics = (load(Path(result_path(run_id))) or {}).get("metrics", {})
     count = metrics.get("in_funnel", 0)
     return f", {count} grains left in the funnel" if count else ""
 

@@ -3,7 +3,7 @@
 import pandas as pd
 
 from calibration.figures import label, quantity_of
-from calibration.report.embed import caption, download, figure, load, table
+from calibration.report.embed import caption, download, figure, load, signed, table
 
 # stage folder: title, [(figure, its caption's file, files with its numbers)], [(table, title)]
 STAGES = {
@@ -53,6 +53,7 @@ STAGES = {
         [("runs", "Runs")],
     ),
 }
+# folder: title, what it says
 BESIDE = {
     "scaling": (
         "Scaling of the particles",
@@ -73,7 +74,12 @@ BESIDE = {
     ),
 }
 
-OPEN_ROWS = 30  # a short table beside the chain is what its section has to say
+# columns of a table beside the chain that are only in its data
+UNSHOWN = {
+    "scaling": ("sd", "left_in_funnel"),
+    "reproduction": ("id", "headline", "study", "n", "low", "high"),
+}
+ALL_ROWS = 10_000  # a table of verdicts is shown whole, in a box that scrolls
 
 
 def stage(study, key, quantity):
@@ -123,14 +129,14 @@ def beside(study, key):
         "title": title,
         "texts": [text, *_counts(tables)],
         "figures": [figure(p, _named(key, p), [*tables, *numbers]) for p in figures],
-        "tables": [_beside_table(p) for p in tables],
+        "tables": [_beside_table(p, UNSHOWN.get(key, ())) for p in tables],
         "downloads": [] if figures else [download(p) for p in numbers],
     }
 
 
-def _beside_table(path):
-    shown = table(path, label(path.stem).capitalize(), ("verdict", "disagrees"))
-    return shown | {"open": shown["rows"] <= OPEN_ROWS}
+def _beside_table(path, unshown):
+    title, first = label(path.stem).capitalize(), ("verdict", "disagrees")
+    return table(path, title, first, ALL_ROWS, unshown) | {"open": True}
 
 
 def _counts(tables):
@@ -138,11 +144,17 @@ def _counts(tables):
     sentences = []
     for path in tables:
         frame = pd.read_csv(path)
-        if "verdict" in frame:
-            found = frame["verdict"].value_counts()
-            words = ", ".join(f"{n} {label(str(word))}" for word, n in found.items())
+        judged = [column for column in ("verdict", "agreement") if column in frame]
+        for column in judged:
+            found = frame[column].value_counts()
+            words = ", ".join(f"{n} {_verb(label(str(word)), n)}" for word, n in found.items())
             sentences.append(f"{len(frame)} in all: {words}.")
     return sentences
+
+
+def _verb(word, n):
+    """A verdict behind its number: 1 agrees, 2 agree."""
+    return word.removesuffix("s") if n != 1 and word.endswith("agrees") else word
 
 
 def _named(key, path):
@@ -156,9 +168,8 @@ def diagnosis(study):
     verdict = load(folder / "verdict.json")
     if not verdict:
         return None
-    texts = [
-        f"Verdict: {verdict['verdict']}{_causes(verdict)}. {verdict.get('reason', '')}".strip()
-    ]
+    reason = verdict.get("reason", "").strip().rstrip(".")
+    texts = [f"Verdict: {verdict['verdict']}{_causes(verdict)}{': ' if reason else ''}{reason}."]
     texts += [p["sentence"] if isinstance(p, dict) else str(p) for p in verdict.get("patterns", [])]
     following = verdict.get("next_measurement")
     if following:
@@ -220,8 +231,8 @@ def _validation(data, quantity):
 def _difference(data, quantity):
     word = "equivalent" if data["equivalent"] else "not shown to be equivalent"
     return (
-        f"Difference {data['difference']:+.3g}{quantity.unit} (95 % {data['difference_low']:+.3g} to "
-        f"{data['difference_high']:+.3g}); {word} within ±{data['margin']:g}{quantity.unit} "
+        f"Difference {signed(data['difference'])}{quantity.unit} (95 % {signed(data['difference_low'])} to "
+        f"{signed(data['difference_high'])}); {word} within ±{data['margin']:g}{quantity.unit} "
         f"(p = {data['equivalence_p']:.2g}); t test p = {data['t_p']:.2g}."
     )
 

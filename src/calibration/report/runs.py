@@ -21,7 +21,10 @@ STAGES = (
     "drop",
     "drop_confirmation",
     "shear",
+    "scaling",
     "numerics",
+    "export_scan",
+    "export_confirmation",
 )
 
 
@@ -61,8 +64,8 @@ def runs_section(study):
             "seeds": _span(own["seed"]),
             "particles": _span(own["particles"]),
             "steps per run": int(own["steps"].mean()) if own["steps"].notna().all() else "",
-            "time per run [s]": float(own["wall_time_s"].mean()),
-            "together [min]": float(own["wall_time_s"].sum() / 60.0),
+            "time per run [s]": f"{own['wall_time_s'].mean():.3g}",
+            "together [min]": f"{own['wall_time_s'].sum() / 60.0:.2g}",
         }
         for stage, own in runs.groupby("stage", sort=False)
     ]
