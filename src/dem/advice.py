@@ -3,7 +3,7 @@
 import math
 
 from dem.experiments.setup import (
-    largest_radius,
+    largest_reach,
     material_of,
     mean_radius,
     smallest_radius,
@@ -34,7 +34,7 @@ def warnings_of(spec):
     """Sentences, each with the setting to change, about a valid `RunSpec`; an empty list when all is well."""
     found = []
     if spec.experiment == "heap":
-        ratio = 0.5e-3 * spec.geometry.orifice_diameter_mm / largest_radius(spec)
+        ratio = 0.5e-3 * spec.geometry.orifice_diameter_mm / largest_reach(spec)
         if ratio < FREE_FLOW_RATIO:
             found.append(
                 f"geometry.orifice_diameter_mm is {ratio:.1f} of the largest grain; below "

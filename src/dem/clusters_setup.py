@@ -5,37 +5,57 @@ import numpy as np
 from dem.state import Clusters
 
 
-def build_clusters(clusters, particles, n, tags, velocity):
-    """Clusters with one more: the spheres `tags`, whose rows are the last of the n particles.
+def build_clusters(clusters, particles, n, shape, velocity, mass=None, inertia=None):
+    """Clusters with k more of m spheres each, shape (k, m): the last k m of the n particles, body after body.
 
-    The members' rows get the body's mass, so that damping and contact times are those of the body.
+    velocity (k, 3) at the half step [m/s]; mass (k,) [kg], inertia (k, 3, 3) about the centre of mass [kg m2]: of the
+    bodies where the sum over their spheres is not meant. The members' rows get the body's mass, so that damping and
+    contact times are those of the body.
     """
-    rows = np.flatnonzero(np.isin(particles.tag[:n], tags))
-    position = np.array(particles.position[rows, :3])
-    radius = particles.kinetic[rows, 6].astype(float)
-    mass = particles.kinetic[rows, 7].astype(float)
-    centre = mass @ position / mass.sum()
-    arm = position - centre
-    own = 0.4 * mass * radius**2
-    tensor = np.eye(3) * own.sum()
-    tensor += (
-        mass[:, None, None]
-        * ((arm**2).sum(1)[:, None, None] * np.eye(3) - arm[:, :, None] * arm[:, None, :])
-    ).sum(0)
-    moments, axes = np.linalg.eigh(tensor)
-    if np.linalg.det(axes) < 0.0:
-        axes[:, 0] *= -1.0
-    particles.cluster[rows] = len(clusters.mass)
-    particles.kinetic[rows, 7] = mass.sum()
-    particles.inverse[rows, 0] = 1.0 / mass.sum()
+    k, m = shape
+    rows = np.arange(n - k * m, n)
+    position = particles.position[rows, :3].reshape(k, m, 3)
+    radius = particles.kinetic[rows, 6].astype(float).reshape(shape)
+    own = particles.kinetic[rows, 7].astype(float).reshape(shape)
+    centre = np.einsum("km,kmx->kx", own, position) / own.sum(1)[:, None]
+    arm = position - centre[:, None]
+    if mass is None:
+        mass, inertia = _sum_of_spheres(own, radius, arm)
+    moments, axes = np.linalg.eigh(inertia)
+    axes[np.linalg.det(axes) < 0.0, :, 0] *= -1.0
+    body = len(clusters.mass) + np.repeat(np.arange(k), m)
+    particles.cluster[rows] = body
+    particles.kinetic[rows, 7] = np.repeat(mass, m)
+    particles.inverse[rows, 0] = 1.0 / np.repeat(mass, m)
     return Clusters(
-        start=np.append(clusters.start, clusters.start[-1] + len(rows)),
+        start=np.append(clusters.start, clusters.start[-1] + m * np.arange(1, k + 1)),
         member=np.append(clusters.member, particles.tag[rows]),
-        offset=np.vstack([clusters.offset, arm @ axes]),
+        offset=np.vstack([clusters.offset, (arm @ axes).reshape(-1, 3)]),
         position=np.vstack([clusters.position, centre]),
-        rotation=np.concatenate([clusters.rotation, axes[None]]),
+        rotation=np.concatenate([clusters.rotation, axes]),
         velocity=np.vstack([clusters.velocity, velocity]),
-        momentum=np.vstack([clusters.momentum, np.zeros(3)]),
-        mass=np.append(clusters.mass, mass.sum()),
+        momentum=np.vstack([clusters.momentum, np.zeros((k, 3))]),
+        mass=np.append(clusters.mass, mass),
         inertia=np.vstack([clusters.inertia, moments]),
+    )
+
+
+def _sum_of_spheres(mass, radius, arm):
+    """Mass (k,) and inertia (k, 3, 3) of k bodies of m spheres: mass, radius (k, m), arm (k, m, 3) from the centre."""
+    square = (arm**2).sum(2)
+    round_part = (0.4 * mass * radius**2 + mass * square).sum(1)
+    tensor = np.einsum("km,kmx,kmy->kxy", mass, arm, arm)
+    return mass.sum(1), round_part[:, None, None] * np.eye(3) - tensor
+
+
+def drop_clusters(clusters, keep):
+    """Clusters without those where keep (k,) is false."""
+    size = np.diff(clusters.start)
+    held = np.repeat(keep, size)
+    of_member = {"member": clusters.member[held], "offset": clusters.offset[held]}
+    own = ("position", "rotation", "velocity", "momentum", "mass", "inertia")
+    return Clusters(
+        start=np.append(0, np.cumsum(size[keep])),
+        **of_member,
+        **{name: getattr(clusters, name)[keep] for name in own},
     )

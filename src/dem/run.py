@@ -81,6 +81,7 @@ class RunContext:
                 "velocity": sim.velocity,
                 "spin": sim.spin,
                 "tag": sim.tag,
+                "grain": sim.grain,
             },
         )
         self.summary = {

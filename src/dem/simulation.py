@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dem import neighbours as nb
-from dem.clusters_setup import build_clusters
+from dem.clusters_setup import build_clusters, drop_clusters
 from dem.contact.registry import Laws, attraction_reach, pair_properties
 from dem.errors import BlowUpError
 from dem.lanes import WIDTH
@@ -173,26 +173,39 @@ class Simulation:
         self._resize_scratch()
         return tags
 
-    def add_cluster(self, position, radius, *, velocity=(0.0, 0.0, 0.0), material=None):
-        """Add one rigid body of bonded spheres at position (m, 3) [m] with radius (m,) [m]; overlaps count once per
-        sphere.
+    def add_clusters(
+        self, position, radius, *, velocity=0.0, mass=None, inertia=None, material=None
+    ):
+        """Add rigid bodies of bonded spheres.
 
-        The body's mass is the sum of its spheres'. Returns its number.
+        position (k, m, 3) [m]; radius (k, m) or scalar [m]; velocity (k, 3) or scalar [m/s]. Mass and inertia of a
+        body are the sums over its spheres, an overlap counted once per sphere, unless mass (k,) [kg] and inertia
+        (k, 3, 3) about the centre of mass [kg m2] are given. Returns the tags (k, m).
         """
-        tags = self.add_particles(position, radius, velocity=velocity, material=material)
-        self.clusters = build_clusters(
-            self.clusters, self.particles, self.n, tags, np.asarray(velocity, float)
+        position = np.asarray(position, float)
+        k, m = shape = position.shape[:2]
+        velocity = np.broadcast_to(np.asarray(velocity, float), (k, 3))
+        radius = np.broadcast_to(radius, shape)
+        tags = self.add_particles(
+            position.reshape(-1, 3),
+            radius.reshape(-1),
+            velocity=np.repeat(velocity, m, axis=0),
+            material=material,
         )
-        return len(self.clusters.mass) - 1
+        half_step_ago = velocity - 0.5 * self.time_step * self.gravity
+        self.clusters = build_clusters(
+            self.clusters, self.particles, self.n, shape, half_step_ago, mass, inertia
+        )
+        return tags.reshape(shape)
 
     def remove(self, tags):
-        """Take particles out of the simulation; members of clusters cannot be removed."""
+        """Take grains out of the simulation, a cluster whole with any of its members; returns their number."""
         gone = np.isin(self.particles.tag[: self.n], tags)
         if not gone.any():
-            return
-        assert not (self.particles.cluster[: self.n][gone] >= 0).any(), (
-            "cannot remove a cluster's member"
-        )
+            return 0
+        number = int(gone.sum())
+        if len(self.clusters.mass):
+            number = self._remove_clusters(gone)
         keep = np.flatnonzero(~gone)
         new = new_particles(len(keep), self.precision)
         for a, b in zip(self.particles, new, strict=True):
@@ -202,6 +215,19 @@ class Simulation:
         self._drop_contacts(new_row)
         self.particles, self.n = new, len(keep)
         self._resize_scratch()
+        return number
+
+    def _remove_clusters(self, gone):
+        """Drop the clusters of the rows in gone (n,), which then holds all of their rows; returns the number of grains
+        gone, loose and bonded."""
+        cluster = self.particles.cluster[: self.n]
+        bonded = cluster >= 0
+        keep = np.ones(len(self.clusters.mass), bool)
+        keep[cluster[gone & bonded]] = False
+        gone[bonded] = ~keep[cluster[bonded]]
+        self.clusters = drop_clusters(self.clusters, keep)
+        cluster[bonded] = (np.cumsum(keep) - 1)[cluster[bonded]]
+        return int((gone & ~bonded).sum() + (~keep).sum())
 
     def _drop_contacts(self, new_row):
         """Renumber the lists' rows and forget the history of contacts whose particle is gone."""
@@ -409,16 +435,36 @@ class Simulation:
 
     @property
     def mass(self):
-        """(n,) [kg]."""
-        return self._by_tag(self.particles.kinetic)[:, 7]
+        """(n,) [kg]; the members of a cluster share its mass as their volumes."""
+        mass = self._by_tag(self.particles.kinetic)[:, 7]
+        if len(self.clusters.mass):
+            _, grain = np.unique(self.grain, return_inverse=True)
+            volume = self.radius**3
+            mass *= volume / np.bincount(grain, volume)[grain]
+        return mass
+
+    @property
+    def grain(self):
+        """(n,) number of the grain that each sphere is part of: the lowest tag among those bonded together."""
+        rows = np.argsort(self.particles.tag[: self.n])
+        tag, cluster = self.particles.tag[rows], self.particles.cluster[rows]
+        first = np.append(self.clusters.member[self.clusters.start[:-1]], -1)
+        return np.where(cluster < 0, tag, first[cluster])
+
+    @property
+    def grain_count(self):
+        """Number of grains, a cluster counted once."""
+        return self.n - len(self.clusters.member) + len(self.clusters.mass)
 
     def kinetic_energy(self):
-        """Energy of motion and spin of all particles [J]."""
-        k = self.particles.kinetic[: self.n].astype(float)
+        """Energy of motion and spin of all loose particles and clusters [J]."""
+        k, c = self.particles.kinetic[: self.n].astype(float), self.clusters
+        k = k[self.particles.cluster[: self.n] < 0]
         inertia = 0.4 * k[:, 7] * k[:, 6] ** 2
-        return 0.5 * float(
-            (k[:, 7] * (k[:, :3] ** 2).sum(1) + inertia * (k[:, 3:6] ** 2).sum(1)).sum()
-        )
+        loose = (k[:, 7] * (k[:, :3] ** 2).sum(1) + inertia * (k[:, 3:6] ** 2).sum(1)).sum()
+        turning = np.einsum("kji,kj->ki", c.rotation, c.momentum)
+        bonded = (c.mass * (c.velocity**2).sum(1)).sum() + (turning**2 / c.inertia).sum()
+        return 0.5 * float(loose + bonded)
 
     def contacts(self):
         """Sphere contacts that transmit force: (m, 2) tags and (m, 3) tangential spring force on the first [N]."""

@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 from pydantic_core import PydanticCustomError
 
+from dem.dumbbell import MAX_ELONGATION, sphere_radius
 from dem.errors import SpecError
 from dem.io.mapping import line_of, read_mapping
 from dem.timescales import rayleigh_time
@@ -20,6 +21,7 @@ from dem.timescales import rayleigh_time
 MAX_SIZE_RATIO = 10.0
 MIN_ORIFICE_RATIO = 3.0  # orifice over largest grain; below it any funnel clogs
 MAX_RAYLEIGH_FRACTION = 0.8
+ELONGATED = ("heap", "shear")  # experiments that can be run with elongated grains
 
 
 class _Part(BaseModel):
@@ -164,6 +166,12 @@ class Particles(_Part):
     diameter_mm: float = _field(2.0, "diameter of mono-sized grains", gt=0)
     sizes: Sizes | None = _field(None, "size distribution in place of one diameter")
     scale_factor: float = _field(1.0, "multiplies all diameters", gt=0)
+    elongation: float = _field(
+        1.0,
+        "length over width; above 1 a grain is two bonded spheres with the volume of one of its diameter",
+        ge=1,
+        le=MAX_ELONGATION,
+    )
 
 
 class HeapGeometry(_Part):
@@ -297,6 +305,7 @@ def parse_spec(data, file=None):
         raise _first_error(error, file, RunSpec, None) from None
     _check_laws(spec, file)
     _check_sizes(spec, file)
+    _check_shape(spec, file)
     _check_time_step(spec, file)
     _GEOMETRY_CHECKS[kind](spec, file)
     return spec
@@ -384,10 +393,23 @@ def _check_sizes(spec, file):
         raise SpecError("particles.sizes.diameters_mm", s.diameters_mm, allowed, file)
 
 
+def _check_shape(spec, file):
+    elongation = spec.particles.elongation
+    if elongation != 1.0 and spec.experiment not in ELONGATED:
+        allowed = f"1 in this experiment; elongated grains are for {' and '.join(ELONGATED)}"
+        raise SpecError("particles.elongation", elongation, allowed, file)
+
+
 def _diameters(spec):
+    """Diameters [mm] of the spheres that grains are made of."""
     p = spec.particles
     sizes = [p.diameter_mm] if p.sizes is None else p.sizes.diameters_mm
-    return [p.scale_factor * d for d in sizes]
+    return [sphere_radius(p.scale_factor * d, p.elongation) for d in sizes]
+
+
+def _longest(spec):
+    """Length [mm] of the largest grain."""
+    return spec.particles.elongation * max(_diameters(spec))
 
 
 def _check_time_step(spec, file):
@@ -406,7 +428,7 @@ def _check_time_step(spec, file):
 
 
 def _check_funnel(spec, file):
-    g, largest = spec.geometry, max(_diameters(spec))
+    g, largest = spec.geometry, _longest(spec)
     if g.orifice_diameter_mm < MIN_ORIFICE_RATIO * largest:
         allowed = f"at least {MIN_ORIFICE_RATIO:g} times the largest grain ({largest:g} mm)"
         raise SpecError("geometry.orifice_diameter_mm", g.orifice_diameter_mm, allowed, file)
@@ -424,7 +446,7 @@ def _check_funnel(spec, file):
 
 def _check_plate(spec, file):
     """The bonded cluster must lie on the tilting plate however it is turned."""
-    g, largest = spec.geometry, max(_diameters(spec))
+    g, largest = spec.geometry, _longest(spec)
     half_distance = 0.5 * largest if g.spacing_mm is None else g.spacing_mm
     needed = 2.0 * math.sqrt(2.0) * half_distance + largest
     for key in ("plate_length_mm", "plate_width_mm"):
@@ -434,7 +456,7 @@ def _check_plate(spec, file):
 
 
 def _check_ring(spec, file):
-    g, largest = spec.geometry, max(_diameters(spec))
+    g, largest = spec.geometry, _longest(spec)
     needed = g.inner_diameter_mm + 4.0 * largest
     if g.outer_diameter_mm < needed:
         allowed = f"at least {needed:g}: a gap of two of the largest grain ({largest:g} mm)"

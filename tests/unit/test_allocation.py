@@ -18,7 +18,10 @@ def resting(cluster):
         walls=WallSet().body("plate", material="salt").plane((0, 0, 0), (0, 0, 1)),
     )
     corners = 1e-3 * np.array([[0, 0, 1], [2, 0, 1], [0, 2, 1], [2, 2, 1]])
-    (sim.add_cluster if cluster else sim.add_particles)(corners, 1e-3)
+    if cluster:
+        sim.add_clusters([corners], 1e-3)
+    else:
+        sim.add_particles(corners, 1e-3)
     sim.add_particles([[1e-3, 1e-3, 2.4142e-3]], 1e-3)
     sim.advance(20000)
     return sim

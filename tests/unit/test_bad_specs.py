@@ -91,6 +91,20 @@ CASES = [
         "geometry.orifice_diameter_mm",
         "largest grain (8 mm)",
     ),
+    ({"particles": {"elongation": 0.5}}, "particles.elongation", "greater than or equal to 1"),
+    ({"particles": {"elongation": 2.1}}, "particles.elongation", "less than or equal to 2"),
+    ({"particles": {"shape": "rod"}}, "particles.shape", "elongation"),
+    (
+        {"experiment": "tilt", "particles": {"elongation": 1.5}},
+        "particles.elongation",
+        "1 in this experiment; elongated grains are for heap and shear",
+    ),
+    # two spheres of 4.4 mm / 2^(1/3) in a row
+    (
+        {"particles": {"diameter_mm": 4.4, "elongation": 2.0}},
+        "geometry.orifice_diameter_mm",
+        "3 times the largest grain (6.98456 mm)",
+    ),
     (
         {"particles": {"sizes": {**SIZES, "fractions": [0.5, 0.4]}}},
         "particles.sizes.fractions",

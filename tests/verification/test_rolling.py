@@ -137,7 +137,7 @@ def test_sliding_threshold_of_a_body_that_cannot_roll(record, mu):
         sim = make(ContactParameters(0.5, mu), walls=floor(), dt=DT)
         sim.gravity[:] = (0.0, 0.0, -GRAVITY)
         corner = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * R
-        sim.add_cluster(np.column_stack([corner, np.full(4, R)]), np.full(4, R))
+        sim.add_clusters([np.column_stack([corner, np.full(4, R)])], R)
         sim.advance(2000)
         # turned slowly, so that the tangential springs take up the load without a jerk
         for k in range(100):

@@ -11,9 +11,10 @@ import numpy as np
 from dem.errors import MeasureError
 from dem.experiments.setup import (
     WALL,
+    add_grains,
     build_simulation,
     draw_radii,
-    largest_radius,
+    largest_reach,
     rest_energy,
 )
 from dem.io.stl import read_stl
@@ -22,7 +23,9 @@ from dem.walls.builder import WallSet
 
 MOUTH_ABOVE_RIM = 0.010  # where grains are made, above the funnel's rim [m]
 LOST_BELOW = 0.030  # grains this far below the plate have spilled [m]
-JITTER = 0.09  # of the radius: grains are made on a lattice of 2.2 radii, moved at random
+JITTER = (
+    0.09  # of half a grain's length: grains are made on a lattice of 2.2 of these, moved at random
+)
 
 
 class Rig:
@@ -62,11 +65,12 @@ class Source:
     """Makes grains layer by layer in the mouth of the funnel."""
 
     def __init__(self, spec, rig, rng):
+        self.spec = spec
         self.radii = draw_radii(spec, spec.particles.count, rng)
         self.made = 0
         self.rng = rng
         self.speed = spec.geometry.injection_speed_m_s
-        r = largest_radius(spec)
+        r = largest_reach(spec)
         self.pitch = 2.2 * r
         line = np.arange(-rig.mouth_radius + 1.1 * r, rig.mouth_radius - r, self.pitch)
         x, y = np.meshgrid(line, line, indexing="ij")
@@ -94,7 +98,8 @@ class Source:
         shift = self.rng.uniform(-self.jitter, self.jitter, (count, 3))
         position = np.column_stack([site, np.full(count, self.height)]) + shift
         velocity = np.tile([0.0, 0.0, -self.speed], (count, 1))
-        sim.add_particles(position, self.radii[self.made : self.made + count], velocity=velocity)
+        radii = self.radii[self.made : self.made + count]
+        add_grains(sim, self.spec, position, radii, velocity, self.rng)
         self.made += count
         return True
 
@@ -102,9 +107,12 @@ class Source:
 def remove_spilled(sim):
     """Take out grains that have fallen past the plate; returns their number."""
     position = sim.particles.position[: sim.n]
-    lost = sim.particles.tag[: sim.n][position[:, 2] < -LOST_BELOW]
-    sim.remove(lost)
-    return len(lost)
+    return sim.remove(sim.particles.tag[: sim.n][position[:, 2] < -LOST_BELOW])
+
+
+def grains_above(sim, height):
+    """Number of grains of which a sphere's centre is above `height` [m]."""
+    return len(np.unique(sim.grain[sim.position[:, 2] > height]))
 
 
 def pour(spec, context):
@@ -130,7 +138,9 @@ def pour(spec, context):
         spilled += remove_spilled(sim)
         if source.exhausted and rest_energy(sim) < spec.numerics.rest_energy_ratio:
             break
-        context.progress(min(sim.time / expected, 0.99), f"{sim.time:.2f} s, {sim.n} grains")
+        context.progress(
+            min(sim.time / expected, 0.99), f"{sim.time:.2f} s, {sim.grain_count} grains"
+        )
         context.frame(sim)
         context.checkpoint(
             lambda lost=spilled: (
@@ -139,7 +149,7 @@ def pour(spec, context):
             )
         )
     if not source.exhausted:
-        stuck = int((sim.position[:, 2] > rig.orifice_height).sum())
+        stuck = grains_above(sim, rig.orifice_height)
         raise MeasureError(
             f"the funnel is clogged: after {sim.time:.1f} s {len(source.radii) - source.made} grains could not "
             f"be made and {stuck} stand in it; widen geometry.orifice_diameter_mm or make the grains smaller"
@@ -151,11 +161,10 @@ def run(spec, context):
     """Pour the heap described by `spec` and measure it; returns the metrics of docs/architecture.md."""
     sim, rig, spilled = pour(spec, context)
     context.finish(sim)
-    metrics = measure_heap(sim.position, sim.radius, sim.velocity, rig.plate_radius)
-    in_funnel = int((sim.position[:, 2] > rig.orifice_height - 2e-3).sum())
+    metrics = measure_heap(sim.position, sim.radius, sim.velocity, rig.plate_radius, sim.grain)
     return metrics | {
         "spilled": spilled,
-        "in_funnel": in_funnel,
+        "in_funnel": grains_above(sim, rig.orifice_height - 2e-3),
         "rest_time_s": sim.time,
         "rest_energy_ratio": rest_energy(sim),
     }

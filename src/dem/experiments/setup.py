@@ -6,6 +6,7 @@ import numpy as np
 
 from dem.contact.damping.plastic import yield_pressure
 from dem.contact.registry import ContactParameters, Laws, Material, pair_properties
+from dem.dumbbell import moments, sphere_radius
 from dem.simulation import Air, Simulation, SkinPolicy
 from dem.timescales import rayleigh_time
 
@@ -54,17 +55,44 @@ def draw_radii(spec, count, rng):
 
 
 def smallest_radius(spec):
-    """Radius [m] of the smallest grain."""
+    """Radius [m] of the smallest sphere that a grain is or is made of."""
     p = spec.particles
     d = p.diameter_mm if p.sizes is None else min(p.sizes.diameters_mm)
-    return 0.5e-3 * d * p.scale_factor
+    return sphere_radius(0.5e-3 * d * p.scale_factor, p.elongation)
 
 
-def largest_radius(spec):
-    """Radius [m] of the largest grain."""
+def largest_reach(spec):
+    """Half the length [m] of the largest grain, its radius where grains are spheres."""
     p = spec.particles
     d = p.diameter_mm if p.sizes is None else max(p.sizes.diameters_mm)
-    return 0.5e-3 * d * p.scale_factor
+    return p.elongation * sphere_radius(0.5e-3 * d * p.scale_factor, p.elongation)
+
+
+def add_grains(sim, spec, position, radius, velocity, rng):
+    """Add grains with the volume of spheres of `radius` (k,) [m]: these, or bonded pairs turned at random.
+
+    position (k, 3) of the centres [m], velocity (k, 3) [m/s].
+    """
+    elongation = spec.particles.elongation
+    if elongation == 1.0:
+        sim.add_particles(position, radius, velocity=velocity)
+        return
+    density = spec.materials.particle.density_kg_m3
+    mass = 4.0 / 3.0 * math.pi * radius**3 * density
+    a = sphere_radius(radius, elongation)
+    axis = rng.normal(size=(len(a), 3))
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    about, across = moments(a, elongation, density)
+    along = axis[:, :, None] * axis[:, None, :]
+    inertia = about[:, None, None] * along + across[:, None, None] * (np.eye(3) - along)
+    half = ((elongation - 1.0) * a)[:, None] * axis
+    sim.add_clusters(
+        np.stack([position - half, position + half], axis=1),
+        np.stack([a, a], axis=1),
+        velocity=velocity,
+        mass=mass,
+        inertia=inertia,
+    )
 
 
 def time_step_of(spec):

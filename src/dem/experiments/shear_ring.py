@@ -11,7 +11,14 @@ import math
 
 import numpy as np
 
-from dem.experiments.setup import WALL, build_simulation, draw_radii, largest_radius, rest_energy
+from dem.experiments.setup import (
+    WALL,
+    add_grains,
+    build_simulation,
+    draw_radii,
+    largest_reach,
+    rest_energy,
+)
 from dem.walls.builder import WallSet
 
 GRAVITY = 9.81
@@ -62,8 +69,8 @@ class _Ring:
         )  # of the area about the axis [m3]
         self.rate = 1e-3 * g.shear_speed_mm_s / (0.5 * (self.inner + self.outer))
         radii = draw_radii(spec, spec.particles.count, rng)
-        self.sim = build_simulation(spec, self._walls(largest_radius(spec)))
-        top = self._fill(radii, largest_radius(spec), rng)
+        self.sim = build_simulation(spec, self._walls(largest_reach(spec)))
+        top = self._fill(spec, radii, largest_reach(spec), rng)
         lid, walls = self.sim.walls.index("lid"), self.sim.wall_state
         walls.origin[lid, 2] = top
         walls.mass[lid] = float(self.sim.mass.sum())
@@ -89,7 +96,7 @@ class _Ring:
             centre = middle * out + (0.0, 0.0, 0.5 * (low + high))
             walls.rectangle(centre, 0.999 * half * out, (0.0, 0.0, 0.5 * (high - low)))
 
-    def _fill(self, radii, r, rng):
+    def _fill(self, spec, radii, r, rng):
         """Rings of grains, layer on layer, above the floor's vanes; returns the height of the lid [m]."""
         pitch = 2.1 * r
         site = []
@@ -101,7 +108,7 @@ class _Ring:
         layer, place = np.divmod(np.arange(len(radii)), len(site))
         z = 3.1 * r + pitch * layer
         velocity = rng.uniform(-SHAKE, SHAKE, (len(radii), 3))
-        self.sim.add_particles(np.column_stack([site[place], z]), radii, velocity=velocity)
+        add_grains(self.sim, spec, np.column_stack([site[place], z]), radii, velocity, rng)
         return z.max() + 4.0 * r
 
     def load(self, stress_kPa):

@@ -49,7 +49,7 @@ def _slide(spec, rng, context):
     walls.rectangle((0, 0, 0), (width, 0, 0), (0, depth, 0))
     sim = build_simulation(spec, walls)
     centres = _cluster(radius, 2e-3 * g.spacing_mm if g.spacing_mm else 2.0 * radius, rng)
-    sim.add_cluster(centres + (0.0, 0.0, 1e-3 * radius), np.full(4, radius))
+    sim.add_clusters([centres + (0.0, 0.0, 1e-3 * radius)], radius)
     sim.advance(round(SETTLE / sim.time_step))
     rate = math.radians(g.tilt_rate_deg_s)
     sim.move_wall("plate", spin=(0.0, rate, 0.0))

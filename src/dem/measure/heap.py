@@ -16,12 +16,14 @@ SECTORS = 12
 LOWER, UPPER = 0.2, 0.8
 FLYING = 0.15  # grains faster than this [m/s] are not part of the heap
 MIN_POINTS = 4
-MIN_HEIGHT = 1.5  # mean diameters: less is a layer, not a heap
+MIN_HEIGHT = 1.5  # mean diameters of the spheres: less is a layer, not a heap
 
 
-def measure_heap(position, radius, velocity, plate_radius):
+def measure_heap(position, radius, velocity, plate_radius, grain=None):
     """Metrics of a heap; position, velocity (n, 3) [m], [m/s], radius (n,) [m], plate_radius [m].
 
+    grain (n,): which grain each sphere is part of; each is one unless given. Angles and height are those of the
+    surface of the spheres.
     Raises MeasureError when no heap stands on the plate.
     """
     position, radius, velocity = (np.asarray(a, float) for a in (position, radius, velocity))
@@ -30,8 +32,9 @@ def measure_heap(position, radius, velocity, plate_radius):
     on_plate &= position[:, 2] > 0.0
     on_plate &= _supported(position, radius, on_plate)
     p, r = position[on_plate], radius[on_plate]
-    if len(p) < 20:
-        raise MeasureError(f"no heap: {len(p)} grains lie on the plate")
+    count = len(p) if grain is None else len(np.unique(grain[on_plate]))
+    if count < 20:
+        raise MeasureError(f"no heap: {count} grains lie on the plate")
     height = float((p[:, 2] + r).max())
     if height < MIN_HEIGHT * 2.0 * float(np.mean(r)):
         raise MeasureError(f"no heap: the grains on the plate stand {1e3 * height:.2f} mm high")
@@ -43,7 +46,7 @@ def measure_heap(position, radius, velocity, plate_radius):
         "radial_angle_deg": radial_angle(p, r, plate_radius),
         "radial_angle_sd_deg": float(np.std(radial, ddof=1)),
         "height_mm": 1e3 * height,
-        "on_plate": int(on_plate.sum()),
+        "on_plate": count,
     }
 
 

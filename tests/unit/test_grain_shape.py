@@ -1,0 +1,272 @@
+"""Grains of two bonded spheres: their mass and inertia, their motion, and what becomes of them in a heap."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from dem.contact.registry import ContactParameters, Material
+from dem.dumbbell import moments, sphere_radius
+from dem.errors import MeasureError
+from dem.experiments.setup import add_grains, build_simulation
+from dem.run import RunContext
+from dem.run import run as run_spec
+from dem.simulation import Simulation
+from dem.spec import parse_spec
+from dem.walls.builder import WallSet
+
+DENSITY = 1500.0
+ELONGATIONS = [1.0, 1.05, 1.3, 1.7, 2.0]
+
+
+def slices(a, elongation, weight):
+    """Integral of weight(z, squared radius) over the slices of two spheres of radius a, centres on the z axis [m]."""
+    h = (elongation - 1.0) * a
+
+    def slice_at(z):
+        return weight(z, max(a * a - (z - h) ** 2, a * a - (z + h) ** 2))
+
+    return 2.0 * quad(slice_at, 0.0, h + a, epsabs=0.0, epsrel=1e-11)[0]
+
+
+@pytest.mark.parametrize("elongation", ELONGATIONS)
+def test_a_grain_keeps_the_volume_of_the_sphere(elongation):
+    a = sphere_radius(1e-3, elongation)
+    volume = slices(a, elongation, lambda z, squared: math.pi * squared)
+    assert volume == pytest.approx(4.0 / 3.0 * math.pi * 1e-9, rel=1e-9)
+
+
+@pytest.mark.parametrize("elongation", ELONGATIONS)
+def test_moments_of_inertia_are_those_of_the_slices(elongation):
+    a = 0.7e-3
+    about = slices(a, elongation, lambda z, s: 0.5 * math.pi * DENSITY * s * s)
+    across = slices(a, elongation, lambda z, s: math.pi * DENSITY * s * (0.25 * s + z * z))
+    assert moments(a, elongation, DENSITY) == pytest.approx((about, across), rel=1e-9)
+
+
+def test_moments_at_the_ends_are_those_of_one_sphere_and_of_two():
+    mass = 4.0 / 3.0 * math.pi * DENSITY
+    assert moments(1.0, 1.0, DENSITY) == pytest.approx((0.4 * mass, 0.4 * mass))
+    assert moments(1.0, 2.0, DENSITY) == pytest.approx((0.8 * mass, 2.8 * mass))
+
+
+def elongated(elongation, **more):
+    """Simulation of a heap's materials, double precision, weightless, and its spec."""
+    spec = parse_spec(
+        {
+            "experiment": "heap",
+            "particles": {"diameter_mm": 2.0, "elongation": elongation},
+            "numerics": {"precision": "double"},
+        }
+        | more
+    )
+    return build_simulation(spec, WallSet(), gravity=(0.0, 0.0, 0.0)), spec
+
+
+def test_a_grain_in_the_engine_has_mass_and_inertia_of_the_body():
+    sim, spec = elongated(1.6)
+    add_grains(sim, spec, np.zeros((1, 3)), np.array([1e-3]), 0.0, np.random.default_rng(1))
+    density = spec.materials.particle.density_kg_m3
+    about, across = moments(sphere_radius(1e-3, 1.6), 1.6, density)
+    mass = 4.0 / 3.0 * math.pi * 1e-9 * density
+    assert sim.mass.sum() == pytest.approx(mass, rel=1e-12)
+    assert sim.clusters.mass[0] == pytest.approx(mass, rel=1e-12)
+    assert sim.clusters.inertia[0] == pytest.approx([about, across, across], rel=1e-9)
+    axis = np.diff(sim.position, axis=0)[0]
+    assert np.linalg.norm(axis) == pytest.approx(1.2 * sim.radius[0], rel=1e-6)
+    own = sim.clusters.rotation[0, :, 0]
+    assert abs(own @ axis) == pytest.approx(np.linalg.norm(axis), rel=1e-9)
+    assert (sim.grain_count, list(sim.grain)) == (1, [0, 0])
+
+
+def test_touching_spheres_have_the_sum_of_their_inertias():
+    steel = Material(7800.0, 8e10, 0.3)
+    sim = Simulation(
+        {"steel": steel}, {("steel", "steel"): ContactParameters(0.5, 0.5)}, time_step=1e-7
+    )
+    position = [[[0.0, 0.0, 0.0], [0.0, 2e-3, 0.0]]]
+    assert sim.add_clusters(position, 1e-3).shape == (1, 2)
+    about, across = moments(1e-3, 2.0, 7800.0)
+    assert sim.clusters.inertia[0] == pytest.approx([about, across, across], rel=1e-6)
+
+
+def test_a_free_grain_precesses_as_a_symmetric_top():
+    """Its axis turns about the angular momentum at L / I_across."""
+    sim, spec = elongated(1.6)
+    add_grains(sim, spec, np.zeros((1, 3)), np.array([1e-3]), 0.0, np.random.default_rng(1))
+    body = sim.clusters
+    momentum = body.inertia[0, 1] * np.array([0.0, 0.0, 300.0])
+    body.momentum[0] = momentum
+    axis, energy = body.rotation[0, :, 0].copy(), sim.kinetic_energy()
+    sim.advance(2000)
+    turned = body.rotation[0, :, 0]
+    angle = 300.0 * sim.time
+    c, s = math.cos(angle), math.sin(angle)
+    expected = [c * axis[0] - s * axis[1], s * axis[0] + c * axis[1], axis[2]]
+    assert turned == pytest.approx(expected, abs=1e-4)
+    assert body.momentum[0] == pytest.approx(momentum, abs=0.0)
+    assert sim.kinetic_energy() == pytest.approx(energy, rel=1e-6)
+
+
+def collision(e, mu, laws, angle, rayleigh_fraction=0.4):
+    """Two elongated grains fly at each other off centre; momentum, angular momentum, energy before and after."""
+    sim, spec = elongated(
+        1.6,
+        contacts={
+            "particle_particle": {"restitution": e, "static_friction": mu, "rolling_friction": 0.1}
+        },
+        laws=laws,
+        numerics={"precision": "double", "rayleigh_fraction": rayleigh_fraction},
+    )
+    position = np.array(
+        [[0.0, 0.0, 0.0], [3e-3, 0.6e-3 * math.cos(angle), 0.6e-3 * math.sin(angle)]]
+    )
+    velocity = np.array([[0.4, 0.0, 0.0], [-0.4, 0.0, 0.0]])
+    rng = np.random.default_rng([1, int(10 * angle)])
+    add_grains(sim, spec, position, np.full(2, 1e-3), velocity, rng)
+
+    def state():
+        c = sim.clusters
+        linear = c.mass[:, None] * c.velocity
+        return (
+            linear.sum(0),
+            (np.cross(c.position, linear) + c.momentum).sum(0),
+            sim.kinetic_energy(),
+        )
+
+    before = state()
+    sim.advance(int(6e-3 / sim.time_step))
+    assert np.abs(sim.clusters.velocity[0] - velocity[0]).max() > 0.01, (
+        "they have missed each other"
+    )
+    assert not len(sim.contacts()[0]), "they have not parted"
+    return before, state(), sim
+
+
+@pytest.mark.parametrize("rolling", ["none", "constant_torque_relative", "elastic_plastic"])
+@pytest.mark.parametrize("angle", [0.3, 1.9, 4.1])
+def test_two_free_grains_keep_momentum_and_create_no_energy(rolling, angle):
+    before, after, sim = collision(0.6, 0.5, {"rolling": rolling}, angle)
+    size = sim.clusters.mass[0] * 0.4
+    assert np.abs(after[0] - before[0]).max() < 1e-12 * size
+    assert np.abs(after[1] - before[1]).max() < 1e-9 * size * 1e-3
+    assert after[2] < before[2]
+
+
+def test_without_dissipation_the_error_in_energy_falls_as_the_square_of_the_time_step():
+    def error(rayleigh_fraction):
+        lost = []
+        for angle in (0.3, 1.9, 4.1):
+            before, after, _ = collision(1.0, 0.0, {"rolling": "none"}, angle, rayleigh_fraction)
+            lost.append(abs(after[2] / before[2] - 1.0))
+        return max(lost)
+
+    coarse, fine = error(0.1), error(0.025)
+    assert fine < 1e-5
+    assert fine < coarse / 8.0  # sixteenth, but for where in a step the grains meet
+
+
+def cloud(precision="mixed"):
+    """Eight elongated grains and three spheres that fly at each other."""
+    spec = parse_spec(
+        {
+            "experiment": "heap",
+            "particles": {"diameter_mm": 2.0, "elongation": 1.5},
+            "numerics": {"precision": precision},
+        }
+    )
+    sim, rng = build_simulation(spec, WallSet(), gravity=(0.0, 0.0, 0.0)), np.random.default_rng(4)
+    x = 2.8e-3 * np.array([(i, j, k) for i in range(2) for j in range(2) for k in range(3)])[:11]
+    v = -40.0 * (x - x.mean(0)) + rng.normal(0, 0.02, x.shape)
+    add_grains(sim, spec, x[:8], np.full(8, 1e-3), v[:8], rng)
+    sim.add_particles(x[8:], 1e-3, velocity=v[8:])
+    return sim
+
+
+def test_a_grain_is_removed_whole_and_the_others_go_on():
+    sim = cloud()
+    sim.advance(100)
+    gone, last, loose = sim.grain[4], sim.grain[15], sim.grain[18]
+    # the second sphere of one grain, both of another, and a loose one
+    tags = [gone + 1, last, last + 1, loose]
+    stay = ~np.isin(sim.grain, [gone, last, loose])
+    position, velocity, grain = sim.position[stay], sim.velocity[stay], sim.grain[stay]
+    assert sim.remove(tags) == 3
+    assert sim.grain_count == 8
+    assert len(sim.clusters.mass) == 6
+    assert np.array_equal(sim.position, position)
+    assert np.array_equal(sim.grain, grain)
+    sim.advance(1)
+    assert sim.position == pytest.approx(position + velocity * sim.time_step, abs=1e-6)
+    for first in range(0, 12, 2):
+        pair = sim.position[first : first + 2]
+        assert np.linalg.norm(pair[1] - pair[0]) == pytest.approx(sim.radius[first], rel=1e-6)
+    assert sim.remove([gone]) == 0
+
+
+@pytest.mark.parametrize("precision", ["mixed", "double"])
+def test_a_restored_state_has_the_same_future(precision):
+    whole = cloud(precision)
+    whole.advance(600)
+    first, second = cloud(precision), cloud(precision)
+    first.advance(250)
+    second.restore({k: np.array(v) for k, v in first.state_dict().items()})
+    second.advance(350)
+    assert np.array_equal(whole.position, second.position)
+    assert np.array_equal(whole.spin, second.spin)
+
+
+class _Stop(Exception):
+    pass
+
+
+def heap_of(elongation, rolling="constant_torque", **more):
+    """Run spec of a heap of 700 soft grains of 4 mm."""
+    friction = {"restitution": 0.3, "static_friction": 0.5, "rolling_friction": 0.2}
+    return parse_spec(
+        {
+            "experiment": "heap",
+            "materials": {"particle": {"shear_modulus_Pa": 1e6}},
+            "contacts": {"particle_particle": friction, "particle_wall": friction},
+            "laws": {"rolling": rolling},
+            "particles": {"count": 700, "diameter_mm": 4.0, "elongation": elongation},
+            "geometry": {"orifice_diameter_mm": 30, "generation_rate_per_s": 1400},
+            "numerics": {"max_time_s": 3.0},
+        }
+        | more
+    )
+
+
+def test_elongated_grains_stand_in_a_heap_where_spheres_roll_away(tmp_path):
+    """Nothing but their shape holds them: the contacts do not resist rolling."""
+    with pytest.raises(MeasureError, match="no heap"):
+        run_spec(heap_of(1.0, rolling="none"), tmp_path / "spheres")
+    metrics = run_spec(heap_of(2.0, rolling="none"), tmp_path / "elongated")["metrics"]
+    assert metrics["angle_of_repose_deg"] > 15.0
+    assert metrics["height_mm"] > 3 * 4.0
+
+
+def test_a_heap_of_elongated_grains_stopped_and_resumed_ends_as_it_would_have(tmp_path):
+    spec = heap_of(1.6, output={"checkpoint_interval_s": 1e-9, "frame_interval_s": 0.2})
+    whole = run_spec(spec, tmp_path / "whole")["metrics"]
+
+    def stop_late(fraction, text):
+        if fraction > 0.7:
+            raise _Stop
+
+    with pytest.raises(_Stop):
+        run_spec(spec, tmp_path / "broken", progress=stop_late)
+    meta = RunContext(spec, tmp_path / "broken").resume()[1]
+    assert 0 < meta["spilled"] < whole["spilled"]
+    assert run_spec(spec, tmp_path / "broken")["metrics"] == whole
+    assert whole["on_plate"] + whole["spilled"] + whole["in_funnel"] == 700
+    with (
+        np.load(tmp_path / "whole" / "final.npz") as a,
+        np.load(tmp_path / "broken" / "final.npz") as b,
+    ):
+        for name in a.files:
+            np.testing.assert_array_equal(a[name], b[name], err_msg=name)
+        grain, count = np.unique(a["grain"], return_counts=True)
+        assert set(count) == {2}
+        assert len(grain) == 700 - whole["spilled"]
