@@ -70,18 +70,17 @@ def _read_plan(path, _changed):
 
 
 def planned_spec(study, name):
-    """Spec of a run as the earliest stage of a study's folder planned it; None where none did.
+    """Spec of a run that a stage of a study's folder planned, its keys sorted; None where none did.
 
     Stages that share a run can have its keys in different orders. The order does not name the run, but snakemake takes
-    another one for a change, and would make the run again when a later stage's plan came first.
+    another one for a change.
     """
-    order = {stage: n for n, stage in enumerate(STAGES)}
-    plans = Path(study).glob("*/plan.json")
-    for path in sorted(plans, key=lambda p: (order.get(p.parent.name, len(order)), p)):
-        specs = read_plan(path)
-        if name in specs:
-            return specs[name]
-    return None
+    plans = (read_plan(path) for path in Path(study).glob("*/plan.json"))
+    return next((_sorted(specs[name]) for specs in plans if name in specs), None)
+
+
+def _sorted(data):
+    return {k: _sorted(data[k]) for k in sorted(data)} if isinstance(data, dict) else data
 
 
 def result_path(name):
