@@ -225,7 +225,21 @@ def _validation(data, quantity):
         for metric, found in data.get("further", {}).items()
         if "difference" in found
     ]
-    return [_difference(data, quantity), *further]
+    return [_difference(data, quantity), *_groups(data), *further]
+
+
+def _groups(data):
+    """Whether the values of all groups may count as independent; nothing where it could not be tested."""
+    if data.get("groups_p") is None:
+        return []
+    test = f"(F test between groups, p = {data['groups_p']:.2g})"
+    if data["groups_differ"]:
+        return [
+            f"The groups differ {test}: their values are not independent, the interval is too narrow."
+        ]
+    return [
+        f"The groups do not differ {test}, so that all {data['simulated_n']} values count as independent."
+    ]
 
 
 def _difference(data, quantity):

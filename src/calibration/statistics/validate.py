@@ -10,7 +10,10 @@ from calibration.errors import CalibrationError
 
 @dataclass(frozen=True)
 class Comparison:
-    """Simulated against measured; angles or any other unit."""
+    """Simulated against measured; angles or any other unit.
+
+    groups_p, groups_differ: whether the groups of simulated values differ; None for one group or one value a group.
+    """
 
     simulated_mean: float
     simulated_sd: float
@@ -31,6 +34,8 @@ class Comparison:
     equivalence_high: float
     between_groups_sd: float
     within_groups_sd: float
+    groups_p: float | None
+    groups_differ: bool | None
 
     def as_dict(self):
         """Plain mapping for JSON."""
@@ -39,6 +44,10 @@ class Comparison:
 
 def compare(simulated, measured, margin, alpha=0.05):
     """Compare simulated (groups, replicates) with measured (n,) values.
+
+    All simulated values count as independent. Runs that differ in their seed alone are, whatever their group, and
+    groups_p tests it: one-way analysis of variance between groups against within. Where groups_differ (at alpha), the
+    intervals are too narrow.
 
     The interval of the difference and the tests are Welch's, of unequal variances. The equivalence test is two
     one-sided tests against +-margin (Schuirmann 1987, Journal of Pharmacokinetics and Biopharmaceutics 15:657): its p
@@ -59,11 +68,12 @@ def compare(simulated, measured, margin, alpha=0.05):
         stats.t.sf((difference + margin) / se, df), stats.t.cdf((difference - margin) / se, df)
     )
     between, within = variance_components(groups)
+    p = _groups_p(groups)
     return Comparison(
         float(s.mean()), float(s.std(ddof=1)), len(s), float(m.mean()), float(m.std(ddof=1)), len(m),
         difference, difference - half, difference + half, 100.0 * abs(difference) / float(m.mean()),
         float(t), float(2 * stats.t.sf(abs(t), df)), margin, float(one_sided), bool(one_sided < alpha),
-        difference - narrow, difference + narrow, between, within,
+        difference - narrow, difference + narrow, between, within, p, None if p is None else p < alpha,
     )  # fmt: skip
 
 
@@ -92,3 +102,12 @@ def variance_components(groups):
     within = groups.var(axis=1, ddof=1).mean() if r > 1 else 0.0
     between = groups.mean(1).var(ddof=1) - within / r if len(groups) > 1 else 0.0
     return float(np.sqrt(max(between, 0.0))), float(np.sqrt(within))
+
+
+def _groups_p(groups):
+    """p of the F test that groups (g, r) have one mean; None where there is nothing to test it with."""
+    g, r = groups.shape
+    within = groups.var(axis=1, ddof=1).mean() if r > 1 else 0.0
+    if g < 2 or within == 0.0:
+        return None
+    return float(stats.f.sf(r * groups.mean(axis=1).var(ddof=1) / within, g - 1, g * (r - 1)))
