@@ -15,6 +15,7 @@ SALT = Material(1210.0, 1.0e7, 0.25)
 CONTACT = ContactParameters(0.544, 0.5, 0.23)
 TIME_STEP = 7.5e-6
 RADIUS = 1e-3
+PITCH = 2.1 * RADIUS
 STIR = 0.5  # m/s
 SETTLE_STEPS, BLOCK, BLOCKS = 24000, 5000, 3
 
@@ -29,14 +30,24 @@ def lattice(n, radius, pitch, seed=1):
     return site + shift, across * pitch + 0.06 * pitch
 
 
-def bed(n=10000, ratio=1.0, precision="mixed", rolling="constant_torque", start=None):
+def tiled(sim, settle, across):
+    """(positions (n, 3) [m], width [m]) of a bed of equal grains, settled, repeated `across` times both ways."""
+    sim.advance(settle)
+    grains = len(sim.position)
+    width = lattice(grains, RADIUS, PITCH)[1]
+    k = np.repeat(np.arange(across), across), np.tile(np.arange(across), across)
+    shift = width * np.column_stack([*k, np.zeros(across * across)])
+    return (sim.position[None] + shift[:, None]).reshape(-1, 3), across * width
+
+
+def bed(n=10000, ratio=1.0, precision="mixed", rolling="constant_torque", start=None, stir=STIR):
     """A box of n grains that have yet to settle; ratio: largest over smallest radius, uniform by number.
 
-    start: (positions (n, 3) [m], width [m]) in place of the lattice.
+    start: (positions (n, 3) [m], width [m]) in place of the lattice; stir: largest speed along an axis [m/s].
     """
     rng = np.random.default_rng(2)
     radius = np.full(n, RADIUS) if ratio == 1.0 else RADIUS * rng.uniform(1.0 / ratio, 1.0, n)
-    position, width = start or lattice(n, RADIUS, 2.1 * RADIUS)
+    position, width = start or lattice(n, RADIUS, PITCH)
     walls = WallSet().body("box", material="salt")
     for point, normal in (
         ((0, 0, 0), (1, 0, 0)),
@@ -56,7 +67,7 @@ def bed(n=10000, ratio=1.0, precision="mixed", rolling="constant_torque", start=
         walls=walls,
     )
     # the lattice alone settles into standing columns with half the contacts of a bed
-    sim.add_particles(position, radius, velocity=rng.uniform(-STIR, STIR, (n, 3)))
+    sim.add_particles(position, radius, velocity=rng.uniform(-stir, stir, (n, 3)))
     return sim
 
 
