@@ -41,6 +41,7 @@ def test_the_history_grows_by_a_line_a_case_and_its_figure_shows_the_latest(tmp_
     with history.open(newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert [float(r["particle_steps_per_s"]) for r in rows] == [1e7, 2e7]
-    assert rows[0]["ratio"] == "2.0" and rows[0]["engine"]
+    assert rows[0]["ratio"] == "2.0"
+    assert rows[0]["engine"]
     draw(history, tmp_path / "history.svg")
     assert "ns per particle and step" in (tmp_path / "history.svg").read_text()
