@@ -99,6 +99,14 @@ def read_factors(path):
     return factors
 
 
+def factor_of(factors, key):
+    """The factor that sets the dotted `key` of a run spec. Raises ConfigError where none does."""
+    for factor in factors:
+        if factor.key == key:
+            return factor
+    raise ConfigError("no factor sets it", key=key, allowed=", ".join(f.key for f in factors))
+
+
 def _factor(row, path, line):
     def number(column):
         try:

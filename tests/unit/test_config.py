@@ -9,7 +9,7 @@ import yaml
 from calibration.campaign import plan, run_id
 from calibration.config import overlay, parse_config
 from calibration.errors import CalibrationError, ConfigError
-from calibration.factors import Factor, read_factors
+from calibration.factors import Factor, factor_of, read_factors
 from calibration.statistics.design import box_behnken, plackett_burman, steepest_path
 
 ROOT = Path(__file__).parents[2]
@@ -89,6 +89,14 @@ def test_an_error_in_the_file_below_names_that_one(data, tmp_path):
 def test_an_error_on_the_command_line_blames_no_file(data):
     with pytest.raises(ConfigError, match=r"^--config: seed: .*-1"):
         parse_config(data | {"seed": -1}, files=["config/config.yaml"])
+
+
+def test_a_factor_is_found_by_the_key_it_sets():
+    factors = read_factors(ROOT / "examples" / "soybean" / "factors.tsv")
+    key = "contacts.particle_wall.static_friction"
+    assert factor_of(factors, key).name == "bean_steel_static_friction"
+    with pytest.raises(ConfigError, match="restitution: no factor sets it"):
+        factor_of(factors[1:2], "contacts.particle_wall.restitution")
 
 
 @pytest.mark.parametrize(

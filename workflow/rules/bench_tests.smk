@@ -19,130 +19,78 @@ rule bench_batch:
         "../scripts/batch.py"
 
 
-rule plan_tilt:
-    input:
-        factors=SETTINGS.factors,
-    output:
-        design=f"{STUDY}/tilt/design.csv",
-        plan=f"{STUDY}/tilt/plan.json",
-    log:
-        f"{STUDY}/logs/plan_tilt.log",
-    conda:
-        "../envs/calibration.yaml"
-    params:
-        settings=SETTINGS_DIGEST,
-    message:
-        "plan the tilt test: sweep"
-    script:
-        "../scripts/plan_tilt.py"
+# a sweep of one parameter, its fit, and runs at the inverse for the measured value: `tilt` and `drop`
+for test in ("tilt", "drop"):
 
+    rule:
+        name:
+            f"plan_{test}"
+        input:
+            factors=SETTINGS.factors,
+        output:
+            design=f"{STUDY}/{test}/design.csv",
+            plan=f"{STUDY}/{test}/plan.json",
+        log:
+            f"{STUDY}/logs/plan_{test}.log",
+        conda:
+            "../envs/calibration.yaml"
+        params:
+            settings=SETTINGS_DIGEST,
+            test=test,
+        message:
+            f"plan the {test} test: sweep"
+        script:
+            "../scripts/plan_sweep.py"
 
-rule plan_tilt_confirmation:
-    input:
-        design=f"{STUDY}/tilt/design.csv",
-        factors=SETTINGS.factors,
-        runs=batches_of("tilt"),
-    output:
-        design=f"{STUDY}/tilt_confirmation/design.csv",
-        plan=f"{STUDY}/tilt_confirmation/plan.json",
-    log:
-        f"{STUDY}/logs/plan_tilt_confirmation.log",
-    conda:
-        "../envs/calibration.yaml"
-    params:
-        settings=SETTINGS_DIGEST,
-    message:
-        "plan the tilt test: runs at the inverse of the fit"
-    script:
-        "../scripts/plan_tilt_confirmation.py"
+    rule:
+        name:
+            f"plan_{test}_confirmation"
+        input:
+            design=f"{STUDY}/{test}/design.csv",
+            factors=SETTINGS.factors,
+            runs=batches_of(test),
+        output:
+            design=f"{STUDY}/{test}_confirmation/design.csv",
+            plan=f"{STUDY}/{test}_confirmation/plan.json",
+        log:
+            f"{STUDY}/logs/plan_{test}_confirmation.log",
+        conda:
+            "../envs/calibration.yaml"
+        params:
+            settings=SETTINGS_DIGEST,
+            test=test,
+        message:
+            f"plan the {test} test: runs at the inverse of the fit"
+        script:
+            "../scripts/plan_sweep_confirmation.py"
 
-
-rule tilt:
-    input:
-        sweep=f"{STUDY}/tilt/design.csv",
-        confirmation=f"{STUDY}/tilt_confirmation/design.csv",
-        runs=batches_of("tilt_confirmation"),
-    output:
-        runs=f"{STUDY}/tilt/runs.csv",
-        summary=f"{STUDY}/tilt/tilt.json",
-        figure=report(
-            f"{STUDY}/tilt/tilt.svg",
-            caption="../report/tilt.rst",
-            category="7 Bench tests",
-        ),
-    log:
-        f"{STUDY}/logs/tilt.log",
-    conda:
-        "../envs/calibration.yaml"
-    params:
-        settings=SETTINGS_DIGEST,
-    message:
-        "tilt test: fit, inverse and confirmation"
-    script:
-        "../scripts/tilt.py"
-
-
-rule plan_drop:
-    input:
-        factors=SETTINGS.factors,
-    output:
-        design=f"{STUDY}/drop/design.csv",
-        plan=f"{STUDY}/drop/plan.json",
-    log:
-        f"{STUDY}/logs/plan_drop.log",
-    conda:
-        "../envs/calibration.yaml"
-    params:
-        settings=SETTINGS_DIGEST,
-    message:
-        "plan the drop test: sweep"
-    script:
-        "../scripts/plan_drop.py"
-
-
-rule plan_drop_confirmation:
-    input:
-        design=f"{STUDY}/drop/design.csv",
-        factors=SETTINGS.factors,
-        runs=batches_of("drop"),
-    output:
-        design=f"{STUDY}/drop_confirmation/design.csv",
-        plan=f"{STUDY}/drop_confirmation/plan.json",
-    log:
-        f"{STUDY}/logs/plan_drop_confirmation.log",
-    conda:
-        "../envs/calibration.yaml"
-    params:
-        settings=SETTINGS_DIGEST,
-    message:
-        "plan the drop test: runs at the inverse of the fit"
-    script:
-        "../scripts/plan_drop_confirmation.py"
-
-
-rule drop:
-    input:
-        sweep=f"{STUDY}/drop/design.csv",
-        confirmation=f"{STUDY}/drop_confirmation/design.csv",
-        runs=batches_of("drop_confirmation"),
-    output:
-        runs=f"{STUDY}/drop/runs.csv",
-        summary=f"{STUDY}/drop/drop.json",
-        figure=report(
-            f"{STUDY}/drop/drop.svg",
-            caption="../report/drop.rst",
-            category="7 Bench tests",
-        ),
-    log:
-        f"{STUDY}/logs/drop.log",
-    conda:
-        "../envs/calibration.yaml"
-    params:
-        settings=SETTINGS_DIGEST,
-    message:
-        "drop test: fit, inverse and confirmation"
-    script:
-        "../scripts/drop.py"
+    rule:
+        name:
+            test
+        input:
+            sweep=f"{STUDY}/{test}/design.csv",
+            confirmation=f"{STUDY}/{test}_confirmation/design.csv",
+            factors=SETTINGS.factors,
+            runs=batches_of(f"{test}_confirmation"),
+        output:
+            runs=f"{STUDY}/{test}/runs.csv",
+            summary=f"{STUDY}/{test}/{test}.json",
+            figure=report(
+                f"{STUDY}/{test}/{test}.svg",
+                caption=f"../report/{test}.rst",
+                category="7 Bench tests",
+            ),
+        log:
+            f"{STUDY}/logs/{test}.log",
+        conda:
+            "../envs/calibration.yaml"
+        params:
+            settings=SETTINGS_DIGEST,
+            test=test,
+        message:
+            f"{test} test: fit, inverse and confirmation"
+        script:
+            "../scripts/sweep.py"
 
 
 rule plan_shear:

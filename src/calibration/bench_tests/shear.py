@@ -15,10 +15,10 @@ from scipy import stats
 from calibration import figures
 from calibration.bench_tests.sweep import bench_config
 from calibration.campaign import plan, read_metric, write_plan
-from calibration.factors import read_factors
+from calibration.factors import factor_of, read_factors
 from dem.io.files import write_json
 
-FACTOR = "salt_salt_static_friction"
+KEY = "contacts.particle_particle.static_friction"
 METRICS = {"peak": "shear_stress_kPa", "steady": "steady_shear_stress_kPa"}
 MEASURE = "peak"  # the bench reads the peak of each shear after pre-shear
 GRID = 1001
@@ -28,6 +28,7 @@ def plan_shear(config, folder):
     """Plan replicates at each particle friction and normal stress; each cell of the design has its own seeds."""
     section, tables, specs = config.bench.shear, [], {}
     base, factors = bench_config(config, "shear"), read_factors(config.factors)
+    factor = factor_of(factors, KEY).name
     for k, (level, stress) in enumerate(product(section.levels, section.normal_stresses_kPa)):
         geometry = base.run.get("geometry", {}) | {"normal_stress_kPa": stress}
         varied = base.model_copy(
@@ -36,8 +37,8 @@ def plan_shear(config, folder):
                 "seed": config.seed + k * section.replicates,
             }
         )
-        rows = pd.DataFrame({"replicate": range(1, section.replicates + 1), FACTOR: level})
-        rows = rows.assign(**{n: v for n, v in section.fixed.items() if n != FACTOR})
+        rows = pd.DataFrame({"replicate": range(1, section.replicates + 1), factor: level})
+        rows = rows.assign(**{n: v for n, v in section.fixed.items() if n != factor})
         table, more = plan(rows, factors, varied, "shear")
         tables.append(table.assign(normal_stress_kPa=stress))
         specs |= more
@@ -125,24 +126,26 @@ class SlopeCurve:
 def analyse_shear(config, design_file, output):
     """Yield loci at each friction, the slope over the friction, and what follows for the paper's step."""
     section, runs = config.bench.shear, pd.read_csv(design_file)
+    factor = factor_of(read_factors(config.factors), KEY).name
     for name, metric in METRICS.items():
         runs[f"{name}_kPa"] = read_metric(runs["run_id"], metric)
     loci = [
         {"particle_friction": float(level)}
         | {n: yield_locus(g["normal_stress_kPa"], g[f"{n}_kPa"]) for n in METRICS}
-        for level, g in runs.groupby(FACTOR)
+        for level, g in runs.groupby(factor)
     ]
     curves = {
-        n: SlopeCurve.fit(runs[FACTOR], runs["normal_stress_kPa"], runs[f"{n}_kPa"])
+        n: SlopeCurve.fit(runs[factor], runs["normal_stress_kPa"], runs[f"{n}_kPa"])
         for n in METRICS
     }
-    judged = {n: _judge(config, curve) for n, curve in curves.items()}
+    judged = {n: _judge(config, curve, factor) for n, curve in curves.items()}
     runs.to_csv(output.runs, index=False)
-    figures.save(figures.yield_loci(runs, loci, curves, MEASURE, section), output.figure)
+    drawn = runs.rename(columns={factor: "particle_friction"})
+    figures.save(figures.yield_loci(drawn, loci, curves, MEASURE, section), output.figure)
     write_json(
         output.summary,
         {
-            "factor": FACTOR,
+            "factor": factor,
             "measure": MEASURE,
             "measured": {
                 "slope": section.measured_slope,
@@ -156,9 +159,9 @@ def analyse_shear(config, design_file, output):
     )
 
 
-def _judge(config, curve):
+def _judge(config, curve, factor):
     """The slope at the friction in use, the friction for the measured slope, and whether the paper's step holds."""
-    section, used = config.bench.shear, config.fixed.get(FACTOR, curve.high)
+    section, used = config.bench.shear, config.fixed.get(factor, curve.high)
     slope, half = (float(x) for x in curve.at(used))
     friction, interval = curve.inverse(section.measured_slope)
     return {

@@ -15,16 +15,17 @@ from calibration import figures
 from calibration.campaign import plan, read_metric, write_plan
 from calibration.config import bench_run, point_spec
 from calibration.errors import CalibrationError
-from calibration.factors import read_factors
+from calibration.factors import factor_of, read_factors
 from dem.io.files import write_json
 from dem.spec import parse_spec
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """A bench test that calibrates one factor; `repeats` is the geometry key of the repeats within a run."""
+    """A bench test that calibrates the factor of one key of the run spec; `repeats` is the geometry key of the repeats
+    within a run."""
 
-    factor: str
+    key: str
     metric: str
     spread: str
     repeats: str
@@ -34,11 +35,11 @@ class Sweep:
 
 SWEEPS = {
     "tilt": Sweep(
-        "salt_steel_static_friction", "sliding_angle_deg", "sliding_angle_sd_deg", "trials", "deg",
+        "contacts.particle_wall.static_friction", "sliding_angle_deg", "sliding_angle_sd_deg", "trials", "deg",
         "sliding angle [°]",
     ),
     "drop": Sweep(
-        "salt_steel_restitution", "rebound_height_mm", "rebound_height_sd_mm", "drops", "mm",
+        "contacts.particle_wall.restitution", "rebound_height_mm", "rebound_height_sd_mm", "drops", "mm",
         "rebound height [mm]",
     ),
 }  # fmt: skip
@@ -49,11 +50,20 @@ def bench_config(config, test):
     return config.model_copy(update={"run": bench_run(config, getattr(config.bench, test).run)})
 
 
+def swept(config, test):
+    """Name of the factor that a test calibrates. Raises ConfigError for a study without it."""
+    return factor_of(read_factors(config.factors), SWEEPS[test].key).name
+
+
 def plan_sweep(config, test, folder):
     """Plan a run at each level of the sweep."""
-    sweep, section = SWEEPS[test], getattr(config.bench, test)
-    rows = pd.DataFrame({"run": range(1, len(section.levels) + 1), sweep.factor: section.levels})
-    write_plan(folder, *plan(rows, read_factors(config.factors), bench_config(config, test), test))
+    levels = getattr(config.bench, test).levels
+    _plan(config, test, {"run": range(1, len(levels) + 1), swept(config, test): levels}, folder)
+
+
+def _plan(config, test, columns, folder):
+    factors = read_factors(config.factors)
+    write_plan(folder, *plan(pd.DataFrame(columns), factors, bench_config(config, test), test))
 
 
 def inverse_of(coefficients, target, low, high):
@@ -71,11 +81,12 @@ def inverse_of(coefficients, target, low, high):
 
 
 def fit_sweep(config, test, design_file):
-    """Coefficients of the quadratic (highest power first), R2, and the level that gives the measured value."""
+    """Runs with their `response`, coefficients of the quadratic (highest power first), its R2, and the level that gives
+    the measured value. Raises CalibrationError where no swept level does."""
     sweep, section = SWEEPS[test], getattr(config.bench, test)
     runs = pd.read_csv(design_file)
     runs["response"] = read_metric(runs["run_id"], sweep.metric)
-    x, y = runs[sweep.factor].to_numpy(float), runs["response"].to_numpy(float)
+    x, y = runs[swept(config, test)].to_numpy(float), runs["response"].to_numpy(float)
     coefficients = np.polyfit(x, y, 2)
     residual = y - np.polyval(coefficients, x)
     r2 = 1.0 - float(residual @ residual) / float(((y - y.mean()) ** 2).sum())
@@ -85,14 +96,13 @@ def fit_sweep(config, test, design_file):
 def plan_confirmation(config, test, design_file, folder):
     """Plan replicates at the inverse."""
     _, _, _, level = fit_sweep(config, test, design_file)
-    sweep, section = SWEEPS[test], getattr(config.bench, test)
-    rows = pd.DataFrame({"run": range(1, section.confirmations + 1), sweep.factor: round(level, 6)})
-    write_plan(folder, *plan(rows, read_factors(config.factors), bench_config(config, test), test))
+    runs = range(1, getattr(config.bench, test).confirmations + 1)
+    _plan(config, test, {"run": runs, swept(config, test): round(level, 6)}, folder)
 
 
 def analyse_sweep(config, test, sweep_file, confirm_file, output):
     """Fit, inverse, confirmation, and the closed form beside them."""
-    sweep, section = SWEEPS[test], getattr(config.bench, test)
+    sweep, section, factor = SWEEPS[test], getattr(config.bench, test), swept(config, test)
     runs, coefficients, r2, level = fit_sweep(config, test, sweep_file)
     runs["response_sd"] = read_metric(runs["run_id"], sweep.spread)
     spec = parse_spec(point_spec(bench_config(config, test).run, test, {}, config.seed))
@@ -100,14 +110,14 @@ def analyse_sweep(config, test, sweep_file, confirm_file, output):
     confirm = pd.read_csv(confirm_file)
     confirmed = np.array(read_metric(confirm["run_id"], sweep.metric))
     runs.to_csv(output.runs, index=False)
-    response = runs[sweep.factor], runs["response"]
-    figures.save(
-        figures.sweep(*response, coefficients, level, section.measured, sweep), output.figure
+    figure = figures.sweep(
+        runs[factor], runs["response"], coefficients, level, section.measured, factor, sweep.axis
     )
+    figures.save(figure, output.figure)
     write_json(
         output.summary,
         {
-            "factor": sweep.factor,
+            "factor": factor,
             "measured": section.measured,
             "unit": sweep.unit,
             "quadratic": [float(c) for c in coefficients],
@@ -119,19 +129,18 @@ def analyse_sweep(config, test, sweep_file, confirm_file, output):
             "relative_error_percent": 100.0
             * abs(float(confirmed.mean()) - section.measured)
             / section.measured,
-            "closed_form": closed_form(config, test),
+            "closed_form": closed_form(test, section.measured, spec.geometry),
             "closed_form_of": "tan(angle)" if test == "tilt" else "sqrt(rebound / drop height)",
         },
     )
 
 
-def closed_form(config, test):
-    """The parameter by the physics of the test: tan of the sliding angle, or sqrt(h/H)."""
-    measured = getattr(config.bench, test).measured
+def closed_form(test, measured, geometry):
+    """The parameter by the physics of the test: tan of the sliding angle [deg], or sqrt(h/H) of the rebound [mm] from
+    the drop height of the run spec's geometry."""
     if test == "tilt":
         return float(np.tan(np.radians(measured)))
-    height = config.bench.drop.run.get("geometry", {}).get("drop_height_mm", 150.0)
-    return float(np.sqrt(measured / height))
+    return float(np.sqrt(measured / geometry.drop_height_mm))
 
 
 def calibrated(*files):

@@ -6,8 +6,8 @@ from calibration.figures.quantity import ANGLE, label
 from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, subplots
 
 
-def sweep(levels, response, coefficients, inverse, measured, test):
-    """Sweep of a bench test with its quadratic and the inverse of the measured value."""
+def sweep(levels, response, coefficients, inverse, measured, factor, axis):
+    """Sweep of a bench test with its quadratic and the inverse of the measured value; axis: label of the response."""
     figure, ax = subplots()
     x = np.linspace(min(levels), max(levels), 101)
     ax.plot(x, np.polyval(coefficients, x), color=GREY, label="quadratic fit")
@@ -16,20 +16,23 @@ def sweep(levels, response, coefficients, inverse, measured, test):
     ax.vlines(
         inverse, 0, measured, color=ORANGE, lw=1.2, label=f"measured {measured:g}: {inverse:.3f}"
     )
-    ax.set(xlabel=label(test.factor), ylabel=test.axis, ylim=(0, 1.05 * max(response)))
+    ax.set(xlabel=label(factor), ylabel=axis, ylim=(0, 1.05 * max(response)))
     # above the axes: the line of the measured value may run anywhere within
     ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, fontsize=9)
     return figure
 
 
 def yield_loci(runs, loci, curves, measure, section):
-    """Yield loci at each particle friction, and the slope over the friction with its interval, beside the measured."""
+    """Yield loci at each particle friction, and the slope over the friction with its interval, beside the measured.
+
+    runs: columns particle_friction, normal_stress_kPa and, for each measure, <measure>_kPa.
+    """
     figure, (left, right) = subplots(1, 2, (9.6, 4.2))
     end = 1.05 * runs["normal_stress_kPa"].max()
     x = np.array([0.0, end])
     for locus in loci:
         friction, line = locus["particle_friction"], locus[measure]
-        points = runs[runs["salt_salt_static_friction"] == friction]
+        points = runs[runs["particle_friction"] == friction]
         text = f"µ {friction:g}: {line['slope']:.2f} x {line['intercept_kPa']:+.2f}"
         (drawn,) = left.plot(x, line["slope"] * x + line["intercept_kPa"], label=text)
         left.scatter(

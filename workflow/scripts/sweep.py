@@ -3,6 +3,5 @@ from calibration.jobs import logged, settings_of
 
 with logged(snakemake.log[0]):
     config = settings_of(snakemake.config)
-    analyse_sweep(
-        config, "tilt", snakemake.input.sweep, snakemake.input.confirmation, snakemake.output
-    )
+    i = snakemake.input
+    analyse_sweep(config, snakemake.params.test, i.sweep, i.confirmation, snakemake.output)

@@ -5,4 +5,5 @@ from calibration.jobs import logged, settings_of
 
 with logged(snakemake.log[0]):
     config = settings_of(snakemake.config)
-    plan_confirmation(config, "tilt", snakemake.input.design, Path(snakemake.output.plan).parent)
+    folder = Path(snakemake.output.plan).parent
+    plan_confirmation(config, snakemake.params.test, snakemake.input.design, folder)

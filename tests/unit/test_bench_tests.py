@@ -1,0 +1,85 @@
+"""The tilt and drop tests: sweep, fit, inverse and confirmation, for whatever factor sets their key."""
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+from calibration.bench_tests.sweep import SWEEPS, analyse_sweep, plan_confirmation, plan_sweep
+from calibration.campaign import read_plan, result_path
+from calibration.config import overlay, parse_config
+from calibration.errors import CalibrationError
+
+ROOT = Path(__file__).parents[2]
+FACTORS = {"tilt": "bean_steel_static_friction", "drop": "bean_steel_restitution"}
+LAWS = {"tilt": lambda level: 50.0 * level + 3.0, "drop": lambda level: 100.0 * level**2}
+
+
+@pytest.fixture
+def config(tmp_path, monkeypatch):
+    """The soybean study with bench tests of its own."""
+    for name in ("config", "data", "examples"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    monkeypatch.chdir(tmp_path)
+    data = yaml.safe_load(Path("examples/soybean/config.yaml").read_text())
+    tests = {
+        "tilt": {"measured": 18.0, "levels": [0.2, 0.25, 0.3, 0.35]},
+        "drop": {"measured": 30.0, "levels": [0.4, 0.5, 0.6, 0.7]},
+    }
+    return parse_config(overlay(data, {"bench": tests}))
+
+
+def answer(plan_file, test):
+    """Write the result of every planned run by the test's law."""
+    *path, last = SWEEPS[test].key.split(".")
+    for name, spec in read_plan(plan_file).items():
+        for part in path:
+            spec = spec[part]
+        metrics = {SWEEPS[test].metric: LAWS[test](spec[last]), SWEEPS[test].spread: 0.1}
+        target = Path(result_path(name))
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(json.dumps({"metrics": metrics}))
+
+
+@pytest.mark.parametrize("test", ["tilt", "drop"])
+def test_a_sweep_finds_the_level_that_gives_the_measured_value(config, test):
+    out = SimpleNamespace(runs="runs.csv", figure="figure.svg", summary="summary.json")
+    plan_sweep(config, test, "sweep")
+    answer("sweep/plan.json", test)
+    plan_confirmation(config, test, "sweep/design.csv", "confirmation")
+    answer("confirmation/plan.json", test)
+    analyse_sweep(config, test, "sweep/design.csv", "confirmation/design.csv", out)
+    found = json.loads(Path(out.summary).read_text())
+    measured = getattr(config.bench, test).measured
+    assert found["factor"] == FACTORS[test]
+    assert LAWS[test](found["inverse"]) == pytest.approx(measured, rel=1e-6)
+    assert found["confirmed_mean"] == pytest.approx(measured, rel=1e-4)
+    assert found["relative_error_percent"] < 0.01
+    assert (
+        list(pd.read_csv("sweep/design.csv")[FACTORS[test]]) == getattr(config.bench, test).levels
+    )
+
+
+def test_the_closed_form_takes_the_drop_height_of_the_run(config):
+    height = {"bench": {"drop": {"run": {"geometry": {"drop_height_mm": 120.0}}}}}
+    config = parse_config(overlay(config.model_dump(mode="json"), height))
+    out = SimpleNamespace(runs="runs.csv", figure="figure.svg", summary="summary.json")
+    plan_sweep(config, "drop", "sweep")
+    answer("sweep/plan.json", "drop")
+    analyse_sweep(config, "drop", "sweep/design.csv", "sweep/design.csv", out)
+    assert json.loads(Path(out.summary).read_text())["closed_form"] == np.sqrt(30.0 / 120.0)
+
+
+def test_a_measured_value_outside_the_sweep_is_refused(config):
+    plan_sweep(config, "drop", "sweep")
+    answer("sweep/plan.json", "drop")
+    far = config.bench.drop.model_copy(update={"measured": 90.0})
+    bench = config.bench.model_copy(update={"drop": far})
+    with pytest.raises(CalibrationError, match="gives 90"):
+        plan_confirmation(
+            config.model_copy(update={"bench": bench}), "drop", "sweep/design.csv", "confirmation"
+        )
