@@ -18,6 +18,7 @@ EXPECTED = {
     "air_drag",
     "stress_dependent_friction",
     "rolling_law",
+    "grain_shape",
     "wall_adhesion",
     "tilt_detection_lag",
     "apex_sampling",
@@ -52,6 +53,17 @@ def test_strength_goes_both_ways_and_starts_where_it_is_off(name):
     assert s.low <= s.moderate <= s.high
     assert s.share(1.0) == pytest.approx(s.moderate)
     assert s.share(0.0) == pytest.approx(s.low if s.off is None else s.off)
+
+
+@pytest.mark.parametrize("config", ["config/diagnosis.yaml", "config/discovery.yaml"])
+def test_the_longest_grains_pass_the_funnel_at_every_diameter(config):
+    settings, shape = read_settings(config), CATALOGUE["grain_shape"]
+    for diameter in settings.experiments["heap"].levers["particle_diameter_mm"]:
+        lever = {"particle_diameter_mm": diameter}
+        spec = condition_spec({}, settings, [], "heap", lever, {}, 1)
+        longest = parse_spec(shape.apply(spec, shape.strength.high))
+        assert longest.particles.elongation == shape.strength.high
+        assert parse_spec(shape.apply(spec, shape.strength.low)) == parse_spec(spec)
 
 
 def test_reading_a_tilt_late_adds_what_the_closed_form_says():

@@ -316,12 +316,14 @@ def test_an_export_says_which_laws_it_leaves_out(mapping):
             {
                 "laws": {"cohesion": "sjkr", "drag": "schiller_naumann"},
                 "law_parameters": {"cohesion_energy_density_J_m3": 1e4},
+                "particles": {"elongation": 1.3},
             },
         )
     )
     told = " ".join(stage.left_out(spec))
     assert "cohesion sjkr" in told
     assert "drag" in told
+    assert "1.3 times as long as wide" in told
 
 
 # --- the search ------------------------------------------------------------------------------------------------------

@@ -39,7 +39,7 @@ MECHANISMS = {
         "tilt_detection_lag",
         "stress_dependent_friction",
     ),
-    "heap": ("cohesion", "rolling_law", "size_bias"),
+    "heap": ("cohesion", "rolling_law", "grain_shape", "size_bias"),
 }
 """Bench -> the mechanisms that are hidden on it: single grains that drop and slide, or heaps beside the drops."""
 

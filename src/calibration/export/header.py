@@ -32,6 +32,11 @@ def left_out(spec):
         out.append(f"NOT CONVERTED: cohesion {laws.cohesion}; these grains do not stick.")
     if laws.drag != "none":
         out.append(f"NOT CONVERTED: drag {laws.drag}; these grains fall in a vacuum.")
+    if spec.particles.elongation != 1.0:
+        out.append(
+            f"NOT CONVERTED: grains {spec.particles.elongation:g} times as long as wide; these are spheres of the same "
+            "volume."
+        )
     if spec.particles.sizes is not None:
         out.append("The mean grain stands for all sizes where a number depends on the size.")
     return out
