@@ -25,6 +25,7 @@ from dem.spec import ContactSpec, RunSpec, load_spec, parse_spec
 REFERENCE = Path("results/reference/salt")
 OPTIMUM = json.loads((REFERENCE / "optimise" / "optimum.json").read_text())["optimum"]
 MU_R = 0.9
+PATH = rolling.PATHS["elastic_plastic"]
 
 
 def agreement(mean):
@@ -41,21 +42,23 @@ def agreement(mean):
 
 
 def found(**changes):
-    entry = {
-        "rolling_friction": MU_R,
-        "reached": True,
-        "with_the_same_number": 31.0,
-        "smallest": 25.0,
-        "largest": 52.0,
-        "coarse": agreement(45.2),
-    } | changes
-    laws = {"elastic_plastic": entry}
     return {
         "law": "constant_torque",
         "unit": "deg",
-        "rolling_friction": OPTIMUM["salt_salt_rolling_friction"],
-        "laws": laws,
-    }
+        "path": "elastic_plastic",
+        "rolling_friction": MU_R,
+        "static_friction": OPTIMUM["salt_salt_static_friction"],
+        "stiffness_factor": 2.25,
+        "damping_ratio": 0.3,
+        "reached": True,
+        "with_the_same_number": 31.0,
+        "ranges": {"elastic_plastic": [25.0, 52.0], "no_rotation": [27.0, 61.0]},
+        "coarse": agreement(45.2),
+    } | changes
+
+
+MU_HELD = 0.35
+HELD = {"path": "no_rotation", "rolling_friction": 5.0, "static_friction": MU_HELD}
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +158,7 @@ def test_lammps_stiffnesses_and_dashpots_are_ours(material):
 
 def test_lammps_rolling_spring_has_the_torque_of_ours(material, mapping):
     """sds: torque R* k R* angle below the limit, R* mu F at it."""
-    p, e = material.grain_grain, conversion(mapping).of("elastic_plastic")
+    p, e = material.grain_grain, conversion(mapping).equivalent
     k, gamma = lammps.rolling(p, MU_R, material.load, e)
     k_r = rolling_stiffness(p, MU_R, material.load, e.stiffness_factor)
     assert k * p.radius**2 == pytest.approx(k_r)
@@ -259,25 +262,24 @@ def test_a_law_calibrated_with_keeps_its_number(mapping):
             },
         )
     )
-    assert rolling.laws_to_scan(spec) == []
+    assert not rolling.needs_search(spec)
     c = Conversion(spec)
-    e = c.of("elastic_plastic")
+    e = c.equivalent
     assert e.rolling_friction == spec.contacts.particle_particle.rolling_friction
     assert e.stiffness_factor == 3.0
-    assert "used as it is" in c.sentences("elastic_plastic", "epsd3")[0]
+    assert "used as it is" in c.sentences("epsd3")[0]
 
 
 def test_another_law_does_not_inherit_constants_of_the_calibrated_one(mapping):
-    own = rolling.with_law(mapping, "elastic_plastic", 0.3)
+    own = rolling.on_path(mapping, "elastic_plastic", 0.0)
     assert own["law_parameters"]["rolling_damping_ratio"] == rolling.DAMPING_RATIO
-    other = parse_spec(rolling.with_law(own, "constant_torque_relative", 0.4))
+    other = parse_spec(rolling.on_path(own, "no_rotation", 0.5))
     assert other.law_parameters.rolling_damping_ratio is None
-    assert other.contacts.particle_particle.rolling_friction == 0.4
 
 
 def test_no_search_where_nothing_rolls(mapping, tmp_path):
     free = overlay(mapping, {"laws": {"rolling": "none"}})
-    assert rolling.laws_to_scan(parse_spec(free)) == []
+    assert not rolling.needs_search(parse_spec(free))
     rolling.plan_scan(free, tmp_path)
     assert json.loads((tmp_path / "plan.json").read_text()) == {}
     rolling.plan_confirmation(free, tmp_path / "design.csv", "angle_of_repose_deg", tmp_path / "c")
@@ -289,16 +291,14 @@ def test_a_study_without_a_heap_says_that_rolling_friction_is_not_converted(mapp
         {k: v for k, v in mapping.items() if k in ("materials", "laws", "contacts")}
         | {"experiment": "drop"}
     )
-    assert rolling.laws_to_scan(drop) == []
-    c = Conversion(drop, found() | {"laws": {}})
-    assert "Without a heap" in c.sentences("elastic_plastic", "epsd3")[0]
-    assert c.of("elastic_plastic").rolling_friction == pytest.approx(
-        OPTIMUM["salt_salt_rolling_friction"]
-    )
+    assert not rolling.needs_search(drop)
+    c = Conversion(drop, {"path": None})
+    assert "Without a heap" in c.sentences("epsd3")[0]
+    assert c.equivalent.rolling_friction == pytest.approx(OPTIMUM["salt_salt_rolling_friction"])
 
 
 def test_an_export_without_the_search_says_how_to_make_it(mapping):
-    (sentence,) = Conversion(parse_spec(mapping)).sentences("elastic_plastic", "epsd3")
+    (sentence,) = Conversion(parse_spec(mapping)).sentences("epsd3")
     assert "NOT CONVERTED" in sentence
     assert "`snakemake -j2 export_converted`" in sentence
 
@@ -307,6 +307,29 @@ def test_an_export_says_when_the_angle_cannot_be_reached(material, mapping):
     text = liggghts.block(material, conversion(mapping, reached=False), [])
     assert "OUT OF REACH" in text
     assert "Calibrating in this law" in " ".join(text.replace("#", "").split())
+
+
+@pytest.mark.parametrize(
+    ("code", "held"),
+    [
+        (liggghts, "variable integrator string nve\n"),
+        (lammps, "variable integrator string nve\n"),
+        (yade, 'blockedDOFs, b.state.angVel = "XYZ"'),
+        (mercurydpm, "setRotation(false);"),
+    ],
+)
+def test_grains_that_do_not_turn_are_held_in_every_code(material, mapping, code, held):
+    text = code.block(material, conversion(mapping, **HELD), [])
+    assert held in text
+    told = " ".join(re.sub(r"^(#|//)", "", text, flags=re.M).split())
+    assert "THE GRAINS DO NOT TURN" in told
+    assert "OUT OF REACH" not in told
+    assert held not in code.block(material, conversion(mapping), [])
+    number = f"{math.atan(MU_HELD):.6g}" if code is yade else f"{MU_HELD:.6g}"
+    assert number in text
+    for word in ("epsd3", "rolling sds", "krot", "wallRolling"):
+        body = [x for x in text.splitlines() if not x.startswith(("#", "//"))]
+        assert word not in "\n".join(body)
 
 
 def test_an_export_says_which_laws_it_leaves_out(mapping):
@@ -332,37 +355,82 @@ def test_an_export_says_which_laws_it_leaves_out(mapping):
 def test_the_path_ends_where_sliding_comes_before_rolling():
     """mu_r R* F_n = mu_s R F_n: the torque that holds a grain is all that friction can turn it with."""
     pair = ContactSpec(rolling_friction=0.27, static_friction=0.68)
-    assert rolling.place(0.0, pair) == 0.27
-    assert rolling.place(1.0, pair) * 0.5 == pytest.approx(0.68)
-    assert rolling.place(-0.25, pair) < 0.27
-    assert rolling.place(0.5, pair) == pytest.approx(math.sqrt(0.27 * 1.36), rel=1e-5)
+    path = "elastic_plastic"
+    assert rolling.place(path, 0.0, pair) == (0.27, 0.68)
+    assert rolling.place(path, 1.0, pair)[0] * 0.5 == pytest.approx(0.68)
+    assert rolling.place(path, -0.25, pair)[0] < 0.27
+    assert rolling.place(path, 0.5, pair)[0] == pytest.approx(math.sqrt(0.27 * 1.36), rel=1e-5)
     rough = ContactSpec(rolling_friction=3.0, static_friction=4.0)
-    assert rolling.place(1.0, rough) == rolling.MOST_ROLLING
+    assert rolling.place(path, 1.0, rough)[0] == rolling.MOST_ROLLING
+
+
+def test_grains_that_do_not_turn_have_more_rolling_friction_than_static(mapping):
+    """mu_r F R of the own spin holds whatever mu_s F R can turn, on grains and on walls."""
+    spec = parse_spec(rolling.on_path(mapping, "no_rotation", 0.6))
+    pair, wall = spec.contacts.particle_particle, spec.contacts.particle_wall
+    calibrated = parse_spec(mapping).contacts
+    assert pair.static_friction == pytest.approx(
+        0.6 * calibrated.particle_particle.static_friction, rel=1e-5
+    )
+    assert wall.static_friction == calibrated.particle_wall.static_friction
+    assert spec.laws.rolling == "constant_torque"
+    for contact in (pair, wall):
+        assert contact.rolling_friction > 2.0 * contact.static_friction
+
+
+def scan(**angles):
+    """Table of a scan: two runs at each place, about the angles given by path."""
+    rows = [
+        {"path": path, "share": share, "response": angle + e}
+        for path, values in angles.items()
+        for share, angle in zip(rolling.PATHS.get(path, [0.0]), values, strict=True)
+        for e in (-0.2, 0.2)
+    ]
+    return pd.DataFrame(rows)
+
+
+@pytest.mark.parametrize(
+    ("calibrated", "path", "reached"),
+    [
+        (33.0, "elastic_plastic", True),
+        (41.0, "no_rotation", True),
+        (70.0, "elastic_plastic", False),
+    ],
+)
+def test_the_search_takes_the_first_path_that_comes_to_the_angle(calibrated, path, reached):
+    runs = scan(
+        calibrated=[calibrated],
+        elastic_plastic=[23.2, 26.6, 29.5, 31.0, 34.3],
+        no_rotation=[28.0, 36.0, 44.0, 52.0, 61.0],
+    )
+    taken, found = rolling.search(runs)
+    assert (taken, found[taken].reached) == (path, reached)
+    if path == "no_rotation":
+        assert found[taken].share == pytest.approx(0.4 + 0.2 * 5 / 8)
 
 
 @pytest.mark.parametrize("target", [31.3, 38.0, 44.0, 49.9])
 def test_the_inverse_gives_back_the_angle_of_a_known_curve(target):
-    shares = np.repeat(rolling.PATH, 2)
+    shares = np.repeat(PATH, 2)
     curve = 35.0 + 15.0 * shares
-    found = rolling.invert(shares, curve + np.tile([0.3, -0.3], len(rolling.PATH)), target)
+    found = rolling.invert(shares, curve + np.tile([0.3, -0.3], len(PATH)), target)
     assert found.reached
     assert 35.0 + 15.0 * found.share == pytest.approx(target)
-    assert found.same_number == pytest.approx(35.0)
 
 
 def test_the_inverse_of_a_curve_with_a_dip_is_its_first_crossing():
     angles = [30.0, 35.0, 41.0, 39.0, 45.0]
-    assert rolling.invert(rolling.PATH, angles, 40.0).share == pytest.approx(0.3333 * 5 / 6)
+    assert rolling.invert(PATH, angles, 40.0).share == pytest.approx(0.3333 * 5 / 6)
 
 
 def test_an_angle_below_the_path_takes_its_start():
-    found = rolling.invert(rolling.PATH, [30.0, 35.0, 41.0, 42.0, 45.0], 20.0)
+    found = rolling.invert(PATH, [30.0, 35.0, 41.0, 42.0, 45.0], 20.0)
     assert (found.share, found.reached) == (-0.25, False)
 
 
 def test_an_angle_above_the_path_takes_the_smallest_number_as_good_as_the_best():
     """Means 25, 29, 33.5, 34, 33 with a standard error of 1/sqrt(2): 33.5 cannot be told from 34."""
-    shares = np.repeat(rolling.PATH, 2)
+    shares = np.repeat(PATH, 2)
     angles = np.repeat([25.0, 29.0, 33.5, 34.0, 33.0], 2) + np.tile([0.5**0.5, -(0.5**0.5)], 5)
     found = rolling.invert(shares, angles, 45.0)
     assert (found.share, found.reached) == (0.3333, False)
@@ -390,15 +458,15 @@ def test_the_scan_is_planned_law_by_law_with_new_seeds(mapping, tmp_path):
         pd.read_csv(tmp_path / "design.csv"),
         json.loads((tmp_path / "plan.json").read_text()),
     )
-    assert set(design["law"]) == {"constant_torque", *rolling.SEARCHED}
-    assert len(plan) == len(design) == rolling.OWN_SEEDS + len(rolling.PATH) * rolling.PATH_SEEDS
+    assert set(design["path"]) == {"calibrated", *rolling.PATHS}
+    places = sum(len(shares) for shares in rolling.PATHS.values())
+    assert len(plan) == len(design) == rolling.OWN_SEEDS + places * rolling.PATH_SEEDS
     for row in design.itertuples():
         spec = parse_spec(plan[row.run_id])
-        assert spec.laws.rolling == row.law
-        assert spec.contacts.particle_particle.rolling_friction == pytest.approx(
-            row.rolling_friction
-        )
-        assert spec.contacts.particle_wall.rolling_friction == pytest.approx(0.368)
+        assert (spec.laws.rolling == "elastic_plastic") == (row.path == "elastic_plastic")
+        pair = spec.contacts.particle_particle
+        assert pair.rolling_friction == pytest.approx(row.rolling_friction)
+        assert pair.static_friction == pytest.approx(row.static_friction)
 
 
 # --- calibrated.yaml -------------------------------------------------------------------------------------------------

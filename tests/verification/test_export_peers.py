@@ -24,16 +24,14 @@ TOPIC = "exported blocks in other engines"
 FOUND = {
     "law": "constant_torque",
     "unit": "deg",
-    "rolling_friction": 0.27,
-    "laws": {
-        "elastic_plastic": {
-            "rolling_friction": MU_R,
-            "reached": True,
-            "with_the_same_number": 30.0,
-            "smallest": 20.0,
-            "largest": 45.0,
-        }
-    },
+    "path": "elastic_plastic",
+    "rolling_friction": MU_R,
+    "static_friction": 0.67,
+    "stiffness_factor": 2.25,
+    "damping_ratio": 0.3,
+    "reached": True,
+    "with_the_same_number": 30.0,
+    "ranges": {"elastic_plastic": [20.0, 45.0]},
 }
 
 
@@ -53,7 +51,7 @@ neighbor 0.0005 bin
 neigh_modify delay 0
 include {block}
 timestep {step}
-fix move all nve/sphere
+fix move all ${{integrator}}
 """
 DUMP = """
 dump d all custom 1 final.dump id x y z vx vy vz omegax omegay omegaz
@@ -64,7 +62,7 @@ fix pull all gravity 9.81 vector 0 0 -1
 fix floor all wall/gran {floor}
 """
 FLOOR = {
-    liggghts: "model hertz tangential history rolling_friction epsd3 primitive type 2 zplane 0.0",
+    liggghts: "${law} primitive type 2 zplane 0.0",
     lammps: "granular ${grain_wall} zplane 0.0 NULL",
 }
 CODES = {liggghts: to_liggghts, lammps: to_lammps}
@@ -121,7 +119,7 @@ O.engines = [
     ForceResetter(),
     InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Facet_Aabb()]),
     InteractionLoop([Ig2_Sphere_Sphere_ScGeom(), Ig2_Facet_Sphere_ScGeom()], [physics], [law]),
-    wall_rolling,
+    upkeep,
     NewtonIntegrator(gravity=(0, 0, {gravity}), damping=0),
 ]
 O.dt = {step}

@@ -1,15 +1,23 @@
-"""What the search for equivalent rolling friction found, as numbers and sentences for the exports."""
+"""What the search for the calibrated angle in other codes found, as numbers and sentences for the exports."""
 
 from dataclasses import dataclass
 
-from calibration.export.rolling import DAMPING_RATIO, STIFFNESS_FACTOR, laws_to_scan
+from calibration.export.rolling import (
+    DAMPING_RATIO,
+    ELASTIC_PLASTIC,
+    NO_ROTATION,
+    STIFFNESS_FACTOR,
+    needs_search,
+)
 
 
 @dataclass(frozen=True)
 class Equivalent:
-    """Numbers of a law that give the calibrated angle."""
+    """Numbers of grain on grain that give the calibrated angle, in the elastic-plastic law or without rotation."""
 
+    rotates: bool
     rolling_friction: float
+    static_friction: float
     stiffness_factor: float
     damping_ratio: float
 
@@ -19,57 +27,75 @@ class Conversion:
 
     def __init__(self, spec, found=None):
         """spec: calibrated `RunSpec`; found: content of rolling.json, or None before the search."""
-        self.spec, self.found = spec, found
+        self.spec = spec
+        self.found = found if found and found["path"] else None
 
-    def of(self, law):
-        """`Equivalent` for a law: the calibrated numbers where the law is the same or nothing rolls."""
-        entry, q = self._entry(law) or {}, self.spec.law_parameters
-        own = self.spec.laws.rolling == law
-        factor = q.rolling_stiffness_factor if own else entry.get("stiffness_factor")
-        damping = q.rolling_damping_ratio if own else entry.get("damping_ratio")
+    @property
+    def equivalent(self):
+        """`Equivalent`: the calibrated numbers before the search, and where none is needed."""
+        if self.found:
+            f = self.found
+            return Equivalent(
+                f["path"] != NO_ROTATION,
+                f["rolling_friction"],
+                f["static_friction"],
+                f["stiffness_factor"],
+                f["damping_ratio"],
+            )
+        q, pair = self.spec.law_parameters, self.spec.contacts.particle_particle
+        factor, damping = q.rolling_stiffness_factor, q.rolling_damping_ratio
         return Equivalent(
-            entry.get("rolling_friction", self.spec.contacts.particle_particle.rolling_friction),
+            True,
+            pair.rolling_friction,
+            pair.static_friction,
             STIFFNESS_FACTOR if factor is None else factor,
             DAMPING_RATIO if damping is None else damping,
         )
 
-    def sentences(self, law, name):
+    def sentences(self, name):
         """What was done about rolling friction, for the head of a file; `name`: the law in that code's words."""
-        entry, own = self._entry(law), self.found
-        if entry is None:
-            return [self._without_search(law, name)]
-        unit = own["unit"]
+        if self.found is None:
+            return [self._without_search(name)]
+        f, pair = self.found, self.spec.contacts.particle_particle
+        unit, (low, high) = f["unit"], f["ranges"][ELASTIC_PLASTIC]
         out = [
-            f"Rolling friction: calibrated as {own['law']} with mu_r = {own['rolling_friction']:.4g}. {name} is "
-            "another law, on the relative spin; there the same number gives "
-            f"{entry['with_the_same_number']:.1f} {unit}. mu_r = {entry['rolling_friction']:.4g} below comes from "
-            f"runs of this engine's {law} along rising mu_r."
+            f"Rolling friction: calibrated as {f['law']} with mu_r = {pair.rolling_friction:.4g}. {name} is another "
+            f"law, on the relative spin; there the same number gives {f['with_the_same_number']:.1f} {unit}."
         ]
-        if not entry["reached"]:
+        if f["path"] == NO_ROTATION:
             out.append(
-                "THE CALIBRATED ANGLE IS OUT OF REACH of this law with the other parameters as they are: the search "
-                f"came to {entry['smallest']:.1f} to {entry['largest']:.1f} {unit}; the nearest is taken. Calibrating "
-                f"in this law (run: {{laws: {{rolling: {law}}}}}) tells whether other parameters can make up for it."
+                f"With more rolling friction that law comes to {low:.1f} to {high:.1f} {unit}, which is short of the "
+                "calibrated angle. So THE GRAINS DO NOT TURN here, and static friction of grain on grain is "
+                f"{f['static_friction']:.4g} in place of {pair.static_friction:.4g}: this gives the angle. It is a "
+                "stand-in for heaps, not for what hangs on the grains' spin."
             )
-        return out + [_check(entry[s], s, unit) for s in ("coarse", "full") if s in entry]
+        elif f["reached"]:
+            out.append(
+                f"mu_r = {f['rolling_friction']:.4g} below comes from runs of this engine's elastic_plastic along "
+                "rising mu_r."
+            )
+        else:
+            out.append(
+                f"THE CALIBRATED ANGLE IS OUT OF REACH: that law came to {low:.1f} to {high:.1f} {unit} along rising "
+                f"mu_r; the nearest, mu_r = {f['rolling_friction']:.4g}, is taken. Calibrating in this law (run: "
+                "{laws: {rolling: elastic_plastic}}) tells whether other parameters can make up for it."
+            )
+        return out + [_check(f[s], s, unit) for s in ("coarse", "full") if s in f]
 
-    def _entry(self, law):
-        return self.found["laws"].get(law) if self.found else None
-
-    def _without_search(self, law, name):
+    def _without_search(self, name):
         laws = self.spec.laws
         rolls = laws.rolling != "none" and self.spec.contacts.particle_particle.rolling_friction > 0
-        if not rolls or laws.rolling == law:
+        if not rolls or laws.rolling == ELASTIC_PLASTIC:
             what = "is the law calibrated with" if rolls else "is off"
             return f"Rolling friction: {name} {what}; the number is used as it is."
         not_converted = (
             f"NOT CONVERTED: rolling friction was calibrated as {laws.rolling}, {name} is another law, and the number "
             "below is the calibrated one."
         )
-        if law in laws_to_scan(self.spec):
+        if needs_search(self.spec):
             return (
                 f"{not_converted} The heap is flatter with it. `snakemake -j2 export_converted` searches what gives "
-                "the calibrated angle in this law and writes exports/converted/; it makes some thirty heaps."
+                "the calibrated angle in this code and writes exports/converted/; it makes some forty heaps."
             )
         return f"{not_converted} Without a heap there is no angle to keep."
 

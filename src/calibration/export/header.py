@@ -11,7 +11,7 @@ def header(mark, title, about, conversion, law, *notes):
     conversion: `Conversion`; law: `elastic_plastic` in that code's words.
     """
     out = []
-    for text in (title, *about, *conversion.sentences("elastic_plastic", law), *notes):
+    for text in (title, *about, *conversion.sentences(law), *notes):
         out += [f"{mark} {line}" for line in textwrap.wrap(text, WIDTH - len(mark))]
     return out
 

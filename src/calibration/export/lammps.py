@@ -20,6 +20,8 @@ import math
 from calibration.export.header import header
 from calibration.export.material import rolling_dashpot, rolling_stiffness
 
+SPRING = "The rolling spring is a constant in LAMMPS: that of a contact under {load:.3g} N, ten grain weights."
+
 
 def hertz_stiffness(pair):
     """k of `hertz` [Pa]: 4/3 E*."""
@@ -45,19 +47,20 @@ def rolling(pair, rolling_friction, load, equivalent):
 
 def block(material, conversion, about):
     """Text of the include file. material: `Granulate`; conversion: `Conversion`; about: lines of provenance."""
-    g, e = material, conversion.of("elastic_plastic")
+    g, e, gw = material, conversion.equivalent, material.grain_wall
     lines = header(
         "#",
         "LAMMPS, package GRANULAR: include this after `create_box`; atom_style sphere, units si, newton off, "
-        "comm_modify vel yes.",
+        "comm_modify vel yes. Move the grains with `fix move all ${integrator}`.",
         about,
         conversion,
         "rolling sds",
-        f"The rolling spring is a constant in LAMMPS: that of a contact under {g.load:.3g} N, ten grain weights.",
+        *([SPRING.format(load=g.load)] if e.rotates else []),
     )
     lines += [
-        _law("grain_grain", g.grain_grain, e.rolling_friction, g.load, e),
-        _law("grain_wall", g.grain_wall, g.grain_wall.rolling_friction, g.load, e),
+        _law("grain_grain", g.grain_grain, e.static_friction, e.rolling_friction, g.load, e),
+        _law("grain_wall", gw, gw.static_friction, gw.rolling_friction, g.load, e),
+        f"variable integrator string {'nve/sphere' if e.rotates else 'nve'}",
         "pair_style granular",
         "pair_coeff * * ${grain_grain}",
         f"timestep {g.time_step:.4g}",
@@ -67,11 +70,11 @@ def block(material, conversion, about):
     return "\n".join(lines) + "\n"
 
 
-def _law(name, pair, rolling_friction, load, equivalent):
+def _law(name, pair, static_friction, rolling_friction, load, equivalent):
     k, gamma = rolling(pair, rolling_friction, load, equivalent)
+    sds = f"rolling sds {k:.6g} {gamma:.6g} {rolling_friction:.6g} " if equivalent.rotates else ""
     return (
         f'variable {name} string "hertz {hertz_stiffness(pair):.6g} {pair.restitution:.6g} '
         f"tangential mindlin_rescale/force {tangential_stiffness(pair):.6g} {tangential_damping(pair):.6g} "
-        f"{pair.static_friction:.6g} rolling sds {k:.6g} {gamma:.6g} {rolling_friction:.6g} "
-        f'damping coeff_restitution"'
+        f'{static_friction:.6g} {sds}damping coeff_restitution"'
     )

@@ -43,12 +43,13 @@ def viscous_damping(ratio):
 
 def block(material, conversion, about):
     """Text of the include file. material: `Granulate`; conversion: `Conversion`; about: lines of provenance."""
-    g, e = material, conversion.of("elastic_plastic")
+    g, e = material, conversion.equivalent
     gg, gw = g.grain_grain, g.grain_wall
     young = [g.grain.young_modulus, g.wall.young_modulus]
     lines = header(
         "#",
-        "LIGGGHTS 3.8: include this after `create_box 2 ...`; atom type 1 is the grain, 2 the wall.",
+        "LIGGGHTS 3.8: include this after `create_box 2 ...`; atom type 1 is the grain, 2 the wall. "
+        "Move the grains with `fix move all ${integrator}`.",
         about,
         conversion,
         "epsd3",
@@ -61,18 +62,29 @@ def block(material, conversion, about):
         _per_type("youngsModulus", young),
         _per_type("poissonsRatio", [g.grain.poisson_ratio, g.wall.poisson_ratio]),
         _per_pair("coefficientRestitution", gg.restitution, gw.restitution),
-        _per_pair("coefficientFriction", gg.static_friction, gw.static_friction),
-        _per_pair("coefficientRollingFriction", e.rolling_friction, gw.rolling_friction),
-        _per_pair("coefficientRollingViscousDamping", *2 * [viscous_damping(e.damping_ratio)]),
-        f"fix rollingStiffness all property/global rollingStiffness scalar "
-        f"{rolling_stiffness_factor(e.stiffness_factor):.6g}",
-        "pair_style gran model hertz tangential history rolling_friction epsd3",
+        _per_pair("coefficientFriction", e.static_friction, gw.static_friction),
+        *(_rolling(e, gw) if e.rotates else []),
+        f'variable law string "model hertz tangential history{" rolling_friction epsd3" * e.rotates}"',
+        f"variable integrator string {'nve/sphere' if e.rotates else 'nve'}",
+        "pair_style gran ${law}",
         "pair_coeff * *",
         f"timestep {g.time_step:.4g}",
         f"# grains: density {g.grain.density:g} kg/m3; walls: type 2 and",
-        "#   fix ... wall/gran model hertz tangential history rolling_friction epsd3 mesh n_meshes ... meshes ...",
+        "#   fix ... wall/gran ${law} mesh n_meshes ... meshes ...",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _rolling(equivalent, grain_wall):
+    damping = viscous_damping(equivalent.damping_ratio)
+    stiffness = rolling_stiffness_factor(equivalent.stiffness_factor)
+    return [
+        _per_pair(
+            "coefficientRollingFriction", equivalent.rolling_friction, grain_wall.rolling_friction
+        ),
+        _per_pair("coefficientRollingViscousDamping", damping, damping),
+        f"fix rollingStiffness all property/global rollingStiffness scalar {stiffness:.6g}",
+    ]
 
 
 def _per_type(name, values):

@@ -13,6 +13,7 @@ MindlinRollingTorsionInteraction.cc
     `elastic_plastic`. Its spring is 8 G a, not to be chosen: stiffer than ours, by 16 G/(E* f mu_r^2) in k_r, f ours.
     rollingDissipation is C_r/(2 R*)^2.
 A wall has no curvature: R* = R there (BaseInteraction.cc).
+setRotation(false) keeps grains from turning (DPMBase.h).
 """
 
 import math
@@ -21,6 +22,10 @@ from calibration.export.header import header
 from calibration.export.material import rolling_dashpot
 
 TANGENTIAL = 2.0 / 3.0
+SPRING = (
+    "MercuryDPM takes the stiffness of the rolling spring from the shear modulus; it is stiffer than in the runs "
+    "behind this number."
+)
 
 
 def shear_modulus(pair):
@@ -52,7 +57,7 @@ def rolling_dissipation(pair, load, ratio):
 
 def block(material, conversion, about):
     """Text of the C++ block. material: `Granulate`; conversion: `Conversion`; about: lines of provenance."""
-    g, e = material, conversion.of("elastic_plastic")
+    g, e, gw = material, conversion.equivalent, material.grain_wall
     head = header(
         "//",
         "MercuryDPM 1.0: put this into setupInitialConditions(), with "
@@ -60,8 +65,8 @@ def block(material, conversion, about):
         about,
         conversion,
         "rolling of HertzianViscoelasticMindlinRollingTorsionSpecies",
-        "MercuryDPM takes the stiffness of the rolling spring from the shear modulus; it is stiffer than in the "
-        "runs behind this number. This block has been checked against the sources, not run.",
+        *([SPRING] if e.rotates else []),
+        "This block has been checked against the sources, not run.",
     )
     body = [
         "HertzianViscoelasticMindlinRollingTorsionSpecies species;",
@@ -71,20 +76,21 @@ def block(material, conversion, about):
         "auto wall = speciesHandler.copyAndAddObject(species);",
         "auto grainWall = dynamic_cast<HertzianViscoelasticMindlinRollingTorsionMixedSpecies*>(",
         "    speciesHandler.getMixedObject(grain->getIndex(), wall->getIndex()));",
-        *_setters("grain", g.grain_grain, e.rolling_friction, g.load, e),
-        *_setters("grainWall", g.grain_wall, g.grain_wall.rolling_friction, g.load, e),
+        *_setters("grain", g.grain_grain, e.static_friction, e.rolling_friction, g.load, e),
+        *_setters("grainWall", gw, gw.static_friction, gw.rolling_friction, g.load, e),
+        *([] if e.rotates else ["setRotation(false);"]),
         f"setTimeStep({g.time_step:.4g});",
     ]
     return "\n".join(head + body) + "\n"
 
 
-def _setters(name, pair, coefficient, load, equivalent):
+def _setters(name, pair, static_friction, rolling, load, equivalent):
     values = (
         ("EffectiveElasticModulusAndRestitutionCoefficient", pair.young, pair.restitution),
         ("EffectiveShearModulus", shear_modulus(pair)),
         ("SlidingDissipation", sliding_dissipation(pair)),
-        ("SlidingFrictionCoefficient", pair.static_friction),
-        ("RollingFrictionCoefficient", rolling_friction(coefficient)),
+        ("SlidingFrictionCoefficient", static_friction),
+        ("RollingFrictionCoefficient", rolling_friction(rolling) if equivalent.rotates else 0.0),
         ("RollingDissipation", rolling_dissipation(pair, load, equivalent.damping_ratio)),
         ("TorsionFrictionCoefficient", 0.0),
     )

@@ -1,17 +1,25 @@
-"""Rolling friction in another law: which coefficient gives the same angle of repose.
+"""The calibrated angle in codes with other laws of rolling friction: which numbers give it there.
 
 The law calibrated with (usually EDEM's constant torque on each grain's own spin) is missing from most codes. Theirs act
 on the relative spin of two grains. With the same number, or with the number that makes the torques equal, their heaps
 are flatter by about ten degrees, because grains that turn together feel nothing. No formula leads from one coefficient
 to the other, so the angle is measured: this engine has both kinds of law.
 
-The search raises the rolling friction of grain on grain in that law, from less than the calibrated number to so much
-that grains slide before they roll. Everything else stays. The angle along this path is made monotone and inverted for
-the angle that the calibrated law gives; runs at the number found confirm it. Where the path does not come to the angle
-(grains that cannot roll on each other still slide, twist and turn together), the smallest number that is as good as the
-best is taken, and the exports say what is missing.
+Two paths are searched, everything else staying as it is.
 
-The path is run with fewer, larger grains of the same total volume in the same rig (MOST_GRAINS), both laws alike; the
+elastic_plastic
+    The rolling friction of grain on grain rises in that law, from less than the calibrated number to so much that
+    grains slide before they roll.
+no_rotation
+    Grains do not turn at all, and the static friction of grain on grain rises to the calibrated number. Every code can
+    do this, and it means the same in each. Here it is `constant_torque` with more rolling friction than static.
+
+The angle along a path is made monotone and inverted for the angle that the calibrated law gives. The first path that
+comes to it is taken; a steep heap is beyond the first, as grains that cannot roll on each other still slide, twist and
+turn together. Runs at the point found confirm it. Where no path comes to the angle, the first path's smallest number
+that is as good as its best is taken, and the exports say what is missing.
+
+The paths are run with fewer, larger grains of the same total volume in the same rig (MOST_GRAINS), all laws alike; the
 confirmation also at the study's own scale.
 """
 
@@ -26,11 +34,15 @@ from calibration.statistics.validate import compare
 from dem.errors import SpecError
 from dem.spec import parse_spec
 
-SEARCHED = ("elastic_plastic",)
-"""Laws that other codes have and that mean the same there. `constant_torque_relative` is none of them: LIGGGHTS' `cdt`
-does not stop at a reversal of the spin, and its heaps are flatter than ours."""
-PATH = (-0.25, 0.0, 0.3333, 0.6667, 1.0)
-"""Places on the path: 0 the calibrated number, 1 its top, with equal ratios between."""
+ELASTIC_PLASTIC, NO_ROTATION = "elastic_plastic", "no_rotation"
+PATHS = {
+    ELASTIC_PLASTIC: (-0.25, 0.0, 0.3333, 0.6667, 1.0),
+    NO_ROTATION: (0.25, 0.4, 0.6, 0.8, 1.0),
+}
+"""Path -> places on it, see `place`. `constant_torque_relative` is none of them: LIGGGHTS' `cdt` does not stop at a
+reversal of the spin, and its heaps are flatter than ours."""
+CALIBRATED = "calibrated"
+COLUMNS = ("path", "scale", "share", "rolling_friction", "static_friction", "seed", "run_id")
 MOST_ROLLING = 5.0  # what a run spec allows
 OWN_SEEDS, PATH_SEEDS, CONFIRM_SEEDS, FULL_SEEDS = 6, 3, 5, 3
 MOST_GRAINS = 2500
@@ -40,24 +52,27 @@ energy of such a heap never falls to that of rest."""
 STIFFNESS_FACTOR, DAMPING_RATIO = 2.25, 0.3
 
 
-def place(share, pair):
-    """Rolling friction of grain on grain at a place of the path, from the calibrated contact (`ContactSpec`).
+def place(path, share, pair):
+    """(rolling friction, static friction) of grain on grain at a place of a path, from the calibrated contact
+    (`ContactSpec`).
 
-    The top is 2 mu_s: the limit mu_r R* F_n is then mu_s R F_n for equal grains, all that sliding friction can turn a
-    grain with, so that a larger number changes nothing. Rounded, as levels name cached runs.
+    elastic_plastic: 0 is the calibrated number, 1 the top, with equal ratios between. The top is 2 mu_s: the limit
+    mu_r R* F_n is then mu_s R F_n for equal grains, all that sliding friction can turn a grain with, so that a larger
+    number changes nothing. no_rotation: the share of the calibrated static friction. Rounded, as levels name cached
+    runs.
     """
-    mu = pair.rolling_friction
-    top = min(2.0 * max(pair.static_friction, mu), MOST_ROLLING)
-    return round(min(mu * (top / mu) ** share, MOST_ROLLING), 6)
+    mu, static = pair.rolling_friction, pair.static_friction
+    if path == NO_ROTATION:
+        return MOST_ROLLING, round(share * static, 6)
+    top = min(2.0 * max(static, mu), MOST_ROLLING)
+    return round(min(mu * (top / mu) ** share, MOST_ROLLING), 6), static
 
 
-def laws_to_scan(spec):
-    """Laws of SEARCHED that the calibrated `RunSpec` does not have; none where grains roll freely, and none where no
-    heap was calibrated, so that there is no angle to keep."""
+def needs_search(spec):
+    """Whether other codes need other numbers than the calibrated ones of a `RunSpec`: not where theirs is the law
+    calibrated with, where grains roll freely, or where no heap was calibrated, so that there is no angle to keep."""
     free = spec.laws.rolling == "none" or spec.contacts.particle_particle.rolling_friction == 0.0
-    if free or spec.experiment != "heap":
-        return []
-    return [law for law in SEARCHED if law != spec.laws.rolling]
+    return not free and spec.experiment == "heap" and spec.laws.rolling != ELASTIC_PLASTIC
 
 
 def calibrated_spec(config, factors, optimum, seed=None):
@@ -96,13 +111,19 @@ def timed(spec):
     return overlay(spec, {"numerics": {"max_time_s": end}})
 
 
-def with_law(spec, law, rolling):
-    """The run spec (a mapping) with another rolling law and coefficient of grain on grain."""
+def on_path(spec, path, share):
+    """The run spec (a mapping) of the calibrated point moved to a place of a path."""
+    rolling, static = place(path, share, parse_spec(spec).contacts.particle_particle)
     changes = {
-        "laws": {"rolling": law},
-        "contacts": {"particle_particle": {"rolling_friction": rolling}},
+        "laws": {"rolling": "constant_torque"},
+        "contacts": {
+            "particle_particle": {"rolling_friction": rolling, "static_friction": static},
+        },
     }
-    if law == "elastic_plastic":
+    if path == NO_ROTATION:
+        changes["contacts"]["particle_wall"] = {"rolling_friction": rolling}
+    else:
+        changes["laws"] = {"rolling": path}
         changes["law_parameters"] = {
             "rolling_stiffness_factor": STIFFNESS_FACTOR,
             "rolling_damping_ratio": DAMPING_RATIO,
@@ -112,22 +133,22 @@ def with_law(spec, law, rolling):
     return overlay(spec | {"law_parameters": kept}, changes)
 
 
-def _rows(base, law, share, seeds, scale):
-    """Design rows and {run_id: spec} of one point; law None: as calibrated."""
-    own = parse_spec(base)
-    pair = own.contacts.particle_particle
-    changed = base if law is None else with_law(base, law, place(share, pair))
+def rows_at(base, path, share, seeds, scale):
+    """Design rows and {run_id: spec} of runs at one place; path None: as calibrated."""
     rows, specs = [], {}
+    moved = base if path is None else on_path(base, path, share)
+    pair = parse_spec(moved).contacts.particle_particle
     for n in range(seeds):
-        spec = timed(overlay(changed, {"seed": base["seed"] + n}))
+        spec = timed(overlay(moved, {"seed": base["seed"] + n}))
         name = run_id(spec)
         specs[name] = spec
         rows.append(
             {
-                "law": law or own.laws.rolling,
+                "path": path or CALIBRATED,
                 "scale": scale,
                 "share": share,
-                "rolling_friction": pair.rolling_friction if law is None else place(share, pair),
+                "rolling_friction": pair.rolling_friction,
+                "static_friction": pair.static_friction,
                 "seed": spec["seed"],
                 "run_id": name,
             }
@@ -138,17 +159,20 @@ def _rows(base, law, share, seeds, scale):
 def _write(parts, folder):
     rows = [row for part, _ in parts for row in part]
     specs = {name: spec for _, part in parts for name, spec in part.items()}
-    columns = ["law", "scale", "share", "rolling_friction", "seed", "run_id"]
-    write_plan(folder, pd.DataFrame(rows, columns=columns), specs)
+    write_plan(folder, pd.DataFrame(rows, columns=list(COLUMNS)), specs)
 
 
 def plan_scan(spec, folder):
-    """Plan runs of the calibrated law and along each other law's path; spec: calibrated run spec (a mapping)."""
-    parts, laws = [], laws_to_scan(parse_spec(spec))
-    if laws:
+    """Plan runs of the calibrated law and along each path; spec: calibrated run spec (a mapping)."""
+    parts = []
+    if needs_search(parse_spec(spec)):
         base = coarse(spec)
-        parts = [_rows(base, None, 0.0, OWN_SEEDS, "coarse")]
-        parts += [_rows(base, law, s, PATH_SEEDS, "coarse") for law in laws for s in PATH]
+        parts = [rows_at(base, None, 0.0, OWN_SEEDS, "coarse")]
+        parts += [
+            rows_at(base, path, share, PATH_SEEDS, "coarse")
+            for path, shares in PATHS.items()
+            for share in shares
+        ]
     _write(parts, folder)
 
 
@@ -160,11 +184,10 @@ def read_scan(design_file, metric):
 
 @dataclass(frozen=True)
 class Inverse:
-    """Where on the path a law gives the angle: share, and what the scan says of it [unit of the angle]."""
+    """Where on a path the angle is: share, and the range that the scan came to [unit of the angle]."""
 
     share: float
     reached: bool
-    same_number: float
     smallest: float
     largest: float
 
@@ -188,29 +211,36 @@ def invert(shares, angles, target):
     else:
         error = np.sqrt(groups.var(ddof=1).mean() / groups.size().mean())
         share = x[np.flatnonzero(y >= y[-1] - np.nan_to_num(error))[0]]
-    return Inverse(float(share), reached, float(means[0.0]), float(y[0]), float(y[-1]))
+    return Inverse(float(share), reached, float(y[0]), float(y[-1]))
 
 
-def inverses(scan, spec):
-    """{law: Inverse} of a scan (table with `response`) for the calibrated `RunSpec`; laws without runs are left out."""
-    own = scan[scan["law"] == spec.laws.rolling]["response"].mean()
-    found = {}
-    for law in [law for law in laws_to_scan(spec) if (scan["law"] == law).any()]:
-        runs = scan[scan["law"] == law]
-        found[law] = invert(runs["share"], runs["response"], own)
-    return found
+def angles_of(runs, path):
+    """(n,) responses of a path's runs."""
+    return runs[runs["path"] == path]["response"]
+
+
+def search(scan):
+    """(path taken, {path: Inverse}) of a scan (table with `response`); (None, {}) of an empty one."""
+    if scan.empty:
+        return None, {}
+    own = angles_of(scan, CALIBRATED).mean()
+    shares = scan["share"]
+    found = {
+        path: invert(shares[scan["path"] == path], angles_of(scan, path), own) for path in PATHS
+    }
+    reaching = [path for path, inverse in found.items() if inverse.reached]
+    return (reaching or [ELASTIC_PLASTIC])[0], found
 
 
 def plan_confirmation(spec, scan_file, metric, folder):
-    """Plan runs at the point found for each law, on the scan's scale and on the study's own."""
-    parts, parsed = [], parse_spec(spec)
-    scan = read_scan(scan_file, metric)
-    for law, found in inverses(scan, parsed).items():
-        base = coarse(spec)
-        share = round(found.share, 4)
-        parts.append(_rows(base, law, share, CONFIRM_SEEDS, "coarse"))
+    """Plan runs at the point found, on the scan's scale and on the study's own."""
+    parts = []
+    path, found = search(read_scan(scan_file, metric))
+    if path:
+        base, share = coarse(spec), round(found[path].share, 4)
+        parts.append(rows_at(base, path, share, CONFIRM_SEEDS, "coarse"))
         if base is not spec:
-            parts.append(_rows(spec, law, share, FULL_SEEDS, "full"))
+            parts.append(rows_at(spec, path, share, FULL_SEEDS, "full"))
     _write(parts, folder)
 
 
@@ -220,31 +250,30 @@ def conclude(spec, scan, confirmation, validated, margin, unit):
     spec: calibrated `RunSpec`; scan, confirmation: tables with `response`; validated: (n,) angles of the calibrated law
     at the study's own scale; margin: difference that does not matter; unit: of both.
     """
-    own = scan[scan["law"] == spec.laws.rolling]["response"]
-    pair = spec.contacts.particle_particle
-    out = {"law": spec.laws.rolling, "unit": unit, "laws": {}}
-    out["rolling_friction"] = pair.rolling_friction
-    for law, found in inverses(scan, spec).items():
-        runs = confirmation[confirmation["law"] == law]
-        entry = {
-            "rolling_friction": place(round(found.share, 4), pair),
-            "reached": found.reached,
-            "with_the_same_number": found.same_number,
-            "smallest": found.smallest,
-            "largest": found.largest,
-        }
-        if law == "elastic_plastic":
-            entry |= {"stiffness_factor": STIFFNESS_FACTOR, "damping_ratio": DAMPING_RATIO}
-        for scale, against in (("coarse", own), ("full", validated)):
-            angles = runs[runs["scale"] == scale]["response"]
-            if len(angles):
-                entry[scale] = _agreement(angles, against, margin)
-        out["laws"][law] = entry
+    pair, (path, found) = spec.contacts.particle_particle, search(scan)
+    out = {"law": spec.laws.rolling, "unit": unit, "path": path}
+    if path is None:
+        return out
+    rolling, static = place(path, round(found[path].share, 4), pair)
+    steps = scan[(scan["path"] == ELASTIC_PLASTIC) & (scan["share"] == 0.0)]
+    out |= {
+        "rolling_friction": rolling,
+        "static_friction": static,
+        "stiffness_factor": STIFFNESS_FACTOR,
+        "damping_ratio": DAMPING_RATIO,
+        "reached": found[path].reached,
+        "with_the_same_number": float(steps["response"].mean()),
+        "ranges": {name: [inverse.smallest, inverse.largest] for name, inverse in found.items()},
+    }
+    for scale, against in (("coarse", angles_of(scan, CALIBRATED)), ("full", validated)):
+        angles = confirmation[confirmation["scale"] == scale]["response"]
+        if len(angles):
+            out[scale] = _agreement(angles, against, margin)
     return out
 
 
 def _agreement(angles, against, margin):
-    """Runs of the other law beside runs of the calibrated one on the same scale."""
+    """Runs at the point found beside runs of the calibrated law on the same scale."""
     c = compare([list(angles)], list(against), margin)
     return {
         "mean": c.simulated_mean,

@@ -29,6 +29,37 @@ def eta(pair, rolling_friction, radii):
     return rolling_friction * pair.radius / (0.5 * sum(radii))
 
 
+SPRING = (
+    "The rolling spring is a constant in YADE, that of a contact under {load:.3g} N, ten grain weights, and has no "
+    "dashpot. eta is one number for all pairs, so wallRolling() sets the moment of grains on walls."
+)
+HOLD = """def holdGrains():
+    for b in O.bodies:
+        if b.mat.id == grain and b.state.blockedDOFs != "XYZ":
+            b.state.blockedDOFs, b.state.angVel = "XYZ", (0, 0, 0)
+
+
+upkeep = PyRunner(command="holdGrains()", iterPeriod=50, firstIterRun=1)"""
+
+
+def _rolling(material, equivalent):
+    """Arguments of the physics and the engine that give grains their rolling moment."""
+    gg, gw, r = material.grain_grain, material.grain_wall, material.radius
+    mu, factor = equivalent.rolling_friction, equivalent.stiffness_factor
+    k_grain = rolling_stiffness(gg, mu, material.load, factor)
+    k_wall = rolling_stiffness(gw, gw.rolling_friction, material.load, factor)
+    moment = f"    krot={k_grain:.6g},\n    eta={eta(gg, mu, (r, r)):.6g},\n"
+    upkeep = f"""def wallRolling():
+    for i in O.interactions:
+        if i.isReal and wall in (O.bodies[i.id1].mat.id, O.bodies[i.id2].mat.id):
+            i.phys.maxBendPl = {gw.rolling_friction:.6g} * min(i.geom.refR1, i.geom.refR2)
+            i.phys.kr = {k_wall:.6g}
+
+
+upkeep = PyRunner(command="wallRolling()", iterPeriod=50)"""
+    return moment, upkeep
+
+
 def _material(name, material, angle):
     return f"""{name} = O.materials.append(
     FrictMat(
@@ -43,21 +74,19 @@ def _material(name, material, angle):
 
 def block(material, conversion, about):
     """Text of the script. material: `Granulate`; conversion: `Conversion`; about: lines of provenance."""
-    g, e = material, conversion.of("elastic_plastic")
-    gg, gw, r = g.grain_grain, g.grain_wall, g.radius
+    g, e = material, conversion.equivalent
+    gg, gw = g.grain_grain, g.grain_wall
     head = header(
         "#",
         "YADE 2023.02: execute this in a script, exec(open('yade.py').read()), and use grain, wall, physics, law and "
-        "wall_rolling.",
+        "the engine upkeep.",
         about,
         conversion,
         "the rolling moment of Law2_ScGeom_MindlinPhys_Mindlin",
-        f"The rolling spring is a constant in YADE, that of a contact under {g.load:.3g} N, ten grain weights, and has "
-        "no dashpot. eta is one number for all pairs, so wallRolling() sets the moment of grains on walls.",
+        *([SPRING.format(load=g.load)] if e.rotates else []),
     )
-    angles = [math.atan(p.static_friction) for p in (gg, gw)]
-    k_grain = rolling_stiffness(gg, e.rolling_friction, g.load, e.stiffness_factor)
-    k_wall = rolling_stiffness(gw, gw.rolling_friction, g.load, e.stiffness_factor)
+    angles = [math.atan(mu) for mu in (e.static_friction, gw.static_friction)]
+    moment, upkeep = _rolling(material, e) if e.rotates else ("", HOLD)
     return (
         "\n".join(head)
         + f"""
@@ -70,20 +99,11 @@ physics = Ip2_FrictMat_FrictMat_MindlinPhys(
     frictAngle=MatchMaker(
         matches=((grain, grain, {angles[0]:.6g}), (grain, wall, {angles[1]:.6g}))
     ),
-    krot={k_grain:.6g},
-    eta={eta(gg, e.rolling_friction, (r, r)):.6g},
-)
-law = Law2_ScGeom_MindlinPhys_Mindlin(includeMoment=True)
+{moment})
+law = Law2_ScGeom_MindlinPhys_Mindlin(includeMoment={e.rotates})
 
 
-def wallRolling():
-    for i in O.interactions:
-        if i.isReal and wall in (O.bodies[i.id1].mat.id, O.bodies[i.id2].mat.id):
-            i.phys.maxBendPl = {gw.rolling_friction:.6g} * min(i.geom.refR1, i.geom.refR2)
-            i.phys.kr = {k_wall:.6g}
-
-
-wall_rolling = PyRunner(command="wallRolling()", iterPeriod=50)
+{upkeep}
 O.dt = {g.time_step:.4g}
 """
     )
