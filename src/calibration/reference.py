@@ -3,6 +3,7 @@
 python -m calibration.reference results/salt
 """
 
+import json
 import shutil
 import sys
 from pathlib import Path
@@ -24,6 +25,7 @@ KEPT = (
 )
 BEGIN, END = "<!-- results: begin -->", "<!-- results: end -->"
 TABLE = Path("reproduction") / "reproduction.csv"
+ASCENT_ITEM, PRINTED_ASCENT = "Table 10", "table10_steepest_ascent.csv"
 
 
 def keep(study, target):
@@ -36,16 +38,34 @@ def keep(study, target):
                     shutil.copy(path, Path(target) / folder.name / path.name)
 
 
-def block(table, link):
-    """Markdown: the rows of the reproduction table that matter most, the counts of all rows, and the `link` to them."""
+def block(table, link, ascent=None):
+    """Markdown: the rows of the reproduction table that matter most, the counts of all rows, and the `link` to them.
+
+    ascent: (printed angles, this project's) along the paths of steepest ascent [deg], in the place of their table's
+    summary: the paths differ, so that no angle has its counterpart, and both are shown.
+    """
     lines = ["| | | paper (EDEM) | this project | agreement |", "|---|---|---|---|---|"]
     for row in table[table["headline"]].itertuples():
+        if ascent and row.item == ASCENT_ITEM:
+            printed, ours = (", ".join(f"{x:.1f}" for x in angles) for angles in ascent)
+            name = "angles along the ascent, each its own path [deg]"
+            lines.append(f"| {row.item} | {name} | {printed} | {ours} | {row.agreement} |")
+            continue
         quantity = row.quantity if row.unit == "1" else f"{row.quantity} [{row.unit}]"
         paper = "" if pd.isna(row.paper) else row.paper
         lines.append(f"| {row.item} | {quantity} | {paper} | {_ours(row)} | {row.agreement} |")
     return "\n".join(
         [*lines, "", f"All tables and equations, with intervals: [{link}]({link}). {counts(table)}"]
     )
+
+
+def ascents(study, paper="data/paper"):
+    """(printed angles, a study's angles) [deg] along the steepest ascents, or None where one of them is missing."""
+    ours, printed = Path(study) / "ascent" / "ascent.json", Path(paper) / PRINTED_ASCENT
+    if not (ours.is_file() and printed.is_file()):
+        return None
+    angles = pd.read_csv(printed, comment="#")["angle_deg"]
+    return list(angles), json.loads(ours.read_text())["responses"]
 
 
 def _ours(row):
@@ -73,7 +93,8 @@ def main(study):
         keep(study, target)
     readme = Path("README.md")
     before, rest = readme.read_text().split(BEGIN, 1)
-    text = block(pd.read_csv(target / TABLE, dtype={"paper": str}), target / TABLE)
+    table = pd.read_csv(target / TABLE, dtype={"paper": str})
+    text = block(table, target / TABLE, ascents(target))
     readme.write_text(f"{before}{BEGIN}\n{text}\n{END}{rest.split(END, 1)[1]}")
 
 

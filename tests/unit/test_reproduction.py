@@ -11,7 +11,7 @@ import yaml
 from calibration.audit.paper import Paper
 from calibration.config import parse_config
 from calibration.errors import CalibrationError
-from calibration.reference import BEGIN, END, block, main
+from calibration.reference import BEGIN, END, ascents, block, main
 from calibration.reproduction import counts, reproduce, write_reproduction
 from calibration.reproduction import rows as r
 from calibration.reproduction.table import ORDER, PAPER
@@ -169,3 +169,14 @@ def test_the_readme_gets_the_rows_that_matter(config, study, tmp_path, monkeypat
     shutil.rmtree(tmp_path / "results")
     kept = pd.read_csv(folder / "reproduction" / "reproduction.csv", dtype={"paper": str})
     assert block(kept, link) in text
+
+
+def test_the_readme_shows_both_ascents(config, study, tmp_path):
+    table = reproduce([study()], config)
+    (tmp_path / "ascent").mkdir()
+    assert ascents(tmp_path) is None
+    (tmp_path / "ascent" / "ascent.json").write_text(json.dumps({"responses": [31.89, 38.83]}))
+    text = block(table, "link", ascents(tmp_path))
+    (row,) = [line for line in text.splitlines() if line.startswith("| Table 10 |")]
+    # as printed in Table 10, and ours
+    assert "| 34.9, 43.6, 46.9, 50.2, 53.6 | 31.9, 38.8 |" in row
