@@ -45,3 +45,20 @@ def test_the_history_grows_by_a_line_a_case_and_its_figure_shows_the_latest(tmp_
     assert rows[0]["engine"]
     draw(history, tmp_path / "history.svg")
     assert "ns per particle and step" in (tmp_path / "history.svg").read_text()
+
+
+def test_the_figure_has_a_panel_for_each_kind_of_measurement_alone(tmp_path):
+    """What was not measured yet leaves no empty axes."""
+    history, sizes = tmp_path / "history.csv", (1000, 10000, 100000)
+    titles = []
+    for rows in (
+        [{"case": "cold start", "wall_time_s": 60.0}],
+        [{"case": "peers: liggghts", "particle_steps_per_s": 5e6}],
+        [{"case": f"settled bed of {n}", "particle_steps_per_s": 3e7} for n in sizes],
+    ):
+        append(history, rows)
+        figure = tmp_path / f"{len(titles)}.svg"
+        draw(history, figure)
+        text = figure.read_text() if figure.exists() else ""
+        titles.append([t for t in ("Settled bed of 10,000", "Cost over size") if t in text])
+    assert titles == [[], ["Settled bed of 10,000"], ["Settled bed of 10,000", "Cost over size"]]
