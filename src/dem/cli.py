@@ -10,6 +10,10 @@ from dem.errors import DemError
 from dem.spec import GEOMETRY, content_hash, load_spec, parse_spec
 from dem.template import template
 
+RUN = (
+    "Run one experiment. A heap that was cut off goes on from its checkpoint, `output.checkpoint_interval_s` old at "
+    "most, and ends the same to the bit. Drop, tilt and shear take seconds, keep no checkpoint and begin anew."
+)
 COLOURS = ("auto", "size", "speed", "order", "height")
 
 
@@ -33,7 +37,9 @@ def _parser():
         prog="dem", description="Discrete element engine: virtual experiments with spheres."
     )
     commands = parser.add_subparsers(required=True, metavar="command")
-    go = commands.add_parser("run", help="run one experiment; resumes from its checkpoint")
+    go = commands.add_parser(
+        "run", help="run one experiment; a heap goes on from its checkpoint", description=RUN
+    )
     go.add_argument("spec", type=Path, help="YAML file; `dem init` writes one")
     go.add_argument(
         "--out", type=Path, required=True, help="folder for result.json, final.npz, frames"
