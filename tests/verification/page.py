@@ -99,14 +99,18 @@ def order(record):
     return (BULK.index(topic) if topic in BULK else -1, topic.lower())
 
 
-def main():
+def text():
+    """The page; draws the figures that are not the tests' own."""
     records = sorted(json.loads((DOCS / "verification.json").read_text()), key=order)
     lines = [(NOTES / "head.md").read_text(), *picture("overview", page_figures.overview(records))]
     for topic, entries in groupby(records, key=lambda r: r["topic"]):
         lines += section(topic, list(entries))
-    lines += numerics_section()
+    return "\n".join(lines + numerics_section())
+
+
+def main():
     partial = DOCS / "verification.md.partial"
-    partial.write_text("\n".join(lines))
+    partial.write_text(text())
     os.replace(partial, DOCS / "verification.md")
 
 

@@ -1,5 +1,6 @@
 """The page says what was recorded, and says so where nothing was."""
 
+import matplotlib.pyplot as plt
 import page
 import page_figures
 import pandas as pd
@@ -34,3 +35,8 @@ def test_a_value_outside_its_tolerance_is_bold_and_an_unjudged_one_is_not():
     row = {"quantity": "angle", "value": 3.0, "reference": 1.0, "unit": "deg", "source": "s"}
     assert "**3 deg**" in "\n".join(page.table_of([row | {"tolerance": 1.0}]))
     assert "| 3 deg | 1 deg |  |" in "\n".join(page.table_of([row | {"tolerance": None}]))
+
+
+def test_the_committed_page_is_what_the_records_give(monkeypatch):
+    monkeypatch.setattr(page_figures, "save", lambda fig, path: plt.close(fig))
+    assert page.text() == (page.DOCS / "verification.md").read_text()
