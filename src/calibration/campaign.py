@@ -112,13 +112,12 @@ def points_of(name, config):
 def progress(config):
     """(done, todo, mean): a text 'stage finished/total' for each stage, the runs left, and the mean wall time [s] of
     those finished, None before the first."""
-    expected = expected_runs(config)
     done, todo, walls = [], 0, []
     for stage in STAGES:
         names = list(read_plan(f"results/{config.name}/{stage}/plan.json"))
         paths = [Path(result_path(n)) for n in names]
         finished = [p for p in paths if p.exists()]
-        total = len(names) or expected[stage]
+        total = len(names) or expected_runs(config)[stage]
         done.append(f"{stage} {len(finished)}/{total}")
         todo += total - len(finished)
         walls += [json.loads(p.read_text())["numerics"]["wall_time_s"] for p in finished]
@@ -127,23 +126,18 @@ def progress(config):
 
 def expected_runs(config):
     """Number of runs of each stage before it has been planned."""
-    from calibration.statistics.design import box_behnken, plackett_burman, read_two_level
+    # takes half a second to load, which a run need not wait for once all stages are planned
+    from calibration.statistics.design import box_behnken, screening_design
 
     factors = read_factors(config.factors)
-    rules = config.screening
-    if rules.design:
-        screening_runs = len(read_two_level(rules.design, factors, rules.replicates))
-    else:
-        screening_runs = len(plackett_burman(factors, rules.replicates, rules.runs))
-    going_on = factors[: config.screening.at_most]
+    screening, surface = config.screening, config.response_surface
+    going_on = factors[: screening.at_most]
     return {
-        "screening": screening_runs,
-        "ascent": config.ascent.steps,
-        "response_surface": len(
-            box_behnken(
-                going_on, config.response_surface.centre_runs, config.response_surface.replicates
-            )
+        "screening": len(
+            screening_design(factors, screening.replicates, screening.runs, screening.design)
         ),
+        "ascent": config.ascent.steps,
+        "response_surface": len(box_behnken(going_on, surface.centre_runs, surface.replicates)),
         "candidate": config.optimise.candidate_runs,
         "validation": config.validation.groups * config.validation.replicates,
     }

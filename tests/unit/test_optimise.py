@@ -41,7 +41,7 @@ def test_extent_agrees_with_a_search_of_the_whole_cube(surface):
     assert np.allclose(surface.predict(solution.points), target, atol=1e-4)
     # between neighbours of the grid the response crosses the target somewhere
     cube = values.reshape([n] * k) - target
-    for axis, (low, high) in enumerate(zip(*solution.extent(), strict=True)):
+    for axis, (low, high) in enumerate(zip(solution.low, solution.high, strict=True)):
         crossed = set()
         for other in range(k):
             first, last = (

@@ -17,7 +17,6 @@ from calibration.scaling.dimensions import (
     factors,
     group_exponents,
     independent,
-    rule_table,
     settings_of,
 )
 
@@ -143,9 +142,3 @@ def test_bad_names_and_factors_are_refused():
         settings_of(PAPER_RULE, ("colour",))
     with pytest.raises(ScalingError, match="above 0"):
         factors(PAPER_RULE.held, 0)
-
-
-def test_rule_table_has_a_row_for_every_quantity():
-    table = rule_table()
-    assert list(table.columns) == ["paper", "gravity-consistent"]
-    assert set(table.index) == set(DIMENSIONS)

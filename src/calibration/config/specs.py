@@ -14,12 +14,10 @@ def point_spec(base, experiment, levels, seed):
     return spec
 
 
-def bench_run(config, *changes):
+def bench_run(config, changes):
     """Run spec of a bench test: the study's materials and laws with `changes` (the test's rig and grains) laid over."""
-    run = {k: v for k, v in config.run.items() if k in ("materials", "laws", "law_parameters")}
-    for change in changes:
-        run = overlay(run, change)
-    return run
+    shared = ("materials", "laws", "law_parameters")
+    return overlay({k: v for k, v in config.run.items() if k in shared}, changes)
 
 
 def overlay(base, changes):

@@ -212,13 +212,6 @@ def damping_ratio_exponent(stiffness: float, damping: float, mass: float) -> Fra
     return Fraction(damping) - (Fraction(stiffness) + Fraction(mass)) / 2
 
 
-def rule_table(rules: Mapping[str, Rule] = RULES) -> pd.DataFrame:
-    """Exponents of h side by side: a row a quantity, a column a rule."""
-    return pd.DataFrame({name: exponents(rule.held) for name, rule in rules.items()}).rename_axis(
-        "quantity"
-    )
-
-
 def _exact(held: Mapping[str, float]) -> dict[str, Fraction]:
     return {quantity: Fraction(a).limit_denominator(60) for quantity, a in held.items()}
 

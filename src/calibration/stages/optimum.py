@@ -64,7 +64,7 @@ def _optimise_one(config, surface, region, output):
             f.name: [f.natural(x) for x in interval]
             for f, interval in zip(region, intervals, strict=True)
         },
-    } | _optimum(config, surface, region, solution.chosen, solution.extent())
+    } | _optimum(config, surface, region, solution.chosen, (solution.low, solution.high))
 
 
 def _optimise_several(config, surfaces, region, output):

@@ -7,7 +7,7 @@ from calibration.campaign import plan, write_plan
 from calibration.factors import read_factors
 from calibration.responses import columns, strongest, with_responses
 from calibration.stages.files import further_files
-from calibration.statistics.design import plackett_burman, read_two_level
+from calibration.statistics.design import screening_design
 from calibration.statistics.screening import screen, significant
 from dem.io.files import write_json
 
@@ -15,10 +15,7 @@ from dem.io.files import write_json
 def plan_screening(config, folder):
     """Plan the Plackett-Burman design: the configured table of coded levels, or a generated one."""
     factors, rules = read_factors(config.factors), config.screening
-    if rules.design:
-        design = read_two_level(rules.design, factors, rules.replicates)
-    else:
-        design = plackett_burman(factors, rules.replicates, rules.runs)
+    design = screening_design(factors, rules.replicates, rules.runs, rules.design)
     write_plan(folder, *plan(design, factors, config))
 
 

@@ -21,6 +21,13 @@ TRIPLES = {
 takes 60 and 84 runs where the published designs take 48 and 56."""
 
 
+def screening_design(factors, replicates=1, runs=None, table=None):
+    """The two-level design of a CSV `table` where there is one, else `plackett_burman`'s; raises as those do."""
+    if table:
+        return read_two_level(table, factors, replicates)
+    return plackett_burman(factors, replicates, runs)
+
+
 def plackett_burman(factors, replicates=1, runs=None):
     """Plackett-Burman screening design for 2 to 23 factors.
 

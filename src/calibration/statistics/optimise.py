@@ -27,10 +27,6 @@ class Solution:
     low: np.ndarray
     high: np.ndarray
 
-    def extent(self):
-        """(low, high), (factors,) each, of the solution set."""
-        return self.low, self.high
-
 
 def solve(surface, target, rule="closest_to_centre", seed=1, point=None):
     """All points of the cube [-1, 1]^k where `surface` predicts `target`, and one of them chosen by `rule`.

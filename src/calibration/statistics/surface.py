@@ -200,8 +200,8 @@ def parameter_interval(surface, target, point, k, alpha=0.05):
     grid = np.linspace(-1.0, 1.0, GRID)
     levels = np.tile(np.asarray(point, float), (GRID, 1))
     levels[:, k] = grid
-    half = stats.t.ppf(1 - alpha / 2, surface.df) * surface.standard_error(levels)
-    inside = np.abs(surface.predict(levels) - target) <= half
+    below, above = surface.mean_interval(levels, alpha)
+    inside = (below <= target) & (target <= above)
     start = int(np.argmin(np.abs(grid - point[k])))
     if not inside[start]:
         return float(point[k]), float(point[k])
