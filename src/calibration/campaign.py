@@ -13,6 +13,7 @@ import pandas as pd
 
 from calibration.config import point_spec
 from calibration.factors import read_factors
+from calibration.files import replacing
 from dem.io.files import write_json
 from dem.spec import content_hash, parse_spec
 
@@ -49,12 +50,9 @@ def plan(design, factors, config, experiment=None):
 
 def write_plan(folder, table, specs):
     """Write design.csv and plan.json, atomically."""
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    partial = folder / ".design.csv.partial"
-    table.to_csv(partial, index=False)
-    partial.replace(folder / "design.csv")
-    write_json(folder / "plan.json", specs)
+    with replacing(Path(folder) / "design.csv") as partial:
+        table.to_csv(partial, index=False)
+    write_json(Path(folder) / "plan.json", specs)
 
 
 def read_plan(path):

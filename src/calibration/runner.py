@@ -10,6 +10,7 @@ import yaml
 
 from calibration.campaign import points_of, progress
 from calibration.config import Config
+from calibration.files import replacing
 from dem.errors import DemError, MeasureError
 from dem.run import run
 from dem.spec import parse_spec
@@ -49,7 +50,8 @@ def run_logged(spec, out, log, config):
             stream.write(f"{message}\n")
             if not isinstance(error, DemError):
                 traceback.print_exc(file=stream)
-            _keep(spec, repeat)
+            with replacing(repeat) as partial:
+                partial.write_text(yaml.safe_dump(spec, sort_keys=False))
             print(
                 f"{message}\n  log:    {log}\n  repeat: dem run {repeat} --out DIR", file=sys.stderr
             )
@@ -77,12 +79,6 @@ def causes(error, spec):
         return found + warnings_of(parse_spec(spec))
     except DemError:
         return found  # the spec itself is what failed
-
-
-def _keep(spec, path):
-    partial = path.with_name(f".partial.{path.name}")
-    partial.write_text(yaml.safe_dump(spec, sort_keys=False))
-    os.replace(partial, path)
 
 
 def report(config):

@@ -1,11 +1,12 @@
 """The audit as files: CSV for machines, Markdown and HTML for readers."""
 
 import html
-import os
 from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
+
+from calibration.files import replacing
 
 HEAD = {
     "id": "claim",
@@ -34,14 +35,8 @@ def write_audit(table: pd.DataFrame, *paths: str | Path) -> None:
         if target.suffix not in writers:
             raise ValueError(f"{target}: the suffix must be one of {', '.join(writers)}")
     for target in targets:
-        _write_atomically(target, writers[target.suffix](table))
-
-
-def _write_atomically(target: Path, text: str) -> None:
-    target.parent.mkdir(parents=True, exist_ok=True)
-    partial = target.with_name(f".{target.name}.part")
-    partial.write_text(text, encoding="utf-8")
-    os.replace(partial, target)
+        with replacing(target) as partial:
+            partial.write_text(writers[target.suffix](table), encoding="utf-8")
 
 
 def _shown(value: object) -> str:

@@ -3,13 +3,12 @@
 The figures keep their own white ground, so that they read the same on light and dark pages.
 """
 
-import os
-from pathlib import Path
-
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+
+from calibration.files import replacing
 
 BLUE, ORANGE, GREY, GREEN = "#2f6db5", "#d1711f", "#8a8f98", "#2e8b57"
 
@@ -49,11 +48,7 @@ def panel_grid(count, size):
 
 def save(figure, path):
     """Write a figure to `path` (.svg or .png) and close it."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".partial.{path.name}")
-    with plt.rc_context(STYLE):
-        metadata = {"Date": None} if path.suffix == ".svg" else None
+    with replacing(path) as partial, plt.rc_context(STYLE):
+        metadata = {"Date": None} if partial.suffix == ".svg" else None
         figure.savefig(partial, dpi=150, metadata=metadata)
-    os.replace(partial, path)
     plt.close(figure)

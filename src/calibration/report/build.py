@@ -5,6 +5,7 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader
 
 from calibration.figures import quantity_of
+from calibration.files import replacing
 from calibration.report.answer import answer
 from calibration.report.embed import download
 from calibration.report.heaps import gallery, viewer
@@ -47,9 +48,8 @@ def build(study, out, metric="angle_of_repose_deg"):
         parts=_parts(study, quantity, metric),
         exports=_exports(study),
     )
-    partial = out.with_name(f".{out.name}.partial")
-    partial.write_text(page)
-    partial.replace(out)
+    with replacing(out) as partial:
+        partial.write_text(page)
 
 
 def _parts(study, quantity, metric):

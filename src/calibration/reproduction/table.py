@@ -1,11 +1,10 @@
 """The reproduction table: every table and equation of the paper, its value, ours with its spread, and the agreement."""
 
-from pathlib import Path
-
 import pandas as pd
 
 from calibration.audit.paper import Paper
 from calibration.errors import CalibrationError
+from calibration.files import replacing
 from calibration.reproduction import bench, chain, measured, screening, theory
 from calibration.reproduction.rows import AGREES, COLUMNS, DISAGREES, Place, overall
 from calibration.reproduction.study import Study
@@ -67,10 +66,7 @@ def counts(table):
 
 def write_reproduction(table, csv, json):
     """Write the table atomically, as CSV and as JSON with its counts."""
-    csv = Path(csv)
-    csv.parent.mkdir(parents=True, exist_ok=True)
-    partial = csv.with_name(f".{csv.name}.partial")
-    table.to_csv(partial, index=False)
-    partial.replace(csv)
+    with replacing(csv) as partial:
+        table.to_csv(partial, index=False)
     rows = table.astype(object).where(table.notna(), None).to_dict("records")
     write_json(json, {"counts": counts(table), "rows": rows})
