@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator
 
+import pandas as pd
+
 from calibration.audit.paper import Claim, Paper
 from calibration.audit.printed import Printed
 from calibration.audit.verdict import Recomputed, claim_check, table_check
@@ -65,16 +67,18 @@ def measured_readings(paper: Paper, claim: Claim) -> Recomputed:
 
 @table_check
 def measured_group_means(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
-    means = _angles(paper).groupby("group").angle_deg.mean()
-    printed = paper.text("table01_printed_means", "group", "mean")
+    yield from group_means(paper, _angles(paper), "Table 1", "Mean angle of repose")
+
+
+def group_means(
+    paper: Paper, readings: pd.DataFrame, table: str, what: str
+) -> Iterator[tuple[Claim, Recomputed]]:
+    """Printed means of the groups of `readings` (columns group, angle_deg) of a table such as "Table 1"."""
+    name = f"table{int(table.split()[1]):02d}"
+    means = readings.groupby("group").angle_deg.mean()
+    printed = paper.text(f"{name}_printed_means", "group", "mean")
     for group, text in zip(printed.group, printed["mean"], strict=True):
-        claim = Claim(
-            f"table01.mean.{group}",
-            "Table 1",
-            f"Mean angle of repose of group {group}",
-            text,
-            "deg",
-        )
+        claim = Claim(f"{name}.mean.{group}", table, f"{what} of group {group}", text, "deg")
         yield claim, Recomputed(float(means[float(group)]))
 
 

@@ -101,7 +101,8 @@ class AscentConfig(_Part):
     steps: int = Field(5, ge=2, le=50, description="points on the path")
     rule: Literal["configured", "effects"] = Field(
         "configured",
-        description="path from start and step where given for all factors that went on, else from effects",
+        description="path from start and step where given for all factors that went on, else from the effects on "
+        "the first target",
     )
     start: dict[str, float] = Field({}, description="factor name: natural level of the first point")
     step: dict[str, float] = Field({}, description="factor name: natural step")

@@ -13,7 +13,8 @@ from dem.io.files import write_json
 
 
 def plan_ascent(config, screening_file, folder):
-    """Plan the path: as configured where all factors are covered, else along the effects."""
+    """Plan the path: as configured where all factors are covered, else along the effects on the first target; which of
+    its points comes nearest is judged by all targets."""
     screening, factors = load(screening_file), read_factors(config.factors)
     chosen = _chosen(factors, screening["factors"])
     start, step = config.ascent.start, config.ascent.step

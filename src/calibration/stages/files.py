@@ -7,6 +7,7 @@ from calibration.factors import Factor
 
 
 def load(path):
+    """Content of a JSON file."""
     return json.loads(Path(path).read_text())
 
 
