@@ -24,18 +24,31 @@ def clone(tmp_path):
     return tmp_path
 
 
-def rules_of(clone, *arguments):
-    """Names of the rules that a dry run would execute."""
+def snakemake(clone, *arguments):
+    """What a call of snakemake prints."""
     done = subprocess.run(
-        [sys.executable, "-m", "snakemake", "-n", "-j1", *arguments],
+        [sys.executable, "-m", "snakemake", "-j1", *arguments],
         cwd=clone,
         capture_output=True,
         text=True,
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    counts = (line.split() for line in (done.stdout + done.stderr).splitlines())
+    return done.stdout + done.stderr
+
+
+def rules_of(clone, *arguments):
+    """Names of the rules that a dry run would execute."""
+    counts = (line.split() for line in snakemake(clone, "-n", *arguments).splitlines())
     return {words[0] for words in counts if len(words) == 2 and words[1].isdigit()}
+
+
+def test_a_dry_run_says_in_a_line_that_the_settings_have_changed(clone):
+    snakemake(clone, "plan_tilt")
+    shown = snakemake(clone, "-n", "plan_tilt", "--config", "seed=2")
+    (reason,) = (line for line in shown.splitlines() if "Params have changed" in line)
+    assert len(reason) < 200
+    assert "have changed" not in snakemake(clone, "-n", "plan_tilt")
 
 
 @pytest.mark.parametrize(("source", "waits"), [("bench", True), ("config", False)])

@@ -46,7 +46,8 @@ def plan_shear(config, folder):
 
 
 def yield_locus(normal, shear, alpha=0.05):
-    """Straight line shear = slope * normal + intercept with intervals and the p of a zero intercept."""
+    """Straight line shear = slope * normal + intercept through stresses (n,) [kPa], with intervals and the p of a
+    zero intercept, for JSON."""
     fit = stats.linregress(normal, shear)
     t = stats.t.ppf(1 - alpha / 2, len(normal) - 2)
     zero = 2 * stats.t.sf(abs(fit.intercept / fit.intercept_stderr), len(normal) - 2)

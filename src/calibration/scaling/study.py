@@ -78,7 +78,8 @@ def response_table(design, metrics, margins, alpha=0.05):
 
 
 def difference(first, values, margin, alpha=0.05):
-    """Difference of two samples with its Welch interval, and whether it is kept, changed or undecided."""
+    """Difference of the samples values (n,) and first (m,) with its Welch interval, and whether it is kept, changed or
+    undecided, as columns of `response_table`."""
     apart = float(values.mean() - first.mean())
     if values.var() + first.var() == 0.0:  # runs without scatter differ exactly or not at all
         low = high = apart
@@ -96,7 +97,8 @@ def judge(low, high, margin):
 
 
 def trend(scale, response, alpha=0.05):
-    """(change, low, high) from the smallest to the largest scale, by a line over log2 of the scale through all runs."""
+    """(change, low, high) of the responses (n,) from the smallest to the largest scale (n,), by a line over log2 of the
+    scale through all runs."""
     octaves = np.log2(np.asarray(scale, float))
     fit, span = stats.linregress(octaves, response), float(np.ptp(octaves))
     half = float(stats.t.ppf(1 - alpha / 2, len(octaves) - 2) * fit.stderr) * span
@@ -216,7 +218,7 @@ def drop_statements(design, config):
 
 
 def log_slope(scale, value, alpha=0.05):
-    """Exponent of a power law and its interval."""
+    """(exponent, low, high) of a power law through values (n,) > 0 at scales (n,), by a line through the logarithms."""
     fit = stats.linregress(np.log(np.asarray(scale, float)), np.log(np.asarray(value, float)))
     half = float(stats.t.ppf(1 - alpha / 2, len(scale) - 2) * fit.stderr)
     return float(fit.slope), float(fit.slope) - half, float(fit.slope) + half
