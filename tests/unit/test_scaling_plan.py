@@ -45,7 +45,7 @@ def test_units_name_known_quantities():
 def test_every_key_with_a_unit_is_known(model):
     """A new key of the run spec with a unit that the rules cannot read would be left unscaled in silence."""
     bare = {
-        "count", "sizes", "scale_factor", "contact_angle_deg", "liquid_volume_fraction",
+        "count", "sizes", "scale_factor", "elongation", "contact_angle_deg", "liquid_volume_fraction",
         "wall_liquid_volume_fraction", "friction_exponent", "rolling_stiffness_factor",
         "rolling_damping_ratio", "funnel_half_angle_deg", "funnel_stl", "plate_stl", "drops", "trials",
         "rayleigh_fraction", "precision", "rest_energy_ratio", "skin", "skin_horizon", "overlap_limit",
