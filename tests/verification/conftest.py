@@ -101,13 +101,20 @@ def _kept(old):
     ]
 
 
+def _in_old_order(records, old):
+    """Records with each test where it stood, so that a recording changes only what has changed; new tests last."""
+    place = {test: k for k, test in enumerate(dict.fromkeys(r["test"] for r in old))}
+    return sorted(records, key=lambda r: place.get(r["test"], len(place)))
+
+
 def pytest_sessionfinish(session, exitstatus):
     if not session.config.getoption("--record", default=False) or exitstatus != 0:
         return
     path = DOCS / "verification.json"
     old = json.loads(path.read_text()) if path.exists() else []
     partial = path.with_suffix(".partial")
-    partial.write_text(json.dumps(_kept(old) + RECORDS, indent=1, allow_nan=False) + "\n")
+    records = _in_old_order(_kept(old) + RECORDS, old)
+    partial.write_text(json.dumps(records, indent=1, allow_nan=False) + "\n")
     os.replace(partial, path)
     for name, fig in FIGURES.items():
         save(fig, DOCS / "verification" / f"{name}.svg")

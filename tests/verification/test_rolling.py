@@ -53,9 +53,10 @@ def test_slide_to_roll(record, precision):
     )
 
 
-@pytest.mark.parametrize("law", ["constant_torque", "constant_torque_relative"])
+@pytest.mark.parametrize("law", ["constant_torque", "constant_torque_relative", "elastic_plastic"])
 def test_rolling_decay(record, law):
-    """Constant torque on a rolling sphere, for as long as friction can hand it over: a = -(5/7) mu_r g."""
+    """Constant torque on a rolling sphere, for as long as friction can hand it over: a = -(5/7) mu_r g; so does the
+    elastic-plastic spring once it is full, and then swings to rest."""
     mu_r, u0 = 0.05, 0.1
     contact = ContactParameters(0.5, 0.8, mu_r)
     sim = resting(contact, laws=Laws(rolling=law), velocity=u0, spin=u0 / R)
