@@ -336,6 +336,8 @@ def tab(tmp_path_factory):
 GROUND = "getComputedStyle(document.body).backgroundColor.match(/\\d+/g).map(Number)"
 INK = "getComputedStyle(document.querySelector('figure.chart svg text')).fill.match(/\\d+/g).map(Number)"
 OVERFLOW = "document.documentElement.scrollWidth - window.innerWidth"
+ANSWER_OVERFLOW = """Math.max(...[...document.querySelectorAll('.answer td, .answer .tile')].map(
+  cell => cell.getBoundingClientRect().right)) - window.innerWidth"""
 DRAWN = """(() => {
   const c = document.querySelector('.viewer canvas');
   document.getElementById('reset').click();
@@ -356,6 +358,7 @@ def test_the_page_reads_in_a_browser(tab, page, study, width, scheme):
     address = (study / "report.html").as_uri()
     tab.open(address, width, 844, scheme)
     assert tab.evaluate(OVERFLOW) <= 0
+    assert tab.evaluate(ANSWER_OVERFLOW) <= 0
     assert tab.complaints() == []
     assert tab.requests() == [address]
     ground, ink = np.mean(tab.evaluate(GROUND)), np.mean(tab.evaluate(INK))

@@ -1,6 +1,8 @@
 """What a user reads: a run that fails, the campaign's progress, and the time left."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pandas as pd
@@ -51,6 +53,41 @@ def test_a_failed_run_names_its_point_its_log_and_the_likely_cause(campaign, cap
     assert "point:  screening, run 4" in (folder / "run.log").read_text()
     assert yaml.safe_load((folder / "failed.yaml").read_text()) == specs[row["run_id"]]
     assert not (folder / "result.json").exists()
+
+
+@pytest.mark.slow
+def test_the_campaign_goes_on_when_runs_fail(tmp_path):
+    """Half of the heaps have too few grains: each is named, with its log, and the others are made."""
+    for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    rows = [
+        ("A", "grains", "particles.count", 5, 1250),
+        ("B", "rolling", "contacts.particle_particle.rolling_friction", 0.2, 0.3),
+        ("C", "friction", "contacts.particle_particle.static_friction", 0.6, 0.7),
+    ]
+    table = ["code\tname\tkey\tlow\thigh\tdescription"]
+    table += ["\t".join(map(str, [*row, "a factor"])) for row in rows]
+    (tmp_path / "factors.tsv").write_text("\n".join(table) + "\n")
+    study = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+    rules = {key: study[key] for key in ("target", "run", "measurements") if key in study}
+    rules["run"]["particles"]["diameter_mm"] = 4.0
+    rules |= {"name": "half", "factors": "factors.tsv", "screening": {"runs": 4}}
+    (tmp_path / "half.yaml").write_text(yaml.safe_dump(rules))
+    command = [sys.executable, "-m", "snakemake", "-j2", "--configfile", "half.yaml"]
+    done = subprocess.run(
+        [*command, "--", "screening"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    shown = done.stdout + done.stderr
+    assert done.returncode != 0, shown
+    plan = json.loads((tmp_path / "results" / "half" / "screening" / "plan.json").read_text())
+    assert len(plan) == 4
+    for name, spec in plan.items():
+        folder = tmp_path / "results" / "runs" / name
+        fails = spec["particles"]["count"] == 5
+        assert (folder / "result.json").exists() != fails, shown
+        assert (f"results/runs/{name}/run.log" in shown) or not fails
+    assert shown.count("likely cause: ") >= 2
+    assert not (tmp_path / "results" / "half" / "screening" / "screening.json").exists()
 
 
 def test_progress_counts_every_stage_and_tells_the_time_left(campaign, capsys, monkeypatch):
