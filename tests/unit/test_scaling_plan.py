@@ -92,8 +92,11 @@ def test_the_plan_has_every_case_and_shares_what_is_equal(config, tmp_path):
     plan_scaling(config, tmp_path)
     specs = read_plan(tmp_path / "plan.json").values()
     section = config.scaling
-    cases = 1 + len(RULES) * (len(section.factors) - 1)
-    assert len(specs) == 2 * cases * (section.seeds + section.drop_seeds)
+    between, last = len(RULES) * (len(section.factors) - 2), len(RULES)
+    heaps = 2 * between * section.seeds
+    heaps += (1 + last) * (section.end_seeds + section.cohesive_end_seeds)
+    drops = 2 * (1 + between + last) * section.drop_seeds
+    assert len(specs) == heaps + drops
     laws = {s["laws"]["cohesion"] for s in specs}
     assert laws == {"none", section.cohesion["laws"]["cohesion"]}
 

@@ -91,6 +91,16 @@ def base_run(config, experiment, cohesive):
     return overlay(run, section.cohesion) if cohesive else run
 
 
+def seeds_of(section, experiment, cohesive, h):
+    """Number of runs of a case: the slope over the scales hangs on those at both ends; cohesive heaps scatter more."""
+    if experiment == "drop":
+        return section.drop_seeds
+    if h not in (section.factors[0], section.factors[-1]):
+        return section.seeds
+    ends = section.end_seeds or section.seeds
+    return section.cohesive_end_seeds or ends if cohesive else ends
+
+
 def plan_scaling(config, folder):
     """Plan every experiment under every rule and scale, without and with cohesion, with all seeds."""
     section, tables, specs = config.scaling, [], {}
@@ -98,8 +108,7 @@ def plan_scaling(config, folder):
     cases = product(EXPERIMENTS, RULES, (False, True), section.factors)
     for experiment, rule, cohesive, h in cases:
         run = enlarged(base_run(config, experiment, cohesive), experiment, RULES[rule], h)
-        seeds = section.seeds if experiment == "heap" else section.drop_seeds
-        rows = pd.DataFrame([section.point] * seeds)
+        rows = pd.DataFrame([section.point] * seeds_of(section, experiment, cohesive, h))
         rows = rows.assign(rule=rule, cohesive=cohesive, scale=h)
         table, more = plan(rows, levels, config.model_copy(update={"run": run}), experiment)
         tables.append(table)
