@@ -1,16 +1,18 @@
-"""This engine's beds and heaps with the relative torque as LIGGGHTS codes its `cdt`, to tell conventions from faults.
+"""This engine's beds and heaps with the tangential spring and the relative torque as LIGGGHTS codes them, to tell
+conventions from faults.
 
-`python -m liggghts.as_coded OUT` writes the metrics of both as JSON. The law is exchanged before anything is compiled;
-NUMBA_CACHE_DIR must name a folder of its own, or the engine's cache would hold the other law.
+`python -m liggghts.as_coded OUT` writes the metrics of both as JSON. The laws are exchanged before anything is
+compiled; NUMBA_CACHE_DIR must name a folder of its own, or the engine's cache would hold the other laws.
 """
 
 import os
 import sys
 
 import dem.contact.rolling.constant_torque_relative as relative
+import dem.contact.tangential.mindlin as mindlin
 from dem.io.files import write_json
-from dem.lanes import law, sqrt
-from dem.vectors import dot, reject, scale
+from dem.lanes import law, maximum, minimum, sqrt, where
+from dem.vectors import dot, reject, scale, subtract
 
 from . import cases
 
@@ -22,6 +24,19 @@ def torque(p, n, spin, normal, r_eff, inertia, dt):
     return scale(-p.rolling * normal * r_eff / whole, reject(spin, n))
 
 
+@law
+def tangential_force(p, n, v_t, contact_radius, radius_before, m_eff, spring, limit, dt):
+    """Tangential force and spring force (3,) [N] of a stretched length: the force follows the stiffness also while the
+    contact loads. Friction limits the spring alone, and the dashpot acts where it holds."""
+    stiffness = 8.0 * p.shear * contact_radius
+    grown = contact_radius / maximum(radius_before, mindlin.TINY)
+    spring = subtract(scale(grown, reject(spring, n)), scale(stiffness * dt, v_t))
+    size = sqrt(dot(spring, spring)) + mindlin.TINY
+    spring = scale(minimum(limit / size, 1.0), spring)
+    dashpot = where(size < limit, p.damping * sqrt(stiffness * m_eff), 0.0 * limit)
+    return subtract(spring, scale(dashpot, v_t)), spring
+
+
 def beds():
     """Metrics of the settled beds of all seeds."""
     for seed in cases.SEEDS:
@@ -30,15 +45,16 @@ def beds():
         yield cases.measure_bed(cases.state_of_sim(sim), width)
 
 
-def heaps():
-    """Metrics of the heaps of all seeds."""
+def heaps(case):
+    """Metrics of the heaps of a case of all seeds."""
     for seed in cases.SEEDS:
-        spec = cases.heap_spec(*cases.HEAPS["relative, 0.46"], seed)
+        spec = cases.heap_spec(*cases.HEAPS[case], seed)
         yield cases.measure_pile(cases.our_heap(spec), spec)
 
 
 if __name__ == "__main__":
     if not os.environ.get("NUMBA_CACHE_DIR"):
         sys.exit("set NUMBA_CACHE_DIR to a folder of its own")
-    relative.torque = torque
-    write_json(sys.argv[1], {"beds": list(beds()), "heaps": list(heaps())})
+    relative.torque, mindlin.tangential_force = torque, tangential_force
+    piles = {case: list(heaps(case)) for case in cases.HEAPS}
+    write_json(sys.argv[1], {"beds": list(beds()), "heaps": piles})
