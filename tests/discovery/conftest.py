@@ -7,7 +7,7 @@ import yaml
 
 from calibration.discrepancy import hidden
 from calibration.discrepancy.catalogue import load_catalogue
-from calibration.discrepancy.design import plan
+from calibration.discrepancy.design import plan as plan_runs
 from calibration.discrepancy.emulator import teach
 from calibration.discrepancy.laboratory import Laboratory
 from calibration.discrepancy.model import Emulated
@@ -25,6 +25,7 @@ SMALL = {
         },
         "tilt": None,
         "heap": None,
+        "shear": None,
     },
 }
 """Changes of the benchmark's settings: drops of larger grains, a tenth of a second each."""
@@ -34,17 +35,18 @@ PLAN = [
 ]
 
 
-def laboratory(root, changes, mechanisms):
-    """`Laboratory` of the benchmark's settings with changes, and the errors of its emulators."""
+def laboratory(root, changes, mechanisms, plan=hidden.PLANS["grains"]):
+    """`Laboratory` of the benchmark's settings with changes and plan, and the errors of its emulators."""
     base = yaml.safe_load(Path("config/config.yaml").read_text())["run"]
     settings = read_settings("config/discovery.yaml", changes)
     catalogue = {n: m for n, m in load_catalogue().items() if n in mechanisms}
     kinds = list(settings.experiments)
     factors = parameters_of(settings, FACTORS, kinds)
-    rows, specs = plan(settings, base, factors, catalogue, kinds)
+    rows, specs = plan_runs(settings, base, factors, catalogue, kinds)
     emulators, errors = teach(rows, simulate(specs, root), settings, factors)
     emulated = Emulated(emulators, settings, factors, catalogue)
-    return Laboratory(emulated, base, FACTORS, replicates=120, root=root), errors
+    plans = {"grains": plan}
+    return Laboratory(emulated, base, FACTORS, replicates=120, root=root, plans=plans), errors
 
 
 @pytest.fixture(scope="session")
@@ -56,7 +58,7 @@ def make_laboratory():
 @pytest.fixture(scope="session")
 def taught(tmp_path_factory):
     """The laboratory and the table of its emulators' errors."""
-    return laboratory(tmp_path_factory.mktemp("runs"), SMALL, MECHANISMS)
+    return laboratory(tmp_path_factory.mktemp("runs"), SMALL, MECHANISMS, PLAN)
 
 
 @pytest.fixture(scope="session")

@@ -46,13 +46,16 @@ def test_each_mechanism_makes_a_valid_spec(name, share):
 
 
 @pytest.mark.parametrize("name", sorted(EXPECTED))
-def test_strength_goes_both_ways_and_starts_where_it_is_off(name):
+def test_strength_goes_both_ways_and_rises_from_where_it_is_off(name):
     s = CATALOGUE[name].strength
     for share in (0.0, 0.37, 1.0):
         assert s.coded(s.natural(share)) == pytest.approx(share, abs=1e-12)
-    assert s.low <= s.moderate <= s.high
-    assert s.share(1.0) == pytest.approx(s.moderate)
-    assert s.share(0.0) == pytest.approx(s.low if s.off is None else s.off)
+    rising = s.natural(s.rising(5))
+    assert rising[0] == pytest.approx(s.low if s.off is None else s.off)
+    away = abs(s.rising(5) - s.rising(5)[0])
+    assert (np.diff(away) > 0.0).all()
+    assert away[-1] >= 0.5
+    assert ((rising >= s.low * (1 - 1e-12)) & (rising <= s.high * (1 + 1e-12))).all()
 
 
 @pytest.mark.parametrize("config", ["config/diagnosis.yaml", "config/discovery.yaml"])

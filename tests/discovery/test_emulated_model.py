@@ -105,3 +105,30 @@ def test_the_spread_from_few_replicates_is_right_on_average(n):
         own = [Measurement("tilt", s.mean(), s.std(ddof=1), n, {}) for s in sample]
         found.append(np.mean(moderated_sd(own) ** 2))
     assert np.sqrt(np.mean(found)) == pytest.approx(1.5, rel=0.1)
+
+
+def test_scatter_from_seed_to_seed_is_no_error_of_the_mean():
+    rng = np.random.default_rng(4)
+    x, at = rng.random((80, 2)), rng.random((200, 2))
+    noisy = smooth(np.column_stack([x, x])) + 0.05 * rng.standard_normal(len(x))
+    poured, single = Emulator(x, noisy, scatters=True), Emulator(x, noisy)
+    assert poured.scatter == pytest.approx(0.05, rel=0.25)
+    truth = smooth(np.column_stack([at, at]))
+    miss = np.sqrt(np.mean((poured(at) - truth) ** 2))
+    stated = np.sqrt(poured.with_slope(at, [])[2].mean())
+    assert miss == pytest.approx(stated, rel=0.5)
+    # without that knowledge all of it counts
+    assert single.scatter == 0.0
+    assert np.sqrt(single.with_slope(at, [])[2].mean()) == pytest.approx(single.error, rel=0.2)
+
+
+def test_errors_are_alike_at_settings_that_are_alike():
+    rng = np.random.default_rng(6)
+    x = rng.random((40, 2))
+    emulator = Emulator(x, np.sin(6.0 * x[:, 0]) + 0.05 * rng.standard_normal(len(x)))
+    at = np.array([[0.3, 0.5], [0.31, 0.5], [0.9, 0.1]])
+    found = emulator.correlation(at)
+    assert np.diag(found) == pytest.approx(1.0)
+    assert found == pytest.approx(found.T)
+    assert found[0, 1] > 0.8
+    assert abs(found[0, 2]) < found[0, 1]

@@ -48,7 +48,7 @@ def test_the_verdict_follows_its_schema_and_reads_as_a_page(bench, drops):
     assert verdict["patterns"], (
         "a restitution that falls with speed must show along the drop height"
     )
-    assert "drop_height_mm" in text
+    assert "at a drop height of" in text
     assert verdict["calibration"]["salt_steel_restitution"]["identified"]
 
 

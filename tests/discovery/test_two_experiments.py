@@ -22,6 +22,7 @@ CHANGES = {
             "mechanisms": [m for m in MECHANISMS[:6] if m != "apex_sampling"],
         },
         "heap": None,
+        "shear": None,
     },
 }
 PLAN = hidden.PLANS["grains"]

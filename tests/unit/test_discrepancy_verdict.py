@@ -107,7 +107,7 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
     assert len(table) == len(measured)
     for figure in ("residuals", "predictions", "ranking", "gain"):
         assert at(f"{figure}.svg").read_text().count("<svg") == 1
-    assert "Verdict" in at("diagnosis.md").read_text()
+    assert f"**Verdict: {verdict['verdict']}**" in at("diagnosis.md").read_text()
 
 
 def test_the_schema_refuses_what_it_does_not_describe(emulated):

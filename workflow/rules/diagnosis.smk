@@ -255,6 +255,7 @@ rule discovery_benchmark:
         cases=f"{DISCOVERY}/cases.csv",
         confusion=f"{DISCOVERY}/confusion.csv",
         summary=f"{DISCOVERY}/summary.csv",
+        page=f"{DISCOVERY}/rates.md",
         figure=f"{DISCOVERY}/benchmark.svg",
     log:
         f"{STUDY}/logs/discovery_benchmark.log",

@@ -17,6 +17,7 @@ import pandas as pd
 from calibration import figures as common
 from calibration.discrepancy import hidden
 from calibration.discrepancy.benchmark_figure import benchmark_figure
+from calibration.discrepancy.benchmark_page import page
 from calibration.discrepancy.catalogue import load_catalogue
 from calibration.discrepancy.design import plan
 from calibration.discrepancy.emulator import teach
@@ -40,8 +41,10 @@ MECHANISMS = {
         "stress_dependent_friction",
     ),
     "heap": ("cohesion", "rolling_law", "grain_shape", "size_bias"),
+    "shear": ("uncounted_load",),
 }
-"""Bench -> the mechanisms that are hidden on it: single grains that drop and slide, or heaps beside the drops."""
+"""Bench -> the mechanisms that are hidden on it: single grains that drop and slide, heaps beside drops or beside a
+shear cell."""
 
 PAIRS = (
     ("viscoelastic_restitution", "tilt_detection_lag"),
@@ -51,38 +54,47 @@ PAIRS = (
 
 NULLS, NULL_POINTS = 40, 8
 DRAWS = 8  # of each mechanism, a point each
-WEAKER = (0.5,)
-DECIDE = ("laboratory", "hidden", "identify", "fit", "model", "emulator", "next_measurement")
+FEW = {
+    "grains": 4,
+    "heap": 2,
+    "shear": 2,
+}  # of each at half the size, and of data that do not tell
+WEAKER = 0.5  # size over that of a moderate effect
+DECIDE = ("laboratory", "hidden", "effect", "identify", "fit", "model", "emulator")
+DECIDE += ("next_measurement", "settings")
 """Modules that a case's outcome depends on, beside the catalogue and what decides the emulators' plan."""
 
 
-def cases(nulls=NULLS, draws=DRAWS, first=0):
+def cases(first=0):
     """All cases, the cheap re-uses after the data they re-use; `first` moves all seeds and points to fresh ones."""
-    few, decoys = max(draws // 4, 1), nulls // 2
-    out = [Case("no effect", (), 0.0, s, s % NULL_POINTS) for s in range(nulls)]
-    out += _hidden_cases("grains", draws)
-    out += [replace(c, case=k) for k in DECOYS for c in out[:decoys]]
-    out += [Case("pair", p, 1.0, 200 + s, s) for p in PAIRS for s in range(draws)]
+    out = [Case("no effect", (), 0.0, s, s % NULL_POINTS) for s in range(NULLS)]
+    out += _hidden_cases("grains")
+    out += [replace(c, case=k) for k in DECOYS for c in out[: NULLS // 2]]
+    out += [Case("pair", p, 1.0, 200 + s, s) for p in PAIRS for s in range(DRAWS // 2)]
+    for k, bench in enumerate(("heap", "shear")):
+        out += [Case("no effect", (), 0.0, 400 + 50 * k + s, s, bench) for s in range(NULL_POINTS)]
+        out += _hidden_cases(bench)
     out += [
-        Case("undecided", (m,), 1.0, 300 + s, s) for m in hidden.ONE_LEVER for s in range(2 * few)
+        Case("undecided", (m,), 1.0, 300 + s, s, bench)
+        for pair, (bench, _) in hidden.ALIKE.items()
+        for m in pair
+        for s in range(FEW[bench])
     ]
     out += [
-        Case("mechanism", (m,), w, 100 + s, s)
-        for w in reversed(WEAKER)
-        for m in MECHANISMS["grains"]
-        for s in range(few)
+        Case("mechanism", (m,), WEAKER, 100 + s, s, bench)
+        for bench in MECHANISMS
+        for m in MECHANISMS[bench]
+        for s in range(FEW[bench])
     ]
-    out += [Case("no effect", (), 0.0, 400 + s, s, "heap") for s in range(draws)]
-    out += _hidden_cases("heap", draws)
     return [replace(c, seed=c.seed + first, point=c.point + first) for c in out]
 
 
-def _hidden_cases(bench, draws):
+def _hidden_cases(bench):
     """The same data with and without the mechanism in the catalogue, one after the other."""
     return [
         Case(kind, (m,), 1.0, 100 + s, s, bench)
         for m in MECHANISMS[bench]
-        for s in range(draws)
+        for s in range(DRAWS)
         for kind in ("mechanism", "removed")
     ]
 
@@ -128,8 +140,10 @@ def summarise(table):
 
 
 def _add_undecided(add, table):
-    """One lever of one experiment: at first not told apart, then with what the diagnosis asked for."""
+    """Data on which two mechanisms look alike: at first not told apart, then with what the diagnosis asked for."""
     add("too little data: ambiguous", table["verdict"] == "ambiguous")
+    sure = table["verdict"] == "identified"
+    add("too little data: identified and wrong", sure & (table["outcome"] != table["truth"]))
     open_at_first = table[table["verdict"] == "ambiguous"]
     for k in (1, 2):
         if len(open_at_first):
@@ -202,7 +216,7 @@ def _name(case, key):
 
 
 def merge(tables, output):
-    """Write all cases, the confusion matrix, the rates and the figure."""
+    """Write all cases, the confusion matrix, the rates, their page and the figure."""
     table = pd.concat([pd.read_csv(t, keep_default_na=False) for t in tables], ignore_index=True)
     table = table.sort_values(["case", "truth", "strength", "seed"])
     at = table[(table["case"] != "mechanism") | (table["strength"] == 1.0)]
@@ -214,6 +228,7 @@ def merge(tables, output):
     )
     rates = summarise(table)
     _write(rates, output.summary)
+    Path(output.page).write_text(page(table, rates))
     common.save(benchmark_figure(table, rates), output.figure)
 
 

@@ -6,8 +6,10 @@ import pandas as pd
 from calibration.figures import BLUE, GREY, label, subplots
 
 RATES = {
-    "no effect, grains: adequate": "no effect: adequate",
-    "no effect, grains: identified": "no effect: identified",
+    "no effect, grains: adequate": "no effect, single grains: adequate",
+    "no effect, heap: adequate": "no effect, heaps: adequate",
+    "no effect, shear: adequate": "no effect, shear cell: adequate",
+    "no effect, grains: identified": "no effect, single grains: identified",
     "outlier: identified": "outlier: identified",
     "understated: identified": "noise twice as stated: identified",
     "all mechanisms, strength 1: named first": "mechanisms: named first",
@@ -30,10 +32,12 @@ def _power(axis, table):
     styles = ["o-", "s--", "^:", "v-."]
     hidden = table[table["case"] == "mechanism"]
     for k, (name, own) in enumerate(hidden.groupby("truth")):
-        power = own.groupby("strength")["named_first"].mean()
+        power = own.groupby("size")["named_first"].mean()
         axis.plot(power.index, power.values, styles[k % 4], label=label(name), alpha=0.8)
     axis.set(
-        xlabel="strength over the moderate one", ylabel="share named first", ylim=(-0.03, 1.03)
+        xlabel="size of the effect where it shows most [standard errors]",
+        ylabel="share named first",
+        ylim=(-0.03, 1.03),
     )
     axis.legend(fontsize=7)
 

@@ -12,7 +12,7 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, WhiteKernel
 
 from calibration.discrepancy.design import BASE, inputs_of
-from calibration.discrepancy.settings import catalogue_of, log_span
+from calibration.discrepancy.settings import POURED, catalogue_of, log_span
 
 LEAST_REBOUND = 1e-4  # of the drop height; a grain that sticks has no logarithm
 
@@ -45,10 +45,11 @@ class Emulator:
     """z(x) for x in [0, 1]^d.
 
     `error` is the leave-one-out root mean square error in z, hyperparameters held, of the first `judged` runs (all
-    unless given); `spread` is the sd of z over the design.
+    unless given); `spread` is the sd of z over the design. `scatter` is the sd of z from seed to seed, which is part of
+    that error but not of the emulator's mean, where `scatters`; else what looks like noise counts as a wrong mean.
     """
 
-    def __init__(self, x, z, judged=None):
+    def __init__(self, x, z, judged=None, scatters=False):
         x, z = np.asarray(x, float), np.asarray(z, float)
         self.mean, self.spread = float(z.mean()), float(z.std()) or 1.0
         process = _process(x, (z - self.mean) / self.spread)
@@ -56,9 +57,12 @@ class Emulator:
         smooth = process.kernel_.k1
         self.scale, self.length = smooth.k1.k1.constant_value, smooth.k1.k2.length_scale
         self.linear, self.offset = smooth.k2.k1.constant_value, smooth.k2.k2.sigma_0**2
-        left_out = self.alpha / np.diag(np.linalg.inv(process.kernel_(x)))
+        self._inverse = np.linalg.inv(process.kernel_(x))
+        left_out = self.alpha / np.diag(self._inverse)
         self._misses = (self.spread * left_out) ** 2
         self.error = float(np.sqrt(np.mean(self._misses[:judged])))
+        self._nugget = process.kernel_.k2.noise_level if scatters else 0.0
+        self.scatter = self.spread * float(np.sqrt(self._nugget))
         self.runs = len(z)
         self._slope = self.linear * (self.x.T @ self.alpha)
         self._constant = self.linear * self.offset * float(self.alpha.sum())
@@ -71,7 +75,7 @@ class Emulator:
         """Responses (k,), their derivatives (k, c) by the inputs in `columns`, and their error variances (k,).
 
         The variance is the mean squared leave-one-out error of the runs nearby, weighted by their distance in
-        the process' lengths, together with that of all runs at the weight of one.
+        the process' lengths, together with that of all runs at the weight of one; of it the share that is not scatter.
         """
         a, b = x / self.length, self.x / self.length
         square = (a * a).sum(1)[:, None] + (b * b).sum(1) - 2.0 * a @ b.T
@@ -85,11 +89,36 @@ class Emulator:
         slope = (sums[:, 1:] - x[:, columns] * sums[:, :1]) / self.length[columns] ** 2
         near = like**4  # half the process' lengths
         variance = (near @ self._misses + self.error**2) / (near.sum(1) + 1.0)
+        if self._nugget:
+            variance *= self._share_of_mean(x, like)
         return (
             self.mean + self.spread * value,
             self.spread * (slope + self._slope[columns]),
             variance,
         )
+
+    def correlation(self, x):
+        """Correlation (k, k) of the errors at k inputs: of the process given its runs, for it is wrong smoothly."""
+        cross, own = self._kernel(x, self.x), self._kernel(x, x)
+        left = own - cross @ self._inverse @ cross.T
+        # next to a run nothing is left but rounding, which is alike nowhere
+        rounding = 1e-6 * np.diag(own).max()
+        size = np.sqrt(np.maximum(np.diag(left), 0.0) + rounding)
+        out = np.clip(left / np.outer(size, size), -1.0, 1.0)
+        np.fill_diagonal(out, 1.0)
+        return out
+
+    def _kernel(self, x, y):
+        a, b = x / self.length, y / self.length
+        square = (a * a).sum(1)[:, None] + (b * b).sum(1) - 2.0 * a @ b.T
+        return self.scale * np.exp(-0.5 * square) + self.linear * (x @ y.T + self.offset)
+
+    def _share_of_mean(self, x, like):
+        """Variance of the process' mean (k,) over that of a run there."""
+        cross = self.scale * like + self.linear * (x @ self.x.T + self.offset)
+        own = self.scale + self.linear * ((x * x).sum(1) + self.offset)
+        mean = np.maximum(own - ((cross @ self._inverse) * cross).sum(1), 0.0)
+        return mean / (mean + self._nugget)
 
 
 def _process(x, z):
@@ -133,6 +162,7 @@ def teach(rows, metrics, settings, factors):
                 "runs": len(own),
                 "failed": planned - len(own),
                 "error": emulators[key].error,
+                "scatter": emulators[key].scatter,
                 "spread": emulators[key].spread,
             }
         )
@@ -153,4 +183,4 @@ def _teach_one(experiment, own, more, metrics, settings, names):
     levers = {n: np.array([log_span(*ranges[n], s) for s in x[:, names.index(n)]]) for n in ranges}
     y = np.array([metrics[r["run_id"]][settings.experiments[experiment].metric] for r in rows])
     z = forward(experiment, y, levers)
-    return Emulator(x, z, len(own))
+    return Emulator(x, z, len(own), experiment in POURED)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from calibration.discrepancy.fit import Data, data_of, fit
-from calibration.discrepancy.measurements import QUANTITIES
+from calibration.discrepancy.fit import Data, data_of, fit, spread_unit
+from calibration.discrepancy.quantities import QUANTITIES
 from calibration.discrepancy.runs import named
 from calibration.discrepancy.settings import condition_spec
 
@@ -80,7 +80,7 @@ def run_scatter(measurements, values):
 
     The scatter is relative for drop and shear, absolute for angles.
     """
-    unit = np.array([m.value if m.experiment in ("drop", "shear") else 1.0 for m in measurements])
+    unit = spread_unit(measurements)
     kinds = np.array([m.experiment for m in measurements])
     count = np.isfinite(values).sum(1)
     deviation = (values - np.nanmean(values, axis=1, keepdims=True)) / unit[:, None]
@@ -160,7 +160,7 @@ def _by_experiment(measurements, value, means):
     for kind in dict.fromkeys(kinds):
         rows = kinds == kind
         raw = [float(np.sqrt(np.mean((value - m)[rows] ** 2))) for m in means]
-        out[str(kind)] = {"before": raw[0], "after": raw[1], "unit": QUANTITIES[kind][1]}
+        out[str(kind)] = {"before": raw[0], "after": raw[1], "unit": QUANTITIES[kind].unit}
     return out
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib import ticker
 
-from calibration.discrepancy.residuals import LEVERS, NAMES
+from calibration.discrepancy.quantities import LEVERS, QUANTITIES
 from calibration.figures import BLUE, GREY, ORANGE, label, subplots
 
 
@@ -28,11 +28,17 @@ def _draw_axes(panels, height=3.2):
 
 
 def _lever_axis(axis, kind, lever):
-    name, unit = LEVERS[lever]
-    axis.set(xscale="log", xlabel=f"{name} [{unit}]" if unit else name, title=NAMES[kind])
+    name, unit = LEVERS[lever].words, LEVERS[lever].unit
+    axis.set(
+        xscale="log", xlabel=f"{name} [{unit}]" if unit else name, title=QUANTITIES[kind].words
+    )
     axis.xaxis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
     axis.xaxis.set_major_formatter("{x:g}")
     axis.xaxis.set_minor_formatter(ticker.NullFormatter())
+
+
+def _name(row):
+    return QUANTITIES[row["experiment"]].words
 
 
 def residual_figure(rows):
@@ -43,7 +49,7 @@ def residual_figure(rows):
         axis.axhline(0, color=GREY, linewidth=1)
         y = [r["standardised"] for r in own]
         if lever is None:
-            axis.plot([NAMES[r["experiment"]] for r in own], y, "o", color=BLUE)
+            axis.plot([_name(r) for r in own], y, "o", color=BLUE)
             axis.set_title("single settings")
             axis.margins(x=0.4)
         else:
@@ -58,7 +64,7 @@ def prediction_figure(rows, extended, name):
     predicted = {} if extended is None else dict(zip(map(id, rows), extended, strict=True))
     figure, drawn = _draw_axes(_panels(rows), 3.6)
     for axis, (kind, lever, own) in drawn:
-        x = [NAMES[r["experiment"]] if lever is None else r["levers"][lever] for r in own]
+        x = [_name(r) if lever is None else r["levers"][lever] for r in own]
         base = np.array([r["predicted"] for r in own])
         ratio = np.array([r["measured"] for r in own]) / base
         error = [2.0 * r["sd"] for r in own] / base
@@ -101,8 +107,8 @@ def gain_figure(gain):
 
 
 def _setting(point):
-    levers = ", ".join(f"{v:.4g} {LEVERS[n][1]}".strip() for n, v in point["levers"].items())
-    return f"{NAMES[point['experiment']]}, {levers}" if levers else NAMES[point["experiment"]]
+    levers = [f"{v:.4g} {LEVERS[n].unit}".strip() for n, v in point["levers"].items()]
+    return ", ".join([_name(point), *levers])
 
 
 def ranking_figure(verdict):

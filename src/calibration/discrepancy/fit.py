@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
+from calibration.discrepancy.quantities import QUANTITIES
+
 STARTS = (0.2, 0.7)
 ITERATIONS = 14
 SETTLED = 1e-3  # fall of twice the negative log posterior below which a fit has settled
@@ -122,28 +124,33 @@ def _summary(model, data, theta):
     return Fit(theta, cov, value, r, sd, leverage, chi, freedom, scale, pointwise)
 
 
-def moderated_sd(measurements):
-    """(n,) standard deviations of a replicate, drawn towards the median of their experiment.
+def spread_unit(measurements):
+    """(n,) what spreads are compared in: the value where they go with it, else 1."""
+    return np.array([m.value if QUANTITIES[m.experiment].relative else 1.0 for m in measurements])
+
+
+def moderated_sd(measurements, own=None):
+    """(..., n) standard deviations of a replicate, drawn towards the median of their experiment.
+
+    own: (..., n) spreads of the replicates, those of the measurements unless given.
 
     Few replicates give a poor estimate of their own spread: s^2 = (d0 s0^2 + (n-1) s_i^2) / (d0 + n - 1), d0 = 8;
     Smyth (2004), Stat. Appl. Genet. Mol. Biol. 3:3. The spread is relative for drop and shear, absolute for angles. The
     median of spreads from few replicates lies below the true one; it is taken of s_i over the median of its law.
     """
     prior = 8.0
-    unit = np.array([m.value if m.experiment in ("drop", "shear") else 1.0 for m in measurements])
-    own = np.array([m.sd for m in measurements]) / unit
+    unit = spread_unit(measurements)
+    own = np.array([m.sd for m in measurements] if own is None else own) / unit
     freedom = np.maximum([m.n - 1.0 for m in measurements], 0.0)
     # a spread given with a single value is no estimate from it
     usual = np.where(
         freedom > 0, np.sqrt(chi2.ppf(0.5, np.maximum(freedom, 1)) / np.maximum(freedom, 1)), 1.0
     )
-    out = np.empty(len(own))
+    common = np.empty(own.shape)
     for kind in {m.experiment for m in measurements}:
         rows = [i for i, m in enumerate(measurements) if m.experiment == kind]
-        common = float(np.median(own[rows] / usual[rows]))
-        for i in rows:
-            out[i] = np.sqrt((prior * common**2 + freedom[i] * own[i] ** 2) / (prior + freedom[i]))
-    return out * unit
+        common[..., rows] = np.median(own[..., rows] / usual[rows], axis=-1, keepdims=True)
+    return unit * np.sqrt((prior * common**2 + freedom * own**2) / (prior + freedom))
 
 
 def data_of(measurements):

@@ -7,7 +7,7 @@ import numpy as np
 
 from calibration.discrepancy.measurements import Measurement
 from calibration.discrepancy.runs import named, simulate
-from calibration.discrepancy.settings import condition_spec, parameters_of
+from calibration.discrepancy.settings import POURED, condition_spec, parameters_of
 from dem.spec import RAYLEIGH_FRACTION
 
 GRAVITY = 9.81
@@ -20,7 +20,7 @@ NOISE = {
 """Standard deviation of one reading: of the value, or in degrees."""
 
 REPLICATES = {"drop": 5, "tilt": 5, "shear": 2, "heap": 2}
-POURED = {"shear", "heap"}  # each replicate is a run of its own: grains never lie twice alike
+"""Readings of a condition; of a poured experiment each is a run of its own."""
 
 STEP = {"drop": 0.8}
 """Time step over that of the diagnosis, 1.25 elsewhere: a coarser one in the drop test would itself be an effect."""
@@ -30,13 +30,13 @@ DROPS = [
     *[
         ("drop", {"drop_height_mm": h, "particle_diameter_mm": d, "output_interval_s": FAST_FILM_S})
         for d in (1.0, 2.0, 4.0)
-        for h in (50.0, 150.0, 400.0)
+        for h in (50.0, 110.0, 250.0)
     ],
     # the lower rebounds once more with an ordinary camera: free of charge, and it shows what the camera does
     *[
         ("drop", {"drop_height_mm": h, "particle_diameter_mm": d, "output_interval_s": FILM_S})
         for d in (1.0, 2.0, 4.0)
-        for h in (50.0, 150.0)
+        for h in (50.0, 110.0)
     ],
 ]
 TILTS = [
@@ -46,27 +46,34 @@ TILTS = [
 ]
 HEAPS = [
     ("heap", {"particle_diameter_mm": d, "discharge_height_mm": h})
-    for d in (3.2, 4.0, 5.0)
+    for d in (3.6, 4.2, 5.0)
     for h in (60.0, 120.0)
 ]
-PLANS = {"grains": DROPS + TILTS, "heap": DROPS + HEAPS}
+SHEARS = [("shear", {"normal_stress_kPa": s}) for s in (0.5, 1.5, 4.0)]
+PLANS = {"grains": DROPS + TILTS, "heap": DROPS + HEAPS, "shear": SHEARS + HEAPS}
 """What a laboratory measures that wants to tell mechanisms apart: each lever at its ends and between."""
 
-ONE_LEVER = {
-    "viscoelastic_restitution": [
-        ("drop", {"drop_height_mm": h, "particle_diameter_mm": 2.0})
-        for h in (50.0, 100.0, 150.0, 250.0, 400.0)
-    ],
-    "wall_adhesion": [
-        ("tilt", {"tilt_rate_deg_s": 20.0, "particle_diameter_mm": d})
-        for d in (1.3, 1.6, 2.0, 2.5, 4.0)
-    ],
+ALIKE = {
+    ("viscoelastic_restitution", "plastic_restitution"): (
+        "grains",
+        [
+            ("drop", {"drop_height_mm": h, "particle_diameter_mm": 2.0})
+            for h in (50.0, 80.0, 110.0, 170.0, 250.0)
+        ],
+    ),
+    ("wall_adhesion", "stress_dependent_friction"): (
+        "grains",
+        [
+            ("tilt", {"tilt_rate_deg_s": 20.0, "particle_diameter_mm": d})
+            for d in (1.3, 1.6, 2.0, 2.5, 4.0)
+        ],
+    ),
+    ("cohesion", "liquid_bridge"): (
+        "heap",
+        [*HEAPS, ("drop", {"drop_height_mm": 150.0, "particle_diameter_mm": 4.0})],
+    ),
 }
-ONE_LEVER |= {
-    "air_drag": ONE_LEVER["viscoelastic_restitution"],
-    "stress_dependent_friction": ONE_LEVER["wall_adhesion"],
-}
-"""Mechanism -> a plan with so few levers that others look like it."""
+"""Two mechanisms -> bench and a plan on which they look alike: one lever, or one experiment."""
 
 
 def draw(
@@ -80,7 +87,7 @@ def draw(
     plan=PLANS["grains"],
     root="results/runs",
 ):
-    """(measurements, truth): data with `effects` {name: strength as a share of the moderate one} switched on.
+    """(measurements, truth): data with `effects` {name: strength in its unit} switched on.
 
     The base parameters are drawn from the middle 60 % of their ranges by `point`, the noise of each condition by `seed`
     (that of the point unless given) and the effects. A condition that the engine cannot measure, a funnel that clogs,
@@ -89,15 +96,13 @@ def draw(
     factors = parameters_of(settings, factors_file, list(settings.experiments))
     rng = np.random.default_rng([point, 20_011])
     values = {f.name: f.natural(float(rng.uniform(-0.6, 0.6))) for f in factors}
-    strengths = {n: catalogue[n].strength.share(s) for n, s in (effects or {}).items()}
+    strengths = dict(effects or {})
     measured = []
     for experiment, levers in plan:
-        used = settings.experiments[experiment].parameters
-        own = {n: v for n, v in values.items() if n in used}
         runs = REPLICATES[experiment] if experiment in POURED else 1
         specs = [
             condition_spec(
-                base, settings, factors, experiment, levers, own, 50_000 + 100 * point + k
+                base, settings, factors, experiment, levers, values, 50_000 + 100 * point + k
             )
             for k in range(runs)
         ]
@@ -142,6 +147,13 @@ def _read(experiment, levers, values, rng, frame_factor):
         away = frame_factor * levers.get("output_interval_s", 0.0) * rng.uniform(-0.5, 0.5, n)
         sample = sample - 1e3 * 0.5 * GRAVITY * away**2
     return Measurement(experiment, float(sample.mean()), float(sample.std(ddof=1)), n, dict(levers))
+
+
+def standard_error(experiment, value):
+    """Standard errors (k,) of the means (k,) that this laboratory finds in an experiment."""
+    kind, size = NOISE[experiment]
+    one = size * (value if kind == "relative" else np.ones_like(value))
+    return one / REPLICATES[experiment] ** 0.5
 
 
 def outlier(measurements, seed):

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from calibration.discrepancy import hidden
+from calibration.discrepancy import effect, hidden
 from calibration.discrepancy.catalogue import load_catalogue
 from calibration.discrepancy.identify import decide, weigh
 from calibration.discrepancy.verdict import findings
@@ -13,7 +13,10 @@ DECOYS = {"outlier": hidden.outlier, "understated": hidden.understated}
 
 @dataclass(frozen=True)
 class Case:
-    """One data set to diagnose; `point` decides its base parameters, `seed` its noise, `bench` what is measured."""
+    """One data set to diagnose; `point` decides its base parameters, `seed` its noise, `bench` what is measured.
+
+    strength: size of each effect over that of a moderate one (`effect.MODERATE`).
+    """
 
     case: str
     effects: tuple
@@ -31,10 +34,22 @@ class Case:
 class Laboratory:
     """Draws data of the engine and diagnoses them; holds what all cases share."""
 
-    def __init__(self, emulated, base, factors_file, replicates, root="results/runs"):
+    def __init__(
+        self, emulated, base, factors_file, replicates, root="results/runs", plans=hidden.PLANS
+    ):
         self.emulated, self.base, self.factors_file = emulated, base, factors_file
-        self.replicates, self.root = replicates, root
+        self.replicates, self.root, self.plans = replicates, root, plans
         self._last = None, None
+        self._strengths = {}
+
+    def strength(self, bench, name, share):
+        """(strength in its unit, size) of an effect whose size on a bench is this share of a moderate one."""
+        key = bench, name, share
+        if key not in self._strengths:
+            self._strengths[key] = effect.strength_at(
+                self.emulated, self.plans[bench], name, share * effect.MODERATE
+            )
+        return self._strengths[key]
 
     def measure(self, case, conditions=None):
         """Measurements of a case under the given plan, its bench's unless given."""
@@ -44,9 +59,9 @@ class Laboratory:
             self.base,
             self.factors_file,
             load_catalogue(),
-            dict.fromkeys(case.effects, case.strength),
+            {n: self.strength(case.bench, n, case.strength)[0] for n in case.effects},
             case.seed,
-            conditions or hidden.PLANS[case.bench],
+            conditions or self.plans[case.bench],
             self.root,
         )
         return measured
@@ -64,7 +79,16 @@ class Laboratory:
         if case.case == "undecided":
             return self.resolve(case)
         without = case.effects if case.case == "removed" else ()
-        return judge(case, decide(self._scores(case), self.emulated.settings.alpha, without))
+        row = judge(case, decide(self._scores(case), self.emulated.settings.alpha, without))
+        return row | self._hidden(case)
+
+    def _hidden(self, case):
+        """Strengths of what is hidden in a case, as text, and the size of the larger."""
+        found = [self.strength(case.bench, n, case.strength) for n in case.effects]
+        units = [self.emulated.catalogue[n].strength.unit for n in case.effects]
+        strengths = [f"{s:.3g} {u}" for (s, _), u in zip(found, units, strict=True)]
+        size = max((s for _, s in found), default=0.0)
+        return {"hidden": " + ".join(strengths), "size": round(size, 2)}
 
     def _scores(self, case):
         """Scores of a case; those of the last data set are kept, for it may come again with a smaller catalogue."""
@@ -78,16 +102,19 @@ class Laboratory:
 
     def resolve(self, case, further=2):
         """Diagnose too little data, add the measurement that the diagnosis asks for, up to `further` times."""
-        measured = self.measure(case, hidden.ONE_LEVER[case.effects[0]])
+        [plan] = [plan for pair, (_, plan) in hidden.ALIKE.items() if case.effects[0] in pair]
+        measured = self.measure(case, plan)
         found = self.identify(measured, case.seed)
-        row = judge(case, found)
-        for k in range(further):
+        row = judge(case, found) | self._hidden(case)
+        for k in range(1, further + 1):
             proposal = findings(self.emulated, measured, found)["next_measurement"]
-            if proposal and (found.verdict == "ambiguous" or k == 0):
+            if proposal and found.verdict == "ambiguous":
                 levers = {n: v for n, v in proposal["levers"].items() if v is not None}
-                measured = measured + self.measure(case, [(proposal["experiment"], levers)])
+                # read anew, were it at a setting that has been measured before
+                again = replace(case, seed=case.seed + 10_000 * k)
+                measured = measured + self.measure(again, [(proposal["experiment"], levers)])
                 found = self.identify(measured, case.seed)
-            row[f"outcome_{k + 1}_further"] = judge(case, found)["outcome"]
+            row[f"outcome_{k}_further"] = judge(case, found)["outcome"]
         return row
 
 
@@ -114,5 +141,4 @@ def judge(case, found):
         "lack_of_fit_p": found.lack_of_fit_p,
         "family_p": found.family_p,
         "gain": found.ranking[0]["gain"],
-        "data": "real engine",
     }

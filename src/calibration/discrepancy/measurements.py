@@ -6,34 +6,9 @@ from pathlib import Path
 
 import pandas as pd
 
+from calibration.discrepancy.quantities import LEVERS, QUANTITIES
 from calibration.errors import ConfigError
 
-QUANTITIES = {
-    "heap": ("angle_of_repose", "deg", 0.1, 89.0),
-    "drop": ("rebound_height", "mm", 1e-3, 1e4),
-    "tilt": ("sliding_angle", "deg", 0.1, 89.0),
-    "shear": ("shear_stress", "kPa", 1e-4, 1e4),
-}
-"""Experiment -> quantity, unit, least and largest value."""
-
-LEVERS = {
-    "particle_diameter_mm": (1e-3, 100.0),
-    "particle_count": (1.0, 5e6),
-    "discharge_height_mm": (1.0, 1e4),
-    "drop_height_mm": (1.0, 1e4),
-    "tilt_rate_deg_s": (1e-3, 90.0),
-    "normal_stress_kPa": (1e-3, 1e4),
-    "scale_factor": (0.01, 100.0),
-    "output_interval_s": (1e-6, 10.0),
-}
-"""Lever column -> least and largest value."""
-
-APPLIES = {
-    "heap": {"particle_diameter_mm", "particle_count", "discharge_height_mm", "scale_factor"},
-    "drop": {"particle_diameter_mm", "drop_height_mm", "scale_factor", "output_interval_s"},
-    "tilt": {"particle_diameter_mm", "tilt_rate_deg_s", "scale_factor"},
-    "shear": {"particle_diameter_mm", "particle_count", "normal_stress_kPa", "scale_factor"},
-}
 NEEDED = {"drop": "drop_height_mm", "shear": "normal_stress_kPa"}
 COLUMNS = ("experiment", "quantity", "value", "unit", "sd", "n", *LEVERS, "note")
 LEAST_CONDITIONS = 3
@@ -187,8 +162,8 @@ def _measurement(row, path, line, faults):
         where = {"path": path, "line": line, "column": "experiment"}
         faults.append(ConfigError("is no experiment", value=kind, allowed=allowed, **where))
         return None
-    quantity, unit, low, high = QUANTITIES[kind]
-    for column, wanted in (("quantity", quantity), ("unit", unit)):
+    q = QUANTITIES[kind]
+    for column, wanted in (("quantity", q.name), ("unit", q.unit)):
         if row[column] != wanted:
             where = {"path": path, "line": line, "column": column}
             reason = f"does not go with {kind}"
@@ -201,7 +176,7 @@ def _measurement(row, path, line, faults):
             faults.append(error)
             return None
 
-    value, sd, n = number("value", low, high), number("sd", 1e-9, high), number("n", 1, 1e6)
+    value, sd, n = number("value", q.least, q.most), number("sd", 1e-9, q.most), number("n", 1, 1e6)
     if n is not None and n != int(n):
         faults.append(
             ConfigError("is not a whole number", path=path, line=line, column="n", value=n)
@@ -220,18 +195,18 @@ def _measurement(row, path, line, faults):
 def _levers(row, kind, path, line, number, faults):
     """{lever: value} of the levers that are set."""
     levers = {}
-    for name, (least, most) in LEVERS.items():
+    for name, lever in LEVERS.items():
         where = {"path": path, "line": line, "column": name}
         if not row.get(name):
             if NEEDED.get(kind) == name:
                 faults.append(ConfigError(f"is needed for {kind}", **where))
-        elif name not in APPLIES[kind]:
-            allowed = f"empty, or a row of {', '.join(e for e in APPLIES if name in APPLIES[e])}"
+        elif kind not in lever.experiments:
+            allowed = f"empty, or a row of {', '.join(lever.experiments)}"
             faults.append(
                 ConfigError(f"is no lever of {kind}", value=row[name], allowed=allowed, **where)
             )
         else:
-            levers[name] = number(name, least, most)
+            levers[name] = number(name, lever.least, lever.most)
     return levers
 
 
@@ -239,7 +214,7 @@ def to_table(measurements):
     """The measurements as the table that `read_measurements` reads."""
     rows = []
     for m in measurements:
-        quantity, unit, *_ = QUANTITIES[m.experiment]
-        fixed = (m.experiment, quantity, m.value, unit, m.sd, m.n)
+        q = QUANTITIES[m.experiment]
+        fixed = (m.experiment, q.name, m.value, q.unit, m.sd, m.n)
         rows.append(dict(zip(COLUMNS[:6], fixed, strict=True)) | m.levers | {"note": m.note})
     return pd.DataFrame(rows, columns=list(COLUMNS))

@@ -6,7 +6,7 @@ import numpy as np
 
 from calibration.discrepancy.design import BASE, WIDENED, factor_share, inputs_of
 from calibration.discrepancy.emulator import inverse
-from calibration.discrepancy.settings import lever_values
+from calibration.discrepancy.settings import combine, lever_values
 
 STEP = 1e-3  # of a coded strength and, relative, of a value: for derivatives of readings
 SHARE_BY_CODED = 0.5 / WIDENED  # derivative of `factor_share`
@@ -22,6 +22,10 @@ class Emulated:
     def model(self, conditions, mechanisms=()):
         """`Model` of conditions [(experiment, levers)] with the named mechanisms switched on."""
         return Model(self, conditions, [self.catalogue[m] for m in mechanisms])
+
+    def combine(self, conditions, mechanisms):
+        """Whether the engine can have all the named mechanisms at once under the conditions."""
+        return combine(self.settings, [self.catalogue[m] for m in mechanisms], conditions)
 
     def applicable(self, conditions):
         """Mechanisms that have an emulator, or a law of measurement, for an experiment of the conditions."""
@@ -68,6 +72,13 @@ class Model:
                 by_theta[:, part.rows] = own
         return value, error, by_theta
 
+    def error_correlation(self, theta):
+        """Correlation (n, n) of the emulators' errors between the conditions, at theta (p,)."""
+        out = np.zeros((len(self.conditions),) * 2)
+        for part in self._parts:
+            out[np.ix_(part.rows, part.rows)] = part.error_correlation(theta)
+        return out
+
 
 class _Part:
     """The conditions of one experiment."""
@@ -107,6 +118,15 @@ class _Part:
         for k, m in self.readings:
             self._read(m, k, theta, value, by_theta)
         return value, error, by_theta
+
+    def error_correlation(self, theta):
+        """Correlation (n, n) of the errors at theta (p,): that of the base's emulator, or of the first law's."""
+        own = np.repeat(factor_share(theta[None, self.columns]), len(self.rows), axis=0)
+        x = np.hstack([own, self.share])
+        if not self.laws:
+            return self.base.correlation(x)
+        k, law = self.laws[0]
+        return law.correlation(np.column_stack([x, np.full(len(x), theta[k])]))
 
     def _sum_of_laws(self, theta, x, n, slope):
         """Transformed response (b n,), derivatives (b n, p), variance (b n,): each law adds what it alone changes."""

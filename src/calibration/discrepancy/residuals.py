@@ -4,27 +4,9 @@ import numpy as np
 from scipy import stats
 
 from calibration.discrepancy.design import WIDENED
+from calibration.discrepancy.quantities import LEVERS, QUANTITIES
 
 P_TREND = 0.01
-LEVERS = {
-    "particle_diameter_mm": ("grain diameter", "mm"),
-    "particle_count": ("number of grains", ""),
-    "discharge_height_mm": ("discharge height", "mm"),
-    "drop_height_mm": ("drop height", "mm"),
-    "tilt_rate_deg_s": ("tilt rate", "°/s"),
-    "normal_stress_kPa": ("normal stress", "kPa"),
-    "scale_factor": ("scale factor", ""),
-    "output_interval_s": ("frame interval", "s"),
-}
-"""Lever -> its name in a sentence and its unit."""
-
-NAMES = {
-    "heap": "angle of repose",
-    "drop": "rebound",
-    "tilt": "sliding angle",
-    "shear": "shear stress",
-}
-UNITS = {"heap": "°", "drop": "mm", "tilt": "°", "shear": "kPa"}
 
 
 def residual_rows(measurements, fitted):
@@ -81,7 +63,7 @@ def _trend(kind, lever, rows):
     for end in (x.max(), x.min()):
         own = [row for row, v in zip(some, x, strict=True) if v == end]
         parts.append(f"{_distance(own)} at {_at(lever, end)}")
-    sentence = f"The measured {NAMES[kind]} {parts[0]}, and {parts[1]}."
+    sentence = f"The measured {QUANTITIES[kind].words} {parts[0]}, and {parts[1]}."
     found = {"kind": "trend", "experiment": kind, "lever": lever, "slope": slope}
     return found | {"p": p, "sentence": sentence}
 
@@ -93,7 +75,7 @@ def _offset(kind, rows):
     if p > P_TREND:
         return None
     where = f"over its {len(rows)} settings" if len(rows) > 1 else "at its one setting"
-    sentence = f"The measured {NAMES[kind]} {_distance(rows)} {where}."
+    sentence = f"The measured {QUANTITIES[kind].words} {_distance(rows)} {where}."
     found = {"kind": "offset", "experiment": kind, "lever": None, "slope": None}
     return found | {"p": p, "sentence": sentence}
 
@@ -101,7 +83,9 @@ def _offset(kind, rows):
 def _setting(row):
     """One setting at odds with what the others say."""
     where = " and ".join(_at(lever, v) for lever, v in row["levers"].items())
-    sentence = f"The measured {NAMES[row['experiment']]} at {where} alone {_distance([row])}."
+    sentence = (
+        f"The measured {QUANTITIES[row['experiment']].words} at {where} alone {_distance([row])}."
+    )
     found = {"kind": "setting", "experiment": row["experiment"], "lever": None, "slope": None}
     return found | {"p": row["predictive_p"], "sentence": sentence}
 
@@ -115,8 +99,7 @@ def _distance(rows):
 
 
 def _at(lever, value):
-    name, unit = LEVERS[lever]
-    return f"a {name} of {value:.4g} {unit}".rstrip()
+    return f"a {LEVERS[lever].words} of {value:.4g} {LEVERS[lever].unit}".rstrip()
 
 
 def moved(before, after):

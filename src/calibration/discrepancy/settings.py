@@ -11,21 +11,16 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from calibration.config import overlay
 from calibration.discrepancy.catalogue import load_catalogue
 from calibration.discrepancy.measurements import raise_faults
+from calibration.discrepancy.quantities import LEVERS
 from calibration.errors import ConfigError
 from calibration.factors import read_factors
 from dem.errors import SpecError
 from dem.spec import parse_spec
 
-PLACE = {
-    "particle_diameter_mm": ("particles", "diameter_mm"),
-    "particle_count": ("particles", "count"),
-    "scale_factor": ("particles", "scale_factor"),
-    "discharge_height_mm": ("geometry", "discharge_height_mm"),
-    "drop_height_mm": ("geometry", "drop_height_mm"),
-    "tilt_rate_deg_s": ("geometry", "tilt_rate_deg_s"),
-    "normal_stress_kPa": ("geometry", "normal_stress_kPa"),
-}
-"""Lever -> its place in a run spec. `output_interval_s` belongs to the measurement, not to the base model."""
+SIMULATED = {name for name, lever in LEVERS.items() if lever.place}
+
+POURED = {"heap", "shear"}
+"""Experiments whose runs scatter from seed to seed, because grains never lie twice alike."""
 
 Range = Annotated[list[float], Field(min_length=2, max_length=2)]
 
@@ -51,7 +46,7 @@ class Experiment(_Part):
     @model_validator(mode="after")
     def _known(self):
         for name, (low, high) in self.levers.items():
-            if name not in PLACE or not 0 < low < high:
+            if name not in SIMULATED or not 0 < low < high:
                 raise ValueError(f"levers.{name}: a known lever with 0 < low < high is needed")
         if not self.levers:
             raise ValueError("levers: an emulator needs one lever at least")
@@ -145,7 +140,7 @@ def check_range(settings, measurements, path):
             continue
         levers = settings.experiments[m.experiment].levers
         for name, value in m.levers.items():
-            if name == "output_interval_s":
+            if name not in SIMULATED:
                 continue
             if name in levers:
                 low, high = levers[name]
@@ -175,7 +170,7 @@ def check_specs(settings, base, measurements):
 
 
 def _default(settings, experiment, lever):
-    part, name = PLACE[lever]
+    part, name = LEVERS[lever].place
     return settings.experiments[experiment].run.get(part, {}).get(name)
 
 
@@ -188,8 +183,10 @@ def lever_values(settings, experiment, levers):
 
 
 def condition_spec(base, settings, factors, experiment, levers, values, seed):
-    """Run spec (a mapping) of a condition: calibration's spec, experiment's, levers, and factor values {name:
-    value}."""
+    """Run spec (a mapping) of a condition: calibration's spec, experiment's, levers, and factor values {name: value}.
+
+    Of the values only those of the experiment's own parameters count: its emulators know no others.
+    """
     # the heap stands in the calibration's own rig
     shared = ("materials", "contacts", *(["geometry"] if experiment == "heap" else []))
     spec = overlay(
@@ -199,20 +196,42 @@ def condition_spec(base, settings, factors, experiment, levers, values, seed):
     spec |= {"experiment": experiment, "seed": int(seed)}
     reference = spec["particles"].get("diameter_mm")
     for name, value in levers.items():
-        if name in PLACE:
-            part, key = PLACE[name]
+        if name in SIMULATED:
+            part, key = LEVERS[name].place
             spec.setdefault(part, {})[key] = value
     if experiment in ("heap", "shear") and "particle_count" not in levers:
         ratio = reference / spec["particles"]["diameter_mm"]
         spec["particles"]["count"] = max(round(spec["particles"]["count"] * ratio**3), 50)
     for f in factors:
-        if f.name in values:
+        if f.name in values and f.name in settings.experiments[experiment].parameters:
             part = spec
             *path, last = f.key.split(".")
             for name in path:
                 part = part.setdefault(name, {})
             part[last] = round(float(values[f.name]), 9)
     return spec
+
+
+def combine(settings, mechanisms, conditions):
+    """Whether the engine can have all of the mechanisms at once in the experiments of conditions [(experiment,
+    levers)]: no two of them in the same slot, and a spec that it takes. Those of the reading go with any."""
+    for experiment, levers in dict(conditions).items():
+        plain = condition_spec({}, settings, [], experiment, levers, {}, 0)
+        spec, taken = plain, set()
+        for m in mechanisms:
+            if m.observe is not None or experiment not in m.experiments:
+                continue
+            strength = m.strength.natural(0.5)
+            slots = {s for s, _ in m.apply(plain, strength)["laws"].items() - plain["laws"].items()}
+            if slots & taken:
+                return False
+            taken |= slots
+            spec = m.apply(spec, strength)
+        try:
+            parse_spec(spec)
+        except SpecError:
+            return False
+    return True
 
 
 def log_span(low, high, share):

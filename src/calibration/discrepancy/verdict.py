@@ -8,10 +8,19 @@ import numpy as np
 
 from calibration.discrepancy.identify import BASE, key_of
 from calibration.discrepancy.next_measurement import propose
+from calibration.discrepancy.quantities import LEVERS, QUANTITIES
 from calibration.discrepancy.residuals import calibration, moved, residual_rows, trends
+from calibration.figures import label
 
 SCHEMA = Path(__file__).with_name("verdict.schema.json")
 CONTENDERS = 4
+LEAST_GAIN = 0.05  # nats; a mechanism with less is told in one line
+MEANING = {
+    "adequate": "Nothing is missing that these data show.",
+    "identified": "The data name what is missing.",
+    "ambiguous": "Something is missing, and these data do not tell which of several it is.",
+    "unexplained": "The model fails, and nothing in the catalogue mends it.",
+}
 
 
 def findings(emulated, measurements, found):
@@ -59,8 +68,9 @@ def _next(emulated, measurements, found):
     """The measurement that separates the contenders; the base model is one of them unless it has been refuted."""
     refuted = found.verdict in ("identified", "ambiguous")
     names = [r["mechanism"] for r in found.ranking][:CONTENDERS] + ([] if refuted else [BASE])
-    if found.verdict == "ambiguous":
-        names = [n for n in found.causes if n in found.fits] or names
+    causes = [n for n in found.causes if n in found.fits]
+    if found.verdict == "ambiguous" and len(causes) > 1:
+        names = causes
     score = np.array([float(found.fits[n].score[0]) for n in names])
     # equal weights among causes that count as not told apart
     weight = np.exp(np.clip(score - score.max(), -3.0, 0.0))
@@ -75,41 +85,83 @@ def _next(emulated, measurements, found):
 
 def page(verdict):
     """The verdict in Markdown, for reading in two minutes."""
-    lines = ["# Diagnosis", "", f"**Verdict: {verdict['verdict']}**" + _causes(verdict), ""]
-    fit = verdict["lack_of_fit"]
-    lines += [
-        f"{verdict['reason'].capitalize()}. Lack of fit of the base model: chi-square "
-        f"{fit['chi_square']:.1f} on {fit['freedom']:.1f} degrees of freedom, p = {fit['p']:.3g}; "
-        f"best mechanism against the whole catalogue: p = {verdict['family_p']:.3g}.",
+    lines = [
+        "# Diagnosis",
+        "",
+        f"**Verdict: {verdict['verdict']}**{_causes(verdict)}. {MEANING[verdict['verdict']]}",
+        "",
+        f"{_capital(verdict['reason'])}. {_tests(verdict)}",
         "",
         "## What the calibrated model gets wrong",
         "",
         *([f"- {t['sentence']}" for t in verdict["patterns"]] or ["- No pattern along a lever."]),
         "",
-        "## Mechanisms",
+        "![Residuals along each lever](residuals.svg)",
         "",
-        "| mechanism | gain in held-out log density | null threshold | p | strength |",
-        "|---|---|---|---|---|",
+        *_ranking(verdict),
+        *_parameters(verdict),
+        *_gain(verdict),
+        *_further(verdict),
     ]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _capital(text):
+    return text[:1].upper() + text[1:]
+
+
+def _causes(verdict):
+    return f": {', '.join(label(c) for c in verdict['causes'])}" if verdict["causes"] else ""
+
+
+def _tests(verdict):
+    fit = verdict["lack_of_fit"]
+    return (
+        f"The base model's chi-square is {fit['chi_square']:.1f} on {fit['freedom']:.1f} degrees of freedom: "
+        f"{_chance(fit['p'])} of data made by it look as bad. {_chance(verdict['family_p'])} of them would bring up a "
+        "mechanism as helpful as the best one here."
+    )
+
+
+def _chance(p):
+    return f"{100 * p:.2g} %"
+
+
+def _ranking(verdict):
+    """Mechanisms that help at all, best first."""
+    lines = [
+        "## Which mechanism would mend it",
+        "",
+        "The gain says how much better settings are predicted that were left out of the fit, in nats: 2 are odds of 7 "
+        "to 1. Chance alone reaches the threshold in 2.5 % of data.",
+        "",
+        "| mechanism | gain | threshold | strength (95 % interval) |",
+        "|---|---|---|---|",
+    ]
+    idle = []
     for r in verdict["ranking"]:
+        if r["gain"] < LEAST_GAIN:
+            idle.append(label(r["mechanism"]))
+            continue
         strength = "; ".join(
             f"{s['value']:.3g} {s['unit']} ({s['low']:.3g} to {s['high']:.3g})"
             for s in r.get("strength", {}).values()
         )
-        cells = [f"{r[k]:.3g}" if k in r else "" for k in ("null_threshold", "p")]
-        lines.append(
-            f"| {r['mechanism']} | {r['gain']:.2f} | {cells[0]} | {cells[1]} | {strength} |"
-        )
-    lines += ["", "## Calibrated parameters of the base model", ""]
+        threshold = f"{r['null_threshold']:.1f}" if "null_threshold" in r else ""
+        lines.append(f"| {label(r['mechanism'])} | {r['gain']:.1f} | {threshold} | {strength} |")
+    if idle:
+        lines += ["", f"No gain: {', '.join(idle)}."]
+    return [*lines, "", "![Gain of each mechanism](ranking.svg)", ""]
+
+
+def _parameters(verdict):
+    lines = ["## Calibrated parameters of the base model", ""]
     lines += ["| parameter | value | 95 % interval | identified |", "|---|---|---|---|"]
     for name, c in verdict["calibration"].items():
         known = "yes" if c["identified"] else "no: the data leave the prior"
-        lines.append(f"| {name} | {c['value']:.3f} | {c['low']:.3f} to {c['high']:.3f} | {known} |")
-    return "\n".join([*lines, "", *_gain(verdict), *_further(verdict)]) + "\n"
-
-
-def _causes(verdict):
-    return f": {', '.join(verdict['causes'])}" if verdict["causes"] else ""
+        interval = f"{c['low']:.3f} to {c['high']:.3f}"
+        lines.append(f"| {label(name)} | {c['value']:.3f} | {interval} | {known} |")
+    return [*lines, ""]
 
 
 def _gain(verdict):
@@ -123,6 +175,8 @@ def _gain(verdict):
         f"Root mean square error in {g['rmse_unit']}: {g['held_out_rmse_before']:.2f} before, "
         f"{g['held_out_rmse_after']:.2f} after; difference {low:.2f} to {high:.2f} (95 %), {g['settings']} settings.",
         "",
+        "![Miss at each left-out setting](gain.svg)",
+        "",
     ]
     lines += [f"- {m['sentence']}" for m in verdict.get("moved", {}).values()]
     return [*lines, ""]
@@ -132,19 +186,24 @@ def _further(verdict):
     n = verdict["next_measurement"]
     if not n:
         return []
-    levers = ", ".join(f"{k} = {v:g}" for k, v in n["levers"].items() if v is not None)
+    quantity = QUANTITIES[n["experiment"]]
+    levers = [
+        f"{LEVERS[k].words} {v:g} {LEVERS[k].unit}".rstrip()
+        for k, v in n["levers"].items()
+        if v is not None
+    ]
     lines = [
         "## The measurement that would tell most",
         "",
-        f"{n['experiment']} at {levers}: {n['information_bits']:.2f} bits.",
+        f"{_capital(quantity.words)} at {', '.join(levers)}: {n['information_bits']:.2f} bits.",
         "",
     ]
     return lines + [
-        f"- {name} expects {p['value']:.3g} ± {p['sd']:.2g}" for name, p in n["predictions"].items()
+        f"- {label(name)} expects {p['value']:.3g} ± {p['sd']:.2g} {quantity.unit}"
+        for name, p in n["predictions"].items()
     ]
 
 
 def validate(verdict):
     """Raise jsonschema.ValidationError where the mapping does not follow verdict.schema.json."""
-
     jsonschema.validate(verdict, json.loads(SCHEMA.read_text()))

@@ -13,15 +13,17 @@ import importlib.util
 import math
 import pkgutil
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
+
+import numpy as np
 
 from calibration.errors import ConfigError
 
 
 @dataclass(frozen=True)
 class Strength:
-    """The one number that says how strong a mechanism is, with its range and a moderate value, all in `unit`.
+    """The one number that says how strong a mechanism is, with its range in `unit`.
 
     `off` is where it is weakest, `low` unless given.
     """
@@ -30,7 +32,7 @@ class Strength:
     unit: str
     low: float
     high: float
-    moderate: float
+    _: KW_ONLY
     log: bool = False
     off: float | None = None
 
@@ -46,11 +48,10 @@ class Strength:
             return math.log(natural / self.low) / math.log(self.high / self.low)
         return (natural - self.low) / (self.high - self.low)
 
-    def share(self, fraction):
-        """Strength a fraction of the way from `off` to `moderate`, along the coded scale, within the range."""
-        off = self.coded(self.low if self.off is None else self.off)
-        coded = off + fraction * (self.coded(self.moderate) - off)
-        return self.natural(min(max(coded, 0.0), 1.0))
+    def rising(self, steps):
+        """Coded strengths (steps,) from the weakest to the end of the range that is farthest from it."""
+        start = self.coded(self.low if self.off is None else self.off)
+        return np.linspace(start, 0.0 if start > 0.5 else 1.0, steps)
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,6 @@ MECHANISM = Mechanism(
     source="Schiller, Naumann (1933), Zeitschrift des VDI 77:318",
     experiments=("drop",),
     levers=("drop_height_mm", "particle_diameter_mm"),
-    strength=Strength("drag over that of air", "1", 0.0, 2.0, 1.0),
+    strength=Strength("drag over that of air", "1", 0.0, 2.0),
     apply=apply,
 )

@@ -28,7 +28,7 @@ MECHANISM = Mechanism(
     source="mean over a uniform phase of the parabola's deficit, at most g dt^2 / 8",
     experiments=("drop",),
     levers=("output_interval_s",),
-    strength=Strength("frame interval over the stated one", "1", 0.0, 2.0, 1.0),
+    strength=Strength("frame interval over the stated one", "1", 0.0, 2.0),
     apply=apply,
     observe=observe,
 )

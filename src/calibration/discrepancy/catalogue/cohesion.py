@@ -14,6 +14,6 @@ MECHANISM = Mechanism(
     source="Johnson, Kendall, Roberts (1971), Proc. R. Soc. A 324:301",
     experiments=("shear", "heap"),
     levers=("normal_stress_kPa", "particle_diameter_mm"),
-    strength=Strength("surface energy", "J/m2", 0.0, 0.12, 0.03),
+    strength=Strength("surface energy", "J/m2", 0.0, 0.12),
     apply=apply,
 )

@@ -17,6 +17,6 @@ MECHANISM = Mechanism(
     source="Wensrich, Katterfeld (2012), Powder Technol. 217:409",
     experiments=("heap",),
     levers=("particle_diameter_mm", "discharge_height_mm"),
-    strength=Strength("length over width", "1", 1.0, LONGEST, 1.5),
+    strength=Strength("length over width", "1", 1.0, LONGEST, off=1.0),
     apply=apply,
 )

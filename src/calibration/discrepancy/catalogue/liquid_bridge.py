@@ -29,6 +29,6 @@ MECHANISM = Mechanism(
     source="Willett, Adams, Johnson, Seville (2000), Langmuir 16:9396",
     experiments=("shear", "heap", "drop"),
     levers=("normal_stress_kPa", "particle_diameter_mm", "drop_height_mm"),
-    strength=Strength("surface tension", "N/m", 0.0, 0.073, 0.02),
+    strength=Strength("surface tension", "N/m", 0.0, 0.073),
     apply=apply,
 )

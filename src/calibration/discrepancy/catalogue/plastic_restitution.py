@@ -14,6 +14,6 @@ MECHANISM = Mechanism(
     source="Thornton (1997), J. Appl. Mech. 64:383",
     experiments=("drop",),
     levers=("drop_height_mm",),
-    strength=Strength("yield speed", "m/s", 0.1, 4.0, 0.6, log=True, off=4.0),
+    strength=Strength("yield speed", "m/s", 0.1, 4.0, log=True, off=4.0),
     apply=apply,
 )

@@ -14,6 +14,6 @@ MECHANISM = Mechanism(
     source="Ai, Chen, Rotter, Ooi (2011), Powder Technol. 206:269",
     experiments=("heap", "shear"),
     levers=("normal_stress_kPa", "particle_diameter_mm"),
-    strength=Strength("rolling stiffness factor", "1", 0.5, 4.0, 2.25, log=True),
+    strength=Strength("rolling stiffness factor", "1", 0.5, 4.0, log=True),
     apply=apply,
 )

@@ -16,6 +16,6 @@ MECHANISM = Mechanism(
     source="sieving passes grains by their second largest dimension",
     experiments=("heap",),
     levers=("particle_diameter_mm", "discharge_height_mm"),
-    strength=Strength("true over stated diameter", "1", 0.75, 1.3, 1.2, off=1.0),
+    strength=Strength("true over stated diameter", "1", 0.75, 1.3, off=1.0),
     apply=apply,
 )

@@ -22,6 +22,6 @@ MECHANISM = Mechanism(
     source="Archard (1957), Proc. R. Soc. A 243:190",
     experiments=("tilt", "shear"),
     levers=("particle_diameter_mm", "normal_stress_kPa"),
-    strength=Strength("exponent", "1", 0.0, 1 / 3, 0.12),
+    strength=Strength("exponent", "1", 0.0, 1 / 3),
     apply=apply,
 )

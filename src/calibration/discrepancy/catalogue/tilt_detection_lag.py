@@ -30,7 +30,7 @@ MECHANISM = Mechanism(
     source="uniform acceleration g cos(theta) w t of a grain on a plate turning at w: slip g cos(theta) w t^3 / 6",
     experiments=("tilt",),
     levers=("tilt_rate_deg_s",),
-    strength=Strength("slip when seen", "mm", 0.0, 4.0, 1.0),
+    strength=Strength("slip when seen", "mm", 0.0, 4.0),
     apply=apply,
     observe=observe,
 )

@@ -23,7 +23,7 @@ MECHANISM = Mechanism(
     source="ASTM D6128 counts the weight of everything above the shear plane into the normal stress",
     experiments=("shear",),
     levers=("normal_stress_kPa",),
-    strength=Strength("load not counted", "kPa", 0.0, 0.3, 0.1),
+    strength=Strength("load not counted", "kPa", 0.0, 0.3),
     apply=apply,
     observe=observe,
 )

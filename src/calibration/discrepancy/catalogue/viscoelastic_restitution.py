@@ -14,6 +14,6 @@ MECHANISM = Mechanism(
     source="Brilliantov, Spahn, Hertzsch, Poeschel (1996), Phys. Rev. E 53:5382",
     experiments=("drop",),
     levers=("drop_height_mm", "particle_diameter_mm"),
-    strength=Strength("dissipation time", "s", 2e-6, 4e-5, 1e-5, log=True),
+    strength=Strength("dissipation time", "s", 2e-6, 4e-5, log=True),
     apply=apply,
 )

@@ -14,6 +14,6 @@ MECHANISM = Mechanism(
     source="Johnson, Kendall, Roberts (1971), Proc. R. Soc. A 324:301",
     experiments=("tilt", "drop"),
     levers=("particle_diameter_mm", "drop_height_mm"),
-    strength=Strength("wall surface energy", "J/m2", 0.0, 2e-4, 8e-5),
+    strength=Strength("wall surface energy", "J/m2", 0.0, 2e-4),
     apply=apply,
 )
