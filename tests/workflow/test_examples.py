@@ -1,5 +1,6 @@
-"""The second material: its configuration is whole, and its runs form heaps. test_tutorial.py runs its whole chain."""
+"""The second material: its configuration is whole, its runs form heaps, the whole study runs."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -45,3 +46,25 @@ def test_published_values_give_the_published_angle_within_the_laboratories_sprea
     measured = read_target(config)
     # one run's own spread from flank to flank is about four degrees
     assert measured.min() - 2.0 < angle < measured.max() + 2.0
+
+
+@pytest.mark.slow
+def test_the_whole_study_runs_in_the_test_profile(clone):
+    command = [*SNAKEMAKE, "-j2", "--profile", "profiles/test", "--configfile", SOYBEAN]
+    done = subprocess.run(command, cwd=clone, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    study = clone / "results" / "soybean"
+    screening = json.loads((study / "screening" / "screening.json").read_text())
+    assert "bean_bean_rolling_friction" in screening["significant"]
+    optimum = json.loads((study / "optimise" / "optimum.json").read_text())
+    assert optimum["attainable"]
+    validation = json.loads((study / "validation" / "validation.json").read_text())
+    assert validation["simulated_n"] == 10
+    # the mean of ten heaps against the surface's prediction, each with its standard error
+    error = (validation["simulated_sd"] ** 2 / 10 + optimum["standard_error"] ** 2) ** 0.5
+    assert abs(validation["simulated_mean"] - optimum["predicted"]) < 3.0 * error
+    page = (study / "report.html").read_text()
+    for key in ("screening", "validation", "exports"):
+        assert f'<section id="{key}"' in page
+    assert (study / "calibrated.yaml").is_file()
+    assert not list((clone / "results" / "runs").glob("*/failed.yaml"))

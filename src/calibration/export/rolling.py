@@ -44,7 +44,7 @@ reversal of the spin, and its heaps are flatter than ours."""
 CALIBRATED = "calibrated"
 COLUMNS = ("path", "scale", "share", "rolling_friction", "static_friction", "seed", "run_id")
 MOST_ROLLING = 5.0  # what a run spec allows
-OWN_SEEDS, PATH_SEEDS, CONFIRM_SEEDS, FULL_SEEDS = 6, 3, 5, 3
+OWN_SEEDS, PATH_SEEDS, CONFIRM_SEEDS, FULL_SEEDS = 6, 3, 5, 5
 MOST_GRAINS = 2500
 REST_TIME = 2.0
 """A heap is at rest about this long after the last grain was made [s]; rolling springs keep trembling, so that the

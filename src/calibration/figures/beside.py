@@ -89,7 +89,7 @@ def numerics(table, quantity=ANGLE):
     """Difference that each numerical choice makes at each point, with its interval; table as of `compare_variants`."""
     compared = table[table["difference"].notna()]
     names, points = list(dict.fromkeys(compared["variant"])), list(dict.fromkeys(table["point"]))
-    figure, ax = subplots(size=(7.2, 0.32 * len(names) + 1.2))
+    figure, ax = subplots(size=(5.6, 0.32 * len(names) + 1.2))
     for k, point in enumerate(points):
         rows = compared[compared["point"] == point]
         y = [names.index(v) + 0.18 * (k - (len(points) - 1) / 2) for v in rows["variant"]]

@@ -78,6 +78,7 @@ BESIDE = {
 UNSHOWN = {
     "scaling": ("sd", "left_in_funnel"),
     "reproduction": ("id", "headline", "study", "n", "low", "high"),
+    "audit": ("id",),
 }
 ALL_ROWS = 10_000  # a table of verdicts is shown whole, in a box that scrolls
 
