@@ -12,6 +12,7 @@ import pandas as pd
 
 from calibration.errors import CalibrationError
 from calibration.reproduction import counts
+from calibration.reproduction.rows import NOT_COMPARABLE
 
 KEPT = (
     "*.json",
@@ -41,17 +42,21 @@ def keep(study, target):
 def block(table, link, ascent=None):
     """Markdown: the rows of the reproduction table that matter most, the counts of all rows, and the `link` to them.
 
-    ascent: (printed angles, this project's) along the paths of steepest ascent [deg], in the place of their table's
-    summary: the paths differ, so that no angle has its counterpart, and both are shown.
+    ascent: (printed angles, this project's) along the paths of steepest ascent [deg], shown where the study's path is
+    another than the paper's, so that no angle has its counterpart. Rows of a further study name it.
     """
+    study = Path(link).parent.parent.name
     lines = ["| | | paper (EDEM) | this project | agreement |", "|---|---|---|---|---|"]
     for row in table[table["headline"]].itertuples():
-        if ascent and row.item == ASCENT_ITEM:
+        if ascent and row.item == ASCENT_ITEM and row.study != study:
             printed, ours = (", ".join(f"{x:.1f}" for x in angles) for angles in ascent)
             name = "angles along the ascent, each its own path [deg]"
-            lines.append(f"| {row.item} | {name} | {printed} | {ours} | {row.agreement} |")
-            continue
+            lines.append(f"| {row.item} | {name} | {printed} | {ours} | {NOT_COMPARABLE} |")
+            if row.agreement == NOT_COMPARABLE:
+                continue
         quantity = row.quantity if row.unit == "1" else f"{row.quantity} [{row.unit}]"
+        if row.study not in ("", study) and not pd.isna(row.study):
+            quantity += f", {row.study}"
         paper = "" if pd.isna(row.paper) else row.paper
         lines.append(f"| {row.item} | {quantity} | {paper} | {_ours(row)} | {row.agreement} |")
     return "\n".join(

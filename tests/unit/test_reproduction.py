@@ -176,7 +176,19 @@ def test_the_readme_shows_both_ascents(config, study, tmp_path):
     (tmp_path / "ascent").mkdir()
     assert ascents(tmp_path) is None
     (tmp_path / "ascent" / "ascent.json").write_text(json.dumps({"responses": [31.89, 38.83]}))
-    text = block(table, "link", ascents(tmp_path))
-    (row,) = [line for line in text.splitlines() if line.startswith("| Table 10 |")]
+
+    def rows():
+        text = block(table, "results/own/reproduction/reproduction.csv", ascents(tmp_path))
+        return [line for line in text.splitlines() if line.startswith("| Table 10 |")]
+
+    (row,) = rows()
     # as printed in Table 10, and ours
-    assert "| 34.9, 43.6, 46.9, 50.2, 53.6 | 31.9, 38.8 |" in row
+    assert "| 34.9, 43.6, 46.9, 50.2, 53.6 | 31.9, 38.8 | not comparable |" in row
+    summary = table["headline"] & (table["item"] == "Table 10")
+    table.loc[summary, ["agreement", "study"]] = [r.AGREES, "beside"]
+    assert rows()[0] == row
+    assert "all values, beside |" in rows()[1]
+    # on the paper's own path each angle has its counterpart
+    table.loc[summary, "study"] = "own"
+    (compared,) = rows()
+    assert "all values |" in compared
