@@ -1,5 +1,7 @@
 """Figures of the diagnosis; each returns a matplotlib Figure."""
 
+from textwrap import fill
+
 import numpy as np
 from matplotlib import ticker
 
@@ -41,6 +43,11 @@ def _name(row):
     return QUANTITIES[row["experiment"]].words
 
 
+def _tick(row):
+    """The name in lines so short that neighbours do not meet."""
+    return fill(_name(row), 9)
+
+
 def residual_figure(rows):
     """Standardised residuals of the base model along every lever that varies."""
     figure, drawn = _draw_axes(_panels(rows))
@@ -49,7 +56,7 @@ def residual_figure(rows):
         axis.axhline(0, color=GREY, linewidth=1)
         y = [r["standardised"] for r in own]
         if lever is None:
-            axis.plot([_name(r) for r in own], y, "o", color=BLUE)
+            axis.plot([_tick(r) for r in own], y, "o", color=BLUE)
             axis.set_title("single settings")
             axis.margins(x=0.4)
         else:
@@ -64,7 +71,7 @@ def prediction_figure(rows, extended, name):
     predicted = {} if extended is None else dict(zip(map(id, rows), extended, strict=True))
     figure, drawn = _draw_axes(_panels(rows), 3.6)
     for axis, (kind, lever, own) in drawn:
-        x = [_name(r) if lever is None else r["levers"][lever] for r in own]
+        x = [_tick(r) if lever is None else r["levers"][lever] for r in own]
         base = np.array([r["predicted"] for r in own])
         ratio = np.array([r["measured"] for r in own]) / base
         error = [2.0 * r["sd"] for r in own] / base
