@@ -476,16 +476,22 @@ def test_the_scan_is_planned_law_by_law_with_new_seeds(mapping, tmp_path):
 def files(config, tmp_path_factory):
     out = tmp_path_factory.mktemp("export")
     (out / "rolling.json").write_text(json.dumps(found()))
-    inputs = {
-        "optimum": REFERENCE / "optimise" / "optimum.json",
-        "validation": REFERENCE / "validation" / "validation.json",
-    }
-    runs = pd.read_csv(REFERENCE / "response_surface" / "runs.csv")
-    region = read_region(REFERENCE / "response_surface" / "region.json")
-    stage.export(config, inputs, runs, region, out)
-    searched = inputs | {"rolling": out / "rolling.json"}
+    _export(config, out)
+    searched = INPUTS | {"rolling": out / "rolling.json"}
     stage.export_converted(config, searched, out / "exports" / "converted")
     return out
+
+
+INPUTS = {
+    "optimum": REFERENCE / "optimise" / "optimum.json",
+    "validation": REFERENCE / "validation" / "validation.json",
+}
+
+
+def _export(config, out, **more):
+    runs = pd.read_csv(REFERENCE / "response_surface" / "runs.csv")
+    region = read_region(REFERENCE / "response_surface" / "region.json")
+    stage.export(config, INPUTS | more, runs, region, out)
 
 
 def test_every_parameter_has_value_unit_and_source(files):
@@ -525,13 +531,13 @@ def test_sources_are_told_apart(files):
     assert p["materials.particle.shear_modulus_Pa"]["paper"] == "1.1: 1.9e+09"
 
 
-def test_a_level_of_a_bench_test_is_said_to_be_one(config):
-    from calibration.export.parameters import fixed_entries
-    from calibration.factors import read_factors
-
-    found = fixed_entries(config, read_factors(config.factors), {"salt_steel_restitution": 0.4})
+def test_a_level_of_a_bench_test_is_said_to_be_one(config, tmp_path):
+    bench = tmp_path / "fixed.json"
+    bench.write_text(json.dumps({"fixed": {"salt_steel_restitution": 0.4}}))
+    _export(config, tmp_path, fixed=[bench])
+    found = yaml.safe_load((tmp_path / "calibrated.yaml").read_text())["parameters"]
     assert found["contacts.particle_wall.restitution"]["source"] == "bench test"
-    assert found["materials.particle.poisson_ratio"]["source"] == "fixed by the configuration"
+    assert found["contacts.particle_wall.static_friction"]["source"] == "fixed by the configuration"
 
 
 def test_target_and_validation_are_those_of_the_study(files):

@@ -145,12 +145,12 @@ def _validated(validation, unit):
 def export(config, inputs, runs, region, out):
     """Write calibrated.yaml and exports/ into folder `out`, each file atomically, without any run.
 
-    inputs: paths by name (optimum, validation; fixed: what the bench tests found, or None); runs: table of the runs
-    that the response surface was fitted to; region: its factors.
+    inputs: paths by name (optimum, validation; fixed: a list of files with what the bench tests found, empty where the
+    configuration's values stand); runs: table of the runs that the response surface was fitted to; region: its factors.
     """
     optimum, validation = _load(inputs["optimum"]), _load(inputs["validation"])
     surface = fit_surface(runs, [f.code for f in region], runs["response"])
-    bench = _load(inputs["fixed"])["fixed"] if inputs.get("fixed") else {}
+    bench = {k: v for file in inputs.get("fixed", ()) for k, v in _load(file)["fixed"].items()}
     mapping = _spec(config, inputs["optimum"])
     lines = _head(config, mapping, validation)
     _write_blocks(CODES, mapping, Conversion(parse_spec(mapping)), lines, Path(out) / "exports")
