@@ -13,33 +13,17 @@ from pathlib import Path
 from mkdocs.structure.files import File
 
 from calibration.config import METRICS, Config
+from calibration.export.parameters import unit_of
 from calibration.factors import COLUMNS
 from dem.cli import main as dem
 from dem.spec import GEOMETRY, OPTIONAL, REQUIRED, RunSpec
 
-UNITS = {
-    "_kg_m3": "kg/m³",
-    "_J_m3": "J/m³",
-    "_J_m2": "J/m²",
-    "_N_m": "N/m",
-    "_m_s": "m/s",
-    "_mm_s": "mm/s",
-    "_deg_s": "°/s",
-    "_per_s": "1/s",
-    "_Pa_s": "Pa s",
-    "_kPa": "kPa",
-    "_Pa": "Pa",
-    "_mm": "mm",
-    "_deg": "°",
-    "_s": "s",
-    "_N": "N",
-}
 HEADER = "| key | unit | default | allowed | meaning |\n|---|---|---|---|---|\n"
 
 
-def unit_of(key):
-    """The unit that a key's name ends with; empty where there is none."""
-    return next((u for end, u in UNITS.items() if key.endswith(end)), "")
+def written(unit):
+    """A unit as a reader knows it; empty for a number without."""
+    return {"1": ""}.get(unit, unit.replace("deg", "°").replace("m3", "m³").replace("m2", "m²"))
 
 
 def allowed(field, definitions):
@@ -104,9 +88,7 @@ def rows(part, definitions, prefix=""):
         items = is_section(field.get("items", {}), definitions)
         meaning = field.get("description", "").replace("|", "\\|")
         what = "list of mappings, keys below" if items else allowed(field, definitions)
-        text += (
-            f"| `{prefix}{key}` | {unit_of(key)} | {default_of(key, part)} | {what} | {meaning} |\n"
-        )
+        text += f"| `{prefix}{key}` | {written(unit_of(key))} | {default_of(key, part)} | {what} | {meaning} |\n"
         if items:
             text += rows(items, definitions, f"{prefix}{key}.N.")
     return text

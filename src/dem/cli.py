@@ -155,6 +155,10 @@ def _bench(args):
 
 def _check(args):
     spec = load_spec(args.spec)
+    if spec.experiment == "heap":
+        from dem.experiments.heap import Rig  # imports the engine
+
+        Rig(spec.geometry).walls()  # an unusable mesh is refused here
     print(f"{args.spec}: a valid {spec.experiment}, seed {spec.seed}, run {content_hash(spec)}")
     _warn(spec)
 

@@ -186,6 +186,9 @@ class HeapGeometry(_Part):
     injection_speed_m_s: float = _field(0.3, "downward speed of new grains", gt=0)
     funnel_stl: str | None = _field(None, "mesh [mm] in place of the analytic funnel")
     plate_stl: str | None = _field(None, "mesh [mm] in place of the analytic plate")
+    meshes: Literal["closed", "open"] = _field(
+        "closed", "whether meshes may have free edges, as a dish or a funnel of no thickness has"
+    )
 
 
 class DropGeometry(_Part):
@@ -472,8 +475,9 @@ _GEOMETRY_CHECKS = {
 
 
 def canonical(spec):
-    """Canonical JSON of what determines the run's result: not `output`; of a mesh the content, not the path."""
-    data = spec.model_dump(mode="json", exclude={"output"})
+    """Canonical JSON of what determines the run's result: not `output`, nor whether a mesh may be open; of a mesh the
+    content, not the path."""
+    data = spec.model_dump(mode="json", exclude={"output": True, "geometry": {"meshes"}})
     for key, value in data["geometry"].items():
         if key.endswith("_stl") and value is not None and Path(value).is_file():
             data["geometry"][key] = hashlib.sha256(Path(value).read_bytes()).hexdigest()

@@ -5,13 +5,13 @@ from pathlib import Path
 import pytest
 import yaml
 
+from calibration.batches import simulate
 from calibration.discrepancy import hidden
 from calibration.discrepancy.catalogue import load_catalogue
 from calibration.discrepancy.design import plan as plan_runs
 from calibration.discrepancy.emulator import teach
 from calibration.discrepancy.laboratory import Laboratory
 from calibration.discrepancy.model import Emulated
-from calibration.discrepancy.runs import simulate
 from calibration.discrepancy.settings import parameters_of, read_settings
 
 FACTORS = "config/factors.tsv"
@@ -21,6 +21,7 @@ SMALL = {
     "experiments": {
         "drop": {
             "levers": {"particle_diameter_mm": [1.5, 4.0]},
+            "runs_per_input": None,
             "mechanisms": [m for m in MECHANISMS if m != "apex_sampling"],
         },
         "tilt": None,

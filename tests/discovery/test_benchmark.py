@@ -46,7 +46,7 @@ def test_a_finished_case_is_kept_until_something_that_decides_it_changes(tmp_pat
     monkeypatch.setattr(benchmark, "equip", lambda *_: Fake())
     plan = tmp_path / "plan.json"
     plan.write_text("{}")
-    source = SimpleNamespace(plan=plan, design=None)
+    source = SimpleNamespace(plan=plan)
     settings = read_settings("config/discovery.yaml")
     some = benchmark.cases()[:4]
     run = [CONFIG, settings, source, tmp_path / "kept"]

@@ -14,13 +14,14 @@ def test_a_moderate_effect_has_the_size_that_it_is_defined_by(bench, drops):
         strength = bench.emulated.catalogue[name].strength
         assert strength.low < natural < strength.high
         assert MODERATE <= size < 1.1 * MODERATE
-        again = sizes(bench.emulated, drops, name, np.array([strength.coded(natural)]))
+        again, _, inside = sizes(bench.emulated, drops, name, np.array([strength.coded(natural)]))
+        assert inside.all()
         assert again == pytest.approx(size, rel=0.01)
 
 
 def test_what_the_base_parameters_take_up_has_no_size(bench, drops):
     """A camera without an interval between its frames changes nothing, nor does one restitution for another."""
-    none = sizes(bench.emulated, drops, "apex_sampling", np.array([0.0]))
+    none, *_ = sizes(bench.emulated, drops, "apex_sampling", np.array([0.0]))
     assert none == pytest.approx(0.0, abs=0.1)
     model = bench.emulated.model(drops)
     value, _ = model.predict(np.full((1, len(model.names)), 0.7))
@@ -28,7 +29,7 @@ def test_what_the_base_parameters_take_up_has_no_size(bench, drops):
     assert fit(model, Data(value, np.column_stack(error))).chi_square[0] < 0.1
 
 
-def test_the_end_of_the_range_is_taken_where_nothing_in_it_is_so_large(bench, drops):
+def test_what_fits_worst_is_taken_where_nothing_is_so_large(bench, drops):
     natural, size = strength_at(bench.emulated, drops, "apex_sampling", 1e6)
     assert natural == pytest.approx(bench.emulated.catalogue["apex_sampling"].strength.high)
     assert MODERATE < size < 1e6

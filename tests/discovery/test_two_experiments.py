@@ -19,6 +19,8 @@ CHANGES = {
     "runs_per_input": 8,
     "experiments": {
         "drop": {
+            "runs_per_input": None,
+            "denser": None,
             "mechanisms": [m for m in MECHANISMS[:6] if m != "apex_sampling"],
         },
         "heap": None,

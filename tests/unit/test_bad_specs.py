@@ -7,6 +7,7 @@ import pytest
 
 from dem.contact.registry import ContactParameters, Laws, Material
 from dem.errors import BlowUpError, MeshError, SpecError
+from dem.experiments.heap import Rig
 from dem.io.stl import read_stl, write_stl
 from dem.run import run
 from dem.simulation import Simulation
@@ -203,11 +204,23 @@ def test_an_open_mesh_is_refused_where_it_must_be_closed(tmp_path):
         read_stl(tmp_path / "open.stl", closed=True)
 
 
-def test_a_run_with_an_unreadable_mesh_leaves_nothing(tmp_path):
-    spec = parse_spec({"experiment": "heap", "geometry": {"plate_stl": str(tmp_path / "none.stl")}})
-    with pytest.raises(MeshError, match=r"none\.stl"):
+@pytest.mark.parametrize("key", ["plate_stl", "funnel_stl"])
+@pytest.mark.parametrize(("name", "word"), [("none", "cannot be read"), ("open", "not closed")])
+def test_a_run_with_an_unusable_mesh_leaves_nothing(tmp_path, key, name, word):
+    write_stl(tmp_path / "open.stl", TETRAHEDRON, FACES[:3])
+    path = tmp_path / f"{name}.stl"
+    spec = parse_spec({"experiment": "heap", "geometry": {key: str(path)}})
+    with pytest.raises(MeshError, match=word) as error:
         run(spec, tmp_path / "out")
+    assert str(path) in str(error.value)
     assert not (tmp_path / "out" / "result.json").exists()
+
+
+def test_a_mesh_with_free_edges_is_taken_where_the_spec_says_so(tmp_path):
+    write_stl(tmp_path / "sheet.stl", TETRAHEDRON, FACES[:3])
+    geometry = {"plate_stl": str(tmp_path / "sheet.stl"), "meshes": "open"}
+    spec = parse_spec({"experiment": "heap", "geometry": geometry})
+    assert Rig(spec.geometry).walls() is not None
 
 
 def test_grains_made_inside_each_other_are_named():

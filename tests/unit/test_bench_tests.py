@@ -9,7 +9,13 @@ import pandas as pd
 import pytest
 import yaml
 
-from calibration.bench_tests.sweep import SWEEPS, analyse_sweep, plan_confirmation, plan_sweep
+from calibration.bench_tests.sweep import (
+    SWEEPS,
+    analyse_sweep,
+    inverse_of,
+    plan_confirmation,
+    plan_sweep,
+)
 from calibration.campaign import read_plan, result_path
 from calibration.config import overlay, parse_config
 from calibration.errors import CalibrationError
@@ -83,3 +89,12 @@ def test_a_measured_value_outside_the_sweep_is_refused(config):
         plan_confirmation(
             config.model_copy(update={"bench": bench}), "drop", "sweep/design.csv", "confirmation"
         )
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_of_two_levels_the_one_is_taken_where_the_curve_runs_as_from_end_to_end(sign):
+    """(x - 0.3)^2 over 0.2 to 0.9 has the value 0.0049 at 0.23, before the turn, and at 0.37."""
+    curve = sign * np.array([1.0, -0.6, 0.09])
+    assert inverse_of(curve, sign * 0.0049, 0.2, 0.9) == pytest.approx(0.37)
+    with pytest.raises(CalibrationError, match="no level between"):
+        inverse_of(curve, sign * 5.0, 0.2, 0.9)

@@ -7,12 +7,12 @@ import pandas as pd
 import pytest
 import yaml
 
+from calibration.batches import simulate
 from calibration.config import overlay, parse_config
 from calibration.discrepancy.design import plan
 from calibration.discrepancy.emulator import teach
 from calibration.discrepancy.identify import identify
 from calibration.discrepancy.model import Emulated
-from calibration.discrepancy.runs import simulate
 from calibration.discrepancy.settings import catalogue_of, parameters_of, read_settings
 from calibration.discrepancy.stages import load
 

@@ -1,7 +1,10 @@
 """Settings of the diagnosis: laid over by a study, checked against the measurements, extended by a folder."""
 
+from collections import Counter
+
 import pytest
 
+from calibration.discrepancy.design import plan
 from calibration.discrepancy.measurements import Measurement, MeasurementErrors
 from calibration.discrepancy.settings import (
     catalogue_of,
@@ -104,9 +107,22 @@ def test_ranges_of_factors_can_be_replaced():
         )
 
 
-def test_an_unknown_mechanism_is_named():
-    settings = read_settings(FILE, {"experiments": {"tilt": {"mechanisms": ["air_drag"]}}})
-    with pytest.raises(
-        ConfigError, match=r"experiments\.tilt\.mechanisms.*air_drag.*wall_adhesion"
-    ):
+@pytest.mark.parametrize(
+    ("key", "value"), [("mechanisms", ["air_drag"]), ("denser", {"air_drag": 9})]
+)
+def test_an_unknown_mechanism_is_named(key, value):
+    settings = read_settings(FILE, {"experiments": {"tilt": {key: value}}})
+    with pytest.raises(ConfigError, match=rf"experiments\.tilt\.{key}.*air_drag.*wall_adhesion"):
         catalogue_of(settings, ["tilt"])
+
+
+def test_a_mechanism_may_be_taught_by_more_runs_and_counts_are_whole():
+    changes = {"experiments": {"drop": {"denser": {"air_drag": 9}, "runs_per_input": 3}}}
+    settings = read_settings("config/discovery.yaml", changes)
+    factors = parameters_of(settings, "config/factors.tsv", ["drop", "heap"])
+    rows, specs = plan(settings, {}, factors, catalogue_of(settings, ["drop"]), ["drop", "heap"])
+    runs = Counter((r["experiment"], r["mechanism"]) for r in rows)
+    assert runs["drop", "air_drag"] == 9 * 4
+    assert runs["drop", "plastic_restitution"] == 3 * 4
+    counts = [s["particles"]["count"] for s in specs.values() if s["experiment"] == "heap"]
+    assert all(isinstance(c, int) and 400 <= c <= 1200 for c in counts)

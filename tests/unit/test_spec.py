@@ -95,6 +95,8 @@ def test_the_hash_of_a_mesh_is_that_of_its_content(tmp_path):
         geometry = {"plate_stl": str(tmp_path / name)}
         hashes.append(content_hash(parse_spec({"experiment": "heap", "geometry": geometry})))
     assert hashes[0] == hashes[1] != hashes[2]
+    geometry["meshes"] = "open"  # decides whether the mesh is taken, not what the run gives
+    assert content_hash(parse_spec({"experiment": "heap", "geometry": geometry})) == hashes[2]
 
 
 def test_defaults_are_not_warned_of():

@@ -224,14 +224,35 @@ use rule diagnosis_batch as discovery_batch with:
         "benchmark of the diagnosis: emulator runs, batch {wildcards.batch}"
 
 
-# each finished case is kept beside the table, so that an interrupted shard goes on where it was
-rule discovery_shard:
+rule discovery_emulate:
     input:
         DIAGNOSIS_CODE,
         settings=DISCOVERY_SETTINGS,
         design=f"{DISCOVERY}/design.json",
         plan=f"{DISCOVERY}/plan.json",
         batches=expand(f"{DISCOVERY}/batches/{{batch}}.json", batch=DISCOVERY_BATCHES),
+    output:
+        emulators=f"{DISCOVERY}/emulators.pkl",
+        errors=f"{DISCOVERY}/emulators.json",
+    log:
+        f"{STUDY}/logs/discovery_emulate.log",
+    conda:
+        "../envs/calibration.yaml"
+    params:
+        settings=SETTINGS_DIGEST,
+    message:
+        "benchmark of the diagnosis: teach the emulators"
+    script:
+        "../scripts/diagnosis_benchmark_emulate.py"
+
+
+# each finished case is kept beside the table, so that an interrupted shard goes on where it was
+rule discovery_shard:
+    input:
+        DIAGNOSIS_CODE,
+        settings=DISCOVERY_SETTINGS,
+        plan=f"{DISCOVERY}/plan.json",
+        emulators=f"{DISCOVERY}/emulators.pkl",
     output:
         table=f"{DISCOVERY}/cases/{{shard}}.csv",
     log:

@@ -69,7 +69,8 @@ def _plan(config, test, columns, folder):
 def inverse_of(coefficients, target, low, high):
     """The level in [low, high] at which a quadratic (highest power first) has the value `target`.
 
-    Raises CalibrationError when there is none.
+    Of two such levels the one where the quadratic runs as it does from end to end: the other lies beyond a turn that
+    is the fit's alone. Raises CalibrationError when there is none.
     """
     roots = np.roots(np.asarray(coefficients, float) - [0.0, 0.0, target])
     inside = [
@@ -77,7 +78,8 @@ def inverse_of(coefficients, target, low, high):
     ]
     if not inside:
         raise CalibrationError(f"no level between {low:g} and {high:g} gives {target:g}")
-    return inside[0]
+    rise = np.polyval(coefficients, high) - np.polyval(coefficients, low)
+    return max(inside, key=lambda level: rise * np.polyval(np.polyder(coefficients), level))
 
 
 def fit_sweep(config, test, design_file):

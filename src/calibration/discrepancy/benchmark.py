@@ -8,6 +8,7 @@ kept under the content of all that decides it, so an interrupted benchmark goes 
 
 import hashlib
 import json
+import pickle
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -20,11 +21,11 @@ from calibration.discrepancy.benchmark_figure import benchmark_figure
 from calibration.discrepancy.benchmark_page import page
 from calibration.discrepancy.catalogue import load_catalogue
 from calibration.discrepancy.design import plan
-from calibration.discrepancy.emulator import teach
 from calibration.discrepancy.laboratory import DECOYS, Case, Laboratory
 from calibration.discrepancy.model import Emulated
-from calibration.discrepancy.runs import simulate
 from calibration.discrepancy.settings import parameters_of
+from calibration.discrepancy.stages import teach_all
+from calibration.files import replacing
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 
@@ -54,11 +55,8 @@ PAIRS = (
 
 NULLS, NULL_POINTS = 40, 8
 DRAWS = 8  # of each mechanism, a point each
-FEW = {
-    "grains": 4,
-    "heap": 2,
-    "shear": 2,
-}  # of each at half the size, and of data that do not tell
+FEW = {"grains": 4, "heap": 2, "shear": 4}
+"""Draws of each at half the size, and of data that do not tell."""
 WEAKER = 0.5  # size over that of a moderate effect
 DECIDE = ("laboratory", "hidden", "effect", "identify", "fit", "model", "emulator")
 DECIDE += ("next_measurement", "settings")
@@ -168,13 +166,16 @@ def plan_runs(config, settings, output):
     write_json(output.plan, specs)
 
 
-def equip(config, settings, source, bench):
-    """The `Laboratory` of a bench, its emulators taught by the finished runs of a plan."""
-    rows, specs = (json.loads(Path(f).read_text()) for f in (source.design, source.plan))
+def emulate(config, settings, source, output):
+    """Teach the emulators of all experiments with the finished runs."""
     factors = parameters_of(settings, config.factors, list(settings.experiments))
-    rows = [r for r in rows if r["experiment"] in {e for e, _ in hidden.PLANS[bench]}]
-    metrics = simulate({r["run_id"]: specs[r["run_id"]] for r in rows})
-    emulators, _ = teach(rows, metrics, settings, factors)
+    teach_all(settings, factors, source, output)
+
+
+def equip(config, settings, source):
+    """The `Laboratory` of all benches."""
+    factors = parameters_of(settings, config.factors, list(settings.experiments))
+    emulators = pickle.loads(Path(source.emulators).read_bytes())
     emulated = Emulated(emulators, settings, factors, load_catalogue())
     return Laboratory(emulated, config.run, config.factors, settings.replicates)
 
@@ -189,13 +190,12 @@ def run_shard(config, settings, source, shard, shards, folder, table):
 def run_cases(some, config, settings, source, folder):
     """Rows of the given cases, those that are kept in `folder` from there."""
     key = _key(config, settings, source.plan)
-    labs, out = {}, []
+    laboratory, out = None, []
     for case in some:
         kept = Path(folder) / f"{_name(case, key)}.json"
         if not kept.exists():
-            if case.bench not in labs:
-                labs[case.bench] = equip(config, settings, source, case.bench)
-            write_json(kept, labs[case.bench].diagnose(case))
+            laboratory = laboratory or equip(config, settings, source)
+            write_json(kept, laboratory.diagnose(case))
         out.append(json.loads(kept.read_text()))
         print(out[-1], flush=True)
     return out
@@ -228,11 +228,11 @@ def merge(tables, output):
     )
     rates = summarise(table)
     _write(rates, output.summary)
-    Path(output.page).write_text(page(table, rates))
+    with replacing(output.page) as partial:
+        partial.write_text(page(table, rates))
     common.save(benchmark_figure(table, rates), output.figure)
 
 
 def _write(table, path):
-    partial = Path(path).with_name(f".{Path(path).name}.partial")
-    table.to_csv(partial, index=False)
-    partial.replace(path)
+    with replacing(path) as partial:
+        table.to_csv(partial, index=False)

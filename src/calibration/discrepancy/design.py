@@ -41,7 +41,8 @@ def plan(settings, base, factors, catalogue, experiments):
         label = f"{experiment}/{mechanism}"
         rng = np.random.default_rng([settings.seed, *label.encode()])
         sampler = qmc.LatinHypercube(len(names), rng=rng)
-        density = settings.experiments[experiment].runs_per_input or settings.runs_per_input
+        own = settings.experiments[experiment]
+        density = own.denser.get(mechanism, own.runs_per_input or settings.runs_per_input)
         for k, x in enumerate(np.round(sampler.random(density * len(names)), 6)):
             spec = _spec(
                 settings, base, factors, experiment, names, x, catalogue.get(mechanism), 1000 + k

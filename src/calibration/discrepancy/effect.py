@@ -7,6 +7,8 @@ distance of a setting from the fitted base model, in standard errors of that set
 
 import numpy as np
 
+from calibration.discrepancy.design import BASE
+from calibration.discrepancy.emulator import forward, inverse
 from calibration.discrepancy.fit import Data, fit
 from calibration.discrepancy.hidden import standard_error
 
@@ -15,28 +17,37 @@ STEPS = 161
 
 
 def sizes(emulated, conditions, name, coded):
-    """Size (k,) of an effect at k coded strengths, the base parameters at their ranges' centre.
-
-    0 where the base model fits only with parameters outside their ranges: there it is the range that fails, whatever
-    the effect.
-    """
+    """Size (k,) of an effect at k coded strengths, the base parameters at their ranges' centre; the chi-square (k,) of
+    the fitted base model; and whether its parameters lie within their ranges (k,)."""
     model = emulated.model(conditions, [name])
     theta = np.tile(model.prior_mean, (len(coded), 1))
     theta[:, -1] = coded
     value, _ = model.predict(theta)
     error = np.column_stack(
-        [standard_error(e, v) for (e, _), v in zip(conditions, value.T, strict=True)]
+        [_error(emulated, *c, v) for c, v in zip(conditions, value.T, strict=True)]
     )
     base = fit(emulated.model(conditions), Data(value, error))
-    largest = (np.abs(value - base.predicted) / error).max(1)
-    return np.where((np.abs(base.theta) <= 1.0).all(1), largest, 0.0)
+    distance = np.abs(value - base.predicted) / error
+    return distance.max(1), (distance**2).sum(1), (np.abs(base.theta) <= 1.0).all(1)
+
+
+def _error(emulated, experiment, levers, value):
+    """Standard errors (k,) of values (k,) measured under one condition, with their scatter from run to run."""
+    taught = emulated.emulators[experiment, BASE]
+    by_z = inverse(experiment, forward(experiment, value, levers), levers)[1]
+    return standard_error(experiment, value, np.abs(by_z) * taught.scatter)
 
 
 def strength_at(emulated, conditions, name, wanted):
-    """(strength in its unit, size): the weakest of the wanted size, or the end of the range where none is so large."""
+    """(strength in its unit, size): the weakest of the wanted size, or where none is so large the one that fits worst.
+
+    One that leaves the base parameters within their ranges comes before one that does not: there the range, too, tells
+    that something is wrong.
+    """
     strength = emulated.catalogue[name].strength
     coded = strength.rising(STEPS)
-    size = sizes(emulated, conditions, name, coded)
-    reached = np.flatnonzero(size >= wanted)
-    k = int(reached[0]) if len(reached) else STEPS - 1
+    size, misfit, inside = sizes(emulated, conditions, name, coded)
+    large = size >= wanted
+    reached = [*np.flatnonzero(large & inside), *np.flatnonzero(large), np.argmax(misfit)]
+    k = int(reached[0])
     return float(strength.natural(coded[k])), float(size[k])

@@ -77,9 +77,7 @@ class Emulator:
         The variance is the mean squared leave-one-out error of the runs nearby, weighted by their distance in
         the process' lengths, together with that of all runs at the weight of one; of it the share that is not scatter.
         """
-        a, b = x / self.length, self.x / self.length
-        square = (a * a).sum(1)[:, None] + (b * b).sum(1) - 2.0 * a @ b.T
-        like = np.exp(-0.5 * square)
+        like = self._alike(x, self.x)
         # the derivative of a squared exponential is a difference of the same sums, weighted by the runs' inputs
         weights = self.scale * np.column_stack(
             [self.alpha, self.alpha[:, None] * self.x[:, columns]]
@@ -99,7 +97,8 @@ class Emulator:
 
     def correlation(self, x):
         """Correlation (k, k) of the errors at k inputs: of the process given its runs, for it is wrong smoothly."""
-        cross, own = self._kernel(x, self.x), self._kernel(x, x)
+        cross = self._covariance(x, self.x, self._alike(x, self.x))
+        own = self._covariance(x, x, self._alike(x, x))
         left = own - cross @ self._inverse @ cross.T
         # next to a run nothing is left but rounding, which is alike nowhere
         rounding = 1e-6 * np.diag(own).max()
@@ -108,14 +107,19 @@ class Emulator:
         np.fill_diagonal(out, 1.0)
         return out
 
-    def _kernel(self, x, y):
+    def _alike(self, x, y):
+        """Squared exponential (k, m) of the distances between (k, d) and (m, d) inputs, 1 where they are the same."""
         a, b = x / self.length, y / self.length
         square = (a * a).sum(1)[:, None] + (b * b).sum(1) - 2.0 * a @ b.T
-        return self.scale * np.exp(-0.5 * square) + self.linear * (x @ y.T + self.offset)
+        return np.exp(-0.5 * square)
+
+    def _covariance(self, x, y, like):
+        """Prior covariance (k, m) of the responses at (k, d) and (m, d) inputs that are `like` each other."""
+        return self.scale * like + self.linear * (x @ y.T + self.offset)
 
     def _share_of_mean(self, x, like):
         """Variance of the process' mean (k,) over that of a run there."""
-        cross = self.scale * like + self.linear * (x @ self.x.T + self.offset)
+        cross = self._covariance(x, self.x, like)
         own = self.scale + self.linear * ((x * x).sum(1) + self.offset)
         mean = np.maximum(own - ((cross @ self._inverse) * cross).sum(1), 0.0)
         return mean / (mean + self._nugget)

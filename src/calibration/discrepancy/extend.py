@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from calibration.batches import named
 from calibration.discrepancy.fit import Data, data_of, fit, spread_unit
 from calibration.discrepancy.quantities import QUANTITIES
-from calibration.discrepancy.runs import named
 from calibration.discrepancy.settings import condition_spec
 
 RESAMPLES = 4000

@@ -1,25 +1,22 @@
 """Test data with a hidden effect: the real engine at other seeds, another time step and other base parameters."""
 
+import itertools
 import zlib
 from dataclasses import replace
 
 import numpy as np
 
+from calibration.batches import named, simulate
 from calibration.discrepancy.measurements import Measurement
-from calibration.discrepancy.runs import named, simulate
+from calibration.discrepancy.quantities import QUANTITIES
 from calibration.discrepancy.settings import POURED, condition_spec, parameters_of
 from dem.spec import RAYLEIGH_FRACTION
 
 GRAVITY = 9.81
-NOISE = {
-    "drop": ("relative", 0.02),
-    "tilt": ("absolute", 0.4),
-    "shear": ("relative", 0.03),
-    "heap": ("absolute", 1.0),
-}
-"""Standard deviation of one reading: of the value, or in degrees."""
+NOISE = {"drop": 0.02, "tilt": 0.4, "shear": 0.03, "heap": 1.0}
+"""Standard deviation of one reading: a share of the value where that is its quantity's way, else in its unit."""
 
-REPLICATES = {"drop": 5, "tilt": 5, "shear": 2, "heap": 2}
+REPLICATES = {"drop": 5, "tilt": 5, "shear": 2, "heap": 6}
 """Readings of a condition; of a poured experiment each is a run of its own."""
 
 STEP = {"drop": 0.8}
@@ -44,12 +41,21 @@ TILTS = [
     for d in (1.0, 1.6, 2.5, 4.0)
     for w in (4.0, 20.0)
 ]
+HEAP_LEVELS = {
+    "particle_diameter_mm": (3.6, 2.8, 4.6),
+    "discharge_height_mm": (90.0, 60.0, 130.0),
+    "particle_count": (700.0, 400.0, 1200.0),
+}
+"""Lever -> centre, low, high."""
+
 HEAPS = [
-    ("heap", {"particle_diameter_mm": d, "discharge_height_mm": h})
-    for d in (3.6, 4.2, 5.0)
-    for h in (60.0, 120.0)
+    ("heap", {name: levels[k] for (name, levels), k in zip(HEAP_LEVELS.items(), at, strict=True)})
+    for at in itertools.product((0, 1, -1), repeat=3)
+    if sum(k != 0 for k in at) != 2
 ]
-SHEARS = [("shear", {"normal_stress_kPa": s}) for s in (0.5, 1.5, 4.0)]
+"""A face-centred composite design: centre, faces and corners; the centre first."""
+
+SHEARS = [("shear", {"normal_stress_kPa": s}) for s in (0.5, 0.8, 1.5, 2.5, 4.0)]
 PLANS = {"grains": DROPS + TILTS, "heap": DROPS + HEAPS, "shear": SHEARS + HEAPS}
 """What a laboratory measures that wants to tell mechanisms apart: each lever at its ends and between."""
 
@@ -72,6 +78,7 @@ ALIKE = {
         "heap",
         [*HEAPS, ("drop", {"drop_height_mm": 150.0, "particle_diameter_mm": 4.0})],
     ),
+    ("cohesion", "uncounted_load"): ("shear", [*SHEARS, HEAPS[0]]),
 }
 """Two mechanisms -> bench and a plan on which they look alike: one lever, or one experiment."""
 
@@ -138,10 +145,8 @@ def _noise(seed, experiment, levers, strengths):
 
 def _read(experiment, levers, values, rng, frame_factor):
     """Mean and spread of noisy readings; frame_factor times the frame interval is what the camera really had."""
-    kind, size = NOISE[experiment]
     n = REPLICATES[experiment]
-    sd = size * np.mean(values) if kind == "relative" else size
-    sample = np.resize(values, n) + sd * rng.standard_normal(n)
+    sample = np.resize(values, n) + _spread(experiment, np.mean(values)) * rng.standard_normal(n)
     if experiment == "drop" and frame_factor:
         # each replicate's apex falls at a phase of its own between two frames
         away = frame_factor * levers.get("output_interval_s", 0.0) * rng.uniform(-0.5, 0.5, n)
@@ -149,11 +154,17 @@ def _read(experiment, levers, values, rng, frame_factor):
     return Measurement(experiment, float(sample.mean()), float(sample.std(ddof=1)), n, dict(levers))
 
 
-def standard_error(experiment, value):
-    """Standard errors (k,) of the means (k,) that this laboratory finds in an experiment."""
-    kind, size = NOISE[experiment]
-    one = size * (value if kind == "relative" else np.ones_like(value))
-    return one / REPLICATES[experiment] ** 0.5
+def _spread(experiment, value):
+    """Standard deviation of one reading of a value, or of values (k,)."""
+    return NOISE[experiment] * (value if QUANTITIES[experiment].relative else np.ones_like(value))
+
+
+def standard_error(experiment, value, scatter=0.0):
+    """Standard errors (k,) of the means (k,) that this laboratory finds in an experiment.
+
+    scatter: sd of the value from run to run, where each reading is one of a run of its own.
+    """
+    return np.hypot(_spread(experiment, value), scatter) / REPLICATES[experiment] ** 0.5
 
 
 def outlier(measurements, seed):

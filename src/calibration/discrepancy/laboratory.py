@@ -102,7 +102,11 @@ class Laboratory:
 
     def resolve(self, case, further=2):
         """Diagnose too little data, add the measurement that the diagnosis asks for, up to `further` times."""
-        [plan] = [plan for pair, (_, plan) in hidden.ALIKE.items() if case.effects[0] in pair]
+        [plan] = [
+            plan
+            for pair, (bench, plan) in hidden.ALIKE.items()
+            if case.effects[0] in pair and bench == case.bench
+        ]
         measured = self.measure(case, plan)
         found = self.identify(measured, case.seed)
         row = judge(case, found) | self._hidden(case)

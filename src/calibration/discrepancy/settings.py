@@ -41,6 +41,9 @@ class Experiment(_Part):
     runs_per_input: int | None = Field(
         None, ge=3, le=100, description="in place of the number for all experiments"
     )
+    denser: dict[str, Annotated[int, Field(ge=3, le=200)]] = Field(
+        {}, description="mechanism: runs per input in place of that of the experiment"
+    )
     run: dict = Field(description="run spec of the experiment, over that of the calibration")
 
     @model_validator(mode="after")
@@ -118,13 +121,17 @@ def catalogue_of(settings, experiments):
     """{name: Mechanism} of the catalogue and of the settings' own folder. Raises ConfigError for an unknown name."""
     known = load_catalogue(folder=settings.catalogue)
     for kind in experiments:
-        for name in settings.experiments[kind].mechanisms or ():
-            if name not in known or kind not in known[name].experiments:
-                allowed = ", ".join(m.name for m in known.values() if kind in m.experiments)
-                key = f"experiments.{kind}.mechanisms"
-                raise ConfigError(
-                    "is no mechanism that shows on it", key=key, value=name, allowed=allowed
-                )
+        own = settings.experiments[kind]
+        for key, names in (("mechanisms", own.mechanisms or ()), ("denser", own.denser)):
+            for name in names:
+                if name not in known or kind not in known[name].experiments:
+                    allowed = ", ".join(m.name for m in known.values() if kind in m.experiments)
+                    raise ConfigError(
+                        "is no mechanism that shows on it",
+                        key=f"experiments.{kind}.{key}",
+                        value=name,
+                        allowed=allowed,
+                    )
     return known
 
 
@@ -198,8 +205,8 @@ def condition_spec(base, settings, factors, experiment, levers, values, seed):
     for name, value in levers.items():
         if name in SIMULATED:
             part, key = LEVERS[name].place
-            spec.setdefault(part, {})[key] = value
-    if experiment in ("heap", "shear") and "particle_count" not in levers:
+            spec.setdefault(part, {})[key] = round(value) if key == "count" else value
+    if experiment in POURED and "particle_count" not in levers:
         ratio = reference / spec["particles"]["diameter_mm"]
         spec["particles"]["count"] = max(round(spec["particles"]["count"] * ratio**3), 50)
     for f in factors:

@@ -8,6 +8,7 @@ import pandas as pd
 from scipy import stats
 
 from calibration import figures as common
+from calibration.batches import simulate
 from calibration.discrepancy import figures
 from calibration.discrepancy.design import plan
 from calibration.discrepancy.emulator import teach
@@ -17,7 +18,6 @@ from calibration.discrepancy.identify import BASE, identify
 from calibration.discrepancy.measurements import read_measurements
 from calibration.discrepancy.model import Emulated
 from calibration.discrepancy.residuals import calibration, residual_rows, trends
-from calibration.discrepancy.runs import simulate
 from calibration.discrepancy.settings import (
     catalogue_of,
     check_range,
@@ -25,6 +25,7 @@ from calibration.discrepancy.settings import (
     parameters_of,
 )
 from calibration.discrepancy.verdict import extended_name, findings, page, validate
+from calibration.files import replacing
 from dem.io.files import write_json
 
 
@@ -48,12 +49,15 @@ def plan_runs(config, settings, output):
 def emulate(config, settings, source, output):
     """Teach the emulators with the finished runs; the errors that they own to stand beside them."""
     _, kinds = load(config, settings)
+    teach_all(settings, parameters_of(settings, config.factors, kinds), source, output)
+
+
+def teach_all(settings, factors, source, output):
+    """Write the emulators that a design's finished runs teach, and the table of their errors."""
     design, specs = (json.loads(Path(f).read_text()) for f in (source.design, source.plan))
-    factors = parameters_of(settings, config.factors, kinds)
     emulators, table = teach(design, simulate(specs), settings, factors)
-    partial = Path(f"{output.emulators}.partial")
-    partial.write_bytes(pickle.dumps(emulators))
-    partial.replace(output.emulators)
+    with replacing(output.emulators) as partial:
+        partial.write_bytes(pickle.dumps(emulators))
     write_json(output.errors, table)
 
 
@@ -82,7 +86,8 @@ def calibrate(config, settings, source, output):
     }
     write_json(output.summary, summary)
     table = pd.DataFrame([r | r["levers"] for r in rows]).drop(columns="levers")
-    table.to_csv(output.table, index=False)
+    with replacing(output.table) as partial:
+        table.to_csv(partial, index=False)
     common.save(figures.residual_figure(rows), output.residuals)
 
 
@@ -126,9 +131,8 @@ def conclude(config, settings, source, output):
     validate(verdict)
     common.save(figures.gain_figure(verdict["gain"]), output.gain)
     write_json(output.verdict, verdict)
-    partial = Path(f"{output.page}.partial")
-    partial.write_text(page(verdict))
-    partial.replace(output.page)
+    with replacing(output.page) as partial:
+        partial.write_text(page(verdict))
 
 
 class _Carrier:

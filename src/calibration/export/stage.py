@@ -1,7 +1,6 @@
 """The stage `export`: plans of its runs, and its files."""
 
 import json
-import os
 from pathlib import Path
 
 import pandas as pd
@@ -26,6 +25,7 @@ from calibration.export.rolling import (
     read_scan,
 )
 from calibration.factors import read_factors
+from calibration.files import replacing
 from calibration.statistics.surface import fit_surface
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
@@ -186,7 +186,5 @@ def _write_blocks(codes, mapping, conversion, lines, folder):
 
 
 def _write(path, text):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    partial.write_text(text)
-    os.replace(partial, path)
+    with replacing(path) as partial:
+        partial.write_text(text)

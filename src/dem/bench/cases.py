@@ -20,21 +20,31 @@ STIR = 0.5  # m/s
 SETTLE_STEPS, BLOCK, BLOCKS = 24000, 5000, 3
 
 
-def lattice(n, radius, pitch, seed=1):
-    """Jittered start (n, 3) [m] on a square lattice that is as wide as the bench's 10,000-sphere box at n = 10,000."""
-    across = round(19 * (n / 10000) ** (1 / 3))
+def _across(n):
+    """Grains across the box of a bed of n: all beds have the shape of that of 10,000."""
+    return round(19 * (n / 10000) ** (1 / 3))
+
+
+def box_width(n):
+    """Width [m] of the box of a bed of n."""
+    return _across(n) * PITCH + 0.06 * PITCH
+
+
+def lattice(n, seed=1):
+    """Jittered start (n, 3) [m] on a square lattice."""
+    across = _across(n)
     k = np.arange(n)
     layer, rest = np.divmod(k, across * across)
-    site = np.column_stack([rest % across, rest // across, layer]) * pitch + 0.53 * pitch
-    shift = np.random.default_rng(seed).uniform(-0.049, 0.049, (n, 3)) * radius
-    return site + shift, across * pitch + 0.06 * pitch
+    site = np.column_stack([rest % across, rest // across, layer]) * PITCH + 0.53 * PITCH
+    shift = np.random.default_rng(seed).uniform(-0.049, 0.049, (n, 3)) * RADIUS
+    return site + shift
 
 
 def tiled(sim, settle, across):
     """(positions (n, 3) [m], width [m]) of a bed of equal grains, settled, repeated `across` times both ways."""
     sim.advance(settle)
     grains = len(sim.position)
-    width = lattice(grains, RADIUS, PITCH)[1]
+    width = box_width(grains)
     k = np.repeat(np.arange(across), across), np.tile(np.arange(across), across)
     shift = width * np.column_stack([*k, np.zeros(across * across)])
     return (sim.position[None] + shift[:, None]).reshape(-1, 3), across * width
@@ -47,7 +57,7 @@ def bed(n=10000, ratio=1.0, precision="mixed", rolling="constant_torque", start=
     """
     rng = np.random.default_rng(2)
     radius = np.full(n, RADIUS) if ratio == 1.0 else RADIUS * rng.uniform(1.0 / ratio, 1.0, n)
-    position, width = start or lattice(n, RADIUS, PITCH)
+    position, width = start or (lattice(n), box_width(n))
     walls = WallSet().body("box", material="salt")
     for point, normal in (
         ((0, 0, 0), (1, 0, 0)),

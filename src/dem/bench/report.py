@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dem.bench.cases import SETTLE_STEPS, bed, lattice, tiled, timed_bed, timed_heap
+from dem.bench.cases import SETTLE_STEPS, bed, box_width, tiled, timed_bed, timed_heap
 from dem.bench.figure import draw
 from dem.bench.peers import run_peers
 from dem.errors import DemError
@@ -128,7 +128,6 @@ def peer_rows():
     """This engine and the others on one settled bed, in one call, with ratios. Raises DemError when none is
     installed."""
     sim = bed()
-    _, width = lattice(sim.n, 1e-3, 2.1e-3)
     sim.advance(SETTLE_STEPS)
     block, best = 5000, float("inf")
     with tempfile.TemporaryDirectory() as folder:
@@ -137,7 +136,7 @@ def peer_rows():
             sim.advance(block)
             best = min(best, time.perf_counter() - begin)
         ours = sim.n * block / best
-        others = run_peers(sim, width, folder)
+        others = run_peers(sim, box_width(sim.n), folder)
     if not others:
         raise DemError("none of liggghts, lmp and yade is installed")
     rows = [{"case": "peers: this engine", "particle_steps_per_s": ours}]

@@ -41,17 +41,18 @@ class Rig:
         self.rim_height = self.orifice_height + (self.mouth_radius - self.orifice_radius) / slope
         self.source_height = self.rim_height + MOUTH_ABOVE_RIM
         self.funnel_stl, self.plate_stl = g.funnel_stl, g.plate_stl
+        self.closed_meshes = g.meshes == "closed"
 
     def walls(self):
         """Plate and funnel, as analytic surfaces or as the meshes that the spec names [mm in the file]."""
         walls = WallSet().body("plate", material=WALL)
         if self.plate_stl:
-            walls.mesh(*read_stl(self.plate_stl, scale=1e-3))
+            walls.mesh(*read_stl(self.plate_stl, 1e-3, self.closed_meshes))
         else:
             walls.disc(self.plate_radius)
         walls.body("funnel", material=WALL)
         if self.funnel_stl:
-            walls.mesh(*read_stl(self.funnel_stl, scale=1e-3))
+            walls.mesh(*read_stl(self.funnel_stl, 1e-3, self.closed_meshes))
         else:
             walls.frustum(
                 self.orifice_radius, self.orifice_height, self.mouth_radius, self.rim_height

@@ -100,5 +100,7 @@ def _check_closed(path, triangles):
     _, count = np.unique(edges, axis=0, return_counts=True)
     if (count != 2).any():
         raise MeshError(
-            path, f"is not closed: {int((count != 2).sum())} edges do not have two triangles"
+            path,
+            f"is not closed: {int((count != 2).sum())} edges do not have two triangles; grains leak through a hole. "
+            "geometry.meshes: open is for surfaces that are meant to have free edges",
         )

@@ -115,8 +115,9 @@ def impacts(name):
 
 def bed(seed, n, steps):
     """The benchmark's bed of grains that have yet to settle, from a lattice shaken by `seed`."""
-    start = bench.lattice(n, bench.RADIUS, 2.1 * bench.RADIUS, seed)
-    return bench.bed(n, rolling="constant_torque_relative", start=start), start[1]
+    width = bench.box_width(n)
+    start = bench.lattice(n, seed), width
+    return bench.bed(n, rolling="constant_torque_relative", start=start), width
 
 
 def heap_spec(law, rolling, seed, count=2500, diameter_mm=3.1748):

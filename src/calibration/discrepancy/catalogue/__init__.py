@@ -76,6 +76,11 @@ def set_law(spec, slot, law, **parameters):
     }
 
 
+def set_part(spec, part, **values):
+    """Run spec (a mapping) with values of one of its parts set; the given one is left as it was."""
+    return spec | {part: spec.get(part, {}) | values}
+
+
 def coarse(spec):
     """Factor by which the grains of a run spec (a mapping) are coarser than those that they stand for.
 

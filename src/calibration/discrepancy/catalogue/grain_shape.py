@@ -1,14 +1,13 @@
 """Grains that are longer than wide, where the model has spheres."""
 
-from calibration.discrepancy.catalogue import Mechanism, Strength
+from calibration.discrepancy.catalogue import Mechanism, Strength, set_part
 
 LONGEST = 1.6  # longer grains do not pass the funnel that stands in the rig for coarse spheres
 
 
 def apply(spec, strength):
     """Each grain is two bonded spheres with the volume of the stated one; the strength is length over width."""
-    particles = spec.get("particles", {})
-    return spec | {"particles": particles | {"elongation": strength}}
+    return set_part(spec, "particles", elongation=strength)
 
 
 MECHANISM = Mechanism(

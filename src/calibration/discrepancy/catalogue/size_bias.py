@@ -1,13 +1,11 @@
 """The grains are larger or smaller than stated."""
 
-from calibration.discrepancy.catalogue import Mechanism, Strength
+from calibration.discrepancy.catalogue import Mechanism, Strength, coarse, set_part
 
 
 def apply(spec, strength):
     """All diameters multiplied, the number of grains kept."""
-    particles = spec.get("particles", {})
-    scale = particles.get("scale_factor", 1.0) * strength
-    return spec | {"particles": particles | {"scale_factor": scale}}
+    return set_part(spec, "particles", scale_factor=coarse(spec) * strength)
 
 
 MECHANISM = Mechanism(

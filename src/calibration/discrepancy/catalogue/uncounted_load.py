@@ -1,13 +1,12 @@
 """A load on the shear plane that the stated normal stress leaves out."""
 
-from calibration.discrepancy.catalogue import Mechanism, Strength
+from calibration.discrepancy.catalogue import Mechanism, Strength, set_part
 
 
 def apply(spec, strength):
     """The test runs under the stated normal stress and `strength` kPa more."""
-    geometry = spec["geometry"]
-    normal = geometry["normal_stress_kPa"] + strength
-    return spec | {"geometry": geometry | {"normal_stress_kPa": normal}}
+    normal = spec["geometry"]["normal_stress_kPa"] + strength
+    return set_part(spec, "geometry", normal_stress_kPa=normal)
 
 
 def observe(value, condition, strength):

@@ -5,7 +5,7 @@ from dem.spec import MAX_RAYLEIGH_FRACTION, parse_spec
 from dem.timescales import rayleigh_time
 
 RADIUS = 0.5e-3  # of the grain in whose Rayleigh time the step is counted [m]
-DROPS = 12  # what a coarse step costs depends on where in a step the contact begins: so many phases are averaged
+DROPS = 100  # what a coarse step costs depends on where in a step the contact begins: so many phases are averaged
 
 
 def apply(spec, strength):
@@ -29,8 +29,6 @@ MECHANISM = Mechanism(
     source="integration error of the damped contact; falls with the time step, which no effect of nature does",
     experiments=("drop",),
     levers=("particle_diameter_mm", "drop_height_mm"),
-    strength=Strength(
-        "time step over the Rayleigh time of 1 mm", "1", 0.03, 0.5, log=True, off=0.03
-    ),
+    strength=Strength("time step over the Rayleigh time of 1 mm", "1", 0.03, 0.36),
     apply=apply,
 )
