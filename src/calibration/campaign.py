@@ -13,7 +13,7 @@ import pandas as pd
 
 from calibration.config import point_spec
 from calibration.factors import read_factors
-from calibration.files import replacing
+from calibration.files import write_table
 from dem.io.files import write_json
 from dem.spec import content_hash, parse_spec
 
@@ -50,8 +50,7 @@ def plan(design, factors, config, experiment=None):
 
 def write_plan(folder, table, specs):
     """Write design.csv and plan.json, atomically."""
-    with replacing(Path(folder) / "design.csv") as partial:
-        table.to_csv(partial, index=False)
+    write_table(table, Path(folder) / "design.csv")
     write_json(Path(folder) / "plan.json", specs)
 
 

@@ -16,3 +16,9 @@ def replacing(path):
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def write_table(table, path):
+    """Write a data frame as CSV."""
+    with replacing(path) as partial:
+        table.to_csv(partial, index=False)

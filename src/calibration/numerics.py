@@ -11,6 +11,7 @@ from calibration import figures
 from calibration.campaign import plan, read_metric, write_plan
 from calibration.config import overlay
 from calibration.factors import read_factors
+from calibration.files import write_table
 
 
 def plan_numerics(config, study_file, folder):
@@ -56,5 +57,5 @@ def analyse_numerics(config, design_file, table_file, figure_file):
     """Write the table of differences and its figure."""
     metric = config.target.metric
     table = compare_variants(pd.read_csv(design_file), metric).round(3)
-    table.to_csv(table_file, index=False)
+    write_table(table, table_file)
     figures.save(figures.numerics(table, figures.quantity_of(metric)), figure_file)

@@ -16,6 +16,7 @@ from calibration import figures
 from calibration.bench_tests.sweep import bench_config
 from calibration.campaign import plan, read_metric, write_plan
 from calibration.factors import factor_of, read_factors
+from calibration.files import write_table
 from dem.io.files import write_json
 
 KEY = "contacts.particle_particle.static_friction"
@@ -140,7 +141,7 @@ def analyse_shear(config, design_file, output):
         for n in METRICS
     }
     judged = {n: _judge(config, curve, factor) for n, curve in curves.items()}
-    runs.to_csv(output.runs, index=False)
+    write_table(runs, output.runs)
     drawn = runs.rename(columns={factor: "particle_friction"})
     figures.save(figures.yield_loci(drawn, loci, curves, MEASURE, section), output.figure)
     write_json(

@@ -16,6 +16,7 @@ from calibration.campaign import plan, read_metric, write_plan
 from calibration.config import bench_run, point_spec
 from calibration.errors import CalibrationError
 from calibration.factors import factor_of, read_factors
+from calibration.files import write_table
 from dem.io.files import write_json
 from dem.spec import parse_spec
 
@@ -111,7 +112,7 @@ def analyse_sweep(config, test, sweep_file, confirm_file, output):
     runs["repeats"] = getattr(spec.geometry, sweep.repeats)
     confirm = pd.read_csv(confirm_file)
     confirmed = np.array(read_metric(confirm["run_id"], sweep.metric))
-    runs.to_csv(output.runs, index=False)
+    write_table(runs, output.runs)
     figure = figures.sweep(
         runs[factor], runs["response"], coefficients, level, section.measured, factor, sweep.axis
     )

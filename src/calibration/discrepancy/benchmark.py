@@ -25,7 +25,7 @@ from calibration.discrepancy.laboratory import DECOYS, Case, Laboratory
 from calibration.discrepancy.model import Emulated
 from calibration.discrepancy.settings import parameters_of
 from calibration.discrepancy.stages import teach_all
-from calibration.files import replacing
+from calibration.files import replacing, write_table
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 
@@ -55,7 +55,7 @@ PAIRS = (
 
 NULLS, NULL_POINTS = 40, 8
 DRAWS = 8  # of each mechanism, a point each
-FEW = {"grains": 4, "heap": 2, "shear": 4}
+FEW = {"grains": 4, "heap": 2, "shear": 2}
 """Draws of each at half the size, and of data that do not tell."""
 WEAKER = 0.5  # size over that of a moderate effect
 DECIDE = ("laboratory", "hidden", "effect", "identify", "fit", "model", "emulator")
@@ -184,7 +184,7 @@ def run_shard(config, settings, source, shard, shards, folder, table):
     """Diagnose the cases whose point falls to this shard: cases that share runs share a shard."""
     own = [c for c in cases() if c.point % shards == shard]
     out = run_cases(own, config, settings, source, folder)
-    _write(pd.DataFrame(out), table)
+    write_table(pd.DataFrame(out), table)
 
 
 def run_cases(some, config, settings, source, folder):
@@ -221,18 +221,13 @@ def merge(tables, output):
     table = table.sort_values(["case", "truth", "strength", "seed"])
     at = table[(table["case"] != "mechanism") | (table["strength"] == 1.0)]
     truth = np.where(at["truth"] == "", at["case"], at["case"] + ": " + at["truth"])
-    _write(table, output.cases)
-    _write(
+    write_table(table, output.cases)
+    write_table(
         pd.crosstab(truth, at["outcome"].to_numpy()).rename_axis("hidden").reset_index(),
         output.confusion,
     )
     rates = summarise(table)
-    _write(rates, output.summary)
+    write_table(rates, output.summary)
     with replacing(output.page) as partial:
         partial.write_text(page(table, rates))
     common.save(benchmark_figure(table, rates), output.figure)
-
-
-def _write(table, path):
-    with replacing(path) as partial:
-        table.to_csv(partial, index=False)

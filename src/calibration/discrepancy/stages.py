@@ -25,7 +25,7 @@ from calibration.discrepancy.settings import (
     parameters_of,
 )
 from calibration.discrepancy.verdict import extended_name, findings, page, validate
-from calibration.files import replacing
+from calibration.files import replacing, write_table
 from dem.io.files import write_json
 
 
@@ -86,8 +86,7 @@ def calibrate(config, settings, source, output):
     }
     write_json(output.summary, summary)
     table = pd.DataFrame([r | r["levers"] for r in rows]).drop(columns="levers")
-    with replacing(output.table) as partial:
-        table.to_csv(partial, index=False)
+    write_table(table, output.table)
     common.save(figures.residual_figure(rows), output.residuals)
 
 

@@ -4,7 +4,7 @@ import pandas as pd
 
 from calibration.audit.paper import Paper
 from calibration.errors import CalibrationError
-from calibration.files import replacing
+from calibration.files import write_table
 from calibration.reproduction import bench, chain, measured, screening, theory
 from calibration.reproduction.rows import AGREES, COLUMNS, DISAGREES, Place, overall
 from calibration.reproduction.study import Study
@@ -66,7 +66,6 @@ def counts(table):
 
 def write_reproduction(table, csv, json):
     """Write the table atomically, as CSV and as JSON with its counts."""
-    with replacing(csv) as partial:
-        table.to_csv(partial, index=False)
+    write_table(table, csv)
     rows = table.astype(object).where(table.notna(), None).to_dict("records")
     write_json(json, {"counts": counts(table), "rows": rows})

@@ -14,6 +14,7 @@ from scipy import stats
 from calibration import figures
 from calibration.campaign import read_metric
 from calibration.errors import CalibrationError
+from calibration.files import write_table
 from calibration.scaling.dimensions import (
     GRAVITY_RULE,
     PAPER_RULE,
@@ -248,8 +249,8 @@ def analyse_scaling(config, design_file, output):
     ]
     if len({s.id for s in statements}) != len(statements):
         raise CalibrationError("two statements of the scaling study have the same id")
-    design.assign(response=response).to_csv(output.runs, index=False)
-    table.to_csv(output.table, index=False)
+    write_table(design.assign(response=response), output.runs)
+    write_table(table, output.table)
     figures.save(figures.scaling(table), output.figure)
     write_json(
         output.summary,

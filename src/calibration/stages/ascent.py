@@ -6,6 +6,7 @@ from calibration import figures
 from calibration.campaign import plan, write_plan
 from calibration.config import read_target
 from calibration.factors import read_factors
+from calibration.files import write_table
 from calibration.responses import judge, nearest, with_responses
 from calibration.stages.files import load
 from calibration.statistics.design import path_from_effects, steepest_path
@@ -40,7 +41,7 @@ def analyse_ascent(config, design_file, output):
     target = float(read_target(config).mean())
     best = nearest(runs)
     used = [f for f in factors if f.name in runs]
-    runs.to_csv(output.runs, index=False)
+    write_table(runs, output.runs)
     quantity = figures.quantity_of(config.target.metric)
     figures.save(figures.ascent_path(runs, used, target, int(best["run"]), quantity), output.path)
     write_json(

@@ -6,6 +6,7 @@ from calibration import figures
 from calibration.campaign import plan, write_plan
 from calibration.config import goals, read_target
 from calibration.factors import read_factors
+from calibration.files import write_table
 from calibration.responses import columns, with_responses
 from calibration.stages.files import load, read_region
 from calibration.statistics.optimise import compromise, solve
@@ -130,7 +131,6 @@ def _optimum(config, surface, region, chosen, extent):
 
 def _write_points(points, region, path):
     """Table of coded points (m, factors) in natural and coded levels."""
-    pd.DataFrame(
-        {f.name: f.natural(points[:, k]) for k, f in enumerate(region)}
-        | {f"{f.code}_coded": points[:, k] for k, f in enumerate(region)}
-    ).to_csv(path, index=False)
+    natural = {f.name: f.natural(points[:, k]) for k, f in enumerate(region)}
+    coded = {f"{f.code}_coded": points[:, k] for k, f in enumerate(region)}
+    write_table(pd.DataFrame(natural | coded), path)

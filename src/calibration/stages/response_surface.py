@@ -8,6 +8,7 @@ import pandas as pd
 from calibration import figures
 from calibration.campaign import plan, write_plan
 from calibration.factors import read_factors
+from calibration.files import write_table
 from calibration.responses import with_responses
 from calibration.stages.files import further_files, load, read_region
 from calibration.statistics.design import box_behnken
@@ -42,10 +43,10 @@ def analyse_response_surface(config, design_file, region_file, output):
     region = read_region(region_file)
     runs = with_responses(pd.read_csv(design_file), config)
     surface = fit_surface(runs, [f.code for f in region], runs["response"])
-    runs.to_csv(output.runs, index=False)
-    surface.coefficients.to_csv(output.coefficients, index=False)
-    surface.anova.to_csv(output.anova, index=False)
-    surface.diagnostics.to_csv(output.diagnostics, index=False)
+    write_table(runs, output.runs)
+    write_table(surface.coefficients, output.coefficients)
+    write_table(surface.anova, output.anova)
+    write_table(surface.diagnostics, output.diagnostics)
     quantity = figures.quantity_of(config.target.metric)
     figures.save(figures.predicted_actual(surface, quantity), output.predicted)
     figures.save(figures.residual_panel(surface, quantity), output.residuals)

@@ -5,6 +5,7 @@ import pandas as pd
 from calibration import figures
 from calibration.campaign import plan, write_plan
 from calibration.factors import read_factors
+from calibration.files import write_table
 from calibration.responses import columns, strongest, with_responses
 from calibration.stages.files import further_files
 from calibration.statistics.design import screening_design
@@ -41,13 +42,13 @@ def analyse_screening(config, design_file, output):
         codes = [f.code for f in factors if f.name in rules.go_on]
     names = {f.code: f.name for f in factors}
     table = result.table.assign(name=result.table["code"].map(names))
-    runs.to_csv(output.runs, index=False)
-    table.to_csv(output.effects, index=False)
-    result.anova.to_csv(output.anova, index=False)
+    write_table(runs, output.runs)
+    write_table(table, output.effects)
+    write_table(result.anova, output.anova)
     for target, path, figure in further_files(config, output):
         other = screened[target.metric]
         effects = other.table.assign(name=other.table["code"].map(names))
-        effects.to_csv(path, index=False)
+        write_table(effects, path)
         limits = other.t_limit, other.bonferroni_limit, rules.alpha
         quantity = figures.quantity_of(target.metric)
         figures.save(figures.pareto(effects, *limits, quantity), figure)

@@ -6,6 +6,7 @@ from calibration import figures
 from calibration.campaign import plan, write_plan
 from calibration.config import read_target
 from calibration.factors import read_factors
+from calibration.files import write_table
 from calibration.responses import with_responses
 from calibration.stages.files import load
 from calibration.statistics.validate import compare
@@ -28,7 +29,7 @@ def analyse_validation(config, design_file, output):
     """Compare the replicates with the measurement, and with the further ones where there are any."""
     runs = with_responses(pd.read_csv(design_file), config)
     rules = config.validation
-    runs.to_csv(output.runs, index=False)
+    write_table(runs, output.runs)
     groups = _groups(runs, "response")
     found = _compare(groups, config, config.target, rules.margin, output.figure)
     found["group_means"] = [float(v) for v in groups.mean(axis=1)]
