@@ -21,6 +21,7 @@ from calibration.discrepancy.benchmark_figure import benchmark_figure
 from calibration.discrepancy.benchmark_page import page
 from calibration.discrepancy.catalogue import load_catalogue
 from calibration.discrepancy.design import plan
+from calibration.discrepancy.effect import MODERATE
 from calibration.discrepancy.laboratory import DECOYS, Case, Laboratory
 from calibration.discrepancy.model import Emulated
 from calibration.discrepancy.settings import parameters_of
@@ -120,6 +121,9 @@ def summarise(table):
     at = full[full["strength"] == 1.0]
     sure = at["verdict"] == "identified"
     add("all mechanisms, strength 1: named first", at["named_first"])
+    moderate = at["size"] >= MODERATE
+    add("as large as moderate: named first", at.loc[moderate, "named_first"])
+    add("at no strength so large: named first", at.loc[~moderate, "named_first"])
     add("all mechanisms, strength 1: among the causes", at["among_causes"])
     add("all mechanisms, strength 1: identified and right", sure & (at["outcome"] == at["truth"]))
     add("all mechanisms, strength 1: identified and wrong", sure & (at["outcome"] != at["truth"]))

@@ -13,6 +13,7 @@ RATES = {
     "outlier: identified": "outlier: identified",
     "understated: identified": "noise twice as stated: identified",
     "all mechanisms, strength 1: named first": "mechanisms: named first",
+    "as large as moderate: named first": "mechanisms of moderate size: named first",
     "all mechanisms, strength 1: identified and wrong": "mechanisms: identified and wrong",
     "outside the catalogue: identified": "not in the catalogue: identified",
     "pairs: both named": "pairs: both named",

@@ -4,6 +4,8 @@ from calibration.figures import label
 
 RATES = (
     ("all mechanisms, strength 1: named first", "90 %"),
+    ("as large as moderate: named first", "90 %"),
+    ("at no strength so large: named first", ""),
     ("all mechanisms, strength 1: identified and wrong", ""),
     ("no effect, grains: adequate", "95 %"),
     ("no effect, heap: adequate", "95 %"),
