@@ -144,7 +144,8 @@ def _ranking(verdict):
             idle.append(label(r["mechanism"]))
             continue
         strength = "; ".join(
-            f"{s['value']:.3g} {s['unit']} ({s['low']:.3g} to {s['high']:.3g})"
+            f"{s['value']:.3g} {s['unit']}".removesuffix(" 1")
+            + f" ({s['low']:.3g} to {s['high']:.3g})"
             for s in r.get("strength", {}).values()
         )
         threshold = f"{r['null_threshold']:.1f}" if "null_threshold" in r else ""
