@@ -145,12 +145,14 @@ def _add_undecided(add, table):
     """Data on which two mechanisms look alike: at first not told apart, then with what the diagnosis asked for."""
     add("too little data: ambiguous", table["verdict"] == "ambiguous")
     sure = table["verdict"] == "identified"
-    add("too little data: identified and wrong", sure & (table["outcome"] != table["truth"]))
+    right = table["outcome"] == table["truth"]
+    add("too little data: identified and right", sure & right)
+    add("too little data: identified and wrong", sure & ~right)
     open_at_first = table[table["verdict"] == "ambiguous"]
     for k in (1, 2):
         if len(open_at_first):
-            right = open_at_first[f"outcome_{k}_further"] == open_at_first["truth"]
-            add(f"ambiguous, and {k} proposed measurements more: identified and right", right)
+            solved = open_at_first[f"outcome_{k}_further"] == open_at_first["truth"]
+            add(f"ambiguous, and {k} proposed measurements more: identified and right", solved)
 
 
 def _wilson(hits, n):

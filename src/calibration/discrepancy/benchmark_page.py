@@ -18,6 +18,7 @@ RATES = (
     ("outside the catalogue: identified", "at most 5 %"),
     ("pairs: both named", "most"),
     ("too little data: ambiguous", ""),
+    ("too little data: identified and right", ""),
     ("too little data: identified and wrong", ""),
     ("ambiguous, and 1 proposed measurements more: identified and right", "most"),
     ("ambiguous, and 2 proposed measurements more: identified and right", "most"),

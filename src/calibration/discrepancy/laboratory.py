@@ -42,26 +42,38 @@ class Laboratory:
         self._last = None, None
         self._strengths = {}
 
-    def strength(self, bench, name, share):
-        """(strength in its unit, size) of an effect whose size on a bench is this share of a moderate one."""
-        key = bench, name, share
+    def plan(self, case):
+        """What is measured of a case at first: little of one that this little is not to decide."""
+        if case.case != "undecided":
+            return self.plans[case.bench]
+        [plan] = [
+            plan
+            for pair, (bench, plan) in hidden.ALIKE.items()
+            if case.effects[0] in pair and bench == case.bench
+        ]
+        return plan
+
+    def strength(self, case, name):
+        """(strength in its unit, size) of an effect whose size on the case's plan is that share of a moderate one."""
+        plan = self.plan(case)
+        key = repr(plan), name, case.strength
         if key not in self._strengths:
             self._strengths[key] = effect.strength_at(
-                self.emulated, self.plans[bench], name, share * effect.MODERATE
+                self.emulated, plan, name, case.strength * effect.MODERATE
             )
         return self._strengths[key]
 
     def measure(self, case, conditions=None):
-        """Measurements of a case under the given plan, its bench's unless given."""
+        """Measurements of a case under the given conditions, those of its plan unless given."""
         measured, _ = hidden.draw(
             case.point,
             self.emulated.settings,
             self.base,
             self.factors_file,
             load_catalogue(),
-            {n: self.strength(case.bench, n, case.strength)[0] for n in case.effects},
+            {n: self.strength(case, n)[0] for n in case.effects},
             case.seed,
-            conditions or self.plans[case.bench],
+            conditions or self.plan(case),
             self.root,
         )
         return measured
@@ -84,7 +96,7 @@ class Laboratory:
 
     def _hidden(self, case):
         """Strengths of what is hidden in a case, as text, and the size of the larger."""
-        found = [self.strength(case.bench, n, case.strength) for n in case.effects]
+        found = [self.strength(case, n) for n in case.effects]
         units = [self.emulated.catalogue[n].strength.unit for n in case.effects]
         strengths = [f"{s:.3g} {u}" for (s, _), u in zip(found, units, strict=True)]
         size = max((s for _, s in found), default=0.0)
@@ -102,12 +114,7 @@ class Laboratory:
 
     def resolve(self, case, further=2):
         """Diagnose too little data, add the measurement that the diagnosis asks for, up to `further` times."""
-        [plan] = [
-            plan
-            for pair, (bench, plan) in hidden.ALIKE.items()
-            if case.effects[0] in pair and bench == case.bench
-        ]
-        measured = self.measure(case, plan)
+        measured = self.measure(case)
         found = self.identify(measured, case.seed)
         row = judge(case, found) | self._hidden(case)
         for k in range(1, further + 1):
