@@ -475,12 +475,16 @@ _GEOMETRY_CHECKS = {
 
 
 def canonical(spec):
-    """Canonical JSON of what determines the run's result: not `output`, nor whether a mesh may be open; of a mesh the
-    content, not the path."""
-    data = spec.model_dump(mode="json", exclude={"output": True, "geometry": {"meshes"}})
-    for key, value in data["geometry"].items():
-        if key.endswith("_stl") and value is not None and Path(value).is_file():
-            data["geometry"][key] = hashlib.sha256(Path(value).read_bytes()).hexdigest()
+    """Canonical JSON of what determines the run's result: not `output`; of a mesh the content, not the path; whether
+    meshes may be open only where there is one."""
+    data = spec.model_dump(mode="json", exclude={"output"})
+    geometry = data["geometry"]
+    named = {k: v for k, v in geometry.items() if k.endswith("_stl") and v is not None}
+    for key, path in named.items():
+        if Path(path).is_file():
+            geometry[key] = hashlib.sha256(Path(path).read_bytes()).hexdigest()
+    if not named:
+        geometry.pop("meshes", None)
     return json.dumps(data, sort_keys=True, separators=(",", ":"))
 
 

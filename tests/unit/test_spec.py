@@ -95,8 +95,15 @@ def test_the_hash_of_a_mesh_is_that_of_its_content(tmp_path):
         geometry = {"plate_stl": str(tmp_path / name)}
         hashes.append(content_hash(parse_spec({"experiment": "heap", "geometry": geometry})))
     assert hashes[0] == hashes[1] != hashes[2]
-    geometry["meshes"] = "open"  # decides whether the mesh is taken, not what the run gives
-    assert content_hash(parse_spec({"experiment": "heap", "geometry": geometry})) == hashes[2]
+    geometry["meshes"] = (
+        "open"  # a failure kept of the same mesh, refused for its holes, must not answer for it
+    )
+    assert content_hash(parse_spec({"experiment": "heap", "geometry": geometry})) != hashes[2]
+
+
+def test_whether_meshes_may_be_open_names_no_run_without_one():
+    plain, sheets = ({"experiment": "heap", "geometry": g} for g in ({}, {"meshes": "open"}))
+    assert content_hash(parse_spec(plain)) == content_hash(parse_spec(sheets))
 
 
 def test_defaults_are_not_warned_of():
