@@ -163,10 +163,15 @@ def _wilson(hits, n):
     return max(centre - half, 0.0), min(centre + half, 1.0)
 
 
+def _factors(config, settings):
+    """Factors calibrated on any experiment."""
+    return parameters_of(settings, config.factors, list(settings.experiments))
+
+
 def plan_runs(config, settings, output):
     """Write the design and plan of the emulators of all experiments."""
+    factors = _factors(config, settings)
     kinds = list(settings.experiments)
-    factors = parameters_of(settings, config.factors, kinds)
     rows, specs = plan(settings, config.run, factors, load_catalogue(), kinds)
     write_json(output.design, rows)
     write_json(output.plan, specs)
@@ -174,15 +179,13 @@ def plan_runs(config, settings, output):
 
 def emulate(config, settings, source, output):
     """Teach the emulators of all experiments with the finished runs."""
-    factors = parameters_of(settings, config.factors, list(settings.experiments))
-    teach_all(settings, factors, source, output)
+    teach_all(settings, _factors(config, settings), source, output)
 
 
 def equip(config, settings, source):
     """The `Laboratory` of all benches."""
-    factors = parameters_of(settings, config.factors, list(settings.experiments))
     emulators = pickle.loads(Path(source.emulators).read_bytes())
-    emulated = Emulated(emulators, settings, factors, load_catalogue())
+    emulated = Emulated(emulators, settings, _factors(config, settings), load_catalogue())
     return Laboratory(emulated, config.run, config.factors, settings.replicates)
 
 

@@ -121,17 +121,13 @@ def catalogue_of(settings, experiments):
     """{name: Mechanism} of the catalogue and of the settings' own folder. Raises ConfigError for an unknown name."""
     known = load_catalogue(folder=settings.catalogue)
     for kind in experiments:
-        own = settings.experiments[kind]
-        for key, names in (("mechanisms", own.mechanisms or ()), ("denser", own.denser)):
-            for name in names:
-                if name not in known or kind not in known[name].experiments:
-                    allowed = ", ".join(m.name for m in known.values() if kind in m.experiments)
-                    raise ConfigError(
-                        "is no mechanism that shows on it",
-                        key=f"experiments.{kind}.{key}",
-                        value=name,
-                        allowed=allowed,
-                    )
+        own, shown = settings.experiments[kind], [n for n in known if kind in known[n].experiments]
+        for part, names in (("mechanisms", own.mechanisms or ()), ("denser", own.denser)):
+            for name in sorted(set(names) - set(shown)):
+                key, allowed = f"experiments.{kind}.{part}", ", ".join(shown)
+                raise ConfigError(
+                    "is no mechanism that shows on it", key=key, value=name, allowed=allowed
+                )
     return known
 
 
