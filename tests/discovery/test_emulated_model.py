@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from calibration.discrepancy.catalogue import load_catalogue
-from calibration.discrepancy.design import BASE, inputs_of
+from calibration.discrepancy.design import inputs_of
 from calibration.discrepancy.emulator import Emulator
 from calibration.discrepancy.fit import Data, fit, moderated_sd
 from calibration.discrepancy.measurements import Measurement
 from calibration.discrepancy.model import Emulated
-from calibration.discrepancy.settings import parameters_of, read_settings
+from calibration.discrepancy.settings import BASE, parameters_of, read_settings
 
 SETTINGS = read_settings("config/discovery.yaml")
 FACTORS = parameters_of(SETTINGS, "config/factors.tsv", ["drop", "tilt"])
@@ -120,6 +120,27 @@ def test_scatter_from_seed_to_seed_is_no_error_of_the_mean():
     # without that knowledge all of it counts
     assert single.scatter == 0.0
     assert np.sqrt(single.with_slope(at, [])[2].mean()) == pytest.approx(single.error, rel=0.2)
+
+
+def test_means_of_several_runs_teach_as_much_as_their_number_says():
+    found = []
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        x, at = rng.random((80, 2)), rng.random((200, 2))
+        runs = rng.integers(2, 7, len(x))
+        noise = 0.05 * rng.standard_normal((6, len(x)))
+        z, truth = (smooth(np.column_stack([v, v])) for v in (x, at))
+        means = np.array([z[i] + noise[:n, i].mean() for i, n in enumerate(runs)])
+        once = Emulator(x, z + noise[0], scatters=True)
+        often = Emulator(x, means, scatters=True, runs=runs)
+        assert often.runs == runs.sum()
+        miss = [np.mean((e(at) - truth) ** 2) for e in (once, often)]
+        found.append([*miss, often.with_slope(at, [])[2].mean(), often.scatter**2])
+    once, often, stated, scatter = np.sqrt(np.mean(found, axis=0))
+    # four runs at a point: about half the error, and it says so
+    assert often < 0.7 * once
+    assert stated == pytest.approx(often, rel=0.35)
+    assert scatter == pytest.approx(0.05, rel=0.1)
 
 
 def test_errors_are_alike_at_settings_that_are_alike():

@@ -108,12 +108,30 @@ def test_ranges_of_factors_can_be_replaced():
 
 
 @pytest.mark.parametrize(
-    ("key", "value"), [("mechanisms", ["air_drag"]), ("denser", {"air_drag": 9})]
+    ("key", "value"),
+    [("mechanisms", ["air_drag"]), ("denser", {"air_drag": 9}), ("repeated", {"air_drag": 2})],
 )
 def test_an_unknown_mechanism_is_named(key, value):
     settings = read_settings(FILE, {"experiments": {"tilt": {key: value}}})
     with pytest.raises(ConfigError, match=rf"experiments\.tilt\.{key}.*air_drag.*wall_adhesion"):
         catalogue_of(settings, ["tilt"])
+
+
+def test_points_may_be_repeated_and_the_first_runs_are_those_of_one():
+    planned = []
+    for repeated in ({}, {"base": 3, "air_drag": 2}):
+        changes = {"experiments": {"drop": {"repeated": repeated, "runs_per_input": 3}}}
+        settings = read_settings("config/discovery.yaml", changes)
+        factors = parameters_of(settings, "config/factors.tsv", ["drop"])
+        planned.append(plan(settings, {}, factors, catalogue_of(settings, ["drop"]), ["drop"]))
+    (once, few), (often, many) = planned
+    assert [r["inputs"] for r in once] == [r["inputs"] for r in often]
+    assert [r["run_ids"][0] for r in often] == [r["run_ids"][0] for r in once]
+    numbers = {r["mechanism"]: len(r["run_ids"]) for r in often}
+    assert (numbers.pop("base"), numbers.pop("air_drag"), set(numbers.values())) == (3, 2, {1})
+    assert few.items() <= many.items()
+    row = often[0]
+    assert len({many[n]["seed"] for n in row["run_ids"]}) == 3
 
 
 def test_a_mechanism_may_be_taught_by_more_runs_and_counts_are_whole():

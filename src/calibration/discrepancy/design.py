@@ -3,10 +3,10 @@
 import numpy as np
 from scipy.stats import qmc
 
-from calibration.campaign import run_id
-from calibration.discrepancy.settings import condition_spec, log_span
+from calibration.batches import named
+from calibration.discrepancy.settings import BASE, condition_spec, log_span
 
-BASE = "base"
+REPEAT = 100_000  # between the seeds of runs that repeat a point
 WIDENED = 1.15  # the emulators reach a little beyond the factors' range, so that a fit may
 
 
@@ -31,9 +31,10 @@ def inputs_of(settings, factors, experiment, mechanism):
 
 
 def plan(settings, base, factors, catalogue, experiments):
-    """Rows [{experiment, mechanism, inputs in [0, 1], run_id}] and {run id: spec} of all emulator runs.
+    """Rows [{experiment, mechanism, inputs in [0, 1], run_ids}], a point each, and {run id: spec} of all emulator runs.
 
-    The points follow from the settings alone, not from the measurements, so another data set re-uses the runs.
+    The points follow from the settings alone, not from the measurements, so another data set re-uses the runs; runs
+    that repeat a point differ in their seed, so asking for more of them re-uses the first.
     """
     rows, specs = [], {}
     for experiment, mechanism in wanted(settings, catalogue, experiments):
@@ -47,14 +48,15 @@ def plan(settings, base, factors, catalogue, experiments):
             spec = _spec(
                 settings, base, factors, experiment, names, x, catalogue.get(mechanism), 1000 + k
             )
-            name = run_id(spec)
-            specs[name] = spec
+            repeats = range(own.repeated.get(mechanism, 1))
+            runs = named([spec | {"seed": spec["seed"] + REPEAT * j} for j in repeats])
+            specs |= runs
             rows.append(
                 {
                     "experiment": experiment,
                     "mechanism": mechanism,
                     "inputs": [float(v) for v in x],
-                    "run_id": name,
+                    "run_ids": list(runs),
                 }
             )
     return rows, specs

@@ -7,10 +7,10 @@ distance of a setting from the fitted base model, in standard errors of that set
 
 import numpy as np
 
-from calibration.discrepancy.design import BASE
 from calibration.discrepancy.emulator import forward, inverse
 from calibration.discrepancy.fit import Data, fit
 from calibration.discrepancy.hidden import standard_error
+from calibration.discrepancy.settings import BASE
 
 MODERATE = 10.0  # standard errors
 STEPS = 161

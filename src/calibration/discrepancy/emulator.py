@@ -11,8 +11,8 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, WhiteKernel
 
-from calibration.discrepancy.design import BASE, inputs_of
-from calibration.discrepancy.settings import POURED, catalogue_of, log_span
+from calibration.discrepancy.design import inputs_of
+from calibration.discrepancy.settings import BASE, POURED, catalogue_of, log_span
 
 LEAST_REBOUND = 1e-4  # of the drop height; a grain that sticks has no logarithm
 
@@ -42,17 +42,18 @@ def inverse(experiment, z, levers):
 
 
 class Emulator:
-    """z(x) for x in [0, 1]^d.
+    """z(x) for x in [0, 1]^d, from means z (n,) of `runs` (n,) at inputs x (n, d); one run at each unless given.
 
-    `error` is the leave-one-out root mean square error in z, hyperparameters held, of the first `judged` runs (all
+    `error` is the leave-one-out root mean square error in z, hyperparameters held, of the first `judged` means (all
     unless given); `spread` is the sd of z over the design. `scatter` is the sd of z from seed to seed, which is part of
     that error but not of the emulator's mean, where `scatters`; else what looks like noise counts as a wrong mean.
     """
 
-    def __init__(self, x, z, judged=None, scatters=False):
+    def __init__(self, x, z, judged=None, scatters=False, runs=None):
         x, z = np.asarray(x, float), np.asarray(z, float)
+        runs = np.ones(len(z)) if runs is None else np.asarray(runs, float)
         self.mean, self.spread = float(z.mean()), float(z.std()) or 1.0
-        process = _process(x, (z - self.mean) / self.spread)
+        process = _process(x, (z - self.mean) / self.spread, runs)
         self.x, self.alpha = x, process.alpha_
         smooth = process.kernel_.k1
         self.scale, self.length = smooth.k1.k1.constant_value, smooth.k1.k2.length_scale
@@ -61,9 +62,10 @@ class Emulator:
         left_out = self.alpha / np.diag(self._inverse)
         self._misses = (self.spread * left_out) ** 2
         self.error = float(np.sqrt(np.mean(self._misses[:judged])))
-        self._nugget = process.kernel_.k2.noise_level if scatters else 0.0
-        self.scatter = self.spread * float(np.sqrt(self._nugget))
-        self.runs = len(z)
+        scatter = process.kernel_.k2.noise_level if scatters else 0.0
+        self._nugget = scatter / runs.mean()
+        self.scatter = self.spread * float(np.sqrt(scatter))
+        self.runs = int(runs.sum())
         self._slope = self.linear * (self.x.T @ self.alpha)
         self._constant = self.linear * self.offset * float(self.alpha.sum())
 
@@ -125,13 +127,27 @@ class Emulator:
         return mean / (mean + self._nugget)
 
 
-def _process(x, z):
+class _Scatter(WhiteKernel):
+    """Noise of means (n,): that of one run over the number of runs (n,) behind each."""
+
+    def __init__(self, noise_level, noise_level_bounds, runs):
+        super().__init__(noise_level, noise_level_bounds)
+        self.runs = runs
+
+    def __call__(self, X, Y=None, eval_gradient=False):
+        if Y is not None:
+            return super().__call__(X, Y)
+        noise = np.diag(self.noise_level / self.runs)
+        return (noise, noise[:, :, None]) if eval_gradient else noise
+
+
+def _process(x, z, runs):
     """The fitted Gaussian process: squared exponential with a length an input, a linear trend, noise."""
     d = x.shape[1]
     kernel = (
         ConstantKernel(1.0, (1e-3, 1e3)) * RBF(np.full(d, 1.5), (0.15, 30.0))
         + ConstantKernel(1.0, (1e-4, 1e2)) * DotProduct(1.0, (1e-2, 1e2))
-        + WhiteKernel(1e-3, (1e-8, 1.0))
+        + _Scatter(1e-3, (1e-8, 1.0), runs)
     )
     process = GaussianProcessRegressor(kernel, n_restarts_optimizer=1, random_state=0)
     with warnings.catch_warnings():
@@ -147,15 +163,14 @@ def teach(rows, metrics, settings, factors):
     """
     emulators, table = {}, []
     known = catalogue_of(settings, list(settings.experiments))
-    good = [r for r in rows if metrics[r["run_id"]] is not None]
     for key in dict.fromkeys((r["experiment"], r["mechanism"]) for r in rows):
-        own = [r for r in good if (r["experiment"], r["mechanism"]) == key]
-        planned = sum((r["experiment"], r["mechanism"]) == key for r in rows)
-        if len(own) < 0.5 * planned:
+        own, planned = _finished(rows, metrics, *key)
+        done = sum(len(r["run_ids"]) for r in own)
+        if done < 0.5 * planned:
             table.append({"experiment": key[0], "mechanism": key[1], "failed": planned})
             continue
         off = None if key[1] == BASE else _coded_off(known[key[1]].strength)
-        base = [r for r in good if (r["experiment"], r["mechanism"]) == (key[0], BASE)]
+        base, _ = _finished(rows, metrics, key[0], BASE)
         more = [] if off is None else [r | {"inputs": [*r["inputs"], off]} for r in base]
         names = inputs_of(settings, factors, *key)
         emulators[key] = _teach_one(key[0], own, more, metrics, settings, names)
@@ -163,14 +178,21 @@ def teach(rows, metrics, settings, factors):
             {
                 "experiment": key[0],
                 "mechanism": key[1],
-                "runs": len(own),
-                "failed": planned - len(own),
+                "runs": done,
+                "failed": planned - done,
                 "error": emulators[key].error,
                 "scatter": emulators[key].scatter,
                 "spread": emulators[key].spread,
             }
         )
     return emulators, table
+
+
+def _finished(rows, metrics, experiment, mechanism):
+    """Rows of one emulator with the runs that did not fail, those without any left out, and how many were planned."""
+    own = [r for r in rows if (r["experiment"], r["mechanism"]) == (experiment, mechanism)]
+    good = [r | {"run_ids": [n for n in r["run_ids"] if metrics[n] is not None]} for r in own]
+    return [r for r in good if r["run_ids"]], sum(len(r["run_ids"]) for r in own)
 
 
 def _coded_off(strength):
@@ -185,6 +207,9 @@ def _teach_one(experiment, own, more, metrics, settings, names):
     x = np.array([r["inputs"] for r in rows])
     ranges = settings.experiments[experiment].levers
     levers = {n: np.array([log_span(*ranges[n], s) for s in x[:, names.index(n)]]) for n in ranges}
-    y = np.array([metrics[r["run_id"]][settings.experiments[experiment].metric] for r in rows])
-    z = forward(experiment, y, levers)
-    return Emulator(x, z, len(own), experiment in POURED)
+    metric = settings.experiments[experiment].metric
+    z, runs = np.zeros(len(rows)), np.array([len(r["run_ids"]) for r in rows])
+    for k, row in enumerate(rows):
+        at = {n: v[k] for n, v in levers.items()}
+        z[k] = np.mean([forward(experiment, metrics[n][metric], at) for n in row["run_ids"]])
+    return Emulator(x, z, len(own), experiment in POURED, runs)

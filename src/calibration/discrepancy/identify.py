@@ -13,11 +13,11 @@ import numpy as np
 from scipy.stats import chi2
 
 from calibration.discrepancy.fit import Data, data_of, fit, moderated_sd
+from calibration.discrepancy.settings import BASE
 
 CLOSE = 2.0  # nats; causes this close to the best are not told apart (odds of about 7 to 1)
 MISFIT = 0.01  # a cause whose extended model fits worse than this share of its own data is none
 NULL_STARTS = (0.3,)  # coded strength from which data without an effect are fitted: one is enough
-BASE = "base"
 
 
 @dataclass

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from calibration.discrepancy.design import BASE, WIDENED, factor_share, inputs_of
+from calibration.discrepancy.design import WIDENED, factor_share, inputs_of
 from calibration.discrepancy.emulator import inverse
-from calibration.discrepancy.settings import combine, lever_values
+from calibration.discrepancy.settings import BASE, combine, lever_values
 
 STEP = 1e-3  # of a coded strength and, relative, of a value: for derivatives of readings
 SHARE_BY_CODED = 0.5 / WIDENED  # derivative of `factor_share`

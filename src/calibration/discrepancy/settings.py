@@ -17,6 +17,9 @@ from calibration.factors import read_factors
 from dem.errors import SpecError
 from dem.spec import parse_spec
 
+BASE = "base"
+"""The model without any mechanism, where one is named."""
+
 SIMULATED = {name for name, lever in LEVERS.items() if lever.place}
 
 POURED = {"heap", "shear"}
@@ -43,6 +46,9 @@ class Experiment(_Part):
     )
     denser: dict[str, Annotated[int, Field(ge=3, le=200)]] = Field(
         {}, description="mechanism: runs per input in place of that of the experiment"
+    )
+    repeated: dict[str, Annotated[int, Field(ge=1, le=20)]] = Field(
+        {}, description="mechanism or `base`: runs at each point, of other seeds, in place of one"
     )
     run: dict = Field(description="run spec of the experiment, over that of the calibration")
 
@@ -122,7 +128,12 @@ def catalogue_of(settings, experiments):
     known = load_catalogue(folder=settings.catalogue)
     for kind in experiments:
         own, shown = settings.experiments[kind], [n for n in known if kind in known[n].experiments]
-        for part, names in (("mechanisms", own.mechanisms or ()), ("denser", own.denser)):
+        named = {
+            "mechanisms": own.mechanisms or (),
+            "denser": own.denser,
+            "repeated": own.repeated.keys() - {BASE},
+        }
+        for part, names in named.items():
             for name in sorted(set(names) - set(shown)):
                 key, allowed = f"experiments.{kind}.{part}", ", ".join(shown)
                 raise ConfigError(

@@ -14,11 +14,12 @@ from calibration.discrepancy.design import plan
 from calibration.discrepancy.emulator import teach
 from calibration.discrepancy.extend import extension_plan, gain, real_values
 from calibration.discrepancy.fit import data_of, fit
-from calibration.discrepancy.identify import BASE, identify
+from calibration.discrepancy.identify import identify
 from calibration.discrepancy.measurements import read_measurements
 from calibration.discrepancy.model import Emulated
 from calibration.discrepancy.residuals import calibration, residual_rows, trends
 from calibration.discrepancy.settings import (
+    BASE,
     catalogue_of,
     check_range,
     check_specs,

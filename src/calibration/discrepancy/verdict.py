@@ -6,10 +6,11 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 
-from calibration.discrepancy.identify import BASE, key_of
+from calibration.discrepancy.identify import key_of
 from calibration.discrepancy.next_measurement import propose
 from calibration.discrepancy.quantities import LEVERS, QUANTITIES
 from calibration.discrepancy.residuals import calibration, moved, residual_rows, trends
+from calibration.discrepancy.settings import BASE
 from calibration.figures import label
 
 SCHEMA = Path(__file__).with_name("verdict.schema.json")
