@@ -5,6 +5,7 @@ import pytest
 
 from calibration.discrepancy.catalogue import load_catalogue
 from calibration.discrepancy.settings import condition_spec, read_settings
+from dem.run import run
 from dem.spec import parse_spec
 
 CATALOGUE = load_catalogue()
@@ -83,3 +84,21 @@ def test_the_mean_apex_deficit_is_that_of_random_phases():
     deficit = 1e3 * 0.5 * 9.81 * phase**2
     read = CATALOGUE["apex_sampling"].observe(50.0, {"output_interval_s": 0.04}, 1.0)
     assert 50.0 - read == pytest.approx(deficit.mean(), rel=0.01)
+
+
+@pytest.mark.parametrize("name", [n for n, m in CATALOGUE.items() if m.multiplies])
+def test_one_that_multiplies_a_lever_is_the_base_model_at_another_lever(name, tmp_path):
+    mechanism = CATALOGUE[name]
+    settings, metrics = read_settings("config/discovery.yaml"), []
+    for experiment in mechanism.experiments:
+        levers = {
+            n: (lo + hi) / 2 for n, (lo, hi) in settings.experiments[experiment].levers.items()
+        }
+        levers |= {"particle_count": 100} if "particle_count" in levers else {}
+        own, strength = levers[mechanism.multiplies], mechanism.strength.natural(0.8)
+        plain = condition_spec({}, settings, [], experiment, levers, {}, 3)
+        moved = {mechanism.multiplies: own * strength}
+        other = condition_spec({}, settings, [], experiment, levers | moved, {}, 3)
+        for k, spec in enumerate((mechanism.apply(plain, strength), other)):
+            metrics.append(run(parse_spec(spec), tmp_path / f"{experiment}{k}")["metrics"])
+        assert metrics[-1] == pytest.approx(metrics[-2], rel=1e-12)

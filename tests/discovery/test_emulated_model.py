@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from calibration.discrepancy.catalogue import load_catalogue
-from calibration.discrepancy.design import inputs_of
-from calibration.discrepancy.emulator import Emulator
+from calibration.discrepancy.catalogue import Strength, load_catalogue
+from calibration.discrepancy.design import MultipliedLever, inputs_of
+from calibration.discrepancy.emulator import Emulator, Multiplied
 from calibration.discrepancy.fit import Data, fit, moderated_sd
 from calibration.discrepancy.measurements import Measurement
 from calibration.discrepancy.model import Emulated
@@ -49,6 +49,25 @@ def test_an_emulator_knows_its_derivatives(columns):
         assert slope[:, k] == pytest.approx(
             (emulator(at + step) - emulator(at - step)) / 2e-4, abs=1e-4
         )
+
+
+def test_a_mechanism_that_multiplies_a_lever_knows_its_derivatives():
+    rng = np.random.default_rng(1)
+    lever = MultipliedLever(1, 0.7, Strength("factor", "1", 0.75, 1.3, off=1.0))
+    x = rng.random((60, 3))
+    base = Emulator(x, smooth(x))
+    emulator, at = Multiplied(base, lever), rng.random((7, 4))
+    by_lever = base(lever.moved(at))
+    value, slope, variance = emulator.with_slope(at, [0, 2, 3])
+    assert value == pytest.approx(by_lever)
+    assert variance.shape == (7,)
+    for k, c in enumerate([0, 2, 3]):
+        step = 1e-4 * np.eye(4)[c]
+        ends = [emulator.with_slope(at + sign * step, [])[0] for sign in (1, -1)]
+        assert slope[:, k] == pytest.approx((ends[0] - ends[1]) / 2e-4, abs=1e-4)
+    # a factor of one leaves the lever where it is
+    off = np.column_stack([at[:, :3], np.full(7, lever.strength.coded(1.0))])
+    assert emulator.with_slope(off, [], error=False)[0] == pytest.approx(base(at[:, :3]))
 
 
 def test_the_error_is_large_where_the_runs_are_hard_to_learn():

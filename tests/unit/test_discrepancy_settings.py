@@ -4,7 +4,7 @@ from collections import Counter
 
 import pytest
 
-from calibration.discrepancy.design import plan
+from calibration.discrepancy.design import inputs_of, plan
 from calibration.discrepancy.measurements import Measurement, MeasurementErrors
 from calibration.discrepancy.settings import (
     catalogue_of,
@@ -144,3 +144,33 @@ def test_a_mechanism_may_be_taught_by_more_runs_and_counts_are_whole():
     assert runs["drop", "plastic_restitution"] == 3 * 4
     counts = [s["particles"]["count"] for s in specs.values() if s["experiment"] == "heap"]
     assert all(isinstance(c, int) and 400 <= c <= 1200 for c in counts)
+
+
+def _planned(changes, mechanism="size_bias"):
+    heap = {"runs_per_input": 3, "mechanisms": [mechanism]} | changes
+    settings = read_settings("config/discovery.yaml", {"experiments": {"heap": heap}})
+    factors = parameters_of(settings, "config/factors.tsv", ["heap"])
+    known = catalogue_of(settings, ["heap"])
+    rows, specs = plan(settings, {}, factors, known, ["heap"])
+    return settings, factors, known, rows, specs
+
+
+def test_runs_of_a_mechanism_that_multiplies_a_lever_are_runs_of_the_base_model():
+    settings, factors, _, rows, specs = _planned({"hypercubes": None, "repeated": None})
+    assert {r["mechanism"] for r in rows} == {"base"}
+    low, high = settings.experiments["heap"].levers["particle_diameter_mm"]
+    column = inputs_of(settings, factors, "heap", "base").index("particle_diameter_mm")
+    biased = 0
+    for row in rows:
+        particles = specs[row["run_ids"][0]]["particles"]
+        factor = particles.get("scale_factor", 1.0)
+        biased += factor != 1.0
+        stands_for = low * (high / low) ** row["inputs"][column]
+        assert stands_for == pytest.approx(particles["diameter_mm"] * factor, rel=1e-4)
+    assert biased == 3 * (len(rows[0]["inputs"]) + 1)
+
+
+def test_a_mechanism_is_more_than_its_lever_where_the_number_of_grains_follows_from_their_size():
+    levers = {"particle_count": None}
+    _, _, _, rows, _ = _planned({"levers": levers, "hypercubes": None, "repeated": None})
+    assert {r["mechanism"] for r in rows} == {"base", "size_bias"}

@@ -1,10 +1,14 @@
 """Runs that teach the emulators: a Latin hypercube over parameters, levers and strength for each experiment and law."""
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.stats import qmc
 
 from calibration.batches import named
-from calibration.discrepancy.settings import BASE, condition_spec, log_span
+from calibration.discrepancy.catalogue import Strength
+from calibration.discrepancy.settings import BASE, POURED, condition_spec, log_span
 
 REPEAT = 100_000  # between the seeds of runs that repeat a point
 WIDENED = 1.15  # the emulators reach a little beyond the factors' range, so that a fit may
@@ -30,8 +34,45 @@ def inputs_of(settings, factors, experiment, mechanism):
     return names if mechanism == BASE else [*names, "strength"]
 
 
+@dataclass(frozen=True)
+class MultipliedLever:
+    """What a mechanism does that multiplies a lever: it moves the lever's input, `column`, by the logarithm of its
+    strength over `span`, that of the ratio of the range's ends."""
+
+    column: int
+    span: float
+    strength: Strength
+
+    def moved(self, x):
+        """Inputs (k, d) of the base model from those (k, d + 1) of the mechanism, the coded strength last."""
+        out = x[:, :-1].copy()
+        out[:, self.column] += np.log(self.strength.natural(x[:, -1])) / self.span
+        return out
+
+    def slope(self, x):
+        """Derivative (k,) of the moved input by the coded strength."""
+        return self.strength.slope(x[:, -1]) / self.strength.natural(x[:, -1]) / self.span
+
+
+def multiplied(settings, factors, experiment, mechanism):
+    """`MultipliedLever` of a mechanism in an experiment, None where it has none or the lever is not all that changes.
+
+    A rig is filled with a volume of grains unless their number is a lever, too: then another size is another number.
+    """
+    levers = settings.experiments[experiment].levers
+    if mechanism is None or mechanism.multiplies not in levers:
+        return None
+    if experiment in POURED and "particle_count" not in levers:
+        return None
+    low, high = levers[mechanism.multiplies]
+    column = inputs_of(settings, factors, experiment, BASE).index(mechanism.multiplies)
+    return MultipliedLever(column, math.log(high / low), mechanism.strength)
+
+
 def plan(settings, base, factors, catalogue, experiments):
     """Rows [{experiment, mechanism, inputs in [0, 1], run_ids}], a point each, and {run id: spec} of all emulator runs.
+
+    Those of a mechanism that multiplies a lever are rows of the base model; that lever's input may leave [0, 1].
 
     The points follow from the settings alone, not from the measurements, so another data set re-uses the runs; runs
     that repeat a point differ in their seed, so asking for more of them re-uses the first.
@@ -39,12 +80,9 @@ def plan(settings, base, factors, catalogue, experiments):
     rows, specs = [], {}
     for experiment, mechanism in wanted(settings, catalogue, experiments):
         names = inputs_of(settings, factors, experiment, mechanism)
-        label = f"{experiment}/{mechanism}"
-        rng = np.random.default_rng([settings.seed, *label.encode()])
-        sampler = qmc.LatinHypercube(len(names), rng=rng)
         own = settings.experiments[experiment]
-        density = own.denser.get(mechanism, own.runs_per_input or settings.runs_per_input)
-        for k, x in enumerate(np.round(sampler.random(density * len(names)), 6)):
+        lever = multiplied(settings, factors, experiment, catalogue.get(mechanism))
+        for k, x in enumerate(_points(settings, experiment, mechanism, len(names))):
             spec = _spec(
                 settings, base, factors, experiment, names, x, catalogue.get(mechanism), 1000 + k
             )
@@ -54,12 +92,24 @@ def plan(settings, base, factors, catalogue, experiments):
             rows.append(
                 {
                     "experiment": experiment,
-                    "mechanism": mechanism,
-                    "inputs": [float(v) for v in x],
+                    "mechanism": BASE if lever else mechanism,
+                    "inputs": [float(v) for v in (lever.moved(x[None])[0] if lever else x)],
                     "run_ids": list(runs),
                 }
             )
     return rows, specs
+
+
+def _points(settings, experiment, mechanism, inputs):
+    """Points (k, inputs) in [0, 1]: one Latin hypercube after the other, so asking for more keeps the first."""
+    own = settings.experiments[experiment]
+    density = own.denser.get(mechanism, own.runs_per_input or settings.runs_per_input)
+    label = [settings.seed, *f"{experiment}/{mechanism}".encode()]
+    cubes = []
+    for k in range(own.hypercubes.get(mechanism, 1)):
+        rng = np.random.default_rng(label + [k] * (k > 0))
+        cubes.append(qmc.LatinHypercube(inputs, rng=rng).random(density * inputs))
+    return np.round(np.vstack(cubes), 6)
 
 
 def _spec(settings, base, factors, experiment, names, x, mechanism, seed):

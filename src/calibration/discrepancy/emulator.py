@@ -11,7 +11,7 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, WhiteKernel
 
-from calibration.discrepancy.design import inputs_of
+from calibration.discrepancy.design import inputs_of, multiplied, wanted
 from calibration.discrepancy.settings import BASE, POURED, catalogue_of, log_span
 
 LEAST_REBOUND = 1e-4  # of the drop height; a grain that sticks has no logarithm
@@ -73,8 +73,8 @@ class Emulator:
         """(k,) transformed responses at (k, d) inputs."""
         return self.with_slope(x, [])[0]
 
-    def with_slope(self, x, columns):
-        """Responses (k,), their derivatives (k, c) by the inputs in `columns`, and their error variances (k,).
+    def with_slope(self, x, columns, error=True):
+        """Responses (k,), their derivatives (k, c) by the inputs in `columns`, and where `error` their variances (k,).
 
         The variance is the mean squared leave-one-out error of the runs nearby, weighted by their distance in
         the process' lengths, together with that of all runs at the weight of one; of it the share that is not scatter.
@@ -87,15 +87,17 @@ class Emulator:
         sums = like @ weights
         value = sums[:, 0] + x @ self._slope + self._constant
         slope = (sums[:, 1:] - x[:, columns] * sums[:, :1]) / self.length[columns] ** 2
-        near = like**4  # half the process' lengths
-        variance = (near @ self._misses + self.error**2) / (near.sum(1) + 1.0)
-        if self._nugget:
-            variance *= self._share_of_mean(x, like)
+        variance = self._variance(x, like) if error else None
         return (
             self.mean + self.spread * value,
             self.spread * (slope + self._slope[columns]),
             variance,
         )
+
+    def _variance(self, x, like):
+        near = like**4  # half the process' lengths
+        variance = (near @ self._misses + self.error**2) / (near.sum(1) + 1.0)
+        return variance * self._share_of_mean(x, like) if self._nugget else variance
 
     def correlation(self, x):
         """Correlation (k, k) of the errors at k inputs: of the process given its runs, for it is wrong smoothly."""
@@ -125,6 +127,30 @@ class Emulator:
         own = self.scale + self.linear * ((x * x).sum(1) + self.offset)
         mean = np.maximum(own - ((cross @ self._inverse) * cross).sum(1), 0.0)
         return mean / (mean + self._nugget)
+
+
+class Multiplied:
+    """Emulator of a mechanism that multiplies a lever: that of the base model with the lever's input moved."""
+
+    def __init__(self, base, lever):
+        self.base, self.lever = base, lever
+        self.error, self.scatter, self.spread = base.error, base.scatter, base.spread
+
+    def with_slope(self, x, columns, error=True):
+        """As `Emulator.with_slope`; the last input is the coded strength."""
+        others = [c for c in columns if c != x.shape[1] - 1]
+        z, slope, variance = self.base.with_slope(
+            self.lever.moved(x), [*others, self.lever.column], error
+        )
+        if len(others) == len(columns):
+            return z, slope[:, :-1], variance
+        # by the strength, which comes last
+        slope[:, -1] *= self.lever.slope(x)
+        return z, slope, variance
+
+    def correlation(self, x):
+        """As `Emulator.correlation`."""
+        return self.base.correlation(self.lever.moved(x))
 
 
 class _Scatter(WhiteKernel):
@@ -159,7 +185,8 @@ def teach(rows, metrics, settings, factors):
     """{(experiment, mechanism): Emulator} and a table of their errors.
 
     rows: of `design.plan`; metrics: {run id: metrics or None}. A run that failed teaches nothing and is counted. Runs
-    of the base model teach a mechanism too, at the strength at which it does nothing.
+    of the base model teach a mechanism too, at the strength at which it does nothing. One that multiplies a lever has
+    no emulator but the base model's.
     """
     emulators, table = {}, []
     known = catalogue_of(settings, list(settings.experiments))
@@ -171,6 +198,7 @@ def teach(rows, metrics, settings, factors):
             continue
         off = None if key[1] == BASE else _coded_off(known[key[1]].strength)
         base, _ = _finished(rows, metrics, key[0], BASE)
+        base = [r for r in base if 0.0 <= min(r["inputs"]) and max(r["inputs"]) <= 1.0]
         more = [] if off is None else [r | {"inputs": [*r["inputs"], off]} for r in base]
         names = inputs_of(settings, factors, *key)
         emulators[key] = _teach_one(key[0], own, more, metrics, settings, names)
@@ -185,6 +213,10 @@ def teach(rows, metrics, settings, factors):
                 "spread": emulators[key].spread,
             }
         )
+    for experiment, name in wanted(settings, known, dict.fromkeys(r["experiment"] for r in rows)):
+        lever = multiplied(settings, factors, experiment, known.get(name))
+        if lever and (experiment, BASE) in emulators:
+            emulators[experiment, name] = Multiplied(emulators[experiment, BASE], lever)
     return emulators, table
 
 

@@ -83,7 +83,7 @@ def _descend(model, data, theta):
         own = Data(data.value[moving], data.error[moving])
         scaled = slope[moving] / sd[moving][:, :, None]
         trial = _step(model, own, theta[moving], value[moving], scaled, sd[moving], damping[moving])
-        there, _, slope_there = model.with_slope(trial)
+        there, _, slope_there = model.with_slope(trial, errors=False)
         after = _cost(model, own, trial, there, sd[moving])
         fall = cost[moving] - after
         better = fall > 0.0

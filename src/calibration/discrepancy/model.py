@@ -61,13 +61,16 @@ class Model:
         value, error, _ = self.with_slope(theta, slope=False)
         return value, error
 
-    def with_slope(self, theta, slope=True):
-        """Values (b, n), emulator errors (b, n) and the values' derivatives by theta (b, n, p)."""
+    def with_slope(self, theta, slope=True, errors=True):
+        """Values (b, n), emulator errors (b, n) and the values' derivatives by theta (b, n, p); None what is not
+        asked for."""
         shape = (len(theta), len(self.conditions))
-        value, error = np.empty(shape), np.empty(shape)
+        value, error = np.empty(shape), np.empty(shape) if errors else None
         by_theta = np.zeros((*shape, theta.shape[1])) if slope else None
         for part in self._parts:
-            value[:, part.rows], error[:, part.rows], own = part.predict(theta, slope)
+            value[:, part.rows], uncertain, own = part.predict(theta, slope, errors)
+            if errors:
+                error[:, part.rows] = uncertain
             if slope:
                 by_theta[:, part.rows] = own
         return value, error, by_theta
@@ -105,14 +108,14 @@ class _Part:
             elif (experiment, m.name) in emulated.emulators:
                 self.laws.append((k, emulated.emulators[experiment, m.name]))
 
-    def predict(self, theta, slope):
-        """Values (b, n) and errors (b, n) of this experiment, and derivatives (b, n, p) where `slope`."""
+    def predict(self, theta, slope, errors):
+        """Values (b, n) of this experiment, their errors (b, n) where `errors`, derivatives (b, n, p) where `slope`."""
         b, n = len(theta), len(self.rows)
         own = np.repeat(factor_share(theta[:, self.columns]), n, axis=0)
         x = np.hstack([own, np.tile(self.share, (b, 1))])
-        z, by_theta, variance = self._sum_of_laws(theta, x, n, slope)
+        z, by_theta, variance = self._sum_of_laws(theta, x, n, slope, errors)
         value, by_z = inverse(self.experiment, z.reshape(b, n), self.levers)
-        error = np.abs(by_z) * np.sqrt(variance.reshape(b, n))
+        error = np.abs(by_z) * np.sqrt(variance.reshape(b, n)) if errors else None
         if slope:
             by_theta = by_theta.reshape(b, n, -1) * by_z[:, :, None]
         for k, m in self.readings:
@@ -128,7 +131,7 @@ class _Part:
         k, law = self.laws[0]
         return law.correlation(np.column_stack([x, np.full(len(x), theta[k])]))
 
-    def _sum_of_laws(self, theta, x, n, slope):
+    def _sum_of_laws(self, theta, x, n, slope, errors):
         """Transformed response (b n,), derivatives (b n, p), variance (b n,): each law adds what it alone changes."""
         factors = list(range(len(self.columns))) if slope else []
         by_theta = np.zeros((len(x), theta.shape[1])) if slope else None
@@ -139,9 +142,10 @@ class _Part:
             weight = alone if k is None else 1
             inputs = x if k is None else np.column_stack([x, np.repeat(theta[:, k], n)])
             columns = factors + [x.shape[1]] * (slope and k is not None)
-            change, by_input, uncertain = law.with_slope(inputs, columns)
+            change, by_input, uncertain = law.with_slope(inputs, columns, errors)
             z = z + weight * change
-            variance += uncertain
+            if errors:
+                variance += uncertain
             if slope:
                 by_theta[:, self.columns] += weight * SHARE_BY_CODED * by_input[:, : len(factors)]
                 if k is not None:

@@ -47,6 +47,9 @@ class Experiment(_Part):
     denser: dict[str, Annotated[int, Field(ge=3, le=200)]] = Field(
         {}, description="mechanism: runs per input in place of that of the experiment"
     )
+    hypercubes: dict[str, Annotated[int, Field(ge=1, le=20)]] = Field(
+        {}, description="mechanism or `base`: Latin hypercubes of so many runs, in place of one"
+    )
     repeated: dict[str, Annotated[int, Field(ge=1, le=20)]] = Field(
         {}, description="mechanism or `base`: runs at each point, of other seeds, in place of one"
     )
@@ -131,6 +134,7 @@ def catalogue_of(settings, experiments):
         named = {
             "mechanisms": own.mechanisms or (),
             "denser": own.denser,
+            "hypercubes": own.hypercubes.keys() - {BASE},
             "repeated": own.repeated.keys() - {BASE},
         }
         for part, names in named.items():

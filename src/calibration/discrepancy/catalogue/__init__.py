@@ -48,6 +48,12 @@ class Strength:
             return math.log(natural / self.low) / math.log(self.high / self.low)
         return (natural - self.low) / (self.high - self.low)
 
+    def slope(self, coded):
+        """Derivative of `natural`."""
+        if self.log:
+            return self.natural(coded) * math.log(self.high / self.low)
+        return self.high - self.low + 0.0 * coded
+
     def rising(self, steps):
         """Coded strengths (steps,) from the weakest to the end of the range that is farthest from it."""
         start = self.coded(self.low if self.off is None else self.off)
@@ -56,7 +62,10 @@ class Strength:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """One thing that a model may be missing."""
+    """One thing that a model may be missing.
+
+    multiplies: a lever, where the mechanism is the base model with that lever times the strength and nothing else.
+    """
 
     name: str
     description: str
@@ -66,6 +75,7 @@ class Mechanism:
     strength: Strength
     apply: Callable
     observe: Callable | None = None
+    multiplies: str | None = None
 
 
 def set_law(spec, slot, law, **parameters):

@@ -16,4 +16,5 @@ MECHANISM = Mechanism(
     levers=("particle_diameter_mm", "discharge_height_mm"),
     strength=Strength("true over stated diameter", "1", 0.75, 1.3, off=1.0),
     apply=apply,
+    multiplies="particle_diameter_mm",
 )
