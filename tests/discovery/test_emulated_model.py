@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 from calibration.discrepancy.catalogue import Strength, load_catalogue
 from calibration.discrepancy.design import MultipliedLever, inputs_of
@@ -113,6 +114,30 @@ def test_a_fit_finds_the_parameters_that_made_the_data(emulated):
     # within four standard deviations of the posterior, the prior's pull included
     sd = np.sqrt(np.einsum("bpp->bp", found.cov))
     assert (np.abs(found.theta - truth) < 4.0 * sd).all()
+
+
+@pytest.mark.parametrize("names", [(), ("air_drag",)])
+def test_a_fit_slides_along_a_bound_that_the_data_push_it_beyond(emulated, names):
+    model = emulated.model(CONDITIONS, names)
+    rng = np.random.default_rng(8)
+    truth = np.tile(model.prior_mean, (12, 1)) + rng.uniform(-0.3, 0.3, (12, len(model.names)))
+    truth[:, 0] = rng.choice([-1.6, 1.6], 12)
+    value = model.predict(truth)[0]
+    data = Data(value, 0.01 * np.abs(value))
+    found = fit(model, data)
+    assert (np.abs(found.theta[:, 0]) == 1.15).sum() >= 6
+
+    bounds = list(zip(model.low, model.high, strict=True))
+    for i in range(12):
+        sd = found.sd[i]
+
+        def cost(theta, i=i, sd=sd):
+            r = (data.value[i] - model.predict(theta[None])[0][0]) / sd
+            return (r**2).sum() + (((theta - model.prior_mean) / model.prior_sd) ** 2).sum()
+
+        starts = [found.theta[i], np.clip(truth[i], model.low, model.high)]
+        best = min(minimize(cost, t, bounds=bounds, method="L-BFGS-B").fun for t in starts)
+        assert cost(found.theta[i]) == pytest.approx(best, rel=0.01, abs=0.1)
 
 
 @pytest.mark.parametrize("n", [2, 3, 5, 20])

@@ -1,6 +1,8 @@
 """Posterior mode, its Laplace covariance and leave-one-setting-out scores, for many data sets at once.
 
-Gauss-Newton with Levenberg's damping from several starts. The score of a left-out setting follows from the fit to all
+Gauss-Newton with Levenberg's damping from several starts, within bounds: a parameter at a bound that the gradient
+drives outwards is held there while the others move. The spread is that at the start of a descent, so there are two. The
+score of a left-out setting follows from the fit to all
 by its leverage, e_i / (1 - h_i) with variance s_i^2 / (1 - h_i), exact where the model is linear near the mode.
 """
 
@@ -12,7 +14,8 @@ from scipy.stats import chi2
 from calibration.discrepancy.quantities import QUANTITIES
 
 STARTS = (0.2, 0.7)
-ITERATIONS = 14
+DESCENTS = 2
+ITERATIONS = 14  # of a descent, at most
 SETTLED = 1e-3  # fall of twice the negative log posterior below which a fit has settled
 STUCK = 1e6  # damping at which no step helps any more
 
@@ -54,7 +57,9 @@ def fit(model, data, starts=STARTS):
         theta = np.tile(model.prior_mean, (len(data.value), 1))
         if k:
             theta[:, -k:] = start
-        theta, cost = _descend(model, data, theta)
+        for _ in range(DESCENTS):
+            theta = _descend(model, data, theta)
+        cost = _misfit(model, data, theta)
         if best is None:
             best = theta, cost
         else:
@@ -67,14 +72,23 @@ def _sd(data, emulator):
     return np.sqrt(data.error**2 + emulator**2)
 
 
+def _misfit(model, data, theta):
+    """Twice the negative log posterior (b,), up to a constant, with the spread at theta itself."""
+    value, emulator = model.predict(theta)
+    sd = _sd(data, emulator)
+    return _cost(model, data, theta, value, sd) + 2.0 * np.log(sd).sum(1)
+
+
 def _cost(model, data, theta, value, sd):
+    """The same with a given spread."""
     r = (data.value - value) / sd
     q = (theta - model.prior_mean) / model.prior_sd
     return (r * r).sum(1) + (q * q).sum(1)
 
 
 def _descend(model, data, theta):
-    """Modes (b, p) and costs (b,) from starts (b, p); a data set that has settled is left alone."""
+    """Modes (b, p) from starts (b, p), the spread held; a data set that has settled is left alone."""
+    theta = theta.copy()
     value, emulator, slope = model.with_slope(theta)
     sd, damping = _sd(data, emulator), np.full(len(theta), 1e-2)
     cost = _cost(model, data, theta, value, sd)
@@ -94,7 +108,7 @@ def _descend(model, data, theta):
         moving = moving[np.where(better, fall > SETTLED, damping[moving] < STUCK)]
         if not len(moving):
             break
-    return theta, cost
+    return theta
 
 
 def _step(model, data, theta, value, j, sd, damping):
@@ -104,7 +118,10 @@ def _step(model, data, theta, value, j, sd, damping):
     gradient = np.einsum("bnp,bn->bp", j, r) - (theta - model.prior_mean) / model.prior_sd**2
     diagonal = np.einsum("bpp->bp", hessian)
     damped = hessian + (damping[:, None] * diagonal)[:, :, None] * np.eye(theta.shape[1])
-    move = np.linalg.solve(damped, gradient[:, :, None])[:, :, 0]
+    outward = ((theta <= model.low) & (gradient < 0.0)) | ((theta >= model.high) & (gradient > 0.0))
+    free = ~outward
+    damped = np.where(free[:, :, None] & free[:, None, :], damped, np.eye(theta.shape[1]))
+    move = np.linalg.solve(damped, np.where(free, gradient, 0.0)[:, :, None])[:, :, 0]
     return np.clip(theta + move, model.low, model.high)
 
 

@@ -3,7 +3,7 @@
 The score of a model is the sum over settings of the log predictive density of that setting when it is left out. A
 model's spread is scaled up where it does not fit, so twice the noise gains nothing. The null distribution is that of
 the best gain over all mechanisms on data simulated from the fitted base model (parametric bootstrap), which holds the
-chance of a false alarm over the whole catalogue. Half of it is given to the lack-of-fit test.
+chance of a false alarm over the whole catalogue. It is shared with the lack-of-fit test as Simes' test shares it.
 """
 
 from dataclasses import dataclass, field
@@ -29,6 +29,7 @@ class Identification:
     ranking: list
     lack_of_fit_p: float
     family_p: float
+    level: float
     threshold: float
     fits: dict = field(repr=False)
     models: dict = field(repr=False)
@@ -88,13 +89,15 @@ def decide(scores, alpha=0.05, without=()):
     null_best = np.max([null[n] for n in singles], axis=0)
     lack_p = _share_above(null["chi_square"], float(fits[BASE].chi_square[0]))
     family_p = _share_above(null_best, gains[best])
-    threshold = float(np.quantile(null_best, 1.0 - 0.5 * alpha))
+    misfit, gained = significant(lack_p, family_p, alpha)
+    level = alpha if lack_p < alpha else 0.5 * alpha
+    threshold = float(np.quantile(null_best, 1.0 - level))
     ranking = [
         {
             "mechanism": name,
             "score": float(fits[name].score[0]),
             "gain": gains[name],
-            "null_threshold": float(np.quantile(null[name], 1.0 - 0.5 * alpha)),
+            "null_threshold": float(np.quantile(null[name], 1.0 - level)),
             "p": _share_above(null[name], gains[name]),
             "p_family": _share_above(null_best, gains[name]),
             "strength": strength_of(scores.models[name], fits[name], 0),
@@ -102,10 +105,10 @@ def decide(scores, alpha=0.05, without=()):
         for name in sorted(gains, key=gains.get, reverse=True)
     ]
     out = Identification(
-        "", [], ranking, lack_p, family_p, threshold, dict(fits), dict(scores.models)
+        "", [], ranking, lack_p, family_p, level, threshold, dict(fits), dict(scores.models)
     )
-    if family_p >= 0.5 * alpha:
-        out.verdict = "adequate" if lack_p >= 0.5 * alpha else "unexplained"
+    if not gained:
+        out.verdict = "unexplained" if misfit else "adequate"
         out.reason = (
             "the base model fits within the stated spread"
             if out.verdict == "adequate"
@@ -116,6 +119,17 @@ def decide(scores, alpha=0.05, without=()):
     else:
         _settle(out, scores, singles)
     return out
+
+
+def significant(first, second, alpha):
+    """Which of two p-values of one null hypothesis are significant: both below alpha, or one below half of it.
+
+    Either is at most with the chance alpha where the two go with each other, as misfit and gain do: Simes (1986),
+    Biometrika 73:751; Hochberg (1988), Biometrika 75:800.
+    """
+    if max(first, second) < alpha:
+        return True, True
+    return first < 0.5 * alpha, second < 0.5 * alpha
 
 
 def _share_above(sample, value):

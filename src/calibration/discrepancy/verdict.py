@@ -39,6 +39,7 @@ def findings(emulated, measurements, found):
             "p": found.lack_of_fit_p,
         },
         "family_p": found.family_p,
+        "threshold_level": found.level,
         "null_threshold_best": found.threshold,
         "ranking": found.ranking,
         "residuals": rows,
@@ -134,7 +135,7 @@ def _ranking(verdict):
         "## Which mechanism would mend it",
         "",
         "The gain says how much better settings are predicted that were left out of the fit, in nats: 2 are odds of 7 "
-        "to 1. Chance alone reaches the threshold in 2.5 % of data.",
+        f"to 1. Chance alone reaches the threshold in {_chance(verdict['threshold_level'])} of data.",
         "",
         "| mechanism | gain | threshold | strength (95 % interval) |",
         "|---|---|---|---|",
