@@ -59,13 +59,14 @@ DRAWS = 8  # of each mechanism, a point each
 FEW = {"grains": 4, "heap": 2, "shear": 2}
 """Draws of each at half the size, and of data that do not tell."""
 WEAKER = 0.5  # size over that of a moderate effect
+FIRST = 1000  # of the points and seeds: those below were looked at while the method was made
 DECIDE = ("laboratory", "hidden", "effect", "identify", "fit", "model", "emulator")
 DECIDE += ("next_measurement", "settings")
 """Modules that a case's outcome depends on, beside the catalogue and what decides the emulators' plan."""
 
 
-def cases(first=0):
-    """All cases, the cheap re-uses after the data they re-use; `first` moves all seeds and points to fresh ones."""
+def cases(first=FIRST):
+    """All cases, the cheap re-uses after the data they re-use; `first` moves all seeds and points to others."""
     out = [Case("no effect", (), 0.0, s, s % NULL_POINTS) for s in range(NULLS)]
     out += _hidden_cases("grains")
     out += [replace(c, case=k) for k in DECOYS for c in out[: NULLS // 2]]
