@@ -111,15 +111,33 @@ def _descend(model, data, theta):
     return theta
 
 
+def _held(model, theta, gradient):
+    """Which parameters (b, p) are at a bound that the gradient of the posterior drives them beyond."""
+    return ((theta <= model.low) & (gradient < 0.0)) | ((theta >= model.high) & (gradient > 0.0))
+
+
+def _curvature(model, j):
+    """Half the Hessian (b, p, p) of twice the negative log posterior, as Gauss and Newton have it."""
+    return np.einsum("bnp,bnq->bpq", j, j) + np.diag(1.0 / model.prior_sd**2)
+
+
+def _covariance(model, j):
+    return np.linalg.inv(_curvature(model, j))
+
+
+def _gradient(model, theta, j, r):
+    """Half the derivative (b, p) of twice the log posterior by theta."""
+    return np.einsum("bnp,bn->bp", j, r) - (theta - model.prior_mean) / model.prior_sd**2
+
+
 def _step(model, data, theta, value, j, sd, damping):
     """Where a damped Gauss-Newton step leads, within the bounds."""
     r = (data.value - value) / sd
-    hessian = np.einsum("bnp,bnq->bpq", j, j) + np.diag(1.0 / model.prior_sd**2)
-    gradient = np.einsum("bnp,bn->bp", j, r) - (theta - model.prior_mean) / model.prior_sd**2
+    hessian = _curvature(model, j)
+    gradient = _gradient(model, theta, j, r)
     diagonal = np.einsum("bpp->bp", hessian)
     damped = hessian + (damping[:, None] * diagonal)[:, :, None] * np.eye(theta.shape[1])
-    outward = ((theta <= model.low) & (gradient < 0.0)) | ((theta >= model.high) & (gradient > 0.0))
-    free = ~outward
+    free = ~_held(model, theta, gradient)
     damped = np.where(free[:, :, None] & free[:, None, :], damped, np.eye(theta.shape[1]))
     move = np.linalg.solve(damped, np.where(free, gradient, 0.0)[:, :, None])[:, :, 0]
     return np.clip(theta + move, model.low, model.high)
@@ -129,16 +147,18 @@ def _summary(model, data, theta):
     value, emulator, slope = model.with_slope(theta)
     sd = _sd(data, emulator)
     j = slope / sd[:, :, None]
-    cov = np.linalg.inv(np.einsum("bnp,bnq->bpq", j, j) + np.diag(1.0 / model.prior_sd**2))
-    leverage = np.einsum("bnp,bpq,bnq->bn", j, cov, j).clip(0.0, 0.9999)
     r = (data.value - value) / sd
+    # a parameter that is held at its bound does not follow when a setting is left out
+    moves = j * ~_held(model, theta, _gradient(model, theta, j, r))[:, None, :]
+    leverage = np.einsum("bnp,bpq,bnq->bn", moves, _covariance(model, moves), moves)
+    leverage = leverage.clip(0.0, 0.9999)
     chi = (r * r).sum(1)
     freedom = np.maximum(r.shape[1] - leverage.sum(1), 1.0)
     scale = np.sqrt(np.maximum(chi / freedom, 1.0))
     left = 1.0 - leverage
     spread = scale[:, None] * sd / np.sqrt(left)
     pointwise = -0.5 * (r * sd / left / spread) ** 2 - np.log(spread) - 0.5 * np.log(2.0 * np.pi)
-    return Fit(theta, cov, value, r, sd, leverage, chi, freedom, scale, pointwise)
+    return Fit(theta, _covariance(model, j), value, r, sd, leverage, chi, freedom, scale, pointwise)
 
 
 def spread_unit(measurements):
