@@ -5,13 +5,15 @@ log(rebound / height) is 2 log e, tan(sliding angle) is mu, shear stress over no
 """
 
 import warnings
+from collections import defaultdict
+from dataclasses import dataclass
 
 import numpy as np
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, WhiteKernel
 
-from calibration.discrepancy.design import inputs_of, multiplied, wanted
+from calibration.discrepancy.design import MultipliedLever, inputs_of, multiplied, wanted
 from calibration.discrepancy.settings import BASE, POURED, catalogue_of, log_span
 
 LEAST_REBOUND = 1e-4  # of the drop height; a grain that sticks has no logarithm
@@ -129,24 +131,21 @@ class Emulator:
         return mean / (mean + self._nugget)
 
 
+@dataclass(frozen=True)
 class Multiplied:
     """Emulator of a mechanism that multiplies a lever: that of the base model with the lever's input moved."""
 
-    def __init__(self, base, lever):
-        self.base, self.lever = base, lever
-        self.error, self.scatter, self.spread = base.error, base.scatter, base.spread
+    base: Emulator
+    lever: MultipliedLever
 
     def with_slope(self, x, columns, error=True):
-        """As `Emulator.with_slope`; the last input is the coded strength."""
+        """As `Emulator.with_slope`; the last input is the coded strength, last among the columns if it is there."""
         others = [c for c in columns if c != x.shape[1] - 1]
         z, slope, variance = self.base.with_slope(
             self.lever.moved(x), [*others, self.lever.column], error
         )
-        if len(others) == len(columns):
-            return z, slope[:, :-1], variance
-        # by the strength, which comes last
         slope[:, -1] *= self.lever.slope(x)
-        return z, slope, variance
+        return z, slope[:, : len(columns)], variance
 
     def correlation(self, x):
         """As `Emulator.correlation`."""
@@ -190,16 +189,14 @@ def teach(rows, metrics, settings, factors):
     """
     emulators, table = {}, []
     known = catalogue_of(settings, list(settings.experiments))
-    for key in dict.fromkeys((r["experiment"], r["mechanism"]) for r in rows):
-        own, planned = _finished(rows, metrics, *key)
+    finished, planned = _finished(rows, metrics)
+    for key, own in finished.items():
         done = sum(len(r["run_ids"]) for r in own)
-        if done < 0.5 * planned:
-            table.append({"experiment": key[0], "mechanism": key[1], "failed": planned})
+        if done < 0.5 * planned[key]:
+            table.append({"experiment": key[0], "mechanism": key[1], "failed": planned[key]})
             continue
         off = None if key[1] == BASE else _coded_off(known[key[1]].strength)
-        base, _ = _finished(rows, metrics, key[0], BASE)
-        base = [r for r in base if 0.0 <= min(r["inputs"]) and max(r["inputs"]) <= 1.0]
-        more = [] if off is None else [r | {"inputs": [*r["inputs"], off]} for r in base]
+        more = [] if off is None else _at_strength(off, finished[key[0], BASE])
         names = inputs_of(settings, factors, *key)
         emulators[key] = _teach_one(key[0], own, more, metrics, settings, names)
         table.append(
@@ -207,24 +204,35 @@ def teach(rows, metrics, settings, factors):
                 "experiment": key[0],
                 "mechanism": key[1],
                 "runs": done,
-                "failed": planned - done,
+                "failed": planned[key] - done,
                 "error": emulators[key].error,
                 "scatter": emulators[key].scatter,
                 "spread": emulators[key].spread,
             }
         )
-    for experiment, name in wanted(settings, known, dict.fromkeys(r["experiment"] for r in rows)):
+    for experiment, name in wanted(settings, known, dict.fromkeys(e for e, _ in finished)):
         lever = multiplied(settings, factors, experiment, known.get(name))
         if lever and (experiment, BASE) in emulators:
             emulators[experiment, name] = Multiplied(emulators[experiment, BASE], lever)
     return emulators, table
 
 
-def _finished(rows, metrics, experiment, mechanism):
-    """Rows of one emulator with the runs that did not fail, those without any left out, and how many were planned."""
-    own = [r for r in rows if (r["experiment"], r["mechanism"]) == (experiment, mechanism)]
-    good = [r | {"run_ids": [n for n in r["run_ids"] if metrics[n] is not None]} for r in own]
-    return [r for r in good if r["run_ids"]], sum(len(r["run_ids"]) for r in own)
+def _finished(rows, metrics):
+    """{(experiment, mechanism): rows with the runs that did not fail, those without any left out}, and how many runs
+    were planned of each."""
+    finished, planned = defaultdict(list), defaultdict(int)
+    for row in rows:
+        key = row["experiment"], row["mechanism"]
+        ran = [n for n in row["run_ids"] if metrics[n] is not None]
+        planned[key] += len(row["run_ids"])
+        finished[key] += [row | {"run_ids": ran}] if ran else []
+    return finished, planned
+
+
+def _at_strength(coded, base):
+    """Rows of the base model as rows of a mechanism at a coded strength; those at levers beyond the range left out."""
+    inside = [r for r in base if 0.0 <= min(r["inputs"]) and max(r["inputs"]) <= 1.0]
+    return [r | {"inputs": [*r["inputs"], coded]} for r in inside]
 
 
 def _coded_off(strength):
@@ -240,8 +248,8 @@ def _teach_one(experiment, own, more, metrics, settings, names):
     ranges = settings.experiments[experiment].levers
     levers = {n: np.array([log_span(*ranges[n], s) for s in x[:, names.index(n)]]) for n in ranges}
     metric = settings.experiments[experiment].metric
-    z, runs = np.zeros(len(rows)), np.array([len(r["run_ids"]) for r in rows])
-    for k, row in enumerate(rows):
-        at = {n: v[k] for n, v in levers.items()}
-        z[k] = np.mean([forward(experiment, metrics[n][metric], at) for n in row["run_ids"]])
-    return Emulator(x, z, len(own), experiment in POURED, runs)
+    runs = np.array([len(r["run_ids"]) for r in rows])
+    row_of = np.repeat(np.arange(len(rows)), runs)
+    y = np.array([metrics[n][metric] for r in rows for n in r["run_ids"]])
+    z = forward(experiment, y, {n: v[row_of] for n, v in levers.items()})
+    return Emulator(x, np.bincount(row_of, z) / runs, len(own), experiment in POURED, runs)

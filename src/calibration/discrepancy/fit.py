@@ -1,9 +1,9 @@
 """Posterior mode, its Laplace covariance and leave-one-setting-out scores, for many data sets at once.
 
 Gauss-Newton with Levenberg's damping from several starts, within bounds: a parameter at a bound that the gradient
-drives outwards is held there while the others move. The spread is that at the start of a descent, so there are two. The
-score of a left-out setting follows from the fit to all
-by its leverage, e_i / (1 - h_i) with variance s_i^2 / (1 - h_i), exact where the model is linear near the mode.
+drives outwards is held there while the others move. The spread is that at the start of a descent, so there are two.
+The score of a left-out setting follows from the fit to all by its leverage, e_i / (1 - h_i) with variance
+s_i^2 / (1 - h_i), exact where the model is linear near the mode.
 """
 
 from dataclasses import dataclass
@@ -51,21 +51,21 @@ class Fit:
 
 def fit(model, data, starts=STARTS):
     """`Fit` of the model to each of the data sets, the best from several coded strengths to start from."""
-    best = None
-    k = len(model.mechanisms)
+    k, modes = len(model.mechanisms), []
     for start in starts if k else (0.5,):
         theta = np.tile(model.prior_mean, (len(data.value), 1))
         if k:
             theta[:, -k:] = start
         for _ in range(DESCENTS):
             theta = _descend(model, data, theta)
-        cost = _misfit(model, data, theta)
-        if best is None:
-            best = theta, cost
-        else:
-            better = cost < best[1]
-            best = np.where(better[:, None], theta, best[0]), np.minimum(cost, best[1])
-    return _summary(model, data, best[0])
+        modes.append(theta)
+    return _summary(model, data, modes[0] if len(modes) == 1 else _best(model, data, modes))
+
+
+def _best(model, data, modes):
+    """Of several modes (b, p) the one of each data set that fits best."""
+    costs = [_misfit(model, data, theta) for theta in modes]
+    return np.stack(modes)[np.argmin(costs, axis=0), np.arange(len(data.value))]
 
 
 def _sd(data, emulator):

@@ -90,7 +90,7 @@ def decide(scores, alpha=0.05, without=()):
     lack_p = _share_above(null["chi_square"], float(fits[BASE].chi_square[0]))
     family_p = _share_above(null_best, gains[best])
     misfit, gained = significant(lack_p, family_p, alpha)
-    level = alpha if lack_p < alpha else 0.5 * alpha
+    level = level_beside(lack_p, alpha)
     threshold = float(np.quantile(null_best, 1.0 - level))
     ranking = [
         {
@@ -127,9 +127,12 @@ def significant(first, second, alpha):
     Either is at most with the chance alpha where the two go with each other, as misfit and gain do: Simes (1986),
     Biometrika 73:751; Hochberg (1988), Biometrika 75:800.
     """
-    if max(first, second) < alpha:
-        return True, True
-    return first < 0.5 * alpha, second < 0.5 * alpha
+    return first < level_beside(second, alpha), second < level_beside(first, alpha)
+
+
+def level_beside(other, alpha):
+    """What a p-value must be below to be significant beside another one: alpha where that is below it, else half."""
+    return alpha if other < alpha else 0.5 * alpha
 
 
 def _share_above(sample, value):

@@ -50,8 +50,8 @@ class Model:
         used = {p for e in kinds for p in settings.experiments[e].parameters}
         self.factors = [f for f in emulated.factors if f.name in used]
         self.names = [f.name for f in self.factors] + [m.name for m in mechanisms]
-        self.low = np.array([-1.15] * len(self.factors) + [0.0] * len(mechanisms))
-        self.high = np.array([1.15] * len(self.factors) + [1.0] * len(mechanisms))
+        self.low = np.array([-WIDENED] * len(self.factors) + [0.0] * len(mechanisms))
+        self.high = np.array([WIDENED] * len(self.factors) + [1.0] * len(mechanisms))
         self.prior_mean = np.array([0.0] * len(self.factors) + [0.5] * len(mechanisms))
         self.prior_sd = np.array([1.0] * len(self.factors) + [0.5] * len(mechanisms))
         self._parts = [_Part(emulated, self, e) for e in kinds]
