@@ -53,24 +53,24 @@ def _parser():
     check = commands.add_parser("check", help="check a spec without running it")
     check.add_argument("spec", type=Path)
     check.set_defaults(command=_check)
-    bench = commands.add_parser("bench", help="measure the engine's speed")
-    bench.add_argument("--json", action="store_true", help="figures for machines")
-    bench.add_argument(
+    benchmark = commands.add_parser("benchmark", help="measure the engine's speed")
+    benchmark.add_argument("--json", action="store_true", help="figures for machines")
+    benchmark.add_argument(
         "--peers", action="store_true", help="LIGGGHTS, LAMMPS and YADE on the same settled bed"
     )
-    bench.add_argument(
+    benchmark.add_argument(
         "--case",
         choices=("bed", "ratio", "heap", "scaling", "million", "cores", "start"),
         action="append",
         help="default: bed, ratio, heap",
     )
-    bench.add_argument(
+    benchmark.add_argument(
         "--record",
         type=Path,
         metavar="CSV",
         help="append the figures to a history and draw it beside",
     )
-    bench.set_defaults(command=_bench)
+    benchmark.set_defaults(command=_benchmark)
     init = commands.add_parser("init", help="write a commented spec")
     init.add_argument("--experiment", choices=sorted(GEOMETRY), default="heap")
     init.add_argument("--out", type=Path, help="file to write; the screen unless given")
@@ -147,10 +147,10 @@ def _render(args):
     print(out)
 
 
-def _bench(args):
-    from dem.bench.report import run_bench  # imports compile-time heavy modules
+def _benchmark(args):
+    from dem.benchmark.report import run_benchmark  # imports compile-time heavy modules
 
-    run_bench(args.case or ["bed", "ratio", "heap"], args.peers, args.json, args.record)
+    run_benchmark(args.case or ["bed", "ratio", "heap"], args.peers, args.json, args.record)
 
 
 def _check(args):

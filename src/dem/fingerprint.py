@@ -9,7 +9,7 @@ OUTSIDE = {
     "cli.py",
     "template.py",
     "advice.py",
-    "bench",
+    "benchmark",
     "render",
 }  # no run's result depends on these
 

@@ -6,13 +6,13 @@ import pytest
 import yaml
 
 from calibration.batches import simulate
-from calibration.discrepancy import hidden
-from calibration.discrepancy.catalogue import load_catalogue
-from calibration.discrepancy.design import plan as plan_runs
-from calibration.discrepancy.emulator import teach
-from calibration.discrepancy.laboratory import Laboratory
-from calibration.discrepancy.model import Emulated
-from calibration.discrepancy.settings import parameters_of, read_settings
+from diagnosis.benchmark import hidden
+from diagnosis.benchmark.laboratory import Laboratory
+from diagnosis.catalogue import load_catalogue
+from diagnosis.design import plan as plan_runs
+from diagnosis.emulator import teach
+from diagnosis.model import Emulated
+from diagnosis.settings import parameters_of, read_settings
 
 FACTORS = "config/factors.tsv"
 MECHANISMS = ("viscoelastic_restitution", "plastic_restitution", "air_drag", "apex_sampling")

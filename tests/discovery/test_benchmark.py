@@ -7,10 +7,10 @@ from types import SimpleNamespace
 import pandas as pd
 import pytest
 
-from calibration.discrepancy import benchmark
-from calibration.discrepancy.catalogue import load_catalogue
-from calibration.discrepancy.laboratory import Case, judge
-from calibration.discrepancy.settings import read_settings
+from diagnosis.benchmark import study as benchmark
+from diagnosis.benchmark.laboratory import Case, judge
+from diagnosis.catalogue import load_catalogue
+from diagnosis.settings import read_settings
 
 CONFIG = SimpleNamespace(run={}, factors="config/factors.tsv")
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from calibration.discrepancy.catalogue import load_catalogue
-from calibration.discrepancy.settings import condition_spec, read_settings
 from dem.run import run
 from dem.spec import parse_spec
+from diagnosis.catalogue import load_catalogue
+from diagnosis.settings import condition_spec, read_settings
 
 CATALOGUE = load_catalogue()
 SETTINGS = read_settings("config/diagnosis.yaml")

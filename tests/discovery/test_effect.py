@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from calibration.discrepancy.effect import MODERATE, sizes, strength_at
-from calibration.discrepancy.fit import Data, fit
-from calibration.discrepancy.hidden import standard_error
+from diagnosis.benchmark.effect import MODERATE, sizes, strength_at
+from diagnosis.benchmark.hidden import standard_error
+from diagnosis.fit import Data, fit
 
 
 def test_a_moderate_effect_has_the_size_that_it_is_defined_by(bench, drops):

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from calibration.discrepancy.catalogue import Strength, load_catalogue
-from calibration.discrepancy.design import MultipliedLever, inputs_of
-from calibration.discrepancy.emulator import Emulator, Multiplied
-from calibration.discrepancy.fit import Data, fit, moderated_sd
-from calibration.discrepancy.measurements import Measurement
-from calibration.discrepancy.model import Emulated
-from calibration.discrepancy.settings import BASE, parameters_of, read_settings
+from diagnosis.catalogue import Strength, load_catalogue
+from diagnosis.design import MultipliedLever, inputs_of
+from diagnosis.emulator import Emulator, Multiplied
+from diagnosis.fit import Data, fit, moderated_sd
+from diagnosis.measurements import Measurement
+from diagnosis.model import Emulated
+from diagnosis.settings import BASE, parameters_of, read_settings
 
 SETTINGS = read_settings("config/discovery.yaml")
 FACTORS = parameters_of(SETTINGS, "config/factors.tsv", ["drop", "tilt"])

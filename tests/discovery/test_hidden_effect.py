@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from calibration.discrepancy import hidden
-from calibration.discrepancy.extend import held_out_points
-from calibration.discrepancy.fit import data_of, fit
-from calibration.discrepancy.laboratory import Case
-from calibration.discrepancy.verdict import findings, page, validate
+from diagnosis.benchmark import hidden
+from diagnosis.benchmark.laboratory import Case
+from diagnosis.extend import held_out_points
+from diagnosis.fit import data_of, fit
+from diagnosis.verdict import findings, page, validate
 
 
 def measure(bench, drops, point, *effects):

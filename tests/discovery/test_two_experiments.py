@@ -2,8 +2,8 @@
 
 import pytest
 
-from calibration.discrepancy import hidden
-from calibration.discrepancy.laboratory import Case
+from diagnosis.benchmark import hidden
+from diagnosis.benchmark.laboratory import Case
 
 MECHANISMS = (
     "viscoelastic_restitution",

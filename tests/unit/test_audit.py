@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 from audit_corrections import SHIPPED, Folder, corrected
 
-from calibration.audit import COLUMNS, AuditInputError, run_audit, write_audit
+from paper.audit import COLUMNS, AuditInputError, run_audit, write_audit
 
 
 @pytest.fixture(scope="module")
@@ -419,8 +419,8 @@ def test_unknown_suffix_writes_nothing(shipped, tmp_path):
 
 
 def test_levels_restored_from_the_print_are_those_of_the_copied_table():
-    from calibration.audit.paper import Paper
-    from calibration.audit.response_surface import restored_levels
+    from paper.audit.paper import Paper
+    from paper.audit.response_surface import restored_levels
 
     with open(SHIPPED / "table11_box_behnken.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))

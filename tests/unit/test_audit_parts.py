@@ -2,17 +2,17 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from calibration.audit.contact import (
+from paper.audit.contact import (
     contact_time,
     effective_modulus,
     rayleigh_time,
     stepped_restitution,
 )
-from calibration.audit.fits import inverse_quadratic, r_squared
-from calibration.audit.intrinsic import _unit_dimension
-from calibration.audit.paper import Claim
-from calibration.audit.printed import Printed, propagate
-from calibration.audit.verdict import Recomputed, judge
+from paper.audit.fits import inverse_quadratic, r_squared
+from paper.audit.intrinsic import _unit_dimension
+from paper.audit.paper import Claim
+from paper.audit.printed import Printed, propagate
+from paper.audit.verdict import Recomputed, judge
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ def test_help_names_every_command(capsys):
         main(["--help"])
     assert done.value.code == 0
     text = capsys.readouterr().out
-    assert all(word in text for word in ("run", "check", "init", "bench"))
+    assert all(word in text for word in ("run", "check", "init", "benchmark"))
 
 
 @pytest.mark.parametrize("experiment", ["heap", "drop", "tilt", "shear"])

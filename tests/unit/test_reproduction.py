@@ -8,14 +8,14 @@ import pandas as pd
 import pytest
 import yaml
 
-from calibration.audit.paper import Paper
 from calibration.config import parse_config
 from calibration.errors import CalibrationError
-from calibration.reference import BEGIN, END, ascents, block, main
-from calibration.reproduction import counts, reproduce, write_reproduction
-from calibration.reproduction import rows as r
-from calibration.reproduction.table import ORDER, PAPER
 from dem.io.files import write_json
+from paper.audit.paper import Paper
+from paper.reference import BEGIN, END, ascents, block, main
+from paper.reproduction import counts, reproduce, write_reproduction
+from paper.reproduction import rows as r
+from paper.reproduction.table import ORDER, PAPER
 
 PLACE = r.Place("Table 13", "t", "angle", "deg")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from calibration.discrepancy.verdict import validate
+from diagnosis.verdict import validate
 
 ROOT = Path(__file__).parents[2]
 TARGETS = ["diagnosis_plan", "diagnosis_emulate", "diagnosis_calibrate", "diagnosis_identify"]

@@ -1,9 +1,9 @@
-from calibration.discrepancy.settings import read_settings
+from diagnosis.settings import read_settings
 
 DIAGNOSIS = f"{STUDY}/diagnosis"
 DIAGNOSIS_SETTINGS = "config/diagnosis.yaml"
 DIAGNOSIS_CODE = sorted(
-    str(p) for p in Path("src/calibration/discrepancy").rglob("*.py")
+    str(p) for p in Path("src/diagnosis").rglob("*.py")
 )
 
 try:

@@ -1,6 +1,6 @@
-from calibration.discrepancy.benchmark import run_shard
-from calibration.discrepancy.settings import read_settings
 from calibration.jobs import logged, settings_of
+from diagnosis.benchmark.study import run_shard
+from diagnosis.settings import read_settings
 
 with logged(snakemake.log[0]):
     config = settings_of(snakemake.config)

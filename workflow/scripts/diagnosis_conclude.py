@@ -1,6 +1,6 @@
-from calibration.discrepancy.settings import read_settings
-from calibration.discrepancy.stages import conclude
 from calibration.jobs import logged, settings_of
+from diagnosis.settings import read_settings
+from diagnosis.stages import conclude
 
 with logged(snakemake.log[0]):
     config = settings_of(snakemake.config)

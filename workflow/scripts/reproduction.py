@@ -1,5 +1,5 @@
 from calibration.jobs import logged, settings_of
-from calibration.reproduction import reproduce, write_reproduction
+from paper.reproduction import reproduce, write_reproduction
 
 with logged(snakemake.log[0]):
     config = settings_of(snakemake.config)

@@ -4,7 +4,7 @@ import numpy as np
 from scenes import SALT, floor, make
 from scipy.spatial import cKDTree
 
-from dem.bench import cases as bench
+from dem.benchmark import cases as bench
 from dem.contact.registry import ContactParameters, Laws
 from dem.experiments import heap
 from dem.measure.heap import measure_heap

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dem.bench.peers import write_states
+from dem.benchmark.peers import write_states
 from dem.experiments.heap import LOST_BELOW, Rig
 from dem.experiments.setup import material_of, time_step_of
 from dem.io.stl import write_stl
@@ -86,7 +86,7 @@ def run_pairs(sim, width, folder, law, parameters, steps):
 def run_bed(sim, width, folder, steps):
     """The benchmark's bed from the state of `sim`, for `steps` steps."""
     write_states(sim, width, folder)
-    deck = resources.files("dem.bench") / "inputs" / "bed.liggghts.in"
+    deck = resources.files("dem.benchmark") / "inputs" / "bed.liggghts.in"
     block = steps // 4  # the deck relaxes and then times three blocks
     numbers = {"deck": deck, "width": f"{width:.9e}", "relax": steps - 3 * block, "block": block}
     version, states = run("bed.in", folder, numbers)

@@ -1,1 +1,0 @@
-"""`dem bench`: speed of the engine on the work that it is for, beside other engines on the same work."""

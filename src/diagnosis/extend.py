@@ -1,0 +1,173 @@
+"""The gain of the extended model, measured with the real engine on settings that it was not fitted to."""
+
+import numpy as np
+
+from calibration.batches import named
+from diagnosis.fit import Data, data_of, fit, spread_unit
+from diagnosis.quantities import QUANTITIES
+from diagnosis.settings import condition_spec
+
+RESAMPLES = 4000
+
+
+def held_out_points(model, measurements):
+    """(n, p) posterior modes, each fitted without one setting."""
+    data = data_of(measurements)
+    n = len(measurements)
+    error = np.tile(data.error, (n, 1))
+    error[np.arange(n), np.arange(n)] = 1e9  # a setting with no weight is a setting left out
+    return fit(model, Data(np.tile(data.value, (n, 1)), error)).theta
+
+
+def extension_plan(settings, base, models, measurements, seed=90_000):
+    """`gain_runs` runs of each model at the parameters fitted without each setting, at that setting.
+
+    models: {label: Model}. Returns rows [{label, setting, theta, run_ids}] and {run id: spec}.
+    """
+    rows, specs = [], {}
+    for label, model in models.items():
+        for i, theta in enumerate(held_out_points(model, measurements)):
+            seeds = [seed + i + 1000 * k for k in range(settings.gain_runs)]
+            own = named(
+                [real_spec(settings, base, model, measurements[i], theta, s) for s in seeds]
+            )
+            specs |= own
+            rows.append(
+                {
+                    "label": label,
+                    "setting": i,
+                    "theta": [float(t) for t in theta],
+                    "run_ids": list(own),
+                }
+            )
+    return rows, specs
+
+
+def real_spec(settings, base, model, measurement, theta, seed):
+    """Run spec of a condition at theta (p,), the engine's laws of the model's mechanisms switched on."""
+    values = {f.name: f.natural(float(t)) for f, t in zip(model.factors, theta, strict=False)}
+    spec = condition_spec(
+        base, settings, model.factors, measurement.experiment, measurement.levers, values, seed
+    )
+    for k, mechanism in enumerate(model.mechanisms, len(model.factors)):
+        if mechanism.observe is None and measurement.experiment in mechanism.experiments:
+            spec = mechanism.apply(spec, round(float(mechanism.strength.natural(theta[k])), 12))
+    return spec
+
+
+def real_values(settings, model, measurements, rows, metrics):
+    """Values (n, gain_runs) as the measurement would have read them; nan where a run failed."""
+    out = np.full((len(measurements), settings.gain_runs), np.nan)
+    for row in rows:
+        m = measurements[row["setting"]]
+        for r, name in enumerate(row["run_ids"]):
+            if metrics[name] is not None:
+                value = metrics[name][settings.experiments[m.experiment].metric]
+                out[row["setting"], r] = _as_read(model, m, row["theta"], value)
+    return out
+
+
+def _as_read(model, measurement, theta, value):
+    for k, mechanism in enumerate(model.mechanisms, len(model.factors)):
+        if mechanism.observe is not None and measurement.experiment in mechanism.experiments:
+            strength = mechanism.strength.natural(theta[k])
+            value = mechanism.observe(value, measurement.levers, strength)
+    return value
+
+
+def run_scatter(measurements, values):
+    """Standard errors (n,) of the means of `values` (n, r): pooled over the settings of an experiment.
+
+    The scatter is relative for drop and shear, absolute for angles.
+    """
+    unit = spread_unit(measurements)
+    kinds = np.array([m.experiment for m in measurements])
+    count = np.isfinite(values).sum(1)
+    deviation = (values - np.nanmean(values, axis=1, keepdims=True)) / unit[:, None]
+    out = np.zeros(len(unit))
+    for kind in set(kinds):
+        rows = (kinds == kind) & (count > 1)
+        freedom = (count[rows] - 1).sum()
+        pooled = np.nansum(deviation[rows] ** 2) / max(freedom, 1)
+        out[kinds == kind] = np.sqrt(pooled / np.maximum(count[kinds == kind], 1))
+    return out * unit
+
+
+def gain(measurements, before, after, seed=0):
+    """Error on left-out settings before and after, with 95 % bootstrap intervals; None where no setting could be run.
+
+    before, after: (n, r) values of r runs of the real engine. Errors are in standard errors of the measurement and of
+    the mean of the runs together. The bootstrap resamples settings, the same for both models.
+    """
+    data = data_of(measurements)
+    good = np.isfinite(before).any(1) & np.isfinite(after).any(1)
+    if not good.any():
+        return None
+    kept = [m for m, g in zip(measurements, good, strict=True) if g]
+    value, error = data.value[0][good], data.error[0][good]
+    means = [np.nanmean(v[good], axis=1) for v in (before, after)]
+    spread = [np.hypot(error, run_scatter(kept, v[good])) for v in (before, after)]
+    miss = [(value - m) / s for m, s in zip(means, spread, strict=True)]
+    points = [
+        {
+            "experiment": m.experiment,
+            "levers": m.levers,
+            "measured": m.value,
+            "error": float(error[i]),
+            "before": float(means[0][i]),
+            "after": float(means[1][i]),
+            "miss_before": float(miss[0][i]),
+            "miss_after": float(miss[1][i]),
+        }
+        for i, m in enumerate(kept)
+    ]
+    return {
+        "settings": len(kept),
+        "rmse_unit": "standard errors of measurement and simulation",
+        **_summary(miss, np.random.default_rng(seed)),
+        "by_experiment": _by_experiment(kept, value, means),
+        "points": points,
+    }
+
+
+def _summary(miss, rng):
+    """Root mean square, chi-square and log score of both models, each with its interval."""
+    pick = rng.integers(len(miss[0]), size=(RESAMPLES, len(miss[0])))
+    # log density of a setting with the spread that each model's own misses ask for
+    score = [_log_score(m) for m in miss]
+    rmse = [np.sqrt((m[pick] ** 2).mean(1)) for m in miss]
+    chi = [(m[pick] ** 2).sum(1) for m in miss]
+    log = [s[pick].sum(1) for s in score]
+    out = {}
+    for name, single, many in (
+        ("rmse", [np.sqrt((m**2).mean()) for m in miss], rmse),
+        ("chi_square", [(m**2).sum() for m in miss], chi),
+        ("log_score", [s.sum() for s in score], log),
+    ):
+        for label, one, sample in zip(("before", "after"), single, many, strict=True):
+            out[f"held_out_{name}_{label}"] = float(one)
+            out[f"held_out_{name}_{label}_interval"] = _interval(sample)
+        # positive where the extended model is better
+        better = many[1] - many[0] if name == "log_score" else many[0] - many[1]
+        out[f"held_out_{name}_difference_interval"] = _interval(better)
+    return out
+
+
+def _by_experiment(measurements, value, means):
+    """Root mean square error of each experiment in its own unit."""
+    kinds = np.array([m.experiment for m in measurements])
+    out = {}
+    for kind in dict.fromkeys(kinds):
+        rows = kinds == kind
+        raw = [float(np.sqrt(np.mean((value - m)[rows] ** 2))) for m in means]
+        out[str(kind)] = {"before": raw[0], "after": raw[1], "unit": QUANTITIES[kind].unit}
+    return out
+
+
+def _log_score(miss):
+    scale = max(float(np.sqrt((miss**2).mean())), 1.0)
+    return -0.5 * (miss / scale) ** 2 - np.log(scale)
+
+
+def _interval(sample):
+    return [float(v) for v in np.quantile(sample, [0.025, 0.975])]

@@ -1,0 +1,197 @@
+"""Posterior mode, its Laplace covariance and leave-one-setting-out scores, for many data sets at once.
+
+Gauss-Newton with Levenberg's damping from several starts, within bounds: a parameter at a bound that the gradient
+drives outwards is held there while the others move. The spread is that at the start of a descent, so there are two.
+The score of a left-out setting follows from the fit to all by its leverage, e_i / (1 - h_i) with variance
+s_i^2 / (1 - h_i), exact where the model is linear near the mode.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2
+
+from diagnosis.quantities import QUANTITIES
+
+STARTS = (0.2, 0.7)
+DESCENTS = 2
+ITERATIONS = 14  # of a descent, at most
+SETTLED = 1e-3  # fall of twice the negative log posterior below which a fit has settled
+STUCK = 1e6  # damping at which no step helps any more
+
+
+@dataclass(frozen=True)
+class Data:
+    """b data sets of n conditions: means and their standard errors (b, n), without the emulators' share."""
+
+    value: np.ndarray
+    error: np.ndarray
+
+
+@dataclass(frozen=True)
+class Fit:
+    """theta (b, p); cov (b, p, p); predicted, residual (in units of sd), sd, leverage (b, n); scale, score (b,)."""
+
+    theta: np.ndarray
+    cov: np.ndarray
+    predicted: np.ndarray
+    residual: np.ndarray
+    sd: np.ndarray
+    leverage: np.ndarray
+    chi_square: np.ndarray
+    freedom: np.ndarray
+    scale: np.ndarray
+    pointwise: np.ndarray
+
+    @property
+    def score(self):
+        """Sum of the held-out log densities (b,)."""
+        return self.pointwise.sum(1)
+
+
+def fit(model, data, starts=STARTS):
+    """`Fit` of the model to each of the data sets, the best from several coded strengths to start from."""
+    k, modes = len(model.mechanisms), []
+    for start in starts if k else (0.5,):
+        theta = np.tile(model.prior_mean, (len(data.value), 1))
+        if k:
+            theta[:, -k:] = start
+        for _ in range(DESCENTS):
+            theta = _descend(model, data, theta)
+        modes.append(theta)
+    return _summary(model, data, modes[0] if len(modes) == 1 else _best(model, data, modes))
+
+
+def _best(model, data, modes):
+    """Of several modes (b, p) the one of each data set that fits best."""
+    costs = [_misfit(model, data, theta) for theta in modes]
+    return np.stack(modes)[np.argmin(costs, axis=0), np.arange(len(data.value))]
+
+
+def _sd(data, emulator):
+    return np.sqrt(data.error**2 + emulator**2)
+
+
+def _misfit(model, data, theta):
+    """Twice the negative log posterior (b,), up to a constant, with the spread at theta itself."""
+    value, emulator = model.predict(theta)
+    sd = _sd(data, emulator)
+    return _cost(model, data, theta, value, sd) + 2.0 * np.log(sd).sum(1)
+
+
+def _cost(model, data, theta, value, sd):
+    """The same with a given spread."""
+    r = (data.value - value) / sd
+    q = (theta - model.prior_mean) / model.prior_sd
+    return (r * r).sum(1) + (q * q).sum(1)
+
+
+def _descend(model, data, theta):
+    """Modes (b, p) from starts (b, p), the spread held; a data set that has settled is left alone."""
+    theta = theta.copy()
+    value, emulator, slope = model.with_slope(theta)
+    sd, damping = _sd(data, emulator), np.full(len(theta), 1e-2)
+    cost = _cost(model, data, theta, value, sd)
+    moving = np.arange(len(theta))
+    for _ in range(ITERATIONS):
+        own = Data(data.value[moving], data.error[moving])
+        scaled = slope[moving] / sd[moving][:, :, None]
+        trial = _step(model, own, theta[moving], value[moving], scaled, sd[moving], damping[moving])
+        there, _, slope_there = model.with_slope(trial, errors=False)
+        after = _cost(model, own, trial, there, sd[moving])
+        fall = cost[moving] - after
+        better = fall > 0.0
+        rows = moving[better]
+        theta[rows], cost[rows] = trial[better], after[better]
+        value[rows], slope[rows] = there[better], slope_there[better]
+        damping[moving] *= np.where(better, 0.2, 8.0)
+        moving = moving[np.where(better, fall > SETTLED, damping[moving] < STUCK)]
+        if not len(moving):
+            break
+    return theta
+
+
+def _held(model, theta, gradient):
+    """Which parameters (b, p) are at a bound that the gradient of the posterior drives them beyond."""
+    return ((theta <= model.low) & (gradient < 0.0)) | ((theta >= model.high) & (gradient > 0.0))
+
+
+def _curvature(model, j):
+    """Half the Hessian (b, p, p) of twice the negative log posterior, as Gauss and Newton have it."""
+    return np.einsum("bnp,bnq->bpq", j, j) + np.diag(1.0 / model.prior_sd**2)
+
+
+def _covariance(model, j):
+    return np.linalg.inv(_curvature(model, j))
+
+
+def _gradient(model, theta, j, r):
+    """Half the derivative (b, p) of twice the log posterior by theta."""
+    return np.einsum("bnp,bn->bp", j, r) - (theta - model.prior_mean) / model.prior_sd**2
+
+
+def _step(model, data, theta, value, j, sd, damping):
+    """Where a damped Gauss-Newton step leads, within the bounds."""
+    r = (data.value - value) / sd
+    hessian = _curvature(model, j)
+    gradient = _gradient(model, theta, j, r)
+    diagonal = np.einsum("bpp->bp", hessian)
+    damped = hessian + (damping[:, None] * diagonal)[:, :, None] * np.eye(theta.shape[1])
+    free = ~_held(model, theta, gradient)
+    damped = np.where(free[:, :, None] & free[:, None, :], damped, np.eye(theta.shape[1]))
+    move = np.linalg.solve(damped, np.where(free, gradient, 0.0)[:, :, None])[:, :, 0]
+    return np.clip(theta + move, model.low, model.high)
+
+
+def _summary(model, data, theta):
+    value, emulator, slope = model.with_slope(theta)
+    sd = _sd(data, emulator)
+    j = slope / sd[:, :, None]
+    r = (data.value - value) / sd
+    # a parameter that is held at its bound does not follow when a setting is left out
+    moves = j * ~_held(model, theta, _gradient(model, theta, j, r))[:, None, :]
+    leverage = np.einsum("bnp,bpq,bnq->bn", moves, _covariance(model, moves), moves)
+    leverage = leverage.clip(0.0, 0.9999)
+    chi = (r * r).sum(1)
+    freedom = np.maximum(r.shape[1] - leverage.sum(1), 1.0)
+    scale = np.sqrt(np.maximum(chi / freedom, 1.0))
+    left = 1.0 - leverage
+    spread = scale[:, None] * sd / np.sqrt(left)
+    pointwise = -0.5 * (r * sd / left / spread) ** 2 - np.log(spread) - 0.5 * np.log(2.0 * np.pi)
+    return Fit(theta, _covariance(model, j), value, r, sd, leverage, chi, freedom, scale, pointwise)
+
+
+def spread_unit(measurements):
+    """(n,) what spreads are compared in: the value where they go with it, else 1."""
+    return np.array([m.value if QUANTITIES[m.experiment].relative else 1.0 for m in measurements])
+
+
+def moderated_sd(measurements, own=None):
+    """(..., n) standard deviations of a replicate, drawn towards the median of their experiment.
+
+    own: (..., n) spreads of the replicates, those of the measurements unless given.
+
+    Few replicates give a poor estimate of their own spread: s^2 = (d0 s0^2 + (n-1) s_i^2) / (d0 + n - 1), d0 = 8;
+    Smyth (2004), Stat. Appl. Genet. Mol. Biol. 3:3. The spread is relative for drop and shear, absolute for angles. The
+    median of spreads from few replicates lies below the true one; it is taken of s_i over the median of its law.
+    """
+    prior = 8.0
+    unit = spread_unit(measurements)
+    own = np.array([m.sd for m in measurements] if own is None else own) / unit
+    freedom = np.maximum([m.n - 1.0 for m in measurements], 0.0)
+    # a spread given with a single value is no estimate from it
+    usual = np.where(
+        freedom > 0, np.sqrt(chi2.ppf(0.5, np.maximum(freedom, 1)) / np.maximum(freedom, 1)), 1.0
+    )
+    common = np.empty(own.shape)
+    for kind in {m.experiment for m in measurements}:
+        rows = [i for i, m in enumerate(measurements) if m.experiment == kind]
+        common[..., rows] = np.median(own[..., rows] / usual[rows], axis=-1, keepdims=True)
+    return unit * np.sqrt((prior * common**2 + freedom * own**2) / (prior + freedom))
+
+
+def data_of(measurements):
+    """`Data` of one set of measurements."""
+    n = np.array([m.n for m in measurements], float)
+    value = np.array([m.value for m in measurements])
+    return Data(value[None], (moderated_sd(measurements) / np.sqrt(n))[None])

@@ -1,0 +1,297 @@
+"""Which mechanism explains a misfit: held-out scores of the whole catalogue against what base-model data give.
+
+The score of a model is the sum over settings of the log predictive density of that setting when it is left out. A
+model's spread is scaled up where it does not fit, so twice the noise gains nothing. The null distribution is that of
+the best gain over all mechanisms on data simulated from the fitted base model (parametric bootstrap), which holds the
+chance of a false alarm over the whole catalogue. It is shared with the lack-of-fit test as Simes' test shares it.
+"""
+
+from dataclasses import dataclass, field
+from itertools import combinations
+
+import numpy as np
+from scipy.stats import chi2
+
+from diagnosis.fit import Data, data_of, fit, moderated_sd
+from diagnosis.settings import BASE
+
+CLOSE = 2.0  # nats; causes this close to the best are not told apart (odds of about 7 to 1)
+MISFIT = 0.01  # a cause whose extended model fits worse than this share of its own data is none
+NULL_STARTS = (0.3,)  # coded strength from which data without an effect are fitted: one is enough
+
+
+@dataclass
+class Identification:
+    """What the scores say; `fits` holds the fit of each candidate, by its names joined with ' + '."""
+
+    verdict: str
+    causes: list
+    ranking: list
+    lack_of_fit_p: float
+    family_p: float
+    level: float
+    threshold: float
+    fits: dict = field(repr=False)
+    models: dict = field(repr=False)
+    reason: str = ""
+
+
+def key_of(names):
+    """Name of a set of mechanisms."""
+    return " + ".join(names) if names else BASE
+
+
+@dataclass
+class Scores:
+    """Fits of the base model and of every mechanism to the measurements, and what data of the base model would give.
+
+    null: gains (replicates,) of each mechanism, and `chi_square` of the base model, on simulated data.
+    """
+
+    emulated: object
+    measurements: list
+    data: Data
+    models: dict
+    fits: dict
+    null: dict
+    replicates: int
+    seed: int
+
+    @property
+    def conditions(self):
+        """[(experiment, levers)]."""
+        return [(m.experiment, m.levers) for m in self.measurements]
+
+
+def identify(emulated, measurements, alpha=0.05, replicates=300, seed=0):
+    """`Identification` of the measurements."""
+    return decide(weigh(emulated, measurements, replicates, seed), alpha)
+
+
+def weigh(emulated, measurements, replicates=300, seed=0):
+    """`Scores` of the base model and the whole catalogue."""
+    conditions = [(m.experiment, m.levers) for m in measurements]
+    data = data_of(measurements)
+    models = {BASE: emulated.model(conditions)}
+    models |= {name: emulated.model(conditions, [name]) for name in emulated.applicable(conditions)}
+    fits = {name: fit(model, data) for name, model in models.items()}
+    rng = np.random.default_rng(seed)
+    null = _null(models, fits[BASE], measurements, data, replicates, rng)
+    return Scores(emulated, measurements, data, models, fits, null, replicates, seed)
+
+
+def decide(scores, alpha=0.05, without=()):
+    """`Identification` from the scores; mechanisms in `without` count as not in the catalogue."""
+    fits, null = scores.fits, scores.null
+    singles = [n for n in scores.models if n != BASE and n not in without]
+    gains = {name: float((fits[name].score - fits[BASE].score)[0]) for name in singles}
+    best = max(gains, key=gains.get)
+    null_best = np.max([null[n] for n in singles], axis=0)
+    lack_p = _share_above(null["chi_square"], float(fits[BASE].chi_square[0]))
+    family_p = _share_above(null_best, gains[best])
+    misfit, gained = significant(lack_p, family_p, alpha)
+    level = level_beside(lack_p, alpha)
+    threshold = float(np.quantile(null_best, 1.0 - level))
+    ranking = [
+        {
+            "mechanism": name,
+            "score": float(fits[name].score[0]),
+            "gain": gains[name],
+            "null_threshold": float(np.quantile(null[name], 1.0 - level)),
+            "p": _share_above(null[name], gains[name]),
+            "p_family": _share_above(null_best, gains[name]),
+            "strength": strength_of(scores.models[name], fits[name], 0),
+        }
+        for name in sorted(gains, key=gains.get, reverse=True)
+    ]
+    out = Identification(
+        "", [], ranking, lack_p, family_p, level, threshold, dict(fits), dict(scores.models)
+    )
+    if not gained:
+        out.verdict = "unexplained" if misfit else "adequate"
+        out.reason = (
+            "the base model fits within the stated spread"
+            if out.verdict == "adequate"
+            else "the base model misses the data and no mechanism predicts left-out settings better"
+        )
+    elif _one_setting_does_it(fits, best):
+        out.verdict, out.reason = "unexplained", "one setting alone is at odds with the base model"
+    else:
+        _settle(out, scores, singles)
+    return out
+
+
+def significant(first, second, alpha):
+    """Which of two p-values of one null hypothesis are significant: both below alpha, or one below half of it.
+
+    Either is at most with the chance alpha where the two go with each other, as misfit and gain do: Simes (1986),
+    Biometrika 73:751; Hochberg (1988), Biometrika 75:800.
+    """
+    return first < level_beside(second, alpha), second < level_beside(first, alpha)
+
+
+def level_beside(other, alpha):
+    """What a p-value must be below to be significant beside another one: alpha where that is below it, else half."""
+    return alpha if other < alpha else 0.5 * alpha
+
+
+def _share_above(sample, value):
+    return float((1 + np.sum(sample >= value)) / (1 + len(sample)))
+
+
+def simulate_data(model, fitted, measurements, data, replicates, rng):
+    """`Data` of `replicates` sets from a fit: noise as measured and the emulators' error, both scaled by the misfit.
+
+    An emulator errs alike at settings that are alike, which looks like a trend; its errors are drawn so.
+    The spreads that a laboratory would have found are drawn anew and treated as those of the measurements.
+    """
+    truth = fitted.predicted[0]
+    emulator = np.sqrt(np.maximum(fitted.sd[0] ** 2 - data.error[0] ** 2, 0.0))
+    root = _root(model.error_correlation(fitted.theta[0]))
+    noise = data.error[0] * rng.standard_normal((replicates, len(truth)))
+    noise += emulator * (rng.standard_normal((replicates, len(truth))) @ root.T)
+    value = truth + float(fitted.scale[0]) * noise
+    n = np.array([m.n for m in measurements], float)
+    freedom = np.maximum(n - 1.0, 1.0)
+    found = np.where(n > 1, np.sqrt(rng.chisquare(freedom, value.shape) / freedom), 1.0)
+    drawn = moderated_sd(measurements, data.error[0] * np.sqrt(n) * found)
+    return Data(value, drawn / np.sqrt(n))
+
+
+def _root(correlation):
+    """R (n, n) with R R' the correlation, which may be singular."""
+    size, direction = np.linalg.eigh(correlation)
+    return direction * np.sqrt(np.maximum(size, 0.0))
+
+
+def _as_stated(simulated, fitted):
+    """Simulated data with the stated noise in place of one scaled up by the misfit of the model."""
+    centre = fitted.predicted[0]
+    return Data(centre + (simulated.value - centre) / float(fitted.scale[0]), simulated.error)
+
+
+def _fits_well(out, name, scores, rng):
+    """Whether the chi-square of the fit is within the 99 % of data made by that model."""
+    model, fitted = out.models[name], out.fits[name]
+    simulated = simulate_data(
+        model, fitted, scores.measurements, scores.data, scores.replicates, rng
+    )
+    null = fit(model, _as_stated(simulated, fitted)).chi_square
+    return _share_above(null, float(fitted.chi_square[0])) >= MISFIT
+
+
+def _null(models, fitted, measurements, data, replicates, rng):
+    """Null gains (replicates,) of each mechanism over the base model, and the chi-square of the base model."""
+    simulated = simulate_data(models[BASE], fitted, measurements, data, replicates, rng)
+    reference = fit(models[BASE], simulated)
+    gains = {
+        n: fit(m, simulated, NULL_STARTS).score - reference.score
+        for n, m in models.items()
+        if n != BASE
+    }
+    chi = reference.chi_square
+    if fitted.scale[0] != 1.0:
+        chi = fit(models[BASE], _as_stated(simulated, fitted)).chi_square
+    return gains | {"chi_square": chi}
+
+
+def _one_setting_does_it(fits, best):
+    """Whether dropping one setting mends the base model as well as the best mechanism does with all of them.
+
+    Both spend one parameter: an outlying setting's own mean, or the mechanism's strength. Compared by chi-square.
+    """
+    base = fits[BASE]
+    # chi-square falls by e^2 / (1 - h) when a setting is dropped
+    relief = float((base.residual**2 / (1.0 - base.leverage))[0].max())
+    mended = float((base.chi_square - fits[best].chi_square)[0])
+    return relief > mended - 4.0
+
+
+def _settle(out, scores, singles):
+    """Choose among the causes: one, several that are too close, a pair, or none that fits."""
+    rng = np.random.default_rng([scores.seed, 1])
+    best, top = out.ranking[0]["mechanism"], out.ranking[0]["score"]
+    if not _fits_well(out, best, scores, rng):
+        pair = _best_pair(out, scores, singles, rng)
+        if pair:
+            out.verdict, out.causes = pair
+            out.reason = "no single mechanism fits; these two together do"
+            _doubt_a_rough_emulator(out, key_of(pair[1]))
+            return
+        out.verdict = "unexplained"
+        out.reason = f"{best} helps most, but the data still contradict it"
+        return
+    out.causes = [r["mechanism"] for r in out.ranking if top - r["score"] < CLOSE]
+    out.verdict = "identified" if len(out.causes) == 1 else "ambiguous"
+    out.reason = (
+        "predicts left-out settings better than every other mechanism"
+        if len(out.causes) == 1
+        else "these predict left-out settings about equally well"
+    )
+    _doubt_a_rough_emulator(out, best)
+
+
+def _doubt_a_rough_emulator(out, name):
+    """Turn `identified` into `ambiguous` where the cause fits only within the error of its own emulator.
+
+    Such a model is not tested by the data: a cause that the catalogue lacks would pass for it. The test takes the
+    spread that the base model's predictions have in place of that of the cause's.
+    """
+    if out.verdict != "identified" or name not in out.fits:
+        return
+    fitted, sharp = out.fits[name], out.fits[BASE].sd
+    chi = float(((fitted.residual * fitted.sd / sharp) ** 2).sum())
+    if chi2.sf(chi, float(fitted.freedom[0])) < MISFIT:
+        out.verdict = "ambiguous"
+        out.reason = (
+            "it fits only within the error of its own emulator: something else may do better"
+        )
+
+
+def _best_pair(out, scores, singles, rng):
+    """(verdict, causes) where two mechanisms together fit and gain significantly over the best one; else None."""
+    by_pair = {}
+    for pair in combinations(singles, 2):
+        if not scores.emulated.combine(scores.conditions, pair):
+            continue
+        name = key_of(pair)
+        out.models[name] = scores.emulated.model(scores.conditions, pair)
+        out.fits[name] = fit(out.models[name], scores.data)
+        by_pair[pair] = float(out.fits[name].score[0])
+    ordered = sorted(by_pair, key=by_pair.get, reverse=True)
+    if not ordered or by_pair[ordered[0]] - out.ranking[0]["score"] < out.threshold:
+        return None
+    first = ordered[0]
+    if not _fits_well(out, key_of(first), scores, rng):
+        return None
+    close = [p for p in ordered if by_pair[first] - by_pair[p] < CLOSE]
+    out.ranking = [
+        {
+            "mechanism": key_of(p),
+            "score": by_pair[p],
+            "gain": by_pair[p] - float(out.fits[BASE].score[0]),
+        }
+        for p in ordered[:3]
+    ] + out.ranking
+    if len(close) == 1:
+        return "identified", list(first)
+    return "ambiguous", sorted({m for p in close for m in p})
+
+
+def strength_of(model, fitted, row):
+    """{name, unit, value, low, high} of each mechanism's strength: mode and 95 % interval, cut at its range."""
+    out = {}
+    for k, m in enumerate(model.mechanisms, len(model.factors)):
+        u, sd = fitted.theta[row, k], np.sqrt(fitted.cov[row, k, k])
+        low, high = np.clip([u - 1.96 * sd, u + 1.96 * sd], 0.0, 1.0)
+        out[m.name] = {
+            "name": m.strength.name,
+            "unit": m.strength.unit,
+            "value": float(m.strength.natural(u)),
+            "low": float(m.strength.natural(low)),
+            "high": float(m.strength.natural(high)),
+        }
+    return out
+
+
+__all__ = ["Identification", "Scores", "decide", "identify", "key_of", "moderated_sd", "weigh"]

@@ -1,0 +1,171 @@
+"""The emulated model of a set of conditions, with or without mechanisms."""
+
+import math
+
+import numpy as np
+
+from diagnosis.design import WIDENED, factor_share, inputs_of
+from diagnosis.emulator import inverse
+from diagnosis.settings import BASE, combine, lever_values
+
+STEP = 1e-3  # of a coded strength and, relative, of a value: for derivatives of readings
+SHARE_BY_CODED = 0.5 / WIDENED  # derivative of `factor_share`
+
+
+class Emulated:
+    """What every diagnosis of one engine and configuration shares: emulators, settings, factors, catalogue."""
+
+    def __init__(self, emulators, settings, factors, catalogue):
+        self.emulators, self.settings, self.factors = emulators, settings, factors
+        self.catalogue = catalogue
+
+    def model(self, conditions, mechanisms=()):
+        """`Model` of conditions [(experiment, levers)] with the named mechanisms switched on."""
+        return Model(self, conditions, [self.catalogue[m] for m in mechanisms])
+
+    def combine(self, conditions, mechanisms):
+        """Whether the engine can have all the named mechanisms at once under the conditions."""
+        return combine(self.settings, [self.catalogue[m] for m in mechanisms], conditions)
+
+    def applicable(self, conditions):
+        """Mechanisms that have an emulator, or a law of measurement, for an experiment of the conditions."""
+        kinds = {e for e, _ in conditions}
+        return [
+            m.name
+            for m in self.catalogue.values()
+            if any(
+                e in kinds and (m.observe is not None or (e, m.name) in self.emulators)
+                for e in m.experiments
+            )
+        ]
+
+
+class Model:
+    """Predictions at n conditions for p parameters: coded factors in [-1, 1], then coded strengths in [0, 1]."""
+
+    def __init__(self, emulated, conditions, mechanisms):
+        settings = emulated.settings
+        self.conditions, self.mechanisms = conditions, mechanisms
+        kinds = list(dict.fromkeys(e for e, _ in conditions))
+        used = {p for e in kinds for p in settings.experiments[e].parameters}
+        self.factors = [f for f in emulated.factors if f.name in used]
+        self.names = [f.name for f in self.factors] + [m.name for m in mechanisms]
+        self.low = np.array([-WIDENED] * len(self.factors) + [0.0] * len(mechanisms))
+        self.high = np.array([WIDENED] * len(self.factors) + [1.0] * len(mechanisms))
+        self.prior_mean = np.array([0.0] * len(self.factors) + [0.5] * len(mechanisms))
+        self.prior_sd = np.array([1.0] * len(self.factors) + [0.5] * len(mechanisms))
+        self._parts = [_Part(emulated, self, e) for e in kinds]
+
+    def predict(self, theta):
+        """Values (b, n) in their units and emulator errors (b, n) at theta (b, p)."""
+        value, error, _ = self.with_slope(theta, slope=False)
+        return value, error
+
+    def with_slope(self, theta, slope=True, errors=True):
+        """Values (b, n), emulator errors (b, n) and the values' derivatives by theta (b, n, p); None what is not
+        asked for."""
+        shape = (len(theta), len(self.conditions))
+        value, error = np.empty(shape), np.empty(shape) if errors else None
+        by_theta = np.zeros((*shape, theta.shape[1])) if slope else None
+        for part in self._parts:
+            value[:, part.rows], uncertain, own = part.predict(theta, slope, errors)
+            if errors:
+                error[:, part.rows] = uncertain
+            if slope:
+                by_theta[:, part.rows] = own
+        return value, error, by_theta
+
+    def error_correlation(self, theta):
+        """Correlation (n, n) of the emulators' errors between the conditions, at theta (p,)."""
+        out = np.zeros((len(self.conditions),) * 2)
+        for part in self._parts:
+            out[np.ix_(part.rows, part.rows)] = part.error_correlation(theta)
+        return out
+
+
+class _Part:
+    """The conditions of one experiment."""
+
+    def __init__(self, emulated, model, experiment):
+        self.experiment, self.model = experiment, model
+        self.rows = [i for i, (e, _) in enumerate(model.conditions) if e == experiment]
+        self.given = [model.conditions[i][1] for i in self.rows]
+        settings = emulated.settings
+        values = [lever_values(settings, experiment, g) for g in self.given]
+        ranges = settings.experiments[experiment].levers
+        self.levers = {n: np.array([v[n] for v in values], float) for n in ranges}
+        share = [np.log(self.levers[n] / lo) / math.log(hi / lo) for n, (lo, hi) in ranges.items()]
+        self.share = np.column_stack(share)
+        names = inputs_of(settings, model.factors, experiment, BASE)
+        self.columns = [model.names.index(n) for n in names if n not in ranges]
+        self.base = emulated.emulators[experiment, BASE]
+        self.laws, self.readings = [], []
+        for k, m in enumerate(model.mechanisms, len(model.factors)):
+            if experiment not in m.experiments:
+                continue
+            if m.observe is not None:
+                self.readings.append((k, m))
+            elif (experiment, m.name) in emulated.emulators:
+                self.laws.append((k, emulated.emulators[experiment, m.name]))
+
+    def predict(self, theta, slope, errors):
+        """Values (b, n) of this experiment, their errors (b, n) where `errors`, derivatives (b, n, p) where `slope`."""
+        b, n = len(theta), len(self.rows)
+        own = np.repeat(factor_share(theta[:, self.columns]), n, axis=0)
+        x = np.hstack([own, np.tile(self.share, (b, 1))])
+        z, by_theta, variance = self._sum_of_laws(theta, x, n, slope, errors)
+        value, by_z = inverse(self.experiment, z.reshape(b, n), self.levers)
+        error = np.abs(by_z) * np.sqrt(variance.reshape(b, n)) if errors else None
+        if slope:
+            by_theta = by_theta.reshape(b, n, -1) * by_z[:, :, None]
+        for k, m in self.readings:
+            self._read(m, k, theta, value, by_theta)
+        return value, error, by_theta
+
+    def error_correlation(self, theta):
+        """Correlation (n, n) of the errors at theta (p,): that of the base's emulator, or of the first law's."""
+        own = np.repeat(factor_share(theta[None, self.columns]), len(self.rows), axis=0)
+        x = np.hstack([own, self.share])
+        if not self.laws:
+            return self.base.correlation(x)
+        k, law = self.laws[0]
+        return law.correlation(np.column_stack([x, np.full(len(x), theta[k])]))
+
+    def _sum_of_laws(self, theta, x, n, slope, errors):
+        """Transformed response (b n,), derivatives (b n, p), variance (b n,): each law adds what it alone changes."""
+        factors = list(range(len(self.columns))) if slope else []
+        by_theta = np.zeros((len(x), theta.shape[1])) if slope else None
+        alone = 1 - len(self.laws)
+        z, variance = np.zeros(len(x)), np.zeros(len(x))
+        # one law alone needs no base
+        for k, law in [(None, self.base)] * (alone != 0) + self.laws:
+            weight = alone if k is None else 1
+            inputs = x if k is None else np.column_stack([x, np.repeat(theta[:, k], n)])
+            columns = factors + [x.shape[1]] * (slope and k is not None)
+            change, by_input, uncertain = law.with_slope(inputs, columns, errors)
+            z = z + weight * change
+            if errors:
+                variance += uncertain
+            if slope:
+                by_theta[:, self.columns] += weight * SHARE_BY_CODED * by_input[:, : len(factors)]
+                if k is not None:
+                    by_theta[:, k] += by_input[:, -1]
+        return z, by_theta, variance
+
+    def _read(self, mechanism, k, theta, value, by_theta):
+        """Replace true values by what the mechanism of measurement number k reads, and carry the derivatives along."""
+        strength = mechanism.strength.natural(theta[:, k])
+        if by_theta is not None:
+            # away from the bound: an effect may start there with any slope
+            step = np.where(theta[:, k] + STEP > 1.0, -STEP, STEP)
+            moved = mechanism.strength.natural(theta[:, k] + step)
+        for i, condition in enumerate(self.given):
+            true = value[:, i].copy()
+            value[:, i] = mechanism.observe(true, condition, strength)
+            if by_theta is None:
+                continue
+            rise = STEP * np.maximum(np.abs(true), STEP)
+            higher = mechanism.observe(true + rise, condition, strength)
+            by_theta[:, i] *= ((higher - value[:, i]) / rise)[:, None]
+            stronger = mechanism.observe(true, condition, moved)
+            by_theta[:, i, k] += (stronger - value[:, i]) / step

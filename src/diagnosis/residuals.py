@@ -1,0 +1,148 @@
+"""What the calibrated base model gets wrong: residuals along each lever, and a sentence for each pattern."""
+
+import numpy as np
+from scipy import stats
+
+from diagnosis.design import WIDENED
+from diagnosis.quantities import LEVERS, QUANTITIES
+
+P_TREND = 0.01
+
+
+def residual_rows(measurements, fitted):
+    """A mapping for each condition: measured, predicted, residual in sd, tail probability when it is left out."""
+    rows = []
+    for i, m in enumerate(measurements):
+        left_out = fitted.residual[0, i] / np.sqrt(1.0 - fitted.leverage[0, i])
+        rows.append(
+            {
+                "experiment": m.experiment,
+                "levers": m.levers,
+                "measured": m.value,
+                "predicted": float(fitted.predicted[0, i]),
+                "sd": float(fitted.sd[0, i]),
+                "standardised": float(fitted.residual[0, i]),
+                "predictive_p": float(2.0 * stats.norm.sf(abs(left_out))),
+            }
+        )
+    return rows
+
+
+def trends(rows):
+    """What the residuals show beyond noise: slopes along a lever, experiments off as a whole, single settings.
+
+    Each mapping: kind (trend, offset or setting), experiment, lever and slope (None but for a trend), p, sentence.
+    """
+    out = []
+    for kind in dict.fromkeys(r["experiment"] for r in rows):
+        own = [r for r in rows if r["experiment"] == kind]
+        levers = dict.fromkeys(n for r in own for n in r["levers"])
+        found = [t for t in (_trend(kind, lever, own) for lever in levers) if t]
+        out += found or [o for o in (_offset(kind, own),) if o]
+    told = {p["experiment"] for p in out}
+    return out + [
+        _setting(r)
+        for r in rows
+        if r["experiment"] not in told and r["predictive_p"] < P_TREND / len(rows)
+    ]
+
+
+def _trend(kind, lever, rows):
+    """The slope of the residuals along a lever, where it is more than noise (normal test, p below P_TREND)."""
+    some = [r for r in rows if lever in r["levers"]]
+    x = np.array([r["levers"][lever] for r in some])
+    if len(some) < 3 or len(set(x)) < 2:
+        return None
+    r = np.array([row["standardised"] for row in some])
+    shape = np.log(x) - np.log(x).mean()
+    slope = float((shape * r).sum() / (shape**2).sum())
+    p = float(2.0 * stats.norm.sf(abs(slope) * np.sqrt((shape**2).sum())))
+    if p > P_TREND:
+        return None
+    parts = []
+    for end in (x.max(), x.min()):
+        own = [row for row, v in zip(some, x, strict=True) if v == end]
+        parts.append(f"{_distance(own)} at {_at(lever, end)}")
+    sentence = f"The measured {QUANTITIES[kind].words} {parts[0]}, and {parts[1]}."
+    found = {"kind": "trend", "experiment": kind, "lever": lever, "slope": slope}
+    return found | {"p": p, "sentence": sentence}
+
+
+def _offset(kind, rows):
+    """All settings of an experiment off to one side."""
+    r = np.array([row["standardised"] for row in rows])
+    p = float(2.0 * stats.norm.sf(abs(r.sum()) / np.sqrt(len(r))))
+    if p > P_TREND:
+        return None
+    where = f"over its {len(rows)} settings" if len(rows) > 1 else "at its one setting"
+    sentence = f"The measured {QUANTITIES[kind].words} {_distance(rows)} {where}."
+    found = {"kind": "offset", "experiment": kind, "lever": None, "slope": None}
+    return found | {"p": p, "sentence": sentence}
+
+
+def _setting(row):
+    """One setting at odds with what the others say."""
+    where = " and ".join(_at(lever, v) for lever, v in row["levers"].items())
+    sentence = (
+        f"The measured {QUANTITIES[row['experiment']].words} at {where} alone {_distance([row])}."
+    )
+    found = {"kind": "setting", "experiment": row["experiment"], "lever": None, "slope": None}
+    return found | {"p": row["predictive_p"], "sentence": sentence}
+
+
+def _distance(rows):
+    """Mean distance of the measured values from the model in words; agreement within one standard error."""
+    if abs(np.mean([r["standardised"] for r in rows])) * np.sqrt(len(rows)) < 1.0:
+        return "agrees with the model"
+    share = np.mean([r["measured"] / r["predicted"] - 1.0 for r in rows])
+    return f"{'exceeds' if share > 0 else 'falls short of'} the model by {100 * abs(share):.2g} %"
+
+
+def _at(lever, value):
+    return f"a {LEVERS[lever].words} of {value:.4g} {LEVERS[lever].unit}".rstrip()
+
+
+def moved(before, after):
+    """Parameters that the extended model still determines, outside the base calibration's interval.
+
+    {name: {base, extended, shift_percent, shift_in_base_sd, sentence}}; the shift is how wrong the base had been.
+    """
+    out = {}
+    for name, old in before.items():
+        new = after[name]
+        if not new["identified"] or old["low"] <= new["value"] <= old["high"]:
+            continue
+        shift = old["value"] - new["value"]
+        percent = 100.0 * shift / new["value"]
+        side = "too high" if shift > 0 else "too low"
+        out[name] = {
+            "base": old["value"],
+            "extended": new["value"],
+            "shift_percent": float(percent),
+            "shift_in_base_sd": float(shift / old["sd"]),
+            "sentence": f"The base calibration had {name.replace('_', ' ')} at {old['value']:.3f} in place of "
+            f"{new['value']:.3f}: {abs(percent):.2g} % {side}, {abs(shift / old['sd']):.1f} of its stated standard "
+            "deviations.",
+        }
+    return out
+
+
+def calibration(model, fitted):
+    """A mapping for each parameter: mode, standard deviation, 95 % interval cut at the emulators' range, the share of
+    the prior's sd that is left, and whether the data identify it (the data must halve the prior's sd)."""
+    out = {}
+    sd = np.sqrt(np.diag(fitted.cov[0]))
+    for k, factor in enumerate(model.factors):
+        mode = fitted.theta[0, k]
+        left = float(sd[k] / model.prior_sd[k])
+        ends = [float(np.clip(mode + z * sd[k], -WIDENED, WIDENED)) for z in (-1.96, 1.96)]
+        out[factor.name] = {
+            "value": float(factor.natural(float(mode))),
+            "sd": float(sd[k] * factor.half_range),
+            "low": float(factor.natural(ends[0])),
+            "high": float(factor.natural(ends[1])),
+            "prior_sd_left": left,
+            "identified": left < 0.5,
+            "at_bound": bool(abs(mode) > WIDENED - 0.01),
+        }
+    return out

@@ -1,0 +1,257 @@
+"""Settings of the diagnosis and the run spec of a condition."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from calibration.config import overlay
+from calibration.errors import ConfigError
+from calibration.factors import read_factors
+from dem.errors import SpecError
+from dem.spec import parse_spec
+from diagnosis.catalogue import load_catalogue
+from diagnosis.measurements import raise_faults
+from diagnosis.quantities import LEVERS
+
+BASE = "base"
+"""The model without any mechanism, where one is named."""
+
+SIMULATED = {name for name, lever in LEVERS.items() if lever.place}
+
+POURED = {"heap", "shear"}
+"""Experiments whose runs scatter from seed to seed, because grains never lie twice alike."""
+
+Range = Annotated[list[float], Field(min_length=2, max_length=2)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Experiment(_Part):
+    """How one experiment is simulated."""
+
+    metric: str = Field(description="metric of a run that the measurement is compared with")
+    parameters: list[str] = Field(min_length=1, description="factors that are calibrated on it")
+    levers: dict[str, Range] = Field(description="lever: least and largest value of the emulator")
+    mechanisms: list[str] | None = Field(
+        None, description="mechanisms that get emulator runs; all that show on it unless given"
+    )
+    runs_per_input: int | None = Field(
+        None, ge=3, le=100, description="in place of the number for all experiments"
+    )
+    denser: dict[str, Annotated[int, Field(ge=3, le=200)]] = Field(
+        {}, description="mechanism: runs per input in place of that of the experiment"
+    )
+    hypercubes: dict[str, Annotated[int, Field(ge=1, le=20)]] = Field(
+        {}, description="mechanism or `base`: Latin hypercubes of so many runs, in place of one"
+    )
+    repeated: dict[str, Annotated[int, Field(ge=1, le=20)]] = Field(
+        {}, description="mechanism or `base`: runs at each point, of other seeds, in place of one"
+    )
+    run: dict = Field(description="run spec of the experiment, over that of the calibration")
+
+    @model_validator(mode="after")
+    def _known(self):
+        for name, (low, high) in self.levers.items():
+            if name not in SIMULATED or not 0 < low < high:
+                raise ValueError(f"levers.{name}: a known lever with 0 < low < high is needed")
+        if not self.levers:
+            raise ValueError("levers: an emulator needs one lever at least")
+        return self
+
+
+class Settings(_Part):
+    """config/diagnosis.yaml."""
+
+    ranges: dict[str, Range] = Field(
+        {}, description="factor: least and largest level, in place of those of the factors' table"
+    )
+    catalogue: str | None = Field(None, description="folder with further mechanisms, one file each")
+    gain_runs: int = Field(
+        3, ge=2, le=50, description="runs of the real engine at each left-out setting"
+    )
+
+    runs_per_input: int = Field(ge=3, le=100)
+    replicates: int = Field(ge=50, le=10000)
+    alpha: float = Field(gt=0, lt=0.5)
+    batches: int = Field(ge=1, le=64)
+    seed: int = Field(ge=0)
+    experiments: dict[Literal["heap", "drop", "tilt", "shear"], Experiment]
+
+
+def read_settings(path, changes=None):
+    """`Settings` from YAML with the nested mapping `changes` laid over it; a null takes its key away. Raises
+    ConfigError."""
+    try:
+        data = overlay(yaml.safe_load(Path(path).read_text()), changes or {})
+        return Settings.model_validate(_without_nulls(data))
+    except OSError as error:
+        raise ConfigError(f"cannot be read ({error.strerror})", path=path) from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(p) for p in first["loc"])
+        raise ConfigError(
+            "is not valid", path=path, key=key, value=first.get("input"), allowed=first["msg"]
+        ) from None
+
+
+def _without_nulls(data):
+    return {
+        k: _without_nulls(v) if isinstance(v, dict) else v for k, v in data.items() if v is not None
+    }
+
+
+def parameters_of(settings, factors_file, experiments):
+    """Factors calibrated on any of the experiments, in the order of the factors' table."""
+    wanted = {p for e in experiments for p in settings.experiments[e].parameters}
+    factors = read_factors(factors_file)
+    known = ", ".join(f.name for f in factors)
+    for key, names in (("parameters", wanted), ("ranges", settings.ranges)):
+        for name in sorted(set(names) - {f.name for f in factors}):
+            raise ConfigError("is no factor", path=factors_file, key=key, value=name, allowed=known)
+    chosen = []
+    for f in factors:
+        low, high = settings.ranges.get(f.name, (f.low, f.high))
+        if low >= high:
+            raise ConfigError(
+                "must ascend", key=f"diagnosis.ranges.{f.name}", value=settings.ranges[f.name]
+            )
+        if f.name in wanted:
+            chosen.append(replace(f, low=low, high=high))
+    return chosen
+
+
+def catalogue_of(settings, experiments):
+    """{name: Mechanism} of the catalogue and of the settings' own folder. Raises ConfigError for an unknown name."""
+    known = load_catalogue(folder=settings.catalogue)
+    for kind in experiments:
+        own, shown = settings.experiments[kind], [n for n in known if kind in known[n].experiments]
+        named = {
+            "mechanisms": own.mechanisms or (),
+            "denser": own.denser,
+            "hypercubes": own.hypercubes.keys() - {BASE},
+            "repeated": own.repeated.keys() - {BASE},
+        }
+        for part, names in named.items():
+            for name in sorted(set(names) - set(shown)):
+                key, allowed = f"experiments.{kind}.{part}", ", ".join(shown)
+                raise ConfigError(
+                    "is no mechanism that shows on it", key=key, value=name, allowed=allowed
+                )
+    return known
+
+
+def check_range(settings, measurements, path):
+    """Raise ConfigError for the conditions outside what the emulators cover, one message each."""
+    faults = []
+    for m in measurements:
+        where = {"path": path, "line": m.line}
+        if m.experiment not in settings.experiments:
+            allowed = ", ".join(settings.experiments)
+            where |= {"column": "experiment", "value": m.experiment, "allowed": allowed}
+            faults.append(ConfigError("has no entry in the diagnosis' settings", **where))
+            continue
+        levers = settings.experiments[m.experiment].levers
+        for name, value in m.levers.items():
+            if name not in SIMULATED:
+                continue
+            if name in levers:
+                low, high = levers[name]
+                inside = low * (1 - 1e-9) <= value <= high * (1 + 1e-9)
+                allowed = f"{low:g} to {high:g}"
+            else:
+                fixed = _default(settings, m.experiment, name)
+                inside = value == fixed
+                allowed = "empty" if fixed is None else f"empty or {fixed:g}"
+            if not inside:
+                key = f"experiments.{m.experiment}.levers.{name} of the diagnosis' settings"
+                more = where | {"column": name, "value": value, "allowed": f"{allowed} ({key})"}
+                faults.append(ConfigError("is outside what the emulators cover", **more))
+    raise_faults(faults)
+
+
+def check_specs(settings, base, measurements):
+    """Raise ConfigError where an experiment's run spec cannot be run at a measured condition."""
+    for m in measurements:
+        spec = condition_spec(base, settings, [], m.experiment, m.levers, {}, 0)
+        try:
+            parse_spec(spec)
+        except SpecError as error:
+            raise ConfigError(
+                f"{m.label}: {error}", key=f"experiments.{m.experiment}.run"
+            ) from None
+
+
+def _default(settings, experiment, lever):
+    part, name = LEVERS[lever].place
+    return settings.experiments[experiment].run.get(part, {}).get(name)
+
+
+def lever_values(settings, experiment, levers):
+    """{lever: value} of the experiment's emulated levers, defaults filled in."""
+    return {
+        name: levers.get(name, _default(settings, experiment, name))
+        for name in settings.experiments[experiment].levers
+    }
+
+
+def condition_spec(base, settings, factors, experiment, levers, values, seed):
+    """Run spec (a mapping) of a condition: calibration's spec, experiment's, levers, and factor values {name: value}.
+
+    Of the values only those of the experiment's own parameters count: its emulators know no others.
+    """
+    # the heap stands in the calibration's own rig
+    shared = ("materials", "contacts", *(["geometry"] if experiment == "heap" else []))
+    spec = overlay(
+        {k: v for k, v in base.items() if k in shared}, settings.experiments[experiment].run
+    )
+    spec["laws"] = dict(base.get("laws", {}))
+    spec |= {"experiment": experiment, "seed": int(seed)}
+    reference = spec["particles"].get("diameter_mm")
+    for name, value in levers.items():
+        if name in SIMULATED:
+            part, key = LEVERS[name].place
+            spec.setdefault(part, {})[key] = round(value) if key == "count" else value
+    if experiment in POURED and "particle_count" not in levers:
+        ratio = reference / spec["particles"]["diameter_mm"]
+        spec["particles"]["count"] = max(round(spec["particles"]["count"] * ratio**3), 50)
+    for f in factors:
+        if f.name in values and f.name in settings.experiments[experiment].parameters:
+            part = spec
+            *path, last = f.key.split(".")
+            for name in path:
+                part = part.setdefault(name, {})
+            part[last] = round(float(values[f.name]), 9)
+    return spec
+
+
+def combine(settings, mechanisms, conditions):
+    """Whether the engine can have all of the mechanisms at once in the experiments of conditions [(experiment,
+    levers)]: no two of them in the same slot, and a spec that it takes. Those of the reading go with any."""
+    for experiment, levers in dict(conditions).items():
+        plain = condition_spec({}, settings, [], experiment, levers, {}, 0)
+        spec, taken = plain, set()
+        for m in mechanisms:
+            if m.observe is not None or experiment not in m.experiments:
+                continue
+            strength = m.strength.natural(0.5)
+            slots = {s for s, _ in m.apply(plain, strength)["laws"].items() - plain["laws"].items()}
+            if slots & taken:
+                return False
+            taken |= slots
+            spec = m.apply(spec, strength)
+        try:
+            parse_spec(spec)
+        except SpecError:
+            return False
+    return True
+
+
+def log_span(low, high, share):
+    """Value at a share in [0, 1] between low and high, in logarithms."""
+    return math.exp(math.log(low) + share * (math.log(high) - math.log(low)))

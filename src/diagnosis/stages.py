@@ -1,0 +1,142 @@
+"""The stages of the diagnosis: each reads its input files and writes its output files."""
+
+import json
+import pickle
+from pathlib import Path
+
+import pandas as pd
+from scipy import stats
+
+from calibration import figures as common
+from calibration.batches import simulate
+from calibration.files import replacing, write_table
+from dem.io.files import write_json
+from diagnosis import figures
+from diagnosis.design import plan
+from diagnosis.emulator import teach
+from diagnosis.extend import extension_plan, gain, real_values
+from diagnosis.fit import data_of, fit
+from diagnosis.identify import identify
+from diagnosis.measurements import read_measurements
+from diagnosis.model import Emulated
+from diagnosis.residuals import calibration, residual_rows, trends
+from diagnosis.settings import (
+    BASE,
+    catalogue_of,
+    check_range,
+    check_specs,
+    parameters_of,
+)
+from diagnosis.verdict import extended_name, findings, page, validate
+
+
+def load(config, settings):
+    """Measurements, checked against the emulators' range, and the experiments that they need."""
+    measurements = read_measurements(config.measurements)
+    check_range(settings, measurements, config.measurements)
+    check_specs(settings, config.run, measurements)
+    return measurements, list(dict.fromkeys(m.experiment for m in measurements))
+
+
+def plan_runs(config, settings, output):
+    """Check the measurements; write the emulators' design and plan."""
+    _, kinds = load(config, settings)
+    factors = parameters_of(settings, config.factors, kinds)
+    rows, specs = plan(settings, config.run, factors, catalogue_of(settings, kinds), kinds)
+    write_json(output.design, rows)
+    write_json(output.plan, specs)
+
+
+def emulate(config, settings, source, output):
+    """Teach the emulators with the finished runs; the errors that they own to stand beside them."""
+    _, kinds = load(config, settings)
+    teach_all(settings, parameters_of(settings, config.factors, kinds), source, output)
+
+
+def teach_all(settings, factors, source, output):
+    """Write the emulators that a design's finished runs teach, and the table of their errors."""
+    design, specs = (json.loads(Path(f).read_text()) for f in (source.design, source.plan))
+    emulators, table = teach(design, simulate(specs), settings, factors)
+    with replacing(output.emulators) as partial:
+        partial.write_bytes(pickle.dumps(emulators))
+    write_json(output.errors, table)
+
+
+def _emulated(config, settings, kinds, emulators):
+    factors = parameters_of(settings, config.factors, kinds)
+    taught = pickle.loads(Path(emulators).read_bytes())
+    return Emulated(taught, settings, factors, catalogue_of(settings, kinds))
+
+
+def calibrate(config, settings, source, output):
+    """Calibrate the base model on all measurements at once and show where it fails."""
+    measurements, kinds = load(config, settings)
+    emulated = _emulated(config, settings, kinds, source.emulators)
+    model = emulated.model([(m.experiment, m.levers) for m in measurements])
+    fitted = fit(model, data_of(measurements))
+    rows = residual_rows(measurements, fitted)
+    chi, freedom = float(fitted.chi_square[0]), float(fitted.freedom[0])
+    summary = {
+        "calibration": calibration(model, fitted),
+        "lack_of_fit": {
+            "chi_square": chi,
+            "freedom": freedom,
+            "p": float(stats.chi2.sf(chi, freedom)),
+        },
+        "patterns": trends(rows),
+    }
+    write_json(output.summary, summary)
+    table = pd.DataFrame([r | r["levers"] for r in rows]).drop(columns="levers")
+    write_table(table, output.table)
+    common.save(figures.residual_figure(rows), output.residuals)
+
+
+def diagnose(config, settings, source, output):
+    """Name the cause, and plan the runs that measure the gain."""
+    measurements, kinds = load(config, settings)
+    emulated = _emulated(config, settings, kinds, source.emulators)
+    found = identify(emulated, measurements, settings.alpha, settings.replicates, settings.seed)
+    errors = json.loads(Path(source.errors).read_text())
+    verdict = findings(emulated, measurements, found) | {"emulators": errors}
+    name = extended_name(found)
+    models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
+    rows, specs = extension_plan(settings, config.run, models, measurements)
+    mechanisms = [m.name for m in models["after"].mechanisms] if name else []
+    write_json(output.findings, verdict)
+    write_json(output.extension, {"mechanisms": mechanisms, "rows": rows})
+    write_json(output.plan, specs)
+    extended = found.fits[name].predicted[0] if name else None
+    common.save(
+        figures.prediction_figure(verdict["residuals"], extended, name or ""), output.predictions
+    )
+    common.save(figures.ranking_figure(verdict), output.ranking)
+
+
+def conclude(config, settings, source, output):
+    """Measure the gain with the finished runs and write verdict.json, its page and figure."""
+    measurements, kinds = load(config, settings)
+    verdict = json.loads(Path(source.findings).read_text())
+    extension = json.loads(Path(source.extension).read_text())
+    if extension["rows"]:
+        metrics = simulate(json.loads(Path(source.plan).read_text()))
+        factors = parameters_of(settings, config.factors, kinds)
+        known, values = catalogue_of(settings, kinds), {}
+        for label, names in (("before", []), ("after", extension["mechanisms"])):
+            # no prediction is asked of these models: they only carry parameters and laws
+            model = _Carrier(factors, [known[n] for n in names])
+            rows = [r for r in extension["rows"] if r["label"] == label]
+            values[label] = real_values(settings, model, measurements, rows, metrics)
+        verdict["gain"] = gain(measurements, values["before"], values["after"])
+        verdict["extended_with"] = extension["mechanisms"]
+    validate(verdict)
+    common.save(figures.gain_figure(verdict["gain"]), output.gain)
+    write_json(output.verdict, verdict)
+    with replacing(output.page) as partial:
+        partial.write_text(page(verdict))
+
+
+class _Carrier:
+    """Factors and mechanisms in the order of a model's parameters."""
+
+    def __init__(self, factors, mechanisms):
+        self.factors, self.mechanisms = factors, mechanisms

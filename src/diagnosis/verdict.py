@@ -1,0 +1,212 @@
+"""verdict.json: what the diagnosis found, in one documented mapping."""
+
+import json
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+
+from calibration.figures import label
+from diagnosis.identify import key_of
+from diagnosis.next_measurement import propose
+from diagnosis.quantities import LEVERS, QUANTITIES
+from diagnosis.residuals import calibration, moved, residual_rows, trends
+from diagnosis.settings import BASE
+
+SCHEMA = Path(__file__).with_name("verdict.schema.json")
+CONTENDERS = 4
+LEAST_GAIN = 0.05  # nats; a mechanism with less is told in one line
+MEANING = {
+    "adequate": "Nothing is missing that these data show.",
+    "identified": "The data name what is missing.",
+    "ambiguous": "Something is missing, and these data do not tell which of several it is.",
+    "unexplained": "The model fails, and nothing in the catalogue mends it.",
+}
+
+
+def findings(emulated, measurements, found):
+    """The mapping without its gain, of an `Identification`."""
+    base = found.fits[BASE]
+    rows = residual_rows(measurements, base)
+    patterns = trends(rows)
+    out = {
+        "verdict": found.verdict,
+        "causes": found.causes,
+        "reason": found.reason,
+        "lack_of_fit": {
+            "chi_square": float(base.chi_square[0]),
+            "freedom": float(base.freedom[0]),
+            "p": found.lack_of_fit_p,
+        },
+        "family_p": found.family_p,
+        "threshold_level": found.level,
+        "null_threshold_best": found.threshold,
+        "ranking": found.ranking,
+        "residuals": rows,
+        "patterns": patterns,
+        "calibration": calibration(found.models[BASE], base),
+        "gain": None,
+        "next_measurement": _next(emulated, measurements, found),
+    }
+    winner = extended_name(found)
+    if winner:
+        out["calibration_extended"] = calibration(found.models[winner], found.fits[winner])
+        out["moved"] = moved(out["calibration"], out["calibration_extended"])
+    return out
+
+
+def extended_name(found):
+    """Name of the model to extend to: the causes where identified, the best of them where ambiguous, else None."""
+    if found.verdict == "identified":
+        return (
+            key_of(found.causes)
+            if key_of(found.causes) in found.fits
+            else found.ranking[0]["mechanism"]
+        )
+    return found.ranking[0]["mechanism"] if found.verdict == "ambiguous" else None
+
+
+def _next(emulated, measurements, found):
+    """The measurement that separates the contenders; the base model is one of them unless it has been refuted."""
+    refuted = found.verdict in ("identified", "ambiguous")
+    names = [r["mechanism"] for r in found.ranking][:CONTENDERS] + ([] if refuted else [BASE])
+    causes = [n for n in found.causes if n in found.fits]
+    if found.verdict == "ambiguous" and len(causes) > 1:
+        names = causes
+    score = np.array([float(found.fits[n].score[0]) for n in names])
+    # equal weights among causes that count as not told apart
+    weight = np.exp(np.clip(score - score.max(), -3.0, 0.0))
+    split = {tuple(n.split(" + ")) if n != BASE else (): n for n in names}
+    return propose(
+        emulated,
+        measurements,
+        {k: found.fits[n] for k, n in split.items()},
+        dict(zip(split, weight, strict=True)),
+    )
+
+
+def page(verdict):
+    """The verdict in Markdown, for reading in two minutes."""
+    lines = [
+        "# Diagnosis",
+        "",
+        f"**Verdict: {verdict['verdict']}**{_causes(verdict)}. {MEANING[verdict['verdict']]}",
+        "",
+        f"{_capital(verdict['reason'])}. {_tests(verdict)}",
+        "",
+        "## What the calibrated model gets wrong",
+        "",
+        *([f"- {t['sentence']}" for t in verdict["patterns"]] or ["- No pattern along a lever."]),
+        "",
+        "![Residuals along each lever](residuals.svg)",
+        "",
+        *_ranking(verdict),
+        *_parameters(verdict),
+        *_gain(verdict),
+        *_further(verdict),
+    ]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _capital(text):
+    return text[:1].upper() + text[1:]
+
+
+def _causes(verdict):
+    return f": {', '.join(label(c) for c in verdict['causes'])}" if verdict["causes"] else ""
+
+
+def _tests(verdict):
+    fit = verdict["lack_of_fit"]
+    return (
+        f"The base model's chi-square is {fit['chi_square']:.1f} on {fit['freedom']:.1f} degrees of freedom: "
+        f"{_chance(fit['p'])} of data made by it look as bad. {_chance(verdict['family_p'])} of them would bring up a "
+        "mechanism as helpful as the best one here."
+    )
+
+
+def _chance(p):
+    return f"{100 * p:.2g} %"
+
+
+def _ranking(verdict):
+    """Mechanisms that help at all, best first."""
+    lines = [
+        "## Which mechanism would mend it",
+        "",
+        "The gain says how much better settings are predicted that were left out of the fit, in nats: 2 are odds of 7 "
+        f"to 1. Chance alone reaches the threshold in {_chance(verdict['threshold_level'])} of data.",
+        "",
+        "| mechanism | gain | threshold | strength (95 % interval) |",
+        "|---|---|---|---|",
+    ]
+    idle = []
+    for r in verdict["ranking"]:
+        if r["gain"] < LEAST_GAIN:
+            idle.append(label(r["mechanism"]))
+            continue
+        strength = "; ".join(
+            f"{s['value']:.3g} {s['unit']}".removesuffix(" 1")
+            + f" ({s['low']:.3g} to {s['high']:.3g})"
+            for s in r.get("strength", {}).values()
+        )
+        threshold = f"{r['null_threshold']:.1f}" if "null_threshold" in r else ""
+        lines.append(f"| {label(r['mechanism'])} | {r['gain']:.1f} | {threshold} | {strength} |")
+    if idle:
+        lines += ["", f"No gain: {', '.join(idle)}."]
+    return [*lines, "", "![Gain of each mechanism](ranking.svg)", ""]
+
+
+def _parameters(verdict):
+    lines = ["## Calibrated parameters of the base model", ""]
+    lines += ["| parameter | value | 95 % interval | identified |", "|---|---|---|---|"]
+    for name, c in verdict["calibration"].items():
+        known = "yes" if c["identified"] else "no: the data leave the prior"
+        interval = f"{c['low']:.3f} to {c['high']:.3f}"
+        lines.append(f"| {label(name)} | {c['value']:.3f} | {interval} | {known} |")
+    return [*lines, ""]
+
+
+def _gain(verdict):
+    g = verdict["gain"]
+    if not g:
+        return []
+    low, high = g["held_out_rmse_difference_interval"]
+    lines = [
+        "## Gain of the extended model, with the real engine on left-out settings",
+        "",
+        f"Root mean square error in {g['rmse_unit']}: {g['held_out_rmse_before']:.2f} before, "
+        f"{g['held_out_rmse_after']:.2f} after; difference {low:.2f} to {high:.2f} (95 %), {g['settings']} settings.",
+        "",
+        "![Miss at each left-out setting](gain.svg)",
+        "",
+    ]
+    lines += [f"- {m['sentence']}" for m in verdict.get("moved", {}).values()]
+    return [*lines, ""]
+
+
+def _further(verdict):
+    n = verdict["next_measurement"]
+    if not n:
+        return []
+    quantity = QUANTITIES[n["experiment"]]
+    levers = [
+        f"{LEVERS[k].words} {v:g} {LEVERS[k].unit}".rstrip()
+        for k, v in n["levers"].items()
+        if v is not None
+    ]
+    lines = [
+        "## The measurement that would tell most",
+        "",
+        f"{_capital(quantity.words)} at {', '.join(levers)}: {n['information_bits']:.2f} bits.",
+        "",
+    ]
+    return lines + [
+        f"- {label(name)} expects {p['value']:.3g} ± {p['sd']:.2g} {quantity.unit}"
+        for name, p in n["predictions"].items()
+    ]
+
+
+def validate(verdict):
+    """Raise jsonschema.ValidationError where the mapping does not follow verdict.schema.json."""
+    jsonschema.validate(verdict, json.loads(SCHEMA.read_text()))

@@ -1,0 +1,126 @@
+"""The folder of printed tables, read as text so that no printed digit is lost."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import pandas as pd
+
+from calibration.errors import CalibrationError
+from paper.audit.printed import Printed
+
+
+class AuditInputError(CalibrationError):
+    """A folder of printed tables that lacks something or holds something unreadable; the message says where."""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One statement of the paper: where it stands, what it says, the printed value and its unit."""
+
+    id: str
+    where: str
+    claim: str
+    printed: str
+    unit: str
+
+
+class Paper:
+    """The printed tables in `folder` (see data/paper/README.md for the files)."""
+
+    def __init__(self, folder: str | Path):
+        self.folder = Path(folder)
+        if not self.folder.is_dir():
+            raise AuditInputError(f"{self.folder}: no such folder of printed tables")
+        self._texts: dict[str, pd.DataFrame] = {}
+
+    def has(self, name: str) -> bool:
+        """Whether the file `name`.csv is there."""
+        return (self.folder / f"{name}.csv").is_file()
+
+    def text(self, name: str, *columns: str) -> pd.DataFrame:
+        """The table `name`.csv as printed; raises AuditInputError where it, or one of `columns`, is missing."""
+        path = self.folder / f"{name}.csv"
+        if name not in self._texts:
+            if not path.is_file():
+                raise AuditInputError(f"{path}: missing")
+            # Not pandas' `comment`, which would also cut a "#" inside a sentence.
+            head = sum(1 for line in path.read_text("utf-8").splitlines() if line.startswith("#"))
+            self._texts[name] = pd.read_csv(path, skiprows=head, dtype=str, keep_default_na=False)
+        table = self._texts[name]
+        lacking = [c for c in columns if c not in table.columns]
+        if lacking:
+            raise AuditInputError(
+                f"{path}: no column {', '.join(lacking)}; it has {', '.join(table.columns)}"
+            )
+        return table
+
+    def numbers(self, name: str, *columns: str) -> pd.DataFrame:
+        """The named columns (all where none is named) of `name`.csv as float64."""
+        table = self.text(name, *columns)
+        return pd.DataFrame(
+            {c: [p.value for p in self.printed(name, c)] for c in columns or table.columns}
+        )
+
+    def printed(self, name: str, column: str) -> list[Printed]:
+        """The cells of a column with their printed digits; raises AuditInputError at a cell that is no number."""
+        parsed = []
+        for row, text in enumerate(self.text(name, column)[column], start=1):
+            number = Printed.parse(text)
+            if number is None:
+                path = self.folder / f"{name}.csv"
+                raise AuditInputError(
+                    f"{path}: row {row}, column {column}: {text!r} is not a number"
+                )
+            parsed.append(number)
+        return parsed
+
+    @cached_property
+    def _scalars(self) -> dict[str, str]:
+        files = [
+            self.text(name, "name", "value") for name in ("scalars", "settings", "reference_values")
+        ]
+        return {
+            name: value
+            for file in files
+            for name, value in zip(file["name"], file["value"], strict=True)
+        }
+
+    def scalar_text(self, name: str) -> str:
+        """The printed text of a single figure of scalars.csv, settings.csv or reference_values.csv."""
+        if name not in self._scalars:
+            raise AuditInputError(
+                f"{self.folder / 'scalars.csv'} and settings.csv: no row named {name}"
+            )
+        return self._scalars[name]
+
+    def scalar(self, name: str) -> Printed:
+        """A single figure with its printed digits."""
+        number = Printed.parse(self.scalar_text(name))
+        if number is None:
+            raise AuditInputError(
+                f"{self.folder}: {name}: {self.scalar_text(name)!r} is not a number"
+            )
+        return number
+
+    def value(self, name: str) -> float:
+        """A single figure."""
+        return self.scalar(name).value
+
+    def optional(self, name: str) -> float | None:
+        """A single figure, or None where no file holds it."""
+        return self.value(name) if name in self._scalars else None
+
+    @cached_property
+    def claims(self) -> dict[str, Claim]:
+        """The rows of claims.csv by id, `=name` put in."""
+        columns = ("id", "where", "claim", "printed", "unit")
+        claims = {}
+        for row in self.text("claims", *columns)[list(columns)].itertuples(index=False):
+            text = row.printed
+            if text.startswith("=") and text != "=table":
+                text = self.scalar_text(text[1:])
+            if row.id in claims:
+                raise AuditInputError(f"{self.folder / 'claims.csv'}: the id {row.id} stands twice")
+            claims[row.id] = Claim(row.id, row.where, row.claim, text, row.unit)
+        return claims

@@ -1,0 +1,110 @@
+"""Keeps the results of a finished study under results/reference/ and writes them beside the paper's into the README.
+
+python -m paper.reference results/salt
+"""
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import pandas as pd
+
+from calibration.errors import CalibrationError
+from paper.reproduction import counts
+from paper.reproduction.rows import NOT_COMPARABLE
+
+KEPT = (
+    "*.json",
+    "effects.csv",
+    "anova.csv",
+    "runs.csv",
+    "coefficients.csv",
+    "numerics.csv",
+    "scaling.csv",
+    "reproduction.csv",
+)
+BEGIN, END = "<!-- results: begin -->", "<!-- results: end -->"
+TABLE = Path("reproduction") / "reproduction.csv"
+ASCENT_ITEM, PRINTED_ASCENT = "Table 10", "table10_steepest_ascent.csv"
+
+
+def keep(study, target):
+    """Copy the summaries and tables of a study's stages; plans and figures stay behind."""
+    for folder in sorted(p for p in Path(study).iterdir() if p.is_dir() and p.name != "logs"):
+        for pattern in KEPT:
+            for path in folder.glob(pattern):
+                if path.name != "plan.json":
+                    (Path(target) / folder.name).mkdir(parents=True, exist_ok=True)
+                    shutil.copy(path, Path(target) / folder.name / path.name)
+
+
+def block(table, link, ascent=None):
+    """Markdown: the rows of the reproduction table that matter most, the counts of all rows, and the `link` to them.
+
+    ascent: (printed angles, this project's) along the paths of steepest ascent [deg], shown where the study's path is
+    another than the paper's, so that no angle has its counterpart. Rows of a further study name it.
+    """
+    study = Path(link).parent.parent.name
+    lines = ["| | | paper (EDEM) | this project | agreement |", "|---|---|---|---|---|"]
+    for row in table[table["headline"]].itertuples():
+        if ascent and row.item == ASCENT_ITEM and row.study != study:
+            printed, ours = (", ".join(f"{x:.1f}" for x in angles) for angles in ascent)
+            name = "angles along the ascent, each its own path [deg]"
+            lines.append(f"| {row.item} | {name} | {printed} | {ours} | {NOT_COMPARABLE} |")
+            if row.agreement == NOT_COMPARABLE:
+                continue
+        quantity = row.quantity if row.unit == "1" else f"{row.quantity} [{row.unit}]"
+        if row.study not in ("", study) and not pd.isna(row.study):
+            quantity += f", {row.study}"
+        paper = "" if pd.isna(row.paper) else row.paper
+        lines.append(f"| {row.item} | {quantity} | {paper} | {_ours(row)} | {row.agreement} |")
+    return "\n".join(
+        [*lines, "", f"All tables and equations, with intervals: [{link}]({link}). {counts(table)}"]
+    )
+
+
+def ascents(study, paper="data/paper"):
+    """(printed angles, a study's angles) [deg] along the steepest ascents, or None where one of them is missing."""
+    ours, printed = Path(study) / "ascent" / "ascent.json", Path(paper) / PRINTED_ASCENT
+    if not (ours.is_file() and printed.is_file()):
+        return None
+    angles = pd.read_csv(printed, comment="#")["angle_deg"]
+    return list(angles), json.loads(ours.read_text())["responses"]
+
+
+def _ours(row):
+    """This project's value to a digit more than the paper prints, with its standard deviation where it has one."""
+    if pd.isna(row.this_project):
+        return ""
+    try:
+        value = float(row.this_project)
+    except ValueError:
+        return row.this_project
+    printed = str(row.paper).partition(".")[2]
+    digits = min(len(printed) + 1, 3)
+    spread = "" if pd.isna(row.sd) else f" ± {row.sd:.{digits}f}"
+    return f"{value:.{digits}f}{spread}"
+
+
+def main(study):
+    """Keep the study's results and put its reproduction table into the README. Raises CalibrationError without one."""
+    if not (Path(study) / TABLE).is_file():
+        raise CalibrationError(
+            f"{Path(study) / TABLE}: missing; `snakemake -j2 reproduction` makes it"
+        )
+    target = Path("results/reference") / Path(study).name
+    if Path(study).resolve() != target.resolve():
+        keep(study, target)
+    readme = Path("README.md")
+    before, rest = readme.read_text().split(BEGIN, 1)
+    table = pd.read_csv(target / TABLE, dtype={"paper": str})
+    text = block(table, target / TABLE, ascents(target))
+    readme.write_text(f"{before}{BEGIN}\n{text}\n{END}{rest.split(END, 1)[1]}")
+
+
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1])
+    except CalibrationError as error:
+        sys.exit(str(error))

@@ -1,0 +1,171 @@
+"""Tables 8 and 9, Eqs. 20 to 27: tilted plane, drop and direct shear."""
+
+import math
+
+import numpy as np
+
+from paper.reproduction.rows import (
+    NO_NUMBER,
+    NOT_COMPARABLE,
+    NOT_RUN,
+    Place,
+    absent,
+    estimates,
+    exact,
+    line_fit,
+    means,
+    printed_of,
+    within,
+    words,
+)
+
+DRAWS = 2000
+TESTS = {
+    # stage: table, file, column, equation, unit; scalars: measured, factor, confirming mean, coefficients
+    "tilt": (
+        "Table 8", "table08_inclined_plane", "angle_deg", "Eq. 21", "deg", "measured_inclined_plane_angle",
+        "salt_steel_static_friction", "simulated_tilt_angle", "eq21_coefficients",
+    ),
+    "drop": (
+        "Table 9", "table09_drop_test", "rebound_height_mm", "Eq. 23", "mm", "measured_rebound_height",
+        "salt_steel_restitution", "simulated_rebound_at_0.421", "eq23_coefficients",
+    ),
+}  # fmt: skip
+R2 = {"tilt": "tilt.r2", "drop": "drop.r2"}
+TRIALS = 5  # 2.3.2 and 2.3.3: the mean of five
+DIRECT = {"tilt": ("Eq. 20", "tan of the sliding angle"), "drop": ("Eq. 22", "sqrt(h1/H1)")}
+
+
+def rows(paper, study):
+    """Rows of the bench tests."""
+    for stage in TESTS:
+        yield from _sweep(paper, study, stage)
+    yield from _shear(paper, study)
+
+
+def _sweep(paper, study, stage):
+    item, file, column, equation, unit, measured, factor, confirming, coefficients = TESTS[stage]
+    yield _direct(paper, stage, measured, factor)
+    runs, summary = study.table(stage, "runs"), study.summary(stage)
+    if runs is None or summary is None:
+        for what in (item, equation):
+            yield absent(Place(what, f"{stage}.{what}", f"{stage} test"), None, NOT_RUN, stage)
+        return
+    table = paper.numbers(file, factor, column)
+    for level, text in zip(table[factor], paper.printed(file, column), strict=True):
+        place = Place(item, f"{stage}.{level:g}", f"{unit} at {factor} {level:g}", unit, study.name)
+        here = runs[np.isclose(runs[factor], level)]
+        if here.empty:
+            yield absent(place, text.text, NOT_COMPARABLE, "not a level of this sweep")
+            continue
+        run = here.iloc[0]
+        repeats = int(run.get("repeats", 1))
+        yield means(place, text, run["response"], run.get("response_sd"), repeats, paper_n=TRIALS)
+    theirs = _quadratic(table[factor], table[column])
+    ours = _quadratic(runs[factor], runs["response"])
+    printed = paper.scalar_text(coefficients).split()
+    for k, (name, text) in enumerate(zip(("x²", "x", "1"), printed, strict=True)):
+        place = Place(
+            equation, f"{stage}.coefficient{k}", f"coefficient of {name}", unit, study.name
+        )
+        mine, their_se = float(ours[0][k]), math.sqrt(theirs[1][k, k])
+        yield estimates(place, printed_of(text), mine, math.sqrt(ours[1][k, k]), ours[2], their_se)
+    place = Place(equation, f"{stage}.R2", "R² of the quadratic", "1", study.name)
+    yield _r2(place, printed_of(paper.claims[R2[stage]].printed), runs[factor], runs["response"])
+    place = Place(
+        equation, f"{stage}.inverse", factor.replace("_", " "), "1", study.name, headline=True
+    )
+    level, errors = (
+        summary["inverse"],
+        [_inverse_se(fit, summary["inverse"]) for fit in (ours, theirs)],
+    )
+    yield estimates(place, paper.scalar(factor), level, errors[0], ours[2], errors[1])
+    place = Place(
+        equation, f"{stage}.confirmation", f"mean of runs at the inverse [{unit}]", unit, study.name
+    )
+    mean, sd = summary["confirmed_mean"], summary["confirmed_sd"]
+    count = summary.get("confirmed_n")
+    yield means(place, paper.scalar(confirming), mean, sd, count, paper_n=TRIALS)
+
+
+def _direct(paper, stage, measured, factor):
+    equation, text = DIRECT[stage]
+    value = paper.value(measured)
+    if stage == "tilt":
+        found = math.tan(math.radians(value))
+    else:
+        found = math.sqrt(value / paper.value("drop_height"))
+    place = Place(equation, f"{stage}.direct", f"{factor.replace('_', ' ')} by {text}")
+    return exact(place, paper.scalar(factor), found, "computed from the measured value")
+
+
+def _quadratic(x, y):
+    """(coefficients, highest power first; their covariance; degrees of freedom)."""
+    return line_fit(np.vander(np.asarray(x, float), 3), np.asarray(y, float))
+
+
+def _inverse_se(fit, level):
+    """Standard error of an inverse at `level`: that of the fitted curve there over its slope."""
+    coefficients, covariance, _ = fit
+    powers = np.array([level**2, level, 1.0])
+    slope = float(np.polyval(np.polyder(coefficients), level))
+    return math.sqrt(powers @ covariance @ powers) / abs(slope)
+
+
+def _r2(place, printed, x, y):
+    """R2 of our quadratic, its interval drawn from the fit and the scatter about it."""
+    matrix = np.vander(np.asarray(x, float), 3)
+    y = np.asarray(y, float)
+    coefficients, _, freedom = line_fit(matrix, y)
+    fitted = matrix @ coefficients
+    sd = math.sqrt(float(((y - fitted) ** 2).sum()) / freedom)
+    draws = fitted + np.random.default_rng(1).normal(0.0, sd, (DRAWS, len(y)))
+    hat = matrix @ np.linalg.pinv(matrix)
+    residual = ((draws - draws @ hat.T) ** 2).sum(1)
+    total = ((draws - draws.mean(1, keepdims=True)) ** 2).sum(1)
+    low, high = np.quantile(1 - residual / total, (0.025, 0.975))
+    ours = 1 - float(((y - fitted) ** 2).sum() / ((y - y.mean()) ** 2).sum())
+    return within(place, printed, ours, low, high, "interval of our R², drawn from the fit")
+
+
+def _shear(paper, study):
+    summary = study.summary("shear")
+    for number, text in (
+        ("24", "normal load of the pre-shear"),
+        ("25", "normal load of the shear"),
+    ):
+        yield absent(
+            Place(f"Eq. {number}", f"shear.eq{number}", text, "N"), None, NO_NUMBER,
+            "a definition; the lid's load and weight are controlled to it",
+        )  # fmt: skip
+    if summary is None or "loci" not in summary:
+        for item in ("Eq. 26", "Eq. 27"):
+            yield absent(Place(item, f"shear.{item}", "yield locus"), None, NOT_RUN, "shear")
+        return
+    found = summary[summary["measure"]]
+    friction = paper.scalar("salt_salt_static_friction")
+    text = f"slope of the yield locus at particle friction {found['particle_friction']:g}"
+    place = Place("Eq. 26", "shear.slope", text, "1", study.name, headline=True)
+    basis = "interval of our slope over all runs"
+    yield within(
+        place, paper.scalar("yield_locus_slope"), found["slope"], *found["slope_interval"], basis
+    )
+    nearest = min(
+        summary["loci"], key=lambda x: abs(x["particle_friction"] - found["particle_friction"])
+    )
+    locus = nearest[summary["measure"]]
+    place = Place("Eq. 26", "shear.intercept", "intercept of the yield locus", "kPa", study.name)
+    yield within(
+        place, paper.scalar("yield_locus_intercept"), locus["intercept_kPa"], *locus["intercept_interval_kPa"],
+        f"interval of our locus at particle friction {nearest['particle_friction']:g}",
+    )  # fmt: skip
+    place = Place(
+        "Eq. 27", "shear.friction", "particle friction for the measured slope", "1", study.name, headline=True
+    )  # fmt: skip
+    if found["inverse"] is None:
+        low, high = found["swept"]
+        yield words(place, friction.text, f"none between {low:g} and {high:g}", summary["sentence"])
+    else:
+        yield within(
+            place, friction, found["inverse"], *found["inverse_interval"], summary["sentence"]
+        )

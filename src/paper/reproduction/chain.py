@@ -1,0 +1,292 @@
+"""Tables 10 to 13 and Eq. 28: ascent, response surface, optimum and validation.
+
+The paper's points, terms and optimum can be compared one by one only with a study whose screening sent on the paper's
+three factors; the first such study among those given is taken.
+"""
+
+import numpy as np
+import pandas as pd
+
+from calibration.statistics.surface import fit_surface
+from calibration.statistics.validate import compare
+from paper.reproduction.measured import simulated_sd
+from paper.reproduction.rows import (
+    NOT_COMPARABLE,
+    NOT_RUN,
+    Place,
+    absent,
+    estimates,
+    means,
+    printed_of,
+    single_run,
+    within,
+    words,
+)
+
+NAMES = {
+    # the paper's letters: factor
+    "X": "salt_salt_rolling_friction",
+    "Y": "salt_salt_restitution",
+    "Z": "salt_steel_rolling_friction",
+}
+LETTERS = dict(zip("ABC", "XYZ", strict=True))  # Table 12 and Eq. 28 call X, Y, Z by A, B, C
+STATISTICS = ("R2", "R2_adj", "R2_pred", "CV_percent", "adequate_precision")
+DRAWS = 400
+
+
+def rows(paper, studies):
+    """Rows of the chain: the paper's points from a study of its factors, the validation of every study."""
+    alike = [s for s in studies if set(s.region_names() or ()) == set(NAMES.values())]
+    study = alike[0] if alike else None
+    parts = (
+        ("Table 10", "angles along the ascent", _ascent),
+        ("Table 11", "coding of the factors", _coding),
+        ("Table 11", "angles of the Box-Behnken runs", _box_behnken),
+        ("Eq. 28", "coefficients", _equation),
+        ("Table 12", "significance of the terms", _terms),
+        ("3.1", "the paper's optimum", _optimum),
+    )
+    for item, what, part in parts:
+        if study is None:
+            sent = "; ".join(
+                f"{s.name}: {', '.join(s.region_names() or ('not run',))}" for s in studies
+            )
+            place = Place(item, f"{item}.{what}", what, "deg")
+            yield absent(place, None, NOT_COMPARABLE, f"no study of the paper's factors ({sent})")
+        else:
+            yield from part(paper, study)
+    first = study or studies[0]
+    yield from _statistics(paper, first)
+    for one in studies:
+        yield from _validation(paper, one)
+
+
+def spread(paper, study):
+    """(our sd between seeds or None, runs it is from, the paper's sd between its runs) [deg]."""
+    return *(study.seed_spread() or (None, None)), simulated_sd(paper)
+
+
+def _ascent(paper, study):
+    table = paper.numbers("table10_steepest_ascent", *NAMES, "angle_deg")
+    runs = study.table("ascent", "runs")
+    for k, text in enumerate(paper.printed("table10_steepest_ascent", "angle_deg")):
+        place = Place(
+            "Table 10", f"table10.level{k + 1}", f"angle at level {k + 1}", "deg", study.name
+        )
+        point = {NAMES[c]: table[c][k] for c in NAMES}
+        here = _runs_at(runs, point)
+        if here.empty:
+            yield absent(place, text.text, NOT_COMPARABLE, "our path does not pass this point")
+        else:
+            yield single_run(place, text, float(here["response"].iloc[0]), *spread(paper, study))
+
+
+def _runs_at(runs, point):
+    if runs is None or not set(point) <= set(runs):
+        return pd.DataFrame()
+    return runs[np.all([np.isclose(runs[c], v, atol=1e-6) for c, v in point.items()], axis=0)]
+
+
+def _coding(paper, study):
+    table = paper.text("table11_coding", "factor", "low", "centre", "high").set_index("factor")
+    region = {f["name"]: f for f in study.summary("response_surface", "region")}
+    for letter, name in NAMES.items():
+        place = Place("Table 11", f"table11.coding.{letter}", f"levels of {name}", "1", study.name)
+        low, high = region[name]["low"], region[name]["high"]
+        ours = " ".join(f"{v:g}" for v in (low, round((low + high) / 2, 9), high))
+        said = " ".join(f"{float(v):g}" for v in table.loc[letter, ["low", "centre", "high"]])
+        yield words(place, said, ours, "region of the response surface")
+
+
+def _box_behnken(paper, study):
+    coding = paper.numbers("table11_coding", "low", "centre", "high")
+    levels = paper.numbers("table11_box_behnken", *NAMES)
+    runs, used = study.table("response_surface", "runs"), {}
+    for k, text in enumerate(paper.printed("table11_box_behnken", "angle_deg")):
+        place = Place("Table 11", f"table11.run{k + 1}", f"angle of run {k + 1}", "deg", study.name)
+        point = {
+            name: coding["centre"][i]
+            + levels[letter][k] * (coding["high"][i] - coding["centre"][i])
+            for i, (letter, name) in enumerate(NAMES.items())
+        }
+        here, key = _runs_at(runs, point), tuple(point.values())
+        n = used[key] = used.get(key, -1) + 1
+        if n >= len(here):
+            yield absent(place, text.text, NOT_COMPARABLE, "not a point of our design")
+        else:
+            yield single_run(place, text, float(here["response"].iloc[n]), *spread(paper, study))
+
+
+def _surfaces(paper, study):
+    """The paper's regression of Table 11 (its Box-Behnken levels) and ours, in the paper's letters A, B, C."""
+    table = paper.numbers("table11_box_behnken", *NAMES, "angle_deg").rename(
+        columns={x: a for a, x in LETTERS.items()}
+    )
+    theirs = fit_surface(table, list(LETTERS), table["angle_deg"])
+    region = {f["name"]: f["code"] for f in study.summary("response_surface", "region")}
+    runs = study.table("response_surface", "runs")
+    ours = pd.DataFrame({a: runs[region[NAMES[x]]] for a, x in LETTERS.items()})
+    return theirs, fit_surface(ours, list(LETTERS), runs["response"])
+
+
+def _equation(paper, study):
+    theirs, ours = _surfaces(paper, study)
+    printed = dict(
+        part.split(":") if ":" in part else ("Intercept", part)
+        for part in paper.scalar_text("eq28_coefficients").split()
+    )
+    table, other = (s.coefficients.set_index("term") for s in (ours, theirs))
+    for term in table.index:
+        name = term.replace("²", "2")
+        place = Place("Eq. 28", f"eq28.{name}", f"coefficient of {term}", "deg", study.name)
+        mine, error = table.loc[term, ["estimate", "se"]]
+        if name in printed:
+            their_se = other.loc[term, "se"]
+            yield estimates(place, printed_of(printed[name]), mine, error, ours.df, their_se)
+        else:
+            yield absent(place, None, NOT_COMPARABLE, "the paper leaves this term out", ours=mine)
+
+
+def _terms(paper, study):
+    _, ours = _surfaces(paper, study)
+    mine = ours.anova.assign(source=ours.anova["source"].str.replace("²", "2")).set_index("source")[
+        "p"
+    ]
+    table = paper.text("table12_box_behnken_anova", "source", "p")
+    for source, p in zip(table["source"], table["p"], strict=True):
+        if not p or source not in mine.index:
+            continue
+        place = Place(
+            "Table 12", f"table12.{source}.p", f"{source} significant at 0.05", "1", study.name
+        )
+        limit = printed_of(p.lstrip("<")).value
+        said = ["yes" if value < 0.05 else "no" for value in (limit, mine[source])]
+        yield words(place, *said, f"p {p} and {mine[source]:.2g}")
+
+
+def _statistics(paper, study):
+    """Fit statistics of our surface, whatever its factors, with intervals drawn from the fit."""
+    runs, region = (
+        study.table("response_surface", "runs"),
+        study.summary("response_surface", "region"),
+    )
+    table = paper.text("table12_summary", "statistic", "value")
+    printed = dict(zip(table["statistic"], table["value"], strict=True))
+    if runs is None or region is None:
+        yield absent(
+            Place("Table 12", "table12.statistics", "fit statistics"),
+            None,
+            NOT_RUN,
+            "response_surface",
+        )
+        return
+    codes = [f["code"] for f in region]
+    ours = fit_surface(runs, codes, runs["response"])
+    draws = _drawn(runs, codes, ours)
+    names = {"R2": "R²", "R2_adj": "adjusted R²", "R2_pred": "predicted R²", "CV_percent": "CV"}
+    for key in STATISTICS:
+        unit = "%" if key == "CV_percent" else "1"
+        place = Place(
+            "Table 12", f"table12.{key}", names.get(key, "adequate precision"), unit, study.name, key != "R2_adj"
+        )  # fmt: skip
+        low, high = np.quantile(draws[key], (0.025, 0.975))
+        basis = "interval of our statistic, drawn from our fit and its residuals"
+        yield within(place, printed_of(printed[key]), ours.summary[key], low, high, basis)
+
+
+def _drawn(runs, codes, surface):
+    """Statistics (DRAWS,) each of surfaces fitted to responses drawn about `surface`."""
+    rng, fitted = np.random.default_rng(1), surface.predict(runs[codes].to_numpy(float))
+    sd = float(np.sqrt(surface.sigma2))
+    found = [
+        fit_surface(runs, codes, fitted + rng.normal(0.0, sd, len(fitted))).summary
+        for _ in range(DRAWS)
+    ]
+    return {key: np.array([f[key] for f in found]) for key in STATISTICS}
+
+
+def _optimum(paper, study):
+    """Our surface at the paper's optimum beside the paper's validated angle, and the paper's optimum in our set."""
+    _, ours = _surfaces(paper, study)
+    region = {f["name"]: f for f in study.summary("response_surface", "region")}
+    point = [_coded(region[name], paper.value(f"optimum_{name}")) for name in NAMES.values()]
+    angle = paper.scalar("validated_angle_of_repose")
+    predicted = float(ours.predict(np.array([point]))[0])
+    low, high = (float(x[0]) for x in ours.confirmation_interval([point], 25))
+    place = Place(
+        "3.1", "optimum.angle", "angle at the paper's optimum, by our surface", "deg", study.name, headline=True
+    )  # fmt: skip
+    yield within(place, angle, predicted, low, high, "interval of the mean of 25 runs there")
+    optimum = study.summary("optimise", "optimum")
+    for letter, name in NAMES.items():
+        place = Place(
+            "3.1", f"optimum.{letter}", f"optimum: {name.replace('_', ' ')}", "1", study.name
+        )
+        printed = paper.scalar(f"optimum_{name}")
+        if optimum is None:
+            yield absent(place, printed.text, NOT_RUN, "optimise")
+            continue
+        low, high = optimum["solution_set"][name]
+        yield within(
+            place, printed, optimum["optimum"][name], low, high, "extent of our solution set"
+        )
+
+
+def _coded(factor, level):
+    return (level - 0.5 * (factor["low"] + factor["high"])) / (
+        0.5 * (factor["high"] - factor["low"])
+    )
+
+
+def _validation(paper, study):
+    found = study.summary("validation")
+    if found is None:
+        place = Place("Table 13", f"table13.{study.name}", "validated angle", "deg", study.name)
+        yield absent(place, paper.scalar_text("validated_angle_of_repose"), NOT_RUN, "validation")
+        return
+    table = paper.numbers("table13_validation", "group", "replicate", "angle_deg")
+    theirs = table.pivot(index="group", columns="replicate", values="angle_deg").to_numpy()
+    place = Place(
+        "Table 13",
+        f"table13.mean.{study.name}",
+        "validated angle of repose",
+        "deg",
+        study.name,
+        True,
+    )
+    yield means(
+        place, paper.scalar("validated_angle_of_repose"), found["simulated_mean"], found["simulated_sd"],
+        found["simulated_n"], float(theirs.std(ddof=1)), theirs.size,
+    )  # fmt: skip
+    yield _relative_error(paper, study, found)
+    measured = paper.numbers("table01_measured_angle_of_repose", "angle_deg")[
+        "angle_deg"
+    ].to_numpy()
+    their_p = compare(theirs, measured, found["margin"]).t_p
+    place = Place(
+        "3.2",
+        f"validation.t_test.{study.name}",
+        "simulated and measured differ (t test)",
+        "1",
+        study.name,
+    )
+    said = ["yes" if p < 0.05 else "no" for p in (their_p, found["t_p"])]
+    yield words(place, *said, f"p {their_p:.2g} (from Tables 1 and 13) and {found['t_p']:.2g}")
+
+
+def _relative_error(paper, study, found):
+    """Error of the validated angle, its interval from that of the difference."""
+    place = Place(
+        "3.2", f"validation.error.{study.name}", "error of the validated angle, signed", "%", study.name, True
+    )  # fmt: skip
+    scale = 100.0 / found["measured_mean"]
+    low, high = scale * found["difference_low"], scale * found["difference_high"]
+    printed = printed_of(paper.claims["validation.error"].printed)
+    return within(
+        place,
+        printed,
+        scale * found["difference"],
+        low,
+        high,
+        "interval of the difference of means",
+    )

@@ -1,0 +1,88 @@
+"""Eqs. 1 to 15: definitions, identities checked with numbers, and the statements that the scaling study judged."""
+
+import math
+
+import numpy as np
+
+from paper.reproduction.rows import (
+    AGREES,
+    DISAGREES,
+    NO_NUMBER,
+    NOT_RUN,
+    Place,
+    absent,
+)
+
+VERDICTS = {"holds": AGREES, "fails": DISAGREES, "undecided": "undecided"}
+
+
+def effective_mass(radius, density, ratio):
+    """Eq. 10 and the effective mass of two spheres of radii R and ratio R [kg]."""
+    sphere = 4.0 / 3.0 * math.pi * density * radius**3
+    other = sphere * ratio**3
+    printed = 4.0 * math.pi * radius**3 * density * ratio**3 / (3.0 * (1.0 + ratio**3))
+    return printed, sphere * other / (sphere + other)
+
+
+def effective_radius(radius, density, ratio):
+    """Eq. 11's right side and its left side [m]."""
+    return radius * ratio / (1.0 + ratio), radius * ratio * radius / (radius + ratio * radius)
+
+
+def dimensionless_contact(radius, density, ratio):
+    """Inertia, stiffness and damping terms of Eq. 14, from Eq. 9 with Eq. 12 put in, over R^2 rho v0^2."""
+    stiffness, damping, speed = 800.0, 0.01, 1.7
+    mass = effective_mass(radius, density, ratio)[1]
+    terms = np.array([mass * speed**2 / radius, stiffness * radius, damping * speed])
+    printed = np.array(
+        [
+            4.0 * math.pi * ratio**3 / (3.0 * (1.0 + ratio**3)),
+            stiffness / (radius * density * speed**2),
+            damping / (radius**2 * density * speed),
+        ]
+    )
+    return printed, terms / (radius**2 * density * speed**2)
+
+
+IDENTITIES = {f.__name__: f for f in (effective_mass, effective_radius, dimensionless_contact)}
+
+
+def rows(paper, study):
+    """A row an equation or statement; equations that hold a table's numbers stand with that table."""
+    summary = study.summary("scaling")
+    statements = {s["id"]: s for s in summary["statements"]} if summary else {}
+    table = paper.text("equations", "equation", "shows", "kind", "here")
+    for number, shows, kind, here in table.itertuples(index=False):
+        item = f"Eq. {number}"
+        if kind == "definition":
+            yield absent(Place(item, f"eq{number}", shows), None, NO_NUMBER, here)
+        elif kind == "identity":
+            yield _identity(Place(item, f"eq{number}", shows), here)
+        elif kind == "statement":
+            for name in here.split():
+                yield _statement(item, name, statements.get(name), study.name)
+    for name, statement in statements.items():
+        if name.split(".")[0] in ("heap", "drop"):
+            yield _statement("1.2", name, statement, study.name)
+
+
+def _identity(place, name):
+    """Both sides of an equation at size ratios 0.5 to 4."""
+    sides = [IDENTITIES[name](1e-3, 1210.0, ratio) for ratio in (0.5, 1.0, 2.0, 4.0)]
+    same = all(np.allclose(a, b, rtol=1e-12) for a, b in sides)
+    return absent(
+        place, "=", AGREES if same else DISAGREES, "both sides computed at size ratios 0.5 to 4",
+        "equal" if same else "not equal",
+    )  # fmt: skip
+
+
+def _statement(item, name, statement, study):
+    if statement is None:
+        return absent(Place(item, name, name), None, NOT_RUN, "scaling")
+    place = Place(item, name, statement["statement"], "1", study, item == "1.2")
+    row = absent(place, None, VERDICTS[statement["verdict"]], statement["sentence"])
+    printed, found = statement["printed"], statement["found"]
+    if found is not None:
+        row |= {"paper": f"{printed:g}", "this_project": found, "difference": found - printed}
+        row |= {"low": statement["low"] - printed, "high": statement["high"] - printed}
+    return row

@@ -1,0 +1,61 @@
+"""The measured table-tennis ball: its table follows from the printed intervals, and the diagnosis finds the air."""
+
+import importlib.util
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import yaml
+
+from calibration.batches import simulate
+from calibration.config import overlay, parse_config
+from diagnosis.design import plan
+from diagnosis.emulator import teach
+from diagnosis.identify import identify
+from diagnosis.model import Emulated
+from diagnosis.settings import catalogue_of, parameters_of, read_settings
+from diagnosis.stages import load
+
+FOLDER = Path("data/literature")
+
+
+def derived():
+    spec = importlib.util.spec_from_file_location("derive", FOLDER / "derive.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.measurements()
+
+
+def study():
+    """Configuration and settings of the case, with fewer of the emulators' runs."""
+    files = ("config/config.yaml", FOLDER / "table_tennis_ball.yaml")
+    base, own = (yaml.safe_load(Path(f).read_text()) for f in files)
+    config = parse_config(overlay(base, own))
+    changes = config.diagnosis | {"runs_per_input": 4}
+    return config, read_settings("config/diagnosis.yaml", changes)
+
+
+def test_the_table_is_what_the_intervals_give():
+    table = pd.read_csv(FOLDER / "table_tennis_ball.csv", comment="#")
+    pd.testing.assert_frame_equal(table, derived(), check_exact=False, rtol=1e-9)
+
+
+def test_the_loss_that_grows_with_the_height_is_the_airs(tmp_path):
+    config, settings = study()
+    measured, kinds = load(config, settings)
+    known, factors = (
+        catalogue_of(settings, kinds),
+        parameters_of(settings, config.factors, kinds),
+    )
+    rows, specs = plan(settings, config.run, factors, known, kinds)
+    emulators, errors = teach(rows, simulate(specs, tmp_path), settings, factors)
+    assert all(e["failed"] == 0 for e in errors)
+    found = identify(Emulated(emulators, settings, factors, known), measured, replicates=120)
+    assert found.lack_of_fit_p < 0.025, "a constant restitution must fail"
+    assert found.ranking[0]["mechanism"] == "air_drag"
+    assert found.verdict in ("identified", "ambiguous")
+    strength = found.ranking[0]["strength"]["air_drag"]
+    # that of air, within the interval that the data leave
+    assert strength["low"] < 1.0 < strength["high"] or strength["value"] == pytest.approx(
+        1, abs=0.4
+    )

@@ -1,0 +1,137 @@
+"""The table of measurements: good rows are read, each fault is one error with its line and column."""
+
+import pytest
+
+from calibration.errors import ConfigError
+from diagnosis.measurements import MeasurementErrors, read_measurements, to_table
+
+HEADER = "experiment,quantity,value,unit,sd,n,drop_height_mm,tilt_rate_deg_s,output_interval_s,note"
+GOOD = [
+    "drop,rebound_height,20.5,mm,1,5,150,,,",
+    "drop,rebound_height,40,mm,1,5,300,,0.01,two",
+    "tilt,sliding_angle,35.8,deg,0.5,5,,5,,",
+]
+
+
+def write(tmp_path, rows, header=HEADER):
+    path = tmp_path / "measurements.csv"
+    path.write_text("\n".join(["# a comment", header, *rows]) + "\n")
+    return path
+
+
+def test_good_rows_come_back_with_their_levers(tmp_path):
+    drop, second, tilt = read_measurements(write(tmp_path, GOOD))
+    assert (drop.value, drop.sd, drop.n, drop.levers) == (20.5, 1.0, 5, {"drop_height_mm": 150.0})
+    assert second.levers == {"drop_height_mm": 300.0, "output_interval_s": 0.01}
+    assert tilt.experiment == "tilt"
+
+
+def test_written_table_reads_back(tmp_path):
+    measured = read_measurements(write(tmp_path, GOOD))
+    path = tmp_path / "again.csv"
+    to_table(measured).to_csv(path, index=False)
+    assert read_measurements(path) == measured
+
+
+FAULTS = [
+    ("drip,rebound_height,20,mm,1,5,150,,,", "experiment", "heap, drop, tilt, shear"),
+    ("drop,sliding_angle,20,mm,1,5,150,,,", "quantity", "rebound_height"),
+    ("drop,rebound_height,20,cm,1,5,150,,,", "unit", "mm"),
+    ("drop,rebound_height,twenty,mm,1,5,150,,,", "value", "not a number"),
+    ("tilt,sliding_angle,95,deg,1,5,,5,,", "value", "0.1 to 89"),
+    ("heap,angle_of_repose,40,mm,1,5,,,,", "unit", "deg"),
+    ("shear,shear_stress,1.8,Pa,0.1,3,,,,", "unit", "kPa"),
+    ("drop,rebound_height,,mm,1,5,150,,,", "value", "missing"),
+    ("drop,rebound_height,-3,mm,1,5,150,,,", "value", "out of range"),
+    ("drop,rebound_height,0,mm,1,5,150,,,", "value", "out of range"),
+    ("drop,rebound_height,151,mm,1,5,150.5,,,", "value", "less than drop_height_mm = 150.5"),
+    ("drop,rebound_height,20,mm,,5,150,,,", "sd", "missing"),
+    ("drop,rebound_height,20,mm,0,5,150,,,", "sd", "out of range"),
+    ("drop,rebound_height,20,mm,inf,5,150,,,", "sd", "out of range"),
+    ("drop,rebound_height,20,mm,1,,150,,,", "n", "missing"),
+    ("drop,rebound_height,20,mm,1,many,150,,,", "n", "not a number"),
+    ("drop,rebound_height,20,mm,1,2.5,150,,,", "n", "whole number"),
+    ("drop,rebound_height,20,mm,1,0,150,,,", "n", "out of range"),
+    ("drop,rebound_height,20,mm,1,5,,,,", "drop_height_mm", "needed"),
+    ("drop,rebound_height,20,mm,1,5,150,5,,", "tilt_rate_deg_s", "no lever of drop"),
+    ("tilt,sliding_angle,35,deg,1,5,,1e6,,", "tilt_rate_deg_s", "out of range"),
+    ("tilt,sliding_angle,35,deg,1,5,,6,0.01,", "output_interval_s", "no lever of tilt"),
+    ("drop,rebound_height,21,mm,1,5,150,,,", "experiment", "line 3"),
+    ("drop,rebound_height,21,mm,1,5,150.0,,,", "experiment", "line 3"),
+    ("drop,rebound_height,nan,mm,1,5,250,,,", "value", "out of range"),
+]
+
+
+@pytest.mark.parametrize(("row", "column", "says"), FAULTS)
+def test_each_fault_names_line_and_column(tmp_path, row, column, says):
+    path = write(tmp_path, [*GOOD, row])
+    with pytest.raises(ConfigError) as caught:
+        read_measurements(path)
+    assert f"{path}, line 6, column {column}:" in str(caught.value)
+    assert says in str(caught.value)
+
+
+def test_every_fault_of_a_file_is_one_line(tmp_path):
+    rows = [
+        "drop,rebound_height,20,cm,,5,150,,,",
+        "tilt,sliding_angle,35.8,deg,0.5,5,,5,,",
+        "slide,x,1,mm,1,5,,,,",
+    ]
+    with pytest.raises(MeasurementErrors) as caught:
+        read_measurements(write(tmp_path, rows))
+    lines = str(caught.value).splitlines()
+    assert len(lines) == len(caught.value.faults) == 3
+    for text, where in zip(
+        lines,
+        ["line 3, column unit", "line 3, column sd", "line 5, column experiment"],
+        strict=True,
+    ):
+        assert where in text
+
+
+def test_too_few_conditions(tmp_path):
+    with pytest.raises(ConfigError, match="too few conditions"):
+        read_measurements(write(tmp_path, GOOD[:2]))
+
+
+def test_conditions_that_vary_no_lever(tmp_path):
+    rows = [GOOD[0], GOOD[2], "heap,angle_of_repose,40,deg,1,5,,,,"]
+    with pytest.raises(ConfigError, match="no experiment at two settings of a lever"):
+        read_measurements(write(tmp_path, rows))
+
+
+def test_a_row_with_too_many_cells(tmp_path):
+    with pytest.raises(ConfigError, match="line 6: has 13 cells under 10 columns"):
+        read_measurements(write(tmp_path, [*GOOD, GOOD[0] + ",,,"]))
+
+
+def test_a_byte_order_mark_and_blank_lines_are_no_fault(tmp_path):
+    path = write(tmp_path, ["", *GOOD])
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert [m.line for m in read_measurements(path)] == [4, 5, 6]
+
+
+def test_an_empty_file_and_one_that_is_no_text(tmp_path):
+    path = tmp_path / "empty.csv"
+    path.write_text("# nothing\n")
+    with pytest.raises(ConfigError, match="is empty"):
+        read_measurements(path)
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ConfigError, match="is not text"):
+        read_measurements(path)
+
+
+def test_unknown_and_missing_columns(tmp_path):
+    with pytest.raises(ConfigError, match=r"line 2, column colour: is no known column"):
+        read_measurements(write(tmp_path, GOOD, HEADER.replace("note", "colour")))
+    with pytest.raises(ConfigError, match=r"column sd: is missing"):
+        read_measurements(
+            write(tmp_path, GOOD, HEADER.replace("sd", "note").replace(",note", "", 1))
+        )
+    with pytest.raises(ConfigError, match=r"column unit: stands twice"):
+        read_measurements(write(tmp_path, GOOD, HEADER.replace("note", "unit")))
+
+
+def test_a_missing_file(tmp_path):
+    with pytest.raises(ConfigError, match="cannot be read"):
+        read_measurements(tmp_path / "none.csv")

@@ -1,0 +1,115 @@
+"""Sentences about the residuals, parameters that moved, and the gain on left-out settings."""
+
+import numpy as np
+import pytest
+
+from diagnosis import figures
+from diagnosis.extend import gain, run_scatter
+from diagnosis.measurements import Measurement
+from diagnosis.residuals import moved, trends
+
+
+def row(experiment, levers, measured, predicted, sd, p=0.5):
+    return {
+        "experiment": experiment,
+        "levers": levers,
+        "measured": measured,
+        "predicted": predicted,
+        "sd": sd,
+        "standardised": (measured - predicted) / sd,
+        "predictive_p": p,
+    }
+
+
+def drops(measured, sd=1.0):
+    heights = (50.0, 100.0, 200.0, 300.0)
+    return [
+        row("drop", {"drop_height_mm": h}, m, 0.2 * h, sd)
+        for h, m in zip(heights, measured, strict=True)
+    ]
+
+
+def test_a_slope_along_a_lever_is_told_with_its_two_ends():
+    [found] = trends(drops([10.1, 19.5, 36.0, 49.2]))
+    assert (found["kind"], found["lever"]) == ("trend", "drop_height_mm")
+    assert found["slope"] < 0
+    assert found["sentence"] == (
+        "The measured rebound falls short of the model by 18 % at a drop height of 300 mm, and "
+        "agrees with the model at a drop height of 50 mm."
+    )
+
+
+def test_noise_is_no_pattern():
+    assert trends(drops([10.8, 19.3, 40.9, 59.4])) == []
+
+
+def test_an_experiment_that_is_off_as_a_whole_and_a_single_setting():
+    tilt = row("tilt", {"tilt_rate_deg_s": 5.0}, 36.0, 30.0, 1.0)
+    [offset] = trends([tilt])
+    assert offset["kind"] == "offset"
+    assert offset["sentence"].startswith("The measured sliding angle exceeds the model by 20 %")
+    rows = drops([10.0, 23.0, 40.0, 60.0])
+    rows[1]["predictive_p"] = 1e-4
+    rows[0]["standardised"] = rows[2]["standardised"] = -0.8
+    [single] = trends(rows)
+    assert single["kind"] == "setting"
+    assert "at a drop height of 100 mm alone exceeds the model by 15 %" in single["sentence"]
+
+
+def test_a_parameter_that_moved_says_how_wrong_the_base_had_been():
+    before = {
+        "a": {"value": 0.40, "sd": 0.01, "low": 0.38, "high": 0.42},
+        "b": {"value": 0.40, "sd": 0.1, "low": 0.2, "high": 0.6},
+        "c": {"value": 0.40, "sd": 0.01, "low": 0.38, "high": 0.42},
+    }
+    after = {
+        "a": {"value": 0.50, "identified": True},
+        "b": {"value": 0.50, "identified": True},
+        "c": {"value": 0.50, "identified": False},
+    }
+    found = moved(before, after)
+    assert list(found) == ["a"]
+    assert found["a"]["shift_percent"] == pytest.approx(-20.0)
+    assert found["a"]["shift_in_base_sd"] == pytest.approx(-10.0)
+    assert "20 % too low" in found["a"]["sentence"]
+
+
+CONDITIONS = [
+    Measurement("drop", 20.0, 1.0, 4, {"drop_height_mm": 100.0}),
+    Measurement("drop", 40.0, 2.0, 4, {"drop_height_mm": 200.0}),
+    Measurement("tilt", 30.0, 0.5, 4, {"tilt_rate_deg_s": 5.0}),
+]
+
+
+def test_the_gain_of_a_better_model_has_intervals_on_its_side():
+    before = np.array([[23.0, 23.0], [46.0, 46.0], [30.5, 30.5]])
+    after = np.array([[20.1, 20.1], [40.2, 40.2], [30.1, 30.1]])
+    found = gain(CONDITIONS, before, after)
+    assert found["held_out_rmse_before"] > 4 > 1 > found["held_out_rmse_after"]
+    for name in ("rmse", "chi_square", "log_score"):
+        low, high = found[f"held_out_{name}_difference_interval"]
+        assert 0 < low < high
+        for when in ("before", "after"):
+            low, high = found[f"held_out_{name}_{when}_interval"]
+            assert low <= found[f"held_out_{name}_{when}"] <= high
+    assert found["by_experiment"]["drop"]["unit"] == "mm"
+    assert found["by_experiment"]["tilt"] == {
+        "before": pytest.approx(0.5),
+        "after": pytest.approx(0.1),
+        "unit": "deg",
+    }
+    figures.gain_figure(found)
+
+
+def test_settings_that_could_not_be_run_are_left_out_of_the_gain():
+    before = np.array([[23.0, np.nan], [np.nan, np.nan], [30.0, 30.2]])
+    assert gain(CONDITIONS, before, np.full((3, 2), 20.0))["settings"] == 2
+    assert gain(CONDITIONS, np.full((3, 2), np.nan), before) is None
+    figures.gain_figure(None)
+
+
+def test_scatter_of_the_runs_counts_as_error():
+    rng = np.random.default_rng(3)
+    values = np.array([20.0, 40.0, 30.0])[:, None] * (1.0 + 0.05 * rng.standard_normal((3, 400)))
+    found = run_scatter(CONDITIONS, values) * np.sqrt(400)
+    assert found == pytest.approx([1.0, 2.0, 1.5], rel=0.1)

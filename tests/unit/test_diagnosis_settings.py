@@ -1,0 +1,176 @@
+"""Settings of the diagnosis: laid over by a study, checked against the measurements, extended by a folder."""
+
+from collections import Counter
+
+import pytest
+
+from calibration.errors import ConfigError
+from diagnosis.design import inputs_of, plan
+from diagnosis.measurements import Measurement, MeasurementErrors
+from diagnosis.settings import (
+    catalogue_of,
+    check_range,
+    check_specs,
+    condition_spec,
+    parameters_of,
+    read_settings,
+)
+
+FILE = "config/diagnosis.yaml"
+
+
+def drop(height, line, **levers):
+    return Measurement("drop", 0.2 * height, 1.0, 5, {"drop_height_mm": height, **levers}, "", line)
+
+
+def test_changes_are_laid_over_key_by_key_and_a_null_takes_one_away():
+    plain = read_settings(FILE)
+    changed = read_settings(
+        FILE,
+        {
+            "experiments": {
+                "shear": {"runs_per_input": 4},
+                "drop": {"levers": {"particle_diameter_mm": None}},
+            }
+        },
+    )
+    assert changed.experiments["shear"].runs_per_input == 4
+    assert changed.experiments["shear"].run == plain.experiments["shear"].run
+    assert list(changed.experiments["drop"].levers) == ["drop_height_mm"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"runs_per_input": 1}, "runs_per_input"),
+        ({"experiments": {"drop": {"levers": {"colour": [1, 2]}}}}, "levers.colour"),
+        ({"experiments": {"drop": {"levers": {"drop_height_mm": [2, 1]}}}}, "0 < low < high"),
+        ({"experiments": {"tilt": {"levers": None}}}, "experiments.tilt.levers"),
+        ({"speed": 3}, "speed"),
+    ],
+)
+def test_a_bad_setting_is_named(changes, says):
+    with pytest.raises(ConfigError, match=says):
+        read_settings(FILE, changes)
+
+
+def test_conditions_outside_the_emulators_are_named_each_with_line_and_column():
+    settings = read_settings(FILE, {"experiments": {"tilt": None}})
+    rows = [
+        drop(10.0, 3),
+        drop(100.0, 4, particle_diameter_mm=9.0),
+        drop(100.0, 5, scale_factor=2.0),
+        drop(100.0, 6, output_interval_s=0.01),
+        Measurement("tilt", 30.0, 1.0, 5, {}, "", 7),
+    ]
+    with pytest.raises(MeasurementErrors) as caught:
+        check_range(settings, rows, "m.csv")
+    lines = str(caught.value).splitlines()
+    wanted = ["3, column drop_height", "4, column particle_dia", "5, column scale", "7, column exp"]
+    assert len(lines) == len(wanted)
+    for line, where in zip(lines, wanted, strict=True):
+        assert line.startswith(f"m.csv, line {where}")
+    assert "allowed: 30 to 600" in lines[0]
+
+
+def test_a_run_spec_that_the_engine_refuses_is_found_before_any_run():
+    settings = read_settings(
+        FILE, {"experiments": {"drop": {"run": {"numerics": {"rayleigh_fraction": 3.0}}}}}
+    )
+    with pytest.raises(ConfigError, match=r"experiments\.drop\.run.*rayleigh_fraction"):
+        check_specs(settings, {}, [drop(100.0, 3)])
+
+
+def test_the_heap_stands_in_the_rig_of_the_calibration():
+    settings = read_settings(FILE)
+    base = {"geometry": {"plate_diameter_mm": 60, "generation_rate_per_s": 1}}
+    heap = condition_spec(base, settings, [], "heap", {"particle_diameter_mm": 1.6}, {}, 1)
+    assert heap["geometry"]["plate_diameter_mm"] == 60
+    assert heap["geometry"]["generation_rate_per_s"] == 1250
+    assert heap["particles"]["count"] == round(1250 * (2.0 / 1.6) ** 3)
+    tilt = condition_spec(base, settings, [], "tilt", {}, {}, 1)
+    assert "plate_diameter_mm" not in tilt["geometry"]
+
+
+def test_ranges_of_factors_can_be_replaced():
+    name = "salt_steel_restitution"
+    settings = read_settings(FILE, {"ranges": {name: [0.85, 0.99]}})
+    [factor] = parameters_of(settings, "config/factors.tsv", ["drop"])
+    assert (factor.low, factor.high) == (0.85, 0.99)
+    with pytest.raises(ConfigError, match=r"ranges: is no factor \(got 'gold'\)"):
+        parameters_of(
+            read_settings(FILE, {"ranges": {"gold": [0, 1]}}), "config/factors.tsv", ["drop"]
+        )
+    with pytest.raises(ConfigError, match="must ascend"):
+        parameters_of(
+            read_settings(FILE, {"ranges": {name: [1, 0]}}), "config/factors.tsv", ["drop"]
+        )
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("mechanisms", ["air_drag"]), ("denser", {"air_drag": 9}), ("repeated", {"air_drag": 2})],
+)
+def test_an_unknown_mechanism_is_named(key, value):
+    settings = read_settings(FILE, {"experiments": {"tilt": {key: value}}})
+    with pytest.raises(ConfigError, match=rf"experiments\.tilt\.{key}.*air_drag.*wall_adhesion"):
+        catalogue_of(settings, ["tilt"])
+
+
+def test_points_may_be_repeated_and_the_first_runs_are_those_of_one():
+    planned = []
+    for repeated in ({}, {"base": 3, "air_drag": 2}):
+        changes = {"experiments": {"drop": {"repeated": repeated, "runs_per_input": 3}}}
+        settings = read_settings("config/discovery.yaml", changes)
+        factors = parameters_of(settings, "config/factors.tsv", ["drop"])
+        planned.append(plan(settings, {}, factors, catalogue_of(settings, ["drop"]), ["drop"]))
+    (once, few), (often, many) = planned
+    assert [r["inputs"] for r in once] == [r["inputs"] for r in often]
+    assert [r["run_ids"][0] for r in often] == [r["run_ids"][0] for r in once]
+    numbers = {r["mechanism"]: len(r["run_ids"]) for r in often}
+    assert (numbers.pop("base"), numbers.pop("air_drag"), set(numbers.values())) == (3, 2, {1})
+    assert few.items() <= many.items()
+    row = often[0]
+    assert len({many[n]["seed"] for n in row["run_ids"]}) == 3
+
+
+def test_a_mechanism_may_be_taught_by_more_runs_and_counts_are_whole():
+    changes = {"experiments": {"drop": {"denser": {"air_drag": 9}, "runs_per_input": 3}}}
+    settings = read_settings("config/discovery.yaml", changes)
+    factors = parameters_of(settings, "config/factors.tsv", ["drop", "heap"])
+    rows, specs = plan(settings, {}, factors, catalogue_of(settings, ["drop"]), ["drop", "heap"])
+    runs = Counter((r["experiment"], r["mechanism"]) for r in rows)
+    assert runs["drop", "air_drag"] == 9 * 4
+    assert runs["drop", "plastic_restitution"] == 3 * 4
+    counts = [s["particles"]["count"] for s in specs.values() if s["experiment"] == "heap"]
+    assert all(isinstance(c, int) and 400 <= c <= 1200 for c in counts)
+
+
+def _planned(changes, mechanism="size_bias"):
+    heap = {"runs_per_input": 3, "mechanisms": [mechanism]} | changes
+    settings = read_settings("config/discovery.yaml", {"experiments": {"heap": heap}})
+    factors = parameters_of(settings, "config/factors.tsv", ["heap"])
+    known = catalogue_of(settings, ["heap"])
+    rows, specs = plan(settings, {}, factors, known, ["heap"])
+    return settings, factors, known, rows, specs
+
+
+def test_runs_of_a_mechanism_that_multiplies_a_lever_are_runs_of_the_base_model():
+    settings, factors, _, rows, specs = _planned({"hypercubes": None, "repeated": None})
+    assert {r["mechanism"] for r in rows} == {"base"}
+    low, high = settings.experiments["heap"].levers["particle_diameter_mm"]
+    column = inputs_of(settings, factors, "heap", "base").index("particle_diameter_mm")
+    biased = 0
+    for row in rows:
+        particles = specs[row["run_ids"][0]]["particles"]
+        factor = particles.get("scale_factor", 1.0)
+        biased += factor != 1.0
+        stands_for = low * (high / low) ** row["inputs"][column]
+        assert stands_for == pytest.approx(particles["diameter_mm"] * factor, rel=1e-4)
+    assert biased == 3 * (len(rows[0]["inputs"]) + 1)
+
+
+def test_a_mechanism_is_more_than_its_lever_where_the_number_of_grains_follows_from_their_size():
+    levers = {"particle_count": None}
+    _, _, _, rows, _ = _planned({"levers": levers, "hypercubes": None, "repeated": None})
+    assert {r["mechanism"] for r in rows} == {"base", "size_bias"}

@@ -1,0 +1,137 @@
+"""The stages of the diagnosis on runs that are closed forms: the shipped case, its verdict and its schema."""
+
+import copy
+import json
+import types
+from dataclasses import replace
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+from diagnosis_cases import BASE, FACTORS, bench
+
+from diagnosis import stages
+from diagnosis.identify import identify
+from diagnosis.measurements import read_measurements
+from diagnosis.verdict import SCHEMA, findings, validate
+
+SHIPPED = "config/measurements.csv"
+KINDS = ["heap", "tilt", "drop", "shear"]
+CHANGES = {
+    "experiments": {
+        "drop": {"mechanisms": ["air_drag"]},
+        "tilt": {"mechanisms": []},
+        "heap": {"mechanisms": ["cohesion"]},
+        "shear": {"mechanisms": ["cohesion"]},
+    }
+}
+
+
+@pytest.fixture(scope="module")
+def emulated():
+    return bench(KINDS, CHANGES)
+
+
+def shear_of(measured, intercept, slope=0.845):
+    """The measured conditions with a yield locus of eight loads, each known to 2 % by five replicates."""
+    others = [m for m in measured if m.experiment != "shear"]
+    stress = {s: intercept + slope * s for s in np.arange(1.0, 9.0)}
+    one = next(m for m in measured if m.experiment == "shear")
+    return others + [
+        replace(one, value=v, sd=0.02 * v, n=5, levers={"normal_stress_kPa": float(s)})
+        for s, v in stress.items()
+    ]
+
+
+def diagnose(emulated, measured):
+    return findings(emulated, measured, identify(emulated, measured, replicates=100, seed=2))
+
+
+def test_without_an_intercept_nothing_is_missing(emulated):
+    found = diagnose(emulated, shear_of(read_measurements(SHIPPED), 0.0))
+    assert found["verdict"] == "adequate"
+    validate(found)
+
+
+def test_an_intercept_alone_leaves_cohesion_and_an_uncounted_load_in_question(emulated):
+    found = diagnose(emulated, shear_of(read_measurements(SHIPPED), 0.084))
+    validate(found)
+    assert found["verdict"] == "ambiguous"
+    assert set(found["causes"]) == {"cohesion", "uncounted_load"}
+    assert any(p["experiment"] == "shear" and p["lever"] for p in found["patterns"])
+    further = found["next_measurement"]
+    assert further["experiment"] == "heap"  # the shear cell's weights change no heap
+    assert further["information_bits"] > 0.1
+    assert set(further["predictions"]) == {"cohesion", "uncounted_load"}
+
+
+def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypatch):
+    """From taught emulators to verdict.json and its figures, the real engine replaced by the closed forms."""
+    from diagnosis_cases import closed_form
+
+    measured = shear_of(read_measurements(SHIPPED), 0.084)
+    monkeypatch.setattr(stages, "read_measurements", lambda path: measured)
+    monkeypatch.setattr(
+        stages, "simulate", lambda specs: {k: closed_form(s) for k, s in specs.items()}
+    )
+    config = types.SimpleNamespace(measurements=SHIPPED, factors=FACTORS, run=BASE)
+    settings = emulated.settings.model_copy(update={"replicates": 60})
+    at = tmp_path.joinpath
+
+    def files(**names):
+        return types.SimpleNamespace(**{k: str(at(v)) for k, v in names.items()})
+
+    plan = files(design="design.json", plan="plan.json")
+    stages.plan_runs(config, settings, plan)
+    taught = files(emulators="e.pkl", errors="e.json")
+    stages.emulate(config, settings, plan, taught)
+    shown = files(summary="calibration.json", table="residuals.csv", residuals="residuals.svg")
+    stages.calibrate(config, settings, taught, shown)
+    named = files(
+        findings="findings.json",
+        extension="extension.json",
+        plan="extension_plan.json",
+        predictions="predictions.svg",
+        ranking="ranking.svg",
+    )
+    stages.diagnose(config, settings, taught, named)
+    end = files(verdict="verdict.json", page="diagnosis.md", gain="gain.svg")
+    stages.conclude(config, settings, named, end)
+    verdict = json.loads(at("verdict.json").read_text())
+    validate(verdict)
+    assert verdict["gain"]["settings"] == len(measured)
+    assert verdict["gain"]["held_out_rmse_after"] < verdict["gain"]["held_out_rmse_before"]
+    assert verdict["extended_with"] == [verdict["ranking"][0]["mechanism"]]
+    table = np.genfromtxt(at("residuals.csv"), delimiter=",", names=True, dtype=None)
+    assert len(table) == len(measured)
+    for figure in ("residuals", "predictions", "ranking", "gain"):
+        assert at(f"{figure}.svg").read_text().count("<svg") == 1
+    assert f"**Verdict: {verdict['verdict']}**" in at("diagnosis.md").read_text()
+
+
+def test_the_schema_refuses_what_it_does_not_describe(emulated):
+    found = diagnose(emulated, shear_of(read_measurements(SHIPPED), 0.084))
+    for key in json.loads(SCHEMA.read_text())["required"]:
+        with pytest.raises(jsonschema.ValidationError):
+            validate({k: v for k, v in found.items() if k != key})
+    wrong = copy.deepcopy(found)
+    wrong["patterns"][0]["kind"] = "hunch"
+    with pytest.raises(jsonschema.ValidationError):
+        validate(wrong)
+
+
+def test_the_documentation_names_every_key_of_the_schema():
+    text = Path("docs/verdict-schema.md").read_text()
+
+    def keys(schema):
+        for name, part in schema.get("properties", {}).items():
+            yield name
+            yield from keys(part)
+            yield from keys(part.get("items", {}))
+            more = part.get("additionalProperties")
+            if isinstance(more, dict):
+                yield from keys(more)
+
+    for name in set(keys(json.loads(SCHEMA.read_text()))):
+        assert f"`{name}`" in text, name

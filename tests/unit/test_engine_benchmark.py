@@ -1,0 +1,64 @@
+"""The benchmark's own parts: beds side by side, the history and its figure. Speeds are not tested."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from dem.benchmark.cases import RADIUS, bed, tiled
+from dem.benchmark.figure import draw
+from dem.benchmark.report import append
+
+
+@pytest.fixture(scope="module")
+def small():
+    return bed(300)
+
+
+def test_beds_side_by_side_fill_the_box_and_do_not_overlap_at_the_seams(small):
+    position, width = tiled(small, 3000, 3)
+    assert position.shape == (9 * 300, 3)
+    assert position[:, :2].min() > 0.99 * RADIUS
+    assert position[:, :2].max() < width - 0.99 * RADIUS
+    near = np.linalg.norm(position[:, None] - position[None], axis=2)
+    np.fill_diagonal(near, np.inf)
+    alone = near[:300, :300].min()
+    # walls carry the grains beside a seam with as small an overlap as grains carry each other
+    assert near.min() > min(alone, 2.0 * RADIUS) - 1e-3 * RADIUS
+
+
+def test_a_tiled_bed_starts_at_rest(small):
+    start = tiled(small, 0, 2)
+    sim = bed(1200, start=start, stir=0.0)
+    assert sim.n == 1200
+    assert sim.kinetic_energy() < 1e-6 * bed(1200).kinetic_energy()
+
+
+def test_the_history_grows_by_a_line_a_case_and_its_figure_shows_the_latest(tmp_path):
+    history = tmp_path / "history.csv"
+    append(history, [{"case": "settled bed of 1000", "particle_steps_per_s": 1e7, "ratio": 2.0}])
+    append(history, [{"case": "settled bed of 1000", "particle_steps_per_s": 2e7}])
+    with history.open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [float(r["particle_steps_per_s"]) for r in rows] == [1e7, 2e7]
+    assert rows[0]["ratio"] == "2.0"
+    assert rows[0]["engine"]
+    draw(history, tmp_path / "history.svg")
+    assert "ns per particle and step" in (tmp_path / "history.svg").read_text()
+
+
+def test_the_figure_has_a_panel_for_each_kind_of_measurement_alone(tmp_path):
+    """What was not measured yet leaves no empty axes."""
+    history, sizes = tmp_path / "history.csv", (1000, 10000, 100000)
+    titles = []
+    for rows in (
+        [{"case": "cold start", "wall_time_s": 60.0}],
+        [{"case": "peers: liggghts", "particle_steps_per_s": 5e6}],
+        [{"case": f"settled bed of {n}", "particle_steps_per_s": 3e7} for n in sizes],
+    ):
+        append(history, rows)
+        figure = tmp_path / f"{len(titles)}.svg"
+        draw(history, figure)
+        text = figure.read_text() if figure.exists() else ""
+        titles.append([t for t in ("Settled bed of 10,000", "Cost over size") if t in text])
+    assert titles == [[], ["Settled bed of 10,000"], ["Settled bed of 10,000", "Cost over size"]]
