@@ -2,9 +2,7 @@ from diagnosis.settings import read_settings
 
 DIAGNOSIS = f"{STUDY}/diagnosis"
 DIAGNOSIS_SETTINGS = "config/diagnosis.yaml"
-DIAGNOSIS_CODE = sorted(
-    str(p) for p in Path("src/diagnosis").rglob("*.py")
-)
+DIAGNOSIS_CODE = sorted(str(p) for p in Path("src/diagnosis").rglob("*.py"))
 
 try:
     BATCHES = range(read_settings(DIAGNOSIS_SETTINGS, SETTINGS.diagnosis).batches)
