@@ -60,9 +60,8 @@ FEW = {"grains": 4, "heap": 2, "shear": 2}
 """Draws of each at half the size, and of data that do not tell."""
 WEAKER = 0.5  # size over that of a moderate effect
 FIRST = 1000  # of the points and seeds: those below were looked at while the method was made
-DECIDE = ("laboratory", "hidden", "effect", "identify", "fit", "model", "emulator")
-DECIDE += ("next_measurement", "settings")
-"""Modules that a case's outcome depends on, beside the catalogue and what decides the emulators' plan."""
+SHOW = ("figure.py", "figures.py", "page.py")
+"""Modules that only show outcomes; a case depends on all others of the diagnosis."""
 
 
 def cases(first=FIRST):
@@ -213,8 +212,8 @@ def run_cases(some, config, settings, source, folder):
 
 def _key(config, settings, plan_file):
     """What decides every case beside the case: engine, code, settings, run spec, factors and emulator runs."""
-    here = Path(__file__).parent
-    files = [here / f"{n}.py" for n in DECIDE] + sorted((here / "catalogue").glob("*.py"))
+    modules = sorted(Path(__file__).parents[1].rglob("*.py"))
+    files = [path for path in modules if path.name not in SHOW]
     parts = [f.read_text() for f in [*files, Path(config.factors), Path(plan_file)]]
     parts += [engine_fingerprint(), json.dumps([settings.replicates, settings.alpha, config.run])]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
