@@ -1,7 +1,11 @@
-"""A hash of the engine's sources: what a cached run and numba's compiled code depend on."""
+"""What a run's numbers depend on beside its spec: a hash of the engine's code, and the software that compiles it."""
 
+import ast
 import hashlib
+import os
+import platform
 from functools import cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 ROOT = Path(__file__).parent
@@ -9,9 +13,16 @@ OUTSIDE = {
     "cli.py",
     "template.py",
     "advice.py",
+    "kernel_cache.py",
     "benchmark",
     "render",
 }  # no run's result depends on these
+COMPILERS = ("numba", "llvmlite", "numpy")
+TARGET = (
+    "NUMBA_CPU_NAME",
+    "NUMBA_CPU_FEATURES",
+)  # what a user may compile for in place of the host
+_WITHOUT_MEANING = {"ctx", "kind", "type_comment", "type_ignores"}
 
 
 def engine_sources():
@@ -21,9 +32,65 @@ def engine_sources():
 
 @cache
 def engine_fingerprint():
-    """First 16 hex digits of the SHA-256 over `engine_sources`."""
+    """First 16 hex digits of the SHA-256 over the syntax trees of `engine_sources`: comments, docstrings and the
+    layout of the code do not count."""
     digest = hashlib.sha256()
     for path in engine_sources():
         digest.update(path.relative_to(ROOT).as_posix().encode())
-        digest.update(path.read_bytes())
+        digest.update(code_of(path.read_bytes()).encode())
     return digest.hexdigest()[:16]
+
+
+def code_of(source):
+    """Text of a module's syntax tree, without docstrings and positions; alike in all versions of Python that read the
+    code alike."""
+    return _text(ast.parse(source))
+
+
+def _text(node):
+    if isinstance(node, list):
+        return f"[{','.join(map(_text, node))}]"
+    if not isinstance(node, ast.AST):
+        return repr(node)
+    fields = []
+    for name in node._fields:
+        value = getattr(node, name, None)
+        if name == "body" and _has_docstring(node):
+            value = value[1:]
+        # fields that a newer Python adds are empty in older code
+        empty = value is None and not isinstance(node, ast.Constant)
+        if name not in _WITHOUT_MEANING and not empty and value != []:
+            fields.append(f"{name}={_text(value)}")
+    return f"{type(node).__name__}({','.join(fields)})"
+
+
+def _has_docstring(node):
+    documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    return isinstance(node, documented) and ast.get_docstring(node, clean=False) is not None
+
+
+@cache
+def software():
+    """{name: version} of what compiles the engine and computes with it: numba, llvmlite, numpy and Python."""
+    found = {}
+    for name in COMPILERS:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:  # a copy without metadata
+            found[name] = "unknown"
+    return found | {"python": platform.python_version()}
+
+
+def stack_digest():
+    """First 12 hex digits of a hash of `software` and of the processor that numba is told to compile for."""
+    parts = sorted(software().items())
+    parts += [(name, os.environ.get(name, "")) for name in TARGET] + [("", platform.machine())]
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:12]
+
+
+@cache
+def cpu_target():
+    """Name of the processor that numba compiles for: the host's unless NUMBA_CPU_NAME gives another."""
+    from llvmlite.binding import get_host_cpu_name  # loads LLVM, which only who runs needs
+
+    return os.environ.get("NUMBA_CPU_NAME") or get_host_cpu_name()

@@ -1,0 +1,152 @@
+"""Compiled code is never that of another engine, and importing the engine asks nothing of the machine."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from dem import fingerprint, kernel_cache
+
+ROOT = Path(__file__).parents[2]
+
+
+def folder_of(source, tmp_path, **environment):
+    """Where an engine at `source` would keep its compiled code."""
+    env = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA_", "PYTHON"))}
+    env |= {"PYTHONPATH": str(source), "NUMBA_CACHE_DIR": str(tmp_path / "cache")} | environment
+    code = "import dem, os; print(dem.__file__); print(os.environ['NUMBA_CACHE_DIR'])"
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True
+    )
+    file, folder = done.stdout.splitlines()
+    assert Path(file).is_relative_to(source)
+    return Path(folder)
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """The engine's sources, to be changed."""
+    return Path(shutil.copytree(ROOT / "src" / "dem", tmp_path / "src" / "dem")).parent
+
+
+def test_below_the_users_folder_each_engine_has_its_own(copy, tmp_path):
+    before = folder_of(copy, tmp_path)
+    assert before.parent == tmp_path / "cache"
+    law = copy / "dem" / "contact" / "friction" / "constant.py"
+    law.write_text("# a remark\n\n" + law.read_text())
+    assert folder_of(copy, tmp_path) == before
+    law.write_text(law.read_text() + "\nANOTHER = 1\n")
+    assert folder_of(copy, tmp_path) not in (before, before.parent)
+
+
+@pytest.mark.parametrize("name", ["numba", "llvmlite", "numpy", "python"])
+def test_other_software_has_a_folder_of_its_own(name, monkeypatch):
+    before = fingerprint.stack_digest()
+    other = fingerprint.software() | {name: "0.0.1"}
+    monkeypatch.setattr(fingerprint, "software", lambda: other)
+    assert fingerprint.stack_digest() != before
+
+
+def test_another_processor_has_a_folder_of_its_own(monkeypatch):
+    before = fingerprint.stack_digest()
+    monkeypatch.setenv("NUMBA_CPU_NAME", "x86-64-v2")
+    assert fingerprint.stack_digest() != before
+
+
+def test_a_process_started_by_another_uses_the_same_folder(monkeypatch, tmp_path):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    first = kernel_cache.kernel_cache()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(first))
+    assert kernel_cache.kernel_cache() == first
+    # the folder of another engine is no parent for this one's
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / f"engine-{'0' * 16}-{'0' * 12}"))
+    assert kernel_cache.kernel_cache() == first
+
+
+def no_home():
+    raise RuntimeError("Could not determine home directory.")
+
+
+def test_without_a_home_compiled_code_goes_to_a_private_folder(monkeypatch, tmp_path):
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(Path, "home", no_home)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    found = kernel_cache.kernel_cache()
+    assert found.is_relative_to(tmp_path)
+    assert found.parent.stat().st_mode & 0o077 == 0
+
+
+def test_a_folder_that_others_may_write_to_is_not_used(monkeypatch, tmp_path):
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(Path, "home", no_home)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    planted = tmp_path / f"granular-calibration-{os.getuid()}"
+    planted.mkdir()
+    planted.chmod(0o777)
+    assert not kernel_cache.kernel_cache().is_relative_to(planted)
+
+
+NOBODY = """
+import os, pwd
+def unknown(number):
+    raise KeyError(f"getpwuid(): uid not found: {number}")
+pwd.getpwuid = unknown
+import dem.simulation
+print(os.environ["NUMBA_CACHE_DIR"])
+"""
+
+
+@pytest.mark.parametrize("home", [{}, {"HOME": "/proc/nobody"}], ids=["none", "read-only"])
+def test_the_engine_loads_for_a_user_whom_nobody_knows(home, tmp_path):
+    drop = ("HOME", "NUMBA_CACHE_DIR", "XDG_CACHE_HOME")
+    env = {k: v for k, v in os.environ.items() if k not in drop} | {"TMPDIR": str(tmp_path)} | home
+    done = subprocess.run([sys.executable, "-c", NOBODY], env=env, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert Path(done.stdout.strip()).is_relative_to(tmp_path)
+
+
+SAME = '''
+"""A module."""
+import math
+def area(r):
+    """Of a circle."""
+    # the comment
+    return (math.pi
+            * r**2)
+'''
+OTHER = '"""Another text."""\nimport math\ndef area(r): return math.pi*r ** 2\n'
+
+
+def test_comments_docstrings_and_layout_are_no_change_of_the_code():
+    assert fingerprint.code_of(SAME) == fingerprint.code_of(OTHER)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [("r**2", "r**3"), ("math.pi", "math.e"), ("(r)", "(r, s=1)"), ("def area", "def areas")],
+)
+def test_any_change_of_the_code_shows(change):
+    assert fingerprint.code_of(SAME) != fingerprint.code_of(SAME.replace(*change))
+
+
+@pytest.mark.slow
+def test_a_law_changed_tenfold_slides_at_its_own_angle(copy, tmp_path):
+    """tan(angle) is the friction: with a tenth of it compiled in, the old compiled code would give the old angle."""
+    spec = tmp_path / "tilt.yaml"
+    spec.write_text("experiment: tilt\ngeometry: {trials: 1}\nparticles: {count: 4}\n")
+    law = copy / "dem" / "contact" / "friction" / "constant.py"
+    found = []
+    for text in (law.read_text(), law.read_text().replace("return ", "return 0.1 * ")):
+        law.write_text(text)
+        env = os.environ | {"PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+        command = [sys.executable, "-m", "dem.cli", "run", spec, "--out", tmp_path / "out"]
+        done = subprocess.run(command, env=env, capture_output=True, text=True, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        found.append(float(done.stdout.split("sliding_friction")[1].split()[0]))
+    assert found[0] == pytest.approx(0.71, rel=0.03)
+    assert found[1] == pytest.approx(0.071, rel=0.1)
