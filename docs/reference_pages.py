@@ -72,7 +72,8 @@ def default_of(key, part):
 
 def is_section(field, definitions):
     """The definition of a nested mapping with keys of its own, or None."""
-    name = field.get("$ref", "").split("/")[-1]
+    parts = field.get("anyOf", (field,))  # a section that may be left out is one of two
+    name = next((part["$ref"] for part in parts if "$ref" in part), "").split("/")[-1]
     found = definitions.get(name, {})
     return found if "properties" in found else None
 

@@ -9,9 +9,7 @@ import sys
 from itertools import product
 from pathlib import Path
 
-from pydantic import BaseModel
-
-from calibration.config import Config
+from calibration.config import Config, section_of
 from calibration.factors import COLUMNS, Factor
 from dem.template import template as run_template
 
@@ -86,13 +84,11 @@ def configuration(folder):
 
 def section(name, values):
     """YAML text of a section of the configuration with its defaults, or `values` in place of them."""
-    part = Config.model_fields[name].default
     text = f"{name}:\n"
-    for key, field in type(part).model_fields.items():
-        value = values.get(key, getattr(part, key))
-        if not isinstance(value, BaseModel):
-            shown = "null" if value is None else value
-            text += f"  {key}: {shown} # {field.description}\n"
+    for key, field in section_of(Config.model_fields[name].annotation).model_fields.items():
+        value = values.get(key, field.default)
+        shown = "null" if value is None else value
+        text += f"  {key}: {shown} # {field.description}\n"
     return text
 
 

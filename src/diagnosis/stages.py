@@ -9,6 +9,7 @@ from scipy import stats
 
 from calibration import figures as common
 from calibration.batches import simulate
+from calibration.config import given
 from calibration.files import replacing, write_table
 from dem.io.files import write_json
 from diagnosis import figures
@@ -32,7 +33,7 @@ from diagnosis.verdict import extended_name, findings, page, validate
 
 def load(config, settings):
     """Measurements, checked against the emulators' range, and the experiments that they need."""
-    measurements = read_measurements(config.measurements)
+    measurements = read_measurements(given(config, "measurements", "diagnose"))
     check_range(settings, measurements, config.measurements)
     check_specs(settings, config.run, measurements)
     return measurements, list(dict.fromkeys(m.experiment for m in measurements))

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from calibration.campaign import plan, run_id
-from calibration.config import overlay, parse_config
+from calibration.config import Config, given, overlay, parse_config, section_of
 from calibration.errors import CalibrationError, ConfigError
 from calibration.factors import Factor, factor_of, read_factors
 from calibration.statistics.design import box_behnken, plackett_burman, steepest_path
@@ -42,8 +42,11 @@ def data(monkeypatch):
         ({"optimise": {"rule": "closest_to_point"}}, ["optimise.point", "a level"]),
         ({"optimise": {"point": {"salt_salt_restitution": 0.5}}}, ["optimise.point"]),
         ({"optimise": {"point": {"nobody": 0.5}}}, ["optimise.point.nobody"]),
-        ({"target": {"file": "nowhere.csv"}}, ["nowhere.csv", "cannot be read"]),
-        ({"target": {"column": "angle"}}, ["target.column", "angle_deg"]),
+        ({"target": {"file": "nowhere.csv", "column": "x"}}, ["nowhere.csv", "cannot be read"]),
+        (
+            {"target": {"file": "config/measured_angles.csv", "column": "angle"}},
+            ["target.column", "angle_deg"],
+        ),
         ({"factors": "nowhere.tsv"}, ["nowhere.tsv"]),
         ({"run": {"particles": {"cuont": 5}}}, ["particles.cuont", "count"]),
         ({"run": {"particles": {"count": 10, "diameter_mm": 9.0}}}, ["orifice_diameter_mm"]),
@@ -91,6 +94,54 @@ def test_an_error_on_the_command_line_blames_no_file(data):
         parse_config(data | {"seed": -1}, files=["config/config.yaml"])
 
 
+@pytest.mark.parametrize("key", ["name", "factors", "target", "target.file", "target.column"])
+def test_what_every_stage_needs_has_no_default(data, key):
+    *path, last = key.split(".")
+    part = data
+    for name in path:
+        part = part[name]
+    del part[last]
+    with pytest.raises(ConfigError, match=rf"{key}: must be given"):
+        parse_config(data)
+
+
+@pytest.mark.parametrize("test", ["tilt", "drop", "shear"])
+def test_bench_tests_that_the_heaps_wait_for_must_be_described(data, test):
+    del data["bench"][test]
+    assert getattr(parse_config(data).bench, test) is None
+    with pytest.raises(ConfigError, match=rf"bench\.{test}: must be given where fixed_from"):
+        parse_config(data | {"fixed_from": "bench"})
+
+
+def defaults(schema):
+    """Every default of a schema that is a number other than a count, a share or a level."""
+    for name, field in schema.model_fields.items():
+        part = section_of(field.annotation)
+        if part:
+            yield from ((f"{name}.{key}", value) for key, value in defaults(part))
+        else:
+            yield name, field.get_default(call_default_factory=True)
+
+
+def test_no_value_of_the_salt_and_none_of_its_files_is_a_default(data):
+    """The words and numbers of the salt's own configuration, but for those of procedure."""
+    found = dict(defaults(Config))
+    measured = {35.82, 20.5, 0.845, 0.084, 0.04, 0.85, "salt"}
+    for key, value in found.items():
+        items = value if isinstance(value, list) else [value]
+        assert not measured & {v for v in items if isinstance(v, str | float)}, key
+        assert not any("salt" in v or "/" in v for v in items if isinstance(v, str)), key
+
+
+@pytest.mark.parametrize("stage", ["tilt", "drop", "shear", "scaling"])
+def test_a_stage_without_its_section_names_stage_and_key(stage, monkeypatch, tmp_path):
+    monkeypatch.chdir(ROOT)
+    config = parse_config(yaml.safe_load(Path("examples/soybean/config.yaml").read_text()))
+    key = "scaling" if stage == "scaling" else f"bench.{stage}"
+    with pytest.raises(ConfigError, match=rf"{key}: must be given for the stage {stage}"):
+        given(config, key, stage)
+
+
 def test_a_factor_is_found_by_the_key_it_sets():
     factors = read_factors(ROOT / "examples" / "soybean" / "factors.tsv")
     key = "contacts.particle_wall.static_friction"
@@ -109,7 +160,7 @@ def test_a_factor_is_found_by_the_key_it_sets():
 def test_a_factor_that_the_run_spec_refuses_is_named(data, tmp_path, key, low, words):
     path = tmp_path / "factors.tsv"
     path.write_text(f"code\tname\tkey\tlow\thigh\nA\tx\t{key}\t{low}\t0.5\n")
-    study = {"factors": str(path), "run": data["run"], "target": data["target"]}
+    study = {"name": "x", "factors": str(path), "run": data["run"], "target": data["target"]}
     with pytest.raises(ConfigError) as error:
         parse_config(study)
     for word in [str(path), "x", *words]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from calibration.config import Config
+from calibration.config import Config, section_of
 from dem.spec import RunSpec
 
 ROOT = Path(__file__).parents[2]
@@ -27,8 +27,8 @@ def site(tmp_path_factory):
 def leaves(model, prefix=""):
     """Dotted keys of a schema that are no mappings themselves."""
     for name, field in model.model_fields.items():
-        part = field.annotation
-        if isinstance(part, type) and hasattr(part, "model_fields"):
+        part = section_of(field.annotation)
+        if part:
             yield from leaves(part, f"{prefix}{name}.")
         else:
             yield f"{prefix}{name}"

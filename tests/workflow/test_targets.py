@@ -277,7 +277,7 @@ def test_targets_that_exclude_each_other_end_with_a_sentence(tmp_path, monkeypat
     ("change", "words"),
     [
         (
-            {"target": {"metric": "angle", "file": "height_mm.csv"}},
+            {"target": {"metric": "angle", "file": "height_mm.csv", "column": "value"}},
             ["target.metric", "angle_of_repose_deg", "heap"],
         ),
         ({"further_targets": [FURTHER]}, ["target.low", "must be given"]),

@@ -13,7 +13,7 @@ except CalibrationError as error:
 rule diagnosis_plan:
     input:
         DIAGNOSIS_CODE,
-        measurements=SETTINGS.measurements,
+        measurements=SETTINGS.measurements or [],
         settings=DIAGNOSIS_SETTINGS,
         factors=SETTINGS.factors,
     output:
@@ -54,7 +54,7 @@ rule diagnosis_batch:
 rule diagnosis_emulate:
     input:
         DIAGNOSIS_CODE,
-        measurements=SETTINGS.measurements,
+        measurements=SETTINGS.measurements or [],
         settings=DIAGNOSIS_SETTINGS,
         design=f"{DIAGNOSIS}/design.json",
         plan=f"{DIAGNOSIS}/plan.json",
@@ -76,7 +76,7 @@ rule diagnosis_emulate:
 
 rule diagnosis_calibrate:
     input:
-        measurements=SETTINGS.measurements,
+        measurements=SETTINGS.measurements or [],
         settings=DIAGNOSIS_SETTINGS,
         emulators=f"{DIAGNOSIS}/emulators.pkl",
     output:
@@ -101,7 +101,7 @@ rule diagnosis_calibrate:
 
 rule diagnosis_identify:
     input:
-        measurements=SETTINGS.measurements,
+        measurements=SETTINGS.measurements or [],
         settings=DIAGNOSIS_SETTINGS,
         emulators=f"{DIAGNOSIS}/emulators.pkl",
         errors=f"{DIAGNOSIS}/emulators.json",
@@ -146,7 +146,7 @@ use rule diagnosis_batch as diagnosis_extension_batch with:
 rule diagnose:
     input:
         rules.diagnosis_calibrate.output,
-        measurements=SETTINGS.measurements,
+        measurements=SETTINGS.measurements or [],
         settings=DIAGNOSIS_SETTINGS,
         findings=f"{DIAGNOSIS}/findings.json",
         extension=f"{DIAGNOSIS}/extension.json",

@@ -15,6 +15,7 @@ from scipy import stats
 from calibration import figures
 from calibration.bench_tests.sweep import bench_config
 from calibration.campaign import plan, read_metric, write_plan
+from calibration.config import given
 from calibration.factors import factor_of, read_factors
 from calibration.files import write_table
 from dem.io.files import write_json
@@ -27,7 +28,7 @@ GRID = 1001
 
 def plan_shear(config, folder):
     """Plan replicates at each particle friction and normal stress; each cell of the design has its own seeds."""
-    section, tables, specs = config.bench.shear, [], {}
+    section, tables, specs = given(config, "bench.shear", "shear"), [], {}
     base, factors = bench_config(config, "shear"), read_factors(config.factors)
     factor = factor_of(factors, KEY).name
     for k, (level, stress) in enumerate(product(section.levels, section.normal_stresses_kPa)):

@@ -13,7 +13,7 @@ import pandas as pd
 
 from calibration import figures
 from calibration.campaign import plan, read_metric, write_plan
-from calibration.config import bench_run, point_spec
+from calibration.config import bench_run, given, point_spec
 from calibration.errors import CalibrationError
 from calibration.factors import factor_of, read_factors
 from calibration.files import write_table
@@ -48,7 +48,9 @@ SWEEPS = {
 
 def bench_config(config, test):
     """The configuration with the bench test's own run spec: the study's materials and laws, its own grains and rig."""
-    return config.model_copy(update={"run": bench_run(config, getattr(config.bench, test).run)})
+    return config.model_copy(
+        update={"run": bench_run(config, given(config, f"bench.{test}", test).run)}
+    )
 
 
 def swept(config, test):
@@ -58,7 +60,7 @@ def swept(config, test):
 
 def plan_sweep(config, test, folder):
     """Plan a run at each level of the sweep."""
-    levels = getattr(config.bench, test).levels
+    levels = given(config, f"bench.{test}", test).levels
     _plan(config, test, {"run": range(1, len(levels) + 1), swept(config, test): levels}, folder)
 
 

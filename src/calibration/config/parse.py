@@ -6,7 +6,7 @@ import yaml
 from pydantic import ValidationError
 
 from calibration.config.measured import goals, read_target
-from calibration.config.schema import METRICS, Config, FurtherTarget
+from calibration.config.schema import METRICS, Config, FurtherTarget, section_of
 from calibration.config.specs import bench_run, point_spec
 from calibration.errors import ConfigError
 from calibration.factors import read_factors
@@ -38,6 +38,16 @@ def parse_config(data, file="configuration", files=()):
             value=error.value,
             allowed=error.allowed,
         ) from None
+
+
+def given(config, key, stage):
+    """The value of a dotted key that `stage` cannot do without. Raises ConfigError naming both."""
+    value = config
+    for name in key.split("."):
+        value = getattr(value, name)
+    if value is None:
+        raise ConfigError(f"must be given for the stage {stage}", key=key)
+    return value
 
 
 def stands_alone(path):
@@ -79,6 +89,9 @@ def _parse(data, file):
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(p) for p in first["loc"])
+        if first["type"] == "missing":
+            allowed = _field(first["loc"]).description
+            raise ConfigError("must be given", path=file, key=key, allowed=allowed) from None
         if first["type"] == "extra_forbidden":
             allowed = _known_keys(first["loc"])
         else:
@@ -90,8 +103,8 @@ def _parse(data, file):
     names = [f.name for f in factors]
     for section, mapping in (
         ("fixed", config.fixed),
-        ("bench.shear.fixed", config.bench.shear.fixed),
-        ("scaling.point", config.scaling.point),
+        ("bench.shear.fixed", config.bench.shear.fixed if config.bench.shear else ()),
+        ("scaling.point", config.scaling.point if config.scaling else ()),
         ("screening.go_on", config.screening.go_on or ()),
         ("ascent.start", config.ascent.start),
         ("ascent.step", config.ascent.step),
@@ -118,11 +131,23 @@ def _parse(data, file):
     return config
 
 
-def _known_keys(loc):
+def _section(loc):
+    """The schema that holds the key at a place of pydantic's."""
     model = Config
     for part in loc[:-1]:
-        model = FurtherTarget if isinstance(part, int) else model.model_fields[part].annotation
-    return "one of the keys " + ", ".join(model.model_fields)
+        inside = isinstance(part, int)
+        model = (
+            FurtherTarget if inside else section_of(model.model_fields[part].annotation) or model
+        )
+    return model
+
+
+def _field(loc):
+    return _section(loc).model_fields[loc[-1]]
+
+
+def _known_keys(loc):
+    return "one of the keys " + ", ".join(_section(loc).model_fields)
 
 
 def _check_targets(config, file):
@@ -139,8 +164,6 @@ def _check_targets(config, file):
             )
         if metric in metrics[:n]:
             raise ConfigError("stands twice", path=file, key=key, value=metric)
-    if config.target.file is None:
-        raise ConfigError("must be given", path=file, key="target.file", allowed="a table")
     read_target(config)
     for n, target in enumerate(config.further_targets):
         key = f"further_targets.{n}"
@@ -162,7 +185,13 @@ def _check_targets(config, file):
 def _check_bench(config, file):
     """Refuse a bench test's run spec that no run could be made of."""
     for test in ("tilt", "drop", "shear"):
-        run = bench_run(config, getattr(config.bench, test).run)
+        section = getattr(config.bench, test)
+        if section is None and config.fixed_from == "bench":
+            why = "must be given where fixed_from is bench"
+            raise ConfigError(why, path=file, key=f"bench.{test}")
+        if section is None:
+            continue
+        run = bench_run(config, section.run)
         try:
             parse_spec(point_spec(run, test, {}, 1), file=file)
         except SpecError as error:

@@ -1,6 +1,7 @@
 """The schema of a study's configuration: every key with its unit, range, default and meaning."""
 
-from typing import Annotated, Literal
+from types import UnionType
+from typing import Annotated, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -11,6 +12,13 @@ Positive = Annotated[float, Field(gt=0)]
 
 class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def section_of(annotation):
+    """The schema of a nested section, also where it may be left out; None for any other key."""
+    parts = get_args(annotation) if isinstance(annotation, UnionType) else (annotation,)
+    found = (p for p in parts if isinstance(p, type) and issubclass(p, BaseModel))
+    return next(found, None)
 
 
 METRICS = {
@@ -33,10 +41,8 @@ METRICS = {
 class Target(_Part):
     """What the model is calibrated to."""
 
-    file: str | None = Field(
-        "config/measured_angles.csv", description="table of measured values, with a header"
-    )
-    column: str = Field("angle_deg", description="column of the table")
+    file: str = Field(description="table of measured values, with a header")
+    column: str = Field(description="column of the table")
     metric: str = Field(
         "angle_of_repose_deg", description="metric of a run that is compared with it"
     )
@@ -162,35 +168,27 @@ class SweepConfig(_Part):
 class ShearConfig(_Part):
     """Direct shear."""
 
-    normal_stresses_kPa: list[Positive] = Field(
-        [1.0, 2.0, 4.0], min_length=3, description="test loads"
-    )
-    levels: list[Positive] = Field(
-        [0.2, 0.4, 0.6, 0.85], min_length=3, description="particle frictions"
-    )
+    normal_stresses_kPa: list[Positive] = Field(min_length=3, description="test loads")
+    levels: list[Positive] = Field(min_length=3, description="particle frictions")
     replicates: int = Field(3, ge=1, le=50, description="runs at each load and friction")
     fixed: dict[str, float] = Field(
         {}, description="factor name: its level in the shear cell, in place of the study's"
     )
-    measured_slope: float = Field(
-        0.845, gt=0, description="slope of the measured yield locus (Eq. 26)"
-    )
-    measured_intercept_kPa: float = Field(0.084, ge=0, description="its intercept (Eq. 26)")
+    measured_slope: float = Field(gt=0, description="slope of the measured yield locus")
+    measured_intercept_kPa: float = Field(ge=0, description="its intercept")
     run: dict = Field({}, description="grains, geometry and numerics of the test")
 
 
 class BenchConfig(_Part):
-    """The bench tests of 2.3.2 to 2.3.4."""
+    """Tests on the laboratory's bench; each stage needs the section of its name."""
 
-    tilt: SweepConfig = SweepConfig(measured=35.82, levels=[0.35, 0.45, 0.55, 0.65, 0.75, 0.85])
-    drop: SweepConfig = SweepConfig(
-        measured=20.5, levels=[0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75]
-    )
-    shear: ShearConfig = ShearConfig()
+    tilt: SweepConfig | None = Field(None, description="tilted plane: friction on the wall")
+    drop: SweepConfig | None = Field(None, description="drop: restitution on the wall")
+    shear: ShearConfig | None = Field(None, description="direct shear: friction between grains")
 
 
 class ScalingConfig(_Part):
-    """The scaling claim of 1.2, tried on the heap and the drop."""
+    """Heap and drop enlarged by two rules: which of them keeps the responses."""
 
     factors: list[Positive] = Field(
         [1.0, 2.0, 4.0], min_length=2, description="length factors; the first is compared with"
@@ -212,11 +210,7 @@ class ScalingConfig(_Part):
     )
     point: dict[str, float] = Field({}, description="factor name: level in all these runs")
     cohesion: dict = Field(
-        {
-            "laws": {"cohesion": "jkr"},
-            "law_parameters": {"surface_energy_J_m2": 0.04, "wall_surface_energy_J_m2": 0.04},
-        },
-        description="what the cohesive runs have at the first scale beyond the others",
+        description="law and constants that the cohesive runs have at the first scale"
     )
     heap: dict = Field({}, description="grains, rig and numerics of the heap at scale 1")
     drop: dict = Field({}, description="grains, rig and numerics of the drop at scale 1")
@@ -231,16 +225,29 @@ class ReproductionConfig(_Part):
     )
 
 
+class PublishedConfig(_Part):
+    """Values printed elsewhere, which calibrated.yaml sets beside this study's."""
+
+    tables: dict[str, str | None] = Field(
+        {},
+        description="CSV table (name or parameter, value, unit): where it is printed, "
+        "for rows that do not say so in `where`",
+    )
+    names: dict[str, str] = Field(
+        {}, description="key of the run spec: its name in the tables; factors have their own"
+    )
+
+
 class Config(_Part):
     """The whole configuration; `run` is the run spec that all heaps share."""
 
-    name: str = Field("salt", pattern=r"^[A-Za-z0-9_-]+$", description="folder under results/")
+    name: str = Field(pattern=r"^[A-Za-z0-9_-]+$", description="folder under results/")
     seed: int = Field(1, ge=0, lt=2**31, description="first seed; replicates count on from it")
-    factors: str = Field("config/factors.tsv", description="table of factors")
+    factors: str = Field(description="table of factors")
     experiment: Literal["heap", "drop", "tilt", "shear"] = Field(
         "heap", description="virtual experiment whose metrics are calibrated"
     )
-    target: Target = Target()
+    target: Target
     further_targets: list[FurtherTarget] = Field(
         [], description="further responses; the optimum is then the most desirable point"
     )
@@ -248,8 +255,8 @@ class Config(_Part):
         [],
         description="what the report waits for beside the chain: bench tests, and the audit of the salt's paper",
     )
-    measurements: str = Field(
-        "config/measurements.csv", description="measured conditions for the diagnosis"
+    measurements: str | None = Field(
+        None, description="table of measured conditions; the diagnosis needs it"
     )
     fixed: dict[str, float] = Field({}, description="factor name: level while it is not varied")
     fixed_from: Literal["config", "bench"] = Field(
@@ -261,9 +268,10 @@ class Config(_Part):
     response_surface: SurfaceConfig = SurfaceConfig()
     optimise: OptimiseConfig = OptimiseConfig()
     bench: BenchConfig = BenchConfig()
-    scaling: ScalingConfig = ScalingConfig()
+    scaling: ScalingConfig | None = Field(None, description="the stage `scaling` needs it")
     reproduction: ReproductionConfig = ReproductionConfig()
     validation: ValidationConfig = ValidationConfig()
+    published: PublishedConfig = PublishedConfig()
     diagnosis: dict = Field(
         {}, description="laid over config/diagnosis.yaml key by key; null takes a key away"
     )

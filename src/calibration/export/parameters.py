@@ -66,43 +66,25 @@ def fixed_entries(config, factors, bench):
     return entries
 
 
-def paper_values(folder):
-    """{name: (value, where)} of the numbers that the paper prints once, from its tables in `folder`."""
+def published_values(tables):
+    """{name: (value, where)} of the numbers that the configuration's `published.tables` print."""
     values = {}
-    for name in ("scalars.csv", "table04_intrinsic.csv"):
-        path = Path(folder) / name
-        if not path.exists():
-            continue
-        lines = [x for x in path.read_text().splitlines() if x and not x.startswith("#")]
+    for path, where in tables.items():
+        lines = [x for x in Path(path).read_text().splitlines() if x and not x.startswith("#")]
         for row in csv.DictReader(lines):
             try:
                 value = float(row["value"]) * (1e6 if row["unit"] == "MPa" else 1.0)
             except ValueError:
                 continue  # a list of coefficients
-            values[row.get("name") or row["parameter"]] = value, row.get("where") or "Table 4"
+            values[row.get("name") or row["parameter"]] = value, row.get("where") or where
     return values
 
 
-INTRINSIC = {
-    "materials.particle.density_kg_m3": "salt_density",
-    "materials.particle.shear_modulus_Pa": "section_1_1_shear_modulus",
-    "materials.particle.poisson_ratio": "section_1_1_poisson_ratio",
-    "materials.wall.density_kg_m3": "steel_density",
-    "materials.wall.shear_modulus_Pa": "steel_shear_modulus",
-    "materials.wall.poisson_ratio": "steel_poisson_ratio",
-    "particles.count": "particle_count",
-    "geometry.orifice_diameter_mm": "funnel_orifice_diameter",
-    "geometry.plate_diameter_mm": "base_plate_diameter",
-    "geometry.discharge_height_mm": "discharge_height",
-    "geometry.generation_rate_per_s": "generation_rate",
-}
-"""Key of the run spec -> name under which the paper prints it."""
-
-
-def entries(spec, run, calibrated, fixed, paper):
+def entries(spec, run, calibrated, fixed, published, names):
     """{key: {value, unit, description, source, ...}} of everything in a `RunSpec` that is not None.
 
-    run: the configuration's own run spec (a mapping), to tell what it gives from the engine's defaults.
+    run: the configuration's own run spec (a mapping), to tell what it gives from the engine's
+    defaults. published: `published_values`; names: {key: its name there}.
     """
     out = {}
     for part in PARTS:
@@ -117,17 +99,17 @@ def entries(spec, run, calibrated, fixed, paper):
             source = "the configuration's run spec" if _given(run, key) else "default of the engine"
             entry |= {"source": source} | (calibrated.get(key) or fixed.get(key) or {})
             if entry["source"] != "calibrated":
-                entry |= _printed(value, (entry.get("factor"), INTRINSIC.get(key)), paper)
+                entry |= _printed(value, (entry.get("factor"), names.get(key)), published)
             out[key] = entry
     return out
 
 
-def _printed(value, names, paper):
-    """What the paper prints for a parameter under one of its names, as a part of its entry."""
+def _printed(value, names, published):
+    """What is printed for a parameter under one of its names, as a part of its entry."""
     for name in names:
         for label in (name, f"optimum_{name}"):
-            if label in paper:
-                printed, where = paper[label]
+            if label in published:
+                printed, where = published[label]
                 same = np.isclose(printed, value, rtol=1e-9)
                 return {"paper": f"{where}: {'the same' if same else f'{printed:g}'}"}
     return {}

@@ -13,7 +13,7 @@ from calibration.export.parameters import (
     calibrated_entries,
     entries,
     fixed_entries,
-    paper_values,
+    published_values,
     to_yaml,
     unit_of,
 )
@@ -86,7 +86,7 @@ def about(config, validation, engine):
     ]
 
 
-def summary(config, optimum, validation, surface, region, bench, paper):
+def summary(config, optimum, validation, surface, region, bench):
     """Content of calibrated.yaml."""
     factors = read_factors(config.factors)
     spec = parse_spec(calibrated_spec(config, factors, optimum["optimum"]))
@@ -95,7 +95,8 @@ def summary(config, optimum, validation, surface, region, bench, paper):
         config.run,
         calibrated_entries(surface, region, optimum),
         fixed_entries(config, factors, bench),
-        paper if any(f.name in paper for f in factors) else {},
+        published_values(config.published.tables),
+        config.published.names,
     )
     metric = config.target.metric
     return {
@@ -157,7 +158,7 @@ def export(config, inputs, runs, region, out):
     head = "".join(f"# {line}\n" for line in lines)
     _write(Path(out) / "exports" / "dem.yaml", head + to_yaml(mapping))
     _write(Path(out) / "exports" / "study.yaml", to_yaml(config.model_dump(mode="json")))
-    data = summary(config, optimum, validation, surface, region, bench, paper_values("data/paper"))
+    data = summary(config, optimum, validation, surface, region, bench)
     _write(Path(out) / "calibrated.yaml", head + to_yaml(data))
 
 

@@ -10,7 +10,7 @@ from itertools import product
 import pandas as pd
 
 from calibration.campaign import plan, write_plan
-from calibration.config import bench_run, overlay, point_spec
+from calibration.config import bench_run, given, overlay, point_spec
 from calibration.factors import read_factors
 from calibration.scaling.dimensions import RULES, ScalingError, factors
 from dem.spec import OPTIONAL, REQUIRED, parse_spec
@@ -103,7 +103,7 @@ def seeds_of(section, experiment, cohesive, h):
 
 def plan_scaling(config, folder):
     """Plan every experiment under every rule and scale, without and with cohesion, with all seeds."""
-    section, tables, specs = config.scaling, [], {}
+    section, tables, specs = given(config, "scaling", "scaling"), [], {}
     levels = read_factors(config.factors)
     cases = product(EXPERIMENTS, RULES, (False, True), section.factors)
     for experiment, rule, cohesive, h in cases:
