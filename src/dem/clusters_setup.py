@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dem.linear import into_axes, principal_axes
 from dem.state import Clusters
 
 
@@ -17,12 +18,11 @@ def build_clusters(clusters, particles, n, shape, velocity, mass=None, inertia=N
     position = particles.position[rows, :3].reshape(k, m, 3)
     radius = particles.kinetic[rows, 6].astype(float).reshape(shape)
     own = particles.kinetic[rows, 7].astype(float).reshape(shape)
-    centre = np.einsum("km,kmx->kx", own, position) / own.sum(1)[:, None]
+    centre = (own[:, :, None] * position).sum(1) / own.sum(1)[:, None]
     arm = position - centre[:, None]
     if mass is None:
         mass, inertia = _sum_of_spheres(own, radius, arm)
-    moments, axes = np.linalg.eigh(inertia)
-    axes[np.linalg.det(axes) < 0.0, :, 0] *= -1.0
+    moments, axes = principal_axes(inertia)
     body = len(clusters.mass) + np.repeat(np.arange(k), m)
     particles.cluster[rows] = body
     particles.kinetic[rows, 7] = np.repeat(mass, m)
@@ -30,7 +30,7 @@ def build_clusters(clusters, particles, n, shape, velocity, mass=None, inertia=N
     return Clusters(
         start=np.append(clusters.start, clusters.start[-1] + m * np.arange(1, k + 1)),
         member=np.append(clusters.member, particles.tag[rows]),
-        offset=np.vstack([clusters.offset, (arm @ axes).reshape(-1, 3)]),
+        offset=np.vstack([clusters.offset, into_axes(axes[:, None], arm).reshape(-1, 3)]),
         position=np.vstack([clusters.position, centre]),
         rotation=np.concatenate([clusters.rotation, axes]),
         velocity=np.vstack([clusters.velocity, velocity]),
@@ -44,7 +44,7 @@ def _sum_of_spheres(mass, radius, arm):
     """Mass (k,) and inertia (k, 3, 3) of k bodies of m spheres: mass, radius (k, m), arm (k, m, 3) from the centre."""
     square = (arm**2).sum(2)
     round_part = (0.4 * mass * radius**2 + mass * square).sum(1)
-    tensor = np.einsum("km,kmx,kmy->kxy", mass, arm, arm)
+    tensor = (mass[:, :, None, None] * arm[:, :, :, None] * arm[:, :, None, :]).sum(1)
     return mass.sum(1), round_part[:, None, None] * np.eye(3) - tensor
 
 

@@ -11,6 +11,7 @@ from dem.clusters_setup import build_clusters, drop_clusters
 from dem.contact.registry import Laws, attraction_reach, pair_properties
 from dem.errors import BlowUpError
 from dem.lanes import WIDTH
+from dem.linear import into_axes, length
 from dem.state import (
     GHOSTS,
     Pairs,
@@ -266,7 +267,7 @@ class Simulation:
         begin = time.perf_counter()
         p, n, w = self.particles, self.n, self.wall_state
         horizon = self.skin.horizon * self.time_step
-        nb.assign_skins(n, p, self.skin.base, horizon, float(np.linalg.norm(self.gravity)))
+        nb.assign_skins(n, p, self.skin.base, horizon, float(length(self.gravity)))
         reach, level = self._reach, self._level
         cell_size, dims = np.zeros(nb.LEVELS), np.zeros((nb.LEVELS, 3), np.int64)
         first_cell, low = np.zeros(nb.LEVELS + 1, np.int64), np.zeros(3)
@@ -280,7 +281,7 @@ class Simulation:
         new_row = self._new_row
         new_row[self._order[:n]] = np.arange(n)
         new_row[n:] = np.arange(n, n + GHOSTS)
-        speed = np.linalg.norm(w.velocity, axis=1) + np.linalg.norm(w.spin, axis=1) * w.extent
+        speed = length(w.velocity) + length(w.spin) * w.extent
         slack = self.skin.base * float(p.kinetic[:n, 6].min()) if n else 0.0
         self._allowance = np.where((speed > 0) | (w.mass > 0), horizon * speed + slack, 0.0)
         w.travel[:] = 0.0
@@ -380,7 +381,7 @@ class Simulation:
         last = min(pair + WIDTH, self._pair_count)
         i, j = self._pairs.first[pair:last], self._pairs.second[pair:last]
         p, k = self.particles.position[:, :3], self.particles.kinetic
-        gap = np.linalg.norm(p[i] - p[j], axis=1) - k[i, 6] - k[j, 6]
+        gap = length(p[i] - p[j]) - k[i, 6] - k[j, 6]
         worst = int(np.argmin(gap / np.minimum(k[i, 6], k[j, 6])))
         row = i[worst]
         raise BlowUpError(
@@ -462,7 +463,7 @@ class Simulation:
         k = k[self.particles.cluster[: self.n] < 0]
         inertia = 0.4 * k[:, 7] * k[:, 6] ** 2
         loose = (k[:, 7] * (k[:, :3] ** 2).sum(1) + inertia * (k[:, 3:6] ** 2).sum(1)).sum()
-        turning = np.einsum("kji,kj->ki", c.rotation, c.momentum)
+        turning = into_axes(c.rotation, c.momentum)
         bonded = (c.mass * (c.velocity**2).sum(1)).sum() + (turning**2 / c.inertia).sum()
         return 0.5 * float(loose + bonded)
 

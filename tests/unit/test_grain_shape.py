@@ -251,13 +251,16 @@ def test_a_heap_of_elongated_grains_stopped_and_resumed_ends_as_it_would_have(tm
     spec = heap_of(1.6, output={"checkpoint_interval_s": 1e-9, "frame_interval_s": 0.2})
     whole = run_spec(spec, tmp_path / "whole")["metrics"]
 
-    def stop_late(fraction, text):
-        if fraction > 0.7:
+    def saved():
+        return RunContext(spec, tmp_path / "broken").resume()
+
+    def stop_once_some_have_spilled(fraction, text):
+        if fraction > 0.3 and saved()[1]["spilled"] > 0:
             raise _Stop
 
     with pytest.raises(_Stop):
-        run_spec(spec, tmp_path / "broken", progress=stop_late)
-    meta = RunContext(spec, tmp_path / "broken").resume()[1]
+        run_spec(spec, tmp_path / "broken", progress=stop_once_some_have_spilled)
+    meta = saved()[1]
     assert 0 < meta["spilled"] < whole["spilled"]
     assert run_spec(spec, tmp_path / "broken")["metrics"] == whole
     assert whole["on_plate"] + whole["spilled"] + whole["in_funnel"] == 700

@@ -7,6 +7,7 @@ import numpy as np
 from dem.contact.damping.plastic import yield_pressure
 from dem.contact.registry import ContactParameters, Laws, Material, pair_properties
 from dem.dumbbell import moments, sphere_radius
+from dem.linear import length
 from dem.simulation import Air, Simulation, SkinPolicy
 from dem.timescales import rayleigh_time
 
@@ -31,7 +32,7 @@ def mean_radius(spec):
     if sizes is None:
         return scale * spec.particles.diameter_mm
     diameter, share = np.array(sizes.diameters_mm), number_fractions(sizes)
-    return scale * float(diameter @ share)
+    return scale * float((diameter * share).sum())
 
 
 def number_fractions(sizes):
@@ -49,7 +50,7 @@ def draw_radii(spec, count, rng):
         return np.full(count, 0.5e-3 * p.diameter_mm * p.scale_factor)
     exact = number_fractions(p.sizes) * count
     number = np.floor(exact).astype(int)
-    number[np.argsort(number - exact)[: count - number.sum()]] += 1
+    number[np.argsort(number - exact, kind="stable")[: count - number.sum()]] += 1
     radii = 0.5e-3 * p.scale_factor * np.repeat(np.array(p.sizes.diameters_mm), number)
     return rng.permutation(radii)
 
@@ -81,7 +82,7 @@ def add_grains(sim, spec, position, radius, velocity, rng):
     mass = 4.0 / 3.0 * math.pi * radius**3 * density
     a = sphere_radius(radius, elongation)
     axis = rng.normal(size=(len(a), 3))
-    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    axis /= length(axis)[:, None]
     about, across = moments(a, elongation, density)
     along = axis[:, :, None] * axis[:, None, :]
     inertia = about[:, None, None] * along + across[:, None, None] * (np.eye(3) - along)

@@ -11,6 +11,7 @@ import numpy as np
 
 from dem.errors import MeasureError
 from dem.experiments.setup import WALL, build_simulation, mean_radius
+from dem.linear import into_axes
 from dem.walls.builder import WallSet
 
 SETTLE = 0.05  # seconds that the grains get to come to rest on the level plate
@@ -70,4 +71,4 @@ def _slide(spec, rng, context):
 def _along_plate(sim):
     """Position of the cluster's centre down the slope, in the frame of the plate [m]."""
     w, b = sim.wall_state, sim.walls.index("plate")
-    return float((w.rotation[b].T @ (sim.clusters.position[0] - w.origin[b]))[0])
+    return float(into_axes(w.rotation[b], sim.clusters.position[0] - w.origin[b])[0])

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from dem.errors import MeshError
+from dem.linear import length
 
 WELD = 1e-6  # of the mesh's size: vertices this close are one
 
@@ -40,7 +41,7 @@ def write_stl(path, vertices, triangles):
     """Write a binary STL file."""
     points = np.asarray(vertices, float)[np.asarray(triangles)]
     normal = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0])
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    normal /= length(normal)[:, None]
     record = np.zeros(len(points), dtype=[("v", "<f4", (4, 3)), ("a", "<u2")])
     record["v"][:, 0], record["v"][:, 1:] = normal, points
     with open(path, "wb") as stream:
@@ -86,7 +87,7 @@ def _weld(corners):
 
 def _check_area(path, vertices, triangles):
     p = vertices[triangles]
-    area = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
+    area = length(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]))
     size = float(np.ptp(vertices, axis=0).max())
     flat = np.flatnonzero(area < 1e-12 * size**2)
     if len(flat):

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pyvista as pv
 
+from dem.linear import length
 from dem.walls.geometry import PLANE, RECTANGLE, REVOLVED, TRIANGLE
 
 
@@ -16,7 +17,7 @@ def grain_points(position, radius, velocity, tag):
     points = pv.PolyData(np.asarray(position, float))
     points["radius"] = np.asarray(radius, float)
     points["velocity"] = np.asarray(velocity, float)
-    points["speed"] = np.linalg.norm(velocity, axis=1)
+    points["speed"] = length(velocity)
     points["id"] = np.asarray(tag)
     return points
 

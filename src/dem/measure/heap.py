@@ -9,6 +9,7 @@ top and the toe, where single grains lie about, are left out.
 import numpy as np
 
 from dem.errors import MeasureError
+from dem.linear import length, slope
 
 VIEWS = 36
 AZIMUTHS = 120
@@ -27,7 +28,7 @@ def measure_heap(position, radius, velocity, plate_radius, grain=None):
     Raises MeasureError when no heap stands on the plate.
     """
     position, radius, velocity = (np.asarray(a, float) for a in (position, radius, velocity))
-    slow = np.linalg.norm(velocity, axis=1) < FLYING
+    slow = length(velocity) < FLYING
     on_plate = slow & (np.hypot(position[:, 0], position[:, 1]) < plate_radius + radius)
     on_plate &= position[:, 2] > 0.0
     on_plate &= _supported(position, radius, on_plate)
@@ -75,8 +76,8 @@ def fit_flank(distance, height, limit):
     end = below[0] if len(below) else int(inside.sum())
     if end - begin < MIN_POINTS:
         return np.nan
-    slope = np.polyfit(distance[begin:end], height[begin:end], 1)[0]
-    return float(np.degrees(np.arctan(-slope)))
+    rise = slope(distance[begin:end], height[begin:end])
+    return float(np.degrees(np.arctan(-rise)))
 
 
 def outline(across, z, radius, stations):

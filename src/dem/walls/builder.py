@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dem.linear import length
 from dem.walls.geometry import N_PARAMETERS, PLANE, RECTANGLE, REVOLVED, TRIANGLE
 from dem.walls.state import new_walls
 
@@ -52,7 +53,7 @@ class WallSet:
     def plane(self, point, normal):
         """Half space behind an unbounded plane; `normal` points to the free side."""
         normal = np.asarray(normal, float)
-        return self._add(PLANE, [*point, *(normal / np.linalg.norm(normal))])
+        return self._add(PLANE, [*point, *(normal / length(normal))])
 
     def revolved(self, r0, z0, r1, z1):
         """The segment (r0, z0)-(r1, z1) turned about the body's z axis, seen from both sides."""
@@ -75,7 +76,7 @@ class WallSet:
     def rectangle(self, centre, half_u, half_v):
         """Rectangle with half edges half_u, half_v (3,), seen from both sides."""
         centre, half_u, half_v = (np.asarray(v, float) for v in (centre, half_u, half_v))
-        extent = np.linalg.norm(centre) + np.linalg.norm(half_u) + np.linalg.norm(half_v)
+        extent = length(centre) + length(half_u) + length(half_v)
         return self._add(RECTANGLE, [*centre, *half_u, *half_v], extent=extent)
 
     def box(self, low, high, *, lid=False):
@@ -96,7 +97,7 @@ class WallSet:
         vertices = np.asarray(vertices, float)
         for corner in np.asarray(triangles):
             points = vertices[corner]
-            self._add(TRIANGLE, points.ravel(), corner, float(np.linalg.norm(points, axis=1).max()))
+            self._add(TRIANGLE, points.ravel(), corner, float(length(points).max()))
         return self
 
     def index(self, name):
@@ -130,7 +131,7 @@ class WallSet:
             )
             if b["free"]:
                 axis = np.asarray(b["free"]["axis"], float)
-                walls.axis[k] = axis / np.linalg.norm(axis)
+                walls.axis[k] = axis / length(axis)
                 walls.mass[k], walls.load[k] = b["free"]["mass"], b["free"]["load"]
                 walls.drag[k] = b["free"].get("drag", 0.0)
         for e, (kind, numbers, body, corner, extent) in enumerate(self._elements):

@@ -43,7 +43,7 @@ def closest_point(kind, e, x, y, z):
 
 @_leaf
 def _on_revolved(e, x, y, z):
-    rho = math.hypot(x, y)
+    rho = math.sqrt(x * x + y * y)
     dr, dz = e[2] - e[0], e[3] - e[1]
     s = ((rho - e[0]) * dr + (z - e[1]) * dz) / (dr * dr + dz * dz)
     s = min(max(s, 0.0), 1.0)

@@ -1,0 +1,144 @@
+"""A run gives the same result on every machine: no BLAS in the engine, and two processors that agree to the bit."""
+
+import ast
+import json
+import os
+import platform
+import subprocess
+import sys
+
+import pytest
+
+from dem.fingerprint import engine_sources
+
+# what numpy and scipy hand to BLAS or LAPACK, whose kernels round by the processor
+BANNED = {
+    "convolve", "corrcoef", "correlate", "cov", "dot", "einsum", "inner", "linalg", "lstsq", "matmul",
+    "polyfit", "polynomial", "tensordot", "vdot",
+}  # fmt: skip
+
+
+def calls_of_blas(source):
+    """Line numbers and names of what may reach BLAS or LAPACK in a Python source."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.BinOp | ast.AugAssign) and isinstance(node.op, ast.MatMult):
+            yield node.lineno, "@"
+        elif isinstance(node, ast.Attribute) and node.attr in BANNED:
+            yield node.lineno, node.attr
+        elif isinstance(node, ast.Import):
+            yield from ((node.lineno, a.name) for a in node.names if _foreign(a.name))
+        elif isinstance(node, ast.ImportFrom) and _foreign(node.module or ""):
+            yield node.lineno, node.module
+
+
+def _foreign(module):
+    return module.split(".")[0] == "scipy" or module in ("numpy.linalg", "numpy.polynomial")
+
+
+def test_nothing_in_the_engine_calls_blas():
+    found = [
+        f"{path}:{line}: {name}"
+        for path in engine_sources()
+        for line, name in calls_of_blas(path.read_text(encoding="utf-8"))
+    ]
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "a @ b",
+        "a @= b",
+        "np.linalg.norm(a)",
+        "a.dot(b)",
+        "import scipy.linalg",
+        "from numpy.linalg import eigh",
+    ],
+)
+def test_a_call_of_blas_is_seen(source):
+    assert list(calls_of_blas(source))
+
+
+RUNS = {
+    "heap": {"experiment": "heap", "particles": {"count": 150, "diameter_mm": 4.0}},
+    "elongated grains": {
+        "experiment": "heap",
+        "particles": {"count": 100, "diameter_mm": 4.0, "elongation": 1.5},
+    },
+    "drop": {"experiment": "drop"},
+    "tilt": {"experiment": "tilt", "geometry": {"trials": 1}},
+    "shear": {
+        "experiment": "shear",
+        "particles": {"count": 200, "diameter_mm": 3.0},
+        "geometry": {"preshear_displacement_mm": 0.5, "shear_displacement_mm": 0.5},
+    },
+}
+RUN_ALL = """
+import hashlib, json, sys, tempfile
+from dem.run import run
+from dem.spec import parse_spec
+
+out = {}
+for name, spec in json.load(sys.stdin).items():
+    for precision in ("mixed", "double"):
+        with tempfile.TemporaryDirectory() as folder:
+            spec["numerics"] = {"precision": precision}
+            metrics = run(parse_spec(spec), folder)["metrics"]
+            with np.load(folder + "/final.npz") as last:
+                state = b"".join(last[k].tobytes() for k in sorted(last.files))
+        out[f"{name}, {precision}"] = [hashlib.sha256(state).hexdigest(), metrics]
+print(json.dumps(out))
+"""
+FUSED = "x86-64-v3"
+"""AVX2 and fused multiply-add: Intel since 2013, AMD since 2015."""
+NEWER = (
+    "AVX512F",
+    "AVX512CD",
+    "AVX512_SKX",
+    "AVX512_CLX",
+    "AVX512_CNL",
+    "AVX512_ICL",
+    "AVX512_SPR",
+)
+
+
+def cpu_features():
+    """Features that numpy finds on this machine."""
+    from numpy._core._multiarray_umath import __cpu_features__
+
+    return {name for name, found in __cpu_features__.items() if found}
+
+
+def run_all(cache, **environment):
+    """{run: [digest of the last state, metrics]} of RUNS in a process of its own."""
+    done = subprocess.run(
+        [sys.executable, "-c", RUN_ALL],
+        input=json.dumps(RUNS),
+        env=os.environ | environment | {"NUMBA_CACHE_DIR": str(cache)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="names of x86 processors")
+def test_processors_with_fused_multiplication_agree_to_the_bit(tmp_path):
+    """This machine against one of 2013: numba's target, numpy's loops and OpenBLAS' kernels are those of the older."""
+    features = cpu_features()
+    if not {"AVX2", "FMA3"} <= features:
+        pytest.skip("this machine has no fused multiplication")
+    here = run_all(tmp_path / "here")
+    there = run_all(
+        tmp_path / "there",
+        NUMBA_CPU_NAME=FUSED,
+        OPENBLAS_CORETYPE="Haswell",
+        NPY_DISABLE_CPU_FEATURES=" ".join(name for name in NEWER if name in features),
+    )
+    assert set(here) == set(there)
+    different = [name for name in here if here[name][0] != there[name][0]]
+    assert not different, f"other last states on an older processor: {different}"
+    for name, (_, metrics) in here.items():
+        # what is measured from a state may round its sines and cosines in another way
+        assert there[name][1] == pytest.approx(metrics, rel=1e-9), name
