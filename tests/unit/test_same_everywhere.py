@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from dem.fingerprint import engine_sources
+from dem.fingerprint import ROOT, engine_sources
 
 # what numpy and scipy hand to BLAS or LAPACK, whose kernels round by the processor
 BANNED = {
@@ -17,18 +17,30 @@ BANNED = {
     "polyfit", "polynomial", "tensordot", "vdot",
 }  # fmt: skip
 
+CANNOT_ACT = {
+    "contact/damping/thornton.py": "what scipy solves for is rounded to seven decimals; BLAS differs in the 15th"
+}
+
 
 def calls_of_blas(source):
     """Line numbers and names of what may reach BLAS or LAPACK in a Python source."""
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.BinOp | ast.AugAssign) and isinstance(node.op, ast.MatMult):
             yield node.lineno, "@"
-        elif isinstance(node, ast.Attribute) and node.attr in BANNED:
+        elif isinstance(node, ast.Attribute) and (node.attr == "dot" or _of_numpy(node)):
             yield node.lineno, node.attr
         elif isinstance(node, ast.Import):
             yield from ((node.lineno, a.name) for a in node.names if _foreign(a.name))
         elif isinstance(node, ast.ImportFrom) and _foreign(node.module or ""):
             yield node.lineno, node.module
+
+
+def _of_numpy(node):
+    return (
+        node.attr in BANNED
+        and isinstance(node.value, ast.Name)
+        and node.value.id in ("np", "numpy")
+    )
 
 
 def _foreign(module):
@@ -39,6 +51,7 @@ def test_nothing_in_the_engine_calls_blas():
     found = [
         f"{path}:{line}: {name}"
         for path in engine_sources()
+        if path.relative_to(ROOT).as_posix() not in CANNOT_ACT
         for line, name in calls_of_blas(path.read_text(encoding="utf-8"))
     ]
     assert not found, "\n".join(found)
@@ -142,3 +155,8 @@ def test_processors_with_fused_multiplication_agree_to_the_bit(tmp_path):
     for name, (_, metrics) in here.items():
         # what is measured from a state may round its sines and cosines in another way
         assert there[name][1] == pytest.approx(metrics, rel=1e-9), name
+
+
+def test_the_exceptions_are_still_there():
+    for name in CANNOT_ACT:
+        assert list(calls_of_blas((ROOT / name).read_text(encoding="utf-8"))), f"{name} needs none"

@@ -37,7 +37,9 @@ def factor(restitution):
     """Dashpot factor for a coefficient of restitution in (0.02, 1]."""
     if restitution >= 1.0:
         return 0.0
-    return brentq(lambda c: restitution_of(c) - restitution, 0.0, 40.0, xtol=1e-8)
+    found = brentq(lambda c: restitution_of(c) - restitution, 0.0, 40.0, xtol=1e-8)
+    # the solver's sums are those of BLAS, whose last bits depend on the processor: they end here
+    return round(found, 7)
 
 
 @law
