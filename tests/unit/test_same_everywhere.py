@@ -7,6 +7,7 @@ import platform
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from dem.fingerprint import ROOT, engine_sources
@@ -88,6 +89,7 @@ RUNS = {
 }
 RUN_ALL = """
 import hashlib, json, sys, tempfile
+import numpy as np
 from dem.run import run
 from dem.spec import parse_spec
 
@@ -122,11 +124,11 @@ def cpu_features():
     return {name for name, found in __cpu_features__.items() if found}
 
 
-def run_all(cache, **environment):
-    """{run: [digest of the last state, metrics]} of RUNS in a process of its own."""
+def run_all(cache, runs, **environment):
+    """{run: [digest of the last state, metrics]} of runs, both precisions, in a process of its own."""
     done = subprocess.run(
         [sys.executable, "-c", RUN_ALL],
-        input=json.dumps(RUNS),
+        input=json.dumps(runs),
         env=os.environ | environment | {"NUMBA_CACHE_DIR": str(cache)},
         capture_output=True,
         text=True,
@@ -142,9 +144,10 @@ def test_processors_with_fused_multiplication_agree_to_the_bit(tmp_path):
     features = cpu_features()
     if not {"AVX2", "FMA3"} <= features:
         pytest.skip("this machine has no fused multiplication")
-    here = run_all(tmp_path / "here")
+    here = run_all(tmp_path / "here", RUNS)
     there = run_all(
         tmp_path / "there",
+        RUNS,
         NUMBA_CPU_NAME=FUSED,
         OPENBLAS_CORETYPE="Haswell",
         NPY_DISABLE_CPU_FEATURES=" ".join(name for name in NEWER if name in features),
@@ -160,3 +163,28 @@ def test_processors_with_fused_multiplication_agree_to_the_bit(tmp_path):
 def test_the_exceptions_are_still_there():
     for name in CANNOT_ACT:
         assert list(calls_of_blas((ROOT / name).read_text(encoding="utf-8"))), f"{name} needs none"
+
+
+def heaps(seeds):
+    """Specs of coarse heaps, one a seed."""
+    return {
+        str(seed): {"experiment": "heap", "seed": seed}
+        | {"particles": {"count": 300, "diameter_mm": 4.0}}
+        for seed in seeds
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="names of x86 processors")
+def test_a_processor_without_fused_multiplication_draws_from_the_same_heaps(tmp_path):
+    """Other last bits give other heaps; their mean angles agree to 2.5 standard errors, as 99 of 100 would."""
+    runs = heaps(range(12))
+    here = run_all(tmp_path / "here", runs)
+    there = run_all(tmp_path / "there", runs, NUMBA_CPU_NAME="x86-64-v2")
+    assert any(here[name][0] != there[name][0] for name in here), "its code is the same"
+    a, b = (
+        np.array([metrics["angle_of_repose_deg"] for _, metrics in out.values()])
+        for out in (here, there)
+    )
+    error = np.sqrt((a.var(ddof=1) + b.var(ddof=1)) / len(a))
+    assert abs(a.mean() - b.mean()) < 2.5 * error
