@@ -46,19 +46,22 @@ def block(table, link, ascent=None):
     another than the paper's, so that no angle has its counterpart. Rows of a further study name it.
     """
     study = Path(link).parent.parent.name
-    lines = ["| | | paper (EDEM) | this project | agreement |", "|---|---|---|---|---|"]
+    head = ("", "", "paper (EDEM)", "this project", "difference, 90 %", "margin", "agreement")
+    lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
     for row in table[table["headline"]].itertuples():
         if ascent and row.item == ASCENT_ITEM and row.study != study:
             printed, ours = (", ".join(f"{x:.1f}" for x in angles) for angles in ascent)
             name = "angles along the ascent, each its own path [deg]"
-            lines.append(f"| {row.item} | {name} | {printed} | {ours} | {NOT_COMPARABLE} |")
+            lines.append(f"| {row.item} | {name} | {printed} | {ours} | | | {NOT_COMPARABLE} |")
+            ascent = None  # once is enough
             if row.agreement == NOT_COMPARABLE:
                 continue
         quantity = row.quantity if row.unit == "1" else f"{row.quantity} [{row.unit}]"
         if row.study not in ("", study) and not pd.isna(row.study):
             quantity += f", {row.study}"
-        paper = "" if pd.isna(row.paper) else row.paper
-        lines.append(f"| {row.item} | {quantity} | {paper} | {_ours(row)} | {row.agreement} |")
+        paper = "" if pd.isna(row.paper) else str(row.paper)
+        cells = (row.item, quantity, paper, _ours(row), *_judged(row), row.agreement)
+        lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(
         [*lines, "", f"All tables and equations, with intervals: [{link}]({link}). {counts(table)}"]
     )
@@ -80,11 +83,20 @@ def _ours(row):
     try:
         value = float(row.this_project)
     except ValueError:
-        return row.this_project
+        return str(row.this_project)
     printed = str(row.paper).partition(".")[2]
     digits = min(len(printed) + 1, 3)
     spread = "" if pd.isna(row.sd) else f" ± {row.sd:.{digits}f}"
     return f"{value:.{digits}f}{spread}"
+
+
+def _judged(row):
+    """The difference with its interval, and the margin; empty where nothing was computed."""
+    if pd.isna(row.low) or pd.isna(row.margin):
+        return "", ""
+    digits = 3 if row.margin < 0.1 else 2
+    low, high, apart = (f"{x:+.{digits}f}" for x in (row.low, row.high, row.difference))
+    return f"{apart} ({low} to {high})", f"{row.margin:.{digits}g}"
 
 
 def main(study):

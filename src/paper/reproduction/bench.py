@@ -4,7 +4,9 @@ import math
 
 import numpy as np
 
+from paper.reproduction import margins
 from paper.reproduction.rows import (
+    ARITHMETIC,
     NO_NUMBER,
     NOT_COMPARABLE,
     NOT_RUN,
@@ -69,7 +71,10 @@ def _sweep(paper, study, stage):
             equation, f"{stage}.coefficient{k}", f"coefficient of {name}", unit, study.name
         )
         mine, their_se = float(ours[0][k]), math.sqrt(theirs[1][k, k])
-        yield estimates(place, printed_of(text), mine, math.sqrt(ours[1][k, k]), ours[2], their_se)
+        response = margins.by_unit(unit, float(table[column].mean()))
+        margin = margins.of_coefficient(response, list(table[factor]), 2 - k)
+        own_se = math.sqrt(ours[1][k, k])
+        yield estimates(place, printed_of(text), mine, own_se, ours[2], their_se, margin)
     place = Place(equation, f"{stage}.R2", "R² of the quadratic", "1", study.name)
     yield _r2(place, printed_of(paper.claims[R2[stage]].printed), runs[factor], runs["response"])
     place = Place(
@@ -95,7 +100,9 @@ def _direct(paper, stage, measured, factor):
         found = math.tan(math.radians(value))
     else:
         found = math.sqrt(value / paper.value("drop_height"))
-    place = Place(equation, f"{stage}.direct", f"{factor.replace('_', ' ')} by {text}")
+    place = Place(
+        equation, f"{stage}.direct", f"{factor.replace('_', ' ')} by {text}", evidence=ARITHMETIC
+    )
     return exact(place, paper.scalar(factor), found, "computed from the measured value")
 
 
@@ -123,9 +130,10 @@ def _r2(place, printed, x, y):
     hat = matrix @ np.linalg.pinv(matrix)
     residual = ((draws - draws @ hat.T) ** 2).sum(1)
     total = ((draws - draws.mean(1, keepdims=True)) ** 2).sum(1)
-    low, high = np.quantile(1 - residual / total, (0.025, 0.975))
+    low, high = np.quantile(1 - residual / total, (0.05, 0.95))
     ours = 1 - float(((y - fitted) ** 2).sum() / ((y - y.mean()) ** 2).sum())
-    return within(place, printed, ours, low, high, "interval of our R², drawn from the fit")
+    basis = "90 % interval of our R², drawn from the fit"
+    return within(place, printed, ours, low, high, basis, margins.R2)
 
 
 def _shear(paper, study):
@@ -146,7 +154,7 @@ def _shear(paper, study):
     friction = paper.scalar("salt_salt_static_friction")
     text = f"slope of the yield locus at particle friction {found['particle_friction']:g}"
     place = Place("Eq. 26", "shear.slope", text, "1", study.name, headline=True)
-    basis = "interval of our slope over all runs"
+    basis = "95 % interval of our slope over all runs"
     yield within(
         place, paper.scalar("yield_locus_slope"), found["slope"], *found["slope_interval"], basis
     )
@@ -157,7 +165,8 @@ def _shear(paper, study):
     place = Place("Eq. 26", "shear.intercept", "intercept of the yield locus", "kPa", study.name)
     yield within(
         place, paper.scalar("yield_locus_intercept"), locus["intercept_kPa"], *locus["intercept_interval_kPa"],
-        f"interval of our locus at particle friction {nearest['particle_friction']:g}",
+        f"95 % interval of our locus at particle friction {nearest['particle_friction']:g}",
+        margins.SHARE * _shear_stress(paper, study),
     )  # fmt: skip
     place = Place(
         "Eq. 27", "shear.friction", "particle friction for the measured slope", "1", study.name, headline=True
@@ -169,3 +178,9 @@ def _shear(paper, study):
         yield within(
             place, friction, found["inverse"], *found["inverse_interval"], summary["sentence"]
         )
+
+
+def _shear_stress(paper, study):
+    """Shear stress [kPa] of the paper's yield locus at the mean load of our runs, of which an intercept is a part."""
+    load = float(study.table("shear", "runs")["normal_stress_kPa"].mean())
+    return paper.value("yield_locus_slope") * load + paper.value("yield_locus_intercept")

@@ -7,18 +7,24 @@ three factors; the first such study among those given is taken.
 import numpy as np
 import pandas as pd
 
+from calibration.statistics.equivalence import limits, verdict
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
+from paper.reproduction import margins
 from paper.reproduction.measured import simulated_sd
 from paper.reproduction.rows import (
+    ALPHA,
     NOT_COMPARABLE,
     NOT_RUN,
+    SETTINGS,
     Place,
     absent,
     estimates,
+    matters,
     means,
     printed_of,
     single_run,
+    spreads,
     within,
     words,
 )
@@ -91,7 +97,14 @@ def _coding(paper, study):
     table = paper.text("table11_coding", "factor", "low", "centre", "high").set_index("factor")
     region = {f["name"]: f for f in study.summary("response_surface", "region")}
     for letter, name in NAMES.items():
-        place = Place("Table 11", f"table11.coding.{letter}", f"levels of {name}", "1", study.name)
+        place = Place(
+            "Table 11",
+            f"table11.coding.{letter}",
+            f"levels of {name}",
+            "1",
+            study.name,
+            evidence=SETTINGS,
+        )
         low, high = region[name]["low"], region[name]["high"]
         ours = " ".join(f"{v:g}" for v in (low, round((low + high) / 2, 9), high))
         said = " ".join(f"{float(v):g}" for v in table.loc[letter, ["low", "centre", "high"]])
@@ -152,6 +165,8 @@ def _terms(paper, study):
     mine = ours.anova.assign(source=ours.anova["source"].str.replace("²", "2")).set_index("source")[
         "p"
     ]
+    fitted = ours.coefficients.assign(term=ours.coefficients["term"].str.replace("²", "2"))
+    fitted = fitted.set_index("term")
     table = paper.text("table12_box_behnken_anova", "source", "p")
     for source, p in zip(table["source"], table["p"], strict=True):
         if not p or source not in mine.index:
@@ -160,7 +175,11 @@ def _terms(paper, study):
             "Table 12", f"table12.{source}.p", f"{source} significant at 0.05", "1", study.name
         )
         limit = printed_of(p.lstrip("<")).value
-        said = ["yes" if value < 0.05 else "no" for value in (limit, mine[source])]
+        proof = ()
+        if source in fitted.index:
+            estimate, se = fitted.loc[source, ["estimate", "se"]]
+            proof = (*limits(estimate, se, ours.df), margins.ANGLE_DEG)
+        said = "yes" if limit < ALPHA else "no", matters(mine[source], ALPHA, *proof)
         yield words(place, *said, f"p {p} and {mine[source]:.2g}")
 
 
@@ -189,9 +208,11 @@ def _statistics(paper, study):
         place = Place(
             "Table 12", f"table12.{key}", names.get(key, "adequate precision"), unit, study.name, key != "R2_adj"
         )  # fmt: skip
-        low, high = np.quantile(draws[key], (0.025, 0.975))
-        basis = "interval of our statistic, drawn from our fit and its residuals"
-        yield within(place, printed_of(printed[key]), ours.summary[key], low, high, basis)
+        low, high = np.quantile(draws[key], (ALPHA, 1.0 - ALPHA))
+        basis = "90 % interval of our statistic, drawn from our fit and its residuals"
+        value = printed_of(printed[key])
+        margin = margins.R2 if key.startswith("R2") else margins.SCATTER_SHARE * value.value
+        yield within(place, value, ours.summary[key], low, high, basis, margin)
 
 
 def _drawn(runs, codes, surface):
@@ -212,11 +233,11 @@ def _optimum(paper, study):
     point = [_coded(region[name], paper.value(f"optimum_{name}")) for name in NAMES.values()]
     angle = paper.scalar("validated_angle_of_repose")
     predicted = float(ours.predict(np.array([point]))[0])
-    low, high = (float(x[0]) for x in ours.confirmation_interval([point], 25))
+    low, high = (float(x[0]) for x in ours.confirmation_interval([point], 25, 2 * ALPHA))
     place = Place(
         "3.1", "optimum.angle", "angle at the paper's optimum, by our surface", "deg", study.name, headline=True
     )  # fmt: skip
-    yield within(place, angle, predicted, low, high, "interval of the mean of 25 runs there")
+    yield within(place, angle, predicted, low, high, "90 % interval of the mean of 25 runs there")
     optimum = study.summary("optimise", "optimum")
     for letter, name in NAMES.items():
         place = Place(
@@ -258,35 +279,25 @@ def _validation(paper, study):
         place, paper.scalar("validated_angle_of_repose"), found["simulated_mean"], found["simulated_sd"],
         found["simulated_n"], float(theirs.std(ddof=1)), theirs.size,
     )  # fmt: skip
-    yield _relative_error(paper, study, found)
-    measured = paper.numbers("table01_measured_angle_of_repose", "angle_deg")[
-        "angle_deg"
-    ].to_numpy()
-    their_p = compare(theirs, measured, found["margin"]).t_p
     place = Place(
-        "3.2",
-        f"validation.t_test.{study.name}",
-        "simulated and measured differ (t test)",
-        "1",
-        study.name,
-    )
-    said = ["yes" if p < 0.05 else "no" for p in (their_p, found["t_p"])]
-    yield words(place, *said, f"p {their_p:.2g} (from Tables 1 and 13) and {found['t_p']:.2g}")
-
-
-def _relative_error(paper, study, found):
-    """Error of the validated angle, its interval from that of the difference."""
-    place = Place(
-        "3.2", f"validation.error.{study.name}", "error of the validated angle, signed", "%", study.name, True
+        "Table 13", f"table13.sd.{study.name}", "standard deviation of the validated angles", "deg", study.name, True
     )  # fmt: skip
-    scale = 100.0 / found["measured_mean"]
-    low, high = scale * found["difference_low"], scale * found["difference_high"]
-    printed = printed_of(paper.claims["validation.error"].printed)
-    return within(
-        place,
-        printed,
-        scale * found["difference"],
-        low,
-        high,
-        "interval of the difference of means",
+    yield spreads(
+        place, float(theirs.std(ddof=1)), theirs.size, found["simulated_sd"], found["simulated_n"]
     )
+    yield _equivalence(paper, study, found, theirs)
+
+
+def _equivalence(paper, study, found, theirs):
+    """Simulated and measured angle by the equivalence test, in the paper's tables and in ours."""
+    measured = paper.numbers("table01_measured_angle_of_repose", "angle_deg")["angle_deg"]
+    margin = found["margin"]
+    said = compare(theirs, measured.to_numpy(), margin).as_dict()
+    name = f"simulated and measured angle within {margin:g} deg of each other"
+    place = Place("3.2", f"validation.equivalence.{study.name}", name, "1", study.name, True)
+    low, high = "equivalence_low", "equivalence_high"
+    verdicts = [verdict(x[low], x[high], margin) for x in (said, found)]
+    basis = " and ".join(
+        f"{x['difference']:.2f} deg ({x[low]:.2f} to {x[high]:.2f})" for x in (said, found)
+    )
+    return words(place, *verdicts, f"{basis}: Tables 1 and 13, and ours; 90 % intervals")

@@ -1,8 +1,9 @@
 """One row of the reproduction table, and the comparisons that decide its agreement.
 
-Every agreement follows from numbers: a difference agrees where its 95 % interval, widened by half a unit of the last
-printed digit, holds zero. Where the paper prints no spread of its own, its value is taken to scatter as ours does over
-the number of repeats that it states; `basis` says so.
+Every agreement follows from numbers and from a margin stated beforehand (`margins`): equivalent where the difference's
+90 % interval lies within the margin (two one-sided tests at 5 %), different where it lies outside, else undecided.
+Where the paper prints no spread of its own, its value is taken to scatter as ours does over the number of repeats that
+it states; `basis` says so.
 """
 
 import math
@@ -11,21 +12,35 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
+from calibration.statistics.equivalence import (
+    ALPHA,
+    DIFFERENT,
+    EQUIVALENT,
+    UNDECIDED,
+    limits,
+    paired,
+    verdict,
+    welch,
+)
 from paper.audit.printed import Printed
+from paper.reproduction import margins
 
-ALPHA = 0.05
-AGREES, DISAGREES = "agrees", "disagrees"
 NOT_RUN, NOT_COMPARABLE, NO_NUMBER = "not run", "not comparable", "no number"
+ARITHMETIC, SETTINGS, ENGINE = "the paper's arithmetic", "set from the paper", "our runs"
+"""What a row is evidence of: the paper's figures against its own data, values that this study takes from the paper
+and so cannot differ by their own, values that the engine's runs gave."""
 COLUMNS = (
-    "item", "id", "quantity", "unit", "paper", "this_project", "sd", "n", "difference", "low", "high",
-    "agreement", "basis", "study", "headline",
+    "item", "id", "quantity", "unit", "paper", "this_project", "sd", "n", "difference", "se", "low", "high", "margin",
+    "agreement", "evidence", "basis", "study", "headline",
 )  # fmt: skip
-"""item: table or equation; sd, n: of this project's value; difference, low, high: ours less the paper's, 95 %."""
+"""item: table or equation; sd, n: of this project's value; difference, se, low, high: ours less the paper's, its
+standard error and 90 % interval; margin: what the agreement is judged by."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """What a row is about: the paper's table or equation, an id, the quantity, its unit, the study it is from."""
+    """What a row is about: the paper's table or equation, an id, the quantity, its unit, the study it is from, whether
+    the README shows it, and what it is evidence of."""
 
     item: str
     id: str
@@ -33,24 +48,33 @@ class Place:
     unit: str = "1"
     study: str = ""
     headline: bool = False
+    evidence: str = ENGINE
 
 
 def _row(place, paper, ours, agreement, basis, **numbers):
     row = {
         "item": place.item, "id": place.id, "quantity": place.quantity, "unit": place.unit, "paper": paper,
-        "this_project": ours, "agreement": agreement, "basis": basis, "study": place.study,
-        "headline": place.headline,
+        "this_project": ours, "agreement": agreement, "evidence": place.evidence, "basis": basis,
+        "study": place.study, "headline": place.headline,
     }  # fmt: skip
     return {c: (row | numbers).get(c) for c in COLUMNS}
 
 
-def _decide(place, printed, ours, half, basis, sd=None, n=None):
-    """Row of a difference whose 95 % interval has the half width `half`."""
+def _decide(place, printed, ours, error, basis, margin=None, **numbers):
+    """Row of a difference with `error`, its (standard error, degrees of freedom)."""
     apart = ours - printed.value
-    agreement = AGREES if abs(apart) <= half + printed.half_unit * (1 + 1e-9) else DISAGREES
+    low, high = limits(apart, *error)
+    margin = _margin(place, printed, margin)
     return _row(
-        place, printed.text, ours, agreement, basis, sd=sd, n=n, difference=apart, low=apart - half, high=apart + half
+        place, printed.text, ours, verdict(low, high, margin), basis, difference=apart, se=error[0], low=low, high=high,
+        margin=margin, **numbers,
     )  # fmt: skip
+
+
+def _margin(place, printed, margin):
+    """The stated margin, and never less than the printed digits leave open."""
+    stated = margins.by_unit(place.unit, printed.value) if margin is None else margin
+    return max(stated, margins.of_printing(printed))
 
 
 def means(place, printed, ours, sd, n, paper_sd=None, paper_n=1):
@@ -58,64 +82,106 @@ def means(place, printed, ours, sd, n, paper_sd=None, paper_n=1):
     if sd is None or n is None or n < 2:
         return without_spread(place, printed, ours)
     if paper_sd is None:
-        se, freedom = sd * math.sqrt(1 / n + 1 / paper_n), n - 1
+        error = sd * math.sqrt(1 / n + 1 / paper_n), n - 1
         basis = f"mean of {n}; the paper's, of {paper_n}, taken to scatter as ours"
     else:
-        parts = sd**2 / n, paper_sd**2 / paper_n
-        se = math.sqrt(sum(parts))
-        freedom = sum(parts) ** 2 / (parts[0] ** 2 / (n - 1) + parts[1] ** 2 / (paper_n - 1))
+        error = welch(sd, n, paper_sd, paper_n)
         basis = f"Welch interval of means of {n} and {paper_n}"
-    half = float(stats.t.ppf(1 - ALPHA / 2, freedom)) * se
-    return _decide(place, printed, ours, half, basis, sd=sd, n=n)
+    return _decide(place, printed, ours, error, basis, sd=sd, n=n)
 
 
 def single_run(place, printed, ours, sd, n, paper_sd=None):
     """A run of ours beside one of theirs; sd between our seeds, known from n runs, and between the paper's runs."""
     if sd is None:
         return without_spread(place, printed, ours)
-    se = math.hypot(sd, sd if paper_sd is None else paper_sd)
-    half = float(stats.t.ppf(1 - ALPHA / 2, n - 1)) * se
+    error = math.hypot(sd, sd if paper_sd is None else paper_sd), n - 1
     return _decide(
-        place, printed, ours, half, "one run each; scatter between runs at one point", sd=sd, n=1
+        place, printed, ours, error, "one run each; scatter between runs at one point", sd=sd, n=1
     )
 
 
-def estimates(place, printed, ours, se, freedom, paper_se=None):
+def estimates(place, printed, ours, se, freedom, paper_se=None, margin=None):
     """Two fitted numbers with standard errors; without one of the paper's its printed value counts as exact."""
-    total = math.hypot(se, paper_se or 0.0)
-    half = float(stats.t.ppf(1 - ALPHA / 2, freedom)) * total
+    error = math.hypot(se, paper_se or 0.0), freedom
     basis = "standard errors of both fits" if paper_se else "standard error of our fit"
-    return _decide(place, printed, ours, half, basis, sd=se)
+    return _decide(place, printed, ours, error, basis, margin, sd=se)
 
 
-def within(place, printed, ours, low, high, basis):
-    """The paper's value against our own 95 % interval [low, high]."""
-    slack = printed.half_unit * (1 + 1e-9)
-    agreement = AGREES if low - slack <= printed.value <= high + slack else DISAGREES
+def within(place, printed, ours, low, high, basis, margin=None):
+    """The paper's value against our own interval [low, high] of at least 90 %."""
+    margin = _margin(place, printed, margin)
+    low, high = low - printed.value, high - printed.value
     return _row(
-        place, printed.text, ours, agreement, basis, difference=ours - printed.value,
-        low=low - printed.value, high=high - printed.value,
+        place, printed.text, ours, verdict(low, high, margin), basis, difference=ours - printed.value, low=low,
+        high=high, margin=margin,
+    )  # fmt: skip
+
+
+def spreads(place, paper_sd, paper_n, sd, n):
+    """Two standard deviations: the interval of their ratio by F, judged by the share that counts for scatter."""
+    ratio = sd / paper_sd
+    low, high = (ratio / math.sqrt(stats.f.ppf(q, n - 1, paper_n - 1)) for q in (1 - ALPHA, ALPHA))
+    low, high = (low - 1.0) * paper_sd, (high - 1.0) * paper_sd
+    margin = margins.SCATTER_SHARE * paper_sd
+    return _row(
+        place, f"{paper_sd:.3f}", sd, verdict(low, high, margin), f"F interval of {n} and {paper_n} runs",
+        n=n, difference=sd - paper_sd, low=low, high=high, margin=margin,
     )  # fmt: skip
 
 
 def exact(place, printed, ours, basis):
-    """A number without scatter: recomputed from the paper's own data, or set from it."""
-    return _decide(place, printed, ours, 0.0, basis)
+    """A number without scatter: recomputed from the paper's own data, or set from it; judged by its printed digits."""
+    return _decide(place, printed, ours, (0.0, math.inf), basis, margin=0.0)
 
 
-def overall(place, parts):
-    """Whether the rows `parts` of one table agree as a whole: no more miss than 95 % intervals let miss by chance."""
-    judged = [row["agreement"] for row in parts if row["agreement"] in (AGREES, DISAGREES)]
-    missed, n = judged.count(DISAGREES), len(judged)
-    allowed = int(stats.binom.ppf(1 - ALPHA / 2, n, ALPHA)) if n else 0
-    basis = f"{missed} miss, {allowed} may by chance"
-    agreement = (AGREES if missed <= allowed else DISAGREES) if n else NOT_COMPARABLE
-    return _row(place, f"{n} values", f"{n - missed} agree", agreement, basis)
+def whole(place, parts, margin):
+    """The mean difference of a table's rows by the paired t interval."""
+    found = _paired(parts)
+    if found is None:
+        return _too_few(place)
+    basis = f"paired t of {found.n} differences"
+    return _row(
+        place, 0, found.bias, verdict(found.low, found.high, margin), basis, n=found.n, difference=found.bias,
+        se=found.se, low=found.low, high=found.high, margin=margin,
+    )  # fmt: skip
+
+
+def beyond(place, parts, margin):
+    """How much the differences of a table's rows scatter about their mean beyond what single runs do."""
+    found = _paired(parts)
+    if found is None:
+        return _too_few(place)
+    basis = f"standard deviation of {found.n} differences less that of the runs, chi-square"
+    return _row(
+        place, 0, found.extra, verdict(found.extra_low, found.extra_high, margin), basis, n=found.n,
+        difference=found.extra, low=found.extra_low, high=found.extra_high, margin=margin,
+    )  # fmt: skip
+
+
+def _paired(parts):
+    judged = [row for row in parts if row["se"] is not None]
+    if len(judged) < 2:
+        return None
+    return paired([row["difference"] for row in judged], [row["se"] for row in judged])
+
+
+def _too_few(place):
+    return absent(place, None, NOT_COMPARABLE, "fewer than two of its values are compared")
 
 
 def words(place, paper, ours, basis):
-    """Statements in words or sets, equal or not."""
-    return _row(place, paper, ours, AGREES if paper == ours else DISAGREES, basis)
+    """Statements in words or sets: equal, or not, or undecided where one of the two is."""
+    same = EQUIVALENT if paper == ours else DIFFERENT
+    return _row(place, paper, ours, UNDECIDED if UNDECIDED in (paper, ours) else same, basis)
+
+
+def matters(p, alpha, low=None, high=None, margin=None):
+    """Whether an effect is there: yes by its p, no only where its 90 % interval [low, high] lies within the margin."""
+    if p < alpha:
+        return "yes"
+    if margin is None:
+        return UNDECIDED
+    return "no" if verdict(low, high, margin) == EQUIVALENT else UNDECIDED
 
 
 def without_spread(place, printed, ours):

@@ -2,7 +2,9 @@
 
 import numpy as np
 
+from calibration.statistics.equivalence import limits
 from calibration.statistics.screening import screen
+from paper.reproduction import margins
 from paper.reproduction.chain import spread
 from paper.reproduction.rows import (
     NOT_COMPARABLE,
@@ -10,6 +12,7 @@ from paper.reproduction.rows import (
     Place,
     absent,
     estimates,
+    matters,
     printed_of,
     single_run,
     words,
@@ -79,10 +82,8 @@ def _effects(paper, study, summary):
         place = Place(
             "Table 7", f"table07.{code}.p", f"{readable} significant at {alpha:g}", "1", study.name
         )
-        said = [_significant(printed_p[code], alpha), _significant(str(summary["p"][name]), alpha)]
-        yield words(place, *said, f"p {printed_p[code]} and {summary['p'][name]:.2g}")
-
-
-def _significant(text, alpha):
-    value = printed_of(text[1:] if text.startswith("<") else text).value
-    return "yes" if value < alpha else "no"
+        ours_too = matters(
+            summary["p"][name], alpha, *limits(mine, own_se, freedom), margins.ANGLE_DEG
+        )
+        said = "yes" if printed_of(printed_p[code].lstrip("<")).value < alpha else "no"
+        yield words(place, said, ours_too, f"p {printed_p[code]} and {summary['p'][name]:.2g}")

@@ -4,10 +4,19 @@ import pandas as pd
 
 from calibration.errors import CalibrationError
 from calibration.files import write_table
+from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED
 from dem.io.files import write_json
 from paper.audit.paper import Paper
-from paper.reproduction import bench, chain, measured, screening, theory
-from paper.reproduction.rows import AGREES, COLUMNS, DISAGREES, Place, overall
+from paper.reproduction import bench, chain, margins, measured, screening, theory
+from paper.reproduction.rows import (
+    ARITHMETIC,
+    COLUMNS,
+    ENGINE,
+    SETTINGS,
+    Place,
+    beyond,
+    whole,
+)
 from paper.reproduction.study import Study
 
 PAPER = "data/paper"
@@ -35,7 +44,7 @@ def reproduce(folders, config, paper=PAPER):
         *bench.rows(printed, studies[0]),
         *chain.rows(printed, studies),
     ]
-    rows += [_whole(item, unit, rows, studies[0].name) for item, unit in WHOLE.items()]
+    rows += [row for item, unit in WHOLE.items() for row in _whole(item, unit, rows, studies[0])]
     rows.sort(key=lambda row: ORDER.index(row["item"]))
     table = pd.DataFrame(rows, columns=list(COLUMNS))
     repeated = sorted(set(table["id"][table["id"].duplicated()]))
@@ -47,21 +56,32 @@ def reproduce(folders, config, paper=PAPER):
 
 
 def _whole(item, unit, rows, study):
-    """The row that says how a table of simulated values does as a whole; counts only its values in `unit`."""
+    """The two rows that say how a table of simulated values does as a whole, of its values in `unit`: whether ours
+    lie higher or lower on the mean, and whether they scatter about that more than single runs do."""
     parts = [row for row in rows if row["item"] == item and row["unit"] == unit]
-    names = {row["study"] for row in parts if row["study"]} or {study}
-    place = Place(
-        item, f"{item.lower().replace(' ', '')}.whole", "all values", "1", min(names), True
+    name = min({row["study"] for row in parts if row["study"]} or {study.name})
+    values = [abs(float(row["paper"])) for row in parts if row["se"] is not None]
+    margin = margins.by_unit(unit, sum(values) / len(values) if values else 0.0)
+    key, count = item.lower().replace(" ", ""), f"of {len(values)} values"
+    yield whole(
+        Place(item, f"{key}.bias", f"mean difference {count}", unit, name, True), parts, margin
     )
-    return overall(place, parts)
+    text = f"scatter of the differences {count} beyond that of single runs"
+    yield beyond(Place(item, f"{key}.scatter", text, unit, name, True), parts, margin)
 
 
 def counts(table):
-    """One line: how many rows agree, disagree and are not compared."""
-    n = table["agreement"].value_counts()
-    parts = [f"{n.get(word, 0)} {word.removesuffix('s')}" for word in (AGREES, DISAGREES)]
-    rest = [f"{k} {word}" for word, k in n.items() if word not in (AGREES, DISAGREES)]
-    return f"{len(table)} values: {', '.join(parts + rest)}."
+    """Three counts in one line: the paper's arithmetic, what is set from it, and what our runs gave.
+
+    Rows of whole tables count once more, beside their values.
+    """
+    parts = []
+    for evidence in (ARITHMETIC, SETTINGS, ENGINE):
+        n = table.loc[table["evidence"] == evidence, "agreement"].value_counts()
+        each = [f"{n[w]} {w}" for w in (EQUIVALENT, DIFFERENT, UNDECIDED) if w in n]
+        rest = [f"{k} {w}" for w, k in n.items() if w not in (EQUIVALENT, DIFFERENT, UNDECIDED)]
+        parts.append(f"{evidence}: {', '.join(each + rest)}")
+    return f"{len(table)} rows. {'; '.join(parts)}.".replace("rows. the", "rows. The")
 
 
 def write_reproduction(table, csv, json):

@@ -4,16 +4,18 @@ import math
 
 import numpy as np
 
+from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED, verdict
+from paper.reproduction import margins
 from paper.reproduction.rows import (
-    AGREES,
-    DISAGREES,
+    ARITHMETIC,
+    ENGINE,
     NO_NUMBER,
     NOT_RUN,
     Place,
     absent,
 )
 
-VERDICTS = {"holds": AGREES, "fails": DISAGREES, "undecided": "undecided"}
+VERDICTS = {"holds": EQUIVALENT, "fails": DIFFERENT, "undecided": UNDECIDED}
 
 
 def effective_mass(radius, density, ratio):
@@ -55,9 +57,11 @@ def rows(paper, study):
     for number, shows, kind, here in table.itertuples(index=False):
         item = f"Eq. {number}"
         if kind == "definition":
-            yield absent(Place(item, f"eq{number}", shows), None, NO_NUMBER, here)
+            yield absent(
+                Place(item, f"eq{number}", shows, evidence=ARITHMETIC), None, NO_NUMBER, here
+            )
         elif kind == "identity":
-            yield _identity(Place(item, f"eq{number}", shows), here)
+            yield _identity(Place(item, f"eq{number}", shows, evidence=ARITHMETIC), here)
         elif kind == "statement":
             for name in here.split():
                 yield _statement(item, name, statements.get(name), study.name)
@@ -71,7 +75,7 @@ def _identity(place, name):
     sides = [IDENTITIES[name](1e-3, 1210.0, ratio) for ratio in (0.5, 1.0, 2.0, 4.0)]
     same = all(np.allclose(a, b, rtol=1e-12) for a, b in sides)
     return absent(
-        place, "=", AGREES if same else DISAGREES, "both sides computed at size ratios 0.5 to 4",
+        place, "=", EQUIVALENT if same else DIFFERENT, "both sides computed at size ratios 0.5 to 4",
         "equal" if same else "not equal",
     )  # fmt: skip
 
@@ -79,10 +83,24 @@ def _identity(place, name):
 def _statement(item, name, statement, study):
     if statement is None:
         return absent(Place(item, name, name), None, NOT_RUN, "scaling")
-    place = Place(item, name, statement["statement"], "1", study, item == "1.2")
+    evidence = ARITHMETIC if name.startswith("eq") else ENGINE
+    place = Place(item, name, statement["statement"], "1", study, item == "1.2", evidence)
     row = absent(place, None, VERDICTS[statement["verdict"]], statement["sentence"])
     printed, found = statement["printed"], statement["found"]
     if found is not None:
+        low, high = statement["low"] - printed, statement["high"] - printed
         row |= {"paper": f"{printed:g}", "this_project": found, "difference": found - printed}
-        row |= {"low": statement["low"] - printed, "high": statement["high"] - printed}
+        row |= {"low": low, "high": high}
+        row |= _range_over_scales(name, low, high)
     return row
+
+
+def _range_over_scales(name, low, high):
+    """Verdict and margin of a range over scales, which is judged as every other difference; else nothing.
+
+    Its interval is the 95 % one of the scaling study.
+    """
+    margin = margins.SCALING.get(name.partition(".")[0])
+    if margin is None:
+        return {}
+    return {"agreement": verdict(low, high, margin), "margin": margin}
