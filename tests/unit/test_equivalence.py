@@ -24,13 +24,15 @@ def sample(mean, sd, n):
 
 
 def test_the_example_of_lakens():
-    """Moery and Calin-Jageman's replication, within a raw difference of 0.384: t(182) = -2.69, p = 0.004, 90 %
+    """Moery and Calin-Jageman's replication, within d = 0.43, a raw difference of 0.384: t(182) = -2.69, p = 0.004, 90 %
     interval -0.188 to 0.248 (Lakens 2017, Social Psychological and Personality Science 8:355, and R's TOSTER)."""
-    found = compare(sample(5.25, 0.95, 95), sample(5.22, 0.83, 89), margin=0.384)
-    assert found.equivalence_p == pytest.approx(0.004, abs=0.0005)
     # t and interval are printed for a pooled variance; Welch's degrees of freedom are a little fewer than 182
-    se = np.sqrt((94 * 0.95**2 + 88 * 0.83**2) / 182 * (1 / 95 + 1 / 89))
-    assert (found.difference - 0.384) / se == pytest.approx(-2.69, abs=0.005)
+    sd = np.sqrt((94 * 0.95**2 + 88 * 0.83**2) / 182)
+    se, margin = sd * np.sqrt(1 / 95 + 1 / 89), 0.43 * sd
+    assert margin == pytest.approx(0.384, abs=0.0005)
+    found = compare(sample(5.25, 0.95, 95), sample(5.22, 0.83, 89), margin)
+    assert found.equivalence_p == pytest.approx(0.004, abs=0.0005)
+    assert (found.difference - margin) / se == pytest.approx(-2.69, abs=0.005)
     assert limits(0.03, se, 182) == pytest.approx((-0.188, 0.248), abs=0.0005)
     assert verdict(*limits(0.03, se, 182), 0.384) == EQUIVALENT
     assert welch(0.95, 95, 0.83, 89) == pytest.approx((se, 182), rel=0.006)
