@@ -24,9 +24,12 @@ def sample(mean, sd, n):
 
 
 def test_the_example_of_lakens():
-    """Moery and Calin-Jageman's replication, within d = 0.43, a raw difference of 0.384: t(182) = -2.69, p = 0.004, 90 %
-    interval -0.188 to 0.248 (Lakens 2017, Social Psychological and Personality Science 8:355, and R's TOSTER)."""
-    # t and interval are printed for a pooled variance; Welch's degrees of freedom are a little fewer than 182
+    """Moery and Calin-Jageman's replication within d = 0.43, a raw difference of 0.384.
+
+    t(182) = -2.69, p = 0.004, 90 % interval -0.188 to 0.248 (Lakens 2017, Social Psychological and
+    Personality Science 8:355, and R's TOSTER).
+    """
+    # t and interval are printed for a pooled variance; Welch has a little fewer than 182 degrees
     sd = np.sqrt((94 * 0.95**2 + 88 * 0.83**2) / 182)
     se, margin = sd * np.sqrt(1 / 95 + 1 / 89), 0.43 * sd
     assert margin == pytest.approx(0.384, abs=0.0005)

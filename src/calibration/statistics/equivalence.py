@@ -1,7 +1,8 @@
 """Three verdicts on a difference, by a margin that was stated before the data were seen.
 
-`equivalent` and `different` are both proven, each at level alpha; what neither is proven of is `undecided`, and more
-runs decide it. Scatter therefore earns no verdict, and a small difference known exactly is equivalent.
+`equivalent` and `different` are both proven, each at level alpha; what neither is proven of is
+`undecided`, and more runs decide it. Scatter therefore earns no verdict, and a small difference
+known exactly is equivalent.
 """
 
 import math
@@ -19,9 +20,10 @@ EQUIVALENT, DIFFERENT, UNDECIDED = "equivalent", "different", "undecided"
 def verdict(low, high, margin):
     """Verdict on a difference whose 1 - 2 alpha interval is [low, high].
 
-    Inside +-margin it is equivalent, which is two one-sided tests at alpha (Schuirmann 1987, Journal of
-    Pharmacokinetics and Biopharmaceutics 15:657). Outside it is different: the same two tests turned round (a
-    minimum-effect test: Murphy and Myors 1999, Journal of Applied Psychology 84:234). Across a limit: undecided.
+    Inside +-margin it is equivalent, which is two one-sided tests at alpha (Schuirmann 1987,
+    Journal of Pharmacokinetics and Biopharmaceutics 15:657). Outside it is different: the same two
+    tests turned round (a minimum-effect test: Murphy and Myors 1999, Journal of Applied Psychology
+    84:234). Across a limit: undecided.
     """
     if not margin >= 0.0 or not low <= high:
         raise CalibrationError(f"no interval [{low:g}, {high:g}] or margin {margin:g} to judge by")
@@ -31,13 +33,15 @@ def verdict(low, high, margin):
 
 
 def limits(difference, se, freedom, alpha=ALPHA):
-    """(low, high) of the 1 - 2 alpha interval of a difference with standard error `se` on `freedom` degrees."""
+    """(low, high) of the 1 - 2 alpha interval of a difference with standard error `se` on `freedom`
+    degrees."""
     half = float(stats.t.ppf(1.0 - alpha, freedom)) * se if se > 0.0 else 0.0
     return difference - half, difference + half
 
 
 def welch(sd_a, n_a, sd_b, n_b):
-    """Standard error of a difference of two means, and its degrees of freedom (Welch 1947, Biometrika 34:28).
+    """Standard error of a difference of two means, and its degrees of freedom (Welch 1947,
+    Biometrika 34:28).
 
     Without any scatter the error is 0 on infinitely many degrees of freedom.
     """
@@ -49,8 +53,8 @@ def welch(sd_a, n_a, sd_b, n_b):
 
 @dataclass(frozen=True)
 class Paired:
-    """Pairs of values: their mean difference `bias` and the standard deviation `extra` by which the differences
-    scatter beyond what the runs do at one point; each with its 1 - 2 alpha interval."""
+    """Pairs of values: their mean difference `bias` and the standard deviation `extra` by which the
+    differences scatter beyond what the runs do at one point; each with its 1 - 2 alpha interval."""
 
     n: int
     bias: float
@@ -63,10 +67,12 @@ class Paired:
 
 
 def paired(differences, errors, alpha=ALPHA):
-    """Bias of differences (n,) by the paired t interval, and their scatter beyond their standard `errors` (n,).
+    """Bias of differences (n,) by the paired t interval, and their scatter beyond their standard
+    `errors` (n,).
 
-    The second takes the errors as known: the interval of the differences' variance by chi-square, less the mean
-    squared error, and 0 where that is negative. Raises CalibrationError for fewer than two pairs.
+    The second takes the errors as known: the interval of the differences' variance by chi-square,
+    less the mean squared error, and 0 where that is negative. Raises CalibrationError for fewer
+    than two pairs.
     """
     d, known = np.asarray(differences, float), float(np.mean(np.square(errors)))
     n = len(d)

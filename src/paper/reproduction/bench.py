@@ -23,7 +23,8 @@ from paper.reproduction.rows import (
 
 DRAWS = 2000
 TESTS = {
-    # stage: table, file, column, equation, unit; scalars: measured, factor, confirming mean, coefficients
+    # stage: table, file, column, equation, unit; scalars: measured, factor, confirming mean,
+    # coefficients
     "tilt": (
         "Table 8", "table08_inclined_plane", "angle_deg", "Eq. 21", "deg", "measured_inclined_plane_angle",
         "salt_steel_static_friction", "simulated_tilt_angle", "eq21_coefficients",
@@ -181,6 +182,7 @@ def _shear(paper, study):
 
 
 def _shear_stress(paper, study):
-    """Shear stress [kPa] of the paper's yield locus at the mean load of our runs, of which an intercept is a part."""
+    """Shear stress [kPa] of the paper's yield locus at the mean load of our runs, of which an
+    intercept is a part."""
     load = float(study.table("shear", "runs")["normal_stress_kPa"].mean())
     return paper.value("yield_locus_slope") * load + paper.value("yield_locus_intercept")

@@ -1,7 +1,7 @@
 """Tables 10 to 13 and Eq. 28: ascent, response surface, optimum and validation.
 
-The paper's points, terms and optimum can be compared one by one only with a study whose screening sent on the paper's
-three factors; the first such study among those given is taken.
+The paper's points, terms and optimum can be compared one by one only with a study whose screening
+sent on the paper's three factors; the first such study among those given is taken.
 """
 
 import numpy as np
@@ -41,7 +41,8 @@ DRAWS = 400
 
 
 def rows(paper, studies):
-    """Rows of the chain: the paper's points from a study of its factors, the validation of every study."""
+    """Rows of the chain: the paper's points from a study of its factors, the validation of every
+    study."""
     alike = [s for s in studies if set(s.region_names() or ()) == set(NAMES.values())]
     study = alike[0] if alike else None
     parts = (
@@ -131,7 +132,8 @@ def _box_behnken(paper, study):
 
 
 def _surfaces(paper, study):
-    """The paper's regression of Table 11 (its Box-Behnken levels) and ours, in the paper's letters A, B, C."""
+    """The paper's regression of Table 11 (its Box-Behnken levels) and ours, in the paper's letters
+    A, B, C."""
     table = paper.numbers("table11_box_behnken", *NAMES, "angle_deg").rename(
         columns={x: a for a, x in LETTERS.items()}
     )
@@ -227,7 +229,8 @@ def _drawn(runs, codes, surface):
 
 
 def _optimum(paper, study):
-    """Our surface at the paper's optimum beside the paper's validated angle, and the paper's optimum in our set."""
+    """Our surface at the paper's optimum beside the paper's validated angle, and the paper's
+    optimum in our set."""
     _, ours = _surfaces(paper, study)
     region = {f["name"]: f for f in study.summary("response_surface", "region")}
     point = [_coded(region[name], paper.value(f"optimum_{name}")) for name in NAMES.values()]

@@ -1,19 +1,22 @@
-"""The margins of agreement: differences that do not matter, stated by kind of quantity and not by result.
+"""The margins of agreement: differences that do not matter, stated by kind of quantity and not by
+result.
 
-An angle's margin is the one that the validation of a study takes by default. Other quantities get a share of the
-printed value; what is computed from responses gets the margin of the response.
+An angle's margin is the one that the validation of a study takes by default. Other quantities get a
+share of the printed value; what is computed from responses gets the margin of the response.
 """
 
 import math
 
 ANGLE_DEG = 1.0
-"""Of angles, effects on angles and coefficients in coded levels: the default of `validation.margin`."""
+"""Of angles, effects on angles and coefficients in coded levels: the default of
+`validation.margin`."""
 SHARE = 0.05
 """Of lengths, frictions, restitutions and slopes: a share of the printed value."""
 R2 = 0.05
 """Of coefficients of determination, which are shares already."""
 SCATTER_SHARE = 0.25
-"""Of measures of scatter (standard deviation, CV, adequate precision): known to a fifth from ten repeats."""
+"""Of measures of scatter (standard deviation, CV, adequate precision): known to a fifth from ten
+repeats."""
 SCALING = {"heap": 2.0, "drop": 0.02}
 """Of the range over scales [deg; 1]: the defaults of the scaling study."""
 
@@ -29,9 +32,11 @@ def of_printing(printed):
 
 
 def of_coefficient(response_margin, levels, power):
-    """Margin of a polynomial's coefficient: what moves the response by its own margin at the end of the range.
+    """Margin of a polynomial's coefficient: what moves the response by its own margin at the end of
+    the range.
 
-    levels: (n,) of the factor; the range counts from its middle for the powers, and fully for the constant.
+    levels: (n,) of the factor; the range counts from its middle for the powers, and fully for the
+    constant.
     """
     half = 0.5 * (max(levels) - min(levels))
     return response_margin / math.pow(half, power)

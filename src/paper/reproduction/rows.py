@@ -1,9 +1,9 @@
 """One row of the reproduction table, and the comparisons that decide its agreement.
 
-Every agreement follows from numbers and from a margin stated beforehand (`margins`): equivalent where the difference's
-90 % interval lies within the margin (two one-sided tests at 5 %), different where it lies outside, else undecided.
-Where the paper prints no spread of its own, its value is taken to scatter as ours does over the number of repeats that
-it states; `basis` says so.
+Every agreement follows from numbers and from a margin stated beforehand (`margins`): equivalent
+where the difference's 90 % interval lies within the margin (two one-sided tests at 5 %), different
+where it lies outside, else undecided. Where the paper prints no spread of its own, its value is
+taken to scatter as ours does over the number of repeats that it states; `basis` says so.
 """
 
 import math
@@ -27,20 +27,36 @@ from paper.reproduction import margins
 
 NOT_RUN, NOT_COMPARABLE, NO_NUMBER = "not run", "not comparable", "no number"
 ARITHMETIC, SETTINGS, ENGINE = "the paper's arithmetic", "set from the paper", "our runs"
-"""What a row is evidence of: the paper's figures against its own data, values that this study takes from the paper
-and so cannot differ by their own, values that the engine's runs gave."""
+"""What a row is evidence of: the paper's figures against its own data, values that this study takes
+from the paper and so cannot differ by their own, values that the engine's runs gave."""
 COLUMNS = (
-    "item", "id", "quantity", "unit", "paper", "this_project", "sd", "n", "difference", "se", "low", "high", "margin",
-    "agreement", "evidence", "basis", "study", "headline",
-)  # fmt: skip
-"""item: table or equation; sd, n: of this project's value; difference, se, low, high: ours less the paper's, its
-standard error and 90 % interval; margin: what the agreement is judged by."""
+    "item",
+    "id",
+    "quantity",
+    "unit",
+    "paper",
+    "this_project",
+    "sd",
+    "n",
+    "difference",
+    "se",
+    "low",
+    "high",
+    "margin",
+    "agreement",
+    "evidence",
+    "basis",
+    "study",
+    "headline",
+)
+"""item: table or equation; sd, n: of this project's value; difference, se, low, high: ours less the
+paper's, its standard error and 90 % interval; margin: what the agreement is judged by."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """What a row is about: the paper's table or equation, an id, the quantity, its unit, the study it is from, whether
-    the README shows it, and what it is evidence of."""
+    """What a row is about: the paper's table or equation, an id, the quantity, its unit, the study
+    it is from, whether the README shows it, and what it is evidence of."""
 
     item: str
     id: str
@@ -53,10 +69,18 @@ class Place:
 
 def _row(place, paper, ours, agreement, basis, **numbers):
     row = {
-        "item": place.item, "id": place.id, "quantity": place.quantity, "unit": place.unit, "paper": paper,
-        "this_project": ours, "agreement": agreement, "evidence": place.evidence, "basis": basis,
-        "study": place.study, "headline": place.headline,
-    }  # fmt: skip
+        "item": place.item,
+        "id": place.id,
+        "quantity": place.quantity,
+        "unit": place.unit,
+        "paper": paper,
+        "this_project": ours,
+        "agreement": agreement,
+        "evidence": place.evidence,
+        "basis": basis,
+        "study": place.study,
+        "headline": place.headline,
+    }
     return {c: (row | numbers).get(c) for c in COLUMNS}
 
 
@@ -66,9 +90,18 @@ def _decide(place, printed, ours, error, basis, margin=None, **numbers):
     low, high = limits(apart, *error)
     margin = _margin(place, printed, margin)
     return _row(
-        place, printed.text, ours, verdict(low, high, margin), basis, difference=apart, se=error[0], low=low, high=high,
-        margin=margin, **numbers,
-    )  # fmt: skip
+        place,
+        printed.text,
+        ours,
+        verdict(low, high, margin),
+        basis,
+        difference=apart,
+        se=error[0],
+        low=low,
+        high=high,
+        margin=margin,
+        **numbers,
+    )
 
 
 def _margin(place, printed, margin):
@@ -78,7 +111,8 @@ def _margin(place, printed, margin):
 
 
 def means(place, printed, ours, sd, n, paper_sd=None, paper_n=1):
-    """Two means: ours of n runs with standard deviation sd, the paper's of paper_n with paper_sd where known."""
+    """Two means: ours of n runs with standard deviation sd, the paper's of paper_n with paper_sd
+    where known."""
     if sd is None or n is None or n < 2:
         return without_spread(place, printed, ours)
     if paper_sd is None:
@@ -91,7 +125,8 @@ def means(place, printed, ours, sd, n, paper_sd=None, paper_n=1):
 
 
 def single_run(place, printed, ours, sd, n, paper_sd=None):
-    """A run of ours beside one of theirs; sd between our seeds, known from n runs, and between the paper's runs."""
+    """A run of ours beside one of theirs; sd between our seeds, known from n runs, and between the
+    paper's runs."""
     if sd is None:
         return without_spread(place, printed, ours)
     error = math.hypot(sd, sd if paper_sd is None else paper_sd), n - 1
@@ -101,7 +136,8 @@ def single_run(place, printed, ours, sd, n, paper_sd=None):
 
 
 def estimates(place, printed, ours, se, freedom, paper_se=None, margin=None):
-    """Two fitted numbers with standard errors; without one of the paper's its printed value counts as exact."""
+    """Two fitted numbers with standard errors; without one of the paper's its printed value counts
+    as exact."""
     error = math.hypot(se, paper_se or 0.0), freedom
     basis = "standard errors of both fits" if paper_se else "standard error of our fit"
     return _decide(place, printed, ours, error, basis, margin, sd=se)
@@ -112,25 +148,42 @@ def within(place, printed, ours, low, high, basis, margin=None):
     margin = _margin(place, printed, margin)
     low, high = low - printed.value, high - printed.value
     return _row(
-        place, printed.text, ours, verdict(low, high, margin), basis, difference=ours - printed.value, low=low,
-        high=high, margin=margin,
-    )  # fmt: skip
+        place,
+        printed.text,
+        ours,
+        verdict(low, high, margin),
+        basis,
+        difference=ours - printed.value,
+        low=low,
+        high=high,
+        margin=margin,
+    )
 
 
 def spreads(place, paper_sd, paper_n, sd, n):
-    """Two standard deviations: the interval of their ratio by F, judged by the share that counts for scatter."""
+    """Two standard deviations: the interval of their ratio by F, judged by the share that counts
+    for scatter."""
     ratio = sd / paper_sd
     low, high = (ratio / math.sqrt(stats.f.ppf(q, n - 1, paper_n - 1)) for q in (1 - ALPHA, ALPHA))
     low, high = (low - 1.0) * paper_sd, (high - 1.0) * paper_sd
     margin = margins.SCATTER_SHARE * paper_sd
     return _row(
-        place, f"{paper_sd:.3f}", sd, verdict(low, high, margin), f"F interval of {n} and {paper_n} runs",
-        n=n, difference=sd - paper_sd, low=low, high=high, margin=margin,
-    )  # fmt: skip
+        place,
+        f"{paper_sd:.3f}",
+        sd,
+        verdict(low, high, margin),
+        f"F interval of {n} and {paper_n} runs",
+        n=n,
+        difference=sd - paper_sd,
+        low=low,
+        high=high,
+        margin=margin,
+    )
 
 
 def exact(place, printed, ours, basis):
-    """A number without scatter: recomputed from the paper's own data, or set from it; judged by its printed digits."""
+    """A number without scatter: recomputed from the paper's own data, or set from it; judged by its
+    printed digits."""
     return _decide(place, printed, ours, (0.0, math.inf), basis, margin=0.0)
 
 
@@ -141,21 +194,39 @@ def whole(place, parts, margin):
         return _too_few(place)
     basis = f"paired t of {found.n} differences"
     return _row(
-        place, 0, found.bias, verdict(found.low, found.high, margin), basis, n=found.n, difference=found.bias,
-        se=found.se, low=found.low, high=found.high, margin=margin,
-    )  # fmt: skip
+        place,
+        0,
+        found.bias,
+        verdict(found.low, found.high, margin),
+        basis,
+        n=found.n,
+        difference=found.bias,
+        se=found.se,
+        low=found.low,
+        high=found.high,
+        margin=margin,
+    )
 
 
 def beyond(place, parts, margin):
-    """How much the differences of a table's rows scatter about their mean beyond what single runs do."""
+    """How much the differences of a table's rows scatter about their mean beyond what single runs
+    do."""
     found = _paired(parts)
     if found is None:
         return _too_few(place)
     basis = f"standard deviation of {found.n} differences less that of the runs, chi-square"
     return _row(
-        place, 0, found.extra, verdict(found.extra_low, found.extra_high, margin), basis, n=found.n,
-        difference=found.extra, low=found.extra_low, high=found.extra_high, margin=margin,
-    )  # fmt: skip
+        place,
+        0,
+        found.extra,
+        verdict(found.extra_low, found.extra_high, margin),
+        basis,
+        n=found.n,
+        difference=found.extra,
+        low=found.extra_low,
+        high=found.extra_high,
+        margin=margin,
+    )
 
 
 def _paired(parts):
@@ -176,7 +247,8 @@ def words(place, paper, ours, basis):
 
 
 def matters(p, alpha, low=None, high=None, margin=None):
-    """Whether an effect is there: yes by its p, no only where its 90 % interval [low, high] lies within the margin."""
+    """Whether an effect is there: yes by its p, no only where its 90 % interval [low, high] lies
+    within the margin."""
     if p < alpha:
         return "yes"
     if margin is None:
@@ -192,7 +264,8 @@ def without_spread(place, printed, ours):
 
 
 def absent(place, paper, agreement, basis, ours=None):
-    """A row without comparison: the stage has not run, the points differ, or the item holds no number."""
+    """A row without comparison: the stage has not run, the points differ, or the item holds no
+    number."""
     return _row(place, paper, ours, agreement, basis)
 
 

@@ -1,4 +1,5 @@
-"""The reproduction table: every table and equation of the paper, its value, ours with its spread, and the agreement."""
+"""The reproduction table: every table and equation of the paper, its value, ours with its spread,
+and the agreement."""
 
 import pandas as pd
 
@@ -31,10 +32,12 @@ WHOLE = {"Table 6": "deg", "Table 8": "deg", "Table 9": "mm", "Table 10": "deg",
 
 
 def reproduce(folders, config, paper=PAPER):
-    """The reproduction table from what the stages of the studies in `folders` have left; the first is the main one.
+    """The reproduction table from what the stages of the studies in `folders` have left; the first
+    is the main one.
 
-    Returns a DataFrame with columns `rows.COLUMNS`, a row a value; stages that have not run give rows that say so.
-    Raises AuditInputError for an incomplete folder of printed tables, CalibrationError for two rows of one id.
+    Returns a DataFrame with columns `rows.COLUMNS`, a row a value; stages that have not run give
+    rows that say so. Raises AuditInputError for an incomplete folder of printed tables,
+    CalibrationError for two rows of one id.
     """
     printed, studies = Paper(paper), [Study(f) for f in folders]
     rows = [
@@ -56,8 +59,9 @@ def reproduce(folders, config, paper=PAPER):
 
 
 def _whole(item, unit, rows, study):
-    """The two rows that say how a table of simulated values does as a whole, of its values in `unit`: whether ours
-    lie higher or lower on the mean, and whether they scatter about that more than single runs do."""
+    """The two rows that say how a table of simulated values does as a whole, of its values in
+    `unit`: whether ours lie higher or lower on the mean, and whether they scatter about that more
+    than single runs do."""
     parts = [row for row in rows if row["item"] == item and row["unit"] == unit]
     name = min({row["study"] for row in parts if row["study"]} or {study.name})
     values = [abs(float(row["paper"])) for row in parts if row["se"] is not None]
@@ -71,7 +75,8 @@ def _whole(item, unit, rows, study):
 
 
 def counts(table):
-    """Three counts in one line: the paper's arithmetic, what is set from it, and what our runs gave.
+    """Three counts in one line: the paper's arithmetic, what is set from it, and what our runs
+    gave.
 
     Rows of whole tables count once more, beside their values.
     """

@@ -1,4 +1,5 @@
-"""Eqs. 1 to 15: definitions, identities checked with numbers, and the statements that the scaling study judged."""
+"""Eqs. 1 to 15: definitions, identities checked with numbers, and the statements that the scaling
+study judged."""
 
 import math
 
@@ -32,7 +33,8 @@ def effective_radius(radius, density, ratio):
 
 
 def dimensionless_contact(radius, density, ratio):
-    """Inertia, stiffness and damping terms of Eq. 14, from Eq. 9 with Eq. 12 put in, over R^2 rho v0^2."""
+    """Inertia, stiffness and damping terms of Eq. 14, from Eq. 9 with Eq. 12 put in, over R^2 rho
+    v0^2."""
     stiffness, damping, speed = 800.0, 0.01, 1.7
     mass = effective_mass(radius, density, ratio)[1]
     terms = np.array([mass * speed**2 / radius, stiffness * radius, damping * speed])
@@ -50,7 +52,8 @@ IDENTITIES = {f.__name__: f for f in (effective_mass, effective_radius, dimensio
 
 
 def rows(paper, study):
-    """A row an equation or statement; equations that hold a table's numbers stand with that table."""
+    """A row an equation or statement; equations that hold a table's numbers stand with that
+    table."""
     summary = study.summary("scaling")
     statements = {s["id"]: s for s in summary["statements"]} if summary else {}
     table = paper.text("equations", "equation", "shows", "kind", "here")
@@ -96,7 +99,8 @@ def _statement(item, name, statement, study):
 
 
 def _range_over_scales(name, low, high):
-    """Verdict and margin of a range over scales, which is judged as every other difference; else nothing.
+    """Verdict and margin of a range over scales, which is judged as every other difference; else
+    nothing.
 
     Its interval is the 95 % one of the scaling study.
     """
