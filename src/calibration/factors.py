@@ -1,11 +1,10 @@
 """The factors of a calibration: names, the key each sets in a run spec, and levels."""
 
-import csv
-import math
 from dataclasses import dataclass
-from pathlib import Path
 
 from calibration.errors import ConfigError
+from calibration.plausible import plausible_number
+from calibration.tables import read_table
 
 COLUMNS = ("code", "name", "key", "low", "high", "description")
 
@@ -44,7 +43,8 @@ class Factor:
         return 0.5 * (self.high - self.low)
 
     def natural(self, coded):
-        """Natural level of a coded one; floats or arrays. Rounded to nine digits: levels name cached runs."""
+        """Natural level of a coded one; floats or arrays. Rounded to nine digits: levels name
+        cached runs."""
         value = self.centre + coded * self.half_range
         return round(value, 9) if isinstance(value, float) else value
 
@@ -54,32 +54,26 @@ class Factor:
 
 
 def read_factors(path):
-    """Factors from a tab-separated table with columns COLUMNS. Raises ConfigError naming file, line and column."""
-    path = Path(path)
-    try:
-        lines = path.read_text().splitlines()
-    except OSError as error:
-        raise ConfigError(f"cannot be read ({error.strerror})", path=path) from None
-    except UnicodeDecodeError:
-        raise ConfigError("is not text", path=path, allowed="UTF-8") from None
-    rows = [(n, x) for n, x in enumerate(lines, 1) if x.strip() and not x.startswith("#")]
-    if len(rows) < 2:
+    """Factors from a table with the columns COLUMNS. Raises ConfigError naming file, line and
+    column."""
+    table = read_table(path)
+    if not table.rows:
         raise ConfigError(
             "has no factors", path=path, allowed=f"a line each, columns {', '.join(COLUMNS)}"
         )
-    header = rows[0][1].split("\t")
-    missing = [c for c in COLUMNS[:5] if c not in header]
+    missing = [c for c in COLUMNS[:5] if c not in table.header]
     if missing:
+        reason = f"lacks {', '.join(missing)}"
         raise ConfigError(
-            f"lacks {', '.join(missing)}", path=path, line=rows[0][0], allowed=", ".join(COLUMNS)
+            reason, path=path, line=table.header_line, allowed=f"the columns {', '.join(COLUMNS)}"
         )
-    factors = []
-    for line, row in zip(
-        (n for n, _ in rows[1:]),
-        csv.reader((x for _, x in rows[1:]), delimiter="\t", quoting=csv.QUOTE_NONE),
-        strict=True,
-    ):
-        factors.append(_factor(dict(zip(header, row, strict=False)), path, line))
+    factors = [_factor(table, line, row) for line, row in table.rows]
+    _check_names(factors, path)
+    return factors
+
+
+def _check_names(factors, path):
+    """Raise ConfigError for what stands twice, or is a column of the design tables."""
     for field in ("code", "name", "key"):
         values = [getattr(f, field) for f in factors]
         for v in values:
@@ -96,7 +90,6 @@ def read_factors(path):
                     column=field,
                     value=getattr(f, field),
                 )
-    return factors
 
 
 def factor_of(factors, key):
@@ -107,29 +100,18 @@ def factor_of(factors, key):
     raise ConfigError("no factor sets it", key=key, allowed=", ".join(f.key for f in factors))
 
 
-def _factor(row, path, line):
-    def number(column):
-        try:
-            value = float(row[column])
-        except (KeyError, ValueError, TypeError):
-            raise ConfigError(
-                "is not a number", path=path, line=line, column=column, value=row.get(column)
-            ) from None
-        if not math.isfinite(value):
-            raise ConfigError("is not finite", path=path, line=line, column=column, value=value)
-        return value
-
+def _factor(table, line, row):
     for column in ("code", "name", "key"):
-        if not row.get(column):
-            raise ConfigError("is empty", path=path, line=line, column=column)
-    low, high = number("low"), number("high")
+        if not row[column]:
+            raise ConfigError("is empty", path=table.path, line=line, column=column)
+    low, high = (plausible_number(table, line, c, row[c], row["key"]) for c in ("low", "high"))
     if low >= high:
         raise ConfigError(
             "must be above low",
-            path=path,
+            path=table.path,
             line=line,
             column="high",
             value=high,
             allowed=f"more than {low:g}",
         )
-    return Factor(row["code"], row["name"], row["key"], low, high, row.get("description") or "")
+    return Factor(row["code"], row["name"], row["key"], low, high, row.get("description", ""))

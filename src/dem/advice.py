@@ -10,6 +10,7 @@ from dem.experiments.setup import (
     time_step_of,
 )
 from dem.timescales import hertz_contact_time
+from dem.units import question
 
 GRAVITY = 9.81
 FREE_FLOW_RATIO = 5.0
@@ -32,7 +33,7 @@ def impact_speed(spec):
 
 def warnings_of(spec):
     """Sentences, each with the setting to change, about a valid `RunSpec`; an empty list when all is well."""
-    found = []
+    found = _doubtful(spec.model_dump(mode="json"))
     if spec.experiment == "heap":
         ratio = 0.5e-3 * spec.geometry.orifice_diameter_mm / largest_reach(spec)
         if ratio < FREE_FLOW_RATIO:
@@ -57,6 +58,18 @@ def warnings_of(spec):
                 f"contacts.particle_wall.static_friction is {friction:g}; from {limit:.2g} on the cluster may tip "
                 "before it slides and the angle is not that of friction: raise geometry.spacing_mm"
             )
+    return found
+
+
+def _doubtful(data, prefix=""):
+    """A sentence for each number of a spec's mapping that no material or rig has."""
+    found = []
+    for key, value in data.items():
+        name = f"{prefix}{key}"
+        if isinstance(value, dict):
+            found += _doubtful(value, f"{name}.")
+        asked = (question(name, x) for x in (value if isinstance(value, list) else [value]))
+        found += [f"{name}: {text}" for text in asked if text]
     return found
 
 

@@ -17,6 +17,7 @@ from dem.dumbbell import MAX_ELONGATION, sphere_radius
 from dem.errors import SpecError
 from dem.io.mapping import line_of, read_mapping
 from dem.timescales import rayleigh_time
+from dem.units import UnitError, converted
 
 MAX_SIZE_RATIO = 10.0
 MIN_ORIFICE_RATIO = 3.0  # orifice over largest grain; below it any funnel clogs
@@ -290,7 +291,10 @@ def parse_spec(data, file=None):
     """`RunSpec` from a mapping. Raises SpecError for the first thing that is wrong."""
     if not isinstance(data, dict):
         raise SpecError("(top level)", data, "a mapping of keys", file)
-    data = dict(data)
+    try:
+        data = converted(data)
+    except UnitError as error:
+        raise SpecError(error.key, error.value, str(error), file) from None
     kind = data.get("experiment")
     if not isinstance(kind, str) or kind not in GEOMETRY:
         raise SpecError("experiment", kind, ", ".join(GEOMETRY), file)

@@ -1,12 +1,15 @@
-"""Measured conditions: a tidy table, a row a condition; every fault is reported with its line and column."""
+"""Measured conditions: a tidy table, a row a condition; every fault is reported with its line and
+column."""
 
-import csv
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
 
 from calibration.errors import ConfigError
+from calibration.tables import read_table
+from dem.units import UnitError, in_unit, unit_of
 from diagnosis.quantities import LEVERS, QUANTITIES
 
 NEEDED = {"drop": "drop_height_mm", "shear": "normal_stress_kPa"}
@@ -16,7 +19,8 @@ LEAST_CONDITIONS = 3
 
 @dataclass(frozen=True)
 class Measurement:
-    """One measured condition: mean of n replicates with their standard deviation, in the quantity's unit.
+    """One measured condition: mean of n replicates with their standard deviation, in the quantity's
+    unit.
 
     `line` is where it stands in its file, None where it has none.
     """
@@ -53,12 +57,14 @@ def raise_faults(faults):
 
 
 def read_measurements(path):
-    """List of `Measurement`. Raises ConfigError naming file, line and column of every fault, one message a fault."""
+    """List of `Measurement`. Raises ConfigError naming file, line and column of every fault, one
+    message a fault."""
     path = Path(path)
     faults, seen, out = [], {}, []
-    for line, row in _rows(path):
+    table = read_table(path, lambda header, line: _check_header(path, header, line))
+    for line, row in table.rows:
         own = []
-        measured = _measurement(row, path, line, own)
+        measured = _measurement(table, row, line, own)
         faults += own
         if own:
             continue
@@ -95,88 +101,58 @@ def _enough(measurements, path):
     )
 
 
-def _rows(path):
-    """[(line, {column: text})]. Raises ConfigError for an unreadable file, its header or a row that is too long."""
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        raise ConfigError("is not text", path=path, allowed="UTF-8") from None
-    except OSError as error:
-        raise ConfigError(f"cannot be read ({error.strerror})", path=path) from None
-    kept = [(n, x) for n, x in enumerate(lines, 1) if x.strip() and not x.lstrip().startswith("#")]
-    if not kept:
-        raise ConfigError("is empty", path=path, allowed=f"columns {', '.join(COLUMNS)}")
-    header = _header(path, *kept[0])
-    rows = []
-    for line, text in kept[1:]:
-        cells = next(csv.reader([text]))
-        if len(cells) > len(header):
-            raise ConfigError(
-                f"has {len(cells)} cells under {len(header)} columns", path=path, line=line
-            )
-        cells += [""] * (len(header) - len(cells))
-        rows.append((line, dict(zip(header, (c.strip() for c in cells), strict=True))))
-    return rows
-
-
-def _header(path, line, text):
-    header = [h.strip() for h in next(csv.reader([text]))]
+def _check_header(path, header, line):
     faults = [
         ConfigError("is missing", path=path, line=line, column=name)
         for name in COLUMNS[:6]
         if name not in header
     ]
     allowed = ", ".join(COLUMNS)
-    for k, name in enumerate(header):
-        if name not in COLUMNS:
-            reason = "is no known column"
-        elif name in header[:k]:
-            reason = "stands twice"
-        else:
-            continue
-        faults.append(ConfigError(reason, path=path, line=line, column=name, allowed=allowed))
+    faults += [
+        ConfigError("is no known column", path=path, line=line, column=name, allowed=allowed)
+        for name in header
+        if name not in COLUMNS
+    ]
     raise_faults(faults)
-    return header
 
 
-def _number(row, column, path, line, low, high):
-    text = row.get(column, "")
-    try:
-        value = float(text)
-    except ValueError:
-        reason = "is not a number" if text else "is missing"
-        raise ConfigError(reason, path=path, line=line, column=column, value=text or None) from None
+def _number(table, row, line, column, unit, low, high):
+    """Number of a cell, in `unit` where it carries one of its own."""
+    text, where = row.get(column, ""), {"path": table.path, "line": line, "column": column}
+    if not text:
+        raise ConfigError("is missing", **where)
+    value = table.number(line, column, text, partial(in_unit, unit=unit), finite=False)
     if not low <= value <= high:
-        allowed = f"{low:g} to {high:g}"
-        raise ConfigError(
-            "is out of range", path=path, line=line, column=column, value=value, allowed=allowed
-        )
+        raise ConfigError("is out of range", **where, value=value, allowed=f"{low:g} to {high:g}")
     return value
 
 
-def _measurement(row, path, line, faults):
+def _measurement(table, row, line, faults):
     """`Measurement` of a row, or None with what is wrong appended to `faults`."""
-    kind = row["experiment"]
+    kind, path = row["experiment"], table.path
     if kind not in QUANTITIES:
         allowed = ", ".join(QUANTITIES)
         where = {"path": path, "line": line, "column": "experiment"}
         faults.append(ConfigError("is no experiment", value=kind, allowed=allowed, **where))
         return None
     q = QUANTITIES[kind]
-    for column, wanted in (("quantity", q.name), ("unit", q.unit)):
-        if row[column] != wanted:
-            where = {"path": path, "line": line, "column": column}
-            reason = f"does not go with {kind}"
-            faults.append(ConfigError(reason, value=row[column], allowed=wanted, **where))
+    if row["quantity"] != q.name:
+        where = {"path": path, "line": line, "column": "quantity"}
+        reason = f"does not go with {kind}"
+        faults.append(ConfigError(reason, value=row["quantity"], allowed=q.name, **where))
+    unit = _unit(row, q, path, line, faults)
 
-    def number(column, least, most):
+    def number(column, least, most, own=None):
         try:
-            return _number(row, column, path, line, least, most)
+            return _number(table, row, line, column, own, least, most)
         except ConfigError as error:
             faults.append(error)
             return None
 
-    value, sd, n = number("value", q.least, q.most), number("sd", 1e-9, q.most), number("n", 1, 1e6)
+    scale = in_unit(f"1 {unit}", q.unit)
+    value, sd = (number(c, least / scale, q.most / scale, unit)
+                 for c, least in (("value", q.least), ("sd", 1e-9)))  # fmt: skip
+    n = number("n", 1, 1e6)
     if n is not None and n != int(n):
         faults.append(
             ConfigError("is not a whole number", path=path, line=line, column="n", value=n)
@@ -184,12 +160,26 @@ def _measurement(row, path, line, faults):
     levers = _levers(row, kind, path, line, number, faults)
     if faults:
         return None
+    value, sd = (value, sd) if unit == q.unit else (scale * value, scale * sd)
     if kind == "drop" and value >= levers["drop_height_mm"]:
         allowed = f"less than drop_height_mm = {levers['drop_height_mm']:g}"
         where = {"path": path, "line": line, "column": "value"}
         faults.append(ConfigError("rebounds too high", value=value, allowed=allowed, **where))
         return None
     return Measurement(kind, value, sd, int(n), levers, row.get("note", ""), line)
+
+
+def _unit(row, quantity, path, line, faults):
+    """Unit of a row's value: the quantity's, or one that converts to it; else a fault."""
+    try:
+        in_unit(f"1 {row['unit']}", quantity.unit)
+        return row["unit"] or quantity.unit
+    except UnitError:
+        where = {"path": path, "line": line, "column": "unit"}
+        reason = f"does not go with {row['experiment']}"
+        allowed = f"{quantity.unit}, or what converts to it"
+        faults.append(ConfigError(reason, value=row["unit"], allowed=allowed, **where))
+        return quantity.unit
 
 
 def _levers(row, kind, path, line, number, faults):
@@ -206,7 +196,7 @@ def _levers(row, kind, path, line, number, faults):
                 ConfigError(f"is no lever of {kind}", value=row[name], allowed=allowed, **where)
             )
         else:
-            levers[name] = number(name, lever.least, lever.most)
+            levers[name] = number(name, lever.least, lever.most, unit_of(name))
     return levers
 
 

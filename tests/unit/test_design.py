@@ -89,7 +89,7 @@ def test_the_papers_design_is_read_with_its_natural_levels():
         ("A,B\n1,1\n1,-1\n-1,\n-1,-1\n", ["column B", "run 3"]),
         ("A,C\n1,1\n", ["lacks the columns B"]),
         ("A,B\n1,1\n1,1\n-1,-1\n-1,-1\n", ["not balanced and orthogonal"]),
-        ("", ["is no table"]),
+        ("", ["is empty"]),
     ],
 )
 def test_a_wrong_design_table_is_refused(tmp_path, text, words):

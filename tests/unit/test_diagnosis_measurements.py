@@ -26,6 +26,18 @@ def test_good_rows_come_back_with_their_levers(tmp_path):
     assert tilt.experiment == "tilt"
 
 
+def test_values_in_other_units_are_converted(tmp_path):
+    rows = [
+        "drop,rebound_height,2.05,cm,0.1,5,15 cm,,,",
+        "tilt,sliding_angle,0.625 rad,deg,0.5,5,,5,,",
+        GOOD[1],
+    ]
+    drop, tilt, _ = read_measurements(write(tmp_path, rows))
+    assert (drop.value, drop.sd) == pytest.approx((20.5, 1.0))
+    assert drop.levers == {"drop_height_mm": 150.0}
+    assert tilt.value == pytest.approx(0.625 * 180 / 3.141592653589793)
+
+
 def test_written_table_reads_back(tmp_path):
     measured = read_measurements(write(tmp_path, GOOD))
     path = tmp_path / "again.csv"
@@ -36,11 +48,11 @@ def test_written_table_reads_back(tmp_path):
 FAULTS = [
     ("drip,rebound_height,20,mm,1,5,150,,,", "experiment", "heap, drop, tilt, shear"),
     ("drop,sliding_angle,20,mm,1,5,150,,,", "quantity", "rebound_height"),
-    ("drop,rebound_height,20,cm,1,5,150,,,", "unit", "mm"),
+    ("drop,rebound_height,20,kg,1,5,150,,,", "unit", "mm"),
     ("drop,rebound_height,twenty,mm,1,5,150,,,", "value", "not a number"),
     ("tilt,sliding_angle,95,deg,1,5,,5,,", "value", "0.1 to 89"),
     ("heap,angle_of_repose,40,mm,1,5,,,,", "unit", "deg"),
-    ("shear,shear_stress,1.8,Pa,0.1,3,,,,", "unit", "kPa"),
+    ("shear,shear_stress,1.8,deg,0.1,3,,,,", "unit", "kPa"),
     ("drop,rebound_height,,mm,1,5,150,,,", "value", "missing"),
     ("drop,rebound_height,-3,mm,1,5,150,,,", "value", "out of range"),
     ("drop,rebound_height,0,mm,1,5,150,,,", "value", "out of range"),
@@ -73,7 +85,7 @@ def test_each_fault_names_line_and_column(tmp_path, row, column, says):
 
 def test_every_fault_of_a_file_is_one_line(tmp_path):
     rows = [
-        "drop,rebound_height,20,cm,,5,150,,,",
+        "drop,rebound_height,20,kg,,5,150,,,",
         "tilt,sliding_angle,35.8,deg,0.5,5,,5,,",
         "slide,x,1,mm,1,5,,,,",
     ]

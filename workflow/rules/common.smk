@@ -1,10 +1,12 @@
 import hashlib
 import os
+import sys
 from pathlib import Path
 
 from calibration.campaign import planned_spec, read_plan, result_path
 from calibration.config import parse_config, stands_alone
 from calibration.errors import CalibrationError
+from calibration.opening import opening
 from calibration.runner import report as show_progress
 from dem.fingerprint import engine_fingerprint
 
@@ -21,6 +23,7 @@ try:
     SETTINGS = parse_config(config, files=CONFIG_FILES)
     # in a dry run too: how many runs there are, and how many are left
     if workflow.is_main_process:
+        print(*opening(SETTINGS), sep="\n", file=sys.stderr)
         show_progress(SETTINGS)
 except CalibrationError as error:
     raise WorkflowError(str(error))

@@ -1,6 +1,6 @@
 """The configuration of a study: schema, checks, its measured values and the run specs that it describes."""
 
-from calibration.config.measured import goals, read_target
+from calibration.config.measured import goals, read_back, read_target
 from calibration.config.parse import given, parse_config, stands_alone
 from calibration.config.schema import METRICS, Config, section_of
 from calibration.config.specs import bench_run, overlay, point_spec
@@ -14,6 +14,7 @@ __all__ = [
     "overlay",
     "parse_config",
     "point_spec",
+    "read_back",
     "read_target",
     "section_of",
     "stands_alone",

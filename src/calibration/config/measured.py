@@ -1,36 +1,44 @@
 """What a study is calibrated to: its measured values and what is asked of each response."""
 
-from pathlib import Path
-
-import pandas as pd
+import numpy as np
 
 from calibration.errors import CalibrationError, ConfigError
+from calibration.plausible import plausible_numbers
 from calibration.statistics.goals import Goal
+from calibration.tables import read_table, summary
+from dem.units import unit_of
 
 
 def read_target(config, target=None):
-    """(n,) measured values of `target`, of the main one unless given. Raises ConfigError."""
+    """(n,) measured values of `target`, of the main one unless given, in the metric's unit. Raises
+    ConfigError."""
     target = target or config.target
-    path = Path(target.file)
-    try:
-        table = pd.read_csv(path, comment="#")
-    except OSError as error:
-        raise ConfigError(f"cannot be read ({error.strerror})", path=path) from None
-    if target.column not in table:
+    table = read_table(target.file)
+    if target.column not in table.header:
         raise ConfigError(
             "no such column",
-            path=path,
+            path=table.path,
+            line=table.header_line,
             key="target.column" if target is config.target else f"column of {target.metric}",
             value=target.column,
-            allowed=", ".join(table.columns),
+            allowed=", ".join(table.header),
         )
-    values = pd.to_numeric(table[target.column], errors="coerce")
-    if values.isna().any():
-        line = int(values.isna().to_numpy().nonzero()[0][0]) + 2
-        raise ConfigError("is not a number", path=path, line=line, column=target.column)
+    values = plausible_numbers(table, target.column, target.metric)
     if len(values) < 2:
-        raise ConfigError("needs at least two values to have a spread", path=path)
-    return values.to_numpy()
+        raise ConfigError("needs at least two values to have a spread", path=table.path)
+    return np.array(values)
+
+
+def read_back(config):
+    """A sentence for each table of measured values: what was read from it. Raises ConfigError."""
+    found = []
+    for target in (config.target, *config.further_targets):
+        if target.file is not None:
+            how, unit = read_table(target.file).how, unit_of(target.metric) or ""
+            unit = unit if unit in ("", "°") else f" {unit}"
+            text = summary(read_target(config, target), unit, how)
+            found.append(f"{target.file}, {target.column}: {text}")
+    return found
 
 
 def goals(config, file="config"):

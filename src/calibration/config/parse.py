@@ -10,6 +10,7 @@ from calibration.config.schema import METRICS, Config, FurtherTarget, section_of
 from calibration.config.specs import bench_run, point_spec
 from calibration.errors import ConfigError
 from calibration.factors import read_factors
+from calibration.plausible import check_plausible, in_key_units
 from dem.errors import SpecError
 from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
@@ -84,6 +85,8 @@ def _place(key, value, files):
 
 
 def _parse(data, file):
+    check_plausible(data, file)
+    data = in_key_units(data, file)
     try:
         config = Config.model_validate(data)
     except ValidationError as error:

@@ -3,9 +3,10 @@
 from types import UnionType
 from typing import Annotated, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from calibration.statistics.goals import GOALS, RULES
+from dem.units import converted
 
 Positive = Annotated[float, Field(gt=0)]
 
@@ -240,6 +241,11 @@ class PublishedConfig(_Part):
 
 class Config(_Part):
     """The whole configuration; `run` is the run spec that all heaps share."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _in_key_units(cls, data):
+        return converted(data) if isinstance(data, dict) else data
 
     name: str = Field(pattern=r"^[A-Za-z0-9_-]+$", description="folder under results/")
     seed: int = Field(1, ge=0, lt=2**31, description="first seed; replicates count on from it")

@@ -11,6 +11,7 @@ import pandas as pd
 import pyDOE3
 
 from calibration.errors import CalibrationError, ConfigError
+from calibration.tables import read_table
 
 MIN_SCREENING, MAX_SCREENING = 2, 23
 TRIPLES = {
@@ -60,35 +61,37 @@ def plackett_burman(factors, replicates=1, runs=None):
 def read_two_level(path, factors, replicates=1):
     """Two-level design from a CSV with one column of -1 and +1 a factor code. Raises ConfigError naming file, column
     and run."""
-    try:
-        table = pd.read_csv(path, comment="#")
-    except OSError as error:
-        raise ConfigError(f"cannot be read ({error.strerror})", path=path) from None
-    except ValueError as error:  # what pandas raises for an empty, ragged or binary file
-        raise ConfigError(f"is no table ({error})", path=path) from None
+    table = read_table(path)
     codes = [f.code for f in factors]
-    missing = [c for c in codes if c not in table]
+    missing = [c for c in codes if c not in table.header]
     if missing:
         raise ConfigError(
             f"lacks the columns {', '.join(missing)}", path=path, allowed=", ".join(codes)
         )
-    for code in codes:
-        levels = pd.to_numeric(table[code], errors="coerce")
-        wrong = table.index[~levels.isin((-1, 1))]
-        if len(wrong):
-            raise ConfigError(
-                f"run {wrong[0] + 1} has no level of a two-level design",
-                path=path,
-                column=code,
-                value=str(table.loc[wrong[0], code]),
-                allowed="-1 and 1",
-            )
-    matrix = table[codes].to_numpy(float)
-    if matrix.sum(0).any() or not np.array_equal(
-        matrix.T @ matrix, len(matrix) * np.eye(len(codes))
+    matrix = np.array([[_level(table, k, code) for code in codes] for k in range(len(table.rows))])
+    if (
+        len(matrix) == 0
+        or matrix.sum(0).any()
+        or not np.array_equal(matrix.T @ matrix, len(matrix) * np.eye(len(codes)))
     ):
         raise ConfigError("the columns are not balanced and orthogonal", path=path)
     return tabulate(matrix, factors, replicates)
+
+
+def _level(table, k, code):
+    """Coded level of run k, from 0. Raises ConfigError naming line, column and run."""
+    line, row = table.rows[k]
+    try:
+        return {-1.0: -1.0, 1.0: 1.0}[float(row[code])]
+    except (ValueError, KeyError):
+        raise ConfigError(
+            f"run {k + 1} has no level of a two-level design",
+            path=table.path,
+            line=line,
+            column=code,
+            value=row[code],
+            allowed="-1 and 1",
+        ) from None
 
 
 def box_behnken(factors, centre_runs=5, replicates=1):

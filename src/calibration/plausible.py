@@ -1,0 +1,63 @@
+"""Numbers of a user's tables: with a unit of their own or in the key's, and plausible there."""
+
+from functools import partial
+
+from calibration.errors import ConfigError
+from dem.units import UnitError, converted, has_unit, in_unit, question, unit_of
+
+AT_ITS_WORD = "a plausible number, or one with its unit, which is taken at its word"
+
+
+def plausible_numbers(table, column, key):
+    """[number] of a column, in the unit that `key` ends in. Raises ConfigError naming line and
+    column."""
+    return [plausible_number(table, line, column, text, key) for line, text in table.texts(column)]
+
+
+def plausible_number(table, line, column, text, key):
+    """Number of a cell in the unit that `key` ends in: its own unit counts first, then the
+    heading's.
+
+    Raises ConfigError for what is no number, a unit of another kind, or a bare number that no
+    material has.
+    """
+    unit, heading = unit_of(key), table.units.get(column)
+    bare = not has_unit(text.replace(",", "."))
+    if bare and heading and unit and has_unit(f"1 {heading}"):
+        return table.number(line, column, text, lambda x: in_unit(f"{x} {heading}", unit))
+    value = table.number(line, column, text, partial(in_unit, unit=unit))
+    asked = question(key, value) if bare else None
+    if asked:
+        raise ConfigError(
+            f"is doubtful: {asked}",
+            path=table.path,
+            line=line,
+            column=column,
+            value=text,
+            allowed=AT_ITS_WORD,
+        )
+    return value
+
+
+def check_plausible(data, file, prefix=""):
+    """Raise ConfigError for the first bare number of a nested mapping that no material or rig
+    has."""
+    for key, value in data.items():
+        name = f"{prefix}{key}"
+        if isinstance(value, dict):
+            check_plausible(value, file, f"{name}.")
+        for item in value if isinstance(value, list) else [value]:
+            asked = question(name, item)
+            if asked:
+                raise ConfigError(
+                    f"is doubtful: {asked}", path=file, key=name, value=item, allowed=AT_ITS_WORD
+                )
+
+
+def in_key_units(data, file):
+    """A configuration with each value that carries a unit as a number in its key's unit. Raises
+    ConfigError."""
+    try:
+        return converted(data)
+    except UnitError as error:
+        raise ConfigError(str(error), path=file, key=error.key, value=error.value) from None

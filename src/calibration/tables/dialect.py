@@ -1,0 +1,162 @@
+"""How the cells of a text table are separated and its decimals marked: one consistent reading, or
+an error with both.
+
+A separator counts where it gives every row the header's number of cells. A comma in a number is a
+decimal mark where
+no other reading is left; `1,234` alone could be a thousand.
+"""
+
+import csv
+import re
+from dataclasses import dataclass
+
+from calibration.errors import ConfigError
+
+NAMES = {
+    "\t": "tab-separated",
+    ";": "semicolon-separated",
+    ",": "comma-separated",
+    "": "one column",
+}
+_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+_POINT = re.compile(r"[+-]?\d*\.\d+(?:[eE][+-]?\d+)?")
+_COMMA_GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
+_POINT_GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}(?:\.\d{3})+")
+_GERMAN = re.compile(r"[+-]?\d{1,3}(?:\.\d{3})+,\d+")
+_ENGLISH = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+\.\d+")
+_LEADING = re.compile(r"\s*([+-]?[\d.,]*\d(?:[eE][+-]?\d+)?)")
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """separator: one character, empty for a single column; decimal: `.` or `,`."""
+
+    separator: str
+    decimal: str
+
+
+def cells_of(text, separator, path, line):
+    """Cells of one line, stripped. Raises ConfigError where a quotation mark is not closed."""
+    try:
+        (cells,) = csv.reader([text], delimiter=separator or "\t", strict=True)
+    except (csv.Error, ValueError):
+        reason = "has a quotation mark that is not closed"
+        raise ConfigError(reason, path=path, line=line, value=text.strip()[:60]) from None
+    return [c.strip() for c in cells]
+
+
+def separator_of(lines, path, declared=None):
+    """Separator of [(line, text)], the header first. Raises ConfigError where two fit or the rows
+    do not."""
+    if declared is not None:
+        return declared
+    line, header = lines[0]
+    found = [s for s in ("\t", ";", ",") if len(cells_of(header, s, path, line)) > 1]
+    if len(found) > 1:
+        found = [s for s in found if _consistent(lines, s, path)] or found
+    if len(found) > 1:
+        readings = " or ".join(
+            f"{' | '.join(cells_of(header, s, path, line))} ({NAMES[s]})" for s in found
+        )
+        raise ConfigError(f"can be read in two ways: {readings}", path=path, line=line,
+                          allowed="one separator: tab, semicolon or comma")  # fmt: skip
+    if not found:
+        _check_single(lines, path)
+    return found[0] if found else ""
+
+
+def _consistent(lines, separator, path):
+    width = len(cells_of(lines[0][1], separator, path, lines[0][0]))
+    return all(len(cells_of(text, separator, path, n)) <= width for n, text in lines[1:])
+
+
+def _check_single(lines, path):
+    """Rows under a single heading hold one cell each; a comma in it must be a decimal mark."""
+    for line, text in lines[1:]:
+        for separator in ("\t", ";"):
+            if len([c for c in cells_of(text, separator, path, line) if c]) > 1:
+                reason = f"has more cells than the header, which is {lines[0][1].strip()!r}"
+                raise ConfigError(reason, path=path, line=line, value=text.strip(),
+                                  allowed="one cell, or a heading for each column")  # fmt: skip
+    values = [(n, text.strip().strip('"').rstrip(";\t")) for n, text in lines[1:]]
+    counted = [text.split(",")[0] for _, text in values if _COMMA.fullmatch(text)]
+    if len(counted) > 1 and len(counted) == len(values) and _counts_up(counted):
+        line, text = values[0]
+        first, second = text.split(",")
+        readings = f"{first}.{second} (decimal comma) or the values {first} and {second}"
+        raise ConfigError(f"can be read in two ways: {readings}", path=path, line=line, value=text,
+                          allowed="decimal points, or a heading for each column")  # fmt: skip
+
+
+def _counts_up(texts):
+    """Whether numbers count 1, 2, 3 as the rows of a table do."""
+    start = int(texts[0]) if texts[0].isdigit() else -1
+    return start in (0, 1) and texts == [str(start + k) for k in range(len(texts))]
+
+
+def decimal_of(rows, separator, path):
+    """Decimal mark of [(line, cells)]. Raises ConfigError for a mixture, or where thousands fit."""
+    cells = [(line, number) for line, row in rows for cell in row if (number := _number_in(cell))]
+    commas = [(n, c) for n, c in cells if _COMMA.fullmatch(c) or _GERMAN.fullmatch(c)]
+    points = [(n, c) for n, c in cells if _POINT.fullmatch(c) or _ENGLISH.fullmatch(c)]
+    if commas and points:
+        return _of_both(commas, points, path)
+    if commas:
+        return _of_one(commas, _COMMA_GROUPS, ",", path)
+    if (
+        points and separator == ";"
+    ):  # a spreadsheet that separates by semicolons writes decimal commas
+        return _of_one(points, _POINT_GROUPS, ".", path)
+    return "."
+
+
+def _number_in(cell):
+    """The number that a cell begins with, a unit left out; None for words, codes and cells that
+    only hold digits."""
+    match = _LEADING.match(cell)
+    if not match or not re.fullmatch(r"(\s*[^\d\s.,;]\S*)?", cell[match.end() :]):
+        return None
+    return match[1] if any(mark in match[1] for mark in ".,") else None
+
+
+def _of_both(commas, points, path):
+    """Thousands of one kind may stand beside decimals of the other."""
+    if all(_POINT_GROUPS.fullmatch(c) for _, c in points) and any(
+        _GERMAN.fullmatch(c) for _, c in commas
+    ):
+        return ","
+    if all(_COMMA_GROUPS.fullmatch(c) for _, c in commas) and any(
+        _ENGLISH.fullmatch(c) for _, c in points
+    ):
+        return "."
+    (line, comma), (other, point) = commas[0], points[0]
+    reason = f"mixes decimal commas and points: {comma} here, {point} on line {other}"
+    raise ConfigError(reason, path=path, line=line, allowed="one decimal mark in the whole table")
+
+
+def _of_one(cells, groups, mark, path):
+    if any(not groups.fullmatch(c) for _, c in cells):
+        return mark
+    line, text = cells[0]
+    readings = (
+        f"{text.replace(mark, '.')} (decimal {_name(mark)}) or {text.replace(mark, '')} (thousands)"
+    )
+    allowed = "numbers without a mark between thousands, decimals with a point"
+    raise ConfigError(
+        f"can be read in two ways: {readings}", path=path, line=line, value=text, allowed=allowed
+    )
+
+
+def _name(mark):
+    return "comma" if mark == "," else "point"
+
+
+def plain(text, decimal):
+    """A number's text with a decimal point and without marks between thousands."""
+    return text.replace(".", "").replace(",", ".") if decimal == "," else _without_groups(text)
+
+
+def _without_groups(text):
+    match = _LEADING.match(text)
+    grouped = match and (_ENGLISH.fullmatch(match[1]) or _COMMA_GROUPS.fullmatch(match[1]))
+    return text.replace(",", "") if grouped else text

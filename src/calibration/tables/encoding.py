@@ -1,0 +1,107 @@
+"""From the bytes of a file to lines of text: what kind of file it is, and how its letters are
+written."""
+
+import codecs
+import io
+import re
+import zipfile
+
+from calibration.errors import ConfigError
+
+WORKBOOK, TEXT = "workbook", "text"
+SAVE_AS = "CSV or tab-separated text, or a workbook .xlsx"
+_OTHERS = (
+    (b"\xd0\xcf\x11\xe0", "is an old or encrypted Office file (.xls)"),
+    (b"%PDF", "is a PDF"),
+    (b"\x89PNG", "is a picture"),
+    (b"\xff\xd8\xff", "is a picture"),
+    (b"\x1f\x8b", "is compressed (gzip)"),
+    (b"{\\rtf", "is a text document (RTF)"),
+)
+_MARKS = (
+    (codecs.BOM_UTF8, "utf-8-sig"),
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+
+
+def read_bytes(path):
+    """Content of a file. Raises ConfigError where it cannot be read or is empty."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise ConfigError(f"cannot be read ({error.strerror})", path=path) from None
+    if not data.strip(b"\0 \t\r\n"):
+        raise ConfigError("is empty", path=path, allowed="a line of headings and the values below")
+    return data
+
+
+def kind_of(data, path):
+    """WORKBOOK or TEXT, by content. Raises ConfigError where the name says otherwise, or for a file
+    of another kind."""
+    found = next((what for start, what in _OTHERS if data.startswith(start)), None)
+    if found:
+        raise ConfigError(found, path=path, allowed=SAVE_AS)
+    named = path.suffix.lower() in (".xlsx", ".xlsm")
+    if not data.startswith(b"PK\x03\x04"):
+        if named:
+            reason = "is named as a workbook and is none"
+            raise ConfigError(reason, path=path, allowed="a name ending in .csv where it is text")
+        return TEXT
+    if not _is_workbook(data):
+        reason = "is a compressed file and no workbook (OpenDocument, or a zip archive)"
+        raise ConfigError(reason, path=path, allowed=SAVE_AS)
+    if not named:
+        reason = f"is an Excel workbook under the name of a {path.suffix or 'text'} file"
+        allowed = f"{path.stem}.xlsx, or the table saved as CSV"
+        raise ConfigError(reason, path=path, allowed=allowed)
+    return WORKBOOK
+
+
+def _is_workbook(data):
+    try:
+        return "xl/workbook.xml" in zipfile.ZipFile(io.BytesIO(data)).namelist()
+    except zipfile.BadZipFile:
+        return False
+
+
+def decode(data, path):
+    """(text, encoding) of a text file: by its byte order mark, else UTF-8, else Windows' cp1252.
+
+    Raises ConfigError where it is none of these.
+    """
+    encoding = next((name for mark, name in _MARKS if data.startswith(mark)), None)
+    encoding = encoding or _unmarked(data)
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError:
+        text = None
+    if text is None or _unreadable(text):
+        raise ConfigError("is not text", path=path, allowed="UTF-8, UTF-16 or cp1252")
+    return text, encoding.removesuffix("-sig")
+
+
+def _unmarked(data):
+    """UTF-16 shows by the zeros beside each letter; UTF-8 by its own rules, which other text
+    breaks."""
+    pairs = len(data) // 2
+    if pairs and data[1::2].count(0) > 0.6 * pairs:
+        return "utf-16-le"
+    if pairs and data[0::2].count(0) > 0.6 * pairs:
+        return "utf-16-be"
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        return "cp1252"
+    return "utf-8"
+
+
+def _unreadable(text):
+    return bool(re.search(r"[\x00-\x08\x0e-\x1f\x7f\ufffd]", text))
+
+
+def split_lines(text):
+    """Lines as every editor counts them: ended by LF, CR LF or CR alone."""
+    return re.split(r"\r\n|\r|\n", text)

@@ -1,0 +1,171 @@
+"""A table as it was read: its headings, its cells as texts with their lines, and how it was
+recognised."""
+
+import difflib
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from calibration.errors import ConfigError
+from calibration.tables import dialect as dialects
+from calibration.tables.encoding import WORKBOOK, decode, kind_of, read_bytes, split_lines
+from calibration.tables.workbook import DATE, workbook_rows
+
+NEEDED = "a line of headings and the values below"
+_IN_BRACKETS = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*\Z")
+_DATE = re.compile(
+    r"\d{4}-\d\d-\d\d|\d{1,2}\.\s?[^\W\d]{3,9}\.?|\d{1,2}-[A-Za-z]{3}|[A-Za-z]{3}-\d\d"
+)
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+
+
+@dataclass(frozen=True)
+class Table:
+    """header: the columns' names without their units; rows: [(line, {column: text})]; decimal: `.`
+    or `,`."""
+
+    path: Path
+    header: tuple
+    header_line: int
+    rows: tuple
+    decimal: str
+    how: str
+    units: dict
+
+    def texts(self, column):
+        """[(line, text)] of a column. Raises ConfigError where there is none of this name."""
+        self.require(column)
+        return [(line, row[column]) for line, row in self.rows]
+
+    def require(self, *columns):
+        """Raise ConfigError for the first of the columns that is missing, with the nearest name
+        that is there."""
+        for column in columns:
+            if column not in self.header:
+                raise ConfigError(
+                    f"no such column{_nearest(column, self.header)}",
+                    path=self.path,
+                    line=self.header_line,
+                    column=column,
+                    allowed=", ".join(self.header),
+                )
+
+    def number(self, line, column, text, convert=None, finite=True):
+        """Number of a cell, a finite one unless said otherwise.
+
+        convert: takes a text with a decimal point, where cells may carry a unit.
+
+        Raises ConfigError naming line, column and value.
+        """
+        where = {"path": self.path, "line": line, "column": column}
+        if not text:
+            raise ConfigError("is empty", **where, allowed="a number")
+        if _DATE.fullmatch(text):
+            raise ConfigError(
+                DATE, **where, value=text, allowed="a number in a cell of the kind text"
+            )
+        point = dialects.plain(text, self.decimal)
+        try:
+            value = convert(point) if convert else float(point)
+        except ValueError as error:
+            reason = str(error) if convert else "is not a number"
+            raise ConfigError(reason, **where, value=text) from None
+        if finite and not math.isfinite(value):
+            raise ConfigError("is not finite", **where, value=text, allowed="a number")
+        return value
+
+    def numbers(self, column, convert=None):
+        """[number] of a column. Raises ConfigError as `number` does."""
+        return [self.number(line, column, text, convert) for line, text in self.texts(column)]
+
+
+def _nearest(name, names):
+    near = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
+    return f"; did you mean {near[0]}?" if near else ""
+
+
+def read_table(path, check=None):
+    """`Table` of a CSV or tab-separated text or a workbook.
+
+    A line that begins with `#` is a comment, blank lines do not count; line numbers are the file's
+    own. check: called with the headings and their line before any row is read. Raises ConfigError
+    naming file, line and what is allowed.
+    """
+    path = Path(path)
+    data = read_bytes(path)
+    if kind_of(data, path) == WORKBOOK:
+        rows = [(n, r) for n, r in workbook_rows(data, path) if any(r) and not r[0].startswith("#")]
+        return _table(path, rows, None, "workbook", check)
+    text, encoding = decode(data, path)
+    return table_of(text, path, "" if encoding == "utf-8" else encoding, check)
+
+
+def table_of(text, path="the table", encoding="", check=None):
+    """`Table` of a text, as one that was pasted. Raises ConfigError as `read_table` does."""
+    declared, lines = _lines(text)
+    if not lines:
+        raise ConfigError("is empty", path=path, allowed=NEEDED)
+    separator = dialects.separator_of(lines, path, declared)
+    rows = [(n, dialects.cells_of(x, separator, path, n)) for n, x in lines]
+    how = ", ".join(w for w in (dialects.NAMES.get(separator, separator), encoding) if w)
+    return _table(path, [(n, r) for n, r in rows if any(r)], separator, how, check)
+
+
+def _lines(text):
+    """(separator that the first line declares as a spreadsheet does, [(line, text)] that count)."""
+    declared, kept = None, []
+    for number, line in enumerate(split_lines(text), 1):
+        bare = line.strip().strip('"')
+        if number == 1 and re.fullmatch(r"sep=.", bare, re.I):
+            declared = bare[4]
+        elif bare and not bare.startswith("#"):
+            kept.append((number, line))
+    return declared, kept
+
+
+def _table(path, rows, separator, how, check):
+    if not rows:
+        raise ConfigError("is empty", path=path, allowed=NEEDED)
+    line, cells = rows[0]
+    header, units = _header(cells, path, line)
+    if check:
+        check([h for h in header if h], line)
+    body = [(n, _fitted(r, header, separator, path, n)) for n, r in rows[1:]]
+    decimal = "." if separator is None else dialects.decimal_of(body, separator, path)
+    kept = tuple((n, {h: c for h, c in zip(header, r, strict=True) if h}) for n, r in body)
+    how += ", decimal commas" if decimal == "," else ""
+    return Table(path, tuple(h for h in header if h), line, kept, decimal, how, units)
+
+
+def _header(cells, path, line):
+    """(names, {name: unit in brackets behind it}). Raises ConfigError for a number among them."""
+    names, units = [], {}
+    for cell in cells:
+        if _NUMBER.fullmatch(cell.replace(",", ".")):
+            reason = "is a number where a heading should stand"
+            raise ConfigError(reason, path=path, line=line, value=cell, allowed=NEEDED)
+        match = _IN_BRACKETS.search(cell)
+        name = (cell[: match.start()].strip() if match else cell) or cell
+        if name and name in names:
+            raise ConfigError("stands twice", path=path, line=line, column=name)
+        if match and name != cell:
+            units[name] = match[1].strip()
+        names.append(name)
+    return names, units
+
+
+def _fitted(cells, header, separator, path, line):
+    """Cells of a row, as many as the header has. Raises ConfigError for cells without heading."""
+    value = (separator or ",").join(cells)[:80]
+    if len(cells) > len(header):
+        reason = f"has {len(cells)} cells under {len(header)} columns"
+        if separator == "," and cells[-1]:
+            pair, both = f"{cells[-2]},{cells[-1]}", f"{cells[-2]} and {cells[-1]}"
+            reason += f": is {pair} one number with a decimal comma, or {both}?"
+        allowed = "a cell a column; semicolons or tabs between cells where decimals have commas"
+        raise ConfigError(reason, path=path, line=line, value=value, allowed=allowed)
+    if any(c and not h for c, h in zip(cells, header, strict=False)):
+        reason = "has a cell under a column without heading"
+        raise ConfigError(reason, path=path, line=line, value=value, allowed=NEEDED)
+    return cells + [""] * (len(header) - len(cells))

@@ -1,0 +1,226 @@
+"""What people really hand in: each mistake gets a sentence with file, line, value and what is
+allowed, or is read
+rightly and said back. None passes silently."""
+
+import pytest
+import yaml
+
+from calibration.config import parse_config, read_back
+from calibration.errors import ConfigError
+
+MEASURED = "angle_deg\n26.1\n28.4\n27.0\n28.1\n"
+HEADER = "code\tname\tkey\tlow\thigh\n"
+FACTORS = (
+    HEADER
+    + "A\tgrain_friction\tcontacts.particle_particle.static_friction\t0.2\t0.8\n"
+    + "B\tgrain_rolling\tcontacts.particle_particle.rolling_friction\t0.02\t0.4\n"
+    + "C\tgrain_restitution\tcontacts.particle_particle.restitution\t0.2\t0.8\n"
+)
+CONFIG = """\
+name: wheat
+factors: {folder}/factors.tsv
+target:
+  file: {folder}/{file}
+  column: angle_deg
+fixed:
+  grain_friction: 0.5
+run:
+  materials:
+    particle: {{ density_kg_m3: 1350 }}
+  particles:
+    diameter_mm: 4
+"""
+
+
+@pytest.fixture
+def study(tmp_path, monkeypatch):
+    """A sound study in a folder whose name has a space and an umlaut; returns what parses it after
+    a change."""
+    folder = tmp_path / "Weizen Prüfung 1"
+    folder.mkdir()
+    monkeypatch.chdir(tmp_path)
+
+    def parse(measured=MEASURED, factors=FACTORS, config=CONFIG, file="measured.csv"):
+        content = measured if isinstance(measured, bytes) else measured.encode()
+        (folder / file).write_bytes(content)
+        (folder / "factors.tsv").write_bytes(factors.encode())
+        path = folder / "config.yaml"
+        path.write_text(config.format(folder=folder.name, file=file))
+        return parse_config(yaml.safe_load(path.read_text()), files=[path])
+
+    return parse
+
+
+GERMAN = "Versuch;angle_deg\n1;26,1\n2;28,4\n3;27,0\n4;28,1\n"
+
+READ_RIGHTLY = {
+    "a sound study under a path with a space and an umlaut": ({}, ""),
+    "decimal commas in one column": ({"measured": MEASURED.replace(".", ",")}, "decimal commas"),
+    "semicolons and decimal commas": ({"measured": GERMAN}, "semicolon-separated, decimal commas"),
+    "tabs": ({"measured": GERMAN.replace(";", "\t")}, "tab-separated, decimal commas"),
+    "Windows line ends": ({"measured": GERMAN.replace("\n", "\r\n")}, "semicolon"),
+    "UTF-16 of a spreadsheet": ({"measured": GERMAN.encode("utf-16")}, "utf-16"),
+    "a byte order mark": ({"measured": b"\xef\xbb\xbf" + GERMAN.encode()}, "semicolon"),
+    "letters of cp1252": (
+        {"measured": GERMAN.replace("Versuch", "Prüf").encode("cp1252")},
+        "cp1252",
+    ),
+    "a comment in front": ({"measured": "# gemessen\n" + MEASURED}, ""),
+    "degrees behind the values": (
+        {"measured": MEASURED.replace("\n2", "°\n2").replace("deg°", "deg")},
+        "",
+    ),
+    "a density in kg per litre, with its unit": (
+        {"config": CONFIG.replace("1350", "1.35 kg/l")},
+        "",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", READ_RIGHTLY)
+def test_what_has_one_meaning_is_read_and_said_back(study, name):
+    change, words = READ_RIGHTLY[name]
+    config = study(**change)
+    (said,) = read_back(config)
+    assert "4 values, 26.1° to 28.4°, mean 27.40°" in said
+    assert words in said
+    assert config.run["materials"]["particle"]["density_kg_m3"] == 1350
+
+
+def row(text):
+    """The factor table with its first row replaced."""
+    lines = FACTORS.splitlines(keepends=True)
+    return lines[0] + text.replace(" ", "\t") + "\n" + "".join(lines[2:])
+
+
+KEY = "contacts.particle_particle.static_friction"
+
+REFUSED = {
+    "decimal commas between commas": (
+        {"measured": "run,angle_deg\n1,26,1\n2,28,4\n"},
+        ["measured.csv, line 2", "26,1", "26 and 1", "allowed: a cell a column"],
+    ),
+    "a thousand or a decimal": (
+        {"measured": "angle_deg\n26,125\n28,250\n"},
+        ["line 2", "26.125", "26125", "allowed: numbers without a mark"],
+    ),
+    "commas and points mixed": (
+        {"measured": GERMAN.replace("28,4", "28.4")},
+        ["line 2", "26,1", "28.4 on line 3", "allowed: one decimal mark"],
+    ),
+    "radians": (
+        {"measured": "angle_deg\n0.46\n0.48\n"},
+        ["line 2", "column angle_deg", "'0.46'", "0.46 rad (26.36 °)", "allowed: a plausible"],
+    ),
+    "a lost decimal point": (
+        {"measured": MEASURED.replace("28.4", "284")},
+        ["line 3", "'284'", "28.4 °"],
+    ),
+    "a unit of another kind": (
+        {"measured": MEASURED.replace("28.4", "28.4 mm")},
+        ["line 3", "'28.4 mm'", "another kind", "allowed: °"],
+    ),
+    "a date in place of a number": (
+        {"measured": GERMAN.replace("26,1", "26. Jan")},
+        ["line 2", "column angle_deg", "26. Jan", "a date", "allowed: a number"],
+    ),
+    "words beside a number": (
+        {"measured": MEASURED.replace("28.4", "ca. 28")},
+        ["line 3", "column angle_deg", "'ca. 28'"],
+    ),
+    "a gap": ({"measured": GERMAN.replace("28,4", "")}, ["line 3", "column angle_deg", "is empty"]),
+    "no heading": (
+        {"measured": "26.1\n28.4\n"},
+        ["line 1", "'26.1'", "heading", "allowed: a line of headings"],
+    ),
+    "an empty file": ({"measured": b""}, ["measured.csv: is empty", "allowed: a line of headings"]),
+    "one value": ({"measured": "angle_deg\n26.1\n"}, ["measured.csv", "at least two values"]),
+    "a renamed workbook": (
+        {"measured": b"PK\x03\x04", "file": "measured.xlsx"},
+        ["measured.xlsx", "no workbook", "allowed: CSV"],
+    ),
+    "text named as a workbook": (
+        {"file": "measured.xlsx"},
+        ["measured.xlsx: is named as a workbook", "allowed: a name ending in .csv"],
+    ),
+    "an old workbook": (
+        {"measured": b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"},
+        ["measured.csv: is an old", ".xls", "allowed: CSV"],
+    ),
+    "a missing column": (
+        {"measured": MEASURED.replace("angle_deg", "angel_deg")},
+        ["measured.csv, line 1", "target.column", "'angle_deg'", "allowed: angel_deg"],
+    ),
+    "low and high swapped": (
+        {"factors": row(f"A grain_friction {KEY} 0.8 0.2")},
+        ["factors.tsv, line 2", "column high", "0.2", "more than 0.8"],
+    ),
+    "a factor table with commas in numbers and points": (
+        {"factors": row(f"A grain_friction {KEY} 0,2 0.8")},
+        ["factors.tsv, line 2", "0,2", "0.8 on line 2"],
+    ),
+    "a column of the factors missing": (
+        {"factors": FACTORS.replace("high", "upper")},
+        ["factors.tsv, line 1", "lacks high", "allowed: the columns code"],
+    ),
+    "a factor of a misspelt key": (
+        {"factors": row("A grain_friction contacts.particle_particle.static_fricton 0.2 0.8")},
+        ["factors.tsv", "static_fricton", "static_friction"],
+    ),
+    "a factor that is not there": (
+        {"config": CONFIG.replace("grain_friction", "grain_frction")},
+        ["config.yaml, line 7", "grain_frction", "allowed: grain_friction"],
+    ),
+    "a misspelt key": (
+        {"config": CONFIG.replace("diameter_mm", "diametre_mm")},
+        ["config.yaml, line 12", "diametre_mm", "diameter_mm"],
+    ),
+    "kg per litre": (
+        {"config": CONFIG.replace("1350", "1.35")},
+        ["config.yaml, line 10", "1.35 g/cm³ (1350 kg/m³)", "allowed: a plausible"],
+    ),
+    "a decimal comma in the configuration": (
+        {"config": CONFIG.replace("diameter_mm: 4", "diameter_mm: 4,2")},
+        ["config.yaml, line 12", "'4,2'", "number"],
+    ),
+    "metres": (
+        {"config": CONFIG.replace("diameter_mm: 4", "diameter_mm: 0.0038")},
+        ["config.yaml, line 12", "0.0038 m (3.8 mm)"],
+    ),
+    "a mass for a length": (
+        {"config": CONFIG.replace("diameter_mm: 4", "diameter_mm: 4 kg")},
+        ["config.yaml, line 12", "'4 kg'", "another kind", "allowed: mm"],
+    ),
+    "a modulus of ten pascals": (
+        {
+            "config": CONFIG.replace(
+                "density_kg_m3: 1350", "density_kg_m3: 1350, shear_modulus_Pa: 10"
+            )
+        },
+        ["config.yaml, line 10", "shear_modulus_Pa", "10 MPa", "allowed: a plausible"],
+    ),
+    "a file that is not there": (
+        {"config": CONFIG.replace("{file}", "mesured.csv")},
+        ["mesured.csv: cannot be read"],
+    ),
+    "a folder in place of a file": (
+        {"config": CONFIG.replace("/{file}", "")},
+        ["Weizen Prüfung 1: cannot be read"],
+    ),
+    "a name with a space": (
+        {"config": CONFIG.replace("name: wheat", "name: my wheat")},
+        ["config.yaml, line 1", "'my wheat'", "allowed: "],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_mistake_gets_a_sentence(study, name):
+    change, words = REFUSED[name]
+    with pytest.raises(ConfigError) as error:
+        study(**change)
+    said = str(error.value)
+    for word in words:
+        assert word in said
+    assert "\n" not in said
+    assert len(said) < 600

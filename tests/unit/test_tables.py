@@ -1,0 +1,178 @@
+"""The one reader of tables: every way a spreadsheet writes the same numbers, and every way to be
+misread."""
+
+from contextlib import suppress
+
+import numpy as np
+import openpyxl
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from calibration.errors import ConfigError
+from calibration.tables import read_table, read_written, summary, table_of
+
+VALUES = [26.1, 28.4, 27.0, 27.85]
+
+
+def text(separator, decimal, line_end="\n"):
+    rows = [["Gruppe", "Böschungswinkel"], *[[str(n), str(v)] for n, v in enumerate(VALUES, 1)]]
+    written = line_end.join(separator.join(r) for r in rows) + line_end
+    return "# gemessen am 3.4.\n" + written.replace(".", decimal)
+
+
+ENCODINGS = ("utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "cp1252", "utf-32")
+
+
+@pytest.mark.parametrize("encoding", ENCODINGS)
+@pytest.mark.parametrize(
+    ("separator", "decimal"), [(";", ","), ("\t", ","), (",", "."), ("\t", ".")]
+)
+@pytest.mark.parametrize("line_end", ["\n", "\r\n", "\r"])
+def test_every_dialect_gives_the_same_numbers(tmp_path, encoding, separator, decimal, line_end):
+    path = tmp_path / "Prüfung 1.csv"
+    path.write_bytes(text(separator, decimal, line_end).encode(encoding))
+    table = read_table(path)
+    assert table.numbers("Böschungswinkel") == VALUES
+    assert [line for line, _ in table.rows] == [3, 4, 5, 6]
+
+
+def test_a_workbook_gives_the_same_numbers(tmp_path):
+    book = openpyxl.Workbook()
+    for row in [["# a comment"], ["group", "angle [°]"], *enumerate(VALUES, 1)]:
+        book.active.append(list(row))
+    book.create_sheet("empty")
+    book.save(tmp_path / "a.xlsx")
+    table = read_table(tmp_path / "a.xlsx")
+    assert table.numbers("angle") == VALUES
+    assert table.units == {"angle": "°"}
+    assert table.rows[0][0] == 3
+
+
+@pytest.mark.parametrize(
+    ("content", "value"),
+    [
+        ("angle\n26,1\n27,4\n", 26.1),  # one column: the comma can only be a decimal mark
+        ("angle;\n26,1;\n", 26.1),
+        ('angle,n\n"26,1",3\n', 26.1),
+        ("sep=;\nangle;n\n26,1;3\n", 26.1),
+        ("angle;n\n1.026,5;3\n", 1026.5),
+        ('angle,n\n"1,026.5",3\n', 1026.5),
+        ("angle;n\n0.845;3\n", 0.845),
+        ("angle\n-2.5e-3\n", -2.5e-3),
+    ],
+)
+def test_what_has_one_reading_is_read(content, value):
+    assert table_of(content).numbers("angle")[0] == value
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("angle\n26,125\n27,250\n", ["line 2", "26.125", "26125", "thousands"]),
+        ("angle\n1,26\n2,27\n3,28\n", ["line 2", "1.26", "1 and 26"]),
+        ("group,angle\n1,26,1\n", ["line 2", "26,1", "26 and 1"]),
+        ("a;n\n1.350;1\n", ["line 2", "1350"]),
+        ("a;b,c\n1;2,3\n", ["line 1", "semicolon", "comma"]),
+        ("g;a\n1;26,1\n2;27.1\n", ["line 2", "line 3", "mixes"]),
+    ],
+)
+def test_what_has_two_readings_is_refused_with_both(content, words):
+    with pytest.raises(ConfigError) as error:
+        table_of(content)
+    for word in words:
+        assert word in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", ["is empty"]),
+        (b"\xff\xfe", ["is empty"]),
+        (b"# only a comment\n", ["is empty"]),
+        (b"26.1\n27.4\n", ["line 1", "heading", "26.1"]),
+        (b"angle\n1  26.1\n", ["line 2", "not a number"]),
+        (b"angle\nca. 27\n", ["line 2", "ca. 27"]),
+        (b"angle\n27.4\n\n\nn/a\n", ["line 5", "n/a"]),
+        (b"angle;n\n26. Jan;1\n", ["line 2", "a date"]),
+        (b"angle\n1;2\n", ["line 2", "more cells"]),
+        (b"angle,\n27.4,3\n", ["line 2", "without heading"]),
+        (b"angle,angle\n1,2\n", ["stands twice"]),
+        (b'angle,n\n"27.4,3\n', ["line 2", "quotation mark"]),
+        (b"%PDF-1.4", ["PDF"]),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1", [".xls"]),
+        (b"PK\x03\x04 not a zip", ["no workbook"]),
+        (b"\x01\x02\x03\xff", ["not text"]),
+        (b"angle\x81\n1\n", ["not text"]),
+    ],
+)
+def test_what_cannot_be_read_gets_a_sentence(tmp_path, content, words):
+    path = tmp_path / "t.csv"
+    path.write_bytes(content)
+    with pytest.raises(ConfigError) as error:
+        read_table(path).numbers("angle")
+    for word in [str(path), *words]:
+        assert word in str(error.value)
+
+
+def workbook(path, *sheets):
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for n, rows in enumerate(sheets):
+        sheet = book.create_sheet(f"sheet {n}")
+        for row in rows:
+            sheet.append(row)
+    book.save(path)
+
+
+@pytest.mark.parametrize(
+    ("sheets", "words"),
+    [
+        ([[["a"], [1]], [["a"], [2]]], ["several sheets"]),
+        ([[["a"], ["=1+2"]]], ["line 2", "formula", "=1+2"]),
+        ([[]], ["is empty"]),
+    ],
+)
+def test_a_doubtful_workbook_is_refused(tmp_path, sheets, words):
+    path = tmp_path / "t.xlsx"
+    workbook(path, *sheets)
+    with pytest.raises(ConfigError) as error:
+        read_table(path)
+    for word in [str(path), *words]:
+        assert word in str(error.value)
+
+
+def test_a_workbook_under_another_name_and_text_as_one_are_refused(tmp_path):
+    workbook(tmp_path / "a.xlsx", [["a"], [1]])
+    renamed = (tmp_path / "a.xlsx").rename(tmp_path / "a.csv")
+    with pytest.raises(ConfigError, match=r"Excel workbook.*a\.xlsx"):
+        read_table(renamed)
+    (tmp_path / "b.xlsx").write_text("a\n1\n")
+    with pytest.raises(ConfigError, match="is none"):
+        read_table(tmp_path / "b.xlsx")
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=6), st.sampled_from(["\t", ";"]))
+def test_no_decimal_mark_changes_a_number(values, separator):
+    """What is read is what was written, or the table is refused as readable in two ways."""
+    for decimal in ".,":
+        rows = "".join(f"1{separator}{v!r}\n".replace(".", decimal) for v in values)
+        with suppress(ConfigError):
+            assert table_of(f"n{separator}v\n{rows}").numbers("v") == values
+    decisive = f"n{separator}v\n1{separator}0,5\n{rows}"
+    assert table_of(decisive).numbers("v") == [0.5, *values]
+
+
+def test_what_was_read_is_said_back():
+    values = [26.1, 28.4, *np.linspace(26.8, 28.0, 8)]
+    assert summary(values, "°").startswith("10 values, 26.1° to 28.4°, mean 27.37° ± 0.6")
+    assert summary([3.0], " mm", "tab") == "1 value, 3 mm to 3 mm, mean 3.000 mm (tab)"
+
+
+def test_a_broken_table_of_a_stage_is_named(tmp_path):
+    (tmp_path / "runs.csv").write_text("")
+    with pytest.raises(ConfigError, match=r"runs\.csv: is not the table that a stage wrote"):
+        read_written(tmp_path / "runs.csv")
+    with pytest.raises(ConfigError, match="cannot be read"):
+        read_written(tmp_path / "none.csv")
