@@ -1,0 +1,79 @@
+"""Two-level designs of resolution IV, their foldovers and what is aliased with what."""
+
+from itertools import combinations
+
+import numpy as np
+
+from calibration.errors import CalibrationError
+from calibration.statistics.design import MAX_SCREENING, tabulate
+
+GENERATORS = {7: "a b c d abc bcd acd", 8: "a b c d abc bcd acd abd"}
+"""Published generators (Box, Hunter and Hunter 2005, table 6.22) of the 16-run designs; all others
+are taken from the words of odd length, which give the same aliasing."""
+
+
+def resolution_iv(factors, centre_runs=0, replicates=1):
+    """The smallest two-level design of resolution IV for 1 to 23 factors, with runs at the centre.
+
+    No main effect is aliased with another or with a two-factor interaction. Up to three factors it
+    is the full factorial, in four runs or more. Raises CalibrationError for another number of
+    factors.
+    """
+    k = len(factors)
+    if not 1 <= k <= MAX_SCREENING:
+        raise CalibrationError(f"screening takes 1 to {MAX_SCREENING} factors, not {k}")
+    matrix = fractional_factorial(generators(k).split())[:, :k]
+    matrix = np.vstack([matrix, np.zeros((centre_runs, k))])
+    return tabulate(matrix, factors, replicates)
+
+
+def generators(k):
+    """Generators of `resolution_iv`, a word a factor: single letters for the base, products of an
+    odd number of them for the rest, which is what gives resolution IV."""
+    if k in GENERATORS:
+        return GENERATORS[k]
+    base = max(2, k) if k <= 3 else next(b for b in range(3, 7) if 2 ** (b - 1) >= k)
+    letters = "abcdef"[:base]
+    odd = ("".join(w) for n in range(3, base + 1, 2) for w in combinations(letters, n))
+    return " ".join([*letters, *list(odd)[: max(k - base, 0)]])
+
+
+def fractional_factorial(words):
+    """(runs, columns) matrix of -1 and +1: the product of the letters of each word, in standard
+    order."""
+    letters = sorted(set("".join(words)))
+    n = 2 ** len(letters)
+    base = {c: np.where(np.arange(n) >> i & 1, 1.0, -1.0) for i, c in enumerate(letters)}
+    return np.column_stack([np.prod([base[c] for c in word], axis=0) for word in words])
+
+
+def foldover(design, factors):
+    """The design (a table) followed by the same runs with all signs changed.
+
+    It parts main effects from two-factor interactions (Box and Wilson 1951, Journal of the Royal
+    Statistical Society B 13:1). Runs are numbered on; `fold` is 1 in the runs of the design, 2 in
+    the new.
+    """
+    levels = design[[f.code for f in factors]].to_numpy(float)
+    table = tabulate(np.vstack([levels, -levels]), factors)
+    return table.assign(fold=np.repeat([1, 2], len(levels)))
+
+
+def alias_groups(levels, codes):
+    """Two-factor interactions of coded levels (n, factors) that no run of the design parts.
+
+    Returns a list of lists of pairs of codes; pairs in a group differ at most in sign, and one that
+    is aliased with the mean or a main effect stands in the group of that code, or of 'mean'.
+    """
+    x = np.asarray(levels, float)
+    found = [("mean", np.ones(len(x)))] + [(c, x[:, i]) for i, c in enumerate(codes)]
+    groups = [([name], column) for name, column in found]
+    for i, j in combinations(range(len(codes)), 2):
+        column = x[:, i] * x[:, j]
+        for members, other in groups:
+            if np.allclose(column, other) or np.allclose(column, -other):
+                members.append((codes[i], codes[j]))
+                break
+        else:
+            groups.append(([(codes[i], codes[j])], column))
+    return [members for members, _ in groups if len(members) > 1 or isinstance(members[0], tuple)]

@@ -1,0 +1,163 @@
+"""Designs for screening and surfaces have the properties that define them."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from calibration.errors import CalibrationError
+from calibration.factors import Factor
+from calibration.statistics.composite import augmented, blocked, central_composite
+from calibration.statistics.definitive import ORDERS, conference_matrix, definitive_screening
+from calibration.statistics.design import box_behnken
+from calibration.statistics.surface import fit_surface, model_matrix, quadratic_terms
+from calibration.statistics.two_level import (
+    alias_groups,
+    foldover,
+    fractional_factorial,
+    generators,
+    resolution_iv,
+)
+
+
+def factors(k):
+    return [Factor(chr(65 + i), f"f{i}", f"k{i}", 10.0, 14.0) for i in range(k)]
+
+
+def coded(table, k):
+    return table[[f.code for f in factors(k)]].to_numpy()
+
+
+@pytest.mark.parametrize("k", range(1, 24))
+def test_main_effects_are_clear_of_two_factor_interactions(k):
+    x = coded(resolution_iv(factors(k)), k)
+    assert set(np.unique(x)) == {-1.0, 1.0}
+    assert len(x) == {1: 4, 2: 4, 3: 8}.get(k, 2 ** int(np.ceil(np.log2(2 * k))))
+    pairs = [x[:, i] * x[:, j] for i, j in combinations(range(k), 2)]
+    assert np.array_equal(x.T @ x, len(x) * np.eye(k))
+    for column in [np.ones(len(x)), *pairs]:
+        assert not (x.T @ column).any()
+
+
+def test_the_sixteen_runs_of_seven_factors_have_the_published_generators_and_words():
+    """E = ABC, F = BCD, G = ACD; defining words ABCE, BCDF, ACDG, ADEF, BDEG, ABFG, CEFG
+    (Montgomery, Design and Analysis of Experiments, 8th edition, example 8.6 and table X(i)), which
+    alias the 21 pairs in seven threes."""
+    table = resolution_iv(factors(7))
+    x = dict(zip("ABCDEFG", coded(table, 7).T, strict=True))
+    for word in ("ABCE", "BCDF", "ACDG", "ADEF", "BDEG", "ABFG", "CEFG"):
+        assert np.prod([x[c] for c in word], axis=0).min() == 1.0
+    groups = alias_groups(coded(table, 7), list("ABCDEFG"))
+    assert sorted(map(len, groups)) == [3] * 7
+    assert [("A", "B"), ("C", "E"), ("F", "G")] in groups
+
+
+def test_a_foldover_turns_resolution_iii_into_iv():
+    three = fractional_factorial(["a", "b", "c", "ab", "ac", "bc", "abc"])
+    f = factors(7)
+    table = resolution_iv(f).iloc[:8].copy()
+    table[[g.code for g in f]] = three
+    assert any(isinstance(g[0], str) for g in alias_groups(three, list("ABCDEFG")))
+    both = foldover(table, f)
+    assert not any(isinstance(g[0], str) for g in alias_groups(coded(both, 7), list("ABCDEFG")))
+    assert list(both["fold"]) == [1] * 8 + [2] * 8
+    assert list(both["run"]) == list(range(1, 17))
+    assert both["f0"].to_numpy() == pytest.approx(12.0 + 2.0 * both["A"].to_numpy())
+
+
+def test_generators_are_words_of_odd_length():
+    for k in range(4, 24):
+        words = generators(k).split()
+        assert len(set(words)) == len(words) >= k
+        assert all(len(w) % 2 for w in words)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_a_conference_matrix_is_orthogonal_with_an_empty_diagonal(order):
+    c = conference_matrix(order)
+    assert np.array_equal(c.T @ c, (order - 1) * np.eye(order))
+    assert not np.diag(c).any()
+    assert set(np.unique(c[~np.eye(order, dtype=bool)])) == {-1.0, 1.0}
+
+
+@pytest.mark.parametrize("k", [1, 3, 4, 6, 7, 10, 11, 23])
+def test_a_definitive_design_has_the_properties_of_jones_and_nachtsheim(k):
+    x = coded(definitive_screening(factors(k)), k)
+    order = next(m for m in ORDERS if m >= k)
+    assert len(x) == 2 * order + 1
+    main = x.T @ x
+    assert np.array_equal(main, (2 * order - 2) * np.eye(k))
+    # clear of all two-factor interactions and of all squares
+    for i in range(k):
+        for j in range(i, k):
+            assert not (x.T @ (x[:, i] * x[:, j])).any()
+    # and every square is estimable beside the main effects
+    both = np.column_stack([np.ones(len(x)), x, x**2])
+    assert np.linalg.matrix_rank(both) == 2 * k + 1
+
+
+def test_the_published_efficiency_of_six_factors():
+    """D-efficiency of the main effects of the 13 runs for six factors: each column has ten of its
+    13 entries off zero, so that the information a factor and run is 10/13 of an orthogonal
+    two-level design's."""
+    x = coded(definitive_screening(factors(6)), 6)
+    assert np.linalg.det(x.T @ x / 13) ** (1 / 6) == pytest.approx(10 / 13)
+
+
+@pytest.mark.parametrize("k", range(1, 7))
+def test_a_central_composite_design_fits_the_quadratic_model(k):
+    table = central_composite(factors(k), centre_runs=4)
+    assert len(table) == 2**k + 2 * k + 4
+    codes = [f.code for f in factors(k)]
+    matrix = model_matrix(coded(table, k), codes, quadratic_terms(codes))
+    assert np.linalg.matrix_rank(matrix) == matrix.shape[1]
+    assert np.abs(coded(table, k)).max() == 1.0
+
+
+def test_a_rotatable_design_predicts_as_well_in_every_direction():
+    table = central_composite(factors(3), 5, "rotatable")
+    y = np.random.default_rng(1).normal(size=len(table))
+    surface = fit_surface(table, list("ABC"), y)
+    directions = np.random.default_rng(2).normal(size=(40, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    se = surface.standard_error(0.8 * directions)
+    assert se == pytest.approx(se[0], rel=1e-9)
+
+
+def test_blocks_of_the_composite_design_are_the_orthogonal_ones():
+    """Corners with two centre runs and star points with two centre runs block orthogonally at alpha
+    = sqrt 2 (Box and Hunter 1957), so each block has the design's own mean of every square."""
+    table = central_composite(factors(2), 4, np.sqrt(2.0))
+    found = blocked(table, 6, list("AB"))
+    for _, part in found.groupby("block"):
+        x = coded(part, 2)
+        assert len(x) == 6
+        assert (x**2).mean(0) == pytest.approx((coded(table, 2) ** 2).mean(0))
+        assert x.mean(0) == pytest.approx([0.0, 0.0])
+
+
+def test_added_runs_complete_a_lost_design():
+    f, codes = factors(3), list("ABC")
+    whole = box_behnken(f, centre_runs=3)
+    lost = whole.iloc[5:]
+    added = augmented(lost, f, 5)
+    terms = quadratic_terms(codes)
+
+    def information(*tables):
+        x = np.vstack([model_matrix(coded(t, 3), codes, terms) for t in tables])
+        return np.linalg.slogdet(x.T @ x)[1]
+
+    assert information(lost, added) > information(whole)
+    with pytest.raises(CalibrationError, match="undetermined"):
+        augmented(lost.iloc[:2], f, 3)
+
+
+def test_what_no_design_takes_is_said():
+    for make in (resolution_iv, definitive_screening):
+        for k in (0, 24):
+            with pytest.raises(CalibrationError, match=f"not {k}"):
+                make([Factor(f"c{i}", f"f{i}", f"k{i}", 0, 1) for i in range(k)])
+    with pytest.raises(CalibrationError, match="blocks of 5"):
+        blocked(box_behnken(factors(3)), 5, list("ABC"))
+    with pytest.raises(CalibrationError, match="star points"):
+        central_composite(factors(2), alpha="inside")
