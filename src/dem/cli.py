@@ -7,12 +7,11 @@ from pathlib import Path
 from tqdm import tqdm
 
 from dem.errors import DemError
-from dem.spec import GEOMETRY, content_hash, load_spec, parse_spec
-from dem.template import template
+from dem.experiments import experiments
 
 RUN = (
-    "Run one experiment. A heap that was cut off goes on from its checkpoint, `output.checkpoint_interval_s` old at "
-    "most, and ends the same to the bit. Drop, tilt and shear take seconds, keep no checkpoint and begin anew."
+    "Run one experiment. One that was cut off goes on from its checkpoint, `output.checkpoint_interval_s` old at most, "
+    "and ends the same to the bit: {resumed}. The others take seconds, keep no checkpoint and begin anew."
 )
 COLOURS = ("auto", "size", "speed", "order", "height")
 
@@ -20,8 +19,8 @@ COLOURS = ("auto", "size", "speed", "order", "height")
 def main(argv=None):
     """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input or a failed run, or 130
     when interrupted."""
-    args = _parser().parse_args(argv)
     try:
+        args = _parser().parse_args(argv)
         args.command(args)
     except (DemError, OSError) as error:
         print(f"dem: {error}", file=sys.stderr)
@@ -37,8 +36,9 @@ def _parser():
         prog="dem", description="Discrete element engine: virtual experiments with spheres."
     )
     commands = parser.add_subparsers(required=True, metavar="command")
+    resumed = [name for name, e in experiments().items() if e.resumes]
     go = commands.add_parser(
-        "run", help="run one experiment; a heap goes on from its checkpoint", description=RUN
+        "run", help="run one experiment", description=RUN.format(resumed=", ".join(resumed))
     )
     go.add_argument("spec", type=Path, help="YAML file; `dem init` writes one")
     go.add_argument(
@@ -72,7 +72,7 @@ def _parser():
     )
     benchmark.set_defaults(command=_benchmark)
     init = commands.add_parser("init", help="write a commented spec")
-    init.add_argument("--experiment", choices=sorted(GEOMETRY), default="heap")
+    init.add_argument("--experiment", choices=list(experiments()), default="heap")
     init.add_argument("--out", type=Path, help="file to write; the screen unless given")
     init.set_defaults(command=_init)
     return parser
@@ -107,6 +107,11 @@ def _pixels(text):
 
 
 def _run(args):
+    from dem.spec import (
+        load_spec,
+        parse_spec,
+    )  # reads the experiments, of which a user's may be faulty
+
     spec = load_spec(args.spec)
     data = spec.model_dump(mode="json")
     if args.seed is not None:
@@ -154,11 +159,10 @@ def _benchmark(args):
 
 
 def _check(args):
-    spec = load_spec(args.spec)
-    if spec.experiment == "heap":
-        from dem.experiments.heap import Rig  # imports the engine
+    from dem.spec import content_hash, load_spec
 
-        Rig(spec.geometry).walls()  # an unusable mesh is refused here
+    spec = load_spec(args.spec)
+    experiments()[spec.experiment].prepare(spec)
     print(f"{args.spec}: a valid {spec.experiment}, seed {spec.seed}, run {content_hash(spec)}")
     _warn(spec)
 
@@ -171,6 +175,8 @@ def _warn(spec):
 
 
 def _init(args):
+    from dem.template import template
+
     text = template(args.experiment)
     if args.out is None:
         print(text, end="")

@@ -1,6 +1,5 @@
 """One run from a spec to its files: result.json comes last, so its existence means success."""
 
-import importlib
 import json
 import time
 import zipfile
@@ -9,11 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from dem.errors import DemError
+from dem.experiments import experiment_of
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_arrays, write_json
 from dem.spec import canonical
-
-MODULES = {"heap": "heap", "drop": "drop", "tilt": "tilt", "shear": "shear_ring"}
 
 
 class RunContext:
@@ -103,8 +101,7 @@ def run(spec, out, progress=None):
     (out / "result.json").unlink(missing_ok=True)
     context = RunContext(spec, out, progress)
     started = time.perf_counter()
-    experiment = importlib.import_module(f"dem.experiments.{MODULES[spec.experiment]}")
-    metrics = experiment.run(spec, context)
+    metrics = experiment_of(spec).perform(spec, context)
     bad = [k for k, v in metrics.items() if isinstance(v, float) and not np.isfinite(v)]
     if bad:
         raise DemError(f"{spec.experiment}: {', '.join(bad)} did not come out as numbers")

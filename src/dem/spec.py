@@ -8,90 +8,74 @@ import hashlib
 import json
 import math
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Union
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
-from pydantic_core import PydanticCustomError
+from pydantic import BaseModel, Field, ValidationError
 
-from dem.dumbbell import MAX_ELONGATION, sphere_radius
+from dem.dumbbell import MAX_ELONGATION
 from dem.errors import SpecError
+from dem.experiments import experiment_of, experiments, source_outside
+from dem.grains import smallest_radius
 from dem.io.mapping import line_of, read_mapping
+from dem.part import Part, field
 from dem.timescales import rayleigh_time
 from dem.units import UnitError, converted
 
 MAX_SIZE_RATIO = 10.0
-MIN_ORIFICE_RATIO = 3.0  # orifice over largest grain; below it any funnel clogs
 MAX_RAYLEIGH_FRACTION = 0.8
-ELONGATED = ("heap", "shear")  # experiments that can be run with elongated grains
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    @field_validator("*", mode="before")
-    @classmethod
-    def _no_boolean(cls, value):
-        """YAML's yes, no, on, off would otherwise pass as 1 and 0."""
-        if isinstance(value, bool):
-            raise PydanticCustomError("boolean", "a number or a word, not true or false")
-        return value
-
-
-def _field(default, description, **limits):
-    return Field(default, description=description, **limits)
-
-
-class MaterialSpec(_Part):
+class MaterialSpec(Part):
     """Elastic constants and density of a material."""
 
-    density_kg_m3: float = _field(1210.0, "density of the grain", gt=0)
-    shear_modulus_Pa: float = _field(1.0e7, "shear modulus; softened values save time steps", gt=0)
-    poisson_ratio: float = _field(0.25, "Poisson's ratio", ge=0, lt=0.5)
+    density_kg_m3: float = field(1210.0, "density of the grain", gt=0)
+    shear_modulus_Pa: float = field(1.0e7, "shear modulus; softened values save time steps", gt=0)
+    poisson_ratio: float = field(0.25, "Poisson's ratio", ge=0, lt=0.5)
 
 
 class WallMaterialSpec(MaterialSpec):
     """Steel by default (Table 4 of the paper)."""
 
-    density_kg_m3: float = _field(7800.0, "density of the wall", gt=0)
-    shear_modulus_Pa: float = _field(8.0e10, "shear modulus of the wall", gt=0)
-    poisson_ratio: float = _field(0.30, "Poisson's ratio of the wall", ge=0, lt=0.5)
+    density_kg_m3: float = field(7800.0, "density of the wall", gt=0)
+    shear_modulus_Pa: float = field(8.0e10, "shear modulus of the wall", gt=0)
+    poisson_ratio: float = field(0.30, "Poisson's ratio of the wall", ge=0, lt=0.5)
 
 
-class Materials(_Part):
+class Materials(Part):
     """Grains and walls."""
 
     particle: MaterialSpec = MaterialSpec()
     wall: WallMaterialSpec = WallMaterialSpec()
 
 
-class ContactSpec(_Part):
+class ContactSpec(Part):
     """Contact parameters of a pair of materials."""
 
-    restitution: float = _field(0.544, "coefficient of restitution", ge=0.03, le=1)
-    static_friction: float = _field(0.85, "coefficient of static friction", ge=0, le=5)
-    rolling_friction: float = _field(0.23, "coefficient of rolling friction", ge=0, le=5)
+    restitution: float = field(0.544, "coefficient of restitution", ge=0.03, le=1)
+    static_friction: float = field(0.85, "coefficient of static friction", ge=0, le=5)
+    rolling_friction: float = field(0.23, "coefficient of rolling friction", ge=0, le=5)
 
 
 class WallContactSpec(ContactSpec):
     """Grain on wall: the paper's calibrated values by default."""
 
-    restitution: float = _field(0.421, "coefficient of restitution, grain on wall", ge=0.03, le=1)
-    static_friction: float = _field(
+    restitution: float = field(0.421, "coefficient of restitution, grain on wall", ge=0.03, le=1)
+    static_friction: float = field(
         0.71, "coefficient of static friction, grain on wall", ge=0, le=5
     )
-    rolling_friction: float = _field(
+    rolling_friction: float = field(
         0.368, "coefficient of rolling friction, grain on wall", ge=0, le=5
     )
 
 
-class Contacts(_Part):
+class Contacts(Part):
     """Both kinds of contact."""
 
     particle_particle: ContactSpec = ContactSpec()
     particle_wall: WallContactSpec = WallContactSpec()
 
 
-class LawsSpec(_Part):
+class LawsSpec(Part):
     """One law in each slot of the contact."""
 
     normal: Literal["hertz"] = "hertz"
@@ -105,31 +89,29 @@ class LawsSpec(_Part):
     drag: Literal["none", "schiller_naumann"] = "none"
 
 
-class LawParameters(_Part):
+class LawParameters(Part):
     """Constants that the chosen laws need beyond the materials and contacts."""
 
-    cohesion_energy_density_J_m3: float | None = _field(None, "sjkr, grain on grain", ge=0)
-    wall_cohesion_energy_density_J_m3: float | None = _field(None, "sjkr, grain on wall", ge=0)
-    surface_energy_J_m2: float | None = _field(None, "jkr, per surface, grain on grain", ge=0)
-    wall_surface_energy_J_m2: float | None = _field(None, "jkr, per surface, grain on wall", ge=0)
-    surface_tension_N_m: float | None = _field(None, "liquid_bridge", gt=0)
-    contact_angle_deg: float | None = _field(None, "liquid_bridge", ge=0, lt=90)
-    liquid_volume_fraction: float | None = _field(
+    cohesion_energy_density_J_m3: float | None = field(None, "sjkr, grain on grain", ge=0)
+    wall_cohesion_energy_density_J_m3: float | None = field(None, "sjkr, grain on wall", ge=0)
+    surface_energy_J_m2: float | None = field(None, "jkr, per surface, grain on grain", ge=0)
+    wall_surface_energy_J_m2: float | None = field(None, "jkr, per surface, grain on wall", ge=0)
+    surface_tension_N_m: float | None = field(None, "liquid_bridge", gt=0)
+    contact_angle_deg: float | None = field(None, "liquid_bridge", ge=0, lt=90)
+    liquid_volume_fraction: float | None = field(
         None, "liquid_bridge: bridge over grain volume, grain on grain", ge=0, le=0.1
     )
-    wall_liquid_volume_fraction: float | None = _field(
+    wall_liquid_volume_fraction: float | None = field(
         None, "liquid_bridge: bridge over grain volume, grain on wall", ge=0, le=0.1
     )
-    viscoelastic_time_s: float | None = _field(None, "viscoelastic: dissipation time A", gt=0)
-    yield_velocity_m_s: float | None = _field(None, "plastic: speed above which e falls", gt=0)
-    friction_exponent: float | None = _field(None, "stress_dependent: n", ge=0, le=1 / 3 + 1e-9)
-    friction_reference_force_N: float | None = _field(None, "stress_dependent: F0", gt=0)
-    air_density_kg_m3: float | None = _field(None, "schiller_naumann, 1.2 unless given", gt=0)
-    air_viscosity_Pa_s: float | None = _field(None, "schiller_naumann, 1.8e-5 unless given", gt=0)
-    rolling_stiffness_factor: float | None = _field(
-        None, "elastic_plastic, 2.25 unless given", gt=0
-    )
-    rolling_damping_ratio: float | None = _field(None, "elastic_plastic, 0.3 unless given", ge=0)
+    viscoelastic_time_s: float | None = field(None, "viscoelastic: dissipation time A", gt=0)
+    yield_velocity_m_s: float | None = field(None, "plastic: speed above which e falls", gt=0)
+    friction_exponent: float | None = field(None, "stress_dependent: n", ge=0, le=1 / 3 + 1e-9)
+    friction_reference_force_N: float | None = field(None, "stress_dependent: F0", gt=0)
+    air_density_kg_m3: float | None = field(None, "schiller_naumann, 1.2 unless given", gt=0)
+    air_viscosity_Pa_s: float | None = field(None, "schiller_naumann, 1.8e-5 unless given", gt=0)
+    rolling_stiffness_factor: float | None = field(None, "elastic_plastic, 2.25 unless given", gt=0)
+    rolling_damping_ratio: float | None = field(None, "elastic_plastic, 0.3 unless given", ge=0)
 
 
 REQUIRED = {
@@ -152,22 +134,22 @@ OPTIONAL = {
 }
 
 
-class Sizes(_Part):
+class Sizes(Part):
     """A size distribution."""
 
-    by: Literal["number", "mass"] = _field("number", "what the fractions are shares of")
+    by: Literal["number", "mass"] = field("number", "what the fractions are shares of")
     diameters_mm: list[Annotated[float, Field(gt=0)]] = Field(min_length=1)
     fractions: list[Annotated[float, Field(ge=0)]] = Field(min_length=1)
 
 
-class Particles(_Part):
+class Particles(Part):
     """The grains."""
 
-    count: int = _field(10000, "number of grains", ge=1, le=5_000_000)
-    diameter_mm: float = _field(2.0, "diameter of mono-sized grains", gt=0)
-    sizes: Sizes | None = _field(None, "size distribution in place of one diameter")
-    scale_factor: float = _field(1.0, "multiplies all diameters", gt=0)
-    elongation: float = _field(
+    count: int = field(10000, "number of grains", ge=1, le=5_000_000)
+    diameter_mm: float = field(2.0, "diameter of mono-sized grains", gt=0)
+    sizes: Sizes | None = field(None, "size distribution in place of one diameter")
+    scale_factor: float = field(1.0, "multiplies all diameters", gt=0)
+    elongation: float = field(
         1.0,
         "length over width; above 1 a grain is two bonded spheres with the volume of one of its diameter",
         ge=1,
@@ -175,116 +157,54 @@ class Particles(_Part):
     )
 
 
-class HeapGeometry(_Part):
-    """Funnel and plate (section 2.2.2 of the paper; flank and mouth of the funnel are not given there)."""
-
-    orifice_diameter_mm: float = _field(20.0, "orifice of the funnel", gt=0)
-    plate_diameter_mm: float = _field(80.0, "base plate", gt=0)
-    discharge_height_mm: float = _field(75.0, "orifice above the plate", gt=0)
-    funnel_half_angle_deg: float = _field(30.0, "flank from the vertical", gt=0, lt=90)
-    funnel_top_diameter_mm: float = _field(80.0, "mouth of the funnel", gt=0)
-    generation_rate_per_s: float = _field(10000.0, "grains made per second", gt=0)
-    injection_speed_m_s: float = _field(0.3, "downward speed of new grains", gt=0)
-    funnel_stl: str | None = _field(None, "mesh [mm] in place of the analytic funnel")
-    plate_stl: str | None = _field(None, "mesh [mm] in place of the analytic plate")
-    meshes: Literal["closed", "open"] = _field(
-        "closed", "whether meshes may have free edges, as a dish or a funnel of no thickness has"
-    )
-
-
-class DropGeometry(_Part):
-    """Drop test (2.3.3)."""
-
-    drop_height_mm: float = _field(150.0, "lowest point of the grain above the plate", gt=0)
-    drops: int = _field(5, "independent drops, at different phases of the time step", ge=1, le=1000)
-    output_interval_s: float | None = _field(
-        None, "read heights at these instants only, as a coarse output would", gt=0
-    )
-
-
-class TiltGeometry(_Part):
-    """Tilted plane (2.3.2)."""
-
-    tilt_rate_deg_s: float = _field(5.0, "speed of tilting", gt=0, le=90)
-    plate_length_mm: float = _field(80.0, "plate along the slope", gt=0)
-    plate_width_mm: float = _field(60.0, "plate across the slope", gt=0)
-    spacing_mm: float | None = _field(
-        None, "half distance of bonded grains; touching unless given", gt=0
-    )
-    slip_mm: float = _field(0.05, "movement along the plate that counts as sliding", gt=0)
-    trials: int = _field(5, "trials with the cluster turned at random", ge=1, le=100)
-
-
-class ShearGeometry(_Part):
-    """Ring shear cell (2.3.4)."""
-
-    inner_diameter_mm: float = _field(20.0, "inner wall of the ring", gt=0)
-    outer_diameter_mm: float = _field(44.0, "outer wall of the ring", gt=0)
-    normal_stress_kPa: float = _field(2.0, "test load", gt=0)
-    preshear_normal_stress_kPa: float | None = _field(
-        None, "pre-shear load; the test load unless given", gt=0
-    )
-    shear_speed_mm_s: float = _field(30.0, "speed of the trough at the mean radius", gt=0)
-    preshear_displacement_mm: float = _field(4.0, "pre-shear path at the mean radius", gt=0)
-    shear_displacement_mm: float = _field(6.0, "shear path at the mean radius", gt=0)
-
-
-class Numerics(_Part):
+class Numerics(Part):
     """Numerical choices; they are recorded with each result."""
 
-    rayleigh_fraction: float = _field(
+    rayleigh_fraction: float = field(
         0.4,
         "time step over the Rayleigh time of the smallest grain",
         gt=0,
         le=MAX_RAYLEIGH_FRACTION,
     )
-    time_step_s: float | None = _field(None, "time step in place of the fraction", gt=0)
-    precision: Literal["mixed", "double"] = _field("mixed", "float32 forces, or float64 throughout")
-    rest_energy_ratio: float = _field(
+    time_step_s: float | None = field(None, "time step in place of the fraction", gt=0)
+    precision: Literal["mixed", "double"] = field("mixed", "float32 forces, or float64 throughout")
+    rest_energy_ratio: float = field(
         1e-5, "kinetic energy over m g R at which the heap rests", gt=0
     )
-    max_time_s: float = _field(12.0, "end of the run at the latest (2.2.2: 12 s)", gt=0)
-    skin: float = _field(0.05, "skin of the pair list over the radius, at rest", gt=0, le=1)
-    skin_horizon: int = _field(40, "steps of present speed that the skin allows for", ge=1, le=1000)
-    overlap_limit: float = _field(
+    max_time_s: float = field(12.0, "end of the run at the latest (2.2.2: 12 s)", gt=0)
+    skin: float = field(0.05, "skin of the pair list over the radius, at rest", gt=0, le=1)
+    skin_horizon: int = field(40, "steps of present speed that the skin allows for", ge=1, le=1000)
+    overlap_limit: float = field(
         0.3, "overlap over radius that stops a run as blown up", gt=0, le=1
     )
 
 
-class Output(_Part):
+class Output(Part):
     """What a run writes beside its result."""
 
-    frame_interval_s: float | None = _field(
+    frame_interval_s: float | None = field(
         None, "simulated time between VTK frames; none unless given", gt=0
     )
-    checkpoint_interval_s: float = _field(60.0, "wall time between checkpoints", gt=0)
+    checkpoint_interval_s: float = field(60.0, "wall time between checkpoints", gt=0)
 
 
-GEOMETRY = {
-    "heap": HeapGeometry,
-    "drop": DropGeometry,
-    "tilt": TiltGeometry,
-    "shear": ShearGeometry,
-}
+GEOMETRY = {name: e.geometry for name, e in experiments().items()}
+"""Experiment -> schema of its geometry."""
 
 
-class RunSpec(_Part):
+class RunSpec(Part):
     """One run."""
 
-    experiment: Literal["heap", "drop", "tilt", "shear"]
-    seed: int = _field(1, "seed of all random draws", ge=0, lt=2**63)
+    experiment: Literal[tuple(GEOMETRY)]
+    seed: int = field(1, "seed of all random draws", ge=0, lt=2**63)
     materials: Materials = Materials()
     contacts: Contacts = Contacts()
     laws: LawsSpec = LawsSpec()
     law_parameters: LawParameters = LawParameters()
     particles: Particles = Particles()
-    geometry: HeapGeometry | DropGeometry | TiltGeometry | ShearGeometry
+    geometry: Union[tuple(GEOMETRY.values())]  # noqa: UP007
     numerics: Numerics = Numerics()
     output: Output = Output()
-
-
-RAYLEIGH_FRACTION = {"heap": 0.4, "drop": 0.05, "tilt": 0.4, "shear": 0.3}
-"""Default by experiment: a drop is over in one contact, which must be resolved (44 steps at 1.7 m/s)."""
 
 
 def parse_spec(data, file=None):
@@ -303,9 +223,10 @@ def parse_spec(data, file=None):
     except ValidationError as error:
         raise _first_error(error, file, GEOMETRY[kind], "geometry") from None
     data["geometry"] = geometry
-    numerics = data.get("numerics") or {}
-    if isinstance(numerics, dict):
-        data["numerics"] = {"rayleigh_fraction": RAYLEIGH_FRACTION[kind]} | numerics
+    for part, defaults in experiments()[kind].defaults.items():
+        given = data.get(part) or {}
+        if isinstance(given, dict):
+            data[part] = defaults | given
     try:
         spec = RunSpec.model_validate({k: v for k, v in data.items() if v is not None})
     except ValidationError as error:
@@ -314,7 +235,10 @@ def parse_spec(data, file=None):
     _check_sizes(spec, file)
     _check_shape(spec, file)
     _check_time_step(spec, file)
-    _GEOMETRY_CHECKS[kind](spec, file)
+    try:
+        experiment_of(spec).check(spec)
+    except SpecError as error:
+        raise SpecError(error.key, error.value, error.allowed, file) from None
     return spec
 
 
@@ -402,80 +326,24 @@ def _check_sizes(spec, file):
 
 def _check_shape(spec, file):
     elongation = spec.particles.elongation
-    if elongation != 1.0 and spec.experiment not in ELONGATED:
-        allowed = f"1 in this experiment; elongated grains are for {' and '.join(ELONGATED)}"
+    if elongation != 1.0 and not experiment_of(spec).elongated:
+        able = " and ".join(name for name, e in experiments().items() if e.elongated)
+        allowed = f"1 in this experiment; elongated grains are for {able}"
         raise SpecError("particles.elongation", elongation, allowed, file)
-
-
-def _diameters(spec):
-    """Diameters [mm] of the spheres that grains are made of."""
-    p = spec.particles
-    sizes = [p.diameter_mm] if p.sizes is None else p.sizes.diameters_mm
-    return [sphere_radius(p.scale_factor * d, p.elongation) for d in sizes]
-
-
-def _longest(spec):
-    """Length [mm] of the largest grain."""
-    return spec.particles.elongation * max(_diameters(spec))
 
 
 def _check_time_step(spec, file):
     m, dt = spec.materials.particle, spec.numerics.time_step_s
     if dt is None:
         return
-    smallest = 0.5e-3 * min(_diameters(spec))
     limit = MAX_RAYLEIGH_FRACTION * rayleigh_time(
-        smallest, m.density_kg_m3, m.shear_modulus_Pa, m.poisson_ratio
+        smallest_radius(spec), m.density_kg_m3, m.shear_modulus_Pa, m.poisson_ratio
     )
     if dt > limit:
         allowed = (
             f"at most {limit:.4g} s, {MAX_RAYLEIGH_FRACTION} of the smallest grain's Rayleigh time"
         )
         raise SpecError("numerics.time_step_s", dt, allowed, file)
-
-
-def _check_funnel(spec, file):
-    g, largest = spec.geometry, _longest(spec)
-    if g.orifice_diameter_mm < MIN_ORIFICE_RATIO * largest:
-        allowed = f"at least {MIN_ORIFICE_RATIO:g} times the largest grain ({largest:g} mm)"
-        raise SpecError("geometry.orifice_diameter_mm", g.orifice_diameter_mm, allowed, file)
-    if g.funnel_top_diameter_mm <= g.orifice_diameter_mm:
-        allowed = f"more than the orifice ({g.orifice_diameter_mm:g} mm)"
-        raise SpecError("geometry.funnel_top_diameter_mm", g.funnel_top_diameter_mm, allowed, file)
-    if g.plate_diameter_mm < 4 * largest:
-        allowed = f"at least four of the largest grain ({largest:g} mm)"
-        raise SpecError("geometry.plate_diameter_mm", g.plate_diameter_mm, allowed, file)
-    pouring = spec.particles.count / g.generation_rate_per_s
-    if spec.numerics.max_time_s <= pouring:
-        allowed = f"more than the {pouring:g} s in which particles.count grains are made"
-        raise SpecError("numerics.max_time_s", spec.numerics.max_time_s, allowed, file)
-
-
-def _check_plate(spec, file):
-    """The bonded cluster must lie on the tilting plate however it is turned."""
-    g, largest = spec.geometry, _longest(spec)
-    half_distance = 0.5 * largest if g.spacing_mm is None else g.spacing_mm
-    needed = 2.0 * math.sqrt(2.0) * half_distance + largest
-    for key in ("plate_length_mm", "plate_width_mm"):
-        if getattr(g, key) < needed:
-            allowed = f"at least {needed:.4g}, the size of the bonded cluster"
-            raise SpecError(f"geometry.{key}", getattr(g, key), allowed, file)
-
-
-def _check_ring(spec, file):
-    g, largest = spec.geometry, _longest(spec)
-    needed = g.inner_diameter_mm + 4.0 * largest
-    if g.outer_diameter_mm < needed:
-        allowed = f"at least {needed:g}: a gap of two of the largest grain ({largest:g} mm)"
-        raise SpecError("geometry.outer_diameter_mm", g.outer_diameter_mm, allowed, file)
-
-
-_GEOMETRY_CHECKS = {
-    "heap": _check_funnel,
-    "drop": lambda spec, file: None,
-    "tilt": _check_plate,
-    "shear": _check_ring,
-}
 
 
 def canonical(spec):
@@ -489,6 +357,10 @@ def canonical(spec):
             geometry[key] = hashlib.sha256(Path(path).read_bytes()).hexdigest()
     if not named:
         geometry.pop("meshes", None)
+    # an experiment of the package is part of the engine, which has a fingerprint of its own
+    outside = source_outside(spec.experiment)
+    if outside is not None:
+        data["experiment_source"] = hashlib.sha256(outside.read_bytes()).hexdigest()
     return json.dumps(data, sort_keys=True, separators=(",", ":"))
 
 

@@ -19,6 +19,8 @@ UNITS = {
     "_rad_s": "rad/s",
     "_per_s": "1/s",
     "_m_s": "m/s",
+    "_kg_s": "kg/s",
+    "_g_s": "g/s",
     "_N_m": "N/m",
     "_Pa_s": "Pa·s",
     "_kPa": "kPa",
@@ -28,6 +30,7 @@ UNITS = {
     "_N": "N",
     "_s": "s",
     "_kg": "kg",
+    "_rpm": "rpm",
 }
 """Ending of a key -> its unit; longer endings come first."""
 

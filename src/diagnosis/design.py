@@ -8,7 +8,8 @@ from scipy.stats import qmc
 
 from calibration.batches import named
 from diagnosis.catalogue import Strength
-from diagnosis.settings import BASE, POURED, condition_spec, log_span
+from diagnosis.quantities import POURED
+from diagnosis.settings import BASE, condition_spec, log_span
 
 REPEAT = 100_000  # between the seeds of runs that repeat a point
 WIDENED = 1.15  # the emulators reach a little beyond the factors' range, so that a fit may

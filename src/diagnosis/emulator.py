@@ -14,33 +14,18 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, WhiteKernel
 
 from diagnosis.design import MultipliedLever, inputs_of, multiplied, wanted
-from diagnosis.settings import BASE, POURED, catalogue_of, log_span
-
-LEAST_REBOUND = 1e-4  # of the drop height; a grain that sticks has no logarithm
+from diagnosis.quantities import POURED, QUANTITIES
+from diagnosis.settings import BASE, catalogue_of, log_span
 
 
 def forward(experiment, value, levers):
     """Transformed response; value in the quantity's unit, levers a mapping of floats or arrays."""
-    if experiment == "drop":
-        return np.log(np.maximum(value / levers["drop_height_mm"], LEAST_REBOUND))
-    if experiment == "tilt":
-        return np.tan(np.radians(np.minimum(value, 89.0)))
-    if experiment == "shear":
-        return value / levers["normal_stress_kPa"]
-    return np.asarray(value, float)
+    return QUANTITIES[experiment].scale.forward(value, levers)
 
 
 def inverse(experiment, z, levers):
     """Value in the quantity's unit and its derivative by z."""
-    if experiment == "drop":
-        value = levers["drop_height_mm"] * np.exp(np.minimum(z, 0.0))
-        return value, value
-    if experiment == "tilt":
-        return np.degrees(np.arctan(z)), np.degrees(1.0 / (1.0 + z * z))
-    if experiment == "shear":
-        slope = levers["normal_stress_kPa"]
-        return slope * z, slope + 0.0 * z
-    return z, np.ones_like(z)
+    return QUANTITIES[experiment].scale.inverse(z, levers)
 
 
 class Emulator:

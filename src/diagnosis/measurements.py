@@ -1,6 +1,7 @@
 """Measured conditions: a tidy table, a row a condition; every fault is reported with its line and
 column."""
 
+import math
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -10,9 +11,8 @@ import pandas as pd
 from calibration.errors import ConfigError
 from calibration.tables import read_table
 from dem.units import UnitError, in_unit, unit_of
-from diagnosis.quantities import LEVERS, QUANTITIES
+from diagnosis.quantities import LEVERS, QUANTITIES, having, levers_of
 
-NEEDED = {"drop": "drop_height_mm", "shear": "normal_stress_kPa"}
 COLUMNS = ("experiment", "quantity", "value", "unit", "sd", "n", *LEVERS, "note")
 LEAST_CONDITIONS = 3
 
@@ -161,10 +161,10 @@ def _measurement(table, row, line, faults):
     if faults:
         return None
     value, sd = (value, sd) if unit == q.unit else (scale * value, scale * sd)
-    if kind == "drop" and value >= levers["drop_height_mm"]:
-        allowed = f"less than drop_height_mm = {levers['drop_height_mm']:g}"
+    if q.below and value >= levers.get(q.below, math.inf):
+        allowed = f"less than {q.below} = {levers[q.below]:g}"
         where = {"path": path, "line": line, "column": "value"}
-        faults.append(ConfigError("rebounds too high", value=value, allowed=allowed, **where))
+        faults.append(ConfigError("is too high", value=value, allowed=allowed, **where))
         return None
     return Measurement(kind, value, sd, int(n), levers, row.get("note", ""), line)
 
@@ -184,19 +184,19 @@ def _unit(row, quantity, path, line, faults):
 
 def _levers(row, kind, path, line, number, faults):
     """{lever: value} of the levers that are set."""
-    levers = {}
-    for name, lever in LEVERS.items():
+    levers, own = {}, levers_of(kind)
+    for name in LEVERS:
         where = {"path": path, "line": line, "column": name}
         if not row.get(name):
-            if NEEDED.get(kind) == name:
+            if name in own and own[name].needed:
                 faults.append(ConfigError(f"is needed for {kind}", **where))
-        elif kind not in lever.experiments:
-            allowed = f"empty, or a row of {', '.join(lever.experiments)}"
+        elif name not in own:
+            allowed = f"empty, or a row of {', '.join(having(name))}"
             faults.append(
                 ConfigError(f"is no lever of {kind}", value=row[name], allowed=allowed, **where)
             )
         else:
-            levers[name] = number(name, lever.least, lever.most, unit_of(name))
+            levers[name] = number(name, own[name].least, own[name].most, unit_of(name))
     return levers
 
 

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 
+from diagnosis.quantities import levers_of
 from diagnosis.settings import lever_values
 
 SAMPLES = 2000
@@ -20,7 +21,7 @@ def candidates(settings, measurements):
         for values in itertools.product(*points):
             levers = {n: float(f"{v:.3g}") for n, v in zip(ranges, values, strict=True)}
             levers = {n: min(max(v, ranges[n][0]), ranges[n][1]) for n, v in levers.items()}
-            if kind == "drop" and framed:
+            if framed and "output_interval_s" in levers_of(kind):
                 out += [(kind, levers | {"output_interval_s": t}) for t in FRAME_INTERVALS_S]
             else:
                 out.append((kind, levers))

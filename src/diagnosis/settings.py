@@ -8,22 +8,19 @@ from typing import Annotated, Literal
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from calibration.config import overlay
+from calibration.config import Config, overlay
 from calibration.errors import ConfigError
 from calibration.factors import read_factors
 from dem.errors import SpecError
 from dem.spec import parse_spec
 from diagnosis.catalogue import load_catalogue
 from diagnosis.measurements import raise_faults
-from diagnosis.quantities import LEVERS
+from diagnosis.quantities import LEVERS, POURED, QUANTITIES
 
 BASE = "base"
 """The model without any mechanism, where one is named."""
 
 SIMULATED = {name for name, lever in LEVERS.items() if lever.place}
-
-POURED = {"heap", "shear"}
-"""Experiments whose runs scatter from seed to seed, because grains never lie twice alike."""
 
 Range = Annotated[list[float], Field(min_length=2, max_length=2)]
 
@@ -81,7 +78,7 @@ class Settings(_Part):
     alpha: float = Field(gt=0, lt=0.5)
     batches: int = Field(ge=1, le=64)
     seed: int = Field(ge=0)
-    experiments: dict[Literal["heap", "drop", "tilt", "shear"], Experiment]
+    experiments: dict[Literal[tuple(QUANTITIES)], Experiment]
 
 
 def read_settings(path, changes=None):
@@ -205,8 +202,9 @@ def condition_spec(base, settings, factors, experiment, levers, values, seed):
 
     Of the values only those of the experiment's own parameters count: its emulators know no others.
     """
-    # the heap stands in the calibration's own rig
-    shared = ("materials", "contacts", *(["geometry"] if experiment == "heap" else []))
+    # the experiment that was calibrated on stands in the calibration's own rig
+    own = base.get("experiment", Config.model_fields["experiment"].default)
+    shared = ("materials", "contacts", *(["geometry"] if experiment == own else []))
     spec = overlay(
         {k: v for k, v in base.items() if k in shared}, settings.experiments[experiment].run
     )

@@ -35,15 +35,20 @@ def load(config, settings):
     """Measurements, checked against the emulators' range, and the experiments that they need."""
     measurements = read_measurements(given(config, "measurements", "diagnose"))
     check_range(settings, measurements, config.measurements)
-    check_specs(settings, config.run, measurements)
+    check_specs(settings, base_of(config), measurements)
     return measurements, list(dict.fromkeys(m.experiment for m in measurements))
+
+
+def base_of(config):
+    """The calibration's run spec (a mapping) with the experiment that it was calibrated on."""
+    return config.run | {"experiment": config.experiment}
 
 
 def plan_runs(config, settings, output):
     """Check the measurements; write the emulators' design and plan."""
     _, kinds = load(config, settings)
     factors = parameters_of(settings, config.factors, kinds)
-    rows, specs = plan(settings, config.run, factors, catalogue_of(settings, kinds), kinds)
+    rows, specs = plan(settings, base_of(config), factors, catalogue_of(settings, kinds), kinds)
     write_json(output.design, rows)
     write_json(output.plan, specs)
 
@@ -101,7 +106,7 @@ def diagnose(config, settings, source, output):
     verdict = findings(emulated, measurements, found) | {"emulators": errors}
     name = extended_name(found)
     models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
-    rows, specs = extension_plan(settings, config.run, models, measurements)
+    rows, specs = extension_plan(settings, base_of(config), models, measurements)
     mechanisms = [m.name for m in models["after"].mechanisms] if name else []
     write_json(output.findings, verdict)
     write_json(output.extension, {"mechanisms": mechanisms, "rows": rows})

@@ -7,6 +7,7 @@ import pytest
 
 from dem.contact.registry import ContactParameters, Laws, Material
 from dem.errors import BlowUpError, MeshError, SpecError
+from dem.experiments import experiments
 from dem.experiments.heap import Rig
 from dem.io.stl import read_stl, write_stl
 from dem.run import run
@@ -18,7 +19,7 @@ SIZES = {"by": "number", "diameters_mm": [1.0, 2.0], "fractions": [0.5, 0.5]}
 SJKR = {"laws": {"cohesion": "sjkr"}, "law_parameters": {"cohesion_energy_density_J_m3": 1e4}}
 
 CASES = [
-    ({"experiment": "pile"}, "experiment", "heap, drop, tilt, shear"),
+    ({"experiment": "pile"}, "experiment", ", ".join(experiments())),
     ({"experiment": None}, "experiment", "heap"),
     ({"sed": 1}, "sed", "seed"),
     ({"seed": -1}, "seed", "greater than or equal to 0"),

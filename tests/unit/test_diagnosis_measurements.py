@@ -4,6 +4,7 @@ import pytest
 
 from calibration.errors import ConfigError
 from diagnosis.measurements import MeasurementErrors, read_measurements, to_table
+from diagnosis.quantities import QUANTITIES
 
 HEADER = "experiment,quantity,value,unit,sd,n,drop_height_mm,tilt_rate_deg_s,output_interval_s,note"
 GOOD = [
@@ -46,7 +47,7 @@ def test_written_table_reads_back(tmp_path):
 
 
 FAULTS = [
-    ("drip,rebound_height,20,mm,1,5,150,,,", "experiment", "heap, drop, tilt, shear"),
+    ("drip,rebound_height,20,mm,1,5,150,,,", "experiment", ", ".join(QUANTITIES)),
     ("drop,sliding_angle,20,mm,1,5,150,,,", "quantity", "rebound_height"),
     ("drop,rebound_height,20,kg,1,5,150,,,", "unit", "mm"),
     ("drop,rebound_height,twenty,mm,1,5,150,,,", "value", "not a number"),

@@ -8,6 +8,7 @@ from calibration.config import parse_config, stands_alone
 from calibration.errors import CalibrationError
 from calibration.opening import opening
 from calibration.runner import report as show_progress
+from dem.experiments import experiments
 from dem.fingerprint import engine_fingerprint
 
 CONFIG_FILES = list(workflow.overwrite_configfiles)
@@ -47,7 +48,7 @@ BENCH_VALUES = [f"{STUDY}/bench/fixed.json"] if SETTINGS.fixed_from == "bench" e
 
 
 wildcard_constraints:
-    experiment="heap|drop|tilt|shear",
+    experiment="|".join(experiments()),
     digest="[0-9a-f]{16}",
 
 

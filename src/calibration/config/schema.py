@@ -6,6 +6,7 @@ from typing import Annotated, Literal, get_args
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from calibration.statistics.goals import GOALS, RULES
+from dem.experiments import experiments
 from dem.units import converted
 
 Positive = Annotated[float, Field(gt=0)]
@@ -22,20 +23,7 @@ def section_of(annotation):
     return next(found, None)
 
 
-METRICS = {
-    "heap": (
-        "angle_of_repose_deg",
-        "radial_angle_deg",
-        "height_mm",
-        "on_plate",
-        "spilled",
-        "in_funnel",
-        "rest_time_s",
-    ),
-    "drop": ("rebound_height_mm", "effective_restitution"),
-    "tilt": ("sliding_angle_deg",),
-    "shear": ("shear_stress_kPa", "steady_shear_stress_kPa", "bulk_density_kg_m3"),
-}
+METRICS = {name: e.targets for name, e in experiments().items()}
 """What a run of each experiment can be calibrated to; the unit is in the name."""
 
 
@@ -250,7 +238,7 @@ class Config(_Part):
     name: str = Field(pattern=r"^[A-Za-z0-9_-]+$", description="folder under results/")
     seed: int = Field(1, ge=0, lt=2**31, description="first seed; replicates count on from it")
     factors: str = Field(description="table of factors")
-    experiment: Literal["heap", "drop", "tilt", "shear"] = Field(
+    experiment: Literal[tuple(METRICS)] = Field(
         "heap", description="virtual experiment whose metrics are calibrated"
     )
     target: Target

@@ -2,15 +2,7 @@
 
 from dataclasses import dataclass
 
-UNITS = {
-    "_deg": "°",
-    "_mm": " mm",
-    "_kPa": " kPa",
-    "_kg_m3": " kg/m³",
-    "_m_s": " m/s",
-    "_s": " s",
-}
-"""Suffix of a metric's name -> its unit as written behind a number."""
+from dem.experiments.declare import unit_of
 
 
 def label(name):
@@ -42,10 +34,8 @@ class Quantity:
 
 def quantity_of(metric):
     """`Quantity` of a run's metric, whose name ends in its unit (angle_of_repose_deg)."""
-    for suffix, unit in UNITS.items():
-        if metric.endswith(suffix):
-            return Quantity(label(metric.removesuffix(suffix)), unit)
-    return Quantity(label(metric), "")
+    name, unit = unit_of(metric)
+    return Quantity(label(name), unit)
 
 
 ANGLE = quantity_of("angle_of_repose_deg")

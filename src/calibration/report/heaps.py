@@ -13,6 +13,7 @@ from calibration.report.embed import load, uri
 from dem.errors import DemError
 from dem.render import read_run
 from dem.render.flanks import fitted_flanks, heap_grains
+from dem.render.image import plate_of
 
 LEVELS = 65535  # of a coordinate, 16 bits
 
@@ -71,13 +72,13 @@ def _scene(run_id, name):
         run = read_run(Path(result_path(run_id)).parent)
     except DemError:
         return None  # the result was moved here without its state
-    if run.spec.experiment != "heap":
+    plate = plate_of(run.spec)
+    if plate is None:
         return None
     order = np.argsort(run.tag)
     state = 1e3 * np.column_stack([run.position, run.radius])[order]
     scale = 1.001 * float(np.abs(state).max())
     packed = np.rint((state / scale + 1.0) * 0.5 * LEVELS).astype("<u2")
-    plate = 0.5e-3 * run.spec.geometry.plate_diameter_mm
     return {
         "name": label(name),
         "plate": 1e3 * plate,

@@ -1,1 +1,74 @@
-"""Virtual experiments: each module has `run(spec, context)` that returns the experiment's metrics."""
+"""Virtual experiments: one file each, which defines `EXPERIMENT` (`dem.experiments.declare`); nothing else lists them.
+
+Folders of further files are named in the environment variable DEM_EXPERIMENTS, with the system's separator of paths.
+"""
+
+import importlib
+import importlib.util
+import os
+import pkgutil
+import sys
+from functools import cache
+from pathlib import Path
+
+from dem.errors import DemError
+from dem.experiments.declare import Experiment
+
+HELPERS = ("declare", "setup")
+FOLDERS = "DEM_EXPERIMENTS"
+
+
+@cache
+def experiments():
+    """{name: Experiment} of every file beside this one and in the folders of DEM_EXPERIMENTS, in order of names.
+
+    Raises DemError for a folder that is not there and for a file that declares no new experiment.
+    """
+    shipped = [m.name for m in pkgutil.iter_modules(__path__) if m.name not in HELPERS]
+    found = [importlib.import_module(f"{__name__}.{name}").EXPERIMENT for name in shipped]
+    table = {e.name: e for e in found}
+    for path in outside_files():
+        experiment = _declared_in(path)
+        if experiment.name in table:
+            raise DemError(f"{path}: the name {experiment.name!r} is taken by another experiment")
+        table[experiment.name] = experiment
+    return dict(sorted(table.items()))
+
+
+def experiment_of(spec):
+    """`Experiment` of a `RunSpec`."""
+    return experiments()[spec.experiment]
+
+
+def outside_files():
+    """Paths of the files in the folders of DEM_EXPERIMENTS. Raises DemError for a folder that is not there."""
+    files = []
+    for folder in filter(None, os.environ.get(FOLDERS, "").split(os.pathsep)):
+        if not Path(folder).is_dir():
+            raise DemError(f"{FOLDERS}: {folder} is no folder")
+        files += sorted(Path(folder).glob("[!_]*.py"))
+    return files
+
+
+@cache
+def source_outside(name):
+    """Path of the file outside the package that declares an experiment; None for one of the package's own."""
+    for path in outside_files():
+        if _declared_in(path).name == name:
+            return path
+    return None
+
+
+@cache
+def _declared_in(path):
+    spec = importlib.util.spec_from_file_location(f"experiment_{path.stem}", path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # pydantic looks a model's annotations up there
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:  # the file is the user's
+        raise DemError(f"{path}: cannot be loaded ({error})") from error
+    experiment = getattr(module, "EXPERIMENT", None)
+    if not isinstance(experiment, Experiment):
+        raise DemError(f"{path}: declares no experiment; it must set EXPERIMENT = Experiment(...)")
+    return experiment

@@ -10,16 +10,31 @@ import math
 
 import numpy as np
 
-from dem.experiments.setup import (
-    WALL,
-    build_simulation,
-    material_of,
-    mean_radius,
-)
+from dem.experiments.declare import Experiment, Lever, LogShare, Metric, Quantity
+from dem.grains import mean_radius
+from dem.lazy import lazily
+from dem.part import Part, field
 from dem.timescales import hertz_contact_time
-from dem.walls.builder import WallSet
+
+setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 
 GRAVITY = 9.81
+LEAST_REBOUND = 1e-4  # of the drop height; a grain that sticks has no logarithm
+
+
+class DropGeometry(Part):
+    """Drop test (2.3.3)."""
+
+    drop_height_mm: float = field(150.0, "lowest point of the grain above the plate", gt=0)
+    drops: int = field(5, "independent drops, at different phases of the time step", ge=1, le=1000)
+    output_interval_s: float | None = field(
+        None, "read heights at these instants only, as a coarse output would", gt=0
+    )
+
+
+def impact_speed(spec):
+    """Speed [m/s] of a fall in a vacuum."""
+    return math.sqrt(2.0 * GRAVITY * 1e-3 * spec.geometry.drop_height_mm)
 
 
 def run(spec, context):
@@ -28,8 +43,8 @@ def run(spec, context):
     radius, height = mean_radius(spec), 1e-3 * g.drop_height_mm
     # a restitution of one would come back after three quarters of a whole bounce
     fall = math.sqrt(2.0 * height / GRAVITY)
-    walls = WallSet().body("plate", material=WALL).plane((0, 0, 0), (0, 0, 1))
-    sim = build_simulation(spec, walls)
+    walls = builder.WallSet().body("plate", material=setup.WALL).plane((0, 0, 0), (0, 0, 1))
+    sim = setup.build_simulation(spec, walls)
     rng = np.random.default_rng(spec.seed)
     impact = math.sqrt(2.0 * GRAVITY * height)
     phase = (np.arange(g.drops) + rng.random()) / g.drops
@@ -89,5 +104,48 @@ def _follow(sim, radius, limit, output_interval, context):
 
 def _contact_time(spec, radius, impact):
     """Duration of the elastic impact on the plate [s]."""
-    grain, wall = material_of(spec.materials.particle), material_of(spec.materials.wall)
+    grain, wall = (setup.material_of(m) for m in (spec.materials.particle, spec.materials.wall))
     return hertz_contact_time(radius, impact, grain, wall)
+
+
+EXPERIMENT = Experiment(
+    name="drop",
+    title="Drop test",
+    geometry=DropGeometry,
+    run=run,
+    metrics=(
+        Metric("rebound_height_mm", "mean height of the rebound", 0.0, 1e6),
+        Metric("rebound_height_sd_mm", "its standard deviation over the drops", 0.0, target=False),
+        Metric(
+            "true_rebound_height_mm",
+            "rebound between the instants of output too",
+            0.0,
+            target=False,
+        ),
+        Metric("effective_restitution", "root of rebound over drop height", 0.0, 1.1),
+        Metric("effective_restitution_sd", "its standard deviation", 0.0, target=False),
+        Metric("impact_speed_m_s", "speed of the fall in a vacuum", 0.0, target=False),
+        Metric("contact_time_s", "duration of the elastic impact", 0.0, target=False),
+        Metric("steps_per_contact", "time steps in it", 0.0, target=False),
+    ),
+    # a drop is over in one contact, which must be resolved (44 steps at 1.7 m/s)
+    defaults={"numerics": {"rayleigh_fraction": 0.05}},
+    impact_speed=impact_speed,
+    least_steps=20,  # the rebound goes with the square of the restitution
+    quantity=Quantity(
+        "rebound_height",
+        "mm",
+        1e-3,
+        1e4,
+        "rebound",
+        relative=True,
+        below="drop_height_mm",
+        scale=LogShare("drop_height_mm", LEAST_REBOUND),
+    ),
+    levers={
+        "drop_height_mm": Lever(
+            1.0, 1e4, "drop height", "mm", ("geometry", "drop_height_mm"), needed=True
+        ),
+        "output_interval_s": Lever(1e-6, 10.0, "frame interval", "s", None),
+    },
+)

@@ -7,6 +7,7 @@ import numpy as np
 from dem.contact.damping.plastic import yield_pressure
 from dem.contact.registry import ContactParameters, Laws, Material, pair_properties
 from dem.dumbbell import moments, sphere_radius
+from dem.grains import mean_radius, smallest_radius
 from dem.linear import length
 from dem.simulation import Air, Simulation, SkinPolicy
 from dem.timescales import rayleigh_time
@@ -23,50 +24,6 @@ def laws_of(spec):
     """`Laws` from a spec."""
     chosen = spec.laws
     return Laws(chosen.damping, chosen.friction, chosen.rolling, chosen.cohesion, chosen.drag)
-
-
-def mean_radius(spec):
-    """Radius [m] of the mean grain: by number of the size distribution, after the scale factor."""
-    sizes = spec.particles.sizes
-    scale = 0.5e-3 * spec.particles.scale_factor
-    if sizes is None:
-        return scale * spec.particles.diameter_mm
-    diameter, share = np.array(sizes.diameters_mm), number_fractions(sizes)
-    return scale * float((diameter * share).sum())
-
-
-def number_fractions(sizes):
-    """Share of each size by number; fractions by mass are divided by d^3."""
-    share = np.array(sizes.fractions, float)
-    if sizes.by == "mass":
-        share = share / np.array(sizes.diameters_mm) ** 3
-    return share / share.sum()
-
-
-def draw_radii(spec, count, rng):
-    """(count,) radii [m]; a size distribution is met as exactly as whole grains allow, in random order."""
-    p = spec.particles
-    if p.sizes is None:
-        return np.full(count, 0.5e-3 * p.diameter_mm * p.scale_factor)
-    exact = number_fractions(p.sizes) * count
-    number = np.floor(exact).astype(int)
-    number[np.argsort(number - exact, kind="stable")[: count - number.sum()]] += 1
-    radii = 0.5e-3 * p.scale_factor * np.repeat(np.array(p.sizes.diameters_mm), number)
-    return rng.permutation(radii)
-
-
-def smallest_radius(spec):
-    """Radius [m] of the smallest sphere that a grain is or is made of."""
-    p = spec.particles
-    d = p.diameter_mm if p.sizes is None else min(p.sizes.diameters_mm)
-    return sphere_radius(0.5e-3 * d * p.scale_factor, p.elongation)
-
-
-def largest_reach(spec):
-    """Half the length [m] of the largest grain, its radius where grains are spheres."""
-    p = spec.particles
-    d = p.diameter_mm if p.sizes is None else max(p.sizes.diameters_mm)
-    return p.elongation * sphere_radius(0.5e-3 * d * p.scale_factor, p.elongation)
 
 
 def add_grains(sim, spec, position, radius, velocity, rng):

@@ -12,21 +12,41 @@ import math
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from dem.experiments.setup import (
-    WALL,
-    add_grains,
-    build_simulation,
-    draw_radii,
-    largest_reach,
-    rest_energy,
-)
-from dem.walls.builder import WallSet
+from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, Share, refuse
+from dem.grains import draw_radii, largest_reach, longest_mm
+from dem.lazy import lazily
+from dem.part import Part, field
+
+setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 
 GRAVITY = 9.81
 VANES = 24
 RAMP = 0.04  # duration of a change of load [s]
 STRETCHES = 50  # the shear path is cut into so many means
 SHAKE = 0.5  # speed of the grains at the start [m/s]: it breaks the lattice on which they are made
+
+
+class ShearGeometry(Part):
+    """Ring shear cell (2.3.4)."""
+
+    inner_diameter_mm: float = field(20.0, "inner wall of the ring", gt=0)
+    outer_diameter_mm: float = field(44.0, "outer wall of the ring", gt=0)
+    normal_stress_kPa: float = field(2.0, "test load", gt=0)
+    preshear_normal_stress_kPa: float | None = field(
+        None, "pre-shear load; the test load unless given", gt=0
+    )
+    shear_speed_mm_s: float = field(30.0, "speed of the trough at the mean radius", gt=0)
+    preshear_displacement_mm: float = field(4.0, "pre-shear path at the mean radius", gt=0)
+    shear_displacement_mm: float = field(6.0, "shear path at the mean radius", gt=0)
+
+
+def check(spec):
+    """The ring must be wide enough for grains to pass each other."""
+    g, largest = spec.geometry, longest_mm(spec)
+    needed = g.inner_diameter_mm + 4.0 * largest
+    if g.outer_diameter_mm < needed:
+        allowed = f"at least {needed:g}: a gap of two of the largest grain ({largest:g} mm)"
+        refuse("outer_diameter_mm", spec, allowed)
 
 
 def run(spec, context):
@@ -70,7 +90,7 @@ class _Ring:
         )  # of the area about the axis [m3]
         self.rate = 1e-3 * g.shear_speed_mm_s / (0.5 * (self.inner + self.outer))
         radii = draw_radii(spec, spec.particles.count, rng)
-        self.sim = build_simulation(spec, self._walls(largest_reach(spec)))
+        self.sim = setup.build_simulation(spec, self._walls(largest_reach(spec)))
         top = self._fill(spec, radii, largest_reach(spec), rng)
         lid, walls = self.sim.walls.index("lid"), self.sim.wall_state
         walls.origin[lid, 2] = top
@@ -79,13 +99,13 @@ class _Ring:
         walls.drag[lid] = 100.0 * walls.mass[lid]
 
     def _walls(self, r):
-        walls = WallSet().body("trough", material=WALL)
+        walls = builder.WallSet().body("trough", material=setup.WALL)
         walls.revolved(self.inner, 0.0, self.outer, 0.0)
         for radius in (self.inner, self.outer):
             walls.cylinder(radius, 0.0, 0.2)
         self._vanes(walls, 0.0, 2.0 * r)
         free = {"mass": 1.0, "axis": (0, 0, 1), "load": 0.0}
-        walls.body("lid", material=WALL, free=free)
+        walls.body("lid", material=setup.WALL, free=free)
         walls.revolved(self.inner, 0.0, self.outer, 0.0)
         self._vanes(walls, -2.0 * r, 0.0)
         return walls
@@ -109,7 +129,7 @@ class _Ring:
         layer, place = np.divmod(np.arange(len(radii)), len(site))
         z = 3.1 * r + pitch * layer
         velocity = rng.uniform(-SHAKE, SHAKE, (len(radii), 3))
-        add_grains(self.sim, spec, np.column_stack([site[place], z]), radii, velocity, rng)
+        setup.add_grains(self.sim, spec, np.column_stack([site[place], z]), radii, velocity, rng)
         return z.max() + 4.0 * r
 
     def load(self, stress_kPa):
@@ -127,7 +147,7 @@ class _Ring:
         sim, start = self.sim, self.sim.time
         while sim.time - start < limit:
             sim.advance(max(round(5e-3 / sim.time_step), 1))
-            if sim.time - start > 0.05 and rest_energy(sim) < threshold:
+            if sim.time - start > 0.05 and setup.rest_energy(sim) < threshold:
                 break
 
     def shear(self, path):
@@ -150,3 +170,38 @@ class _Ring:
     def bulk_density(self):
         """Mass of grains over the volume between floor and lid [kg/m3]."""
         return float(self.sim.mass.sum()) / (self.sim.wall_origin("lid")[2] * self.area)
+
+
+EXPERIMENT = Experiment(
+    name="shear",
+    title="Direct shear in a ring",
+    geometry=ShearGeometry,
+    run=run,
+    metrics=(
+        Metric("shear_stress_kPa", "peak of the shear stress under the test load"),
+        Metric("steady_shear_stress_kPa", "its mean over the second half of the path"),
+        Metric("steady_shear_stress_sd_kPa", "its scatter there", 0.0, target=False),
+        Metric("preshear_stress_kPa", "steady stress under the pre-shear load", target=False),
+        Metric("normal_stress_kPa", "what the lid pressed with", target=False),
+        Metric("bulk_density_kg_m3", "mass over volume between floor and lid", 0.0),
+    ),
+    defaults={"numerics": {"rayleigh_fraction": 0.3}},
+    check=check,
+    elongated=True,
+    poured=True,
+    quantity=Quantity(
+        "shear_stress",
+        "kPa",
+        1e-4,
+        1e4,
+        "shear stress",
+        relative=True,
+        scale=Share("normal_stress_kPa"),
+    ),
+    levers=COUNT
+    | {
+        "normal_stress_kPa": Lever(
+            1e-3, 1e4, "normal stress", "kPa", ("geometry", "normal_stress_kPa"), needed=True
+        ),
+    },
+)

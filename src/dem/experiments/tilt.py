@@ -10,12 +10,53 @@ import math
 import numpy as np
 
 from dem.errors import MeasureError
-from dem.experiments.setup import WALL, build_simulation, mean_radius
+from dem.experiments.declare import Experiment, Lever, Metric, Quantity, Tangent, refuse
+from dem.grains import longest_mm, mean_radius
+from dem.lazy import lazily
 from dem.linear import into_axes
-from dem.walls.builder import WallSet
+from dem.part import Part, field
+
+setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 
 SETTLE = 0.05  # seconds that the grains get to come to rest on the level plate
 LOOK = 2e-3  # seconds between looks at the cluster; the angle is read to tilt rate times this
+
+
+class TiltGeometry(Part):
+    """Tilted plane (2.3.2)."""
+
+    tilt_rate_deg_s: float = field(5.0, "speed of tilting", gt=0, le=90)
+    plate_length_mm: float = field(80.0, "plate along the slope", gt=0)
+    plate_width_mm: float = field(60.0, "plate across the slope", gt=0)
+    spacing_mm: float | None = field(
+        None, "half distance of bonded grains; touching unless given", gt=0
+    )
+    slip_mm: float = field(0.05, "movement along the plate that counts as sliding", gt=0)
+    trials: int = field(5, "trials with the cluster turned at random", ge=1, le=100)
+
+
+def check(spec):
+    """The bonded cluster must lie on the tilting plate however it is turned."""
+    g, largest = spec.geometry, longest_mm(spec)
+    half_distance = 0.5 * largest if g.spacing_mm is None else g.spacing_mm
+    needed = 2.0 * math.sqrt(2.0) * half_distance + largest
+    for key in ("plate_length_mm", "plate_width_mm"):
+        if getattr(g, key) < needed:
+            refuse(key, spec, f"at least {needed:.4g}, the size of the bonded cluster")
+
+
+def advice(spec):
+    """A cluster that may tip before it slides."""
+    # tangent of the least tilt at which the weight leaves the square on which the cluster of four stands
+    spacing = spec.geometry.spacing_mm
+    limit = 1.0 if spacing is None else 1e-3 * spacing / mean_radius(spec)
+    friction = spec.contacts.particle_wall.static_friction
+    if friction < limit:
+        return []
+    return [
+        f"contacts.particle_wall.static_friction is {friction:g}; from {limit:.2g} on the cluster may tip "
+        "before it slides and the angle is not that of friction: raise geometry.spacing_mm"
+    ]
 
 
 def run(spec, context):
@@ -46,9 +87,9 @@ def _slide(spec, rng, context):
     g = spec.geometry
     radius = mean_radius(spec)
     width, depth = 0.5e-3 * g.plate_length_mm, 0.5e-3 * g.plate_width_mm
-    walls = WallSet().body("plate", material=WALL)
+    walls = builder.WallSet().body("plate", material=setup.WALL)
     walls.rectangle((0, 0, 0), (width, 0, 0), (0, depth, 0))
-    sim = build_simulation(spec, walls)
+    sim = setup.build_simulation(spec, walls)
     centres = _cluster(radius, 2e-3 * g.spacing_mm if g.spacing_mm else 2.0 * radius, rng)
     sim.add_clusters([centres + (0.0, 0.0, 1e-3 * radius)], radius)
     sim.advance(round(SETTLE / sim.time_step))
@@ -72,3 +113,24 @@ def _along_plate(sim):
     """Position of the cluster's centre down the slope, in the frame of the plate [m]."""
     w, b = sim.wall_state, sim.walls.index("plate")
     return float(into_axes(w.rotation[b], sim.clusters.position[0] - w.origin[b])[0])
+
+
+EXPERIMENT = Experiment(
+    name="tilt",
+    title="Tilted plane",
+    geometry=TiltGeometry,
+    run=run,
+    metrics=(
+        Metric("sliding_angle_deg", "mean tilt at which the cluster slides", 0.0, 90.0),
+        Metric("sliding_angle_sd_deg", "its standard deviation over the trials", 0.0, target=False),
+        Metric("sliding_friction", "its tangent", 0.0, target=False),
+    ),
+    check=check,
+    advice=advice,
+    quantity=Quantity(
+        "sliding_angle", "deg", 0.1, 89.0, "sliding angle", relative=False, scale=Tangent()
+    ),
+    levers={
+        "tilt_rate_deg_s": Lever(1e-3, 90.0, "tilt rate", "°/s", ("geometry", "tilt_rate_deg_s")),
+    },
+)

@@ -5,6 +5,7 @@ import pyvista as pv
 from PIL import Image, ImageDraw
 
 from dem.errors import DemError
+from dem.experiments.heap import HeapGeometry, Rig
 from dem.render.colour import colour_by, colours_of, draw_bar, values_of
 from dem.render.image import GROUND, INK, OVERSAMPLING, STEEL, font_of, frame, paint, pixel
 
@@ -27,7 +28,7 @@ def animate(run, path, width=480, colour="auto", frames_per_s=20.0, progress=Non
         raise DemError(
             f"{path}: is no animation that can be written; allowed: {', '.join(FORMATS)}"
         )
-    if run.spec.experiment != "heap":
+    if not isinstance(run.spec.geometry, HeapGeometry):
         raise DemError(
             f"{run.folder}: a {run.spec.experiment} is not poured; only a heap is animated"
         )
@@ -62,8 +63,6 @@ def _state(path):
 
 def _view(run, width):
     """Plate and funnel whole, with the mouth where grains are made."""
-    from dem.experiments.heap import Rig  # brings the engine along, a second
-
     rig = Rig(run.spec.geometry)
     r, h = rig.mouth_radius * np.ones_like(RING), rig.source_height * np.ones_like(RING)
     mouth = np.column_stack([r * np.cos(RING), r * np.sin(RING), h])
@@ -87,8 +86,6 @@ def _picture(view, run, state, quantity, values, limits, width):
 
 def _with_funnel(image, view, geometry):
     """The funnel as glass: its rims and flanks, and a veil over what is in it."""
-    from dem.experiments.heap import Rig
-
     rig = Rig(geometry)
     veil = Image.new("RGBA", image.size, (0, 0, 0, 0))
     draw = ImageDraw.Draw(veil)

@@ -6,6 +6,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from dem.errors import DemError
+from dem.experiments import experiment_of
 from dem.render.colour import colour_by, colours_of, draw_bar, values_of
 from dem.render.flanks import VIEWS, fitted_flanks, heap_grains
 from dem.render.raster import View, shade
@@ -26,8 +27,8 @@ def draw_run(run, width=800, colour="auto", azimuth=None, elevation=0.0):
     A heap seen from the side (elevation 0) has its fitted flanks drawn; unless `azimuth` is given it is seen from where
     its two flanks come nearest to the run's angle of repose.
     """
-    heap = run.spec.experiment == "heap"
-    plate = 0.5e-3 * run.spec.geometry.plate_diameter_mm if heap else None
+    plate = plate_of(run.spec)
+    heap = plate is not None
     if azimuth is None:
         azimuth = _telling_view(run, plate) if heap else 0.0
     # what hangs in the funnel would make the heap small
@@ -45,6 +46,12 @@ def draw_run(run, width=800, colour="auto", azimuth=None, elevation=0.0):
     place = 0.02 * view.width, view.height - 1.9 * font.size
     draw_bar(draw, quantity, limits, place, (view.width // 8, int(0.8 * font.size)), font, INK)
     return image.resize((width, view.height // OVERSAMPLING), Image.Resampling.LANCZOS)
+
+
+def plate_of(spec):
+    """Radius [m] of the disc that a run's heap stands on; None where its last state is no heap."""
+    find = experiment_of(spec).heap_plate
+    return find(spec) if find else None
 
 
 def paint(view, position, radius, colour, plate_radius=None):
@@ -135,6 +142,6 @@ def _draw_flanks(draw, view, run, plate):
             draw.text(at, f"{flank.angle_deg:.1f}°", font=font, fill=LINE, anchor=anchor)
     m = run.metrics
     text = f"angle of repose {m['angle_of_repose_deg']:.1f}°, mean of {2 * VIEWS} flanks"
-    if m["in_funnel"]:
+    if m.get("in_funnel"):
         text += f"; {m['in_funnel']} grains left in the funnel"
     draw.text((0.02 * view.width, 0.8 * font.size), text, font=font, fill=INK)

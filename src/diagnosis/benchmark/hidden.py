@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from calibration.batches import named, simulate
-from dem.spec import RAYLEIGH_FRACTION
+from dem.spec import parse_spec
 from diagnosis.measurements import Measurement
-from diagnosis.quantities import QUANTITIES
-from diagnosis.settings import POURED, condition_spec, parameters_of
+from diagnosis.quantities import POURED, QUANTITIES
+from diagnosis.settings import condition_spec, parameters_of
 
 GRAVITY = 9.81
 NOISE = {"drop": 0.02, "tilt": 0.4, "shear": 0.03, "heap": 1.0}
@@ -123,9 +123,9 @@ def draw(
 
 def _own_step(spec):
     """Another time step than the diagnosis takes."""
-    numerics = {"rayleigh_fraction": RAYLEIGH_FRACTION[spec["experiment"]]} | spec["numerics"]
-    step = STEP.get(spec["experiment"], 1.25) * numerics["rayleigh_fraction"]
-    return spec | {"numerics": numerics | {"rayleigh_fraction": step}}
+    own = parse_spec(spec).numerics.rayleigh_fraction
+    step = STEP.get(spec["experiment"], 1.25) * own
+    return spec | {"numerics": spec["numerics"] | {"rayleigh_fraction": step}}
 
 
 def _hide(spec, experiment, catalogue, strengths):

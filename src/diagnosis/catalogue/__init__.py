@@ -13,12 +13,13 @@ import importlib.util
 import math
 import pkgutil
 from collections.abc import Callable
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from calibration.errors import ConfigError
+from dem.experiments import experiments
 
 
 @dataclass(frozen=True)
@@ -117,7 +118,17 @@ def load_catalogue(without=(), folder=None):
                 "is taken", path=path, key="name", value=mechanism.name, allowed=allowed
             )
         found[mechanism.name] = mechanism
-    return {name: m for name, m in found.items() if name not in without}
+    return {name: _where_it_shows(m) for name, m in found.items() if name not in without}
+
+
+def _where_it_shows(mechanism):
+    """The mechanism with the experiments that name it beside those that it names itself."""
+    more = [
+        name
+        for name, e in experiments().items()
+        if mechanism.name in e.mechanisms and name not in mechanism.experiments
+    ]
+    return replace(mechanism, experiments=(*mechanism.experiments, *more)) if more else mechanism
 
 
 def _files(folder):

@@ -1,0 +1,219 @@
+"""What an experiment says of itself. One file defines `EXPERIMENT`; all tables, schemas and words are made from it.
+
+The run spec's schema, the study's metrics, the diagnosis' quantities and levers, the command's templates and checks,
+the figures' labels and the reference pages ask these objects; nothing else lists the experiments.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from dem.errors import MeasureError, SpecError
+from dem.units import UNITS
+
+
+def unit_of(metric):
+    """(name without the unit, unit as written behind a number) of a metric, whose name ends in its unit."""
+    for ending, unit in UNITS.items():
+        if metric.endswith(ending):
+            return metric.removesuffix(ending), unit if unit == "°" else f" {unit}"
+    return metric, ""
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A number that a run gives; the unit is in the name (angle_of_repose_deg).
+
+    meaning: for the reference page. least, most: what is physically possible; a run beyond is refused. target: whether
+    a study can be calibrated to it.
+    """
+
+    name: str
+    meaning: str
+    least: float = -np.inf
+    most: float = np.inf
+    target: bool = True
+
+    @property
+    def words(self):
+        """Name for a sentence or an axis."""
+        return unit_of(self.name)[0].replace("_", " ")
+
+    @property
+    def unit(self):
+        """Unit as written behind a number."""
+        return unit_of(self.name)[1]
+
+
+class Plain:
+    """A quantity that is emulated as it is."""
+
+    def forward(self, value, levers):
+        """Transformed value; levers a mapping of floats or arrays."""
+        return np.asarray(value, float)
+
+    def inverse(self, z, levers):
+        """Value and its derivative by z."""
+        return z, np.ones_like(z)
+
+
+class Tangent(Plain):
+    """An angle [deg] of which the tangent is a friction."""
+
+    def forward(self, value, levers):
+        """Tangent of the angle."""
+        return np.tan(np.radians(np.minimum(value, 89.0)))
+
+    def inverse(self, z, levers):
+        """Angle and its derivative."""
+        return np.degrees(np.arctan(z)), np.degrees(1.0 / (1.0 + z * z))
+
+
+@dataclass(frozen=True)
+class Share(Plain):
+    """A quantity that goes with a lever, as a shear stress with the normal stress."""
+
+    lever: str
+
+    def forward(self, value, levers):
+        """Value over the lever."""
+        return value / levers[self.lever]
+
+    def inverse(self, z, levers):
+        """Value and its derivative."""
+        slope = levers[self.lever]
+        return slope * z, slope + 0.0 * z
+
+
+@dataclass(frozen=True)
+class LogShare(Plain):
+    """A quantity below a lever, as a rebound below the drop height, emulated as the logarithm of their ratio."""
+
+    lever: str
+    least: float
+
+    def forward(self, value, levers):
+        """Logarithm of value over lever; `least` for what has none."""
+        return np.log(np.maximum(value / levers[self.lever], self.least))
+
+    def inverse(self, z, levers):
+        """Value and its derivative."""
+        value = levers[self.lever] * np.exp(np.minimum(z, 0.0))
+        return value, value
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a laboratory measures with the experiment: its column's text, unit, limits, and the words for a sentence.
+
+    relative: whether its spread goes with its value; that of an angle does not. below: a lever that it cannot exceed.
+    scale: how it is transformed for an emulator, so that a nearly linear rest is learned.
+    """
+
+    name: str
+    unit: str
+    least: float
+    most: float
+    words: str
+    relative: bool
+    below: str | None = None
+    scale: Plain = field(default_factory=Plain)
+
+
+@dataclass(frozen=True)
+class Lever:
+    """What a laboratory sets: limits, words and unit for a sentence, and its place in a run spec.
+
+    place: (part, key); None where it belongs to the measurement and not to the simulated model. needed: whether a
+    measurement must state it.
+    """
+
+    least: float
+    most: float
+    words: str
+    unit: str
+    place: tuple | None
+    needed: bool = False
+
+
+COUNT = {"particle_count": Lever(1.0, 5e6, "number of grains", "", ("particles", "count"))}
+"""The lever of experiments in which a volume of grains lies."""
+
+
+def nothing(spec):
+    """No sentence: what `advice` is where nothing is risky."""
+    return []
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One virtual experiment.
+
+    name : as a run spec's `experiment` has it
+    title : for a heading
+    geometry : `Part` with the keys of a run spec's `geometry`
+    run : run(spec, context) -> {metric: number}; context is a `dem.run.RunContext`
+    metrics : `Metric` of each number that a run gives
+    defaults : {part: {key: default}} of a run spec where the experiment's own differ from the schema's
+    check : check(spec) raises SpecError for a geometry that cannot be run
+    prepare : prepare(spec) raises DemError for files that the geometry names and that cannot be used (meshes)
+    advice : advice(spec) -> sentences about what is valid but risky
+    impact_speed : impact_speed(spec) -> highest speed [m/s] at which grains are expected to hit, None where none falls
+    least_steps : time steps in the shortest contact below which a run is warned of
+    elongated : whether grains may be bonded pairs
+    poured : whether grains never lie twice alike, so that runs scatter from seed to seed
+    resumes : whether a run that was cut off goes on from its checkpoint
+    walls : walls(spec) -> `WallSet` for pictures; None without a rig to be drawn
+    heap_plate : heap_plate(spec) -> radius [m] of the disc that a heap stands on at the end; None without a heap
+    quantity : what a laboratory measures; None where the diagnosis does not know the experiment
+    levers : {column: Lever} beside the grain's diameter and the scale factor, which every experiment has
+    mechanisms : names of the catalogue's mechanisms that show on it, beside those that name it themselves
+    """
+
+    name: str
+    title: str
+    geometry: type
+    run: Callable
+    metrics: tuple
+    defaults: dict = field(default_factory=dict)
+    check: Callable = nothing
+    prepare: Callable = nothing
+    advice: Callable = nothing
+    impact_speed: Callable | None = None
+    least_steps: float = 0.0
+    elongated: bool = False
+    poured: bool = False
+    resumes: bool = False
+    walls: Callable | None = None
+    heap_plate: Callable | None = None
+    quantity: Quantity | None = None
+    levers: dict = field(default_factory=dict)
+    mechanisms: tuple = ()
+
+    @property
+    def targets(self):
+        """Names of the metrics that a study can be calibrated to."""
+        return tuple(m.name for m in self.metrics if m.target)
+
+    def perform(self, spec, context):
+        """The metrics of a run. Raises MeasureError for one that is missing or physically impossible."""
+        found = self.run(spec, context)
+        known = {m.name: m for m in self.metrics}
+        if set(found) != set(known):
+            names = ", ".join(sorted(set(found) ^ set(known)))
+            raise MeasureError(
+                f"{self.name}: {names}: metrics that are declared and those given differ"
+            )
+        for name, value in found.items():
+            m = known[name]
+            if not m.least <= value <= m.most:
+                raise MeasureError(
+                    f"{self.name}: {name} = {value:g} is not possible; {m.least:g} to {m.most:g} is"
+                )
+        return found
+
+
+def refuse(key, spec, allowed):
+    """Raise SpecError for the geometry's key."""
+    raise SpecError(f"geometry.{key}", getattr(spec.geometry, key), allowed)

@@ -1,0 +1,23 @@
+"""What every part of a run spec is made of: a frozen pydantic model that takes no unknown key."""
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic_core import PydanticCustomError
+
+
+class Part(BaseModel):
+    """A mapping of a run spec: unknown keys, infinities and booleans in place of numbers are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _no_boolean(cls, value):
+        """YAML's yes, no, on, off would otherwise pass as 1 and 0."""
+        if isinstance(value, bool):
+            raise PydanticCustomError("boolean", "a number or a word, not true or false")
+        return value
+
+
+def field(default, description, **limits):
+    """A key with its default, its meaning and pydantic's limits (gt, ge, lt, le)."""
+    return Field(default, description=description, **limits)

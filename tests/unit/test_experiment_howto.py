@@ -1,0 +1,158 @@
+"""docs/howto-experiment.md, step by step: its file joins from a folder, runs, is calibrated on and diagnosed.
+
+Each of the package's own experiments is named by one file.
+"""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dem.cli import main
+from dem.errors import DemError
+from dem.experiments import experiments, outside_files
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs/howto-experiment.md").read_text()
+[CODE] = re.findall(r"```python\n(.*?)```", PAGE, flags=re.S)
+STUDY, DIAGNOSIS = re.findall(r"```yaml\n(.*?)```", PAGE, flags=re.S)
+GRAVITY = 9.81
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with the page's file."""
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "throw.py").write_text(CODE)
+    return tmp_path
+
+
+def command(folder, script):
+    """Run Python with the page's folder in the environment; its finished process."""
+    return subprocess.run(
+        [sys.executable, "-c", script],
+        cwd=folder,
+        env=os.environ | {"DEM_EXPERIMENTS": str(folder / "mine")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_the_pages_commands_run_it_to_its_closed_form(folder):
+    done = command(
+        folder,
+        "from dem.cli import main\n"
+        "assert main('init --experiment throw --out throw.yaml'.split()) == 0\n"
+        "assert main('check throw.yaml'.split()) == 0\n"
+        "assert main('run throw.yaml --out thrown'.split()) == 0\n"
+        "text = open('throw.yaml').read().replace('length_mm: 200.0', 'length_mm: 2')\n"
+        "open('short.yaml', 'w').write(text)\n"
+        "assert main('check short.yaml'.split()) == 2\n",
+    )
+    assert done.returncode == 0, done.stderr
+    assert "geometry.plate_length_mm = 2.0; allowed: at least 4" in done.stderr
+    result = json.loads((folder / "thrown" / "result.json").read_text())
+    friction = result["spec"]["contacts"]["particle_wall"]["static_friction"]
+    stop = 1e3 * 0.3**2 / (2.0 * friction * GRAVITY)
+    assert result["metrics"]["stopping_distance_mm"] == pytest.approx(stop, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("x = 1", "declares no experiment"),
+        ("import no_such_module", "cannot be loaded"),
+        (CODE.replace('name="throw"', 'name="tilt"'), "is taken"),
+    ],
+)
+def test_a_file_that_declares_no_new_experiment_is_one_line(folder, text, says):
+    (folder / "mine" / "throw.py").write_text(text)
+    done = command(folder, "import sys; from dem.cli import main; sys.exit(main(['init']))")
+    assert done.returncode == 2
+    [line] = done.stderr.strip().splitlines()
+    assert line.startswith("dem: ")
+    assert "throw.py" in line
+    assert says in line
+
+
+def test_a_folder_that_is_not_there_is_named(monkeypatch, tmp_path):
+    monkeypatch.setenv("DEM_EXPERIMENTS", str(tmp_path / "none"))
+    with pytest.raises(DemError, match="is no folder"):
+        outside_files()
+
+
+GENERIC = ("dem/spec.py", "dem/run.py", "dem/advice.py", "dem/template.py", "dem/render")
+GENERIC += ("diagnosis/quantities.py", "diagnosis/measurements.py", "diagnosis/settings.py")
+GENERIC += ("diagnosis/emulator.py", "diagnosis/design.py", "diagnosis/next_measurement.py")
+GENERIC += ("diagnosis/fit.py", "diagnosis/stages.py", "calibration/figures/quantity.py")
+PAPERS_OWN = {"heap", "drop", "tilt", "shear"}
+"""Experiments of the paper: stages, mechanisms and the audit of it bear their names; the generic rooms must not."""
+
+
+def files_that_name(name):
+    """Sources that hold an experiment's name as a word in quotes."""
+    sources = [*ROOT.glob("src/**/*.py"), *ROOT.glob("workflow/**/*.smk")]
+    return {p for p in sources if re.search(rf"[\"']{name}[\"']", p.read_text())}
+
+
+@pytest.mark.parametrize("name", sorted(experiments()))
+def test_one_file_names_an_experiment(name):
+    named = {
+        p.relative_to(ROOT / "src").as_posix() for p in files_that_name(name) if "src" in p.parts
+    }
+    if name in PAPERS_OWN:
+        assert not [p for p in named if p.startswith(GENERIC)]
+    else:
+        assert len(files_that_name(name)) == 1, named
+
+
+def test_every_experiment_is_offered(capsys):
+    with pytest.raises(SystemExit):
+        main(["init", "--help"])
+    text = capsys.readouterr().out
+    assert all(name in text for name in experiments())
+
+
+@pytest.mark.slow
+def test_a_study_screens_and_diagnoses_it_without_another_file(folder):
+    for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
+        (folder / name).symlink_to(ROOT / name)
+    (folder / "study.yaml").write_text(STUDY + DIAGNOSIS + "measurements: measured.csv\n")
+    row = "contacts.particle_wall"
+    (folder / "factors.tsv").write_text(
+        "code\tname\tkey\tlow\thigh\n"
+        f"A\twall_friction\t{row}.static_friction\t0.3\t0.8\n"
+        f"B\twall_restitution\t{row}.restitution\t0.3\t0.8\n"
+        f"C\twall_rolling\t{row}.rolling_friction\t0.1\t0.4\n"
+    )
+    (folder / "thrown.csv").write_text("distance_mm\n9.1\n9.3\n9.2\n")
+    speeds = np.array([0.12, 0.2, 0.3, 0.4, 0.55])
+    stops = 1e3 * speeds**2 / (2.0 * 0.5 * GRAVITY)
+    lines = [
+        f"throw,stopping_distance,{s:.5g},mm,{0.03 * s:.3g},5,{v}"
+        for v, s in zip(speeds, stops, strict=True)
+    ]
+    header = "experiment,quantity,value,unit,sd,n,launch_speed_m_s"
+    (folder / "measured.csv").write_text("\n".join([header, *lines]) + "\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "snakemake", "-j2", "--configfile", "study.yaml", "--"]
+        + ["screening", "diagnose"],
+        cwd=folder,
+        env=os.environ | {"DEM_EXPERIMENTS": str(folder / "mine")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr[-3000:]
+    effects = json.loads((folder / "results/thrown/screening/screening.json").read_text())
+    assert "wall_friction" in json.dumps(effects)
+    verdict = json.loads((folder / "results/thrown/diagnosis/verdict.json").read_text())
+    assert verdict["verdict"] == "adequate"
+    [friction] = [p for p in verdict["calibration"]["parameters"] if p["name"] == "wall_friction"]
+    assert friction["value"] == pytest.approx(0.5, rel=0.05)
