@@ -17,6 +17,19 @@ OUTSIDE = {
     "benchmark",
     "render",
 }  # no run's result depends on these
+UNCOMPILED = {
+    "experiments",
+    "measure",
+    "io",
+    "spec.py",
+    "run.py",
+    "grains.py",
+    "part.py",
+    "lazy.py",
+    "errors.py",
+}
+"""Sources of the engine that hold no kernel and that none imports."""
+
 COMPILERS = ("numba", "llvmlite", "numpy")
 TARGET = (
     "NUMBA_CPU_NAME",
@@ -34,8 +47,18 @@ def engine_sources():
 def engine_fingerprint():
     """First 16 hex digits of the SHA-256 over the syntax trees of `engine_sources`: comments, docstrings and the
     layout of the code do not count."""
+    return _digest(engine_sources())
+
+
+@cache
+def kernel_fingerprint():
+    """The same over what is compiled, or seen by what is compiled: another experiment compiles nothing anew."""
+    return _digest(p for p in engine_sources() if not UNCOMPILED & set(p.relative_to(ROOT).parts))
+
+
+def _digest(paths):
     digest = hashlib.sha256()
-    for path in engine_sources():
+    for path in paths:
         digest.update(path.relative_to(ROOT).as_posix().encode())
         digest.update(code_of(path.read_bytes()).encode())
     return digest.hexdigest()[:16]

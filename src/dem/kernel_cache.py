@@ -12,7 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from dem.fingerprint import engine_fingerprint, stack_digest
+from dem.fingerprint import kernel_fingerprint, stack_digest
 
 NAME = re.compile(r"engine-[0-9a-f]{16}-[0-9a-f]{12}")
 
@@ -28,7 +28,7 @@ def kernel_cache():
     """Folder of this engine's compiled code, below NUMBA_CACHE_DIR where that is set, else below the user's cache or,
     where that cannot be written, below a private temporary folder."""
     chosen = os.environ.get("NUMBA_CACHE_DIR")
-    name = f"engine-{engine_fingerprint()}-{stack_digest()}"
+    name = f"engine-{kernel_fingerprint()}-{stack_digest()}"
     if chosen:
         base = Path(chosen)
         # a process that this one has started finds the folder of this one

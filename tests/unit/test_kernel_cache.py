@@ -1,6 +1,7 @@
 """Compiled code is never that of another engine, and importing the engine asks nothing of the machine."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -40,6 +41,25 @@ def test_below_the_users_folder_each_engine_has_its_own(copy, tmp_path):
     assert folder_of(copy, tmp_path) == before
     law.write_text(law.read_text() + "\nANOTHER = 1\n")
     assert folder_of(copy, tmp_path) not in (before, before.parent)
+
+
+def test_an_experiment_compiles_nothing_anew(copy, tmp_path):
+    before = folder_of(copy, tmp_path)
+    mine = copy / "dem" / "experiments" / "mine.py"
+    mine.write_text("EXPERIMENT = 1\n")
+    assert folder_of(copy, tmp_path) == before
+
+
+def test_what_is_not_compiled_holds_no_kernel_and_no_kernel_sees_it():
+    engine = ROOT / "src" / "dem"
+    for path in fingerprint.engine_sources():
+        own = fingerprint.UNCOMPILED & set(path.relative_to(engine).parts)
+        text = path.read_text()
+        if own:
+            assert not re.search(r"njit|from numba|import numba|dem\.lanes", text), path
+        elif re.search(r"njit|dem\.lanes", text):
+            for name in fingerprint.UNCOMPILED - {"errors.py"}:
+                assert f"dem.{name.removesuffix('.py')}" not in text, path
 
 
 @pytest.mark.parametrize("name", ["numba", "llvmlite", "numpy", "python"])
