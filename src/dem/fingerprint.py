@@ -26,6 +26,7 @@ UNCOMPILED = {
     "grains.py",
     "part.py",
     "lazy.py",
+    "units.py",
     "errors.py",
 }
 """Sources of the engine that hold no kernel and that none imports."""
