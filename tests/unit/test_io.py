@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from dem.experiments.heap import Rig
+from dem.experiments.heap import HeapGeometry, Rig
 from dem.io.files import write_arrays, write_json
 from dem.io.stl import read_stl, write_stl
 from dem.io.vtk import grain_points, write_frame, write_walls
-from dem.spec import HeapGeometry
 
 
 class Grains:
