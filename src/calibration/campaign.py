@@ -12,18 +12,23 @@ from pathlib import Path
 import pandas as pd
 
 from calibration.config import point_spec
+from calibration.errors import CalibrationError
 from calibration.factors import read_factors
 from calibration.files import write_table
+from calibration.store import ROOT, RunStore
+from dem.errors import ResultError
+from dem.fingerprint import engine_fingerprint
+from dem.io.checked import digest_of, is_sealed, sealed
 from dem.io.files import write_json
-from dem.spec import content_hash, parse_spec
+from dem.results import run_name
+from dem.spec import parse_spec
 
 STAGES = ("screening", "ascent", "response_surface", "candidate", "validation")
 
 
 def run_id(spec):
     """Name of a run: experiment and content hash of its spec (a mapping)."""
-    parsed = parse_spec(spec)
-    return f"{parsed.experiment}-{content_hash(parsed)}"
+    return run_name(parse_spec(spec))
 
 
 def plan(design, factors, config, experiment=None):
@@ -48,10 +53,34 @@ def plan(design, factors, config, experiment=None):
     return pd.DataFrame(rows), specs
 
 
-def write_plan(folder, table, specs):
-    """Write design.csv and plan.json, atomically."""
-    write_table(table, Path(folder) / "design.csv")
-    write_json(Path(folder) / "plan.json", specs)
+PLANNED = "planned_from.json"
+"""Beside a plan: checksums of its two files and of the tables that the design follows."""
+
+
+def write_plan(folder, table, specs, inputs=()):
+    """Write design.csv, plan.json and PLANNED, each atomically; `inputs`: paths of the tables that the design
+    follows."""
+    folder = Path(folder)
+    write_table(table, folder / "design.csv")
+    write_json(folder / "plan.json", specs)
+    own = {name: digest_of(folder / name) for name in ("design.csv", "plan.json")}
+    tables = {str(path): digest_of(path) for path in inputs if path}
+    write_json(folder / PLANNED, sealed({"files": own, "inputs": tables}))
+
+
+def changed_since_planned(folder):
+    """Files of a plan, and tables that it was made from, that are not as they were then. Raises ValueError where what
+    was written down is damaged itself; nothing is known of a plan without it."""
+    folder = Path(folder)
+    if not (folder / PLANNED).exists():
+        return []
+    made = json.loads((folder / PLANNED).read_text())
+    if not is_sealed(made):
+        raise ValueError(f"{folder / PLANNED}: is damaged")
+    own = [(folder / name, digest) for name, digest in made["files"].items()]
+    # a table is not at hand where results were moved away from their study
+    tables = [(Path(p), digest) for p, digest in made["inputs"].items() if Path(p).is_file()]
+    return [p for p, digest in own + tables if not p.is_file() or digest_of(p) != digest]
 
 
 def read_plan(path):
@@ -82,16 +111,38 @@ def _sorted(data):
 
 def result_path(name):
     """Where a run's result is."""
-    return f"results/runs/{name}/result.json"
+    return f"{ROOT}/{name}/result.json"
 
 
 REQUIRED = object()
 
 
 def read_metric(run_ids, metric, default=REQUIRED):
-    """Values (n,) of one metric of finished runs; `default` for runs without it, unless that is an error."""
-    found = [json.loads(Path(result_path(r)).read_text())["metrics"] for r in run_ids]
-    return [m[metric] if default is REQUIRED else m.get(metric, default) for m in found]
+    """Values (n,) of one metric of finished runs; `default` for runs without it, unless that is an error.
+
+    Raises CalibrationError for a run that is missing, damaged or of another engine, and for one without the metric.
+    """
+    store = RunStore()
+    found = [_metrics(store, name) for name in run_ids]
+    if default is not REQUIRED:
+        return [m.get(metric, default) for m in found]
+    for name, metrics in zip(run_ids, found, strict=True):
+        if metric not in metrics:
+            raise CalibrationError(f"{result_path(name)}: has no metric {metric}")
+    return [m[metric] for m in found]
+
+
+def _metrics(store, name):
+    try:
+        result = store.result(name)
+    except ResultError as error:
+        raise CalibrationError(f"{error}; `calibration verify --repair` makes it again") from None
+    if result["engine"] != engine_fingerprint():
+        raise CalibrationError(
+            f"{result_path(name)}: was made by another engine, {result['engine']}; `calibration verify --repair` "
+            "makes it again"
+        )
+    return result["metrics"]
 
 
 def points_of(name, config):
@@ -108,16 +159,16 @@ def points_of(name, config):
 
 def progress(config):
     """(done, todo, mean): a text 'stage finished/total' for each stage, the runs left, and the mean wall time [s] of
-    those finished, None before the first."""
+    those finished, None before the first. As the store's index has it: no result is read."""
     done, todo, walls = [], 0, []
+    store, engine = RunStore(), engine_fingerprint()
     for stage in STAGES:
-        names = list(read_plan(f"results/{config.name}/{stage}/plan.json"))
-        paths = [Path(result_path(n)) for n in names]
-        finished = [p for p in paths if p.exists()]
+        names = read_plan(f"results/{config.name}/{stage}/plan.json")
+        finished = [e for n in names if (e := store.known(n)) and e["engine"] == engine]
         total = len(names) or expected_runs(config)[stage]
         done.append(f"{stage} {len(finished)}/{total}")
         todo += total - len(finished)
-        walls += [json.loads(p.read_text())["numerics"]["wall_time_s"] for p in finished]
+        walls += [e["wall_time_s"] for e in finished if e["wall_time_s"] is not None]
     return done, todo, sum(walls) / len(walls) if walls else None
 
 

@@ -11,11 +11,13 @@ import yaml
 from calibration.campaign import points_of, progress
 from calibration.config import Config
 from calibration.files import replacing
+from calibration.store import RunStore
 from dem.errors import DemError, MeasureError
 from dem.run import run
 from dem.spec import parse_spec
 
 NOTE_EVERY = 0.1  # of a run: snakemake shows the log of a failed run, whose last lines must not be lost among notes
+REPORT_EVERY = 5.0  # seconds
 NO_HEAP = (
     "the grains roll or bounce off the plate, or are too few: more friction, a lower discharge height or a rim "
     "(docs/howto-geometry.md), or more grains"
@@ -44,7 +46,8 @@ def run_logged(spec, out, log, config):
             stream.flush()
 
         try:
-            result = run(parse_spec(spec), out, note)
+            result = run(parse_spec(spec), out, note, again=False)
+            RunStore(Path(out).parent).entry(Path(out).name)
         except Exception as error:
             message = failure(error, spec, Path(out).name, config)
             stream.write(f"{message}\n")
@@ -58,7 +61,7 @@ def run_logged(spec, out, log, config):
             sys.exit(1)
         stream.write(f"done: {result['metrics']}\n")
     repeat.unlink(missing_ok=True)
-    report(config)
+    report_sometimes(config)
 
 
 def failure(error, spec, name, config):
@@ -79,6 +82,32 @@ def causes(error, spec):
         return found + warnings_of(parse_spec(spec))
     except DemError:
         return found  # the spec itself is what failed
+
+
+def begin(config, dry_run):
+    """Before the workflow plans its jobs: say which results count as missing, and how far the campaign is.
+
+    Raises CalibrationError where another call works in the same folder.
+    """
+    from calibration.verify import before_planning
+
+    for sentence in before_planning(config, dry_run):
+        print(sentence, file=sys.stderr)
+    report(config)
+
+
+def report_sometimes(config):
+    """`report`, unless one of the jobs has just done so: in a long campaign of short runs it would cost more than they
+    do."""
+    stamp = Path(f"results/{config.name}/.reported")
+    try:
+        if 0 <= time.time() - stamp.stat().st_mtime < REPORT_EVERY:
+            return
+    except OSError:
+        pass  # the first
+    stamp.parent.mkdir(parents=True, exist_ok=True)
+    stamp.touch()
+    report(config)
 
 
 def report(config):

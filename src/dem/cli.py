@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from dem.errors import DemError
+from dem.errors import DemError, StoppedError
 from dem.experiments import experiments
 
 RUN = (
@@ -18,10 +18,13 @@ COLOURS = ("auto", "size", "speed", "order", "height")
 
 def main(argv=None):
     """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input or a failed run, or 130
-    when interrupted."""
+    when interrupted, or 143 when ended by SIGTERM."""
     try:
         args = _parser().parse_args(argv)
         args.command(args)
+    except StoppedError as error:
+        print(f"dem: {error}", file=sys.stderr)
+        return 143
     except (DemError, OSError) as error:
         print(f"dem: {error}", file=sys.stderr)
         return 2
@@ -128,7 +131,7 @@ def _run(args):
             bar.set_description_str(text, refresh=False)
             bar.update(100 * fraction - bar.n)
 
-        result = run(spec, args.out, show)
+        result = run(spec, args.out, show, wait=False)
         bar.update(100 - bar.n)
     for name, value in result["metrics"].items():
         print(f"{name:32s} {value:.6g}" if isinstance(value, float) else f"{name:32s} {value}")

@@ -22,6 +22,22 @@ class MeshError(DemError):
         super().__init__(f"{file}: {reason}")
 
 
+class ResultError(DemError):
+    """A run's result that is missing or cannot be trusted; `missing` where there is none at all."""
+
+    def __init__(self, file, reason, missing=False):
+        self.file, self.reason, self.missing = file, reason, missing
+        super().__init__(f"{file}: {reason}")
+
+
+class StoppedError(DemError):
+    """A run that was asked to end before it was finished."""
+
+
+class BusyError(DemError):
+    """A run that another process is making."""
+
+
 class MeasureError(DemError):
     """A result that cannot be measured, such as the angle of a heap that did not form."""
 
@@ -32,3 +48,7 @@ class BlowUpError(DemError):
     def __init__(self, *, particle, time, reason, hint):
         self.particle, self.time = particle, time
         super().__init__(f"particle {particle} at {time:.6g} s: {reason}; likely cause: {hint}")
+
+
+PHYSICAL = (BlowUpError, MeasureError)
+"""Failures that the same spec would meet again on any machine; all others may pass."""

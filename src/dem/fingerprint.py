@@ -23,6 +23,7 @@ UNCOMPILED = {
     "io",
     "spec.py",
     "run.py",
+    "results.py",
     "grains.py",
     "part.py",
     "lazy.py",

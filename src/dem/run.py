@@ -1,25 +1,36 @@
-"""One run from a spec to its files: result.json comes last, so its existence means success."""
+"""One run from a spec to its files: result.json comes last, so its existence means success.
+
+A run is made by one process at a time, which holds the lock in its folder. The lock ends with the process, however
+that ends.
+"""
 
 import json
+import signal
+import threading
 import time
-import zipfile
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+from filelock import FileLock, Timeout
 
-from dem.errors import DemError
+from dem.errors import BusyError, DemError, MeasureError, ResultError, StoppedError
 from dem.experiments import experiment_of
 from dem.fingerprint import engine_fingerprint
-from dem.io.files import write_arrays, write_json
+from dem.io.checked import read_checked_arrays, write_checked_arrays
+from dem.io.files import sweep_partial, write_arrays
+from dem.results import FAILED, RESULT, STATE, read_result, run_name, write_result
 from dem.spec import canonical
 
 
 class RunContext:
     """What an experiment may ask of its surroundings: progress, frames, checkpoints and the last state."""
 
-    def __init__(self, spec, out, progress=None):
+    def __init__(self, spec, out, progress=None, stop=None):
         self.spec, self.out = spec, Path(out)
         self._progress = progress or (lambda fraction, text: None)
+        self._stop = stop or threading.Event()
+        self._fraction, self._stopping = 0.0, False
         self._saved = time.monotonic()
         self._frames = 0
         self.summary = {}
@@ -30,30 +41,49 @@ class RunContext:
         return self.out / "checkpoint.npz"
 
     def progress(self, fraction, text):
-        """Tell how far the run is, 0 to 1."""
+        """Tell how far the run is, 0 to 1. Raises StoppedError where the run was asked to stop and has come here twice
+        since without a checkpoint between."""
+        self._fraction = fraction
         self._progress(fraction, text)
+        if self._stopping:
+            raise StoppedError(
+                f"stopped at {100 * fraction:.0f} %; this experiment keeps no checkpoint and begins anew"
+            )
+        self._stopping = self._stop.is_set()
 
     def resume(self):
-        """(arrays, meta) of a checkpoint of this very spec and engine, or None."""
+        """(arrays, meta) of a checkpoint of this very spec and engine, or None; one that is damaged is told of."""
         try:
-            with np.load(self.checkpoint_path) as saved:
-                arrays = {k: saved[k] for k in saved.files}
+            arrays = read_checked_arrays(self.checkpoint_path)
             meta = json.loads(str(arrays.pop("meta")))
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
-            return None  # none yet, or not one of ours: begin anew
-        if meta.pop("key") != self._key():
+            if meta.pop("key") != self._key():
+                return None
+            _refuse_not_finite(arrays)
+            self._frames = meta.pop("frames")
+        except FileNotFoundError:
             return None
-        self._frames = meta.pop("frames")
+        except Exception as error:  # whatever a damaged file leads to: begin anew
+            self._progress(0.0, f"checkpoint.npz is not used, the run begins anew: {error}")
+            return None
         return arrays, meta
 
     def checkpoint(self, make):
-        """Save make() -> (arrays, meta) when the interval since the last time has passed."""
-        if time.monotonic() - self._saved < self.spec.output.checkpoint_interval_s:
+        """Save make() -> (arrays, meta) when the interval since the last time has passed, or when the run is asked to
+        stop, which it then does: raises StoppedError."""
+        stopping = self._stop.is_set()
+        due = time.monotonic() - self._saved >= self.spec.output.checkpoint_interval_s
+        if not (stopping or due):
             return
         arrays, meta = make()
+        _refuse_not_finite(arrays)
         meta = json.dumps(meta | {"key": self._key(), "frames": self._frames})
-        write_arrays(self.checkpoint_path, arrays | {"meta": np.array(meta)})
+        write_checked_arrays(self.checkpoint_path, arrays | {"meta": np.array(meta)})
         self._saved = time.monotonic()
+        if stopping:
+            raise StoppedError(
+                f"stopped at {100 * self._fraction:.0f} %; the state is in {self.checkpoint_path}, and the run "
+                "goes on from there when it is started again"
+            )
 
     def _key(self):
         return [canonical(self.spec), engine_fingerprint()]
@@ -72,7 +102,7 @@ class RunContext:
     def finish(self, sim):
         """Keep the last state and what the numerics came to."""
         write_arrays(
-            self.out / "final.npz",
+            self.out / STATE,
             {
                 "position": sim.position,
                 "radius": sim.radius,
@@ -91,28 +121,86 @@ class RunContext:
         }
 
 
-def run(spec, out, progress=None):
+def _refuse_not_finite(arrays):
+    """A state with a particle that is nowhere is no state to go on from."""
+    for name in ("particles_position", "particles_kinetic"):
+        if name in arrays and not np.isfinite(arrays[name]).all():
+            raise ValueError(f"{name} holds values that are not finite")
+
+
+def run(spec, out, progress=None, *, again=True, wait=True):
     """Run a `RunSpec` into folder `out`; progress(fraction, text) is called along the way.
 
-    Returns the content of result.json. Raises DemError. Whatever goes wrong, no result.json is left.
+    again: make the run even where its result is there, by this engine and undamaged. wait: wait for a process that is
+    making the same run, in place of raising BusyError. Returns the content of result.json. Raises DemError. Whatever
+    goes wrong, no result.json is left. A SIGTERM ends the run with StoppedError, after a checkpoint where the
+    experiment keeps one.
     """
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
-    (out / "result.json").unlink(missing_ok=True)
-    context = RunContext(spec, out, progress)
-    started = time.perf_counter()
+    with _only_writer(out, wait, progress), _stop_on_sigterm() as stop:
+        found = None if again else finished(out)
+        if found:
+            return found
+        sweep_partial(out)
+        for name in (RESULT, FAILED):
+            (out / name).unlink(missing_ok=True)
+        context = RunContext(spec, out, progress, stop)
+        result = _make(spec, context)
+        context.checkpoint_path.unlink(missing_ok=True)
+        return result
+
+
+def finished(out):
+    """Content of a folder's result.json where it is whole and of this engine, else None."""
+    try:
+        result = read_result(out)
+    except ResultError:
+        return None
+    return result if result["engine"] == engine_fingerprint() else None
+
+
+def _make(spec, context):
+    started, name = time.perf_counter(), run_name(spec)
     metrics = experiment_of(spec).perform(spec, context)
     bad = [k for k, v in metrics.items() if isinstance(v, float) and not np.isfinite(v)]
     if bad:
-        raise DemError(f"{spec.experiment}: {', '.join(bad)} did not come out as numbers")
-    result = {
-        "experiment": spec.experiment,
-        "seed": spec.seed,
-        "spec": spec.model_dump(mode="json"),
-        "engine": engine_fingerprint(),
-        "metrics": metrics,
-        "numerics": context.summary | {"wall_time_s": time.perf_counter() - started},
-    }
-    write_json(out / "result.json", result)
-    context.checkpoint_path.unlink(missing_ok=True)
-    return result
+        raise MeasureError(f"{spec.experiment}: {', '.join(bad)} did not come out as numbers")
+    if run_name(spec) != name:
+        raise DemError(f"{spec.experiment}: a file that the run reads changed while it went on")
+    numerics = context.summary | {"wall_time_s": time.perf_counter() - started}
+    return write_result(context.out, spec, metrics, numerics)
+
+
+@contextmanager
+def _only_writer(out, wait, progress):
+    """Hold the lock of a run's folder. Its file goes with the run's success; who waited for it finds the result."""
+    lock = FileLock(out / ".lock")
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        text = f"{out}: another process is making this run"
+        if not wait:
+            raise BusyError(text) from None
+        if progress:
+            progress(0.0, f"{text}; waiting for it")
+        lock.acquire()
+    try:
+        yield
+        (out / ".lock").unlink(missing_ok=True)
+    finally:
+        lock.release()
+
+
+@contextmanager
+def _stop_on_sigterm():
+    """An event that a SIGTERM sets. Only a main thread can ask for signals; in another the event is never set."""
+    stop = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield stop
+        return
+    before = signal.signal(signal.SIGTERM, lambda *_: stop.set())
+    try:
+        yield stop
+    finally:
+        signal.signal(signal.SIGTERM, before)

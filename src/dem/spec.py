@@ -351,10 +351,8 @@ def canonical(spec):
     meshes may be open only where there is one."""
     data = spec.model_dump(mode="json", exclude={"output"})
     geometry = data["geometry"]
-    named = {k: v for k, v in geometry.items() if k.endswith("_stl") and v is not None}
-    for key, path in named.items():
-        if Path(path).is_file():
-            geometry[key] = hashlib.sha256(Path(path).read_bytes()).hexdigest()
+    named = _input_files(spec)
+    geometry |= {key: digest for key, digest in input_digests(spec).items() if digest}
     if not named:
         geometry.pop("meshes", None)
     # an experiment of the package is part of the engine, which has a fingerprint of its own
@@ -362,6 +360,19 @@ def canonical(spec):
     if outside is not None:
         data["experiment_source"] = hashlib.sha256(outside.read_bytes()).hexdigest()
     return json.dumps(data, sort_keys=True, separators=(",", ":"))
+
+
+def input_digests(spec):
+    """{key of the geometry: SHA-256 of the file that it names, None where there is no such file}."""
+    return {
+        key: hashlib.sha256(Path(path).read_bytes()).hexdigest() if Path(path).is_file() else None
+        for key, path in _input_files(spec).items()
+    }
+
+
+def _input_files(spec):
+    geometry = spec.geometry.model_dump(mode="json")
+    return {k: v for k, v in geometry.items() if k.endswith("_stl") and v is not None}
 
 
 def content_hash(spec):

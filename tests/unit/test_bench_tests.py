@@ -19,6 +19,8 @@ from calibration.bench_tests.sweep import (
 from calibration.campaign import read_plan, result_path
 from calibration.config import overlay, parse_config
 from calibration.errors import CalibrationError
+from dem.results import write_result
+from dem.spec import parse_spec
 
 ROOT = Path(__file__).parents[2]
 FACTORS = {"tilt": "bean_steel_static_friction", "drop": "bean_steel_restitution"}
@@ -43,12 +45,11 @@ def answer(plan_file, test):
     """Write the result of every planned run by the test's law."""
     *path, last = SWEEPS[test].key.split(".")
     for name, spec in read_plan(plan_file).items():
-        for part in path:
-            spec = spec[part]
-        metrics = {SWEEPS[test].metric: LAWS[test](spec[last]), SWEEPS[test].spread: 0.1}
-        target = Path(result_path(name))
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(json.dumps({"metrics": metrics}))
+        level = spec
+        for part in (*path, last):
+            level = level[part]
+        metrics = {SWEEPS[test].metric: LAWS[test](level), SWEEPS[test].spread: 0.1}
+        write_result(Path(result_path(name)).parent, parse_spec(spec), metrics, {}, files=())
 
 
 @pytest.mark.parametrize("test", ["tilt", "drop"])

@@ -1,7 +1,5 @@
 """Pictures of runs: spheres where they are, lit and hidden rightly, with the lines that the angle was read from."""
 
-import json
-
 import numpy as np
 import pytest
 import pyvista as pv
@@ -15,6 +13,7 @@ from dem.render import draw_run, read_run
 from dem.render.flanks import fitted_flanks, heap_grains
 from dem.render.image import LINE, pixel
 from dem.render.raster import NOBODY, View, cover, shade
+from dem.results import write_result
 from dem.spec import parse_spec
 
 PLATE = 0.02
@@ -45,12 +44,9 @@ def run(tmp_path):
         frame = grain_points(position[part], radius[part], velocity[part], tag[part])
         frame.save(folder / "frames" / f"grains_{k:05d}.vtp")
     np.savez(folder / "final.npz", position=position, radius=radius, velocity=velocity, tag=tag)
-    spec = parse_spec(
-        {"experiment": "heap", "geometry": {"plate_diameter_mm": 2e3 * PLATE}}
-    ).model_dump(mode="json")
+    spec = parse_spec({"experiment": "heap", "geometry": {"plate_diameter_mm": 2e3 * PLATE}})
     metrics = measure_heap(position, radius, velocity, PLATE) | {"in_funnel": 0}
-    result = {"experiment": "heap", "seed": 1, "spec": spec, "metrics": metrics}
-    (folder / "result.json").write_text(json.dumps(result))
+    write_result(folder, spec, metrics, {})
     return folder
 
 
@@ -191,7 +187,7 @@ def test_a_run_that_cannot_be_drawn_says_why(run, tmp_path, capsys):
     assert main(["render", str(run), "--animate"]) == 2
     assert "--frames" in capsys.readouterr().err
     (run / "final.npz").write_bytes(b"cut off")
-    with pytest.raises(DemError, match=r"final\.npz: is not a run's last state"):
+    with pytest.raises(DemError, match=r"final\.npz: has changed since it was written"):
         read_run(run)
 
 

@@ -16,7 +16,9 @@ from calibration.report.answer import _interval
 from calibration.report.build import NOT_CONVERTED_MARK
 from calibration.report.embed import _inline, cell
 from calibration.report.heaps import LEVELS
+from dem.fingerprint import engine_fingerprint
 from dem.measure.heap import measure_heap
+from dem.results import run_name, write_result
 from dem.spec import parse_spec
 
 OPTIMUM = {
@@ -58,12 +60,14 @@ def write(path, content):
     path.write_text(content if isinstance(content, str) else json.dumps(content))
 
 
-def make_run(root, name, height):
-    """A finished heap of a few hundred grains, as a run leaves it."""
+def make_run(root, seed, height):
+    """A finished heap of a few hundred grains, as a run leaves it; returns its name."""
     line = np.arange(-0.03, 0.031, 0.002)
     x, y, z = (a.ravel() for a in np.meshgrid(line, line, line[line >= 0.0] + 0.001))
     position = np.column_stack([x, y, z])[z < height - np.hypot(x, y) * height / 0.03]
     radius, zero = np.full(len(position), 0.001), np.zeros_like(position)
+    spec = parse_spec({"experiment": "heap", "seed": seed})
+    name = run_name(spec)
     folder = root / "results" / "runs" / name
     folder.mkdir(parents=True)
     np.savez(
@@ -73,16 +77,10 @@ def make_run(root, name, height):
         velocity=zero,
         tag=np.arange(len(position)),
     )
-    spec = parse_spec({"experiment": "heap"}).model_dump(mode="json")
-    result = {
-        "experiment": "heap",
-        "seed": 3,
-        "spec": spec,
-        "engine": "0123456789abcdef",
-        "metrics": measure_heap(position, radius, zero, 0.04) | {"in_funnel": 7},
-        "numerics": {"wall_time_s": 60.0, "steps": 1000, "simulated_time_s": 1.0},
-    }
-    write(folder / "result.json", result)
+    metrics = measure_heap(position, radius, zero, 0.04) | {"in_funnel": 7}
+    numerics = {"wall_time_s": 60.0, "steps": 1000, "simulated_time_s": 1.0}
+    write_result(folder, spec, metrics, numerics)
+    return name
 
 
 @pytest.fixture
@@ -97,9 +95,8 @@ def study(tmp_path, monkeypatch, request):
     table = effects.assign(name=["a_b", "c_d"], half_normal_score=[0.3, 1.1])
     figures.save(figures.half_normal(table, ["B"]), folder / "screening" / "half_normal.svg")
     figures.save(figures.pareto(table, 2.0, 2.5), folder / "screening" / "pareto.svg")
-    names = [f"heap-{k:016x}" for k in range(3)]
+    names = [make_run(tmp_path, 3 + k, 0.012 + 0.006 * k) for k in range(3)]
     for k, name in enumerate(names):
-        make_run(tmp_path, name, 0.012 + 0.006 * k)
         picture = folder / "heaps" / "screening" / f"{name}.webp"
         picture.parent.mkdir(parents=True, exist_ok=True)
         Image.new("RGB", (480, 300), (90 * k, 120, 150)).save(picture)
@@ -178,7 +175,7 @@ def test_every_part_is_there_with_its_numbers(page):
         "Significant at p < 0.05: c d".replace("<", "&lt;"),
         "Fine grains stand steeper than the model.",
         "The measurement that would tell most next: heap, moisture percent 2",
-        "3 runs took 3.0 minutes of one core, by engine 0123456789abcdef",
+        f"3 runs took 3.0 minutes of one core, by engine {engine_fingerprint()}",
         "run 2: 30.00°, 7 grains left in the funnel",
         "2 in all: 1 agrees, 1 disagrees.",
         "Each printed result of the paper beside ours.",
@@ -254,7 +251,8 @@ def test_the_viewer_holds_the_heaps_grains(page, study):
     ]
     packed = np.frombuffer(base64.b64decode(scenes[0]["grains"]), "<u2").reshape(-1, 4)
     state = (packed / LEVELS * 2.0 - 1.0) * scenes[0]["scale"]
-    saved = np.load(study.parent / "runs" / f"heap-{1:016x}" / "final.npz")
+    name = pd.read_csv(study / "screening" / "runs.csv")["run_id"][1]
+    saved = np.load(study.parent / "runs" / name / "final.npz")
     assert state[:, :3] == pytest.approx(1e3 * saved["position"], abs=2e-3)
     assert state[:, 3] == pytest.approx(1e3 * saved["radius"], abs=2e-3)
 

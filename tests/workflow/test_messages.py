@@ -14,6 +14,8 @@ from calibration.config import parse_config
 from calibration.factors import read_factors
 from calibration.runner import duration, report, run_logged
 from calibration.statistics.design import plackett_burman
+from dem.results import write_result
+from dem.spec import parse_spec
 
 ROOT = Path(__file__).parents[2]
 
@@ -91,11 +93,10 @@ def test_the_campaign_goes_on_when_runs_fail(tmp_path):
 
 
 def test_progress_counts_every_stage_and_tells_the_time_left(campaign, capsys, monkeypatch):
-    settings, table, _ = campaign
+    settings, table, specs = campaign
     for name in table["run_id"][:3]:
-        path = Path(result_path(name))
-        path.parent.mkdir(parents=True)
-        path.write_text(json.dumps({"metrics": {}, "numerics": {"wall_time_s": 60.0}}))
+        folder = Path(result_path(name)).parent
+        write_result(folder, parse_spec(specs[name]), {}, {"wall_time_s": 60.0}, files=())
     monkeypatch.setenv("CAMPAIGN_CORES", "2")
     config = parse_config(settings)
     report(config)

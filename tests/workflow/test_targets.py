@@ -16,6 +16,8 @@ from calibration import stages
 from calibration.campaign import read_plan, result_path
 from calibration.config import parse_config
 from calibration.errors import CalibrationError, ConfigError
+from dem.results import write_result
+from dem.spec import parse_spec
 
 KEYS = (
     "contacts.particle_particle.rolling_friction",
@@ -66,9 +68,8 @@ def answer(plan_file, count, metrics):
         x = levels_of(spec, count)
         rng = np.random.default_rng(zlib.crc32(name.encode()))
         values = {m: float(f(*x) + 0.05 * rng.standard_normal()) for m, f in metrics.items()}
-        path = Path(result_path(name))
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps({"metrics": values, "numerics": {"wall_time_s": 1.0}}))
+        folder = Path(result_path(name)).parent
+        write_result(folder, parse_spec(spec), values, {"wall_time_s": 1.0}, files=())
 
 
 class Outputs(SimpleNamespace):

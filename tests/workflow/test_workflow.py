@@ -8,7 +8,15 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
+import yaml
+
+from calibration.config import parse_config
+from calibration.stages import plan_screening
+from dem.fingerprint import engine_fingerprint
+from dem.results import write_result
+from dem.spec import parse_spec
 
 ROOT = Path(__file__).parents[2]
 SNAKEMAKE = [sys.executable, "-m", "snakemake"]
@@ -50,6 +58,31 @@ def test_a_wrong_configuration_stops_before_any_run(clone):
     assert done.returncode != 0
     assert "screening.alpha" in done.stdout + done.stderr
     assert not (clone / "results" / "runs").exists()
+
+
+def test_a_cut_off_result_is_missing_and_a_dry_run_says_so(clone, monkeypatch):
+    """Even where snakemake looks at times alone and knows nothing of these files."""
+    monkeypatch.chdir(clone)
+    data = yaml.safe_load(Path("config/config.yaml").read_text())
+    plan_screening(parse_config(data), Path("results/salt/screening"))
+    specs = json.loads(Path("results/salt/screening/plan.json").read_text())
+    Path("results/runs").mkdir()
+    Path(f"results/runs/engine-{engine_fingerprint()}.compiled").touch()
+    for name, spec in specs.items():
+        folder = Path("results/runs") / name
+        folder.mkdir()
+        np.savez(folder / "final.npz", position=np.zeros((1, 3)))
+        metrics = {"angle_of_repose_deg": 40.0}
+        write_result(folder, parse_spec(spec), metrics, {"wall_time_s": 1.0})
+    cut = list(specs)[4]
+    path = Path("results/runs") / cut / "result.json"
+    path.write_bytes(path.read_bytes()[:200])
+    done = snakemake("-n", "-j2", "screening", "--rerun-triggers", "mtime", cwd=clone)
+    shown = done.stdout + done.stderr
+    assert done.returncode == 0, shown
+    assert f"{cut}/result.json: is damaged" in shown
+    assert "Traceback" not in shown
+    assert [n for n in specs if f"DEM run {n}" in shown] == [cut]
 
 
 def test_further_targets_have_files_of_their_own(clone):

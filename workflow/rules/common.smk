@@ -7,7 +7,7 @@ from calibration.campaign import planned_spec, read_plan, result_path
 from calibration.config import parse_config, stands_alone
 from calibration.errors import CalibrationError
 from calibration.opening import opening
-from calibration.runner import report as show_progress
+from calibration.runner import begin
 from dem.experiments import experiments
 from dem.fingerprint import engine_fingerprint
 
@@ -22,10 +22,10 @@ if not any(stands_alone(path) for path in CONFIG_FILES):
 
 try:
     SETTINGS = parse_config(config, files=CONFIG_FILES)
-    # in a dry run too: how many runs there are, and how many are left
+    # in a dry run too: what cannot be trusted, how many runs there are, and how many are left
     if workflow.is_main_process:
         print(*opening(SETTINGS), sep="\n", file=sys.stderr)
-        show_progress(SETTINGS)
+        begin(SETTINGS, dry_run=workflow.output_settings.dryrun)
 except CalibrationError as error:
     raise WorkflowError(str(error))
 

@@ -2,6 +2,7 @@
 checkpoint plan_screening:
     input:
         factors=SETTINGS.factors,
+        table=SETTINGS.screening.design or [],
         fixed=BENCH_VALUES,
     output:
         design=f"{STUDY}/screening/design.csv",

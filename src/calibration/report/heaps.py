@@ -9,8 +9,9 @@ import pandas as pd
 
 from calibration.campaign import result_path
 from calibration.figures import label
-from calibration.report.embed import load, uri
-from dem.errors import DemError
+from calibration.report.embed import uri
+from calibration.store import RunStore
+from dem.errors import DemError, ResultError
 from dem.render import read_run
 from dem.render.flanks import fitted_flanks, heap_grains
 from dem.render.image import plate_of
@@ -25,12 +26,19 @@ def gallery(study, key, quantity, metric):
     for row in pd.read_csv(tables[0]).to_dict("records") if tables else []:
         path = study / "heaps" / key / f"{row['run_id']}.webp"
         if path.exists():
-            metrics = (load(Path(result_path(row["run_id"]))) or {}).get("metrics", {})
+            metrics = _metrics(row["run_id"])
             found = row.get("response", metrics.get(metric))
             value = "" if found is None else f": {quantity.value(found)}"
             text = f"run {row['run']}{value}{_left(metrics)}"
             pictures.append({"uri": uri(path), "text": text})
     return pictures
+
+
+def _metrics(run_id):
+    try:
+        return RunStore().result(run_id)["metrics"]
+    except ResultError:
+        return {}  # the study was moved here without its runs
 
 
 def _left(metrics):

@@ -1,14 +1,13 @@
 """Which runs a study is made of: their number, seeds, size and time."""
 
 import base64
-import json
-from pathlib import Path
 
 import pandas as pd
 
-from calibration.campaign import result_path
 from calibration.figures import label
 from calibration.report.embed import html_of
+from calibration.store import RunStore
+from dem.errors import ResultError
 
 STAGES = (
     "screening",
@@ -30,13 +29,14 @@ STAGES = (
 
 def run_times(study):
     """Table of the runs that are there: stage, run_id, seed, particles, steps, simulated and wall time, engine."""
-    rows = []
+    rows, store = [], RunStore()
     for stage in STAGES:
         design = study / stage / "design.csv"
         for name in pd.read_csv(design)["run_id"] if design.exists() else []:
-            path = Path(result_path(name))
-            if path.exists():
-                rows.append({"stage": stage, "run_id": name} | _row(json.loads(path.read_text())))
+            try:
+                rows.append({"stage": stage, "run_id": name} | _row(store.result(name)))
+            except ResultError:
+                continue  # the study was moved here without all of its runs
     return pd.DataFrame(rows)
 
 

@@ -17,7 +17,7 @@ def plan_screening(config, folder):
     """Plan the Plackett-Burman design: the configured table of coded levels, or a generated one."""
     factors, rules = read_factors(config.factors), config.screening
     design = screening_design(factors, rules.replicates, rules.runs, rules.design)
-    write_plan(folder, *plan(design, factors, config))
+    write_plan(folder, *plan(design, factors, config), inputs=[config.factors, rules.design])
 
 
 def analyse_screening(config, design_file, output):

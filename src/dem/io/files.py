@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 
-def _replace(path, write):
+def replace_file(path, write):
+    """Write a file by write(stream) under another name and put it in the place of `path`, all or nothing."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
@@ -21,12 +22,18 @@ def _replace(path, write):
         partial.unlink(missing_ok=True)
 
 
+def sweep_partial(folder):
+    """Delete what writers that were killed have left in a folder; nobody may be writing into it."""
+    for partial in Path(folder).glob(".*.partial"):
+        partial.unlink(missing_ok=True)
+
+
 def write_json(path, data):
     """Write a mapping as JSON, atomically; NaN is refused."""
     text = json.dumps(data, indent=2, allow_nan=False) + "\n"
-    _replace(path, lambda stream: stream.write(text.encode()))
+    replace_file(path, lambda stream: stream.write(text.encode()))
 
 
 def write_arrays(path, arrays):
     """Write a mapping of arrays as .npz, atomically."""
-    _replace(path, lambda stream: np.savez(stream, **arrays))
+    replace_file(path, lambda stream: np.savez(stream, **arrays))

@@ -1,13 +1,13 @@
 """What a run left in its folder, for drawing."""
 
-import json
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from dem.errors import DemError
+from dem.errors import DemError, ResultError
+from dem.results import RESULT, STATE, read_result
 from dem.spec import parse_spec
 
 
@@ -32,19 +32,17 @@ class FinishedRun:
 def read_run(folder):
     """`FinishedRun` of a folder that `dem run` wrote. Raises DemError when the run is not finished or not whole."""
     folder = Path(folder)
-    if not (folder / "result.json").is_file():
-        raise DemError(f"{folder}: no result.json; `dem run SPEC --out {folder}` makes one")
     try:
-        result = json.loads((folder / "result.json").read_text())
-        spec, metrics = (
-            parse_spec(result["spec"], file=str(folder / "result.json")),
-            result["metrics"],
-        )
-    except (ValueError, KeyError, TypeError) as error:
-        raise DemError(f"{folder / 'result.json'}: is not a run's result ({error})") from None
+        result = read_result(folder)
+    except ResultError as error:
+        if error.missing:
+            again = f"`dem run SPEC --out {folder}` makes one"
+            raise DemError(f"{folder}: no result.json; {again}") from None
+        raise
+    spec = parse_spec(result["spec"], file=str(folder / RESULT))
     try:
-        with np.load(folder / "final.npz") as state:
+        with np.load(folder / STATE) as state:
             arrays = {k: state[k] for k in ("position", "radius", "velocity", "tag")}
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise DemError(f"{folder / 'final.npz'}: is not a run's last state ({error})") from None
-    return FinishedRun(folder, spec, metrics, **arrays)
+        raise DemError(f"{folder / STATE}: is not a run's last state ({error})") from None
+    return FinishedRun(folder, spec, result["metrics"], **arrays)

@@ -1,0 +1,56 @@
+"""The `calibration` command."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from calibration.errors import CalibrationError
+from dem.errors import DemError
+
+VERIFY = (
+    "Read all results below a folder and say which cannot be trusted: damaged, changed, copied from another run, made "
+    "by another engine, or planned from tables and meshes that have changed since."
+)
+
+
+def main(argv=None):
+    """Entry point; returns the exit status: 0, or 1 where something is wrong, or 2 for input that cannot be used."""
+    args = _parser().parse_args(argv)
+    try:
+        return args.command(args)
+    except (CalibrationError, DemError, OSError) as error:
+        print(f"calibration: {error}", file=sys.stderr)
+        return 2
+
+
+def _parser():
+    parser = argparse.ArgumentParser(prog="calibration", description="Studies and their results.")
+    commands = parser.add_subparsers(required=True, metavar="command")
+    verify = commands.add_parser("verify", help="check all results", description=VERIFY)
+    verify.add_argument(
+        "results", type=Path, nargs="?", default=Path("results"), help="folder; results by default"
+    )
+    verify.add_argument(
+        "--repair", action="store_true", help="make runs again that are wrong, set aside such plans"
+    )
+    verify.set_defaults(command=_verify)
+    return parser
+
+
+def _verify(args):
+    from calibration.verify import checked_runs, faults_of, hold, repair  # loads pandas
+
+    if not args.results.is_dir():
+        raise CalibrationError(f"{args.results}: is no folder")
+    if args.repair:
+        hold(args.results)
+    faults = list(faults_of(args.results))
+    for fault in faults:
+        print(fault)
+    print(f"{args.results}: {checked_runs(args.results)} runs, {len(faults)} faults")
+    left = repair(faults, args.results) if args.repair else len(faults)
+    return 1 if left else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

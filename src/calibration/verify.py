@@ -1,0 +1,187 @@
+"""What of a study's results can no longer be trusted, and making it again.
+
+Damage is found by checksums, a copy by the name that it carries, an edited design by what was written down when it was
+planned. Nothing is deleted: what cannot be trusted is renamed to `*.damaged` and counts as missing.
+"""
+
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from calibration.campaign import changed_since_planned, read_plan, run_id
+from calibration.errors import CalibrationError
+from calibration.store import RunStore
+from dem.errors import DemError, ResultError
+from dem.fingerprint import engine_fingerprint
+from dem.io.files import sweep_partial
+from dem.results import FAILED, RESULT, read_failure
+from dem.run import run
+from dem.spec import parse_spec
+
+_held = []  # locks that are held until this process ends, however it ends
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What is wrong with a run (`run`, its name) or with the plan in a stage's folder (`plan`)."""
+
+    text: str
+    run: str | None = None
+    plan: Path | None = None
+    stale: bool = False
+
+    def __str__(self):
+        return self.text
+
+
+def faults_of(results="results", full=True):
+    """`Fault`s of all runs and plans below a folder of results; `full` reads all files, else only those that the
+    store's index does not know as unchanged."""
+    store = RunStore(Path(results) / "runs")
+    plans = sorted(Path(results).glob("*/**/plan.json"))
+    return [*_run_faults(store, full), *(f for p in plans for f in plan_faults(p.parent))]
+
+
+def checked_runs(results):
+    """Number of runs below a folder of results that are finished or kept as failed."""
+    store = RunStore(Path(results) / "runs")
+    found = (store.folder(n) for n in store.names())
+    return sum((f / RESULT).exists() or (f / FAILED).exists() for f in found)
+
+
+def _run_faults(store, full):
+    for name in store.names():
+        folder = store.folder(name)
+        try:
+            if (folder / RESULT).exists():
+                engine = store.entry(name, full)["engine"]
+                if engine != engine_fingerprint():
+                    yield Fault(f"{folder}: was made by another engine, {engine}", name, stale=True)
+            elif (folder / FAILED).exists():
+                read_failure(folder)
+        except ResultError as error:
+            yield Fault(str(error), name)
+
+
+def plan_faults(folder):
+    """`Fault`s of the plan in a stage's folder: edited since, or of a mesh or a table that has changed since."""
+    folder = Path(folder)
+    try:
+        specs, changed = read_plan(folder / "plan.json"), changed_since_planned(folder)
+    except ValueError:
+        yield Fault(f"{folder / 'plan.json'}: is damaged: it cannot be read", plan=folder)
+        return
+    for file in changed:
+        yield Fault(f"{file}: has changed since the runs of {folder} were planned", plan=folder)
+    for name, spec in _one_of_each_rig(specs):
+        try:
+            found = run_id(spec)
+        except DemError as error:
+            yield Fault(f"{folder / 'plan.json'}: {name} cannot be run: {error}", plan=folder)
+            continue
+        if found != name:
+            text = "what it reads has changed since it was planned, or it was edited"
+            yield Fault(f"{folder / 'plan.json'}: {name} is now {found}: {text}", plan=folder)
+
+
+def _one_of_each_rig(specs):
+    """A run of each set of files that runs of a plan read: what changes one name changes those beside it."""
+    seen = {}
+    for name, spec in specs.items():
+        rig = tuple(sorted((k, str(v)) for k, v in (spec.get("geometry") or {}).items()))
+        seen.setdefault(rig, (name, spec))
+    return seen.values()
+
+
+def repair(faults, results="results", note=print):
+    """Make runs again that are wrong, and set aside plans that are, which the workflow then makes again.
+
+    Returns the number of faults that are left.
+    """
+    store, left = RunStore(Path(results) / "runs"), 0
+    known = {n: s for p in Path(results).glob("*/**/*plan.json") for n, s in _specs(p).items()}
+    for fault in faults:
+        if fault.plan:
+            os.replace(fault.plan / "plan.json", fault.plan / "plan.json.damaged")
+            note(f"{fault.plan}: set aside; `snakemake` plans it again")
+            continue
+        spec = known.get(fault.run) or _own_spec(store.folder(fault.run))
+        store.set_aside(fault.run)
+        if spec is None:
+            note(f"{fault.run}: set aside; no plan knows its spec")
+            continue
+        try:
+            run(parse_spec(spec), store.folder(fault.run))
+            store.entry(fault.run)
+            note(f"{fault.run}: made again")
+        except DemError as error:
+            note(f"{fault.run}: could not be made again: {error}")
+            left += 1
+    return left
+
+
+def _specs(plan):
+    try:
+        return read_plan(plan)
+    except ValueError:
+        return {}
+
+
+def _own_spec(folder):
+    """The spec that a result holds, if it is still that of the folder's name."""
+    try:
+        spec = json.loads((folder / RESULT).read_text())["spec"]
+        return spec if run_id(spec) == folder.name else None
+    except (OSError, ValueError, KeyError, TypeError, DemError):
+        return None
+
+
+def before_planning(config, dry_run, results="results"):
+    """Before the workflow looks at what is there: set aside what cannot be trusted. Returns sentences that say so.
+
+    A dry run does so too, since it would take these files for finished ones; only what another engine made stays where
+    it is until a real run begins. That one holds the folder of results until it ends: raises CalibrationError where
+    another has it.
+    """
+    if not dry_run:
+        hold(results)
+    store, said = RunStore(Path(results) / "runs"), []
+    planned, stale = set(), 0
+    for plan in sorted((Path(results) / config.name).glob("**/plan.json")):
+        planned |= set(_specs(plan))
+        faults = list(plan_faults(plan.parent))
+        said += [f"{fault}; it is planned again" for fault in faults]
+        if faults:
+            os.replace(plan, plan.with_name("plan.json.damaged"))
+    for fault in _run_faults(store, full=False):
+        if not fault.stale:
+            store.set_aside(fault.run)
+            said.append(f"{fault}; the run counts as missing")
+        elif fault.run in planned:
+            stale += 1
+            if not dry_run:
+                store.set_aside(fault.run)
+    if stale:
+        said.append(
+            f"{stale} runs of {config.name} were made by another engine; they are made again"
+        )
+    return said
+
+
+def hold(results):
+    """Keep others from working in a folder of results until this process ends. Raises CalibrationError where another
+    does."""
+    results = Path(results)
+    results.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(results / ".lock")
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise CalibrationError(
+            f"{results.resolve()}: another call works here; wait for it, or work in another folder"
+        ) from None
+    _held.append(lock)
+    sweep_partial(results)

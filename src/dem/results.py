@@ -1,0 +1,104 @@
+"""A run's result as it is kept: with a manifest of all that it depends on, checked at each read.
+
+`result.json` is written last, atomically: its existence means success. Its manifest says which run it is, what was
+computed with, and the checksums of the files beside it; a checksum of the whole stands at its end.
+"""
+
+import json
+import re
+from pathlib import Path
+
+from dem.errors import ResultError
+from dem.fingerprint import cpu_target, engine_fingerprint, software
+from dem.io.checked import digest_of, is_sealed, sealed
+from dem.io.files import write_json
+from dem.spec import content_hash, input_digests
+
+RESULT, FAILED, STATE = "result.json", "failed.json", "final.npz"
+RUN_NAME = re.compile(r"[a-z_]+-[0-9a-f]{16}")
+
+
+def run_name(spec):
+    """Name of a run: experiment and content hash of its `RunSpec`."""
+    return f"{spec.experiment}-{content_hash(spec)}"
+
+
+def write_result(folder, spec, metrics, numerics, files=(STATE,)):
+    """Write result.json for a `RunSpec`, sealed; `files` of the folder become part of it. Returns its content."""
+    folder = Path(folder)
+    result = {
+        "experiment": spec.experiment,
+        "seed": spec.seed,
+        "spec": spec.model_dump(mode="json"),
+        "engine": engine_fingerprint(),
+        "metrics": metrics,
+        "numerics": numerics,
+        "manifest": _manifest(spec) | {"files": {n: digest_of(folder / n) for n in files}},
+    }
+    result = sealed(result)
+    write_json(folder / RESULT, result)
+    return result
+
+
+def write_failure(folder, spec, error):
+    """Write failed.json: a physical failure, which the same spec would meet again."""
+    failure = {
+        "engine": engine_fingerprint(),
+        "metrics": None,
+        "error": str(error),
+        "kind": type(error).__name__,
+        "manifest": _manifest(spec) | {"files": {}},
+    }
+    write_json(Path(folder) / FAILED, sealed(failure))
+
+
+def _manifest(spec):
+    return {
+        "run": run_name(spec),
+        "inputs": input_digests(spec),
+        "software": software() | {"cpu": cpu_target()},
+    }
+
+
+def read_result(folder, files=True):
+    """Content of a folder's result.json. Raises ResultError where it is missing, damaged or of another run; `files`:
+    check those that belong to it as well."""
+    return _read(Path(folder), RESULT, files)
+
+
+def read_failure(folder):
+    """Content of a folder's failed.json. Raises ResultError as `read_result`."""
+    return _read(Path(folder), FAILED, True)
+
+
+def _read(folder, name, files):
+    path = folder / name
+    try:
+        result = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ResultError(path, "is missing", missing=True) from None
+    except OSError as error:
+        raise ResultError(path, f"cannot be read ({error.strerror})") from None
+    except (ValueError, RecursionError):
+        raise ResultError(path, "is damaged: it cannot be read as JSON") from None
+    if not isinstance(result, dict) or "manifest" not in result:
+        raise ResultError(path, "has no manifest: it was written by an old version or by hand")
+    if not is_sealed(result):
+        raise ResultError(path, "has changed since it was written: its checksum does not fit")
+    run = result["manifest"]["run"]
+    if RUN_NAME.fullmatch(folder.name) and folder.name != run:
+        raise ResultError(path, f"is the result of another run, {run}")
+    for file, digest in result["manifest"]["files"].items() if files else ():
+        _check_file(folder / file, digest)
+    return result
+
+
+def _check_file(path, digest):
+    try:
+        found = digest_of(path)
+    except FileNotFoundError:
+        raise ResultError(path, "is missing") from None
+    except OSError as error:
+        raise ResultError(path, f"cannot be read ({error.strerror})") from None
+    if found != digest:
+        raise ResultError(path, "has changed since it was written: its checksum does not fit")

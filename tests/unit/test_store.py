@@ -1,0 +1,310 @@
+"""No number comes out of a result that was changed, cut off, copied from another run or made by another engine."""
+
+import errno
+import json
+import os
+import shutil
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import calibration.batches
+from calibration import store as store_module
+from calibration.batches import simulate
+from calibration.campaign import read_metric, read_plan, run_id, write_plan
+from calibration.cli import main
+from calibration.config import parse_config
+from calibration.errors import CalibrationError
+from calibration.stages import plan_screening
+from calibration.store import RunStore
+from calibration.verify import before_planning, faults_of, plan_faults
+from dem.errors import BlowUpError, MeasureError
+from dem.io.stl import write_stl
+from dem.results import write_result
+from dem.spec import parse_spec
+
+ROOT = Path(__file__).parents[2]
+NO_STUDY = SimpleNamespace(name="none")  # settings of a study that has planned nothing
+
+
+def drop(seed):
+    return {"experiment": "drop", "seed": seed, "geometry": {"drop_height_mm": 5.0, "drops": 1}}
+
+
+def make(spec, value):
+    """A finished run as the engine leaves it."""
+    folder = Path("results/runs") / run_id(spec)
+    folder.mkdir(parents=True, exist_ok=True)
+    np.savez(folder / "final.npz", position=np.full((10, 3), value))
+    metrics = {"rebound_height_mm": value}
+    write_result(folder, parse_spec(spec), metrics, {"wall_time_s": 2.0})
+    return folder.name
+
+
+@pytest.fixture
+def names(tmp_path, monkeypatch):
+    """Three finished runs in a folder of their own, each checked once."""
+    monkeypatch.chdir(tmp_path)
+    found = [make(drop(seed), 1.5 + seed) for seed in range(3)]
+    assert read_metric(found, "rebound_height_mm") == [1.5, 2.5, 3.5]
+    return found
+
+
+def result_of(name):
+    return Path("results/runs") / name / "result.json"
+
+
+def truncated(path):
+    path.write_bytes(path.read_bytes()[:-40])
+
+
+def other_digit(path):
+    path.write_text(path.read_text().replace("2.5", "2.6"))
+
+
+def other_digit_and_its_old_time(path):
+    before = path.stat()
+    other_digit(path)
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+
+
+def of_another_run(path):
+    other = next(p for p in path.parents[1].glob("*/result.json") if p != path)
+    shutil.copy2(other, path)
+
+
+def whole_folder_of_another_run(path):
+    other = next(p for p in path.parents[1].glob("*/result.json") if p != path).parent
+    shutil.rmtree(path.parent)
+    shutil.copytree(other, path.parent)
+
+
+def without_manifest(path):
+    path.write_text(json.dumps({"metrics": {"rebound_height_mm": 2.5}, "engine": "0" * 16}))
+
+
+DAMAGE = {
+    "truncated result": truncated,
+    "empty result": lambda p: p.write_bytes(b""),
+    "bytes that are no text": lambda p: p.write_bytes(b"\xff\xfe\x00" * 40),
+    "a list": lambda p: p.write_text("[1, 2]"),
+    "a digit changed": other_digit,
+    "a digit changed, the old time": other_digit_and_its_old_time,
+    "another run's result": of_another_run,
+    "another run's folder": whole_folder_of_another_run,
+    "no manifest": without_manifest,
+    "state deleted": lambda p: (p.parent / "final.npz").unlink(),
+    "state truncated": lambda p: truncated(p.parent / "final.npz"),
+}
+
+
+@pytest.mark.parametrize("dry_run", [True, False])
+@pytest.mark.parametrize("damage", DAMAGE.values(), ids=DAMAGE)
+def test_a_damaged_run_is_never_read_and_counts_as_missing(names, damage, dry_run):
+    damage(result_of(names[1]))
+    with pytest.raises(CalibrationError, match=names[1]):
+        read_metric(names, "rebound_height_mm")
+    assert [f.run for f in faults_of()] == [names[1]]
+    said = before_planning(NO_STUDY, dry_run)
+    assert len(said) == 1
+    assert names[1] in said[0]
+    assert not result_of(names[1]).exists()
+    assert result_of(names[0]).exists()
+    assert before_planning(NO_STUDY, True) == []
+
+
+def test_layout_and_order_of_keys_are_no_damage(names):
+    path = result_of(names[1])
+    data = json.loads(path.read_text())
+    path.write_text(json.dumps(dict(reversed(data.items()))))
+    assert read_metric(names, "rebound_height_mm") == [1.5, 2.5, 3.5]
+    assert list(faults_of()) == []
+
+
+def test_a_copy_of_the_whole_store_is_as_good(names, tmp_path):
+    shutil.copytree("results", tmp_path / "there" / "results")
+    assert list(faults_of(tmp_path / "there" / "results")) == []
+    assert main(["verify", str(tmp_path / "there" / "results")]) == 0
+
+
+def test_a_result_of_another_engine_is_no_number_of_this_one(names, monkeypatch):
+    for module in ("dem.run", "calibration.store", "calibration.campaign", "calibration.verify"):
+        monkeypatch.setattr(f"{module}.engine_fingerprint", lambda: "f" * 16)
+    with pytest.raises(CalibrationError, match="another engine"):
+        read_metric(names, "rebound_height_mm")
+    assert RunStore().current(names[0]) is None
+    assert [f.stale for f in faults_of()] == [True] * 3
+
+
+def test_an_unchanged_run_is_hashed_once_for_all(names, monkeypatch):
+    """The index answers for it; a line of it that was cut off answers for nothing."""
+    hashed = []
+    true = store_module.read_result
+    monkeypatch.setattr(
+        store_module,
+        "read_result",
+        lambda folder, files=True: hashed.append(folder.name) if files else true(folder, False),
+    )
+    store = RunStore()
+    assert {store.entry(n)["wall_time_s"] for n in names} == {2.0}
+    assert hashed == []
+    monkeypatch.setattr(store_module, "read_result", true)
+    index = Path("results/runs/index.jsonl")
+    index.write_bytes(index.read_bytes()[:-30] + b"\n{not a line\n")
+    assert RunStore().entry(names[2])["run"] == names[2]
+    assert len(index.read_text().splitlines()) > 3
+
+
+def test_a_store_that_can_only_be_read_is_read(names, monkeypatch):
+    Path("results/runs/index.jsonl").unlink()
+
+    def refuse(*_):
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(store_module.os, "open", refuse)
+    assert read_metric(names, "rebound_height_mm") == [1.5, 2.5, 3.5]
+
+
+PASSING = [
+    MemoryError(),
+    OSError(errno.ENOSPC, "No space left on device"),
+    RuntimeError("cannot cache function 'advance': no locator available for file 'step.py'"),
+    RecursionError(),
+]
+
+
+@pytest.mark.parametrize("fault", PASSING, ids=lambda e: type(e).__name__)
+def test_a_passing_fault_of_the_machine_is_not_kept(tmp_path, monkeypatch, fault):
+    monkeypatch.chdir(tmp_path)
+    specs = {run_id(s): s for s in (drop(0), drop(1))}
+    first, second = specs
+
+    def broken(spec, folder, **_):
+        if folder.name == first:
+            raise fault
+        make(spec.model_dump(mode="json", exclude_none=True), 1.0)
+        return {"metrics": {"rebound_height_mm": 1.0}}
+
+    monkeypatch.setattr(calibration.batches, "run", broken)
+    with pytest.raises(CalibrationError, match=first):
+        simulate(specs)
+    assert not (Path("results/runs") / first / "failed.json").exists()
+    fault = None
+    monkeypatch.setattr(
+        calibration.batches,
+        "run",
+        lambda spec, folder, **_: {"metrics": {"n": make(drop(0), 2.0)}},
+    )
+    assert set(simulate(specs)) == {first, second}
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        MeasureError("no heap"),
+        BlowUpError(particle=1, time=0.1, reason="overlap", hint="the time step"),
+    ],
+)
+def test_a_physical_failure_is_kept(tmp_path, monkeypatch, error):
+    monkeypatch.chdir(tmp_path)
+    name, calls = run_id(drop(0)), []
+
+    def fails(*_, **__):
+        calls.append(1)
+        raise error
+
+    monkeypatch.setattr(calibration.batches, "run", fails)
+    for _ in range(2):
+        assert simulate({name: drop(0)}) == {name: None}
+    assert len(calls) == 1
+    failed = Path("results/runs") / name / "failed.json"
+    failed.write_text(failed.read_text().replace("0", "1"))
+    simulate({name: drop(0)})
+    assert len(calls) == 2
+
+
+@pytest.fixture
+def study(tmp_path, monkeypatch):
+    """A screening of heaps on a mesh, planned from a table of its own."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("config", "data"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    corners = np.array([(0, 0, 0), (80, 0, 0), (0, 80, 0), (0, 0, 80)], float)
+    write_stl("plate.stl", corners, np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]))
+    shutil.copy(ROOT / "data/paper/table06_plackett_burman.csv", "table.csv")
+    config = parse_config(
+        {
+            "name": "meshed",
+            "target": {"file": "config/measured_angles.csv"},
+            "run": {"geometry": {"plate_stl": "plate.stl"}},
+            "screening": {"design": "table.csv"},
+        }
+    )
+    plan_screening(config, Path("results/meshed/screening"))
+    return config
+
+
+def test_a_mesh_halved_in_place_is_another_run(study):
+    folder = Path("results/meshed/screening")
+    name, spec = next(iter(read_plan(folder / "plan.json").items()))
+    corners = np.array([(0, 0, 0), (40, 0, 0), (0, 40, 0), (0, 0, 40)], float)
+    write_stl("plate.stl", corners, np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]))
+    assert run_id(spec) != name
+    assert "is now" in str(next(plan_faults(folder)))
+    said = before_planning(study, dry_run=True)
+    assert "it is planned again" in said[0]
+    assert not (folder / "plan.json").exists()
+
+
+def edited(path):
+    path.write_text(path.read_text().replace("-1", "1", 1))
+
+
+@pytest.mark.parametrize("file", ["table.csv", "results/meshed/screening/design.csv"])
+def test_an_edited_design_is_planned_again(study, file):
+    assert list(faults_of()) == []
+    edited(Path(file))
+    assert file in str(next(iter(faults_of())))
+    assert file in before_planning(study, dry_run=True)[0]
+    assert not Path("results/meshed/screening/plan.json").exists()
+
+
+def test_a_plan_that_was_edited_is_found(study):
+    path = Path("results/meshed/screening/plan.json")
+    text = path.read_text()
+    path.write_text(text.replace('"seed": 1', '"seed": 2', 1))
+    assert len(list(plan_faults(path.parent))) >= 1
+    path.write_text(text[:-9])
+    assert "damaged" in str(next(plan_faults(path.parent)))
+
+
+def test_verify_says_what_is_wrong_and_repair_makes_it_again(names, capsys):
+    assert main(["verify"]) == 0
+    assert "3 runs, 0 faults" in capsys.readouterr().out
+    table = pd.DataFrame({"run_id": names})
+    write_plan("results/none/screening", table, {run_id(drop(n)): drop(n) for n in range(3)})
+    other_digit(result_of(names[1]))
+    assert main(["verify", "results"]) == 1
+    assert f"{names[1]}/result.json: has changed" in capsys.readouterr().out
+    assert main(["verify", "results", "--repair"]) == 0
+    assert f"{names[1]}: made again" in capsys.readouterr().out
+    assert main(["verify"]) == 0
+    found = read_metric(names, "rebound_height_mm")
+    assert (found[0], found[2]) == (1.5, 3.5)
+    # the engine's own number: restitution 0.544 on grains, 0.421 on the wall, of 5 mm
+    assert found[1] == pytest.approx(5.0 * 0.421**2, rel=0.1)
+
+
+def test_verify_refuses_a_folder_that_is_not_there(tmp_path, capsys):
+    assert main(["verify", str(tmp_path / "none")]) == 2
+    assert "is no folder" in capsys.readouterr().err
+
+
+def test_two_calls_do_not_work_in_one_folder(names):
+    from filelock import FileLock
+
+    with FileLock("results/.lock"), pytest.raises(CalibrationError, match="another call works"):
+        before_planning(NO_STUDY, dry_run=False)
