@@ -238,7 +238,12 @@ def study(tmp_path, monkeypatch):
     config = parse_config(
         {
             "name": "meshed",
-            "target": {"file": "config/measured_angles.csv"},
+            "factors": "config/factors.tsv",
+            "target": {
+                "file": "config/measured_angles.csv",
+                "column": "angle_deg",
+                "metric": "angle_of_repose_deg",
+            },
             "run": {"geometry": {"plate_stl": "plate.stl"}},
             "screening": {"design": "table.csv"},
         }
