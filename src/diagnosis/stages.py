@@ -1,7 +1,6 @@
 """The stages of the diagnosis: each reads its input files and writes its output files."""
 
 import json
-import pickle
 from pathlib import Path
 
 import pandas as pd
@@ -15,6 +14,7 @@ from dem.io.files import write_json
 from diagnosis import figures
 from diagnosis.design import plan
 from diagnosis.emulator import teach
+from diagnosis.emulator_files import read_emulators, write_emulators
 from diagnosis.extend import extension_plan, gain, real_values
 from diagnosis.fit import data_of, fit
 from diagnosis.identify import identify
@@ -63,14 +63,13 @@ def teach_all(settings, factors, source, output):
     """Write the emulators that a design's finished runs teach, and the table of their errors."""
     design, specs = (json.loads(Path(f).read_text()) for f in (source.design, source.plan))
     emulators, table = teach(design, simulate(specs), settings, factors)
-    with replacing(output.emulators) as partial:
-        partial.write_bytes(pickle.dumps(emulators))
+    write_emulators(output.emulators, emulators)
     write_json(output.errors, table)
 
 
 def _emulated(config, settings, kinds, emulators):
     factors = parameters_of(settings, config.factors, kinds)
-    taught = pickle.loads(Path(emulators).read_bytes())
+    taught = read_emulators(emulators)
     return Emulated(taught, settings, factors, catalogue_of(settings, kinds))
 
 

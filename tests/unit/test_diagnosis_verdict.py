@@ -84,7 +84,7 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
 
     plan = files(design="design.json", plan="plan.json")
     stages.plan_runs(config, settings, plan)
-    taught = files(emulators="e.pkl", errors="e.json")
+    taught = files(emulators="e.npz", errors="e.json")
     stages.emulate(config, settings, plan, taught)
     shown = files(summary="calibration.json", table="residuals.csv", residuals="residuals.svg")
     stages.calibrate(config, settings, taught, shown)

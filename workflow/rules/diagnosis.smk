@@ -60,7 +60,7 @@ rule diagnosis_emulate:
         plan=f"{DIAGNOSIS}/plan.json",
         batches=expand(f"{DIAGNOSIS}/batches/{{batch}}.json", batch=BATCHES),
     output:
-        emulators=f"{DIAGNOSIS}/emulators.pkl",
+        emulators=f"{DIAGNOSIS}/emulators.npz",
         errors=f"{DIAGNOSIS}/emulators.json",
     log:
         f"{STUDY}/logs/diagnosis_emulate.log",
@@ -78,7 +78,7 @@ rule diagnosis_calibrate:
     input:
         measurements=SETTINGS.measurements or [],
         settings=DIAGNOSIS_SETTINGS,
-        emulators=f"{DIAGNOSIS}/emulators.pkl",
+        emulators=f"{DIAGNOSIS}/emulators.npz",
     output:
         summary=f"{DIAGNOSIS}/calibration.json",
         table=f"{DIAGNOSIS}/residuals.csv",
@@ -103,7 +103,7 @@ rule diagnosis_identify:
     input:
         measurements=SETTINGS.measurements or [],
         settings=DIAGNOSIS_SETTINGS,
-        emulators=f"{DIAGNOSIS}/emulators.pkl",
+        emulators=f"{DIAGNOSIS}/emulators.npz",
         errors=f"{DIAGNOSIS}/emulators.json",
     output:
         findings=f"{DIAGNOSIS}/findings.json",
@@ -230,7 +230,7 @@ rule discovery_emulate:
         plan=f"{DISCOVERY}/plan.json",
         batches=expand(f"{DISCOVERY}/batches/{{batch}}.json", batch=DISCOVERY_BATCHES),
     output:
-        emulators=f"{DISCOVERY}/emulators.pkl",
+        emulators=f"{DISCOVERY}/emulators.npz",
         errors=f"{DISCOVERY}/emulators.json",
     log:
         f"{STUDY}/logs/discovery_emulate.log",
@@ -250,7 +250,7 @@ rule discovery_shard:
         DIAGNOSIS_CODE,
         settings=DISCOVERY_SETTINGS,
         plan=f"{DISCOVERY}/plan.json",
-        emulators=f"{DISCOVERY}/emulators.pkl",
+        emulators=f"{DISCOVERY}/emulators.npz",
     output:
         table=f"{DISCOVERY}/cases/{{shard}}.csv",
     log:

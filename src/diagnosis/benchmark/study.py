@@ -8,7 +8,6 @@ kept under the content of all that decides it, so an interrupted benchmark goes 
 
 import hashlib
 import json
-import pickle
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -26,6 +25,7 @@ from diagnosis.benchmark.laboratory import DECOYS, Case, Laboratory
 from diagnosis.benchmark.page import page
 from diagnosis.catalogue import load_catalogue
 from diagnosis.design import plan
+from diagnosis.emulator_files import read_emulators
 from diagnosis.model import Emulated
 from diagnosis.settings import parameters_of
 from diagnosis.stages import teach_all
@@ -184,7 +184,7 @@ def emulate(config, settings, source, output):
 
 def equip(config, settings, source):
     """The `Laboratory` of all benches."""
-    emulators = pickle.loads(Path(source.emulators).read_bytes())
+    emulators = read_emulators(source.emulators)
     emulated = Emulated(emulators, settings, _factors(config, settings), load_catalogue())
     return Laboratory(emulated, config.run, config.factors, settings.replicates)
 

@@ -1,0 +1,61 @@
+"""Trained emulators come back from their file to the bit, and the file can hold nothing that is executed."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+from calibration.errors import CalibrationError
+from diagnosis.catalogue import Strength
+from diagnosis.design import MultipliedLever
+from diagnosis.emulator import Emulator, Multiplied
+from diagnosis.emulator_files import read_emulators, write_emulators
+
+
+@pytest.fixture(scope="module")
+def emulators():
+    rng = np.random.default_rng(1)
+    x = rng.random((14, 2))
+    base = Emulator(x, x[:, 0] + 0.1 * rng.standard_normal(14), scatters=True)
+    lever = MultipliedLever(1, 0.7, Strength("factor", "-", 0.8, 1.25, log=True, off=1.0))
+    return {("drop", "base"): base, ("drop", "size_bias"): Multiplied(base, lever)}
+
+
+def test_emulators_come_back_as_they_were(emulators, tmp_path):
+    write_emulators(tmp_path / "emulators.npz", emulators)
+    back = read_emulators(tmp_path / "emulators.npz")
+    assert list(back) == list(emulators)
+    points = np.random.default_rng(2).random((5, 3))
+    for key, emulator in emulators.items():
+        x = points if key[1] == "size_bias" else points[:, :2]
+        columns = [0, x.shape[1] - 1]
+        for a, b in zip(
+            emulator.with_slope(x, columns), back[key].with_slope(x, columns), strict=True
+        ):
+            np.testing.assert_array_equal(a, b)
+        np.testing.assert_array_equal(emulator.correlation(x), back[key].correlation(x))
+
+
+class Planted:
+    """What a stranger could leave in a shared folder."""
+
+    def __reduce__(self):
+        return (open, ("planted", "w"))
+
+
+def test_a_pickle_is_refused_and_not_executed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "emulators.npz").write_bytes(pickle.dumps(Planted()))
+    with pytest.raises(CalibrationError, match="holds no emulators"):
+        read_emulators("emulators.npz")
+    assert [p.name for p in tmp_path.iterdir()] == ["emulators.npz"]
+
+
+def test_damaged_emulators_are_refused(emulators, tmp_path):
+    path = tmp_path / "emulators.npz"
+    write_emulators(path, emulators)
+    whole = path.read_bytes()
+    for damaged in (whole[:-1], whole[:200], whole[:900] + bytes([whole[900] ^ 1]) + whole[901:], b""):
+        path.write_bytes(damaged)
+        with pytest.raises(CalibrationError, match="holds no emulators"):
+            read_emulators(path)
