@@ -55,7 +55,12 @@ def test_damaged_emulators_are_refused(emulators, tmp_path):
     path = tmp_path / "emulators.npz"
     write_emulators(path, emulators)
     whole = path.read_bytes()
-    for damaged in (whole[:-1], whole[:200], whole[:900] + bytes([whole[900] ^ 1]) + whole[901:], b""):
+    for damaged in (
+        whole[:-1],
+        whole[:200],
+        whole[:900] + bytes([whole[900] ^ 1]) + whole[901:],
+        b"",
+    ):
         path.write_bytes(damaged)
         with pytest.raises(CalibrationError, match="holds no emulators"):
             read_emulators(path)
