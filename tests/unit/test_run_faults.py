@@ -1,0 +1,230 @@
+"""What a run does when it is stopped, disturbed or damaged. The experiment counts to ten in place of pouring grains, so
+that what is tried here is the run around it; `test_resume.py` tries the heap itself."""
+
+import errno
+import json
+import os
+import signal
+import types
+
+import numpy as np
+import pytest
+from filelock import FileLock
+
+import dem.run
+from dem.errors import BusyError, MeasureError, StoppedError
+from dem.io.checked import read_checked_arrays, write_checked_arrays
+from dem.results import read_result
+from dem.run import RunContext, finished, run
+from dem.spec import parse_spec
+
+SPEC = parse_spec({"experiment": "drop", "seed": 7, "output": {"checkpoint_interval_s": 1e-9}})
+NEVER = parse_spec({"experiment": "drop", "seed": 7, "output": {"checkpoint_interval_s": 1e9}})
+
+
+class Counting:
+    """Adds up 0 to 9, a step a checkpoint; `at` {step: what happens there}."""
+
+    def __init__(self, at=None, keeps=True, value=None):
+        self.at, self.keeps, self.value = at or {}, keeps, value
+        self.began = None
+
+    def perform(self, spec, context):
+        resumed = context.resume()
+        step, total = (0, 0.0) if resumed is None else (resumed[1]["step"], resumed[1]["total"])
+        self.began = step
+        while step < 10:
+            total, step = total + step, step + 1
+            if step in self.at:
+                self.at[step]()
+            context.progress(step / 10, f"step {step}")
+            if self.keeps:
+                state = {"particles_position": np.full((2, 3), total)}
+                context.checkpoint(lambda x=state, s=step, t=total: (x, {"step": s, "total": t}))
+        ones, one = np.ones((2, 3)), np.ones(2)
+        context.finish(
+            types.SimpleNamespace(
+                position=ones, radius=one, velocity=ones, spin=ones, tag=one, grain=one,
+                time_step=1.0, steps=10, time=10.0, rebuilds=0, precision="mixed",
+            )
+        )  # fmt: skip
+        return {"rebound_height_mm": total if self.value is None else self.value}
+
+
+@pytest.fixture
+def counting(monkeypatch):
+    """Make runs of an experiment that counts."""
+
+    def use(**options):
+        experiment = Counting(**options)
+        monkeypatch.setattr(dem.run, "experiment_of", lambda spec: experiment)
+        return experiment
+
+    return use
+
+
+def stop():
+    os.kill(os.getpid(), signal.SIGTERM)
+
+
+def test_a_run_leaves_its_result_and_its_state_alone(counting, tmp_path):
+    counting()
+    assert run(SPEC, tmp_path / "a")["metrics"] == {"rebound_height_mm": 45.0}
+    assert sorted(os.listdir(tmp_path / "a")) == ["final.npz", "result.json"]
+    assert read_result(tmp_path / "a") == finished(tmp_path / "a")
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+@pytest.mark.parametrize("spec", [SPEC, NEVER], ids=["often", "never by itself"])
+def test_sigterm_saves_the_state_and_the_run_goes_on_from_there(counting, tmp_path, spec):
+    counting(at={6: stop})
+    with pytest.raises(StoppedError, match=r"stopped at 60 %.*goes on from there"):
+        run(spec, tmp_path / "a")
+    assert not (tmp_path / "a" / "result.json").exists()
+    experiment = counting()
+    assert run(spec, tmp_path / "a")["metrics"] == {"rebound_height_mm": 45.0}
+    assert experiment.began == 6
+    assert sorted(os.listdir(tmp_path / "a")) == ["final.npz", "result.json"]
+
+
+def test_sigterm_ends_a_run_that_keeps_no_checkpoint(counting, tmp_path):
+    counting(at={3: stop}, keeps=False)
+    with pytest.raises(StoppedError, match="begins anew"):
+        run(SPEC, tmp_path / "a")
+    assert not (tmp_path / "a" / "result.json").exists()
+
+
+def full():
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+@pytest.mark.parametrize("fault", [full, lambda: 1 / 0], ids=["disk full", "any"])
+def test_after_a_fault_the_run_goes_on_and_ends_as_undisturbed(counting, tmp_path, fault):
+    counting(at={4: fault})
+    with pytest.raises((OSError, ZeroDivisionError)):
+        run(SPEC, tmp_path / "a")
+    assert not (tmp_path / "a" / "result.json").exists()
+    experiment = counting()
+    assert run(SPEC, tmp_path / "a")["metrics"] == {"rebound_height_mm": 45.0}
+    assert experiment.began == 3
+
+
+def cut(path):
+    counted_bytes = path.read_bytes()
+    path.write_bytes(counted_bytes[: len(counted_bytes) // 2])
+
+
+def flip(path, at=200):
+    content = bytearray(path.read_bytes())
+    content[at] ^= 1
+    path.write_bytes(bytes(content))
+
+
+def not_finite(path):
+    """A state with NaN and a checksum that fits."""
+    arrays = read_checked_arrays(path)
+    arrays["particles_position"][0, 0] = np.nan
+    write_checked_arrays(path, arrays)
+
+
+def without_meta(path):
+    arrays = read_checked_arrays(path)
+    write_checked_arrays(path, {k: v for k, v in arrays.items() if k != "meta"})
+
+
+def other_kind_of_meta(path):
+    write_checked_arrays(path, read_checked_arrays(path) | {"meta": np.array("[1, 2]")})
+
+
+def plain_npz(path):
+    arrays = read_checked_arrays(path)
+    with open(path, "wb") as stream:
+        np.savez(stream, **arrays)
+
+
+DAMAGE = [cut, flip, not_finite, without_meta, other_kind_of_meta, plain_npz]
+
+
+@pytest.mark.parametrize("damage", DAMAGE, ids=lambda d: d.__name__)
+def test_a_damaged_checkpoint_is_never_resumed(counting, tmp_path, damage):
+    counting(at={6: stop})
+    with pytest.raises(StoppedError):
+        run(SPEC, tmp_path / "a")
+    damage(tmp_path / "a" / "checkpoint.npz")
+    experiment, told = counting(), []
+    assert run(SPEC, tmp_path / "a", lambda _, text: told.append(text))["metrics"]
+    assert experiment.began == 0
+    assert any("begins anew" in text for text in told)
+
+
+def test_each_byte_of_a_checkpoint_counts(counting, tmp_path):
+    counting(at={6: stop})
+    with pytest.raises(StoppedError):
+        run(SPEC, tmp_path)
+    path = tmp_path / "checkpoint.npz"
+    whole, context = path.read_bytes(), RunContext(SPEC, tmp_path)
+    assert context.resume() is not None
+    for at in range(0, len(whole), 7):
+        flip(path, at)
+        assert context.resume() is None
+        path.write_bytes(whole)
+
+
+def test_a_checkpoint_of_another_spec_is_not_resumed(counting, tmp_path):
+    counting(at={6: stop})
+    with pytest.raises(StoppedError):
+        run(SPEC, tmp_path)
+    other = SPEC.model_copy(update={"seed": 8})
+    assert RunContext(other, tmp_path).resume() is None
+
+
+def test_what_killed_writers_left_is_swept(counting, tmp_path):
+    counting()
+    for name in (".checkpoint.npz.123.partial", ".result.json.9.partial"):
+        (tmp_path / name).write_bytes(b"half")
+    run(SPEC, tmp_path)
+    assert sorted(os.listdir(tmp_path)) == ["final.npz", "result.json"]
+
+
+def test_no_second_writer_enters_a_run(counting, tmp_path):
+    counting()
+    with FileLock(tmp_path / ".lock"), pytest.raises(BusyError, match="another process"):
+        run(SPEC, tmp_path, wait=False)
+    assert not (tmp_path / "result.json").exists()
+
+
+def test_who_waited_for_a_run_takes_its_result(counting, tmp_path):
+    experiment = counting()
+    first = run(SPEC, tmp_path)
+    experiment.began = None
+    assert run(SPEC, tmp_path, again=False) == first
+    assert experiment.began is None
+    (tmp_path / "final.npz").write_bytes(b"cut off")
+    assert run(SPEC, tmp_path, again=False)["metrics"] == first["metrics"]
+    assert experiment.began == 0
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_a_metric_that_is_no_number_is_no_result(counting, tmp_path, value):
+    counting(value=value)
+    with pytest.raises(MeasureError, match="did not come out as numbers"):
+        run(SPEC, tmp_path)
+    assert not (tmp_path / "result.json").exists()
+
+
+def test_results_removed_under_way_are_written_anew(counting, tmp_path):
+    def remove():
+        for path in tmp_path.glob("*"):
+            path.unlink()
+
+    counting(at={5: remove})
+    run(SPEC, tmp_path)
+    assert json.loads((tmp_path / "result.json").read_text())["seed"] == 7
+    assert read_result(tmp_path)["metrics"] == {"rebound_height_mm": 45.0}
+
+
+def test_a_clock_that_goes_back_changes_nothing(counting, tmp_path, monkeypatch):
+    counting()
+    now = iter(range(10**9, 0, -1000))
+    monkeypatch.setattr(dem.run.time, "time", lambda: float(next(now)))
+    assert run(SPEC, tmp_path)["metrics"] == {"rebound_height_mm": 45.0}
