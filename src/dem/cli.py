@@ -16,11 +16,12 @@ RUN = (
 COLOURS = ("auto", "size", "speed", "order", "height")
 
 
-def main(argv=None):
+def main(argv=None, more=()):
     """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input or a failed run, or 130
-    when interrupted, or 143 when ended by SIGTERM."""
+    when interrupted, or 143 when ended by SIGTERM. more: functions that add commands of packages above the engine to
+    the parser's commands."""
     try:
-        args = _parser().parse_args(argv)
+        args = _parser(more).parse_args(argv)
         args.command(args)
     except StoppedError as error:
         print(f"dem: {error}", file=sys.stderr)
@@ -34,7 +35,7 @@ def main(argv=None):
     return 0
 
 
-def _parser():
+def _parser(more):
     parser = argparse.ArgumentParser(
         prog="dem", description="Discrete element engine: virtual experiments with spheres."
     )
@@ -78,6 +79,8 @@ def _parser():
     init.add_argument("--experiment", choices=list(experiments()), default="heap")
     init.add_argument("--out", type=Path, help="file to write; the screen unless given")
     init.set_defaults(command=_init)
+    for add in more:
+        add(commands)
     return parser
 
 

@@ -1,0 +1,24 @@
+"""The photograph with what was fitted to it."""
+
+from PIL import Image, ImageDraw, ImageFont, ImageOps
+
+from calibration.files import replacing
+
+OUTLINE, FLANK, BASE = (255, 210, 0), (214, 40, 40), (30, 120, 220)
+
+
+def draw_fit(photo, out):
+    """Write the picture with outline, base line and flanks to `out`."""
+    with Image.open(photo.path) as opened:
+        image = ImageOps.exif_transpose(opened).convert("RGB")
+    image = image.resize([round(s / photo.reduced) for s in image.size])
+    draw = ImageDraw.Draw(image)
+    width = max(2, image.width // 400)
+    draw.point([tuple(p) for p in photo.outline], fill=OUTLINE)
+    draw.line(photo.base, fill=BASE, width=width)
+    font = ImageFont.load_default(size=max(14, image.width // 40))
+    for line, angle in zip(photo.flanks, (photo.left_deg, photo.right_deg), strict=True):
+        draw.line(line, fill=FLANK, width=width)
+        draw.text(line[0], f"{angle:.1f}°", font=font, fill=FLANK, anchor="mb")
+    with replacing(out) as partial:
+        image.save(partial)

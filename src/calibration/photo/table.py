@@ -1,0 +1,59 @@
+"""Several photographs: their angles as a table of measurements, and the pictures that show the
+fit."""
+
+import pandas as pd
+
+from calibration.errors import CalibrationError
+from calibration.files import write_table
+from calibration.photo.measure import measure_photo
+from calibration.photo.show import draw_fit
+from calibration.tables import summary
+from dem.units import UnitError, in_unit
+
+
+def measure_photos(paths, out=None, scale=None, shown=None):
+    """Lines to print: each photograph's angle, then all of them. Writes the table `out` and a
+    picture a photo.
+
+    scale: a length over its pixels, `100mm/830`. Raises CalibrationError.
+    """
+    if out is not None and out.exists():
+        raise CalibrationError(f"{out}: exists already")
+    per_pixel = _mm_per_pixel(scale) if scale else None
+    photos, lines, rows = [measure_photo(p) for p in paths], [], []
+    for photo in photos:
+        fit = (shown or photo.path.parent) / f"{photo.path.stem}.fit.png"
+        draw_fit(photo, fit)
+        height = photo.height * photo.reduced * per_pixel if per_pixel else None
+        tall = f", {height:.1f} mm high" if height else ""
+        lines.append(
+            f"{photo.path.name}: {photo.angle_deg:.2f}° (left {photo.left_deg:.2f}°, right "
+            f"{photo.right_deg:.2f}°, camera tilted by {photo.tilt_deg:.1f}°{tall}); see {fit}"
+        )
+        rows.append(_row(photo, height))
+    lines.append(summary([p.angle_deg for p in photos], "°"))
+    if out is not None:
+        write_table(pd.DataFrame(rows).dropna(axis=1), out)
+        lines.append(f"wrote {out}; target: {{ file: {out}, column: angle_deg }}")
+    return lines
+
+
+def _row(photo, height):
+    return {
+        "photo": photo.path.name,
+        "angle_deg": round(photo.angle_deg, 3),
+        "left_deg": round(photo.left_deg, 3),
+        "right_deg": round(photo.right_deg, 3),
+        "height_mm": None if height is None else round(height, 3),
+    }
+
+
+def _mm_per_pixel(scale):
+    length, _, pixels = scale.rpartition("/")
+    try:
+        found = in_unit(length, "mm") / float(pixels)
+    except (UnitError, ValueError, ZeroDivisionError):
+        found = 0.0
+    if not 0.0 < found < 1e3:
+        raise CalibrationError(f"--scale {scale}: is no length over pixels; allowed: 100mm/830")
+    return found
