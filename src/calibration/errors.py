@@ -1,5 +1,7 @@
 """Errors at the border: what was wrong, where, and what is allowed."""
 
+from dem.errors import shown
+
 
 class CalibrationError(Exception):
     """Base class of everything that is shown to the user as one line."""
@@ -19,7 +21,7 @@ class ConfigError(CalibrationError):
         text = f"{', '.join(where)}: " if where else ""
         text += f"{key}: " if key else ""
         text += reason
-        text += f" (got {value!r})" if value is not None else ""
+        text += f" (got {shown(value)})" if value is not None else ""
         text += f"; allowed: {allowed}" if allowed else ""
         super().__init__(text)
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from calibration.campaign import planned_spec, read_plan, result_path
 from calibration.config import parse_config, stands_alone
+from calibration.config.as_data import refuse_unasked_code
 from calibration.errors import CalibrationError
 from calibration.opening import opening
 from calibration.runner import begin
@@ -24,6 +25,7 @@ try:
     SETTINGS = parse_config(config, files=CONFIG_FILES)
     # in a dry run too: what cannot be trusted, how many runs there are, and how many are left
     if workflow.is_main_process:
+        refuse_unasked_code(SETTINGS, asked=workflow.config_settings.config)
         print(*opening(SETTINGS), sep="\n", file=sys.stderr)
         begin(SETTINGS, dry_run=workflow.output_settings.dryrun)
 except CalibrationError as error:

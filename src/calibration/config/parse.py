@@ -1,8 +1,5 @@
 """From a configuration's files to a checked `Config`: an error names file and line, key, value and what is allowed."""
 
-from pathlib import Path
-
-import yaml
 from pydantic import ValidationError
 
 from calibration.config.measured import goals, read_target
@@ -54,8 +51,8 @@ def given(config, key, stage):
 def stands_alone(path):
     """Whether a configuration file is a study of its own: one that names its factors is not laid over config.yaml."""
     try:
-        data = yaml.safe_load(Path(path).read_text())
-    except (OSError, yaml.YAMLError):
+        data, _ = read_mapping(path)
+    except SpecError:
         return False  # whoever reads the file next says what is wrong with it
     return isinstance(data, dict) and "factors" in data
 

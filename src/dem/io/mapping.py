@@ -6,28 +6,63 @@ import yaml
 
 from dem.errors import SpecError
 
+LARGEST = 100_000  # values of a file, those that it repeats by aliases counted each time
+
 
 def read_mapping(path):
     """(data, lines): content of a YAML file and {dotted key: line number, from 1}.
 
-    Raises SpecError for a file that cannot be read, is not YAML, or gives a key twice (YAML would keep the last in
-    silence).
+    Raises SpecError for a file that cannot be read, is not YAML, gives a key twice (YAML would keep the last in
+    silence), or multiplies by aliases.
     """
-    path = Path(path)
     try:
-        loader = yaml.SafeLoader(path.read_text(encoding="utf-8"))
-        node = loader.get_single_node()
-        lines = {}
-        if node is not None:
-            _collect(path, node, "", lines, set())
-        return loader.construct_document(node) if node is not None else None, lines
+        text = Path(path).read_text(encoding="utf-8")
     except OSError as error:
         raise SpecError("(file)", str(path), f"a readable file ({error.strerror})") from None
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
+    except ValueError:
+        raise SpecError("(file)", "bytes that are no text", "UTF-8", path) from None
+    return parse_mapping(text, path)
+
+
+def parse_mapping(text, path):
+    """As `read_mapping`, of a text; `path` is named in errors."""
+    try:
+        loader = yaml.SafeLoader(text)
+        node = loader.get_single_node()
+        if node is None:
+            return None, {}
+        if _size(node, {}, set()) > LARGEST:
+            raise SpecError("(file)", "aliases", f"at most {LARGEST} values in all", path)
+        lines = {}
+        _collect(path, node, "", lines, set())
+        return loader.construct_document(node), lines
+    # a tag such as !!bool on a value that is none comes out of PyYAML as one of the others
+    except (
+        yaml.YAMLError,
+        ValueError,
+        ArithmeticError,
+        LookupError,
+        AttributeError,
+        TypeError,
+        RecursionError,
+    ) as error:
         mark = getattr(error, "problem_mark", None)
         where = f"{path}, line {mark.line + 1}" if mark else str(path)
-        problem = getattr(error, "problem", None) or str(error).splitlines()[0]
+        problem = getattr(error, "problem", None) or (str(error).splitlines() or [""])[0]
         raise SpecError("(file)", problem, "a YAML mapping", where) from None
+
+
+def _size(node, known, above):
+    """Number of values below a node; `known` {id: size} counts what is shared once, `above` finds endless aliases."""
+    if id(node) in above:
+        raise ValueError("an alias holds itself")
+    if id(node) not in known:
+        inside, below = above | {id(node)}, 0
+        for part in node.value if isinstance(node, yaml.CollectionNode) else ():
+            pair = part if isinstance(part, tuple) else (part,)
+            below += sum(_size(p, known, inside) for p in pair)
+        known[id(node)] = 1 + below
+    return known[id(node)]
 
 
 def line_of(key, lines):

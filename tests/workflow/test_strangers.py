@@ -1,0 +1,118 @@
+"""A configuration from elsewhere runs nothing, not even in a dry run."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from calibration.config.as_data import data_of, refuse_unasked_code
+from calibration.config.schema import Config
+from calibration.errors import ConfigError
+
+ROOT = Path(__file__).parents[2]
+
+DEFINES = """
+name: elsewhere
+__use_yte__: true
+__definitions__:
+  - import pathlib
+  - pathlib.Path("created").touch()
+"""
+EVALUATES = """
+__use_yte__: true
+name: ?__import__("pathlib").Path("created").touch()
+"""
+BRANCHES = """
+__use_yte__: true
+run:
+  ?if __import__("pathlib").Path("created").touch() is None:
+    seed: 1
+"""
+CODE = {"definitions": DEFINES, "an expression": EVALUATES, "a branch": BRANCHES}
+
+
+def dry_run(folder, *arguments):
+    for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
+        (folder / name).symlink_to(ROOT / name)
+    done = subprocess.run(
+        [sys.executable, "-m", "snakemake", "-n", "-j1", *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return done, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "profile"),
+    [(DEFINES, ()), (EVALUATES, ()), (DEFINES, ("--profile", "profiles/test"))],
+    ids=["definitions", "an expression", "another profile"],
+)
+def test_code_in_a_configuration_is_not_run(tmp_path, text, profile):
+    (tmp_path / "evil.yaml").write_text(text)
+    done, shown = dry_run(tmp_path, *profile, "--configfile", "evil.yaml")
+    assert done.returncode != 0
+    assert "asks to be run as code" in shown
+    assert "evil.yaml, line " in shown
+    assert "Traceback" not in shown
+    assert not (tmp_path / "created").exists()
+
+
+MECHANISM = 'import pathlib\npathlib.Path("created").touch()\n'
+
+
+def test_a_catalogue_in_a_configuration_file_is_not_run(tmp_path):
+    (tmp_path / "theirs").mkdir()
+    (tmp_path / "theirs" / "mechanism.py").write_text(MECHANISM)
+    (tmp_path / "study.yaml").write_text("diagnosis: {catalogue: theirs}\n")
+    done, shown = dry_run(
+        tmp_path, "--configfile", "config/config.yaml", "study.yaml", "--", "diagnose"
+    )
+    assert done.returncode != 0
+    assert "--config 'diagnosis={catalogue: theirs}'" in shown
+    assert not (tmp_path / "created").exists()
+
+
+def test_a_catalogue_is_run_where_the_command_line_says_so():
+    column = {"file": "f", "column": "c", "metric": "m"}
+    study = {"name": "s", "factors": "f", "target": column}
+    study["diagnosis"] = {"catalogue": "mine"}
+    config = Config.model_validate(study)
+    refuse_unasked_code(config, {"diagnosis": {"catalogue": "mine"}})
+    for other in (None, {}, {"diagnosis": {"catalogue": "theirs"}}, {"diagnosis": "mine"}):
+        with pytest.raises(ConfigError, match="command line"):
+            refuse_unasked_code(config, other)
+
+
+@pytest.mark.parametrize("text", CODE.values(), ids=CODE)
+def test_what_would_be_evaluated_is_refused(tmp_path, monkeypatch, text):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ConfigError, match="asks to be run as code"):
+        data_of(text)
+    assert not (tmp_path / "created").exists()
+
+
+def test_plain_data_are_read_as_they_are():
+    text = "a: [1, {b: 'what?'}]\nc: {d: 1.5e-3, e: null}\n"
+    assert data_of(text) == {"a": [1, {"b": "what?"}], "c": {"d": 1.5e-3, "e": None}}
+
+
+def test_aliases_that_multiply_are_refused_in_a_sentence():
+    """Nine levels of ten: a thousand million values from 300 bytes."""
+    levels = ["a0: &a0 [x, x, x, x, x, x, x, x, x, x]"]
+    levels += [f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 10)}]" for n in range(1, 9)]
+    with pytest.raises(ConfigError) as error:
+        data_of("\n".join(levels))
+    assert "at most 100000 values" in str(error.value)
+    assert len(str(error.value)) < 300
+
+
+@pytest.mark.parametrize(
+    "text", ["a: &a [*a]", "a: &a {b: *a}", "a: !!bool x", "a: !!int ''", "? [1]: 2"]
+)
+def test_what_yaml_stumbles_over_is_a_sentence(text):
+    with pytest.raises(ConfigError) as error:
+        data_of(text)
+    assert len(str(error.value).splitlines()) == 1
