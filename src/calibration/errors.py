@@ -1,7 +1,5 @@
 """Errors at the border: what was wrong, where, and what is allowed."""
 
-from dem.errors import shown
-
 
 class CalibrationError(Exception):
     """Base class of everything that is shown to the user as one line."""
@@ -21,7 +19,7 @@ class ConfigError(CalibrationError):
         text = f"{', '.join(where)}: " if where else ""
         text += f"{key}: " if key else ""
         text += reason
-        text += f" (got {shown(value)})" if value is not None else ""
+        text += f" (got {value!r:.200})" if value is not None else ""
         text += f"; allowed: {allowed}" if allowed else ""
         super().__init__(text)
 

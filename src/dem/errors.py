@@ -1,13 +1,5 @@
 """Errors that a user of the engine can meet; each says what was wrong, where, and what is allowed."""
 
-LONGEST = 200  # characters of a value in a message
-
-
-def shown(value):
-    """A value as a message shows it, cut where it is long."""
-    text = repr(value)
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
-
 
 class DemError(Exception):
     """Base class: anything the command line shows as one line without a traceback."""
@@ -19,7 +11,7 @@ class SpecError(DemError):
     def __init__(self, key, value, allowed, file=None):
         self.key, self.value, self.allowed, self.file = key, value, allowed, file
         where = f"{file}: " if file else ""
-        super().__init__(f"{where}{key} = {shown(value)}; allowed: {allowed}")
+        super().__init__(f"{where}{key} = {value!r:.200}; allowed: {allowed}")
 
 
 class MeshError(DemError):
