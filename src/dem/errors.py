@@ -42,6 +42,17 @@ class MeasureError(DemError):
     """A result that cannot be measured, such as the angle of a heap that did not form."""
 
 
+class RefusedStateError(MeasureError):
+    """A heap that stands but tells nothing: most of it is not where it should be.
+
+    kind: `clogged` (grains stay in the funnel) or `uncovered` (the plate is not covered).
+    """
+
+    def __init__(self, kind, message):
+        self.kind = kind
+        super().__init__(message)
+
+
 class BlowUpError(DemError):
     """A run that became unphysical."""
 

@@ -11,6 +11,7 @@ import numpy as np
 SPEC = """
 experiment: heap
 particles: {count: 150, diameter_mm: 4}
+geometry: {orifice_diameter_mm: 32, plate_diameter_mm: 50}
 output: {checkpoint_interval_s: 0.01}
 """
 

@@ -107,8 +107,30 @@ def test_whether_meshes_may_be_open_names_no_run_without_one():
 
 
 def test_defaults_are_not_warned_of():
+    """But for the paper's funnel, which passes by Beverloo what it is fed."""
     for experiment in GEOMETRY:
-        assert warnings_of(parse_spec({"experiment": experiment})) == []
+        found = warnings_of(parse_spec({"experiment": experiment}))
+        if experiment == "heap":
+            [sentence] = found
+            assert "by Beverloo and 10000 are made" in sentence
+        else:
+            assert found == []
+
+
+@pytest.mark.parametrize(
+    ("geometry", "warned"),
+    [
+        ({"generation_rate_per_s": 7000}, False),
+        ({"generation_rate_per_s": 9000}, True),
+        ({"generation_rate_per_s": 12000}, True),
+        ({"generation_rate_per_s": 20000}, False),
+        ({"generation_rate_per_s": 10000, "feed": "opened"}, False),
+    ],
+)
+def test_a_feed_near_what_the_orifice_passes_is_warned_of(geometry, warned):
+    """W = 0.58 x 0.6 rho sqrt(g) (20 mm - 1.4 x 2 mm)^(5/2): 10,100 grains of 2 mm a second."""
+    found = warnings_of(parse_spec({"experiment": "heap", "geometry": geometry}))
+    assert any("Beverloo" in sentence for sentence in found) == warned
 
 
 def test_a_narrow_orifice_and_short_contacts_are_warned_of():

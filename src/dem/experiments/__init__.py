@@ -14,7 +14,7 @@ from pathlib import Path
 from dem.errors import DemError
 from dem.experiments.declare import Experiment
 
-HELPERS = ("declare", "setup")
+HELPERS = ("bed", "declare", "setup")
 FOLDERS = "DEM_EXPERIMENTS"
 
 

@@ -9,12 +9,12 @@ from typing import Literal
 
 import numpy as np
 
-from dem.errors import MeasureError, SpecError
+from dem.errors import RefusedStateError, SpecError
 from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse
-from dem.grains import draw_radii, largest_reach, longest_mm
+from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
 from dem.io.stl import read_stl
 from dem.lazy import lazily
-from dem.measure.heap import measure_heap
+from dem.measure.heap import coverage, measure_heap
 from dem.part import Part, field
 
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
@@ -25,6 +25,18 @@ FREE_FLOW_RATIO = 5.0
 """Orifice over largest grain below which arches stop the flow at times (Zuriguel et al. 2005, Physical Review E
 71:051303)."""
 MOUTH_ABOVE_RIM = 0.010  # where grains are made, above the funnel's rim [m]
+MOST_LEFT = 0.05
+"""Share of the grains that may stay in the funnel: a heap of 5 % less volume is 2 % lower and as steep."""
+
+LEAST_COVERAGE = 0.25
+"""Share of the plate that must lie under grains: that of a heap of half the plate's diameter. Below, they lie about."""
+
+C_BEVERLOO, K_BEVERLOO, PACKING = 0.58, 1.4, 0.6
+"""Beverloo, Leniger and van de Velde (1961), Chemical Engineering Science 15:260, smooth grains; and the solid fraction
+above the orifice."""
+
+LOOSE = 0.5  # solid fraction of grains that have just rained into a funnel, at the least
+NEAR_CAPACITY = 0.3  # feed within this share of the capacity: heaps come in two kinds
 LOST_BELOW = 0.030  # grains this far below the plate have spilled [m]
 JITTER = (
     0.09  # of half a grain's length: grains are made on a lattice of 2.2 of these, moved at random
@@ -41,6 +53,10 @@ class HeapGeometry(Part):
     funnel_top_diameter_mm: float = field(80.0, "mouth of the funnel", gt=0)
     generation_rate_per_s: float = field(10000.0, "grains made per second", gt=0)
     injection_speed_m_s: float = field(0.3, "downward speed of new grains", gt=0)
+    feed: Literal["rain", "opened"] = field(
+        "rain", "grains rain through the open funnel, or fill it closed and it is then opened"
+    )
+    plate_rim_height_mm: float = field(0.0, "rim around the plate; the heap stands above it", ge=0)
     funnel_stl: str | None = field(None, "mesh [mm] in place of the analytic funnel")
     plate_stl: str | None = field(None, "mesh [mm] in place of the analytic plate")
     meshes: Literal["closed", "open"] = field(
@@ -60,10 +76,27 @@ def check(spec):
         )
     if g.plate_diameter_mm < 4 * largest:
         refuse("plate_diameter_mm", spec, f"at least four of the largest grain ({largest:g} mm)")
+    if g.plate_rim_height_mm >= g.discharge_height_mm:
+        allowed = f"less than the orifice's height ({g.discharge_height_mm:g} mm)"
+        refuse("plate_rim_height_mm", spec, allowed)
+    if g.feed == "opened":
+        _check_fill(spec)
     pouring = spec.particles.count / g.generation_rate_per_s
     if spec.numerics.max_time_s <= pouring:
         allowed = f"more than the {pouring:g} s in which particles.count grains are made"
         raise SpecError("numerics.max_time_s", spec.numerics.max_time_s, allowed)
+
+
+def _check_fill(spec):
+    """The closed funnel must take all grains, loosely packed, below its rim."""
+    g = spec.geometry
+    low, high = 0.5 * g.orifice_diameter_mm, 0.5 * g.funnel_top_diameter_mm
+    slope = math.tan(math.radians(g.funnel_half_angle_deg))
+    room = math.pi / 3.0 * (high**3 - low**3) / slope  # [mm3]
+    fits = int(LOOSE * 1e-9 * room / grain_volume(spec))
+    if spec.particles.count > fits:
+        allowed = f"at most {fits}, which the closed funnel takes, or a wider geometry.funnel_top_diameter_mm"
+        raise SpecError("particles.count", spec.particles.count, allowed)
 
 
 def impact_speed(spec):
@@ -71,15 +104,33 @@ def impact_speed(spec):
     return math.sqrt(2.0 * GRAVITY * 1e-3 * spec.geometry.discharge_height_mm)
 
 
+def capacity(spec):
+    """Grains per second that the orifice passes, by Beverloo: C rho_b sqrt(g) (D - k d)^(5/2) over a grain's mass.
+
+    d is the diameter of the mean grain; 0 where the orifice is narrower than k d.
+    """
+    g = spec.geometry
+    free = 1e-3 * g.orifice_diameter_mm - K_BEVERLOO * 2.0 * mean_radius(spec)
+    return C_BEVERLOO * PACKING * math.sqrt(GRAVITY) * max(free, 0.0) ** 2.5 / grain_volume(spec)
+
+
 def advice(spec):
-    """An orifice at which grains arch."""
-    ratio = 0.5e-3 * spec.geometry.orifice_diameter_mm / largest_reach(spec)
-    if ratio >= FREE_FLOW_RATIO:
-        return []
-    return [
-        f"geometry.orifice_diameter_mm is {ratio:.1f} of the largest grain; below "
-        f"{FREE_FLOW_RATIO:g} the funnel may clog"
-    ]
+    """An orifice at which grains arch, and a feed at which the funnel fills up or not by chance."""
+    g, found = spec.geometry, []
+    ratio = 0.5e-3 * g.orifice_diameter_mm / largest_reach(spec)
+    if ratio < FREE_FLOW_RATIO:
+        found.append(
+            f"geometry.orifice_diameter_mm is {ratio:.1f} of the largest grain; below "
+            f"{FREE_FLOW_RATIO:g} the funnel may clog"
+        )
+    passes, feed = capacity(spec), g.generation_rate_per_s
+    if g.feed == "rain" and abs(passes / feed - 1.0) < NEAR_CAPACITY:
+        found.append(
+            f"the orifice passes about {passes:.0f} grains/s by Beverloo and {feed:.0f} are made: within "
+            f"{NEAR_CAPACITY:.0%} the funnel packs in some runs and not in others, and the angles differ; lower "
+            f"geometry.generation_rate_per_s below {(1 - NEAR_CAPACITY) * passes:.0f}, or set geometry.feed: opened"
+        )
+    return found
 
 
 class Rig:
@@ -94,6 +145,8 @@ class Rig:
         slope = math.tan(math.radians(g.funnel_half_angle_deg))
         self.rim_height = self.orifice_height + (self.mouth_radius - self.orifice_radius) / slope
         self.source_height = self.rim_height + MOUTH_ABOVE_RIM
+        self.plate_rim = 1e-3 * g.plate_rim_height_mm
+        self.opened = g.feed == "opened"
         self.funnel_stl, self.plate_stl = g.funnel_stl, g.plate_stl
         self.closed_meshes = g.meshes == "closed"
 
@@ -104,6 +157,8 @@ class Rig:
             walls.mesh(*read_stl(self.plate_stl, 1e-3, self.closed_meshes))
         else:
             walls.disc(self.plate_radius)
+        if self.plate_rim:
+            walls.cylinder(self.plate_radius, 0.0, self.plate_rim)
         walls.body("funnel", material=setup.WALL)
         if self.funnel_stl:
             walls.mesh(*read_stl(self.funnel_stl, 1e-3, self.closed_meshes))
@@ -113,7 +168,10 @@ class Rig:
             )
         # a collar above the funnel keeps the falling grains in, whatever the funnel is made of
         walls.body("collar", material=setup.WALL)
-        return walls.cylinder(self.mouth_radius, self.rim_height, self.rim_height + 0.1)
+        walls.cylinder(self.mouth_radius, self.rim_height, self.rim_height + 0.1)
+        if self.opened:
+            walls.body("gate", material=setup.WALL).disc(self.orifice_radius, self.orifice_height)
+        return walls
 
 
 class Source:
@@ -167,23 +225,54 @@ def remove_spilled(sim):
 
 def grains_above(sim, height):
     """Number of grains of which a sphere's centre is above `height` [m]."""
-    return len(np.unique(sim.grain[sim.position[:, 2] > height]))
+    high = sim.particles.position[: sim.n, 2] > height
+    cluster = sim.particles.cluster[: sim.n][high]
+    return int((cluster < 0).sum()) + len(np.unique(cluster[cluster >= 0]))
+
+
+class Flow:
+    """How many grains stand in the funnel over time, and what that says of the discharge."""
+
+    def __init__(self, record=()):
+        self.record = [list(row) for row in record]
+
+    def note(self, sim, rig, made):
+        """Keep time [s], grains made so far and grains above the orifice."""
+        self.record.append([sim.time, made, grains_above(sim, rig.orifice_height)])
+
+    def metrics(self):
+        """Most grains in the funnel at once, time of the last that left it [s], and the mean rate [1/s] at which the
+        middle four fifths of those that left did so."""
+        time, made, held = np.array(self.record, float).T
+        out = made - held
+        total = out[-1]
+        if total <= 0:
+            return {"hold_up": int(held.max()), "emptying_time_s": 0.0, "discharge_rate_per_s": 0.0}
+        last, begin, end = (int(np.argmax(out >= share * total)) for share in (1.0, 0.1, 0.9))
+        span = time[end] - time[begin]
+        rate = (out[end] - out[begin]) / span if span > 0.0 else total / time[last]
+        return {
+            "hold_up": int(held.max()),
+            "emptying_time_s": float(time[last]),
+            "discharge_rate_per_s": float(rate),
+        }
 
 
 def pour(spec, context):
-    """Build the heap described by `spec` and let it come to rest; returns the simulation, the rig and the grains
-    spilled."""
+    """Build the heap described by `spec` and let it come to rest; returns the simulation, the rig, the grains
+    spilled and the `Flow`."""
     rig = Rig(spec.geometry)
     rng = np.random.default_rng(spec.seed)
     sim = setup.build_simulation(spec, rig.walls())
-    source = Source(spec, rig, rng)
-    spilled = 0
+    source, flow = Source(spec, rig, rng), Flow()
+    spilled, closed = 0, rig.opened
     resumed = context.resume()
     if resumed:
         arrays, meta = resumed
         sim.restore(arrays)
         rng.bit_generator.state = meta["rng"]
-        source.made, spilled = meta["made"], meta["spilled"]
+        source.made, spilled, closed = meta["made"], meta["spilled"], meta["closed"]
+        flow = Flow(meta["flow"])
     chunk = max(round(source.interval / sim.time_step), 1)
     expected = spec.particles.count / spec.geometry.generation_rate_per_s + 0.7
     while sim.time < spec.numerics.max_time_s:
@@ -191,38 +280,83 @@ def pour(spec, context):
             source.make_layer(sim)
         sim.advance(chunk)
         spilled += remove_spilled(sim)
+        flow.note(sim, rig, source.made)
         if source.exhausted and setup.rest_energy(sim) < spec.numerics.rest_energy_ratio:
-            break
+            if not closed:
+                break
+            closed = _open(sim)
         context.progress(
             min(sim.time / expected, 0.99), f"{sim.time:.2f} s, {sim.grain_count} grains"
         )
         context.frame(sim)
         context.checkpoint(
-            lambda lost=spilled: (
+            lambda lost=spilled, shut=closed: (
                 sim.state_dict(),
-                {"rng": rng.bit_generator.state, "made": source.made, "spilled": lost},
+                {
+                    "rng": rng.bit_generator.state,
+                    "made": source.made,
+                    "spilled": lost,
+                    "closed": shut,
+                    "flow": flow.record,
+                },
             )
         )
-    if not source.exhausted:
-        stuck = grains_above(sim, rig.orifice_height)
-        raise MeasureError(
-            f"the funnel is clogged: after {sim.time:.1f} s {len(source.radii) - source.made} grains could not "
-            f"be made and {stuck} stand in it; widen geometry.orifice_diameter_mm or make the grains smaller"
-        )
-    return sim, rig, spilled
+    if not source.exhausted or closed:
+        _refuse_clogged(spec, sim, rig, len(source.radii) - source.made)
+    return sim, rig, spilled, flow
+
+
+def _open(sim):
+    """Take the gate away at once; False, as the funnel is no longer closed."""
+    gate = sim.walls.index("gate")
+    sim.wall_state.origin[gate, 2] = -1.0  # far below the plate
+    sim.move_wall("gate")
+    return False
+
+
+def _refuse_clogged(spec, sim, rig, unmade=0):
+    """Raise RefusedStateError for a funnel that has not let its grains through."""
+    stuck = grains_above(sim, rig.orifice_height)
+    missing = f" and {unmade} could not be made" if unmade else ""
+    raise RefusedStateError(
+        "clogged",
+        f"the funnel is clogged: after {sim.time:.1f} s {stuck} of {spec.particles.count} grains stand in it{missing}; "
+        "widen geometry.orifice_diameter_mm, make the grains smaller, or give numerics.max_time_s more",
+    )
 
 
 def run(spec, context):
-    """Pour the heap described by `spec` and measure it; returns the metrics of docs/architecture.md."""
-    sim, rig, spilled = pour(spec, context)
+    """Pour the heap described by `spec` and measure it; returns the metrics of `EXPERIMENT`.
+
+    Raises RefusedStateError where the funnel is clogged or the plate is not covered, MeasureError where no heap stands.
+    """
+    sim, rig, spilled, flow = pour(spec, context)
     context.finish(sim)
-    metrics = measure_heap(sim.position, sim.radius, sim.velocity, rig.plate_radius, sim.grain)
-    return metrics | {
-        "spilled": spilled,
-        "in_funnel": grains_above(sim, rig.orifice_height - 2e-3),
-        "rest_time_s": sim.time,
-        "rest_energy_ratio": setup.rest_energy(sim),
-    }
+    left = grains_above(sim, rig.orifice_height - 2e-3)
+    share = left / spec.particles.count
+    if share > MOST_LEFT:
+        _refuse_clogged(spec, sim, rig)
+    where = sim.position - [0.0, 0.0, rig.plate_rim]
+    metrics = measure_heap(where, sim.radius, sim.velocity, rig.plate_radius, sim.grain)
+    covered = coverage(where, sim.radius, rig.plate_radius)
+    if covered < LEAST_COVERAGE:
+        raise RefusedStateError(
+            "uncovered",
+            f"the plate is not covered: grains lie on {covered:.0%} of it, {LEAST_COVERAGE:.0%} at least are needed; "
+            "more grains, a smaller geometry.plate_diameter_mm, or a lower geometry.discharge_height_mm",
+        )
+    return (
+        metrics
+        | {
+            "spilled": spilled,
+            "in_funnel": left,
+            "rest_time_s": sim.time,
+            "rest_energy_ratio": setup.rest_energy(sim),
+            "share_in_funnel": share,
+            "plate_coverage": covered,
+        }
+        | flow.metrics()
+    )
 
 
 EXPERIMENT = Experiment(
@@ -241,6 +375,15 @@ EXPERIMENT = Experiment(
         Metric("in_funnel", "grains left in the funnel", 0),
         Metric("rest_time_s", "time until all rest", 0.0),
         Metric("rest_energy_ratio", "energy of motion at the end", 0.0, target=False),
+        Metric("share_in_funnel", "grains left in the funnel over all", 0.0, 1.0),
+        Metric("plate_coverage", "share of the plate that lies under grains", 0.0, 1.0),
+        Metric("hold_up", "most grains in the funnel at once", 0),
+        Metric("emptying_time_s", "when the last grain left the funnel", 0.0),
+        Metric(
+            "discharge_rate_per_s",
+            "grains that left it a second, first and last tenth left out",
+            0.0,
+        ),
     ),
     check=check,
     prepare=lambda spec: Rig(spec.geometry).walls(),  # an unusable mesh is refused here

@@ -126,6 +126,16 @@ def surface(position, radius, plate_radius):
     return stations, height
 
 
+def coverage(position, radius, plate_radius):
+    """Share of the plate that lies under grains whose centre is above it and at most four radii high or in the heap.
+
+    From the surface on `AZIMUTHS` rays, each station weighted by its distance from the axis.
+    """
+    low = (position[:, 2] > 0.0) & _supported(position, radius, position[:, 2] > 0.0)
+    stations, height = surface(position[low], radius[low], plate_radius)
+    return float(((height > 0.0) * stations).sum() / (AZIMUTHS * stations.sum()))
+
+
 def radial_angle(position, radius, plate_radius):
     """Angle [deg] of the flank of the surface averaged over the azimuth."""
     stations, height = surface(position, radius, plate_radius)

@@ -1,0 +1,99 @@
+"""A heap whose funnel is clogged or whose plate is bare is refused for its true cause; the flow through the funnel."""
+
+import numpy as np
+import pytest
+
+from calibration.runner import NO_HEAP, causes
+from dem.errors import MeasureError, RefusedStateError, SpecError
+from dem.experiments.heap import Flow, capacity
+from dem.measure.heap import coverage
+from dem.run import run
+from dem.spec import parse_spec
+
+GEOMETRY = {"generation_rate_per_s": 600}
+
+
+def spec(geometry=(), **changes):
+    """300 grains of 4 mm: poured in half a second."""
+    return {
+        "experiment": "heap",
+        "particles": {"count": 300, "diameter_mm": 4.0},
+        "geometry": GEOMETRY | dict(geometry),
+    } | changes
+
+
+def test_the_flow_of_a_steady_discharge_is_its_rate():
+    """100 grains made in a second; they leave at 50 a second from 0.5 s on."""
+    flow = Flow()
+    for t in np.linspace(0.0, 3.0, 301):
+        made, out = min(100.0 * t, 100.0), np.clip(50.0 * (t - 0.5), 0.0, 100.0)
+        flow.record.append([t, made, made - out])
+    found = flow.metrics()
+    assert found["discharge_rate_per_s"] == pytest.approx(50.0, rel=0.02)
+    assert found["emptying_time_s"] == pytest.approx(2.5, abs=0.02)
+    assert found["hold_up"] == pytest.approx(75, abs=1)
+
+
+def test_a_plate_is_covered_by_the_share_of_its_area_under_grains():
+    rng = np.random.default_rng(0)
+    out, turn = np.sqrt(rng.random(20_000)), 2.0 * np.pi * rng.random(20_000)
+    for share in (1.0, 0.5):
+        r = 0.04 * share * out
+        position = np.column_stack([r * np.cos(turn), r * np.sin(turn), np.full(len(r), 1e-3)])
+        found = coverage(position, np.full(len(r), 1e-3), 0.04)
+        # grains reach over the edge of what their centres cover, by a part of their radius
+        assert share**2 - 0.01 < found < min((share + 0.03) ** 2, 1.0) + 1e-9
+
+
+def test_grains_left_in_the_funnel_are_no_heap(tmp_path):
+    shut = spec(numerics={"max_time_s": 0.52})
+    with pytest.raises(
+        RefusedStateError, match=r"clogged: after 0\.5 s \d+ of 300 grains"
+    ) as error:
+        run(parse_spec(shut), tmp_path)
+    assert error.value.kind == "clogged"
+    assert NO_HEAP not in causes(error.value, shut)
+    assert not (tmp_path / "result.json").exists()
+
+
+def test_a_plate_that_is_not_covered_is_no_heap(tmp_path):
+    wide = parse_spec(spec({"plate_diameter_mm": 200, "discharge_height_mm": 40}))
+    with pytest.raises(MeasureError, match=r"the plate is not covered|no heap") as error:
+        run(wide, tmp_path)
+    assert "funnel" not in str(error.value)
+
+
+def test_a_filled_funnel_is_opened_onto_a_rimmed_plate(tmp_path):
+    rig = {"feed": "opened", "orifice_diameter_mm": 32.0}
+    rig |= {"plate_rim_height_mm": 3.0, "plate_diameter_mm": 50.0}
+    metrics = run(parse_spec(spec(rig)), tmp_path)["metrics"]
+    assert metrics["hold_up"] == 300
+    assert metrics["in_funnel"] == 0
+    # the last grain was made after half a second, and the gate opened after all were at rest
+    assert metrics["emptying_time_s"] > 0.6
+    assert metrics["plate_coverage"] > 0.5
+    assert metrics["on_plate"] + metrics["spilled"] < 300  # the rest lies below the rim
+
+
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        ({"particles": {"count": 3000, "diameter_mm": 4.0}}, "particles.count"),
+        ({"geometry": GEOMETRY | {"plate_rim_height_mm": 75}}, "geometry.plate_rim_height_mm"),
+    ],
+)
+def test_a_rig_that_cannot_hold_its_grains_is_refused(change, key):
+    data = spec({"feed": "opened"}, numerics={"max_time_s": 12.0})
+    data |= change
+    data["geometry"] = {"feed": "opened"} | data["geometry"]
+    with pytest.raises(SpecError) as error:
+        parse_spec(data)
+    assert error.value.key == key
+
+
+def test_the_capacity_is_beverloos():
+    """0.58 x 0.6 x sqrt(9.81) x (20 - 2.8 mm)^2.5 over the volume of a grain of 2 mm."""
+    free = 1e-3 * (20.0 - 1.4 * 2.0)
+    expected = 0.58 * 0.6 * np.sqrt(9.81) * free**2.5 / (np.pi / 6.0 * 2e-3**3)
+    assert capacity(parse_spec({"experiment": "heap"})) == pytest.approx(expected)
+    assert expected == pytest.approx(10_090, rel=0.01)  # what the paper's funnel passes
