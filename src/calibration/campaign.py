@@ -1,8 +1,8 @@
 """Plans of runs: which runs a stage needs, under the names by which they are cached.
 
-A run is named after the content of its spec, so a point that two stages share is run once, and moving one point of a
-design runs one run. A plan is a table: the design's columns, `seed`, `experiment`, `run_id`; the specs stand beside
-it in plan.json.
+A run is named after the content of its spec, so moving one point of a design runs one run. A plan
+is a table: the design's columns, `seed`, `experiment`, `run_id`; the specs stand beside it in
+plan.json.
 """
 
 import json
@@ -24,6 +24,8 @@ from dem.results import run_name
 from dem.spec import parse_spec
 
 STAGES = ("screening", "ascent", "response_surface", "candidate", "validation")
+SEEDS_A_STAGE = 1000
+"""Seeds are disjoint between stages: a run that led to a choice must not judge it as well."""
 
 
 def run_id(spec):
@@ -31,12 +33,14 @@ def run_id(spec):
     return run_name(parse_spec(spec))
 
 
-def plan(design, factors, config, experiment=None):
-    """Add `seed` and `run_id` to a design table; returns the table and {run_id: spec}. experiment: the study's own
-    unless given.
+def plan(design, factors, config, experiment=None, stage=None):
+    """Add `seed` and `run_id` to a design table; returns the table and {run_id: spec}. experiment:
+    the study's own unless given; stage: one of STAGES, which has seeds of its own.
 
-    The n-th occurrence of a point has the n-th seed, so replicates differ and equal points of two stages share a run.
+    The n-th occurrence of a point has the n-th seed, so replicates differ. Raises CalibrationError
+    where a point is repeated more often than a stage has seeds.
     """
+    first_seed = config.seed + (SEEDS_A_STAGE * STAGES.index(stage) if stage else 0)
     experiment = experiment or config.experiment
     used = [f for f in factors if f.name in design]
     seen, rows, specs = {}, [], {}
@@ -44,8 +48,12 @@ def plan(design, factors, config, experiment=None):
         levels = {f.key: row[f.name] for f in used}
         levels = {f.key: config.fixed[f.name] for f in factors if f.name in config.fixed} | levels
         point = tuple(sorted(levels.items()))
-        seed = config.seed + seen.get(point, 0)
+        seed = first_seed + seen.get(point, 0)
         seen[point] = seen.get(point, 0) + 1
+        if stage and seen[point] > SEEDS_A_STAGE:
+            raise CalibrationError(
+                f"the {stage} repeats a point more than {SEEDS_A_STAGE} times, which is as many seeds as it has"
+            )
         spec = point_spec(config.run, experiment, levels, seed)
         name = run_id(spec)
         specs[name] = spec
@@ -98,8 +106,8 @@ def _read_plan(path, _changed):
 def planned_spec(study, name):
     """Spec of a run that a stage of a study's folder planned, its keys sorted; None where none did.
 
-    Stages that share a run can have its keys in different orders. The order does not name the run, but snakemake takes
-    another one for a change.
+    Stages that share a run can have its keys in different orders. The order does not name the run,
+    but snakemake takes another one for a change.
     """
     plans = (read_plan(path) for path in Path(study).glob("*/plan.json"))
     return next((_sorted(specs[name]) for specs in plans if name in specs), None)
@@ -175,17 +183,16 @@ def progress(config):
 def expected_runs(config):
     """Number of runs of each stage before it has been planned."""
     # takes half a second to load, which a run need not wait for once all stages are planned
-    from calibration.statistics.design import box_behnken, screening_design
+    from calibration.statistics.composite import surface_design
+    from calibration.statistics.screening_design import screening_design
 
     factors = read_factors(config.factors)
     screening, surface = config.screening, config.response_surface
     going_on = factors[: screening.at_most]
     return {
-        "screening": len(
-            screening_design(factors, screening.replicates, screening.runs, screening.design)
-        ),
+        "screening": len(screening_design(factors, screening)),
         "ascent": config.ascent.steps,
-        "response_surface": len(box_behnken(going_on, surface.centre_runs, surface.replicates)),
+        "response_surface": len(surface_design(going_on, surface.centre_runs, surface.replicates)),
         "candidate": config.optimise.candidate_runs,
         "validation": config.validation.groups * config.validation.replicates,
     }

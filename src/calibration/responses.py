@@ -1,4 +1,5 @@
-"""Responses of a study: which metric of the runs each is, which factors matter to any, and which point is nearest."""
+"""Responses of a study: which metric of the runs each is, which factors matter to any, and which
+point is nearest."""
 
 import re
 from dataclasses import replace
@@ -8,24 +9,46 @@ import pandas as pd
 
 from calibration.campaign import read_metric
 from calibration.config import goals, read_target
+from calibration.errors import CalibrationError
 from calibration.statistics.goals import combined_desirability
 
 
 def columns(config):
-    """{column of the design tables: metric}; the target's is `response`, the others bear their metric's name."""
+    """{column of the design tables: metric}; the target's is `response`, the others bear their
+    metric's name."""
     return {"response": config.target.metric} | {t.metric: t.metric for t in config.further_targets}
 
 
 def with_responses(design, config):
-    """The design table (pandas) with the metrics of its finished runs in `columns`; the spread within a run, where the
-    target's metric has one, in `response_sd`."""
+    """The design table (pandas) with the metrics of its finished runs in `columns`; the spread
+    within a run, where the target's metric has one, in `response_sd`.
+
+    A run that finished without the metric, as a heap that is no heap does, has NaN there.
+    """
     design = design.copy()
     for column, metric in columns(config).items():
-        design[column] = read_metric(design["run_id"], metric)
+        values = read_metric(design["run_id"], metric, None)
+        design[column] = [np.nan if value is None else float(value) for value in values]
     spread = read_metric(design["run_id"], spread_of(config.target.metric), None)
     if all(value is not None for value in spread):
         design["response_sd"] = spread
     return design
+
+
+def with_value(runs, column):
+    """The rows of a table that have a value in `column`, numbered anew. Raises CalibrationError
+    where fewer than two have one."""
+    here = runs[runs[column].notna()].reset_index(drop=True)
+    if len(here) < 2:
+        raise CalibrationError(
+            f"{len(here)} of {len(runs)} runs have a value of {column}; nothing can be fitted to them"
+        )
+    return here
+
+
+def without_response(runs):
+    """Numbers of the runs that finished without a response."""
+    return [int(n) for n in runs.loc[runs["response"].isna(), "run"]]
 
 
 def spread_of(metric):
@@ -34,10 +57,11 @@ def spread_of(metric):
 
 
 def strongest(screenings):
-    """One screening for several responses: each factor with the response that it moves most for its error.
+    """One screening for several responses: each factor with the response that it moves most for its
+    error.
 
-    screenings: `Screening` of each response over the same codes. The effects of the result are the t values, which
-    compare across units; p is that of the response chosen.
+    screenings: `Screening` of each response over the same codes. The effects of the result are the
+    t values, which compare across units; p is that of the response chosen.
     """
     tables = [s.table.set_index("code") for s in screenings]
     t = np.array([table["t"] for table in tables])
@@ -51,8 +75,8 @@ def strongest(screenings):
 
 
 def judge(runs, config):
-    """The table of runs with what says how near each comes: `relative_error` of the target, and `desirability` where
-    there are several targets."""
+    """The table of runs with what says how near each comes: `relative_error` of the target, and
+    `desirability` where there are several targets."""
     mean = float(read_target(config).mean())
     runs = runs.assign(relative_error=(runs["response"] - mean).abs() / abs(mean))
     if config.further_targets:
@@ -62,8 +86,9 @@ def judge(runs, config):
 
 
 def nearest(runs):
-    """The row of judged runs that comes nearest to what is wanted: of least error, or with several targets the most
-    desirable one. Where none is acceptable in all targets, it is again the error of the first that counts."""
+    """The row of judged runs that comes nearest to what is wanted: of least error, or with several
+    targets the most desirable one. Where none is acceptable in all targets, it is again the error
+    of the first that counts."""
     if "desirability" in runs and runs["desirability"].max() > 0.0:
         return runs.loc[runs["desirability"].idxmax()]
     return runs.loc[runs["relative_error"].idxmin()]

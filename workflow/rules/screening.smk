@@ -14,7 +14,7 @@ checkpoint plan_screening:
     params:
         settings=SETTINGS_DIGEST,
     message:
-        "plan the screening: Plackett-Burman design"
+        "plan the screening"
     script:
         "../scripts/plan_screening.py"
 

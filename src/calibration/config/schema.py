@@ -68,12 +68,29 @@ class FurtherTarget(Target):
 
 
 class ScreeningConfig(_Part):
-    """Plackett-Burman screening."""
+    """Screening of all factors."""
 
     alpha: float = Field(0.05, gt=0, lt=1, description="factors with p below this are significant")
     replicates: int = Field(1, ge=1, le=20, description="how often the whole design is run")
+    kind: Literal["resolution_iv", "definitive", "plackett_burman"] = Field(
+        "resolution_iv",
+        description="design: two levels of resolution IV, three levels (definitive), or Plackett-Burman's fewer "
+        "runs, whose main effects are mixed with two-factor interactions",
+    )
+    centre_runs: int = Field(
+        3,
+        ge=0,
+        le=20,
+        description="runs at the centre of a generated design, whose scatter the effects are judged against; none "
+        "in a Plackett-Burman design",
+    )
+    foldover: bool = Field(
+        False,
+        description="also run the design with all signs changed, which parts main effects from interactions",
+    )
     runs: int | None = Field(
-        None, description="runs of the design; twelve, or as many as the factors need"
+        None,
+        description="runs of a Plackett-Burman design; twelve, or as many as the factors need",
     )
     design: str | None = Field(
         None, description="table of coded levels in place of a generated design"

@@ -7,15 +7,21 @@ from calibration.campaign import plan, write_plan
 from calibration.config import read_target
 from calibration.factors import read_factors
 from calibration.files import write_table
-from calibration.responses import judge, nearest, with_responses
+from calibration.responses import (
+    judge,
+    nearest,
+    with_responses,
+    with_value,
+    without_response,
+)
 from calibration.stages.files import load
 from calibration.statistics.design import path_from_effects, steepest_path
 from dem.io.files import write_json
 
 
 def plan_ascent(config, screening_file, folder):
-    """Plan the path: as configured where all factors are covered, else along the effects on the first target; which of
-    its points comes nearest is judged by all targets."""
+    """Plan the path: as configured where all factors are covered, else along the effects on the
+    first target; which of its points comes nearest is judged by all targets."""
     screening, factors = load(screening_file), read_factors(config.factors)
     chosen = _chosen(factors, screening["factors"])
     start, step = config.ascent.start, config.ascent.step
@@ -27,7 +33,7 @@ def plan_ascent(config, screening_file, folder):
         start, step = path_from_effects(chosen, effects, config.ascent.steps)
     design = steepest_path(chosen, start, step, config.ascent.steps)
     design["path"] = "configured" if configured else "effects"
-    write_plan(folder, *plan(design, factors, config))
+    write_plan(folder, *plan(design, factors, config, stage="ascent"))
 
 
 def _chosen(factors, names):
@@ -35,9 +41,11 @@ def _chosen(factors, names):
 
 
 def analyse_ascent(config, design_file, output):
-    """The path's results and the point nearest to what is wanted, which becomes the region's centre."""
+    """The path's results and the point nearest to what is wanted, which becomes the region's
+    centre."""
     factors = read_factors(config.factors)
-    runs = judge(with_responses(pd.read_csv(design_file), config), config)
+    every = with_responses(pd.read_csv(design_file), config)
+    runs = judge(with_value(every, "response"), config)
     target = float(read_target(config).mean())
     best = nearest(runs)
     used = [f for f in factors if f.name in runs]
@@ -53,5 +61,6 @@ def analyse_ascent(config, design_file, output):
             "target": target,
             "path": str(best["path"]),
             "responses": [float(v) for v in runs["response"]],
+            "left_out": without_response(every),
         },
     )

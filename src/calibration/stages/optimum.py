@@ -1,48 +1,95 @@
-"""Optimum: the candidate of the response surface alone, and the optimum with the runs there added."""
+"""Optimum: the candidate of the response surface alone, and the optimum with the runs there
+added."""
+
+from dataclasses import replace
+from pathlib import Path
 
 import pandas as pd
 
 from calibration import figures
 from calibration.campaign import plan, write_plan
 from calibration.config import goals, read_target
-from calibration.factors import read_factors
+from calibration.factors import Factor, read_factors
 from calibration.files import write_table
-from calibration.responses import columns, with_responses
+from calibration.physical import inside, physical_range
+from calibration.responses import columns, with_responses, with_value
 from calibration.stages.files import load, read_region
+from calibration.statistics.composite import surface_design
 from calibration.statistics.optimise import compromise, solve
-from calibration.statistics.surface import fit_surface, parameter_interval
+from calibration.statistics.surface import fit_surface, outliers, parameter_interval
 from dem.io.files import write_json
+
+OUTLIER_REPEATS = 2
 
 
 def plan_candidate(config, optimum_file, folder):
-    """Plan the runs at the candidate that the response surface alone gives."""
-    factors, optimum = read_factors(config.factors), load(optimum_file)["optimum"]
-    rows = pd.DataFrame([{"run": k + 1} | optimum for k in range(config.optimise.candidate_runs)])
-    write_plan(folder, *plan(rows, factors, config))
+    """Plan the runs at the candidate that the response surface alone gives, and repeats of its
+    outliers.
+
+    Where the target lies outside the region, the region moves: the runs are then the design of the
+    region that the optimum's summary names, which is recorded beside them.
+    """
+    factors, found = read_factors(config.factors), load(optimum_file)
+    region_file, rules = Path(folder) / "region.json", config.response_surface
+    region_file.unlink(missing_ok=True)
+    if "moved_region" in found:
+        region = [Factor(**f) for f in found["moved_region"]]
+        rows = surface_design(region, rules.centre_runs, rules.replicates)
+        rows = rows.drop(columns=[f.code for f in region])
+    else:
+        points = [found["optimum"]] * config.optimise.candidate_runs
+        points += [point for point in found.get("repeat", ()) for _ in range(OUTLIER_REPEATS)]
+        rows = pd.DataFrame([{"run": k + 1} | point for k, point in enumerate(points)])
+    write_plan(folder, *plan(rows, factors, config, stage="candidate"))
+    if "moved_region" in found:
+        write_json(region_file, found["moved_region"])
 
 
 def augmented_runs(config, runs_file, region, candidate_file):
-    """The response surface's runs with those at the candidate added, in the same columns."""
+    """The response surface's runs with those at the candidate added, in the same columns and in the
+    levels of `region`; of a region that moved, those that lie in it."""
     candidate = with_responses(pd.read_csv(candidate_file), config)
+    runs = pd.concat([pd.read_csv(runs_file), candidate], ignore_index=True)
     for f in region:
-        candidate[f.code] = f.coded(candidate[f.name])
-    return pd.concat([pd.read_csv(runs_file), candidate], ignore_index=True)
+        runs[f.code] = f.coded(runs[f.name])
+    inside = (runs[[f.code for f in region]].abs() <= 1.0 + 1e-6).all(axis=1)
+    return runs[inside].reset_index(drop=True)
 
 
 def optimise(config, runs_file, region_file, output, candidate_file=None):
-    """Solve the surface for the measured mean, or with several targets find the most desirable point; with
-    `candidate_file` the runs at the candidate are fitted as well."""
-    region = read_region(region_file)
+    """Solve the surface for the measured mean, or with several targets find the most desirable
+    point; with `candidate_file` the runs at the candidate are fitted as well, in the region that
+    stands beside them if it moved."""
+    moved = Path(candidate_file).parent / "region.json" if candidate_file else None
+    region = read_region(moved if moved and moved.exists() else region_file)
+    codes = [f.code for f in region]
     if candidate_file:
         runs = augmented_runs(config, runs_file, region, candidate_file)
     else:
         runs = pd.read_csv(runs_file)
-    surfaces = [fit_surface(runs, [f.code for f in region], runs[c]) for c in columns(config)]
+    used = {c: with_value(runs, c) for c in columns(config)}
+    surfaces = [fit_surface(used[c], codes, used[c][c]) for c in columns(config)]
     if config.further_targets:
         found = _optimise_several(config, surfaces, region, output)
     else:
         found = _optimise_one(config, surfaces[0], region, output)
-    write_json(output.summary, found | {"fitted_runs": len(runs)})
+        if not found["attainable"] and not candidate_file:
+            found["moved_region"] = _moved(config, region, found["optimum"])
+    suspects = used["response"].iloc[outliers(surfaces[0])]
+    found["repeat"] = suspects[[f.name for f in region]].to_dict("records")
+    found["region"] = [vars(f) for f in region]
+    write_json(output.summary, found | {"fitted_runs": len(used["response"])})
+
+
+def _moved(config, region, optimum):
+    """The region of the same size about the point nearest to the target, within what is physically
+    possible."""
+    found = []
+    for f in region:
+        limits = physical_range(f.key, config.experiment)
+        centre, half = inside(optimum[f.name], f.half_range, *limits)
+        found.append(vars(replace(f, low=round(centre - half, 9), high=round(centre + half, 9))))
+    return found
 
 
 def _optimise_one(config, surface, region, output):
@@ -110,10 +157,12 @@ def _confirmation_runs(config):
 
 
 def _optimum(config, surface, region, chosen, extent):
-    """The chosen point with the response that is expected there, and the extent (low, high) of its alternatives."""
+    """The chosen point with the response that is expected there, and the extent (low, high) of its
+    alternatives."""
     count = _confirmation_runs(config)
     low, high = surface.confirmation_interval([chosen], count)
-    # what differs beyond six digits is the solver's noise, which must not rename the cached validation runs
+    # what differs beyond six digits is the solver's noise, which must not rename the cached
+    # validation runs
     optimum = [round(float(x), 6) for x in chosen]
     return {
         "optimum": {f.name: f.natural(x) for f, x in zip(region, optimum, strict=True)},

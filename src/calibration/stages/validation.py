@@ -1,5 +1,6 @@
 """Validation: replicates at the optimum against the measurement."""
 
+import numpy as np
 import pandas as pd
 
 from calibration import figures
@@ -7,7 +8,7 @@ from calibration.campaign import plan, write_plan
 from calibration.config import read_target
 from calibration.factors import read_factors
 from calibration.files import write_table
-from calibration.responses import with_responses
+from calibration.responses import with_responses, without_response
 from calibration.stages.files import load
 from calibration.statistics.validate import compare
 from dem.io.files import write_json
@@ -22,16 +23,18 @@ def plan_validation(config, optimum_file, folder):
         for g in range(config.validation.groups)
         for r in range(config.validation.replicates)
     ]
-    write_plan(folder, *plan(pd.DataFrame(rows), factors, config))
+    write_plan(folder, *plan(pd.DataFrame(rows), factors, config, stage="validation"))
 
 
 def analyse_validation(config, design_file, output):
-    """Compare the replicates with the measurement, and with the further ones where there are any."""
+    """Compare the replicates with the measurement, and with the further ones where there are
+    any."""
     runs = with_responses(pd.read_csv(design_file), config)
     rules = config.validation
     write_table(runs, output.runs)
     groups = _groups(runs, "response")
     found = _compare(groups, config, config.target, rules.margin, output.figure)
+    found["left_out"] = without_response(runs)
     found["group_means"] = [float(v) for v in groups.mean(axis=1)]
     measured = [t for t in config.further_targets if t.file]
     drawn = dict(zip([t.metric for t in measured], output.get("further_figures", []), strict=True))
@@ -46,7 +49,10 @@ def analyse_validation(config, design_file, output):
 
 
 def _groups(runs, column):
-    return runs.pivot(index="group", columns="replicate", values=column).to_numpy()
+    """Values (groups, replicates); where runs have none, the others as one group."""
+    groups = runs.pivot(index="group", columns="replicate", values=column).to_numpy(float)
+    missing = np.isnan(groups)
+    return groups[~missing][None] if missing.any() else groups
 
 
 def _compare(groups, config, target, margin, figure):

@@ -1,15 +1,17 @@
-"""What every analysis of variance here shares: its columns, its rows, and the check of the responses."""
+"""What every analysis of variance here shares: its columns, its rows, and the check of the
+responses."""
 
 import numpy as np
 from scipy import stats
 
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, RankDeficientError
 
 ANOVA_COLUMNS = ["source", "sum_sq", "df", "mean_sq", "F", "p"]
 
 
 def anova_row(source, sum_sq, df, f=None, df_error=None):
-    """A row of the table: F and its p where `f`, on df and df_error degrees of freedom, is given and finite."""
+    """A row of the table: F and its p where `f`, on df and df_error degrees of freedom, is given
+    and finite."""
     row = {"source": source, "sum_sq": sum_sq, "df": df, "mean_sq": sum_sq / df}
     if f is not None and np.isfinite(f):
         row |= {"F": f, "p": float(stats.f.sf(f, df, df_error))}
@@ -17,7 +19,8 @@ def anova_row(source, sum_sq, df, f=None, df_error=None):
 
 
 def finite_responses(response, runs):
-    """Response (runs,) as floats. Raises CalibrationError naming the runs without a finite value."""
+    """Response (runs,) as floats. Raises CalibrationError naming the runs without a finite
+    value."""
     y = np.asarray(response, float)
     if y.shape != (runs,):
         raise CalibrationError(f"{runs} runs need as many responses, not {y.size}")
@@ -27,3 +30,25 @@ def finite_responses(response, runs):
     if np.ptp(y) == 0.0:
         raise CalibrationError(f"all {runs} runs have the same response {y[0]:g}")
     return y
+
+
+def check_rank(x, names):
+    """Raises RankDeficientError with those `names` of the columns of x (n, p) that it cannot tell
+    apart."""
+    rank = np.linalg.matrix_rank(x)
+    if rank == x.shape[1]:
+        return
+    null = np.abs(np.linalg.svd(x)[2][rank:])
+    raise RankDeficientError(
+        [name for name, involved in zip(names, (null > 1e-8).any(0), strict=True) if involved]
+    )
+
+
+def pure_error(levels, y):
+    """Sum of squares within groups of equal points (n, factors) and its degrees of freedom."""
+    _, group = np.unique(np.round(levels, 9), axis=0, return_inverse=True)
+    group = group.ravel()
+    within = sum(
+        float(((y[group == g] - y[group == g].mean()) ** 2).sum()) for g in np.unique(group)
+    )
+    return within, len(y) - len(np.unique(group))

@@ -6,11 +6,19 @@ from itertools import product
 import numpy as np
 
 from calibration.errors import CalibrationError
-from calibration.statistics.design import tabulate
+from calibration.statistics.design import box_behnken, tabulate
 from calibration.statistics.surface import model_matrix, quadratic_terms
 
 FACE, ROTATABLE = "face", "rotatable"
 STARTS, EXCHANGES = 10, 50
+
+
+def surface_design(factors, centre_runs=5, replicates=1):
+    """Box-Behnken for 3 to 7 factors, a face-centred composite design for fewer. Raises
+    CalibrationError for more."""
+    if len(factors) < 3:
+        return central_composite(factors, centre_runs, FACE, replicates)
+    return box_behnken(factors, centre_runs, replicates)
 
 
 def central_composite(factors, centre_runs=5, alpha=FACE, replicates=1):

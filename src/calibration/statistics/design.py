@@ -1,7 +1,7 @@
 """Designs of experiments as tidy tables: a row a run, coded and natural levels side by side.
 
-Columns: `run` (1...), `replicate`, one column a factor code with the coded level, one a factor name with the natural
-level.
+Columns: `run` (1...), `replicate`, one column a factor code with the coded level, one a factor name
+with the natural level.
 """
 
 from itertools import product
@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 import pyDOE3
 
-from calibration.errors import CalibrationError, ConfigError
+from calibration.errors import CalibrationError, ConfigError, RankDeficientError
+from calibration.statistics.anova import check_rank
 from calibration.tables import read_table
 
 MIN_SCREENING, MAX_SCREENING = 2, 23
@@ -18,23 +19,16 @@ TRIPLES = {
     6: ("124", "235", "346", "145", "256", "136"),
     7: ("456", "167", "257", "124", "347", "135", "236"),
 }
-"""Factors that leave the centre together (Box and Behnken 1960, Technometrics 2:455); pyDOE3 pairs them instead, which
-takes 60 and 84 runs where the published designs take 48 and 56."""
-
-
-def screening_design(factors, replicates=1, runs=None, table=None):
-    """The two-level design of a CSV `table` where there is one, else `plackett_burman`'s; raises as those do."""
-    if table:
-        return read_two_level(table, factors, replicates)
-    return plackett_burman(factors, replicates, runs)
+"""Factors that leave the centre together (Box and Behnken 1960, Technometrics 2:455); pyDOE3 pairs
+them instead, which takes 60 and 84 runs where the published designs take 48 and 56."""
 
 
 def plackett_burman(factors, replicates=1, runs=None):
     """Plackett-Burman screening design for 2 to 23 factors.
 
-    runs: a multiple of four above the number of factors; unless given, twelve, or the smallest that takes the
-    factors. Columns that no factor uses leave degrees of freedom for the residual. Raises CalibrationError when the
-    library's matrix is not a balanced, orthogonal two-level design.
+    runs: a multiple of four above the number of factors; unless given, twelve, or the smallest that
+    takes the factors. Columns that no factor uses leave degrees of freedom for the residual. Raises
+    CalibrationError when the library's matrix is not a balanced, orthogonal two-level design.
     """
     k = len(factors)
     if not MIN_SCREENING <= k <= MAX_SCREENING:
@@ -59,8 +53,10 @@ def plackett_burman(factors, replicates=1, runs=None):
 
 
 def read_two_level(path, factors, replicates=1):
-    """Two-level design from a CSV with one column of -1 and +1 a factor code. Raises ConfigError naming file, column
-    and run."""
+    """Two-level design from a CSV with one column of -1 and +1 a factor code, balanced or not.
+
+    Raises ConfigError naming file, column and run, and where the runs cannot tell factors apart.
+    """
     table = read_table(path)
     codes = [f.code for f in factors]
     missing = [c for c in codes if c not in table.header]
@@ -69,12 +65,12 @@ def read_two_level(path, factors, replicates=1):
             f"lacks the columns {', '.join(missing)}", path=path, allowed=", ".join(codes)
         )
     matrix = np.array([[_level(table, k, code) for code in codes] for k in range(len(table.rows))])
-    if (
-        len(matrix) == 0
-        or matrix.sum(0).any()
-        or not np.array_equal(matrix.T @ matrix, len(matrix) * np.eye(len(codes)))
-    ):
-        raise ConfigError("the columns are not balanced and orthogonal", path=path)
+    if len(matrix) == 0:
+        raise ConfigError("has no runs", path=path)
+    try:
+        check_rank(np.column_stack([np.ones(len(matrix)), matrix]), ["the mean", *codes])
+    except RankDeficientError as error:
+        raise ConfigError(str(error), path=path) from None
     return tabulate(matrix, factors, replicates)
 
 
@@ -95,8 +91,8 @@ def _level(table, k, code):
 
 
 def box_behnken(factors, centre_runs=5, replicates=1):
-    """Box-Behnken design for 3 to 7 factors. Raises CalibrationError when the matrix has not the design's
-    properties."""
+    """Box-Behnken design for 3 to 7 factors. Raises CalibrationError when the matrix has not the
+    design's properties."""
     k = len(factors)
     if not 3 <= k <= 7:
         raise CalibrationError(f"a Box-Behnken design takes 3 to 7 factors, not {k}")
@@ -125,8 +121,8 @@ def _from_blocks(blocks, k, centre_runs):
 
 
 def steepest_path(factors, start, step, steps):
-    """`steps` points start + k step in natural levels; start, step: {factor name: value}. Levels outside a factor's
-    range, and factors without start or step, raise CalibrationError."""
+    """`steps` points start + k step in natural levels; start, step: {factor name: value}. Levels
+    outside a factor's range, and factors without start or step, raise CalibrationError."""
     for name in (f.name for f in factors):
         if name not in start or name not in step:
             raise CalibrationError(
@@ -147,11 +143,12 @@ def steepest_path(factors, start, step, steps):
 
 
 def path_from_effects(factors, effects, steps):
-    """Start and step, {factor name: value} each, of a path from the low-response corner to the high-response one.
+    """Start and step, {factor name: value} each, of a path from the low-response corner to the
+    high-response one.
 
-    Each factor moves in the direction of its effect, from the end of its range where the response is low, by steps in
-    proportion to its effect; the factor with the largest effect crosses its whole range. Raises CalibrationError for
-    fewer than two steps, or when no factor has an effect.
+    Each factor moves in the direction of its effect, from the end of its range where the response
+    is low, by steps in proportion to its effect; the factor with the largest effect crosses its
+    whole range. Raises CalibrationError for fewer than two steps, or when no factor has an effect.
     """
     if steps < 2:
         raise CalibrationError(f"a path takes at least 2 steps, not {steps}")
@@ -167,7 +164,8 @@ def path_from_effects(factors, effects, steps):
 
 
 def tabulate(matrix, factors, replicates=1):
-    """Design table of a coded matrix (runs, factors), the whole design repeated `replicates` times."""
+    """Design table of a coded matrix (runs, factors), the whole design repeated `replicates`
+    times."""
     rows = []
     for r in range(replicates):
         for levels in matrix:

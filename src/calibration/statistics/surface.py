@@ -1,7 +1,8 @@
 """Quadratic response surfaces: fit, analysis of variance, diagnostics and intervals.
 
-The tables carry what Design-Expert and R's rsm print, under the same names. Sums of squares of terms are partial
-(type III in coded levels), each term's own share when all others are in the model.
+The tables carry what Design-Expert and R's rsm print, under the same names. Sums of squares of
+terms are partial (type III in coded levels), each term's own share when all others are in the
+model.
 """
 
 from dataclasses import dataclass
@@ -11,10 +12,19 @@ import numpy as np
 import pandas as pd
 from scipy import optimize, stats
 
-from calibration.errors import CalibrationError, RankDeficientError
-from calibration.statistics.anova import ANOVA_COLUMNS, anova_row, finite_responses
+from calibration.errors import CalibrationError
+from calibration.statistics.anova import (
+    ANOVA_COLUMNS,
+    anova_row,
+    check_rank,
+    finite_responses,
+    pure_error,
+)
 
 GRID = 4001  # levels of a factor at which an interval is looked up
+FLAT = 0.1
+"""Of the largest eigenvalue: a curvature below it counts as none, as in R's rsm (`canonical`,
+threshold)."""
 
 
 def quadratic_terms(codes):
@@ -42,8 +52,9 @@ def model_matrix(levels, codes, terms):
 class Surface:
     """A fitted response surface.
 
-    coefficients: term, estimate, se, t, p, low, high, vif; anova: ANOVA_COLUMNS; summary: statistics by name;
-    diagnostics: run, actual, predicted, residual, leverage, studentised residuals, Cook's distance.
+    coefficients: term, estimate, se, t, p, low, high, vif; anova: ANOVA_COLUMNS; summary:
+    statistics by name; diagnostics: run, actual, predicted, residual, leverage, studentised
+    residuals, Cook's distance.
     """
 
     codes: list
@@ -73,21 +84,32 @@ class Surface:
         return centre - half, centre + half
 
     def confirmation_interval(self, levels, runs, alpha=0.05):
-        """(low, high), (n,) each, for the mean of `runs` new runs: yhat +- t s sqrt(1/runs + x' (X'X)^-1 x)."""
+        """(low, high), (n,) each, for the mean of `runs` new runs: yhat +- t s sqrt(1/runs + x'
+        (X'X)^-1 x)."""
         centre, mean_se = self.predict(levels), self.standard_error(levels)
         half = stats.t.ppf(1 - alpha / 2, self.df) * np.sqrt(self.sigma2 / runs + mean_se**2)
         return centre - half, centre + half
 
     def canonical(self):
-        """Stationary point (factors,) in coded levels, eigenvalues (factors,), axes (factors, factors) as columns,
-        and kind: maximum, minimum, saddle, or ridge where the surface is flat along an axis (the point is then the
-        nearest to the centre in the least-squares sense)."""
+        """Stationary point (factors,) in coded levels, eigenvalues (factors,), axes (factors,
+        factors) as columns, and kind: maximum, minimum, saddle, `ridge` where an eigenvalue is
+        below FLAT of the largest, `plane` where nothing is curved. Along flat axes the point is the
+        nearest to the centre: its position there says nothing."""
         linear, quadratic = self._gradient_and_hessian()
         values, axes = np.linalg.eigh(quadratic)
-        point = np.linalg.lstsq(-2.0 * quadratic, linear, rcond=None)[0]
-        kind = "maximum" if (values < 0).all() else "minimum" if (values > 0).all() else "saddle"
-        if (np.abs(values) <= 1e-9 * np.abs(values).max()).any():
+        largest = np.abs(values).max()
+        flat = np.abs(values) < FLAT * largest
+        slope = axes.T @ linear
+        if largest <= 1e-9 * np.abs(linear).max(initial=1e-300):
+            kind, flat = "plane", np.ones(len(values), bool)
+        elif flat.any():
             kind = "ridge"
+        else:
+            kind = (
+                "maximum" if (values < 0).all() else "minimum" if (values > 0).all() else "saddle"
+            )
+        safe = np.where(flat, 1.0, values)
+        point = axes @ np.where(flat, 0.0, -0.5 * slope / safe)
         return {
             "point": point,
             "response": float(self.predict([point])[0]),
@@ -109,8 +131,8 @@ class Surface:
         return linear, quadratic
 
     def ridge(self, radii, rising=True):
-        """Points (m, factors) of largest (or least) response on spheres of coded radii (m,): ridge analysis (Draper
-        1963)."""
+        """Points (m, factors) of largest (or least) response on spheres of coded radii (m,): ridge
+        analysis (Draper 1963)."""
         linear, quadratic = self._gradient_and_hessian()
         values, axes = np.linalg.eigh(-quadratic if rising else quadratic)
         g = axes.T @ (-linear if rising else linear)
@@ -127,8 +149,9 @@ class Surface:
 def _least_on_sphere(values, g, r):
     """The z (k,) of length r with least sum of values z^2 + g z; values ascending.
 
-    It is -g / (2 (values + m)) with the shift m > -values[0] that gives it length r (Draper 1963, Technometrics
-    5:469). Where g has no part along the first axis that length can stay short of r: the rest is along that axis.
+    It is -g / (2 (values + m)) with the shift m > -values[0] that gives it length r (Draper 1963,
+    Technometrics 5:469). Where g has no part along the first axis that length can stay short of r:
+    the rest is along that axis.
     """
 
     def excess(m):
@@ -149,15 +172,15 @@ def _least_on_sphere(values, g, r):
 def fit_surface(design, codes, response, terms=None, alpha=0.05):
     """Fit the full quadratic model, or the given terms, to a design table's coded columns.
 
-    Raises RankDeficientError naming the terms that the design cannot tell apart, CalibrationError when no degree of
-    freedom is left.
+    Raises RankDeficientError naming the terms that the design cannot tell apart, CalibrationError
+    when no degree of freedom is left.
     """
     terms = terms or quadratic_terms(codes)
     levels = design[codes].to_numpy(float)
     x = model_matrix(levels, codes, terms)
     n, p = x.shape
     y = finite_responses(response, n)
-    _check_rank(x, terms)
+    check_rank(x, [term_name(t) for t in terms])
     if n <= p:
         raise CalibrationError(f"{n} runs leave no degree of freedom for a model of {p} terms")
     inverse = np.linalg.inv(x.T @ x)
@@ -165,6 +188,10 @@ def fit_surface(design, codes, response, terms=None, alpha=0.05):
     predicted = x @ beta
     residual = y - predicted
     df, sse = n - p, float(residual @ residual)
+    if sse == 0.0:
+        raise CalibrationError(
+            "the responses follow the model exactly: nothing scatters, so nothing can be tested or bounded"
+        )
     sigma2 = sse / df
     leverage = np.einsum("ij,jk,ik->i", x, inverse, x)
     anova, lack = _anova(terms, beta, inverse, y, sse, df, levels)
@@ -191,11 +218,48 @@ def fit_surface(design, codes, response, terms=None, alpha=0.05):
     )  # fmt: skip
 
 
-def parameter_interval(surface, target, point, k, alpha=0.05):
-    """(low, high) in coded levels of factor k around the optimum `point` (factors,), the others held.
+def outlier_limit(surface, alpha=0.05):
+    """Externally studentised residual that the largest of all runs exceeds by chance in a share
+    alpha of cases, by Bonferroni (Cook and Weisberg 1982, Residuals and Influence in Regression,
+    2.2.2); NaN without the freedom."""
+    free = int(surface.diagnostics["externally_studentised"].notna().sum())
+    if surface.df < 2 or not free:
+        return np.nan
+    return float(stats.t.ppf(1.0 - alpha / 2.0 / free, surface.df - 1))
 
-    The stretch around the point on which the target lies in the surface's confidence interval for the mean (an inverse
-    prediction: Fieller 1954). An end at -1 or +1 is the border of the region: the data do not bound the factor there.
+
+def outliers(surface, alpha=0.05):
+    """Positions of the runs whose residual lies beyond `outlier_limit`."""
+    size = surface.diagnostics["externally_studentised"].abs().to_numpy()
+    with np.errstate(invalid="ignore"):
+        return np.flatnonzero(size > outlier_limit(surface, alpha))
+
+
+def reduced_surface(design, codes, response, alpha=0.1):
+    """The surface without the terms that say nothing: backward elimination by hierarchy.
+
+    The term of the largest p goes as long as it is at least alpha; a factor stays while a term that
+    holds it does (Peixoto 1990, American Statistician 44:26), so that the model does not depend on
+    how the levels are coded.
+    """
+    terms = quadratic_terms(codes)
+    while True:
+        surface = fit_surface(design, codes, response, terms)
+        p = dict(zip(terms, surface.coefficients["p"], strict=True))
+        free = [t for t in terms if t and not any(set(t) < set(o) or t * 2 == o for o in terms)]
+        worst = max(free, key=p.get, default=None)
+        if worst is None or p[worst] < alpha or len(terms) == 2:
+            return surface
+        terms = [t for t in terms if t != worst]
+
+
+def parameter_interval(surface, target, point, k, alpha=0.05):
+    """(low, high) in coded levels of factor k around the optimum `point` (factors,), the others
+    held.
+
+    The stretch around the point on which the target lies in the surface's confidence interval for
+    the mean (an inverse prediction: Fieller 1954). An end at -1 or +1 is the border of the region:
+    the data do not bound the factor there.
     """
     grid = np.linspace(-1.0, 1.0, GRID)
     levels = np.tile(np.asarray(point, float), (GRID, 1))
@@ -212,17 +276,6 @@ def parameter_interval(surface, target, point, k, alpha=0.05):
     return float(grid[low]), float(grid[high])
 
 
-def _check_rank(x, terms):
-    rank = np.linalg.matrix_rank(x)
-    if rank == x.shape[1]:
-        return
-    _, _, vh = np.linalg.svd(x)
-    null = np.abs(vh[rank:])
-    raise RankDeficientError(
-        [term_name(t) for t, involved in zip(terms, (null > 1e-8).any(0), strict=True) if involved]
-    )
-
-
 def _anova(terms, beta, inverse, y, sse, df, levels):
     total = float(((y - y.mean()) ** 2).sum())
     mean, k = sse / df, len(terms) - 1
@@ -232,7 +285,7 @@ def _anova(terms, beta, inverse, y, sse, df, levels):
             sum_sq = float(beta[i] ** 2 / inverse[i, i])
             rows.append(anova_row(term_name(term), sum_sq, 1, sum_sq / mean, df))
     rows.append(anova_row("Residual", sse, df))
-    pure, df_pure = _pure_error(levels, y)
+    pure, df_pure = pure_error(levels, y)
     lack_p = np.nan
     if 0 < df_pure < df and pure > 0.0:
         lack, df_lack = sse - pure, df - df_pure
@@ -244,16 +297,6 @@ def _anova(terms, beta, inverse, y, sse, df, levels):
         lack_p = rows[-2]["p"]
     rows.append({"source": "Cor Total", "sum_sq": total, "df": len(y) - 1})
     return pd.DataFrame(rows, columns=ANOVA_COLUMNS), lack_p
-
-
-def _pure_error(levels, y):
-    """Sum of squares within groups of equal points (n, factors) and its degrees of freedom."""
-    _, group = np.unique(np.round(levels, 9), axis=0, return_inverse=True)
-    group = group.ravel()
-    within = sum(
-        float(((y[group == g] - y[group == g].mean()) ** 2).sum()) for g in np.unique(group)
-    )
-    return within, len(y) - len(np.unique(group))
 
 
 def _coefficients(terms, beta, inverse, sigma2, df, x, alpha):

@@ -1,0 +1,187 @@
+"""The region of the response surface: physical limits, a target outside it, outliers and runs without a response."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+from calibration.campaign import SEEDS_A_STAGE, STAGES, plan
+from calibration.config import parse_config
+from calibration.errors import CalibrationError
+from calibration.factors import Factor, read_factors
+from calibration.physical import inside, physical_range
+from calibration.stages.optimum import _moved, plan_candidate
+from calibration.statistics.composite import central_composite, surface_design
+from calibration.statistics.design import box_behnken
+from calibration.statistics.screening import screen, why
+from calibration.statistics.surface import (
+    fit_surface,
+    outlier_limit,
+    outliers,
+    reduced_surface,
+)
+from calibration.statistics.two_level import resolution_iv
+
+
+def factors(k):
+    return [Factor(chr(65 + i), f"f{i}", f"k{i}", 0.0, 1.0) for i in range(k)]
+
+
+def noisy(design, codes, sd=0.3, seed=1):
+    rng = np.random.default_rng(seed)
+    y = 40.0 + 3.0 * design[codes[0]] - 2.0 * design[codes[0]] ** 2
+    return y.to_numpy() + rng.normal(0.0, sd, len(design))
+
+
+def test_physical_limits_are_the_run_specs_own():
+    low, high = physical_range("contacts.particle_particle.restitution", "heap")
+    assert 0.0 <= low < 0.1
+    assert high == 1.0
+    low, high = physical_range("materials.particle.poisson_ratio", "heap")
+    assert low == 0.0
+    assert high < 0.5
+    assert physical_range("contacts.particle_particle.nothing", "heap") == (-np.inf, np.inf)
+
+
+def test_a_region_moves_inside_what_is_possible():
+    # a face at 1.08 for a restitution whose best level was 0.95
+    assert inside(0.95, 0.13, 0.03, 1.0) == pytest.approx((0.87, 0.13))
+    assert inside(0.5, 0.13, 0.03, 1.0) == (0.5, 0.13)
+    centre, half = inside(0.95, 2.0, 0.0, 1.0)
+    assert (centre - half, centre + half) == pytest.approx((0.0, 1.0))
+
+
+@pytest.mark.parametrize("k", [1, 2, 3])
+def test_a_surface_takes_any_number_of_factors_from_one(k):
+    design = surface_design(factors(k), 4)
+    codes = [f.code for f in factors(k)]
+    surface = fit_surface(design, codes, noisy(design, codes))
+    assert surface.predict([np.zeros(k)])[0] == pytest.approx(40.0, abs=0.6)
+
+
+def test_an_outlier_is_named_and_not_dropped():
+    design, codes = box_behnken(factors(3), 5), list("ABC")
+    y = noisy(design, codes)
+    clean = fit_surface(design, codes, y)
+    assert not len(outliers(clean))
+    y[14] += 3.0
+    surface = fit_surface(design, codes, y)
+    assert list(outliers(surface)) == [14]
+    assert len(surface.diagnostics) == 17
+
+
+def test_clean_designs_have_outliers_as_often_as_stated():
+    design, codes = central_composite(factors(2), 5), list("AB")
+    rng = np.random.default_rng(5)
+    found = [
+        len(outliers(fit_surface(design, codes, rng.normal(size=len(design))), 0.05)) > 0
+        for _ in range(600)
+    ]
+    assert np.mean(found) <= 0.075  # 5 %, and three standard errors
+    assert outlier_limit(fit_surface(design, codes, rng.normal(size=len(design)))) > 3.0
+
+
+def test_reduction_keeps_the_factor_of_a_term_that_stays():
+    design, codes = box_behnken(factors(3), 5), list("ABC")
+    rng = np.random.default_rng(2)
+    y = 5.0 + 2.0 * design["A"] * design["B"] + 1.5 * design["C"] ** 2
+    reduced = reduced_surface(design, codes, y + 0.2 * rng.normal(size=len(design)))
+    terms = set(reduced.terms)
+    assert {("A", "B"), ("C", "C"), ("A",), ("B",), ("C",)} <= terms
+    assert len(terms) < 10
+
+
+def test_effects_come_by_regression_where_runs_are_missing_or_repeated():
+    design = resolution_iv(factors(7), centre_runs=3)
+    rng = np.random.default_rng(3)
+    y = 30 + 8 * design["A"] - 3 * design["C"] + rng.normal(0, 0.5, len(design))
+    some = design.drop(index=[2, 9, 10]).reset_index(drop=True)
+    some = pd.concat([some, some.iloc[:2]], ignore_index=True)
+    kept = y.drop(index=[2, 9, 10]).reset_index(drop=True)
+    kept = np.append(kept.to_numpy(), kept[:2] + 0.4)
+    found = screen(some, list("ABCDEFG"), kept)
+    x = np.column_stack([np.ones(len(some)), some[list("ABCDEFG")]])
+    slopes = np.linalg.lstsq(x, kept, rcond=None)[0][1:]
+    assert found.table["effect"].to_numpy() == pytest.approx(2 * slopes)
+    assert found.table["p_seeds"].notna().all()
+    assert found.table.set_index("code")["effect"][["A", "C"]].to_numpy() == pytest.approx(
+        [16.0, -6.0], abs=1.5
+    )
+
+
+def test_the_scatter_of_seeds_holds_no_aliased_interaction():
+    design = resolution_iv(factors(7), centre_runs=4)
+    rng, codes = np.random.default_rng(4), list("ABCDEFG")
+    y = 30 + 2 * design["A"] + 6 * design["B"] * design["C"] + rng.normal(0, 0.3, len(design))
+    found = screen(design, codes, y)
+    assert found.seed_sd == pytest.approx(0.3, rel=0.8)
+    table = found.table.set_index("code")
+    assert table.loc["A", "p_seeds"] < table.loc["A", "p"]
+
+
+def test_one_degree_of_freedom_is_left_to_lenth():
+    design = resolution_iv(factors(7)).iloc[:9]
+    y = np.random.default_rng(6).normal(size=9)
+    assert screen(design, list("ABCDEFG"), y).method == "Lenth"
+    assert screen(resolution_iv(factors(7)), list("ABCDEFG"), np.arange(16) ** 2.0).method == (
+        "residual"
+    )
+
+
+def test_why_a_factor_goes_on_is_said():
+    design = resolution_iv(factors(4), centre_runs=2)
+    y = 10 + 5 * design["A"] + np.random.default_rng(7).normal(0, 0.2, len(design))
+    found = screen(design, list("ABCD"), y)
+    reasons = why(found, ["A", "B", "C"], 0.001, preferred=["C"])
+    assert reasons["A"] == "significant"
+    assert reasons["C"] == "named by the configured path"
+    assert set(why(found, ["B"], 0.05, named=["f1"]).values()) == {"named by screening.go_on"}
+
+
+def test_stages_have_seeds_of_their_own(config_of_salt):
+    config, factors = config_of_salt
+    row = {"run": 1} | {f.name: f.centre for f in factors}
+    seeds = {}
+    for stage in STAGES:
+        table, specs = plan(pd.DataFrame([row] * 30), factors, config, stage=stage)
+        seeds[stage] = set(table["seed"])
+        assert len(specs) == 30
+    every = [seed for found in seeds.values() for seed in found]
+    assert len(every) == len(set(every)) == 30 * len(STAGES)
+    with pytest.raises(CalibrationError, match="seeds"):
+        plan(pd.DataFrame([row] * (SEEDS_A_STAGE + 1)), factors, config, stage="validation")
+
+
+@pytest.fixture
+def config_of_salt(request, monkeypatch):
+    monkeypatch.chdir(request.config.rootpath)
+    config = parse_config(yaml.safe_load(Path("config/config.yaml").read_text()))
+    return config, read_factors(config.factors)
+
+
+def test_the_region_moves_where_the_target_lies_outside(config_of_salt, tmp_path):
+    config, factors = config_of_salt
+    codes = {"salt_salt_restitution", "salt_salt_rolling_friction", "salt_steel_rolling_friction"}
+    region = [f for f in factors if f.name in codes]
+    edge = {f.name: f.high for f in region}
+    moved = _moved(config, region, edge)
+    for old, new in zip(region, moved, strict=True):
+        assert new["high"] - new["low"] == pytest.approx(old.high - old.low)
+        assert new["low"] > old.low
+        assert new["high"] <= physical_range(old.key, "heap")[1]
+    (tmp_path / "optimum.json").write_text(
+        json.dumps({"optimum": edge, "attainable": False, "moved_region": moved})
+    )
+    plan_candidate(config, tmp_path / "optimum.json", tmp_path)
+    design = pd.read_csv(tmp_path / "design.csv")
+    assert len(design) == len(box_behnken(region, config.response_surface.centre_runs))
+    assert json.loads((tmp_path / "region.json").read_text()) == moved
+    # back inside: repeats at the candidate, an outlier's point with new seeds, and no region left behind
+    again = {"optimum": edge, "repeat": [{f.name: f.low for f in region}]}
+    (tmp_path / "optimum.json").write_text(json.dumps(again))
+    plan_candidate(config, tmp_path / "optimum.json", tmp_path)
+    assert not (tmp_path / "region.json").exists()
+    assert len(pd.read_csv(tmp_path / "design.csv")) == config.optimise.candidate_runs + 2
