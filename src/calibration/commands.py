@@ -1,4 +1,4 @@
-"""The `dem` command with what stands above the engine: `dem angle` measures photographs."""
+"""The `dem` command with what stands above the engine: `dem new` begins a study, `dem angle` measures photographs."""
 
 import sys
 from pathlib import Path
@@ -10,10 +10,49 @@ from dem.cli import main as engine_main
 def main(argv=None):
     """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input."""
     try:
-        return engine_main(argv, (_add_angle,))
+        return engine_main(argv, (_add_new, _add_angle))
     except CalibrationError as error:
         print(f"dem: {error}", file=sys.stderr)
         return 2
+
+
+def _add_new(commands):
+    new = commands.add_parser(
+        "new",
+        help="begin a study: asks what it is not told",
+        description="Write a study of your material and rig into a new folder. Values carry their unit. What no "
+        "option tells is asked for at a terminal.",
+    )
+    new.add_argument("folder", type=Path, help="folder to write; its name becomes the study's")
+    new.add_argument(
+        "--measured", nargs="+", metavar="X", help="angles, or a table, or photographs of heaps"
+    )
+    new.add_argument("--material", help="one with published values; wide ranges unless given")
+    new.add_argument("--density", help="of the grain: 1.35g/cm3")
+    new.add_argument("--grain", help="diameter of the grain: 4mm")
+    new.add_argument("--sieve", type=Path, help="table with columns diameter_mm and mass_percent")
+    new.add_argument("--orifice", help="diameter of the funnel's orifice: 25mm")
+    new.add_argument("--plate", help="diameter of the base plate: 100mm")
+    new.add_argument("--height", help="orifice above the plate: 75mm")
+    new.add_argument(
+        "--no-pilot", action="store_true", help="pour no coarse heaps to try the ranges"
+    )
+    new.set_defaults(command=_new)
+
+
+def _new(args):
+    from calibration.new import questions, study  # load pandas and the schemas
+
+    study.check_folder(args.folder)
+    values, heap, factors, sizes = questions.answers(args, questions.at_terminal())
+    print(questions.said_back(values))
+    for sentence in study.write_study(args.folder, values, heap, factors, sizes):
+        print(sentence)
+    if not args.no_pilot:
+        from calibration.new.trial import try_study  # compiles the engine
+
+        try_study(args.folder, print)
+    print(f"wrote {args.folder}; next: snakemake -j2 --configfile '{args.folder}/config.yaml'")
 
 
 def _add_angle(commands):

@@ -16,6 +16,29 @@ class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
+COARSER = {"quick": 4.0, "test": 8.0}
+"""Resolution -> how many times fewer grains."""
+
+
+def coarsened(data):
+    """A configuration whose `resolution` is carried out: fewer, larger grains, and a name that says so."""
+    factor = COARSER.get(data.get("resolution"))
+    particles = (data.get("run") or {}).get("particles") or {}
+    if factor is None or "count" not in particles:
+        return data
+    grown = round(factor ** (1 / 3), 6)
+    particles = particles | {
+        "count": max(round(particles["count"] / factor), 1),
+        "scale_factor": grown * particles.get("scale_factor", 1.0),
+    }
+    geometry = dict(data["run"].get("geometry") or {})
+    if "generation_rate_per_s" in geometry:
+        geometry["generation_rate_per_s"] /= factor
+    run = data["run"] | {"particles": particles} | ({"geometry": geometry} if geometry else {})
+    name = f"{data.get('name')}-{data['resolution']}"
+    return data | {"run": run, "name": name, "resolution": "full"}
+
+
 def section_of(annotation):
     """The schema of a nested section, also where it may be left out; None for any other key."""
     parts = get_args(annotation) if isinstance(annotation, UnionType) else (annotation,)
@@ -250,7 +273,7 @@ class Config(_Part):
     @model_validator(mode="before")
     @classmethod
     def _in_key_units(cls, data):
-        return converted(data) if isinstance(data, dict) else data
+        return coarsened(converted(data)) if isinstance(data, dict) else data
 
     name: str = Field(pattern=r"^[A-Za-z0-9_-]+$", description="folder under results/")
     seed: int = Field(1, ge=0, lt=2**31, description="first seed; replicates count on from it")
@@ -274,6 +297,10 @@ class Config(_Part):
         "config", description="bench: what tilt, drop and shear found replaces the levels in fixed"
     )
     run: dict = Field({}, description="run spec without experiment and seed")
+    resolution: Literal["full", *COARSER] = Field(
+        "full",
+        description="quick and test pour fewer, larger grains of the same volume, under a name of their own",
+    )
     screening: ScreeningConfig = ScreeningConfig()
     ascent: AscentConfig = AscentConfig()
     response_surface: SurfaceConfig = SurfaceConfig()

@@ -1,0 +1,68 @@
+"""How many grains a rig takes, how fast its funnel feeds them, and what that costs to compute."""
+
+import math
+from dataclasses import dataclass, replace
+
+from scipy.constants import g as GRAVITY
+
+from dem.timescales import rayleigh_time
+
+PACKING = 0.6  # share of the volume of a poured bed that is grain
+SPILL = 1.3  # grains poured over grains of a full cone: some roll off
+MOST = 10_000
+FEWEST = 300
+FREE_FLOW = 5.0  # grains across an orifice that does not clog
+BEVERLOO_C, BEVERLOO_K = 0.58, 1.4  # Beverloo, Leniger, van de Velde (1961), Chem. Eng. Sci. 15:260
+SETTLING = 1.5  # s after the last grain has left the funnel
+
+
+@dataclass(frozen=True)
+class Heap:
+    """A funnel pour; lengths [mm], density of the grain [kg/m3], modulus [Pa], angle [deg]."""
+
+    diameter_mm: float
+    density_kg_m3: float
+    orifice_diameter_mm: float
+    plate_diameter_mm: float
+    discharge_height_mm: float
+    angle_deg: float
+    shear_modulus_Pa: float
+    poisson_ratio: float = 0.25
+
+    @property
+    def count(self):
+        """Grains that a cone of the measured angle over the whole plate takes, and what rolls off."""
+        radius = 0.5 * self.plate_diameter_mm
+        cone = math.pi / 3 * radius**3 * math.tan(math.radians(self.angle_deg))
+        grain = math.pi / 6 * self.diameter_mm**3
+        return max(round(SPILL * PACKING * cone / grain), FEWEST)
+
+    @property
+    def feed_per_s(self):
+        """Grains that pass the orifice in a second, W = C rho_b sqrt(g) (D - k d)^2.5 (Beverloo 1961)."""
+        d, opening = 1e-3 * self.diameter_mm, 1e-3 * self.orifice_diameter_mm
+        mass = math.pi / 6 * d**3 * self.density_kg_m3
+        clear = max(opening - BEVERLOO_K * d, 0.1 * d)
+        rate = BEVERLOO_C * PACKING * self.density_kg_m3 * math.sqrt(GRAVITY) * clear**2.5
+        return rate / mass
+
+    @property
+    def pouring_s(self):
+        """Time [s] until the funnel is empty."""
+        return self.count / self.feed_per_s
+
+    @property
+    def particle_steps(self):
+        """Work of one heap: grains times steps of 0.4 Rayleigh times."""
+        step = 0.4 * rayleigh_time(
+            0.5e-3 * self.diameter_mm, self.density_kg_m3, self.shear_modulus_Pa, self.poisson_ratio
+        )
+        return self.count * (self.pouring_s + SETTLING) / step
+
+    def of_at_most(self, most):
+        """The same heap of fewer, larger grains; the orifice stays FREE_FLOW grains wide where it was."""
+        if self.count <= most:
+            return self
+        wanted = self.diameter_mm * (self.count / most) ** (1 / 3)
+        passing = max(self.orifice_diameter_mm / FREE_FLOW, self.diameter_mm)
+        return replace(self, diameter_mm=round(min(wanted, passing), 4))

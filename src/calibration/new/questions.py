@@ -1,0 +1,156 @@
+"""What `dem new` asks: each answer from an option, else from the person at the terminal, checked at once."""
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from calibration.errors import CalibrationError
+from calibration.new.heap import Heap
+from calibration.new.ranges import factors_of, materials
+from calibration.tables import read_table, summary
+from dem.units import UnitError, in_unit, question, unit_of
+
+PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp")
+SOFTENED_PA = 3.0e6
+
+
+@dataclass(frozen=True)
+class Question:
+    """An option, the key whose unit its answer has, and how it is asked."""
+
+    option: str
+    key: str
+    text: str
+
+
+QUESTIONS = (
+    Question("density", "density_kg_m3", "Density of the grain, such as 1.35 g/cm3"),
+    Question("grain", "diameter_mm", "Diameter of the grain, such as 4 mm"),
+    Question("orifice", "orifice_diameter_mm", "Diameter of the funnel's orifice, such as 25 mm"),
+    Question("plate", "plate_diameter_mm", "Diameter of the base plate, such as 100 mm"),
+    Question("height", "discharge_height_mm", "Orifice above the plate, such as 75 mm"),
+)
+
+
+def answers(args, ask=None):
+    """(values (n,) [deg], `Heap`, factors, sizes or None) from options and, where `ask` is given, from a person.
+
+    Raises CalibrationError for an option that is missing or cannot be.
+    """
+    measured = args.measured or [
+        _asked(ask, "measured", "Measured angles, or the file or photographs that hold them")
+    ]
+    values = measured_angles(" ".join(measured).split() if len(measured) == 1 else measured)
+    sizes = sieve_curve(args.sieve) if args.sieve else None
+    lengths = {}
+    for q in QUESTIONS:
+        if q.option == "grain" and sizes:
+            lengths[q.key] = mean_diameter(sizes)
+            continue
+        text = getattr(args, q.option) or _asked(ask, q.option, q.text)
+        lengths[q.key] = _number(text, q)
+    heap = Heap(**lengths, angle_deg=sum(values) / len(values), shear_modulus_Pa=SOFTENED_PA)
+    material = args.material or (ask and ask(f"Material ({', '.join(materials())}, or empty)"))
+    return values, heap, factors_of(material or None), sizes
+
+
+def _asked(ask, option, text):
+    if ask is None:
+        raise CalibrationError(f"--{option} is missing; allowed: {text[0].lower()}{text[1:]}")
+    return ask(text)
+
+
+def at_terminal():
+    """A function that asks, or None where nobody sits at a terminal."""
+    return (lambda text: input(f"{text}: ").strip()) if sys.stdin.isatty() else None
+
+
+def _number(text, q):
+    try:
+        value = in_unit(str(text), unit_of(q.key))
+    except UnitError as error:
+        raise CalibrationError(f"--{q.option} {text}: {error}") from None
+    asked = question(q.key, value)
+    if asked or not 0 < value < float("inf"):
+        raise CalibrationError(f"--{q.option} {text}: is doubtful: {asked or 'not above 0'}")
+    return value
+
+
+def measured_angles(texts):
+    """Angles [deg] from numbers, one table, or photographs. Raises CalibrationError."""
+    paths = [Path(t) for t in texts]
+    if all(p.suffix.lower() in PICTURES for p in paths):
+        from calibration.photo import measure_photo  # brings image libraries along
+
+        return [round(measure_photo(p).angle_deg, 3) for p in paths]
+    if len(paths) == 1 and (paths[0].suffix or paths[0].exists()) and not _is_number(texts[0]):
+        return _of_table(paths[0])
+    values = [_angle(t.rstrip(";")) for t in texts]
+    if len(values) < 2:
+        raise CalibrationError("--measured: one value has no spread; allowed: two or more")
+    return values
+
+
+def _is_number(text):
+    return text.replace(".", "", 1).replace(",", "", 1).isdigit()
+
+
+def _angle(text):
+    if "," in text:
+        point = text.replace(",", ".", 1)
+        raise CalibrationError(f"--measured {text}: is it {point}? allowed: decimal points")
+    try:
+        value = in_unit(text, "°")
+    except UnitError as error:
+        raise CalibrationError(f"--measured {text}: {error}") from None
+    asked = question("angle_of_repose_deg", value)
+    if asked or not 0 < value < 90:
+        raise CalibrationError(f"--measured {text}: is doubtful: {asked or 'no angle of repose'}")
+    return value
+
+
+def _of_table(path):
+    from calibration.plausible import plausible_numbers
+
+    table = read_table(path)
+    columns = [h for h in table.header if "ang" in h.lower() or table.units.get(h) in ("°", "deg")]
+    columns = columns or list(table.header)
+    if len(columns) != 1:
+        raise CalibrationError(
+            f"{path}: which column holds the angles? allowed: one with `angle` in its heading, of "
+            + ", ".join(table.header)
+        )
+    values = plausible_numbers(table, columns[0], "angle_of_repose_deg")
+    if len(values) < 2:
+        raise CalibrationError(f"{path}: needs at least two values to have a spread")
+    return values
+
+
+def sieve_curve(path):
+    """`particles.sizes` of a table of sieve fractions: columns `diameter_mm` and `mass_percent`.
+
+    Raises CalibrationError where they do not make 100 %.
+    """
+    from calibration.plausible import plausible_numbers
+
+    table = read_table(path)
+    table.require("diameter_mm", "mass_percent")
+    sizes = plausible_numbers(table, "diameter_mm", "diameter_mm")
+    shares = table.numbers("mass_percent")
+    if abs(sum(shares) - 100) > 1 or min(shares) < 0:
+        raise CalibrationError(f"{path}: the fractions make {sum(shares):g} %; allowed: 100 %")
+    kept = [(d, s / sum(shares)) for d, s in zip(sizes, shares, strict=True) if s > 0]
+    fractions = [round(s, 6) for _, s in kept]
+    fractions[-1] = round(1.0 - sum(fractions[:-1]), 6)
+    return {"by": "mass", "diameters_mm": [d for d, _ in kept], "fractions": fractions}
+
+
+def mean_diameter(sizes):
+    """Diameter [mm] of the grain of mean volume: as many of them make the same mass."""
+    d, w = sizes["diameters_mm"], sizes["fractions"]
+    return (1.0 / sum(f / x**3 for f, x in zip(w, d, strict=True))) ** (1 / 3)
+
+
+def said_back(values):
+    """The measured values, said back."""
+    return "measured: " + summary(values, "°")

@@ -1,0 +1,147 @@
+"""The files of a new study: a configuration of one page, the factors and the measured values."""
+
+import re
+import unicodedata
+from pathlib import Path
+
+import yaml
+
+from calibration.config import parse_config
+from calibration.errors import CalibrationError
+from calibration.factors import COLUMNS
+from calibration.files import replacing
+from calibration.new.heap import FREE_FLOW, MOST
+
+CLOGS = 3.0  # grains across an orifice that none pass for long
+_REFUSED = re.compile(r"[^\w\s.,()+/-]|\s\s|^\s|\s$|[\n\t]")
+
+
+def study_name(folder):
+    """Name of a folder's study: its letters without accents, `_` for the rest.
+
+    Raises CalibrationError for a name that a shell or snakemake would take apart.
+    """
+    name = Path(folder).name
+    if not name or _REFUSED.search(name):
+        raise CalibrationError(
+            f"{str(folder)!r}: cannot be a study's folder; allowed: letters, digits, single spaces "
+            "and . , ( ) + - _"
+        )
+    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
+    return re.sub(r"[^A-Za-z0-9_-]+", "_", plain).strip("_") or "study"
+
+
+def check_folder(folder):
+    """Name of a study that could begin in `folder`. Raises CalibrationError where none could."""
+    name = study_name(folder)
+    if Path(folder).exists():
+        raise CalibrationError(f"{folder}: exists already")
+    return name
+
+
+def write_study(folder, values, heap, factors, sizes=None):
+    """Write config.yaml, factors.tsv and measured.csv into a new folder and check them.
+
+    values (n,): measured angles [deg]; heap: `Heap` of the laboratory; sizes: `particles.sizes` of a
+    sieve curve. Returns sentences: what was chosen. Raises CalibrationError, with nothing left.
+    """
+    folder, name = Path(folder), check_folder(folder)
+    if heap.orifice_diameter_mm < CLOGS * heap.diameter_mm:
+        raise CalibrationError(
+            f"orifice_diameter_mm {heap.orifice_diameter_mm:g}: any funnel clogs; allowed: at least "
+            f"{CLOGS:g} times the largest grain ({heap.diameter_mm:g} mm)"
+        )
+    simulated = heap if sizes else heap.of_at_most(MOST)
+    text = _configuration(folder, name, simulated, factors, sizes)
+    folder.mkdir(parents=True)
+    try:
+        _write(folder / "measured.csv", "angle_deg\n" + "".join(f"{v:g}\n" for v in values))
+        write_factors(folder / "factors.tsv", factors)
+        _write(folder / "config.yaml", text)
+        parse_config(yaml.safe_load(text), files=[folder / "config.yaml"])
+    except CalibrationError:
+        for path in folder.iterdir():
+            path.unlink()
+        folder.rmdir()
+        raise
+    return _choices(heap, simulated)
+
+
+def write_factors(path, factors):
+    """Write a factor table, atomically."""
+    rows = ["\t".join(str(getattr(f, c)) for c in COLUMNS) for f in factors]
+    head = "# low and high: natural levels at -1 and +1; description: where they come from\n"
+    _write(path, head + "\n".join(["\t".join(COLUMNS), *rows]) + "\n")
+
+
+def _write(path, text):
+    with replacing(path) as partial:
+        partial.write_text(text, encoding="utf-8")
+
+
+def _choices(heap, simulated):
+    found = [
+        f"{simulated.count:,} grains of {simulated.diameter_mm:.3g} mm cover the plate; the funnel "
+        f"passes {simulated.feed_per_s:,.0f} a second (Beverloo 1961) and is empty after "
+        f"{simulated.pouring_s:.1f} s"
+    ]
+    if simulated.diameter_mm > heap.diameter_mm:
+        ratio = simulated.diameter_mm / heap.diameter_mm
+        found.append(
+            f"they are {ratio:.2f} times as large as yours, of the same volume together: {heap.count:,} "
+            "would take too long (run.particles in config.yaml)"
+        )
+    across = heap.orifice_diameter_mm / heap.diameter_mm
+    if across < FREE_FLOW:
+        wider = FREE_FLOW * heap.diameter_mm
+        found.append(
+            f"warning: the orifice is {across:.1f} grains wide and may clog; {wider:.3g} mm would not, "
+            "nor would a lifted cylinder"
+        )
+    return found
+
+
+def _configuration(folder, name, heap, factors, sizes):
+    quoted = lambda path: yaml.safe_dump(  # noqa: E731
+        Path(path).as_posix(), allow_unicode=True, width=1000
+    ).splitlines()[0]
+    fixed = "".join(f"  {f.name}: {f.centre:.4g}\n" for f in factors)
+    grain = (
+        f"sizes: {yaml.safe_dump(sizes, default_flow_style=True, width=1000).strip()}"
+        if sizes
+        else f"diameter_mm: {heap.diameter_mm:g}"
+    )
+    return f"""\
+# A study of {folder.name}. From the root of the project:
+#   snakemake -n --configfile {quoted(folder / "config.yaml")}    what it would do
+#   snakemake -j2 --configfile {quoted(folder / "config.yaml")}   all of it, and results/{name}/report.html
+#   --config resolution=quick beside it: a quarter of the grains, for a first look
+# config/README.md walks through every key.
+name: {name}
+factors: {quoted(folder / "factors.tsv")}
+
+target: # the measured angles
+  file: {quoted(folder / "measured.csv")}
+  column: angle_deg
+  metric: angle_of_repose_deg
+
+fixed: # a factor's level while it is not varied: the middle of its range
+{fixed}
+run: # what all heaps share
+  materials:
+    particle:
+      density_kg_m3: {heap.density_kg_m3:g} # of the grain, not of the bed
+      shear_modulus_Pa: {heap.shear_modulus_Pa:g} # softened, for longer time steps (config/README.md)
+  particles: {{ count: {heap.count}, {grain} }}
+  geometry:
+    orifice_diameter_mm: {heap.orifice_diameter_mm:g}
+    plate_diameter_mm: {heap.plate_diameter_mm:g}
+    discharge_height_mm: {heap.discharge_height_mm:g}
+    funnel_top_diameter_mm: {max(heap.plate_diameter_mm, 2 * heap.orifice_diameter_mm):g} # assumed
+    generation_rate_per_s: {heap.feed_per_s:.0f} # what the orifice passes (Beverloo 1961)
+  numerics: {{ max_time_s: {max(12.0, 2 * heap.pouring_s + 5):.3g} }}
+
+screening: {{ at_least: 3, at_most: 3 }}
+ascent: {{ rule: effects, steps: 5 }}
+validation: {{ groups: 2, replicates: 5, margin: 1.0 }} # margin: a difference in degrees that does not matter
+"""
