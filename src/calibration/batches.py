@@ -4,13 +4,13 @@ Each run is still kept under the content of its spec and skipped where its resul
 cut off goes on where it stopped.
 """
 
+from calibration import engines
 from calibration.campaign import read_plan, run_id
 from calibration.errors import CalibrationError
 from calibration.store import ROOT, RunStore
 from dem.errors import PHYSICAL, StoppedError
 from dem.io.files import write_json
 from dem.results import write_failure
-from dem.run import run
 from dem.spec import parse_spec
 
 
@@ -62,7 +62,7 @@ def _metrics(store, name, spec, note):
         return known["metrics"]
     parsed, folder = parse_spec(spec), store.folder(name)
     try:
-        metrics = run(parsed, folder, again=False)["metrics"]
+        metrics = engines.make(spec, folder, again=False)["metrics"]
     except PHYSICAL as error:
         note(f"{name} failed: {error}")
         write_failure(folder, parsed, error)

@@ -17,10 +17,9 @@ from calibration.factors import read_factors
 from calibration.files import write_table
 from calibration.store import ROOT, RunStore
 from dem.errors import ResultError
-from dem.fingerprint import engine_fingerprint
 from dem.io.checked import digest_of, is_sealed, sealed
 from dem.io.files import write_json
-from dem.results import run_name
+from dem.results import is_current, run_name
 from dem.spec import parse_spec
 
 STAGES = ("screening", "ascent", "response_surface", "candidate", "validation")
@@ -145,7 +144,7 @@ def _metrics(store, name):
         result = store.result(name)
     except ResultError as error:
         raise CalibrationError(f"{error}; `calibration verify --repair` makes it again") from None
-    if result["engine"] != engine_fingerprint():
+    if not is_current(result["engine"]):
         raise CalibrationError(
             f"{result_path(name)}: was made by another engine, {result['engine']}; `calibration verify --repair` "
             "makes it again"
@@ -169,10 +168,10 @@ def progress(config):
     """(done, todo, mean): a text 'stage finished/total' for each stage, the runs left, and the mean wall time [s] of
     those finished, None before the first. As the store's index has it: no result is read."""
     done, todo, walls = [], 0, []
-    store, engine = RunStore(), engine_fingerprint()
+    store = RunStore()
     for stage in STAGES:
         names = read_plan(f"results/{config.name}/{stage}/plan.json")
-        finished = [e for n in names if (e := store.known(n)) and e["engine"] == engine]
+        finished = [e for n in names if (e := store.known(n)) and is_current(e["engine"])]
         total = len(names) or expected_runs(config)[stage]
         done.append(f"{stage} {len(finished)}/{total}")
         todo += total - len(finished)

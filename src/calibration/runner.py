@@ -8,12 +8,12 @@ from pathlib import Path
 
 import yaml
 
+from calibration import engines
 from calibration.campaign import points_of, progress
 from calibration.config import Config
 from calibration.files import replacing
 from calibration.store import RunStore
 from dem.errors import DemError, MeasureError
-from dem.run import run
 from dem.spec import parse_spec
 
 NOTE_EVERY = 0.1  # of a run: snakemake shows the log of a failed run, whose last lines must not be lost among notes
@@ -46,7 +46,7 @@ def run_logged(spec, out, log, config):
             stream.flush()
 
         try:
-            result = run(parse_spec(spec), out, note, again=False)
+            result = engines.make(spec, out, note, again=False)
             RunStore(Path(out).parent).entry(Path(out).name)
         except Exception as error:
             message = failure(error, spec, Path(out).name, config)

@@ -10,8 +10,7 @@ import os
 from pathlib import Path
 
 from dem.errors import ResultError
-from dem.fingerprint import engine_fingerprint
-from dem.results import FAILED, RESULT, RUN_NAME, read_failure, read_result
+from dem.results import FAILED, RESULT, RUN_NAME, is_current, read_failure, read_result
 
 ROOT = "results/runs"
 
@@ -53,7 +52,7 @@ class RunStore:
             result = self.result(name)
         except ResultError:
             return None
-        return result if result["engine"] == engine_fingerprint() else None
+        return result if is_current(result["engine"]) else None
 
     def failure(self, name):
         """Content of a run's failed.json where it can be trusted and is of this engine, else None."""
@@ -61,7 +60,7 @@ class RunStore:
             failure = read_failure(self.folder(name))
         except ResultError:
             return None
-        return failure if failure["engine"] == engine_fingerprint() else None
+        return failure if is_current(failure["engine"]) else None
 
     def known(self, name):
         """The entry of a finished run as the index has it, without a look at the run itself unless it is new there;

@@ -11,15 +11,13 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
+from calibration import engines
 from calibration.campaign import changed_since_planned, read_plan, run_id
 from calibration.errors import CalibrationError
 from calibration.store import RunStore
 from dem.errors import DemError, ResultError
-from dem.fingerprint import engine_fingerprint
 from dem.io.files import sweep_partial
-from dem.results import FAILED, RESULT, read_failure
-from dem.run import run
-from dem.spec import parse_spec
+from dem.results import FAILED, RESULT, is_current, read_failure
 
 _held = []  # locks that are held until this process ends, however it ends
 
@@ -58,8 +56,10 @@ def _run_faults(store, full):
         try:
             if (folder / RESULT).exists():
                 engine = store.entry(name, full)["engine"]
-                if engine != engine_fingerprint():
+                if not is_current(engine):
                     yield Fault(f"{folder}: was made by another engine, {engine}", name, stale=True)
+                elif changed := engines.changed(engine, name, store):
+                    yield Fault(changed, name)
             elif (folder / FAILED).exists():
                 read_failure(folder)
         except ResultError as error:
@@ -114,7 +114,7 @@ def repair(faults, results="results", note=print):
             note(f"{fault.run}: set aside; no plan knows its spec")
             continue
         try:
-            run(parse_spec(spec), store.folder(fault.run))
+            engines.make(spec, store.folder(fault.run))
             store.entry(fault.run)
             note(f"{fault.run}: made again")
         except DemError as error:

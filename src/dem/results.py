@@ -18,6 +18,20 @@ RESULT, FAILED, STATE = "result.json", "failed.json", "final.npz"
 RUN_NAME = re.compile(r"[a-z_]+-[0-9a-f]{16}")
 
 
+OTHER = "other: "
+
+
+def engine_of(spec):
+    """What makes a `RunSpec`'s run: this engine's fingerprint, or the name of another engine."""
+    return engine_fingerprint() if spec.engine is None else OTHER + spec.engine.name
+
+
+def is_current(engine):
+    """Whether what `engine_of` named still stands: this engine as it is now, or another one, whose version is part of
+    the run's name."""
+    return engine == engine_fingerprint() or engine.startswith(OTHER)
+
+
 def run_name(spec):
     """Name of a run: experiment and content hash of its `RunSpec`."""
     return f"{spec.experiment}-{content_hash(spec)}"
@@ -30,7 +44,7 @@ def write_result(folder, spec, metrics, numerics, files=(STATE,)):
         "experiment": spec.experiment,
         "seed": spec.seed,
         "spec": spec.model_dump(mode="json"),
-        "engine": engine_fingerprint(),
+        "engine": engine_of(spec),
         "metrics": metrics,
         "numerics": numerics,
         "manifest": _manifest(spec) | {"files": {n: digest_of(folder / n) for n in files}},
@@ -43,7 +57,7 @@ def write_result(folder, spec, metrics, numerics, files=(STATE,)):
 def write_failure(folder, spec, error):
     """Write failed.json: a physical failure, which the same spec would meet again."""
     failure = {
-        "engine": engine_fingerprint(),
+        "engine": engine_of(spec),
         "metrics": None,
         "error": str(error),
         "kind": type(error).__name__,

@@ -19,7 +19,15 @@ from dem.experiments import experiment_of
 from dem.fingerprint import engine_fingerprint
 from dem.io.checked import read_checked_arrays, write_checked_arrays
 from dem.io.files import sweep_partial, write_arrays
-from dem.results import FAILED, RESULT, STATE, read_result, run_name, write_result
+from dem.results import (
+    FAILED,
+    RESULT,
+    STATE,
+    is_current,
+    read_result,
+    run_name,
+    write_result,
+)
 from dem.spec import canonical
 
 
@@ -128,13 +136,14 @@ def _refuse_not_finite(arrays):
             raise ValueError(f"{name} holds values that are not finite")
 
 
-def run(spec, out, progress=None, *, again=True, wait=True):
+def run(spec, out, progress=None, *, again=True, wait=True, maker=None):
     """Run a `RunSpec` into folder `out`; progress(fraction, text) is called along the way.
 
-    again: make the run even where its result is there, by this engine and undamaged. wait: wait for a process that is
-    making the same run, in place of raising BusyError. Returns the content of result.json. Raises DemError. Whatever
-    goes wrong, no result.json is left. A SIGTERM ends the run with StoppedError, after a checkpoint where the
-    experiment keeps one.
+    again: make the run even where its result is there, by this engine and undamaged. wait: wait for
+    a process that is making the same run, in place of raising BusyError. maker(spec, context) ->
+    metrics makes the run of a spec that names another engine. Returns the content of result.json.
+    Raises DemError. Whatever goes wrong, no result.json is left. A SIGTERM ends the run with
+    StoppedError, after a checkpoint where the experiment keeps one.
     """
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
@@ -146,7 +155,7 @@ def run(spec, out, progress=None, *, again=True, wait=True):
         for name in (RESULT, FAILED):
             (out / name).unlink(missing_ok=True)
         context = RunContext(spec, out, progress, stop)
-        result = _make(spec, context)
+        result = _make(spec, context, maker)
         context.checkpoint_path.unlink(missing_ok=True)
         return result
 
@@ -157,12 +166,15 @@ def finished(out):
         result = read_result(out)
     except ResultError:
         return None
-    return result if result["engine"] == engine_fingerprint() else None
+    return result if is_current(result["engine"]) else None
 
 
-def _make(spec, context):
+def _make(spec, context, maker):
     started, name = time.perf_counter(), run_name(spec)
-    metrics = experiment_of(spec).perform(spec, context)
+    if spec.engine is not None and maker is None:
+        raise DemError(f"runs of this spec are made by {spec.engine.name}, from a study")
+    perform = experiment_of(spec).perform if spec.engine is None else maker
+    metrics = perform(spec, context)
     bad = [k for k, v in metrics.items() if isinstance(v, float) and not np.isfinite(v)]
     if bad:
         raise MeasureError(f"{spec.experiment}: {', '.join(bad)} did not come out as numbers")

@@ -192,6 +192,14 @@ GEOMETRY = {name: e.geometry for name, e in experiments().items()}
 """Experiment -> schema of its geometry."""
 
 
+class OtherEngine(Part):
+    """Another program that makes the run. Its version and settings are part of what the run is."""
+
+    name: str = field(..., "name of the engine")
+    identity: dict = field({}, "version, and digests of the files that its numbers depend on")
+    settings: dict = field({}, "what it was told")
+
+
 class RunSpec(Part):
     """One run."""
 
@@ -205,6 +213,9 @@ class RunSpec(Part):
     geometry: Union[tuple(GEOMETRY.values())]  # noqa: UP007
     numerics: Numerics = Numerics()
     output: Output = Output()
+    engine: OtherEngine | None = field(
+        None, "another engine that makes the run; written by a study"
+    )
 
 
 def parse_spec(data, file=None):
@@ -351,6 +362,10 @@ def canonical(spec):
     meshes may be open only where there is one."""
     data = spec.model_dump(mode="json", exclude={"output"})
     geometry = data["geometry"]
+    if spec.engine is None:
+        data.pop("engine")
+    else:  # how long one waits for a result does not change it
+        data["engine"]["settings"].pop("timeout_s", None)
     named = _input_files(spec)
     geometry |= {key: digest for key, digest in input_digests(spec).items() if digest}
     if not named:

@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import calibration.batches
 from calibration import store as store_module
 from calibration.batches import simulate
 from calibration.campaign import read_metric, read_plan, run_id, write_plan
@@ -131,8 +130,7 @@ def test_a_copy_of_the_whole_store_is_as_good(names, tmp_path):
 
 
 def test_a_result_of_another_engine_is_no_number_of_this_one(names, monkeypatch):
-    for module in ("dem.run", "calibration.store", "calibration.campaign", "calibration.verify"):
-        monkeypatch.setattr(f"{module}.engine_fingerprint", lambda: "f" * 16)
+    monkeypatch.setattr("dem.results.engine_fingerprint", lambda: "f" * 16)
     with pytest.raises(CalibrationError, match="another engine"):
         read_metric(names, "rebound_height_mm")
     assert RunStore().current(names[0]) is None
@@ -182,21 +180,20 @@ def test_a_passing_fault_of_the_machine_is_not_kept(tmp_path, monkeypatch, fault
     specs = {run_id(s): s for s in (drop(0), drop(1))}
     first, second = specs
 
-    def broken(spec, folder, **_):
+    def broken(spec, folder, *_, **__):
         if folder.name == first:
             raise fault
         make(spec.model_dump(mode="json", exclude_none=True), 1.0)
         return {"metrics": {"rebound_height_mm": 1.0}}
 
-    monkeypatch.setattr(calibration.batches, "run", broken)
+    monkeypatch.setattr("calibration.engines.run", broken)
     with pytest.raises(CalibrationError, match=first):
         simulate(specs)
     assert not (Path("results/runs") / first / "failed.json").exists()
     fault = None
     monkeypatch.setattr(
-        calibration.batches,
-        "run",
-        lambda spec, folder, **_: {"metrics": {"n": make(drop(0), 2.0)}},
+        "calibration.engines.run",
+        lambda spec, folder, *_, **__: {"metrics": {"n": make(drop(0), 2.0)}},
     )
     assert set(simulate(specs)) == {first, second}
 
@@ -216,7 +213,7 @@ def test_a_physical_failure_is_kept(tmp_path, monkeypatch, error):
         calls.append(1)
         raise error
 
-    monkeypatch.setattr(calibration.batches, "run", fails)
+    monkeypatch.setattr("calibration.engines.run", fails)
     for _ in range(2):
         assert simulate({name: drop(0)}) == {name: None}
     assert len(calls) == 1

@@ -2,6 +2,7 @@
 
 from pydantic import ValidationError
 
+from calibration import engines
 from calibration.config.measured import goals, read_target
 from calibration.config.schema import METRICS, Config, FurtherTarget, section_of
 from calibration.config.specs import bench_run, point_spec
@@ -127,6 +128,7 @@ def _parse(data, file):
         )
     _check_targets(config, file)
     _check_bench(config, file)
+    config = _with_engine(config, file)
     _check_run(config, factors, file)
     return config
 
@@ -198,10 +200,31 @@ def _check_bench(config, file):
             raise ConfigError(str(error), path=file, key=f"bench.{test}.run") from None
 
 
+def _with_engine(config, file):
+    """The configuration with its engine, program and version, in the run spec that all runs share."""
+    try:
+        entry = engines.entry_of(config.engine)
+    except ConfigError as error:
+        raise ConfigError(
+            error.reason, path=file, key=error.key, value=error.value, allowed=error.allowed
+        ) from None
+    if entry is None:
+        if "engine" in config.run:
+            raise ConfigError(
+                "is no key of a run; the study's own key engine names it",
+                path=file,
+                key="run.engine",
+            )
+        return config
+    return config.model_copy(update={"run": config.run | {"engine": entry}})
+
+
 def _check_run(config, factors, file):
     """Refuse a run spec that no run could be made of, and factors that set no number of it or leave its ranges."""
     try:
-        parse_spec(point_spec(config.run, config.experiment, {}, 1))
+        engines.check(parse_spec(point_spec(config.run, config.experiment, {}, 1)))
+    except engines.EngineError as error:
+        raise ConfigError(str(error), path=file, key="engine") from None
     except SpecError as error:
         raise ConfigError(
             "is not valid",

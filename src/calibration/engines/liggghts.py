@@ -1,0 +1,201 @@
+"""LIGGGHTS (3.8, public version) as the engine: heap and drop, with the exported material block and
+its own walls."""
+
+import re
+import subprocess
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from calibration.engines import Engine, EngineError, Settings, rig
+from calibration.engines.mesh import disc, frustum, write_mesh
+from calibration.engines.program import find, prime_seed, read_dump, read_frames, run, state_of
+from calibration.export import liggghts as block
+
+INSTALL = "Debian and Ubuntu have it: apt-get install liggghts"
+
+HEAD = """\
+# {experiment} of {code}; SI units; type 1: grains, 2: walls. Start: {launch}
+atom_style granular
+atom_modify map array
+boundary f f f
+newton off
+communicate single vel yes
+units si
+region box block {box} units box
+create_box 2 box
+neighbor {skin:.6g} bin
+neigh_modify delay 0
+include material.in
+fix move all ${{integrator}}
+fix pull all gravity {gravity} vector 0 0 -1
+"""
+
+HEAP = """\
+fix plate all mesh/surface file plate.stl type 2
+fix funnel all mesh/surface file funnel.stl type 2
+fix rig all wall/gran ${{law}} mesh n_meshes 2 meshes plate funnel
+{sizes}
+region mouth cylinder z 0 0 {mouth:.6g} {low:.6g} {high:.6g} units box
+fix source all insert/rate/region seed {seed} distributiontemplate sizes nparticles {count} &
+    particlerate {rate:.6g} insert_every {every} overlapcheck yes all_in yes &
+    vel constant 0 0 -{speed:.6g} region mouth ntry_mc 10000
+compute kinetic all ke
+thermo_style custom step atoms c_kinetic
+thermo 10000
+thermo_modify lost ignore norm no
+variable energy equal c_kinetic
+run {first}
+variable look loop {looks}
+label more
+run {between}
+if "${{energy}} < {rest:.6g}" then "jump SELF rest"
+next look
+jump SELF more
+label rest
+dump end all custom 1 end.dump id radius x y z vx vy vz omegax omegay omegaz
+run 0
+"""
+
+DROP = """\
+fix floor all wall/gran ${{law}} primitive type 2 zplane 0.0
+{grains}
+set group all diameter {diameter:.9g} density {density:.9g}
+thermo 100000
+run {first}
+dump trace all custom {every} trace.dump id z vz
+dump_modify trace format "%d %.12g %.12g"
+run {more}
+"""
+
+
+@cache
+def version():
+    """Version of the installed program, as it states it. Raises EngineError."""
+    path = find("liggghts", INSTALL)
+    said = subprocess.run(
+        [*launcher(), path], input="", capture_output=True, text=True, timeout=60, check=False
+    )
+    found = re.search(r"Version (\S+ [\d.]+)", said.stdout)
+    if not found:
+        raise EngineError(f"{path} does not state its version")
+    return found.group(1)
+
+
+def launcher():
+    """LIGGGHTS loses the text of its errors unless the mpirun that it was built for starts it."""
+    mpirun = Path(find("liggghts", INSTALL)).with_name("mpirun")
+    return [str(mpirun), "--allow-run-as-root", "-np", "1"] if mpirun.exists() else []
+
+
+def identity(settings):
+    """The program's version. Raises EngineError where it is not installed."""
+    return {"version": version()}
+
+
+def refuse(spec):
+    """Raise EngineError for what LIGGGHTS cannot represent of a `RunSpec`."""
+    rig.refuse(spec, "LIGGGHTS", has_sizes=True)
+
+
+def deck(spec, folder):
+    """Write input, material block and meshes of a `RunSpec` into `folder`; returns the input's
+    name."""
+    (folder / "material.in").write_text(rig.block_of(block, spec))
+    text = {"heap": _heap, "drop": _drop}[spec.experiment](spec, folder)
+    (folder / "in.liggghts").write_text(text)
+    return "in.liggghts"
+
+
+def simulate(spec, folder, entry):
+    """Run a `RunSpec` in `folder`; returns metrics and the last state. Raises EngineError."""
+    command = [*launcher(), find("liggghts", INSTALL), "-in", deck(spec, folder)]
+    output = run(command, folder, entry["settings"]["timeout_s"])
+    if spec.experiment == "drop":
+        start = rig.Drop.of(spec).starts(spec.seed)[:, 2]
+        frames = read_frames(folder / "trace.dump")
+        z, v = (np.array([f[name] for f in frames]) for name in ("z", "vz"))
+        return rig.Drop.of(spec).metrics(z, v, start), {}
+    state = state_of(read_dump(folder / "end.dump"))
+    pour = rig.Pour.of(spec)
+    return rig.heap_metrics(state, pour, _made(output)), state
+
+
+def _made(output):
+    """Grains made, by the source's own count."""
+    totals = re.findall(r"a total of (\d+) particle templates", output)
+    return int(totals[-1]) if totals else 0
+
+
+def _head(spec, box, radius):
+    return HEAD.format(
+        experiment=spec.experiment,
+        code="LIGGGHTS 3.8",
+        launch="liggghts -in in.liggghts",
+        box=box,
+        skin=0.2 * radius,
+        gravity=rig.GRAVITY,
+    )
+
+
+def _heap(spec, folder):
+    pour = rig.Pour.of(spec)
+    r, g = pour.largest, pour.rig
+    write_mesh(folder / "plate.stl", disc(g.plate_radius))
+    cone = (g.orifice_radius, g.orifice_height, g.mouth_radius, g.rim_height)
+    write_mesh(folder / "funnel.stl", frustum(*cone) + frustum(*cone[2:], g.mouth_radius, pour.top))
+    side = 1.5 * max(g.plate_radius, g.mouth_radius)
+    first, between, looks = pour.looks
+    body = HEAP.format(
+        sizes=_sizes(pour),
+        mouth=g.mouth_radius - 0.2 * r,
+        low=g.source_height - 1.1 * r,
+        high=g.source_height + 1.1 * r,
+        seed=prime_seed(spec.seed),
+        count=pour.count,
+        rate=pour.rate,
+        every=max(round(2.2 * r / pour.speed / pour.dt), 1),
+        speed=pour.speed,
+        first=first,
+        between=between,
+        looks=looks,
+        rest=pour.rest_energy,
+    )
+    box = f"{-side:.6g} {side:.6g} {-side:.6g} {side:.6g} {pour.bottom:.6g} {pour.top + r:.6g}"
+    return _head(spec, box, min(pour.radii)) + body
+
+
+def _sizes(pour):
+    lines, names = [], []
+    for k, (radius, share) in enumerate(zip(pour.radii, pour.shares, strict=True)):
+        lines.append(
+            f"fix size{k} all particletemplate/sphere {prime_seed(1000 + k)} atom_type 1 "
+            f"density constant {pour.density:.6g} radius constant {radius:.9g}"
+        )
+        names.append(f"size{k} {share:.9g}")
+    lines.append(
+        f"fix sizes all particledistribution/discrete/numberbased {prime_seed(2000)} "
+        f"{len(names)} {' '.join(names)}"
+    )
+    return "\n".join(lines)
+
+
+def _drop(spec, folder):
+    drop = rig.Drop.of(spec)
+    at = drop.starts(spec.seed)
+    first, every, looks = drop.looks
+    grains = "\n".join(
+        f"create_atoms 1 single {x:.12g} {y:.12g} {z:.12g} units box" for x, y, z in at
+    )
+    return _head(spec, rig.box_around(at, drop.radius), drop.radius) + DROP.format(
+        grains=grains,
+        diameter=2.0 * drop.radius,
+        density=drop.density,
+        first=first,
+        every=every,
+        more=every * looks,
+    )
+
+
+ENGINE = Engine("liggghts", Settings, ("heap", "drop"), identity, refuse, simulate)

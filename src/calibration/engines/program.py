@@ -1,0 +1,100 @@
+"""Running another engine's program, and reading what it leaves."""
+
+import math
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from calibration.engines import EngineError
+
+LAST_WORDS = 800
+"""Characters of a failed program's output that its error quotes."""
+
+
+def find(name, install):
+    """Path of a program, beside this Python or on the PATH. Raises EngineError that says how to
+    `install` it."""
+    beside = Path(sys.executable).parent / name
+    found = str(beside) if beside.exists() else shutil.which(name)
+    if not found:
+        raise EngineError(f"the program {name} is not installed; {install}")
+    return found
+
+
+def run(command, folder, timeout_s, environment=None):
+    """Output of a command run in `folder`, kept in output.txt. Raises EngineError when it fails
+    or takes too long."""
+    output = Path(folder) / "output.txt"
+    with open(output, "w") as stream:
+        try:
+            done = subprocess.run(
+                command,
+                cwd=folder,
+                stdin=subprocess.DEVNULL,
+                stdout=stream,
+                stderr=subprocess.STDOUT,
+                timeout=timeout_s,
+                env=environment,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            raise EngineError(f"{_name(command)} was stopped after {timeout_s:g} s") from None
+        except OSError as error:
+            raise EngineError(f"{_name(command)} cannot be started: {error.strerror}") from None
+    text = output.read_text(errors="replace")
+    if done.returncode:
+        words = text[-LAST_WORDS:].strip() or "no output"
+        raise EngineError(f"{_name(command)} ended with status {done.returncode}: {words}")
+    return text
+
+
+def _name(command):
+    return Path(command[0]).name if isinstance(command, list) else command
+
+
+def read_frames(path):
+    """[{column: (n,) array}] of all frames of a LIGGGHTS or LAMMPS text dump, sorted by id.
+    Raises EngineError."""
+    try:
+        parts = Path(path).read_text().split("ITEM: ATOMS")[1:]
+        return [_frame(part.split("ITEM:")[0].splitlines()) for part in parts]
+    except (OSError, ValueError, IndexError) as error:
+        raise EngineError(f"{Path(path).name} cannot be read: {error}") from None
+
+
+def _frame(lines):
+    names = lines[0].split()
+    rows = np.array([line.split() for line in lines[1:]], float).reshape(-1, len(names))
+    if not np.isfinite(rows).all():
+        raise ValueError("it holds numbers that are not finite")
+    rows = rows[np.argsort(rows[:, names.index("id")])]
+    return dict(zip(names, rows.T, strict=True))
+
+
+def read_dump(path):
+    """{column: (n,) array} of the last frame of a dump. Raises EngineError."""
+    frames = read_frames(path)
+    if not frames:
+        raise EngineError(f"{Path(path).name} holds no frame")
+    return frames[-1]
+
+
+def state_of(dump):
+    """Arrays of the grains at the end, from a dump with x, v, omega, radius and id."""
+    at = {
+        key: np.column_stack([dump[name + axis] for axis in "xyz"])
+        for key, name in (("position", ""), ("velocity", "v"), ("spin", "omega"))
+    }
+    tag = dump["id"].astype(np.int64)
+    return at | {"radius": dump["radius"], "tag": tag, "grain": tag}
+
+
+def prime_seed(seed):
+    """A prime above 10,000 for each `seed` from 0: what LIGGGHTS takes as a seed."""
+    n = 10_007 + 7_919 * seed
+    while any(n % k == 0 for k in range(2, math.isqrt(n) + 1)):
+        n += 1
+    return n

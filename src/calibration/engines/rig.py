@@ -1,0 +1,212 @@
+"""What the decks of other engines share: the spec in their terms, and metrics from the state that
+they leave."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from calibration.engines import EngineError
+from calibration.export.conversion import Conversion
+from calibration.export.header import left_out
+from calibration.export.material import GRAVITY, granulate
+from dem.experiments.heap import LOST_BELOW, Rig
+from dem.experiments.setup import material_of, time_step_of
+from dem.grains import mean_radius, number_fractions
+from dem.measure.heap import measure_heap
+from dem.timescales import hertz_contact_time
+
+COLLAR = 0.03
+"""Height of the wall above the funnel's rim, within which grains are made [m]."""
+EXTRA = 0.3
+"""Time after the last grain is made before a deck first looks whether the heap is at rest [s]."""
+LOOK = 0.05
+"""Time between these looks [s]."""
+ROLLING = ("none", "elastic_plastic")
+"""Rolling laws that other engines have too."""
+
+
+def refuse(spec, code, has_sizes):
+    """Raise EngineError for what `code` cannot represent of a `RunSpec`: laws by name, meshes,
+    sizes."""
+    if spec.laws.rolling not in ROLLING:
+        raise EngineError(
+            f"{code} has no rolling friction {spec.laws.rolling}; a study in {code} takes "
+            f"run.laws.rolling: {' or '.join(ROLLING)}"
+        )
+    lost = [s.removeprefix("NOT CONVERTED: ") for s in left_out(spec) if "NOT CONVERTED" in s]
+    if lost:
+        raise EngineError(f"{code} cannot represent: {' '.join(lost)}")
+    if spec.particles.sizes is not None and not has_sizes:
+        raise EngineError(f"{code}: particles.sizes is not carried over; give diameter_mm alone")
+    meshes = [k for k in ("funnel_stl", "plate_stl") if getattr(spec.geometry, k, None)]
+    if meshes:
+        raise EngineError(
+            f"{code}: geometry.{meshes[0]} is not carried over; the rig's own walls are"
+        )
+
+
+def block_of(module, spec):
+    """Text of a code's material block for a `RunSpec`, from its module in `calibration.export`."""
+    return module.block(granulate(spec), Conversion(spec), ["A run of a study, in SI units."])
+
+
+@dataclass(frozen=True)
+class Pour:
+    """A funnel heap in SI units, as a deck needs it."""
+
+    rig: Rig
+    count: int
+    rate: float
+    speed: float
+    radii: tuple
+    shares: tuple
+    """Radius [m] and share by number of each size."""
+    density: float
+    dt: float
+    max_time: float
+    rest_energy: float
+    """Kinetic energy of translation below which the heap is at rest [J]. A grain that spins
+    about the normal of its
+    contacts has no resistance in these codes, and does not move the heap."""
+
+    @classmethod
+    def of(cls, spec):
+        """From a `RunSpec` of a heap."""
+        p, g = spec.particles, spec.geometry
+        scale = 0.5e-3 * p.scale_factor
+        if p.sizes is None:
+            radii, shares = (scale * p.diameter_mm,), (1.0,)
+        else:
+            radii = tuple(scale * d for d in p.sizes.diameters_mm)
+            shares = tuple(number_fractions(p.sizes))
+        density = spec.materials.particle.density_kg_m3
+        lift = sum(s * 4 / 3 * math.pi * r**4 for r, s in zip(radii, shares, strict=True))
+        return cls(
+            Rig(g),
+            p.count,
+            g.generation_rate_per_s,
+            g.injection_speed_m_s,
+            radii,
+            shares,
+            density,
+            time_step_of(spec),
+            spec.numerics.max_time_s,
+            spec.numerics.rest_energy_ratio * p.count * density * GRAVITY * lift,
+        )
+
+    @property
+    def largest(self):
+        """Radius of the largest grain [m]."""
+        return max(self.radii)
+
+    @property
+    def bottom(self):
+        """Height below which grains are lost [m]."""
+        return -LOST_BELOW
+
+    @property
+    def top(self):
+        """Upper end of the wall above the funnel [m]."""
+        return self.rig.rim_height + COLLAR
+
+    @property
+    def looks(self):
+        """(steps before the first look at the kinetic energy, steps between looks, greatest
+        number of looks)."""
+        first = min(self.count / self.rate + EXTRA, self.max_time)
+        more = max(math.ceil((self.max_time - first) / LOOK), 1)
+        return round(first / self.dt), round(LOOK / self.dt), more
+
+
+def heap_metrics(state, pour, made):
+    """Metrics of a heap from the last state that another engine left; made: grains that it made."""
+    if made < pour.count:
+        raise EngineError(
+            f"made {made} of {pour.count} grains: the funnel does not take them; widen the orifice, "
+            "or make fewer a second"
+        )
+    x, r, v = state["position"], state["radius"], state["velocity"]
+    metrics = measure_heap(x, r, v, pour.rig.plate_radius)
+    inside = int((x[:, 2] > pour.rig.orifice_height - 2e-3).sum())
+    return metrics | {"spilled": pour.count - len(r), "in_funnel": inside}
+
+
+def box_around(position, radius):
+    """Bounds of a box with room around grains at `position` (n, 3) [m], as a deck writes them."""
+    room = 20.0 * radius
+    low, high = position.min(axis=0) - room, position.max(axis=0) + room
+    low[2] = -radius  # nothing falls below the floor
+    return " ".join(f"{a:.6g} {b:.6g}" for a, b in zip(low, high, strict=True))
+
+
+@dataclass(frozen=True)
+class Drop:
+    """A drop test in SI units."""
+
+    radius: float
+    height: float
+    drops: int
+    density: float
+    dt: float
+    contact_time: float
+
+    @classmethod
+    def of(cls, spec):
+        """From a `RunSpec` of a drop."""
+        radius, height = mean_radius(spec), 1e-3 * spec.geometry.drop_height_mm
+        if spec.geometry.output_interval_s:
+            raise EngineError("geometry.output_interval_s is not carried over to other engines")
+        m = spec.materials
+        impact = math.sqrt(2.0 * GRAVITY * height)
+        return cls(
+            radius,
+            height,
+            spec.geometry.drops,
+            m.particle.density_kg_m3,
+            time_step_of(spec),
+            hertz_contact_time(radius, impact, material_of(m.particle), material_of(m.wall)),
+        )
+
+    @property
+    def impact(self):
+        """Speed of the impact [m/s]."""
+        return math.sqrt(2.0 * GRAVITY * self.height)
+
+    def starts(self, seed):
+        """Positions (drops, 3) [m] of the grains: far apart, at different phases of the
+        time step."""
+        rng = np.random.default_rng(seed)
+        phase = (np.arange(self.drops) + rng.random()) / self.drops
+        z = self.radius + self.height + phase * self.impact * self.dt
+        x = 20.0 * self.radius * np.arange(self.drops)
+        return np.column_stack([x, np.zeros(self.drops), z])
+
+    @property
+    def looks(self):
+        """(steps until all grains have met the plate, steps between looks, number of looks)."""
+        fall = math.sqrt(2.0 * self.height / GRAVITY)
+        every = max(round(0.01 * fall / self.dt), 1)
+        return round((fall + 2.0 * self.contact_time) / self.dt), every, 20
+
+    def metrics(self, z, v, start):
+        """Metrics from heights z and speeds v (looks, drops) of the centres after the
+        impact, and `start` (drops,)."""
+        rising = v > 0.0
+        if not rising.any(axis=0).all():
+            raise EngineError("a grain did not rebound within a fifth of its fall")
+        # while it rises freely the height that it will reach follows from its energy
+        reach = np.where(rising & (z > self.radius), z - self.radius + v**2 / (2.0 * GRAVITY), 0.0)
+        apex = reach.max(axis=0)
+        restitution = np.sqrt(apex / (start - self.radius))
+        spread = {"ddof": 1} if self.drops > 1 else {}
+        return {
+            "rebound_height_mm": 1e3 * float(apex.mean()),
+            "rebound_height_sd_mm": 1e3 * float(apex.std(**spread)),
+            "true_rebound_height_mm": 1e3 * float(apex.mean()),
+            "effective_restitution": float(restitution.mean()),
+            "effective_restitution_sd": float(restitution.std(**spread)),
+            "impact_speed_m_s": self.impact,
+            "contact_time_s": self.contact_time,
+            "steps_per_contact": self.contact_time / self.dt,
+        }

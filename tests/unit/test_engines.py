@@ -1,0 +1,213 @@
+"""Other engines behind a study's runs: names of runs, refusals, and what a program may do wrong."""
+
+import importlib
+import sys
+import textwrap
+
+import pytest
+
+from calibration import engines
+from calibration.campaign import run_id
+from calibration.engines.program import prime_seed, read_dump
+from calibration.engines.rig import Drop, Pour
+from calibration.engines.table import read_row
+from calibration.errors import ConfigError
+from calibration.store import RunStore
+from dem.errors import DemError
+from dem.run import run
+from dem.spec import content_hash, parse_spec
+
+OWN = {
+    "experiment": "drop",
+    "seed": 1,
+    "materials": {
+        "particle": {"density_kg_m3": 1200, "shear_modulus_Pa": 1e7, "poisson_ratio": 0.25},
+        "wall": {"density_kg_m3": 7800, "shear_modulus_Pa": 8e10, "poisson_ratio": 0.3},
+    },
+    "contacts": {
+        "particle_particle": {"restitution": 0.5, "static_friction": 0.5, "rolling_friction": 0.1},
+        "particle_wall": {"restitution": 0.6, "static_friction": 0.5, "rolling_friction": 0.1},
+    },
+    "laws": {"rolling": "none"},
+    "particles": {"count": 1, "diameter_mm": 2.0},
+}
+
+
+def program(tmp_path, text, **settings):
+    """Engine entry of a Python program with this text, and its path."""
+    path = tmp_path / "solver.py"
+    path.write_text(textwrap.dedent(text))
+    chosen = {
+        "name": "command",
+        "command": f"{sys.executable} {path} {{spec}} {{seed}}",
+        "version": "1",
+        "files": [str(path)],
+    }
+    return engines.entry_of(chosen | settings), path
+
+
+def simulate(entry, folder):
+    folder.mkdir(exist_ok=True)
+    return engines.engines()[entry["name"]].simulate(parse_spec(OWN), folder, entry)
+
+
+CLOSED_FORM = """
+import json, sys, yaml
+spec = yaml.safe_load(open(sys.argv[1]))
+e = spec["contacts"]["particle_wall"]["restitution"]
+height = spec["geometry"]["drop_height_mm"]
+metrics = {"rebound_height_mm": e * e * height, "seed": int(sys.argv[2])}
+json.dump(metrics, open("metrics.json", "w"))
+"""
+
+
+def test_a_command_is_given_the_spec_and_its_metrics_are_read(tmp_path):
+    entry, _ = program(tmp_path, CLOSED_FORM)
+    metrics, state = simulate(entry, tmp_path / "run")
+    assert metrics == {"rebound_height_mm": pytest.approx(0.36 * 150.0), "seed": 1}
+    assert state == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "settings", "words"),
+    [
+        ("import sys; print('no licence'); sys.exit(3)", {}, "status 3: no licence"),
+        ("import time; time.sleep(60)", {"timeout_s": 0.5}, "stopped after 0.5 s"),
+        ("pass", {}, "no usable metrics.json"),
+        ("open('metrics.json', 'w').write('{\"angle\": NaN}')", {}, "angle = nan is not a finite"),
+        ("open('metrics.json', 'w').write('{\"angle\": ')", {}, "no usable metrics.json"),
+        ("open('metrics.json', 'w').write('[1]')", {}, "must map names"),
+    ],
+)
+def test_a_program_that_goes_wrong_gives_a_sentence(tmp_path, text, settings, words):
+    entry, _ = program(tmp_path, text, **settings)
+    with pytest.raises(engines.EngineError, match=words):
+        simulate(entry, tmp_path / "run")
+
+
+def test_engines_versions_and_files_never_share_a_run(tmp_path):
+    entry, path = program(tmp_path, CLOSED_FORM)
+    specs = [OWN, OWN | {"engine": entry}]
+    specs.append(OWN | {"engine": program(tmp_path, CLOSED_FORM, version="2")[0]})
+    path.write_text(path.read_text() + "\n# another program\n")
+    chosen = entry["settings"] | {"name": "command"}
+    specs.append(OWN | {"engine": engines.entry_of(chosen)})
+    assert len({content_hash(parse_spec(s)) for s in specs}) == 4
+    patient = OWN | {"engine": entry | {"settings": entry["settings"] | {"timeout_s": 9.0}}}
+    assert content_hash(parse_spec(patient)) == content_hash(parse_spec(specs[1]))
+
+
+def test_a_run_is_kept_with_its_manifest_and_made_once(tmp_path):
+    entry, path = program(tmp_path, CLOSED_FORM)
+    spec = OWN | {"engine": entry}
+    folder = tmp_path / run_id(spec)
+    first = engines.make(spec, folder)
+    assert first["engine"] == "other: command"
+    assert first["metrics"]["rebound_height_mm"] == pytest.approx(0.36 * 150.0)
+    assert RunStore(tmp_path).current(folder.name) == first
+    path.unlink()  # the kept result is not made again
+    assert engines.make(spec, folder, again=False) == first
+    with pytest.raises(engines.EngineError, match=r"solver\.py"):
+        engines.make(spec, folder)
+    assert RunStore(tmp_path).current(folder.name) is None
+
+
+def test_our_engine_refuses_a_run_of_another(tmp_path):
+    with pytest.raises(DemError, match="made by command"):
+        run(parse_spec(OWN | {"engine": program(tmp_path, CLOSED_FORM)[0]}), tmp_path / "run")
+
+
+def test_a_changed_row_of_a_table_is_told(tmp_path):
+    table = tmp_path / "responses.csv"
+    chosen = {"name": "table", "responses": str(table), "code": "EDEM 2024"}
+    spec = OWN | {"engine": engines.entry_of(chosen)}
+    name, store = run_id(spec), RunStore(tmp_path)
+    table.write_text(f"run_id,rebound_height_mm\n{name},54.0\n")
+    made = engines.make(spec, tmp_path / name)
+    assert made["metrics"] == {"rebound_height_mm": 54.0}
+    assert engines.changed(made["engine"], name, store) is None
+    table.write_text(f"run_id,rebound_height_mm\n{name},55.0\n")
+    assert "has changed" in engines.changed(made["engine"], name, store)
+
+
+@pytest.mark.parametrize(
+    ("chosen", "words"),
+    [
+        ("edem", "is no engine.*allowed: dem, command"),
+        ({"name": "command", "version": "1"}, r"engine\.command"),
+        ({"name": "command", "command": "x", "version": "1", "files": ["none.py"]}, "none.py"),
+        ({"name": "dem", "timeout_s": 3}, "is no engine"),
+        ({"name": "table", "responses": "r.csv", "code": "EDEM 2024", "sep": ";"}, r"engine\.sep"),
+    ],
+)
+def test_a_wrong_engine_is_refused(chosen, words):
+    with pytest.raises(ConfigError, match=words):
+        engines.entry_of(chosen)
+
+
+def test_our_own_engine_adds_nothing_to_a_spec():
+    assert engines.entry_of("dem") is None
+    assert engines.entry_of({"name": "dem"}) is None
+
+
+@pytest.mark.parametrize("name", ["liggghts", "lammps"])
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"laws": {"rolling": "constant_torque"}}, "no rolling friction constant_torque"),
+        (
+            {
+                "laws": {"rolling": "none", "cohesion": "sjkr"},
+                "law_parameters": {"cohesion_energy_density_J_m3": 1e4},
+            },
+            "cohesion sjkr",
+        ),
+        ({"laws": {"rolling": "none", "drag": "schiller_naumann"}}, "drag schiller_naumann"),
+    ],
+)
+def test_what_a_code_cannot_represent_is_refused_by_name(name, changes, words):
+    with pytest.raises(engines.EngineError, match=words):
+        engines.engines()[name].refuse(parse_spec(OWN | changes))
+
+
+def test_a_table_gives_the_row_of_a_run(tmp_path):
+    table = tmp_path / "responses.csv"
+    table.write_text(
+        "run_id,angle_of_repose_deg\nheap-1,41.5\nheap-2,\nheap-3,4a\nheap-4,1\nheap-4,2\n"
+    )
+    assert read_row(table, "heap-1") == {"angle_of_repose_deg": 41.5}
+    for name, words in (
+        ("heap-9", "no row for the run heap-9 yet"),
+        ("heap-3", "line 4, angle_of_repose_deg: '4a' is not a number"),
+        ("heap-4", "several lines: 5, 6"),
+    ):
+        with pytest.raises(engines.EngineError, match=words):
+            read_row(table, name)
+    with pytest.raises(engines.EngineError, match="No such file"):
+        read_row(tmp_path / "none.csv", "heap-1")
+
+
+def test_a_dump_with_numbers_that_are_none_is_refused(tmp_path):
+    path = tmp_path / "end.dump"
+    path.write_text("ITEM: TIMESTEP\n1\nITEM: ATOMS id x\n2 0.5\n1 nan\n")
+    with pytest.raises(engines.EngineError, match="not finite"):
+        read_dump(path)
+    path.write_text("ITEM: TIMESTEP\n1\nITEM: ATOMS id x\n2 0.5\n1 0.25\n")
+    assert list(read_dump(path)["x"]) == [0.25, 0.5]
+
+
+def test_seeds_are_primes_and_differ():
+    seeds = [prime_seed(k) for k in range(50)]
+    assert len(set(seeds)) == 50
+    assert all(n > 10_000 and all(n % k for k in range(2, int(n**0.5) + 1)) for n in seeds)
+
+
+@pytest.mark.parametrize("code", ["liggghts", "lammps"])
+@pytest.mark.parametrize("experiment", ["heap", "drop"])
+def test_a_deck_holds_the_spec(tmp_path, code, experiment):
+    module = importlib.import_module(f"calibration.engines.{code}")
+    spec = parse_spec(OWN | {"experiment": experiment})
+    text = (tmp_path / module.deck(spec, tmp_path)).read_text()
+    assert "{" not in text.replace("${", "")
+    steps = Drop.of(spec).looks[0] if experiment == "drop" else Pour.of(spec).looks[0]
+    assert f"run {steps}" in text
