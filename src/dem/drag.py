@@ -9,7 +9,29 @@ import math
 
 from numba import njit
 
+from dem.lanes import inlined
+
 NEWTON = 0.44 / 24.0  # C_D Re / 24 over Re where the drag grows as the square of the speed
+
+
+@inlined
+def resistance(density, viscosity, diameter, speed):
+    """Drag over speed [N s/m] of a sphere of `diameter` [m] at `speed` [m/s]."""
+    reynolds = density * speed * diameter / viscosity
+    over_stokes = max(1.0 + 0.15 * reynolds**0.687, NEWTON * reynolds)
+    return 3.0 * math.pi * viscosity * diameter * over_stokes
+
+
+def terminal_speed(weight, diameter, density, viscosity):
+    """Speed [m/s] at which the drag on a sphere of `diameter` [m] bears its weight [N]."""
+    low, high = 0.0, weight / (3.0 * math.pi * viscosity * diameter)  # Stokes' drag alone is less
+    for _ in range(60):
+        speed = 0.5 * (low + high)
+        if resistance.py_func(density, viscosity, diameter, speed) * speed < weight:
+            low = speed
+        else:
+            high = speed
+    return speed
 
 
 @njit(cache=True, error_model="numpy")
@@ -19,8 +41,6 @@ def apply_drag(n, particles, density, viscosity):
         k = particles.kinetic[i]
         diameter = 2.0 * k[6]
         speed = math.sqrt(k[0] * k[0] + k[1] * k[1] + k[2] * k[2])
-        reynolds = density * speed * diameter / viscosity
-        over_stokes = max(1.0 + 0.15 * reynolds**0.687, NEWTON * reynolds)
-        factor = 3.0 * math.pi * viscosity * diameter * over_stokes
+        factor = resistance(density, viscosity, diameter, speed)
         for f in range(3):
             particles.force[i, f] -= factor * k[f]

@@ -23,7 +23,7 @@ from dem.state import (
     no_clusters,
     place_ghosts,
 )
-from dem.step import DONE, OVERLAP, Model, advance
+from dem.step import DONE, OVERLAP, WALL_OVERLAP, Model, advance
 from dem.walls.builder import WallSet
 from dem.walls.contacts import find_wall_contacts
 
@@ -281,6 +281,10 @@ class Simulation:
         new_row = self._new_row
         new_row[self._order[:n]] = np.arange(n)
         new_row[n:] = np.arange(n, n + GHOSTS)
+        for b in np.flatnonzero(w.unbounded):
+            # a turning plane sweeps past a grain the faster the further it is from the axis
+            furthest = length(p.position[:n, :3] - w.origin[b]).max(initial=0.0)
+            w.extent[b] = furthest + reach[:n].max(initial=0.0)
         speed = length(w.velocity) + length(w.spin) * w.extent
         slack = self.skin.base * float(p.kinetic[:n, 6].min()) if n else 0.0
         self._allowance = np.where((speed > 0) | (w.mass > 0), horizon * speed + slack, 0.0)
@@ -363,7 +367,7 @@ class Simulation:
             if self._stale:
                 self._check_finite()  # a particle that is nowhere would be sorted into memory of others
                 self.rebuild_lists()
-            done, status, pair = advance(
+            done, status, contact = advance(
                 min(left, CHECK_INTERVAL), self.model, self.n, self.particles, self._pairs,
                 self._pair_count, self.wall_state, self._walls_list, self._wall_count,
                 self._allowance, self._scratch, self.clusters, self.row_of,
@@ -372,7 +376,9 @@ class Simulation:
             left -= done
             self._stale = status != DONE
             if status == OVERLAP:
-                self._report_overlap(pair)
+                self._report_overlap(contact)
+            if status == WALL_OVERLAP:
+                self._report_wall_overlap(contact)
             if left == 0 or self.steps % CHECK_INTERVAL < done:
                 self._check_finite()
         self.advance_seconds += time.perf_counter() - begin
@@ -383,13 +389,23 @@ class Simulation:
         p, k = self.particles.position[:, :3], self.particles.kinetic
         gap = length(p[i] - p[j]) - k[i, 6] - k[j, 6]
         worst = int(np.argmin(gap / np.minimum(k[i, 6], k[j, 6])))
-        row = i[worst]
+        row, other = i[worst], int(self.particles.tag[j[worst]])
+        self._raise_overlap(row, -gap[worst], f"particle {other}", "each other")
+
+    def _report_wall_overlap(self, contact):
+        row, element = self._walls_list.particle[contact], self._walls_list.element[contact]
+        depth = float(self.particles.kinetic[row, 6]) - self._scratch.distance[contact]
+        name = self.walls.bodies[self.wall_state.body[element]]["name"]
+        self._raise_overlap(row, depth, f"wall {name!r}", "a wall")
+
+    def _raise_overlap(self, row, depth, other, inside):
+        share = depth / float(self.particles.kinetic[row, 6])
         raise BlowUpError(
             particle=int(self.particles.tag[row]),
             time=self.time,
-            reason=f"overlap of {-gap[worst] / k[row, 6]:.2f} radii with particle "
-            f"{int(self.particles.tag[j[worst]])} (limit {self.overlap_limit:g})",
-            hint="the time step is too large, the modulus too soft, or particles were generated inside each other",
+            reason=f"overlap of {share:.2f} radii with {other} (limit {self.overlap_limit:g})",
+            hint="the time step is too large, the modulus too soft, the impact too fast, or particles were generated "
+            f"inside {inside}",
         )
 
     def _check_finite(self):

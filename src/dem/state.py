@@ -30,6 +30,8 @@ class Particles(NamedTuple):
     """(n, 8) real: force [N], torque [N m], resistance to own spin [N m], sum of normal loads [N]."""
     drift: np.ndarray
     """(n, 4) real: displacement since the pair list was built [m]; squared skin [m2]."""
+    carry: np.ndarray
+    """(n, 6) real: what rounding has left over of the velocities [m/s], [rad/s]; the next step adds it."""
     tag: np.ndarray
     """(n,) int64: number of the particle, in the order of adding."""
     material: np.ndarray
@@ -69,8 +71,8 @@ class WallScratch(NamedTuple):
     """(m, 3) float64 closest point of each candidate [m]."""
     distance: np.ndarray
     """(m,) float64 [m]."""
-    feature: np.ndarray
-    """(m,) int32."""
+    covered: np.ndarray
+    """(m,) bool: another element of the body is closer there."""
     stage: np.ndarray
     """(6, 8, WIDTH) real: geometry, wall spin, particle, history in; force columns, history out."""
     staged: np.ndarray
@@ -125,6 +127,7 @@ def new_particles(n, precision):
         aligned((rows, 2), real),
         aligned((rows, 8), real),
         aligned((rows, 4), real),
+        aligned((rows, 6), real),
         np.full(rows, -1, np.int64),
         np.zeros(rows, np.int32),
         np.full(rows, -1, np.int32),
@@ -168,7 +171,7 @@ def new_wall_scratch(capacity, precision):
     return WallScratch(
         np.zeros((capacity, 3)),
         np.zeros(capacity),
-        np.zeros(capacity, np.int32),
+        np.zeros(capacity, np.bool_),
         aligned((6, 8, WIDTH), real),
         np.zeros(WIDTH, np.int64),
     )

@@ -13,7 +13,7 @@ from dem.integrate import advance_particles
 from dem.walls.contacts import wall_forces
 from dem.walls.motion import move_bodies
 
-DONE, STALE, OVERLAP = range(3)
+DONE, STALE, OVERLAP, WALL_OVERLAP = range(4)
 
 
 class Model(NamedTuple):
@@ -41,13 +41,19 @@ def advance(
 ):  # fmt: skip
     """Advance up to `steps` steps; stop early when the lists are stale or an overlap is too large.
 
-    Returns the steps done, DONE | STALE | OVERLAP, and the pair that overlaps too much or -1.
+    Returns the steps done, DONE | STALE | OVERLAP | WALL_OVERLAP, and the pair or wall contact that overlaps too much
+    or -1.
     """
     codes, table, kind_of, dt = model.codes, model.table, model.kind_of, model.dt
     for s in range(steps):
         clear_forces(n, particles.force)
-        wall_forces(codes, table, kind_of, dt, particles, walls, wall_list, wall_count, scratch)
-        excess = pair_forces(codes, table, dt, particles, pairs, pair_count, model.overlap_limit)
+        limit = model.overlap_limit
+        excess = wall_forces(
+            codes, table, kind_of, dt, particles, walls, wall_list, wall_count, scratch, limit
+        )
+        if excess >= 0:
+            return s, WALL_OVERLAP, excess
+        excess = pair_forces(codes, table, dt, particles, pairs, pair_count, limit)
         if excess >= 0:
             return s, OVERLAP, excess
         if model.air[0] > 0.0:

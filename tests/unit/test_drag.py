@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
-from dem.drag import apply_drag
+from dem.drag import apply_drag, terminal_speed
+from dem.run import run
+from dem.spec import parse_spec
 
 
 class Particles:
@@ -38,3 +41,43 @@ def test_drag_follows_measured_coefficients(reynolds, coefficient):
     area = np.pi * radius**2
     found = -particles.force[0, 2] / (0.5 * density * speed**2 * area)
     assert found == pytest.approx(coefficient, rel=0.12)
+
+
+@pytest.mark.parametrize(("radius", "density"), [(1e-5, 1000.0), (1e-3, 100.0), (0.02, 84.0)])
+def test_a_grain_at_terminal_speed_weighs_what_the_drag_bears(radius, density):
+    weight = 9.81 * density * 4.0 / 3.0 * np.pi * radius**3
+    speed = terminal_speed(weight, 2 * radius, 1.2, 1.8e-5)
+    particles = Particles(-speed, radius)
+    apply_drag.py_func(1, particles, 1.2, 1.8e-5)
+    assert particles.force[0, 2] == pytest.approx(weight, rel=1e-9)
+
+
+DENSITY, DIAMETER, RESTITUTION = 10.0, 1e-3, 0.8
+
+
+def drop(tmp_path, height):
+    """Rebound [mm] of a very light grain that drops by `height` [mm] in air."""
+    spec = {
+        "experiment": "drop",
+        "laws": {"drag": "schiller_naumann"},
+        "materials": {"particle": {"density_kg_m3": DENSITY, "shear_modulus_Pa": 1e5}},
+        "contacts": {"particle_wall": {"restitution": RESTITUTION}},
+        "particles": {"diameter_mm": 1e3 * DIAMETER},
+        "geometry": {"drops": 2, "drop_height_mm": height},
+    }
+    return run(parse_spec(spec), tmp_path)["metrics"]["rebound_height_mm"]
+
+
+def test_a_grain_that_falls_at_terminal_speed_rebounds(tmp_path):
+    """As high as the drag lets it rise at `RESTITUTION` of that speed, from whatever height it came."""
+    mass = DENSITY * np.pi / 6 * DIAMETER**3
+
+    def deceleration(speed):
+        reynolds = 1.2 * speed * DIAMETER / 1.8e-5
+        drag = 3 * np.pi * 1.8e-5 * DIAMETER * speed * (1 + 0.15 * reynolds**0.687)
+        return 9.81 + drag / mass
+
+    start = RESTITUTION * terminal_speed(9.81 * mass, DIAMETER, 1.2, 1.8e-5)
+    rise, _ = quad(lambda speed: speed / deceleration(speed), 0.0, start)
+    for height in (60.0, 120.0):
+        assert drop(tmp_path, height) == pytest.approx(1e3 * rise, rel=0.04)

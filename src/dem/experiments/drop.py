@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from dem.errors import MeasureError
 from dem.experiments.declare import Experiment, Lever, LogShare, Metric, Quantity
 from dem.grains import mean_radius
 from dem.lazy import lazily
@@ -17,6 +18,7 @@ from dem.part import Part, field
 from dem.timescales import hertz_contact_time
 
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
+drag = lazily("dem.drag")
 
 GRAVITY = 9.81
 LEAST_REBOUND = 1e-4  # of the drop height; a grain that sticks has no logarithm
@@ -41,8 +43,6 @@ def run(spec, context):
     """Drop the grains described by `spec`; returns the metrics of docs/architecture.md."""
     g = spec.geometry
     radius, height = mean_radius(spec), 1e-3 * g.drop_height_mm
-    # a restitution of one would come back after three quarters of a whole bounce
-    fall = math.sqrt(2.0 * height / GRAVITY)
     walls = builder.WallSet().body("plate", material=setup.WALL).plane((0, 0, 0), (0, 0, 1))
     sim = setup.build_simulation(spec, walls)
     rng = np.random.default_rng(spec.seed)
@@ -52,7 +52,9 @@ def run(spec, context):
     apart = 20.0 * radius
     position = np.column_stack([np.arange(g.drops) * apart, np.zeros(g.drops), radius + start])
     sim.add_particles(position, radius)
-    apex, sampled = _follow(sim, radius, 2.2 * fall, g.output_interval_s, context)
+    # a restitution of one would come back after three quarters of a whole bounce
+    limit = 2.2 * _longest_fall(sim, height)
+    apex, sampled = _follow(sim, radius, limit, g.output_interval_s, context)
     rebound = sampled if g.output_interval_s else apex
     contact = _contact_time(spec, radius, impact)
     restitution = np.sqrt(np.maximum(apex, 0.0) / start)
@@ -69,15 +71,29 @@ def run(spec, context):
     }
 
 
+def _longest_fall(sim, height):
+    """Time [s] within which the grains of `sim` have fallen by `height` [m].
+
+    In air the time in vacuum and that of the whole height at terminal speed add up to more than the fall takes.
+    """
+    fall = math.sqrt(2.0 * height / GRAVITY)
+    density, viscosity = sim.model.air
+    if density > 0.0:
+        weight, diameter = GRAVITY * float(sim.mass.min()), 2.0 * float(sim.radius.min())
+        fall += height / drag.terminal_speed(weight, diameter, density, viscosity)
+    return fall
+
+
 def _follow(sim, radius, limit, output_interval, context):
     """Highest point after the first impact of each grain: by energy at any time, and at output instants only.
 
     The apex by energy is z + v^2/2g while the grain rises freely; with air drag the true apex is the largest z, so the
     larger of the heights reached is kept and the energy estimate is used only in vacuum.
+    Raises MeasureError when a grain has not come down within `limit` [s].
     """
     n = sim.n
     highest, sampled = np.full(n, -np.inf), np.full(n, -np.inf)
-    bounced, done = np.zeros(n, bool), np.zeros(n, bool)
+    landed, bounced, done = (np.zeros(n, bool) for _ in range(3))
     # fine enough that the height missed at the apex, g dt^2 / 8, is below a micrometre
     pause = max(int(math.sqrt(8e-6 / GRAVITY) / sim.time_step), 1)
     if output_interval:
@@ -89,6 +105,7 @@ def _follow(sim, radius, limit, output_interval, context):
         sim.advance(step)
         steps_to_output -= step
         z, v = sim.position[:, 2] - radius, sim.velocity[:, 2]
+        landed |= z <= 0.0
         rising = v > 0.0
         bounced |= rising
         highest = np.where(bounced & ~done, np.maximum(highest, z), highest)
@@ -99,6 +116,10 @@ def _follow(sim, radius, limit, output_interval, context):
         done |= bounced & ~rising & (z < 0.5 * highest)
         context.progress(min(sim.time / limit, 0.99), f"{sim.time:.3f} s")
         context.frame(sim)
+    if not (landed | bounced).all():
+        raise MeasureError(
+            f"a grain has not reached the plate after {sim.time:.3g} s; is it too light to fall in this air?"
+        )
     return np.maximum(highest, 0.0), np.maximum(sampled, 0.0)
 
 

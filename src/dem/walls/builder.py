@@ -46,8 +46,8 @@ class WallSet:
         )
         return self
 
-    def _add(self, kind, numbers, corner=(-1, -1, -1), extent=0.0):
-        self._elements.append((kind, numbers, len(self.bodies) - 1, corner, extent))
+    def _add(self, kind, numbers, extent=0.0):
+        self._elements.append((kind, numbers, len(self.bodies) - 1, extent))
         return self
 
     def plane(self, point, normal):
@@ -92,12 +92,11 @@ class WallSet:
         return self
 
     def mesh(self, vertices, triangles):
-        """Triangle mesh: vertices (v, 3) [m], triangles (t, 3) vertex numbers; shared vertices must be shared
-        numbers."""
+        """Triangle mesh: vertices (v, 3) [m], triangles (t, 3) vertex numbers."""
         vertices = np.asarray(vertices, float)
         for corner in np.asarray(triangles):
             points = vertices[corner]
-            self._add(TRIANGLE, points.ravel(), corner, float(length(points).max()))
+            self._add(TRIANGLE, points.ravel(), float(length(points).max()))
         return self
 
     def index(self, name):
@@ -116,7 +115,7 @@ class WallSet:
     @property
     def elements(self):
         """(kind, parameters, body name) of each element, for pictures."""
-        return [(k, list(p), self.bodies[b]["name"]) for k, p, b, _, _ in self._elements]
+        return [(k, list(p), self.bodies[b]["name"]) for k, p, b, _ in self._elements]
 
     def compile(self, material_names):
         """Arrays for the kernels. Raises ValueError for a material that is not among `material_names`."""
@@ -134,10 +133,11 @@ class WallSet:
                 walls.axis[k] = axis / length(axis)
                 walls.mass[k], walls.load[k] = b["free"]["mass"], b["free"]["load"]
                 walls.drag[k] = b["free"].get("drag", 0.0)
-        for e, (kind, numbers, body, corner, extent) in enumerate(self._elements):
-            walls.kind[e], walls.body[e], walls.corner[e] = kind, body, corner
+        for e, (kind, numbers, body, extent) in enumerate(self._elements):
+            walls.kind[e], walls.body[e] = kind, body
             walls.parameters[e, : len(numbers)] = numbers
             assert len(numbers) <= N_PARAMETERS
             walls.material[e] = material_names.index(self.bodies[body]["material"])
             walls.extent[body] = max(walls.extent[body], extent)
+            walls.unbounded[body] |= kind == PLANE
         return walls

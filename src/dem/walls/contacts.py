@@ -1,9 +1,4 @@
-"""Contacts of particles with walls: the candidate list and the forces.
-
-A sphere that lies on the edge between two triangles of a mesh touches both, but there is one contact: an edge or a
-corner counts only where no closer triangle shares it (Hu, Hu, Liu, Chen 2013, Powder Technology 241:98 sort contacts
-this way). A contact that passes from one triangle to its neighbour takes its history along.
-"""
+"""Contacts of particles with walls: the candidate list and the forces."""
 
 import math
 
@@ -15,9 +10,8 @@ from dem.contact.model import wall_contact
 from dem.contact.properties import properties_of
 from dem.lanes import WIDTH, inlined, law, load_block, store_block
 from dem.neighbours import LEVELS
-from dem.walls.geometry import FACE, PLANE, REVOLVED, TRIANGLE, closest_point
-
-COVERED = 8  # added to the feature of a contact that a closer triangle covers
+from dem.walls.geometry import PLANE, REVOLVED, TRIANGLE, closest_point
+from dem.walls.joints import resolve_joints
 
 
 @inlined
@@ -46,7 +40,7 @@ def turn(rotation, x, y, z):
 def _within(walls, e, p, reach):
     b = walls.body[e]
     x, y, z = to_body(walls, b, p[0], p[1], p[2])
-    _, _, _, d, _ = closest_point(walls.kind[e], walls.parameters[e], x, y, z)
+    _, _, _, d = closest_point(walls.kind[e], walls.parameters[e], x, y, z)
     return d < reach
 
 
@@ -130,93 +124,16 @@ def _sort_by_particle(n, found, count, contacts):
         contacts.element[place] = found[k, 1]
 
 
-@inlined
-def _shares(walls, e, feature, other):
-    """Whether triangle `other` has the edge or corner `feature` of triangle e."""
-    mine, theirs = walls.corner[e], walls.corner[other]
-    if feature >= 4:
-        wanted = (mine[feature - 4], mine[feature - 4])
-    else:
-        wanted = (mine[feature - 1], mine[feature % 3])
-    hits = 0
-    for w in wanted:
-        for t in theirs:
-            if t == w:
-                hits += 1
-                break
-    return hits == 2
-
-
-@njit(cache=True, error_model="numpy")
-def _resolve_meshes(particles, walls, contacts, count, scratch):
-    """For each particle and mesh, leave one contact where several triangles meet in it."""
-    lo = 0
-    while lo < count:
-        e = contacts.element[lo]
-        hi = lo + 1
-        while (
-            hi < count
-            and contacts.particle[hi] == contacts.particle[lo]
-            and walls.body[contacts.element[hi]] == walls.body[e]
-        ):
-            hi += 1
-        if hi - lo > 1:
-            radius = float(particles.kinetic[contacts.particle[lo], 6])
-            _drop_covered(walls, contacts, lo, hi, scratch.distance, scratch.feature, radius)
-            _pass_on_history(walls, contacts, lo, hi, scratch.distance, radius)
-        lo = hi
-
-
-@njit(cache=True, error_model="numpy")
-def _drop_covered(walls, contacts, lo, hi, distance, feature, radius):
-    """Put the triangle contacts lo..hi-1 that a closer triangle already covers out of reach."""
-    for k in range(lo, hi):
-        e = contacts.element[k]
-        if walls.kind[e] != TRIANGLE or feature[k] == FACE or distance[k] >= radius:
-            continue
-        for q in range(lo, hi):
-            other = contacts.element[q]
-            if q == k or walls.kind[other] != TRIANGLE:
-                continue
-            # of two triangles that meet in the closest point, the first counts
-            closer = distance[q] < distance[k] * (1.0 - 1e-9) or (
-                distance[q] <= distance[k] * (1.0 + 1e-9) and (feature[q] == FACE or q < k)
-            )
-            if closer and _shares(walls, e, feature[k], other):
-                feature[k] += COVERED
-                break
-    # only now: a covered triangle still shows its neighbours further off that a closer one is near
-    for k in range(lo, hi):
-        if feature[k] >= COVERED:
-            distance[k] = 2.0 * radius
-
-
-@njit(cache=True, error_model="numpy")
-def _pass_on_history(walls, contacts, lo, hi, distance, radius):
-    """Give a new contact the history of one that the same particle has just given up on the same mesh."""
-    for k in range(lo, hi):
-        new = distance[k] < radius and contacts.history[k, 6] == 0.0
-        if not new or walls.kind[contacts.element[k]] != TRIANGLE:
-            continue
-        for q in range(lo, hi):
-            given_up = distance[q] >= radius and contacts.history[q, 6] != 0.0
-            if given_up and walls.kind[contacts.element[q]] == TRIANGLE:
-                contacts.history[k] = contacts.history[q]
-                contacts.history[q] = 0.0
-                break
-
-
 @njit(cache=True, error_model="numpy")
 def _measure(particles, walls, contacts, count, scratch):
-    """Closest point and distance of every candidate; True when some belong to a mesh.
+    """Closest point and distance of every candidate.
 
     One flat loop over plain arrays: named tuples in nested control flow cost numba a reference count each.
     """
     position, particle, element = particles.position, contacts.particle, contacts.element
     bodies, kind, parameters = walls.body, walls.kind, walls.parameters
     origin, rotation = walls.origin, walls.rotation
-    point, distance, feature = scratch.point, scratch.distance, scratch.feature
-    mesh = False
+    point, distance = scratch.point, scratch.distance
     for k in range(count):
         i, e = particle[k], element[k]
         b = bodies[e]
@@ -228,29 +145,32 @@ def _measure(particles, walls, contacts, count, scratch):
         px = rotation[b, 0, 0] * x + rotation[b, 1, 0] * y + rotation[b, 2, 0] * z
         py = rotation[b, 0, 1] * x + rotation[b, 1, 1] * y + rotation[b, 2, 1] * z
         pz = rotation[b, 0, 2] * x + rotation[b, 1, 2] * y + rotation[b, 2, 2] * z
-        point[k, 0], point[k, 1], point[k, 2], distance[k], feature[k] = closest_point(
+        point[k, 0], point[k, 1], point[k, 2], distance[k] = closest_point(
             kind[e], parameters[e], px, py, pz
         )
-        mesh |= kind[e] == TRIANGLE
-    return mesh
 
 
 @njit(cache=True, error_model="numpy")
-def wall_forces(codes, table, kind_of, dt, particles, walls, contacts, count, scratch):
+def wall_forces(
+    codes, table, kind_of, dt, particles, walls, contacts, count, scratch, overlap_limit
+):
     """Add the wall forces to the particles and to the bodies.
 
     table: properties of pairs; kind_of (materials, materials): rows of it. Contacts that act are collected on a stage
-    until WIDTH of one kind are together.
+    until WIDTH of one kind are together. Returns a contact whose overlap exceeds overlap_limit * radius, or -1.
     """
     walls.force[:] = 0.0
     walls.torque[:] = 0.0
-    if _measure(particles, walls, contacts, count, scratch):
-        _resolve_meshes(particles, walls, contacts, count, scratch)
-    waiting, kind = 0, -1
+    _measure(particles, walls, contacts, count, scratch)
+    resolve_joints(particles, walls, contacts, count, scratch)
+    waiting, kind, excess = 0, -1, -1
     for k in range(count):
         i, e = contacts.particle[k], contacts.element[k]
-        if scratch.distance[k] >= particles.kinetic[i, 6] and contacts.history[k, 6] == 0.0:
+        radius, distance = particles.kinetic[i, 6], scratch.distance[k]
+        if distance >= radius and contacts.history[k, 6] == 0.0:
             continue
+        if radius - distance > overlap_limit * radius:
+            excess = k
         row = kind_of[particles.material[i], walls.material[e]]
         if waiting == WIDTH or (row != kind and waiting > 0):
             _flush(codes, table, kind, dt, particles, walls, contacts, waiting, scratch)
@@ -260,6 +180,7 @@ def wall_forces(codes, table, kind_of, dt, particles, walls, contacts, count, sc
         waiting += 1
     if waiting > 0:
         _flush(codes, table, kind, dt, particles, walls, contacts, waiting, scratch)
+    return excess
 
 
 @inlined

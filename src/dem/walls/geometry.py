@@ -15,30 +15,24 @@ from numba import njit
 
 PLANE, REVOLVED, RECTANGLE, TRIANGLE = range(4)
 N_PARAMETERS = 9
-FACE = 0  # feature codes of a triangle: face, edges ab=1 bc=2 ca=3, corners a=4 b=5 c=6
 
 _leaf = njit(forceinline=True, error_model="numpy")
 
 
 @_leaf
 def closest_point(kind, e, x, y, z):
-    """Closest point of element `e` to (x, y, z), the signed distance to it, and the feature it lies on.
-
-    The distance is negative only behind a plane.
-    """
+    """Closest point of element `e` to (x, y, z) and the signed distance to it, negative only behind a plane."""
     if kind == PLANE:
         d = (x - e[0]) * e[3] + (y - e[1]) * e[4] + (z - e[2]) * e[5]
-        return x - d * e[3], y - d * e[4], z - d * e[5], d, FACE
+        return x - d * e[3], y - d * e[4], z - d * e[5], d
     if kind == REVOLVED:
         px, py, pz = _on_revolved(e, x, y, z)
-        feature = FACE
     elif kind == RECTANGLE:
         px, py, pz = _on_rectangle(e, x, y, z)
-        feature = FACE
     else:
-        px, py, pz, feature = _on_triangle(e, x, y, z)
+        px, py, pz = _on_triangle(e, x, y, z)
     d = math.sqrt((x - px) ** 2 + (y - py) ** 2 + (z - pz) ** 2)
-    return px, py, pz, d, feature
+    return px, py, pz, d
 
 
 @_leaf
@@ -72,28 +66,28 @@ def _on_triangle(e, x, y, z):
     d1 = abx * apx + aby * apy + abz * apz
     d2 = acx * apx + acy * apy + acz * apz
     if d1 <= 0.0 and d2 <= 0.0:
-        return e[0], e[1], e[2], 4
+        return e[0], e[1], e[2]
     bpx, bpy, bpz = x - e[3], y - e[4], z - e[5]
     d3 = abx * bpx + aby * bpy + abz * bpz
     d4 = acx * bpx + acy * bpy + acz * bpz
     if d3 >= 0.0 and d4 <= d3:
-        return e[3], e[4], e[5], 5
+        return e[3], e[4], e[5]
     vc = d1 * d4 - d3 * d2
     if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
         t = d1 / (d1 - d3)
-        return e[0] + t * abx, e[1] + t * aby, e[2] + t * abz, 1
+        return e[0] + t * abx, e[1] + t * aby, e[2] + t * abz
     cpx, cpy, cpz = x - e[6], y - e[7], z - e[8]
     d5 = abx * cpx + aby * cpy + abz * cpz
     d6 = acx * cpx + acy * cpy + acz * cpz
     if d6 >= 0.0 and d5 <= d6:
-        return e[6], e[7], e[8], 6
+        return e[6], e[7], e[8]
     vb = d5 * d2 - d1 * d6
     if vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
         t = d2 / (d2 - d6)
-        return e[0] + t * acx, e[1] + t * acy, e[2] + t * acz, 3
+        return e[0] + t * acx, e[1] + t * acy, e[2] + t * acz
     va = d3 * d6 - d5 * d4
     if va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
         t = (d4 - d3) / ((d4 - d3) + (d5 - d6))
-        return e[3] + t * (e[6] - e[3]), e[4] + t * (e[7] - e[4]), e[5] + t * (e[8] - e[5]), 2
+        return e[3] + t * (e[6] - e[3]), e[4] + t * (e[7] - e[4]), e[5] + t * (e[8] - e[5])
     v, w = vb / (va + vb + vc), vc / (va + vb + vc)
-    return e[0] + abx * v + acx * w, e[1] + aby * v + acy * w, e[2] + abz * v + acz * w, FACE
+    return e[0] + abx * v + acx * w, e[1] + aby * v + acy * w, e[2] + abz * v + acz * w

@@ -18,8 +18,6 @@ class Walls(NamedTuple):
     """(e,) int32."""
     material: np.ndarray
     """(e,) int32."""
-    corner: np.ndarray
-    """(e, 3) int64 welded vertex numbers of a triangle, -1 otherwise."""
     origin: np.ndarray
     """(b, 3) position of the body's frame [m]."""
     rotation: np.ndarray
@@ -48,6 +46,8 @@ class Walls(NamedTuple):
     """(b,) bound on the path of any wall point since the lists were built [m]."""
     extent: np.ndarray
     """(b,) largest distance of a wall point from the body's origin that counts for `travel` [m]."""
+    unbounded: np.ndarray
+    """(b,) bool: a plane is among its elements, so that `extent` is as far as there are particles."""
 
 
 def new_walls(elements, bodies):
@@ -58,7 +58,6 @@ def new_walls(elements, bodies):
         parameters=np.zeros((elements, N_PARAMETERS)),
         body=np.zeros(elements, np.int32),
         material=np.zeros(elements, np.int32),
-        corner=np.full((elements, 3), -1, np.int64),
         origin=np.zeros(vector),
         rotation=np.tile(np.eye(3), (bodies, 1, 1)),
         velocity=np.zeros(vector),
@@ -73,4 +72,5 @@ def new_walls(elements, bodies):
         angular_impulse=np.zeros(vector),
         travel=np.zeros(bodies),
         extent=np.zeros(bodies),
+        unbounded=np.zeros(bodies, np.bool_),
     )

@@ -1,0 +1,203 @@
+"""Joints of walls: wherever the elements of a body meet there is one contact, however the body is cut."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scenes import GRAVITY, ContactParameters, Laws, make
+
+from dem.walls.builder import WallSet
+
+R = 1e-3
+DT = 2e-6
+SETTINGS = settings(max_examples=12, deadline=None, derandomize=True)
+
+
+def body(**motion):
+    return WallSet().body("w", material="wall", **motion)
+
+
+def seam():
+    return body().rectangle((-0.05, 0, 0), (0.05, 0, 0), (0, 0.05, 0)).rectangle(
+        (0.05, 0, 0), (0.05, 0, 0), (0, 0.05, 0)
+    )  # fmt: skip
+
+
+def quarters():
+    walls = body()
+    for x in (-0.05, 0.05):
+        for y in (-0.05, 0.05):
+            walls.rectangle((x, y, 0), (0.05, 0, 0), (0, 0.05, 0))
+    return walls
+
+
+def box():
+    return body().box((0, 0, 0), (0.02, 0.02, 0.02), lid=True)
+
+
+def stem():
+    return body().frustum(0.01, 0, 0.03, 0.02).cylinder(0.01, -0.02, 0)
+
+
+def crossed():
+    """The lower triangles have one long edge where the upper ones have a vertex: T-junctions at x = 0."""
+    vertices = [
+        (-0.05, -0.05, 0), (0, -0.05, 0), (0, 0.05, 0), (-0.05, 0.05, 0),
+        (0.05, -0.05, 0), (0.05, 0, 0), (0.05, 0.05, 0), (0, 0, 0),
+    ]  # fmt: skip
+    return body().mesh(vertices, [(0, 1, 2), (0, 2, 3), (1, 4, 5), (1, 5, 7), (7, 5, 6), (7, 6, 2)])
+
+
+def fan(n):
+    """n triangles around a vertex."""
+    turn = 2 * math.pi * np.arange(n) / n
+    rim = np.column_stack([0.05 * np.cos(turn), 0.05 * np.sin(turn), np.zeros(n)])
+    return body().mesh(np.vstack([rim, [(0, 0, 0)]]), [(k, (k + 1) % n, n) for k in range(n)])
+
+
+def plate(thickness):
+    """A closed plate thinner than the overlap of a grain on it."""
+    return body().box((-0.05, -0.05, -thickness), (0.05, 0.05, 0), lid=True)
+
+
+def overlaid():
+    """Rectangles that overlap in part, and a plane below which they do not reach."""
+    return body().plane((0, 0, 0), (0, 0, 1)).rectangle(
+        (0.01, 0, 0), (0.02, 0, 0), (0, 0.02, 0)
+    ).rectangle((-0.01, 0, 0), (0.02, 0, 0), (0, 0.02, 0))  # fmt: skip
+
+
+UP, RIDGE = (0, 0, 1), (-math.cos(math.pi / 8), 0, math.sin(math.pi / 8))
+JOINTS = {
+    # name: walls, point of the joint, direction from which the grain comes
+    "one rectangle": (
+        lambda: body().rectangle((0, 0, 0), (0.05, 0, 0), (0, 0.05, 0)),
+        (0, 0, 0),
+        UP,
+    ),
+    "the seam of two rectangles": (seam, (0, 0, 0), UP),
+    "four rectangles": (quarters, (0, 0, 0), UP),
+    "a disc in its ring": (lambda: body().disc(0.02).revolved(0.02, 0, 0.05, 0), (0.02, 0, 0), UP),
+    "the outer edge of a box": (box, (0, 0.01, 0), (-1, 0, -1)),
+    "the outer corner of a box": (box, (0, 0, 0), (-1, -1, -1)),
+    "a cone on its stem": (stem, (0.01, 0, 0), RIDGE),
+    "a T-junction": (crossed, (0, 0.01, 0), UP),
+    "a hanging vertex": (crossed, (0, 0, 0), UP),
+    "a fan of nine triangles": (lambda: fan(9), (0, 0, 0), UP),
+    "a thin plate": (lambda: plate(1e-6), (0.01, 0.01, 0), UP),
+    "surfaces laid on each other": (overlaid, (0.005, 0, 0), UP),
+}
+
+
+@pytest.mark.parametrize("precision", ["mixed", "double"])
+@pytest.mark.parametrize("joint", JOINTS)
+def test_restitution_at_a_joint_is_that_of_a_single_wall(joint, precision):
+    walls, point, direction = JOINTS[joint]
+    n = np.array(direction, float) / np.linalg.norm(direction)
+    sim = make(ContactParameters(0.5, 0.0), walls=walls(), dt=DT, precision=precision)
+    sim.add_particles([np.array(point) + 1.001 * R * n], R, velocity=[-n])
+    sim.advance(1000)
+    assert sim.velocity[0] @ n == pytest.approx(0.5, abs=0.01)
+    assert np.linalg.norm(np.cross(sim.velocity[0], n)) < 0.01
+
+
+def path(walls, start, velocity, steps=6000, laws=None):
+    """Centres (30, 3) of a grain that bounces and rolls on walls."""
+    sim = make(
+        ContactParameters(0.4, 0.5, 0.05),
+        laws=laws or Laws(rolling="elastic_plastic"),
+        walls=walls,
+        dt=8e-6,
+        gravity=GRAVITY,
+        precision="double",
+    )
+    sim.add_particles([start], R, velocity=[velocity])
+    out = []
+    for _ in range(30):
+        sim.advance(steps // 30)
+        out.append(sim.position[0])
+    return np.array(out)
+
+
+share = st.floats(0.1, 0.9)
+speed = st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.2, 0.0))
+
+
+def cut_rectangle(parts, cuts):
+    """The square of 20 mm about the origin, cut into rectangles or triangles at shares of its edges."""
+    a = 0.01
+    (s, t), walls = cuts, body()
+    x, y = [-a, (2 * s - 1) * a, a], [-a, (2 * t - 1) * a, a]
+    if parts == "triangles":
+        corners = [(-a, -a, 0), (a, -a, 0), (a, a, 0), (-a, a, 0), (x[1], y[1], 0)]
+        return walls.mesh(corners, [(k, (k + 1) % 4, 4) for k in range(4)])
+    cells = [(i, j) for i in range(2) for j in range(2)]
+    if parts == "rectangles, the other way round":
+        cells.reverse()
+    for i, j in cells:
+        u, v = 0.5 * (x[i + 1] - x[i]), 0.5 * (y[j + 1] - y[j])
+        walls.rectangle((x[i] + u, y[j] + v, 0), (u, 0, 0), (0, v, 0))
+    return walls
+
+
+@pytest.mark.parametrize("parts", ["rectangles", "rectangles, the other way round", "triangles"])
+@SETTINGS
+@given(cuts=st.tuples(share, share), x=share, y=share, velocity=speed)
+def test_a_cut_rectangle_is_the_rectangle(parts, cuts, x, y, velocity):
+    """Over its whole face and over its edges, where the grain falls off."""
+    start = (0.02 * x - 0.01, 0.02 * y - 0.01, 1.5 * R)
+    whole = body().rectangle((0, 0, 0), (0.01, 0, 0), (0, 0.01, 0))
+    a, b = path(whole, start, velocity), path(cut_rectangle(parts, cuts), start, velocity)
+    assert np.abs(a - b).max() < 1e-8
+
+
+@SETTINGS
+@given(cuts=st.lists(share, min_size=1, max_size=3, unique=True), x=share, velocity=speed)
+def test_a_cut_funnel_is_the_funnel(cuts, x, velocity):
+    line = np.array([(0.004, 0.0), (0.03, 0.02)])
+    whole, cut = body(), body()
+    whole.revolved(*line.ravel())
+    ends = [0.0, *sorted(cuts), 1.0]
+    for s, t in pairwise(ends):
+        cut.revolved(*(line[0] + s * (line[1] - line[0])), *(line[0] + t * (line[1] - line[0])))
+    start = (0.006 + 0.02 * x, 0.001, 0.022)
+    assert np.abs(path(whole, start, velocity) - path(cut, start, velocity)).max() < 1e-8
+
+
+@pytest.mark.parametrize("wall", ["plane", "rectangle", "triangles", "disc"])
+@pytest.mark.parametrize("precision", ["mixed", "double"])
+def test_a_grain_that_goes_through_a_wall_is_an_error(wall, precision):
+    from dem.errors import BlowUpError
+
+    walls = {
+        "plane": lambda: body().plane((0, 0, 0), (0, 0, 1)),
+        "rectangle": seam,
+        "triangles": crossed,
+        "disc": lambda: body().disc(0.05),
+    }[wall]()
+    sim = make(ContactParameters(0.5, 0.3), walls=walls, dt=4e-6, precision=precision)
+    sim.model = sim.model._replace(overlap_limit=0.3)
+    sim.add_particles([(0, 0.001, 2 * R)], R, velocity=[(0, 0, -40.0)])
+    with pytest.raises(BlowUpError, match="radii with wall 'w'"):
+        sim.advance(200)
+
+
+@pytest.mark.parametrize("wall", ["plane", "rectangle"])
+@pytest.mark.parametrize("precision", ["mixed", "double"])
+def test_a_turning_wall_strikes_a_grain_far_from_its_axis(wall, precision):
+    """It turns about y with 2 rad/s: the grain at rest 0.5 m out leaves with (1 + e) times the speed of the wall."""
+    walls = body(spin=(0, 2.0, 0))
+    if wall == "plane":
+        walls.plane((0, 0, 0), (0, 0, 1))
+    else:
+        walls.rectangle((0, 0, 0), (1.0, 0, 0), (0, 1.0, 0))
+    sim = make(ContactParameters(0.5, 0.0), walls=walls, dt=4e-6, precision=precision)
+    arm, turned = 0.5, 0.004  # the wall turns by 4 mrad before it meets the grain
+    height = (R + arm * math.sin(turned)) / math.cos(turned)
+    sim.add_particles([(-arm, 0, height)], R)
+    sim.advance(round((turned / 2.0 + 2e-3) / sim.time_step))
+    struck = 2.0 * math.hypot(arm, height)
+    assert np.linalg.norm(sim.velocity[0]) == pytest.approx(1.5 * struck, rel=0.01)
