@@ -1,4 +1,5 @@
-"""A Gaussian process of a response over coded inputs, taught by runs, with its own error by leave-one-out."""
+"""A Gaussian process of a response over coded inputs, taught by runs, with its own error by
+leave-one-out."""
 
 import warnings
 
@@ -9,11 +10,13 @@ from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, Wh
 
 
 class Emulator:
-    """z(x) for x in [0, 1]^d, from means z (n,) of `runs` (n,) at inputs x (n, d); one run at each unless given.
+    """z(x) for x in [0, 1]^d, from means z (n,) of `runs` (n,) at inputs x (n, d); one run at each
+    unless given.
 
-    `error` is the leave-one-out root mean square error in z, hyperparameters held, of the first `judged` means (all
-    unless given); `spread` is the sd of z over the design. `scatter` is the sd of z from seed to seed, which is part of
-    that error but not of the emulator's mean, where `scatters`; else what looks like noise counts as a wrong mean.
+    `error` is the leave-one-out root mean square error in z, hyperparameters held, of the first
+    `judged` means (all unless given); `spread` is the sd of z over the design. `scatter` is the sd
+    of z from seed to seed, which is part of that error but not of the emulator's mean, where
+    `scatters`; else what looks like noise counts as a wrong mean.
     """
 
     def __init__(self, x, z, judged=None, scatters=False, runs=None):
@@ -41,13 +44,16 @@ class Emulator:
         return self.with_slope(x, [])[0]
 
     def with_slope(self, x, columns, error=True):
-        """Responses (k,), their derivatives (k, c) by the inputs in `columns`, and where `error` their variances (k,).
+        """Responses (k,), their derivatives (k, c) by the inputs in `columns`, and where `error`
+        their variances (k,).
 
-        The variance is the mean squared leave-one-out error of the runs nearby, weighted by their distance in
-        the process' lengths, together with that of all runs at the weight of one; of it the share that is not scatter.
+        The variance is the mean squared leave-one-out error of the runs nearby, weighted by their
+        distance in the process' lengths, together with that of all runs at the weight of one; of it
+        the share that is not scatter.
         """
         like = self._alike(x, self.x)
-        # the derivative of a squared exponential is a difference of the same sums, weighted by the runs' inputs
+        # the derivative of a squared exponential is a difference of the same sums, weighted by the
+        # runs' inputs
         weights = self.scale * np.column_stack(
             [self.alpha, self.alpha[:, None] * self.x[:, columns]]
         )
@@ -66,8 +72,16 @@ class Emulator:
         variance = (near @ self._misses + self.error**2) / (near.sum(1) + 1.0)
         return variance * self._share_of_mean(x, like) if self._nugget else variance
 
+    def process_variance(self, x):
+        """Variance (k,) of the process' mean at (k, d) inputs, given its runs."""
+        cross = self._covariance(x, self.x, self._alike(x, self.x))
+        own = self.scale + self.linear * ((x * x).sum(1) + self.offset)
+        left = np.maximum(own - ((cross @ self._inverse) * cross).sum(1), 0.0)
+        return self.spread**2 * left
+
     def correlation(self, x):
-        """Correlation (k, k) of the errors at k inputs: of the process given its runs, for it is wrong smoothly."""
+        """Correlation (k, k) of the errors at k inputs: of the process given its runs, for it is
+        wrong smoothly."""
         cross = self._covariance(x, self.x, self._alike(x, self.x))
         own = self._covariance(x, x, self._alike(x, x))
         left = own - cross @ self._inverse @ cross.T
@@ -79,13 +93,15 @@ class Emulator:
         return out
 
     def _alike(self, x, y):
-        """Squared exponential (k, m) of the distances between (k, d) and (m, d) inputs, 1 where they are the same."""
+        """Squared exponential (k, m) of the distances between (k, d) and (m, d) inputs, 1 where
+        they are the same."""
         a, b = x / self.length, y / self.length
         square = (a * a).sum(1)[:, None] + (b * b).sum(1) - 2.0 * a @ b.T
         return np.exp(-0.5 * square)
 
     def _covariance(self, x, y, like):
-        """Prior covariance (k, m) of the responses at (k, d) and (m, d) inputs that are `like` each other."""
+        """Prior covariance (k, m) of the responses at (k, d) and (m, d) inputs that are `like` each
+        other."""
         return self.scale * like + self.linear * (x @ y.T + self.offset)
 
     def _share_of_mean(self, x, like):
@@ -111,7 +127,8 @@ class _Scatter(WhiteKernel):
 
 
 def _process(x, z, runs):
-    """The fitted Gaussian process: squared exponential with a length an input, a linear trend, noise."""
+    """The fitted Gaussian process: squared exponential with a length an input, a linear trend,
+    noise."""
     d = x.shape[1]
     kernel = (
         ConstantKernel(1.0, (1e-3, 1e3)) * RBF(np.full(d, 1.5), (0.15, 30.0))

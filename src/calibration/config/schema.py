@@ -245,6 +245,32 @@ class ScalingConfig(_Part):
     drop: dict = Field({}, description="grains, rig and numerics of the drop at scale 1")
 
 
+class PriorConfig(_Part):
+    """What was known of a factor before: a normal distribution, cut to the region."""
+
+    mean: float = Field(description="natural level")
+    sd: Positive = Field(description="standard deviation, in the factor's unit")
+
+
+class PosteriorConfig(_Part):
+    """The parameters as a distribution."""
+
+    draws: int = Field(500, ge=50, le=10000, description="draws that are kept in the table")
+    priors: dict[str, PriorConfig] = Field(
+        {}, description="factor name: what is known of it; uniform over the region where not named"
+    )
+    discrepancy: dict[str, float] = Field(
+        {},
+        description="metric: standard deviation by which the model itself may be wrong, in the metric's unit; "
+        "none unless given",
+    )
+    readings: int = Field(
+        5,
+        ge=1,
+        description="readings that the next experiment would take, for its expected information",
+    )
+
+
 class ReproductionConfig(_Part):
     """The table that sets this project's values beside the paper's."""
 
@@ -314,6 +340,7 @@ class Config(_Part):
     scaling: ScalingConfig | None = Field(None, description="the stage `scaling` needs it")
     reproduction: ReproductionConfig = ReproductionConfig()
     validation: ValidationConfig = ValidationConfig()
+    posterior: PosteriorConfig = PosteriorConfig()
     published: PublishedConfig = PublishedConfig()
     diagnosis: dict = Field(
         {}, description="laid over config/diagnosis.yaml key by key; null takes a key away"

@@ -1,0 +1,217 @@
+"""The posterior agrees with closed forms, its ranks are uniform and its intervals hold what they
+say."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+from calibration.errors import CalibrationError
+from calibration.posterior import (
+    Measured,
+    Prior,
+    ScatterEmulator,
+    expected_information,
+    ranks,
+    sample,
+    sobol_indices,
+)
+
+
+class Linear:
+    """An emulator without error: the mean is a + b u."""
+
+    def __init__(self, a, b):
+        self.a, self.b = a, np.asarray(b, float)
+
+    def mean(self, u):
+        return self.a + u @ self.b, np.zeros(len(u))
+
+
+def test_a_linear_model_has_the_posterior_of_the_closed_form():
+    """A normal prior and a linear response give a normal posterior: precision is the sum of the
+    two."""
+    b, se, sd = np.array([2.0, 1.0]), 0.1, 0.06
+    prior = Prior(np.array([0.5, 0.5]), np.array([sd, sd]))
+    found = sample([Measured(Linear(0.0, b), 1.6, se)], prior, steps=3000)
+    precision = np.eye(2) / sd**2 + np.outer(b, b) / se**2
+    covariance = np.linalg.inv(precision)
+    mean = covariance @ (np.full(2, 0.5) / sd**2 + b * 1.6 / se**2)
+    error = np.sqrt(np.diag(covariance) / found.effective)
+    assert found.converged
+    assert np.abs(found.draws.mean(axis=0) - mean).max() < 5 * error.max()
+    assert np.cov(found.draws.T) == pytest.approx(covariance, rel=0.15, abs=0.05 * sd**2)
+
+
+def test_two_targets_fix_what_one_leaves_open():
+    one = Measured(Linear(0.0, [1.0, 1.0]), 1.0, 0.02)
+    two = Measured(Linear(0.0, [1.0, -1.0]), 0.2, 0.02)
+    alone = sample([one], Prior.uniform(2), steps=400)
+    both = sample([one, two], Prior.uniform(2), steps=400)
+    assert alone.draws.std(axis=0).min() > 0.2  # the set from (0, 1) to (1, 0)
+    assert both.draws.std(axis=0).max() < 0.03
+    assert both.draws.mean(axis=0) == pytest.approx([0.6, 0.4], abs=0.01)
+
+
+@pytest.mark.slow
+def test_ranks_are_uniform():
+    """Simulation-based calibration (Talts et al. 2018): the rank of the truth among draws of its
+    posterior."""
+    rng, thin, prior = np.random.default_rng(8), 19, Prior.uniform(2)
+    emulator, truths, found = Linear(0.0, [1.0, 0.5]), [], []
+    for k in range(120):
+        truth = prior.draw(1, rng)
+        measured = float(emulator.mean(truth)[0][0] + rng.normal(0.0, 0.15))
+        posterior = sample([Measured(emulator, measured, 0.15)], prior, k, steps=500, burn=100)
+        truths.append(truth[0])
+        found.append(posterior)
+    for column in ranks(np.array(truths), found, thin).T:
+        counts = np.bincount(column // 4, minlength=5)
+        assert stats.chisquare(counts).pvalue > 0.001
+
+
+def test_a_posterior_that_is_too_narrow_is_told_by_its_ranks():
+    rng = np.random.default_rng(9)
+    truths = rng.random((300, 1))
+    narrow = [
+        SimpleNamespace(draws=t + 0.02 * rng.normal(size=(19, 1)) + 0.1 * rng.normal())
+        for t in truths
+    ]
+    column = ranks(truths, narrow, 19)[:, 0]
+    assert stats.chisquare(np.bincount(column // 4, minlength=5)).pvalue < 1e-6
+
+
+def response(u):
+    return 40.0 + 8.0 * u[:, 0] - 3.0 * u[:, 1] + 3.0 * u[:, 0] * u[:, 1]
+
+
+def taught(rng, points=24, repeats=3, sd=0.4):
+    x = np.repeat(stats.qmc.Sobol(2, seed=rng).random(points + 8)[:points], repeats, axis=0)
+    return ScatterEmulator(x, response(x) + rng.normal(0.0, 1.0, len(x)) * sd)
+
+
+def test_the_emulator_finds_mean_and_scatter():
+    emulator = taught(np.random.default_rng(1))
+    u = np.random.default_rng(2).random((200, 2))
+    mean, variance = emulator.mean(u)
+    miss = mean - response(u)
+    assert np.sqrt(np.mean(miss**2)) < 0.3
+    assert 0.4 < np.sqrt(np.mean(miss**2 / variance)) < 2.0
+    assert emulator.scatter(u).mean() == pytest.approx(0.4, rel=0.25)
+
+
+def test_scatter_that_varies_is_found():
+    rng = np.random.default_rng(3)
+    x = np.repeat(rng.random((30, 2)), 4, axis=0)
+    sd = np.exp(-1.5 + 2.0 * x[:, 0])
+    emulator = ScatterEmulator(x, response(x) + sd * rng.normal(size=len(x)))
+    low, high = emulator.scatter(np.array([[0.0, 0.5], [1.0, 0.5]]))
+    assert low == pytest.approx(np.exp(-1.5), rel=0.5)
+    assert high / low == pytest.approx(np.exp(2.0), rel=0.5)
+
+
+@pytest.mark.slow
+def test_intervals_hold_the_truth_as_often_as_they_say():
+    """Of the emulated posterior's 95 % interval over the runs, the measurement and the truth, all
+    drawn anew. One parameter, so that the posterior is had on a grid and the sampler's noise stays
+    out."""
+    rng, inside, draws = np.random.default_rng(4), 0, 400
+    grid = np.linspace(0.0, 1.0, 801)[:, None]
+    for _ in range(draws):
+        x = np.repeat(np.linspace(0.0, 1.0, 9), 3)[:, None]
+        y = 40 + 8 * x[:, 0] + 2 * np.sin(3 * x[:, 0]) + rng.normal(0, 0.5, len(x))
+        truth = rng.random()
+        mean = 40 + 8 * truth + 2 * np.sin(3 * truth) + rng.normal(0, 0.3)
+        value = Measured(ScatterEmulator(x, y), mean, 0.3).log_likelihood(grid)
+        weight = np.cumsum(np.exp(value - value.max()))
+        inside += 0.025 <= np.interp(truth, grid[:, 0], weight / weight[-1]) <= 0.975
+    assert 0.95 - 3 * 0.011 <= inside / draws <= 0.95 + 3 * 0.011
+
+
+def test_sobols_g_function():
+    """First-order and total indices in closed form: V_i = 1 / (3 (1 + a_i)^2), V = prod (1 + V_i) -
+    1 (Saltelli and Sobol 1995, Reliability Engineering and System Safety 50:225)."""
+    a = np.array([0.0, 1.0, 4.5, 9.0, 99.0, 99.0, 99.0, 99.0])
+    part = 1.0 / (3.0 * (1.0 + a) ** 2)
+    whole = np.prod(1.0 + part) - 1.0
+    total = part * np.prod(1.0 + part) / (1.0 + part) / whole
+
+    def g(u):
+        return np.prod((np.abs(4.0 * u - 2.0) + a) / (1.0 + a), axis=1)
+
+    found = sobol_indices(g, list("ABCDEFGH"))
+    for k, row in enumerate(found.values()):
+        assert row["first"] == pytest.approx(part[k] / whole, abs=0.02)
+        assert row["total"] == pytest.approx(total[k], abs=0.02)
+    with pytest.raises(CalibrationError, match="constant"):
+        sobol_indices(lambda u: np.ones(len(u)), ["A", "B"])
+
+
+def test_expected_information_of_normal_draws_is_shannons():
+    """Half the logarithm of one plus signal over noise; nothing where the measurement does not
+    vary."""
+    q = stats.norm.ppf((np.arange(1500) + 0.5) / 1500)
+    assert expected_information(3.0 + 2.0 * q, 0.5) == pytest.approx(
+        0.5 * np.log(1.0 + 16.0), abs=0.01
+    )
+    assert expected_information(np.full(50, 3.0), 0.5) == pytest.approx(0.0, abs=1e-6)
+    with pytest.raises(CalibrationError, match="above 0"):
+        expected_information(q, 0.0)
+
+
+def test_too_few_runs_are_refused():
+    x = np.random.default_rng(1).random((4, 2))
+    with pytest.raises(CalibrationError, match="4 runs"):
+        ScatterEmulator(x, np.arange(4.0))
+
+
+def test_the_stage_writes_the_answer(tmp_path, monkeypatch):
+    from calibration.config.schema import PosteriorConfig
+    from calibration.stages import posterior as stage
+
+    region = [
+        {"code": c, "name": n, "key": f"contacts.{n}", "low": 0.2, "high": 0.6}
+        for c, n in (("A", "first"), ("B", "second"))
+    ]
+    (tmp_path / "optimum.json").write_text(json.dumps({"region": region}))
+    rng = np.random.default_rng(5)
+    levels = np.repeat(0.2 + 0.4 * rng.random((18, 2)), 2, axis=0)
+    table = pd.DataFrame(levels, columns=["first", "second"])
+    table["run_id"] = [f"heap-{k}" for k in range(len(table))]
+    table.to_csv(tmp_path / "design.csv", index=False)
+    angle = 30 + 25 * table["first"] + 5 * table["second"] + rng.normal(0, 0.3, len(table))
+    config = SimpleNamespace(
+        seed=1,
+        experiment="heap",
+        target=SimpleNamespace(metric="angle_of_repose_deg", file="x.csv"),
+        further_targets=[],
+        posterior=PosteriorConfig(draws=60, priors={"second": {"mean": 0.4, "sd": 0.05}}),
+    )
+    values = {"angle_of_repose_deg": angle.tolist()}
+    monkeypatch.setattr(stage, "with_responses", lambda t, c: t.assign(response=angle))
+    monkeypatch.setattr(
+        stage, "read_metric", lambda ids, name, d: values.get(name, [None] * len(ids))
+    )
+    monkeypatch.setattr(stage, "read_target", lambda c, t: np.array([41.8, 42.2, 41.9, 42.1]))
+    output = SimpleNamespace(summary=tmp_path / "p.json", draws=tmp_path / "draws.csv")
+    stage.analyse_posterior(config, [tmp_path / "design.csv"], tmp_path / "optimum.json", output)
+    found = json.loads(output.summary.read_text())
+    first = found["parameters"]["first"]
+    # 30 + 25 x + 5 * 0.4 = 42 at x = 0.4, known as well as the second factor lets it
+    assert first["interval"][0] < 0.4 < first["interval"][1]
+    assert first["sd"] < 0.03
+    assert first["bounded"]
+    assert found["parameters"]["second"]["sd"] == pytest.approx(0.05, rel=0.2)
+    assert found["sobol"]["first"]["total"] > 0.8
+    assert found["next_experiment"][0]["metric"] == "angle_of_repose_deg"
+    draws = pd.read_csv(output.draws)
+    assert len(draws) == 60
+    assert draws["predicted"].mean() == pytest.approx(42.0, abs=0.4)
+    config.posterior.priors["stray"] = config.posterior.priors["second"]
+    with pytest.raises(CalibrationError, match="stray"):
+        stage.analyse_posterior(
+            config, [tmp_path / "design.csv"], tmp_path / "optimum.json", output
+        )
