@@ -85,13 +85,17 @@ def causes(error, spec):
 
 
 def begin(config, dry_run):
-    """Before the workflow plans its jobs: say which results count as missing, and how far the campaign is.
+    """Before the workflow plans its jobs: try every spec that the configuration decides, and say which results count
+    as missing, what a run costs and how far the campaign is.
 
-    Raises CalibrationError where another call works in the same folder.
+    Raises CalibrationError where a spec cannot be run or another call works in the same folder.
     """
+    # what only the start of a campaign needs takes a second to load
+    from calibration.ahead import check_ahead, cost_ahead
     from calibration.verify import before_planning
 
-    for sentence in before_planning(config, dry_run):
+    check_ahead(config)
+    for sentence in [*before_planning(config, dry_run), cost_ahead(config)]:
         print(sentence, file=sys.stderr)
     report(config)
 

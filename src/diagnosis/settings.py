@@ -2,16 +2,15 @@
 
 import math
 from dataclasses import replace
-from pathlib import Path
 from typing import Annotated, Literal
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from calibration.config import Config, overlay
 from calibration.errors import ConfigError
 from calibration.factors import read_factors
 from dem.errors import SpecError
+from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
 from diagnosis.catalogue import load_catalogue
 from diagnosis.measurements import raise_faults
@@ -85,10 +84,12 @@ def read_settings(path, changes=None):
     """`Settings` from YAML with the nested mapping `changes` laid over it; a null takes its key away. Raises
     ConfigError."""
     try:
-        data = overlay(yaml.safe_load(Path(path).read_text()), changes or {})
-        return Settings.model_validate(_without_nulls(data))
-    except OSError as error:
-        raise ConfigError(f"cannot be read ({error.strerror})", path=path) from None
+        data, _ = read_mapping(path)
+        if not isinstance(data, dict):
+            raise ConfigError("is no mapping", path=path, allowed="a YAML mapping of keys")
+        return Settings.model_validate(_without_nulls(overlay(data, changes or {})))
+    except SpecError as error:
+        raise ConfigError(str(error)) from None
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(p) for p in first["loc"])

@@ -37,11 +37,13 @@ def _as_data(source, *_, **__):
 def data_of(source):
     """Mapping of a YAML stream or text. Raises ConfigError for one that asks to be evaluated, or that is not YAML."""
     name = getattr(source, "name", "configuration")
-    text = source if isinstance(source, str) else source.read()
     try:
+        text = source if isinstance(source, str) else source.read()
         data, lines = parse_mapping(text, name)
     except SpecError as error:
         raise ConfigError(str(error)) from None
+    except UnicodeDecodeError:
+        raise ConfigError("is not text", path=Path(name), allowed="UTF-8") from None
     if isinstance(data, dict) and {k: data.get(k) for k in OWN} == OWN:
         data = {k: v for k, v in data.items() if k not in OWN}
     if isinstance(data, dict | list):

@@ -113,6 +113,7 @@ class ScreeningConfig(_Part):
     )
     runs: int | None = Field(
         None,
+        ge=4,
         description="runs of a Plackett-Burman design; twelve, or as many as the factors need",
     )
     design: str | None = Field(

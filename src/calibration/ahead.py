@@ -1,0 +1,172 @@
+"""Before any run: every run spec that a study could expand to is tried, and what the runs will cost is said.
+
+A level that no run can have would otherwise be met hours later, when its stage is planned.
+"""
+
+import os
+from itertools import combinations, product
+from math import prod
+
+from calibration.bench_tests.sweep import SWEEPS
+from calibration.config import bench_run, point_spec
+from calibration.errors import CalibrationError, ConfigError
+from calibration.factors import read_factors
+from calibration.statistics.design import screening_design
+from dem.errors import DemError, SpecError
+from dem.experiments import experiment_of
+from dem.spec import input_digests, parse_spec
+
+RESERVED = ("runs", "reference")
+"""Folders below results/ that are no study's."""
+
+MOST_CORNERS = 256
+BASE_MB, MB_PER_GRAIN = 250.0, 0.015
+"""Memory of a run: of Python with the compiled engine, and of a grain with both of its lists of neighbours; measured on
+heaps of 1,250 and 10,000 spheres and doubled."""
+
+GRAIN_STEPS_PER_S = 1.0e7
+"""Of one core; a third of what a settled bed takes on the machine of the README."""
+
+
+def check_ahead(config):
+    """Raise ConfigError for the first thing that would stop the study later: a name that is taken, a level that no run
+    can have, a design or a mesh that cannot be used, or a run that does not fit into this machine's memory."""
+    if config.name in RESERVED:
+        raise ConfigError("is taken", key="name", value=config.name, allowed="another name")
+    factors = read_factors(config.factors)
+    first, tried = None, set()
+    for where, spec in _specs_ahead(config, factors):
+        try:
+            parsed = parse_spec(spec)
+        except SpecError as error:
+            raise ConfigError(f"{error}", key=where) from None
+        first = first or parsed
+        _check_files(where, parsed, tried)
+    needed, there = memory_mb(first.particles.count), machine_memory_mb()
+    if needed > there:
+        raise ConfigError(
+            f"a run needs about {needed / 1000:.1f} GB of memory; this machine has {there / 1000:.1f} GB",
+            key="run.particles.count",
+            value=first.particles.count,
+            allowed=f"about {(there - BASE_MB) / MB_PER_GRAIN:.0f} grains",
+        )
+
+
+def cost_ahead(config):
+    """A sentence: memory and, for a study of poured grains, time of one run on one core, before any has been made."""
+    spec = parse_spec(point_spec(config.run, config.experiment, {}, config.seed))
+    count = spec.particles.count
+    return f"a run of {count} grains takes about {memory_mb(count):.0f} MB of memory{_time(spec)}"
+
+
+def _time(spec):
+    rate = getattr(spec.geometry, "generation_rate_per_s", None)
+    if rate is None:
+        return ""
+    from dem.experiments.setup import time_step_of  # loads the engine
+
+    poured = spec.particles.count / rate
+    # half of the grains on average while they are poured, all of them while they come to rest
+    steps = (0.5 * poured + 0.7) / time_step_of(spec)
+    hours = spec.particles.count * steps / GRAIN_STEPS_PER_S / 3600.0
+    return f" and about {f'{60 * hours:.2g} minutes' if hours < 2 else f'{hours:.2g} hours'} of one core"
+
+
+def memory_mb(count):
+    """Memory [MB] of a run of `count` grains, estimated."""
+    return BASE_MB + MB_PER_GRAIN * count
+
+
+def machine_memory_mb():
+    """Physical memory of this machine [MB]."""
+    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def _check_files(where, spec, tried):
+    """Refuse a mesh that is not there or cannot be used; those `tried` already are not read again."""
+    digests = input_digests(spec)
+    rig = tuple(digests.items())
+    if rig in tried:
+        return
+    tried.add(rig)
+    for key, digest in digests.items():
+        if digest is None:
+            value = getattr(spec.geometry, key)
+            raise ConfigError("there is no such file", key=f"run.geometry.{key}", value=value)
+    if digests:
+        try:
+            experiment_of(spec).prepare(spec)
+        except DemError as error:
+            raise ConfigError(f"{error}", key=where) from None
+
+
+def _specs_ahead(config, factors):
+    """(what it is, run spec as a mapping) of all runs that the configuration alone decides."""
+    keys = {f.name: f.key for f in factors}
+    fixed = {f.key: f.centre for f in factors}
+    fixed |= {keys[name]: level for name, level in config.fixed.items()}
+
+    def at(base, experiment, levels):
+        named = {keys.get(name, name): level for name, level in levels.items()}
+        return point_spec(base, experiment, fixed | named, config.seed)
+
+    for where, levels in _points(config, factors):
+        yield where, at(config.run, config.experiment, levels)
+    for test, sweep in SWEEPS.items():
+        section = getattr(config.bench, test)
+        for level in section.levels if section else ():
+            run = bench_run(config, section.run)
+            yield f"bench.{test}.levels", at(run, test, {sweep.key: level})
+    shear = config.bench.shear
+    if shear:
+        run = bench_run(config, shear.run)
+        for level, load in product(shear.levels, shear.normal_stresses_kPa):
+            levels = {
+                **shear.fixed,
+                "contacts.particle_particle.static_friction": level,
+                "geometry.normal_stress_kPa": load,
+            }
+            yield "bench.shear", at(run, "shear", levels)
+
+
+def _points(config, factors):
+    """(what it is, {factor name: level}) of the study's own points: fixed levels, screening, corners, path, region."""
+    yield "fixed", {}
+    yield from (("screening", levels) for levels in _screening(config, factors))
+    ends = [(f.low, f.high) for f in factors]
+    if prod(map(len, ends)) <= MOST_CORNERS:
+        for corner in product(*ends):
+            named = dict(zip((f.name for f in factors), corner, strict=True))
+            yield "a corner of the factors' ranges", named
+    path = config.ascent
+    both = [n for n in path.start if n in path.step]
+    for number in range(path.steps if both and path.rule == "configured" else 0):
+        yield "ascent", {n: path.start[n] + number * path.step[n] for n in both}
+    yield "response_surface.centre", config.response_surface.centre
+    yield from (("response_surface", levels) for levels in _region(config.response_surface))
+    yield "optimise.point", config.optimise.point
+
+
+def _screening(config, factors):
+    """Levels of the screening's runs. Raises ConfigError for a design that cannot be made."""
+    rules = config.screening
+    try:
+        design = screening_design(factors, rules.replicates, rules.runs, rules.design)
+    except ConfigError:
+        raise
+    except CalibrationError as error:
+        raise ConfigError(f"{error}", key="screening") from None
+    names = [f.name for f in factors]
+    return design[names].drop_duplicates().to_dict("records")
+
+
+def _region(region):
+    """Levels of the runs of a Box-Behnken design whose centre is given: pairs of factors at their ends."""
+    known = [n for n in region.centre if n in region.half_width]
+    for pair in combinations(known, 2):
+        for signs in product((-1.0, 1.0), repeat=2):
+            ends = {
+                n: region.centre[n] + s * region.half_width[n]
+                for n, s in zip(pair, signs, strict=True)
+            }
+            yield region.centre | ends

@@ -1,0 +1,88 @@
+"""What cannot be run is told before the first run, and what the runs cost."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from calibration import ahead
+from calibration.ahead import check_ahead, cost_ahead
+from calibration.config import overlay, parse_config
+from calibration.errors import ConfigError
+from dem.io.stl import write_stl
+
+ROOT = Path(__file__).parents[2]
+DATA = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+
+
+@pytest.fixture(autouse=True)
+def project(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setattr(ahead, "machine_memory_mb", lambda: 16000.0)
+
+
+def study(changes):
+    return parse_config(overlay(DATA, changes))
+
+
+STEEL, SALT = "salt_steel_restitution", "salt_salt_restitution"
+WRONG = {
+    "the store's own name": ({"name": "runs"}, "name: is taken"),
+    "the references' name": ({"name": "reference"}, "name: is taken"),
+    "a negative friction": ({"fixed": {"salt_salt_static_friction": -1}}, "greater than or equal"),
+    "a restitution of 5": ({"fixed": {STEEL: 5}}, "less than or equal to 1"),
+    "a path out of range": ({"ascent": {"step": {SALT: -0.3}}}, "ascent: .*restitution"),
+    "a region out of range": (
+        {"response_surface": {"centre": {SALT: 0.9, "salt_salt_rolling_friction": 0.2}}},
+        "response_surface: .*restitution",
+    ),
+    "a point out of range": (
+        {"optimise": {"rule": "closest_to_point", "point": {SALT: 3}}},
+        "optimise.point: .*restitution",
+    ),
+    "a bench level out of range": (
+        {"bench": {"drop": {"levels": [0.4, 0.5, 0.6, 1.7]}}},
+        "bench.drop.levels: .*restitution",
+    ),
+    "a shear friction out of range": (
+        {"bench": {"shear": {"levels": [0.2, 0.5, 7]}}},
+        "bench.shear: .*static_friction",
+    ),
+    "a missing design": ({"screening": {"design": "none.csv"}}, "none.csv"),
+    "a negative number of runs": ({"screening": {"runs": -4}}, "screening.runs"),
+    "runs that make no design": (
+        {"screening": {"design": None, "runs": 10}},
+        "10 runs do not make",
+    ),
+    "a missing mesh": ({"run": {"geometry": {"plate_stl": "none.stl"}}}, "run.geometry.plate_stl"),
+}
+
+
+@pytest.mark.parametrize(("changes", "text"), WRONG.values(), ids=WRONG)
+def test_what_cannot_be_run_is_told_first(changes, text):
+    with pytest.raises(ConfigError, match=text) as error:
+        check_ahead(study(changes))
+    assert len(str(error.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("file", ["config/profiles/quick.yaml", "config/profiles/test.yaml", None])
+def test_the_shipped_study_passes(file):
+    check_ahead(study(yaml.safe_load(Path(file).read_text()) if file else {}))
+
+
+def test_a_mesh_with_a_hole_is_told_first(tmp_path):
+    corners = np.array([(0, 0, 0), (80, 0, 0), (0, 80, 0), (0, 0, 80)], float)
+    write_stl(tmp_path / "open.stl", corners, np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3)]))
+    with pytest.raises(ConfigError, match="is not closed"):
+        check_ahead(study({"run": {"geometry": {"plate_stl": str(tmp_path / "open.stl")}}}))
+
+
+def test_more_grains_than_the_machine_holds_are_told_first(monkeypatch):
+    many = {"particles": {"count": 5_000_000}, "geometry": {"generation_rate_per_s": 5e6}}
+    with pytest.raises(ConfigError, match=r"about 75\.2 GB of memory; this machine has 16\.0 GB"):
+        check_ahead(study({"run": many}))
+    monkeypatch.setattr(ahead, "machine_memory_mb", lambda: 200e3)
+    check_ahead(study({"run": many}))
+    assert "75250 MB of memory and about" in cost_ahead(study({"run": many}))
+    assert "hours of one core" in cost_ahead(study({"run": many}))
