@@ -11,7 +11,7 @@ from calibration.bench_tests.sweep import SWEEPS
 from calibration.config import bench_run, point_spec
 from calibration.errors import CalibrationError, ConfigError
 from calibration.factors import read_factors
-from calibration.statistics.design import screening_design
+from calibration.statistics.screening_design import screening_design
 from dem.errors import DemError, SpecError
 from dem.experiments import experiment_of
 from dem.spec import input_digests, parse_spec
@@ -151,7 +151,7 @@ def _screening(config, factors):
     """Levels of the screening's runs. Raises ConfigError for a design that cannot be made."""
     rules = config.screening
     try:
-        design = screening_design(factors, rules.replicates, rules.runs, rules.design)
+        design = screening_design(factors, rules)
     except ConfigError:
         raise
     except CalibrationError as error:

@@ -16,10 +16,10 @@ import yaml
 
 from calibration.config import read_target
 from calibration.config.as_data import data_of
-from calibration.config.schema import Config
+from calibration.config.schema import Config, ScreeningConfig
 from calibration.errors import CalibrationError
 from calibration.factors import read_factors
-from calibration.statistics.design import screening_design
+from calibration.statistics.screening_design import screening_design
 from dem.errors import DemError
 from dem.io.stl import read_stl, write_stl
 from dem.spec import load_spec
@@ -30,7 +30,8 @@ ROOT = Path(__file__).parents[2]
 TOKENS = [
     b"nan", b"-inf", b"1e999", b"-1", b"0", b"1" * 400, b"", b"\0", b"\xff\xfe", "é²½".encode(), b"\t", b",", b";",
     b'"', b"'", b"\n", b"\r\n", b"#", b"=1+1", b"[", b"]", b"{", b"}", b": ", b"- ", b"&a ", b"*a", b"!!int ",
-    b"!!bool ", b"!!python/name:os.system", b"? ", b"<<: ", b"null", b"true", b"2020-01-01", b"0x1f", b"1_000", b"\xe2\x80\xa8",
+    b"!!bool ", b"!!python/name:os.system", b"? ", b"<<: ", b"null", b"true", b"2020-01-01",
+    b"0x1f", b"1_000", b"\xe2\x80\xa8",
     b"solid", b"vertex 1 2", b"1,5", b"5 kg", b"%", b"|", b">", b"  ",
 ]  # fmt: skip
 
@@ -102,7 +103,8 @@ def _configuration(path):
 
 
 def _design(path):
-    screening_design(read_factors(ROOT / "config" / "factors.tsv"), table=str(path))
+    rules = ScreeningConfig(design=str(path))
+    screening_design(read_factors(ROOT / "config" / "factors.tsv"), rules)
 
 
 READERS = {

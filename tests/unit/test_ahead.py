@@ -52,7 +52,7 @@ WRONG = {
     "a missing design": ({"screening": {"design": "none.csv"}}, "none.csv"),
     "a negative number of runs": ({"screening": {"runs": -4}}, "screening.runs"),
     "runs that make no design": (
-        {"screening": {"design": None, "runs": 10}},
+        {"screening": {"design": None, "kind": "plackett_burman", "runs": 10}},
         "10 runs do not make",
     ),
     "a missing mesh": ({"run": {"geometry": {"plate_stl": "none.stl"}}}, "run.geometry.plate_stl"),
