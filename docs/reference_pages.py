@@ -16,6 +16,7 @@ from calibration.config import METRICS, Config
 from calibration.export.parameters import unit_of
 from calibration.factors import COLUMNS
 from dem.cli import main as dem
+from dem.experiments import experiments
 from dem.spec import GEOMETRY, OPTIONAL, REQUIRED, RunSpec
 
 HEADER = "| key | unit | default | allowed | meaning |\n|---|---|---|---|---|\n"
@@ -128,6 +129,10 @@ def run_spec():
         part = model.model_json_schema()
         text += f"\n## Geometry: {experiment}\n\n" + HEADER
         text += rows(part, part.get("$defs", {}), "geometry.")
+        text += "\n| metric | unit | meaning | a study's target |\n|---|---|---|---|\n"
+        for m in experiments()[experiment].metrics:
+            target = "yes" if m.target else "no"
+            text += f"| `{m.name}` | {m.unit.strip()} | {m.meaning} | {target} |\n"
     text += "\n## Which law needs what\n\n| law | needs | may take |\n|---|---|---|\n"
     for slot, law in [*REQUIRED, *(key for key in OPTIONAL if key not in REQUIRED)]:
         needs = " and ".join(

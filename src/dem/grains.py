@@ -5,11 +5,32 @@ import numpy as np
 from dem.dumbbell import sphere_radius
 
 
+def classes(sizes):
+    """Least and largest diameter (k,) [mm] of each class; the same of a class that is one size."""
+    low = np.array(sizes.diameters_mm, float)
+    return low, low if sizes.upper_diameters_mm is None else np.array(sizes.upper_diameters_mm)
+
+
+def _mean_power(sizes, power):
+    """Mean (k,) of d^power [mm] over the grains of each class, by number.
+
+    What the fractions are shares of is even over a class's diameters: by mass its grains go as d^-3, by number evenly.
+    """
+    a, b = classes(sizes)
+    own = -3 if sizes.by == "mass" else 0
+
+    def integral(n):
+        whole = np.log(b / a) if n == -1 else (b ** (n + 1.0) - a ** (n + 1.0)) / (n + 1.0)
+        return np.where(b > a, whole, a ** float(n))
+
+    return integral(own + power) / integral(own)
+
+
 def number_fractions(sizes):
-    """Share of each size by number; fractions by mass are divided by d^3."""
+    """Share of each class by number; fractions by mass are divided by the mean cube of the class."""
     share = np.array(sizes.fractions, float)
     if sizes.by == "mass":
-        share = share / np.array(sizes.diameters_mm) ** 3
+        share = share / _mean_power(sizes, 3)
     return share / share.sum()
 
 
@@ -19,8 +40,7 @@ def mean_radius(spec):
     scale = 0.5e-3 * spec.particles.scale_factor
     if sizes is None:
         return scale * spec.particles.diameter_mm
-    diameter, share = np.array(sizes.diameters_mm), number_fractions(sizes)
-    return scale * float((diameter * share).sum())
+    return scale * float((_mean_power(sizes, 1) * number_fractions(sizes)).sum())
 
 
 def draw_radii(spec, count, rng):
@@ -31,8 +51,20 @@ def draw_radii(spec, count, rng):
     exact = number_fractions(p.sizes) * count
     number = np.floor(exact).astype(int)
     number[np.argsort(number - exact, kind="stable")[: count - number.sum()]] += 1
-    radii = 0.5e-3 * p.scale_factor * np.repeat(np.array(p.sizes.diameters_mm), number)
-    return rng.permutation(radii)
+    diameters = np.concatenate(
+        [_spread(a, b, n, p.sizes.by) for a, b, n in zip(*classes(p.sizes), number, strict=True)]
+    )
+    return rng.permutation(0.5e-3 * p.scale_factor * diameters)
+
+
+def _spread(low, high, count, by):
+    """`count` diameters of a class, at the middles of as many equal shares of its grains."""
+    if high == low:
+        return np.full(count, low)
+    share = (np.arange(count) + 0.5) / max(count, 1)
+    if by == "number":
+        return low + share * (high - low)
+    return 1.0 / np.sqrt(low**-2.0 + share * (high**-2.0 - low**-2.0))
 
 
 def smallest_radius(spec):
@@ -45,7 +77,7 @@ def smallest_radius(spec):
 def largest_reach(spec):
     """Half the length [m] of the largest grain, its radius where grains are spheres."""
     p = spec.particles
-    d = p.diameter_mm if p.sizes is None else max(p.sizes.diameters_mm)
+    d = p.diameter_mm if p.sizes is None else float(classes(p.sizes)[1].max())
     return p.elongation * sphere_radius(0.5e-3 * d * p.scale_factor, p.elongation)
 
 
@@ -60,7 +92,7 @@ def grain_volume(spec):
     if p.sizes is None:
         cube = p.diameter_mm**3
     else:
-        cube = float((number_fractions(p.sizes) * np.array(p.sizes.diameters_mm) ** 3).sum())
+        cube = float((number_fractions(p.sizes) * _mean_power(p.sizes, 3)).sum())
     return np.pi / 6.0 * 1e-9 * p.scale_factor**3 * cube
 
 

@@ -15,8 +15,9 @@ from pydantic import BaseModel, Field, ValidationError
 from dem.dumbbell import MAX_ELONGATION
 from dem.errors import SpecError
 from dem.experiments import experiment_of, experiments, source_outside
-from dem.grains import smallest_radius
+from dem.grains import classes, smallest_radius
 from dem.io.mapping import line_of, read_mapping
+from dem.io.sieve import read_sizes
 from dem.part import Part, field
 from dem.timescales import rayleigh_time
 from dem.units import UnitError, converted
@@ -138,7 +139,11 @@ class Sizes(Part):
     """A size distribution."""
 
     by: Literal["number", "mass"] = field("number", "what the fractions are shares of")
+    file: str | None = field(None, "table (CSV) in place of the lists: a sieve curve, or sizes")
     diameters_mm: list[Annotated[float, Field(gt=0)]] = Field(min_length=1)
+    upper_diameters_mm: list[Annotated[float, Field(gt=0)]] | None = field(
+        None, "where given, each class reaches from its diameter to this one"
+    )
     fractions: list[Annotated[float, Field(ge=0)]] = Field(min_length=1)
 
 
@@ -226,6 +231,7 @@ def parse_spec(data, file=None):
         data = converted(data)
     except UnitError as error:
         raise SpecError(error.key, error.value, str(error), file) from None
+    _expand_sizes(data, file)
     kind = data.get("experiment")
     if not isinstance(kind, str) or kind not in GEOMETRY:
         raise SpecError("experiment", kind, ", ".join(GEOMETRY), file)
@@ -321,6 +327,20 @@ def _check_laws(spec, file):
         raise SpecError("laws.damping", spec.laws.damping, "tsuji where laws.cohesion is jkr", file)
 
 
+def _expand_sizes(data, file):
+    """Put what a table of sizes says in place of its name: a run is named after the sizes, not after a path."""
+    particles = data.get("particles")
+    sizes = particles.get("sizes") if isinstance(particles, dict) else None
+    if not isinstance(sizes, dict) or not isinstance(sizes.get("file"), str):
+        return
+    for key in ("diameters_mm", "upper_diameters_mm", "fractions"):
+        if sizes.get(key) is not None:
+            allowed = "nothing beside particles.sizes.file"
+            raise SpecError(f"particles.sizes.{key}", sizes[key], allowed, file)
+    read = read_sizes(sizes["file"], sizes.get("by", "number"))
+    data["particles"] = particles | {"sizes": read}
+
+
 def _check_sizes(spec, file):
     s = spec.particles.sizes
     if s is None:
@@ -330,7 +350,11 @@ def _check_sizes(spec, file):
         raise SpecError("particles.sizes.fractions", s.fractions, allowed, file)
     if not math.isclose(sum(s.fractions), 1.0, abs_tol=1e-6):
         raise SpecError("particles.sizes.fractions", s.fractions, "fractions that sum to 1", file)
-    if max(s.diameters_mm) > MAX_SIZE_RATIO * min(s.diameters_mm):
+    low, high = classes(s)
+    if len(high) != len(low) or (high < low).any():
+        allowed = "one for each of particles.sizes.diameters_mm, and none smaller"
+        raise SpecError("particles.sizes.upper_diameters_mm", s.upper_diameters_mm, allowed, file)
+    if high.max() > MAX_SIZE_RATIO * low.min():
         allowed = f"a ratio of largest to smallest of at most {MAX_SIZE_RATIO:g}"
         raise SpecError("particles.sizes.diameters_mm", s.diameters_mm, allowed, file)
 
