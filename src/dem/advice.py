@@ -7,6 +7,19 @@ from dem.timescales import hertz_contact_time
 from dem.units import question
 
 
+def limits_of(spec):
+    """Sentences on what a calibration with the laws of a `RunSpec` does not hold for; an empty list where they hold in
+    motion too."""
+    rolls = spec.contacts.particle_particle.rolling_friction > 0.0
+    if spec.laws.rolling != "constant_torque" or not rolls:
+        return []
+    return [
+        "laws.rolling constant_torque brakes each grain's own spin, also where grains turn together and nothing rolls: "
+        "the result holds for heaps and beds at rest or sheared slowly, not for grains in a drum or mixer; there "
+        "calibrate with elastic_plastic and torsion"
+    ]
+
+
 def warnings_of(spec):
     """Sentences, each with the setting to change, about a valid `RunSpec`; an empty list when all is well."""
     experiment = experiment_of(spec)

@@ -50,6 +50,12 @@ def test_a_study_begins_from_values_with_units(here, capsys):
     assert "exists already" in capsys.readouterr().err
 
 
+def test_a_new_material_rolls_by_laws_that_hold_in_motion(here, capsys):
+    assert main(["new", "peas", *ANGLES, *RIG]) == 0
+    laws = read(here / "peas").run["laws"]
+    assert (laws["rolling"], laws["torsion"]) == ("elastic_plastic", "marshall")
+
+
 def test_published_ranges_name_their_source(here):
     assert main(["new", "beans", *ANGLES, *RIG, "--material", "soybean"]) == 0
     by_key = {f.key: f for f in read_factors("beans/factors.tsv")}

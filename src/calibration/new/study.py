@@ -12,6 +12,9 @@ from calibration.factors import COLUMNS
 from calibration.files import replacing
 from calibration.new.heap import FREE_FLOW, MOST
 
+LAWS = {"rolling": "elastic_plastic", "torsion": "marshall"}
+"""Laws of a new material. The engine's default is EDEM's own-spin torque, which holds a heap at rest and
+brakes grains that turn together."""
 CLOGS = 3.0  # grains across an orifice that none pass for long
 _REFUSED = re.compile(r"[^\w\s.,()+/-]|\s\s|^\s|\s$|[\n\t]")
 
@@ -132,6 +135,7 @@ run: # what all heaps share
     particle:
       density_kg_m3: {heap.density_kg_m3:g} # of the grain, not of the bed
       shear_modulus_Pa: {heap.shear_modulus_Pa:g} # softened, for longer time steps (config/README.md)
+  laws: {{ rolling: {LAWS["rolling"]}, torsion: {LAWS["torsion"]} }} # on the relative spin: they hold in motion too
   particles: {{ count: {heap.count}, {grain} }}
   geometry:
     orifice_diameter_mm: {heap.orifice_diameter_mm:g}

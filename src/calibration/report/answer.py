@@ -2,6 +2,8 @@
 
 from calibration.figures import label, quantity_of
 from calibration.report.embed import load, signed
+from dem.advice import limits_of
+from dem.spec import load_spec
 
 MEANING = {
     "adequate": "nothing is missing that these data show",
@@ -26,8 +28,14 @@ def answer(study, quantity):
     return {
         "parameters": _parameters(optimum, region, verdict) if optimum else [],
         "tiles": tiles,
-        "notes": _notes(optimum, quantity) if optimum else [],
+        "notes": [*(_notes(optimum, quantity) if optimum else []), *_limits(study)],
     }
+
+
+def _limits(study):
+    """Where the laws of the calibrated run spec make the result hold, and where not."""
+    run = study / "exports" / "dem.yaml"
+    return limits_of(load_spec(run)) if run.is_file() else []
 
 
 def _parameters(optimum, region, verdict):
