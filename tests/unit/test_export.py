@@ -112,7 +112,7 @@ def test_liggghts_rolling_spring_and_dashpot_are_ours(material):
         theirs = liggghts.rolling_stiffness_factor(2.25) * 4 / 3 * p.young * a
         assert theirs * (MU_R * p.radius) ** 2 == pytest.approx(ours)
         inertia = 1.4 * mass * material.radius**2
-        dashpot = 2 * liggghts.viscous_damping(0.3) * math.sqrt(inertia * ours)
+        dashpot = 2 * 0.3 * math.sqrt(inertia * ours)
         assert dashpot == pytest.approx(rolling_dashpot(p, ours, 0.3))
 
 
@@ -247,6 +247,31 @@ def test_edem_takes_the_calibrated_numbers_as_they_are(material, mapping):
     assert f"| Coefficient of rolling friction | {value} |" in text
     assert "| Shear modulus | 3e+06 | Pa |" in text
     assert all(line.count("|") == 5 for line in text.splitlines() if line.startswith("|"))
+
+
+def test_edem_type_c_prints_the_spring_and_its_damping(mapping):
+    """Its damping ratio is about the contact point as here; its factor is fixed at 2.25, ours may differ."""
+    chosen = {"rolling_stiffness_factor": 1.5, "rolling_damping_ratio": 0.2}
+    for parameters, stiffness, eta in (({}, 2.25, 0.3), (chosen, 1.5, 0.2)):
+        changes = {"laws": {"rolling": "elastic_plastic"}, "law_parameters": parameters}
+        spec = overlay(mapping, changes)
+        text = edem.block(granulate(parse_spec(spec)), Conversion(parse_spec(spec)), [])
+        assert f"| Rolling viscous damping ratio | {eta} |" in text
+        assert f"| Factor of the rolling stiffness | {stiffness} |" in text
+        assert ("NOT CONVERTED" in text) == (stiffness != 2.25)
+
+
+def test_lammps_alone_takes_the_torsion_along(mapping):
+    twisting = overlay(mapping, {"laws": {"torsion": "marshall", "rolling": "elastic_plastic"}})
+    for code, keeps in ((lammps, True), (liggghts, False), (yade, False), (mercurydpm, False)):
+        for spec in (mapping, twisting):
+            c = Conversion(parse_spec(spec), None)
+            text = code.block(granulate(parse_spec(spec)), c, [])
+            told = " ".join(re.sub(r"^(#|//)", "", text, flags=re.M).split())
+            assert ("twisting marshall" in text) == (keeps and spec is twisting)
+            assert ("NOT CONVERTED: torsion" in told) == (not keeps and spec is twisting)
+    text = edem.block(granulate(parse_spec(twisting)), Conversion(parse_spec(twisting)), [])
+    assert "NOT CONVERTED: torsion" in text
 
 
 # --- what an export says ---------------------------------------------------------------------------------------------

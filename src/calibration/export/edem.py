@@ -3,8 +3,13 @@
 Its conventions, from the user guide (help.altair.com/edem, Creator, Physics): Hertz-Mindlin (no slip) has the damping
 of Tsuji, Tanaka and Ishida (1992) and E*, G* of the pair; coefficients are given for each pair of materials, so there
 is no mixing rule. Rolling friction: `standard` is mu_r F_n R_i against each body's own spin; `RVD` is mu_r F_n R*
-against the relative spin; `type C` is a spring, dashpot and slider with the damping ratio eta.
+against the relative spin; `type C` is a spring 2.25 k_n (mu_r R*)^2, a slider and a dashpot whose damping ratio refers
+to the inertia about the contact point, as here.
 """
+
+from calibration.export.header import no_torsion
+
+TYPE_C_FACTOR = 2.25
 
 MODELS = {
     "constant_torque": "Hertz-Mindlin (no slip) with standard rolling friction",
@@ -35,9 +40,22 @@ def block(material, conversion, about):
             ("", "Coefficient of static friction", p.static_friction, ""),
             ("", "Coefficient of rolling friction", p.rolling_friction, ""),
         ]
+    notes = no_torsion(material.spec)
+    if law == "elastic_plastic":
+        e = conversion.equivalent
+        rows += [
+            ("Rolling friction, type C", "Rolling viscous damping ratio", e.damping_ratio, ""),
+            ("", "Factor of the rolling stiffness", e.stiffness_factor, ""),
+        ]
+        if e.stiffness_factor != TYPE_C_FACTOR:
+            notes.append(
+                f"NOT CONVERTED: the factor of the rolling stiffness, {e.stiffness_factor:g}; EDEM has {TYPE_C_FACTOR}."
+            )
     rows.append(("Simulator", "Time step", g.time_step, "s"))
     table = [f"| {a} | {b} | {v:.6g} | {u} |" for a, b, v, u in rows]
-    note = f"Physics: {MODELS[law]}. It is the law calibrated with: every number is used as it is."
-    text = ["# EDEM: parameters to type in", *about, note]
+    note = (
+        f"Physics: {MODELS[law]}. It is the law calibrated with: its numbers are used as they are."
+    )
+    text = ["# EDEM: parameters to type in", *about, note, *notes]
     head = ["| where | parameter | value | unit |", "|---|---|---|---|"]
     return "\n\n".join(text) + "\n\n" + "\n".join(head + table) + "\n"

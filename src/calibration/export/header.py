@@ -16,6 +16,15 @@ def header(mark, title, about, conversion, law, *notes):
     return out
 
 
+def no_torsion(spec):
+    """Sentences on the torsion of the calibrated `RunSpec` for a code whose contacts do not resist it."""
+    if spec.laws.torsion == "none":
+        return []
+    return [
+        f"NOT CONVERTED: torsion {spec.laws.torsion}; a grain that spins about the normal of its contact spins on."
+    ]
+
+
 def left_out(spec):
     """Sentences on laws of the calibrated `RunSpec` that no export carries over."""
     laws, out = spec.laws, []

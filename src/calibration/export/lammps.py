@@ -13,6 +13,8 @@ gran_sub_mod_tangential.cpp, `mindlin_rescale/force k_t x mu`
 gran_sub_mod_rolling.cpp, `rolling sds k gamma mu`
     a force along v = R* (omega_i - omega_j) x n with the lever R*: k = k_r/R*^2, gamma = C_r/R*^2, limit mu F_n R*,
     so mu is mu_r of `elastic_plastic`. k is a constant; there k_r grows with the load.
+gran_sub_mod_twisting.cpp, `twisting marshall`
+    spring, dashpot and limit from those of the tangential law: `marshall` here, but for its scaling on unloading.
 """
 
 import math
@@ -58,8 +60,8 @@ def block(material, conversion, about):
         *([SPRING.format(load=g.load)] if e.rotates else []),
     )
     lines += [
-        _law("grain_grain", g.grain_grain, e.static_friction, e.rolling_friction, g.load, e),
-        _law("grain_wall", gw, gw.static_friction, gw.rolling_friction, g.load, e),
+        _law("grain_grain", g.grain_grain, e.static_friction, e.rolling_friction, g, e),
+        _law("grain_wall", gw, gw.static_friction, gw.rolling_friction, g, e),
         f"variable integrator string {'nve/sphere' if e.rotates else 'nve'}",
         "pair_style granular",
         "pair_coeff * * ${grain_grain}",
@@ -70,11 +72,13 @@ def block(material, conversion, about):
     return "\n".join(lines) + "\n"
 
 
-def _law(name, pair, static_friction, rolling_friction, load, equivalent):
-    k, gamma = rolling(pair, rolling_friction, load, equivalent)
+def _law(name, pair, static_friction, rolling_friction, material, equivalent):
+    k, gamma = rolling(pair, rolling_friction, material.load, equivalent)
     sds = f"rolling sds {k:.6g} {gamma:.6g} {rolling_friction:.6g} " if equivalent.rotates else ""
+    twists = equivalent.rotates and material.spec.laws.torsion != "none"
+    twisting = "twisting marshall " if twists else ""
     return (
         f'variable {name} string "hertz {hertz_stiffness(pair):.6g} {pair.restitution:.6g} '
         f"tangential mindlin_rescale/force {tangential_stiffness(pair):.6g} {tangential_damping(pair):.6g} "
-        f'{static_friction:.6g} {sds}damping coeff_restitution"'
+        f'{static_friction:.6g} {sds}{twisting}damping coeff_restitution"'
     )

@@ -11,34 +11,25 @@ tangential_model_history.h
 rolling_model_epsd3.h
     k_r = rollingStiffness k_n (mu_r R*)^2 with k_n = (4/3) E* a the secant of the Hertz force, where
     `elastic_plastic` has the tangent 2 E* a: the factor is 3/2 of ours. Dashpot 2 eta sqrt(I k_r) with
-    I = 1.4 m R^2 about the contact point, reduced for two grains, where ours has 0.4 m R^2: eta is sqrt(0.4/1.4)
-    of ours. Limit mu_r |F_n| R*; R* = R at a wall.
+    I = 1.4 m R^2 about the contact point, reduced for two grains, as here: eta is eta. Limit mu_r |F_n| R*; R* = R at
+    a wall.
 rolling_model_cdt.h
     not used: the torque is mu_r k_n overlap R* times the part of the relative spin in the contact plane over the whole
     of it, and nothing stops it from turning a spin around within a step, so grains at rest shake.
 """
 
-import math
-
-from calibration.export.header import header
+from calibration.export.header import header, no_torsion
 
 MIN_YOUNG = 5.0e6
 MAX_YOUNG = 1.0e9
 """Outside these LIGGGHTS asks for `soft_particles yes` or `hard_particles yes`."""
 SECANT = 1.5
 """Tangent over secant of the Hertz force."""
-INERTIA = math.sqrt(0.4 / 1.4)
-"""Square root of the moment of inertia about the centre over that about the contact point."""
 
 
 def rolling_stiffness_factor(factor):
     """`rollingStiffness` of epsd3 for the factor of `elastic_plastic`."""
     return SECANT * factor
-
-
-def viscous_damping(ratio):
-    """`coefficientRollingViscousDamping` for the damping ratio of `elastic_plastic`."""
-    return INERTIA * ratio
 
 
 def block(material, conversion, about):
@@ -53,6 +44,7 @@ def block(material, conversion, about):
         about,
         conversion,
         "epsd3",
+        *no_torsion(g.spec),
     )
     if max(young) > MAX_YOUNG:
         lines.append("hard_particles yes")
@@ -76,7 +68,7 @@ def block(material, conversion, about):
 
 
 def _rolling(equivalent, grain_wall):
-    damping = viscous_damping(equivalent.damping_ratio)
+    damping = equivalent.damping_ratio
     stiffness = rolling_stiffness_factor(equivalent.stiffness_factor)
     return [
         _per_pair(

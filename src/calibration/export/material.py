@@ -22,7 +22,8 @@ constants depend on it."""
 @dataclass(frozen=True)
 class Pair:
     """Constants of one kind of contact. young, shear: effective moduli E*, G* [Pa]; radius: effective radius R* [m];
-    inertia: I1 I2/(I1 + I2) [kg m2]; dashpot: factor of sqrt(stiffness m*) in the damping force [-]."""
+    inertia: I1 I2/(I1 + I2) about the contact point [kg m2]; dashpot: factor of sqrt(stiffness m*) in the damping force
+    [-]."""
 
     young: float
     shear: float
@@ -69,7 +70,7 @@ def granulate(spec):
     """`Granulate` of a `RunSpec`. The mean grain stands for all where there is a size distribution."""
     grain, wall = material_of(spec.materials.particle), material_of(spec.materials.wall)
     radius = mean_radius(spec)
-    inertia = 0.4 * 4 / 3 * math.pi * radius**5 * grain.density
+    inertia = 1.4 * 4 / 3 * math.pi * radius**5 * grain.density
     pairs = []
     for other, contact, r_eff, i_eff in (
         (grain, contact_parameters(spec)["particle", "particle"], radius / 2, inertia / 2),

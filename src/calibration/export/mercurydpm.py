@@ -18,7 +18,7 @@ setRotation(false) keeps grains from turning (DPMBase.h).
 
 import math
 
-from calibration.export.header import header
+from calibration.export.header import header, no_torsion
 from calibration.export.material import rolling_dashpot
 
 TANGENTIAL = 2.0 / 3.0
@@ -66,6 +66,7 @@ def block(material, conversion, about):
         conversion,
         "rolling of HertzianViscoelasticMindlinRollingTorsionSpecies",
         *([SPRING] if e.rotates else []),
+        *no_torsion(g.spec),
         "This block has been checked against the sources, not run.",
     )
     body = [

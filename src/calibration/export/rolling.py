@@ -9,7 +9,7 @@ Two paths are searched, everything else staying as it is.
 
 elastic_plastic
     The rolling friction of grain on grain rises in that law, from less than the calibrated number to so much that
-    grains slide before they roll.
+    grains slide before they roll. Torsion goes with it.
 no_rotation
     Grains do not turn at all, and the static friction of grain on grain rises to the calibrated number. Every code can
     do this, and it means the same in each. Here it is `constant_torque` with more rolling friction than static.
@@ -46,9 +46,6 @@ COLUMNS = ("path", "scale", "share", "rolling_friction", "static_friction", "see
 MOST_ROLLING = 5.0  # what a run spec allows
 OWN_SEEDS, PATH_SEEDS, CONFIRM_SEEDS, FULL_SEEDS = 6, 3, 5, 5
 MOST_GRAINS = 2500
-REST_TIME = 2.0
-"""A heap is at rest about this long after the last grain was made [s]; rolling springs keep trembling, so that the
-energy of such a heap never falls to that of rest."""
 STIFFNESS_FACTOR, DAMPING_RATIO = 2.25, 0.3
 
 
@@ -103,14 +100,6 @@ def coarse(spec):
     return overlay(spec, changes)
 
 
-def timed(spec):
-    """The run spec (a mapping) of a heap that ends a fixed time after the last grain was made."""
-    parsed = parse_spec(spec)
-    pouring = parsed.particles.count / parsed.geometry.generation_rate_per_s
-    end = min(round(pouring + REST_TIME, 3), parsed.numerics.max_time_s)
-    return overlay(spec, {"numerics": {"max_time_s": end}})
-
-
 def on_path(spec, path, share):
     """The run spec (a mapping) of the calibrated point moved to a place of a path."""
     rolling, static = place(path, share, parse_spec(spec).contacts.particle_particle)
@@ -123,7 +112,8 @@ def on_path(spec, path, share):
     if path == NO_ROTATION:
         changes["contacts"]["particle_wall"] = {"rolling_friction": rolling}
     else:
-        changes["laws"] = {"rolling": path}
+        # with torsion: grains that spin about the normal of their contact would never come to rest
+        changes["laws"] = {"rolling": path, "torsion": "marshall"}
         changes["law_parameters"] = {
             "rolling_stiffness_factor": STIFFNESS_FACTOR,
             "rolling_damping_ratio": DAMPING_RATIO,
@@ -139,7 +129,7 @@ def rows_at(base, path, share, seeds, scale):
     moved = base if path is None else on_path(base, path, share)
     pair = parse_spec(moved).contacts.particle_particle
     for n in range(seeds):
-        spec = timed(overlay(moved, {"seed": base["seed"] + n}))
+        spec = overlay(moved, {"seed": base["seed"] + n})
         name = run_id(spec)
         specs[name] = spec
         rows.append(

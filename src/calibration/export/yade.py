@@ -20,7 +20,7 @@ Ig2_Facet_Sphere_ScGeom
 
 import math
 
-from calibration.export.header import header
+from calibration.export.header import header, no_torsion
 from calibration.export.material import rolling_stiffness
 
 
@@ -84,6 +84,7 @@ def block(material, conversion, about):
         conversion,
         "the rolling moment of Law2_ScGeom_MindlinPhys_Mindlin",
         *([SPRING.format(load=g.load)] if e.rotates else []),
+        *no_torsion(g.spec),
     )
     angles = [math.atan(mu) for mu in (e.static_friction, gw.static_friction)]
     moment, upkeep = _rolling(material, e) if e.rotates else ("", HOLD)
