@@ -5,7 +5,16 @@ from numba.extending import overload
 
 from dem.contact.model import pair_contact, pair_is_active, pair_overlap
 from dem.contact.properties import properties_of
-from dem.lanes import WIDTH, any_lane, gather_pairs, load_block, minimum, scatter_add, store_block
+from dem.lanes import (
+    FIELDS,
+    WIDTH,
+    any_lane,
+    gather_pairs,
+    load_block,
+    minimum,
+    scatter_add,
+    store_block,
+)
 from dem.state import GHOSTS
 
 
@@ -54,13 +63,14 @@ def _pair_forces_plain(codes, table, dt, particles, pairs, count, overlap_limit)
         second = (b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7])
         history = (
             h[0, lane], h[1, lane], h[2, lane], h[3, lane],
-            h[4, lane], h[5, lane], h[6, lane], h[7, lane],
+            h[4, lane], h[5, lane], h[6, lane], h[7, lane], h[8, lane],
         )  # fmt: skip
         on_first, on_second, history = pair_contact(
             codes, p, dt, separation, distance, overlap, first, second, history
         )
-        for f in range(8):
+        for f in range(FIELDS):
             h[f, lane] = history[f]
+        for f in range(8):
             particles.force[i, f] += on_first[f]
             particles.force[j, f] += on_second[f]
         if overlap > overlap_limit * min(a[6], b[6]):

@@ -20,6 +20,9 @@ from numba.extending import intrinsic, lower_builtin, models, overload, register
 WIDTH = 8
 """Contacts per vector; eight float32 fill one AVX register."""
 
+FIELDS = 9
+"""Numbers per contact in a block of memory: the width of a contact's history and of the stage of the walls."""
+
 _CONTRACT = ("contract", "nsz")  # a*b + c may become one fused operation
 
 
@@ -393,30 +396,30 @@ def scatter_add(typingctx, target, index, start, columns):
 
 @intrinsic
 def load_block(typingctx, blocks, block):
-    """Load the eight fields of history block `block` from blocks (m, 8, WIDTH) float32 as eight F32."""
+    """Load the fields of history block `block` from blocks (m, FIELDS, WIDTH) float32 as FIELDS F32."""
 
     def codegen(context, builder, sig, args):
         base = _pointer(context, builder, sig.args[0], args[0], ir.FloatType())
-        start = builder.mul(args[1], _constant(8 * WIDTH))
+        start = builder.mul(args[1], _constant(FIELDS * WIDTH))
         vector = ir.VectorType(ir.FloatType(), WIDTH)
         values = [
             _load(builder, base, builder.add(start, _constant(WIDTH * k)), vector, 4 * WIDTH)
-            for k in range(8)
+            for k in range(FIELDS)
         ]
         return context.make_tuple(builder, sig.return_type, values)
 
-    return types.UniTuple(F32, 8)(blocks, block), codegen
+    return types.UniTuple(F32, FIELDS)(blocks, block), codegen
 
 
 @intrinsic
 def store_block(typingctx, blocks, block, fields):
-    """Store eight F32 into history block `block` of blocks (m, 8, WIDTH) float32."""
+    """Store the F32 of a tuple into the first fields of block `block` of blocks (m, FIELDS, WIDTH) float32."""
 
     def codegen(context, builder, sig, args):
         base = _pointer(context, builder, sig.args[0], args[0], ir.FloatType())
-        start = builder.mul(args[1], _constant(8 * WIDTH))
+        start = builder.mul(args[1], _constant(FIELDS * WIDTH))
         vector = ir.VectorType(ir.FloatType(), WIDTH)
-        for k in range(8):
+        for k in range(len(sig.args[2])):
             pointer = builder.gep(base, [builder.add(start, _constant(WIDTH * k))])
             store = builder.store(
                 builder.extract_value(args[2], k), builder.bitcast(pointer, vector.as_pointer())

@@ -9,7 +9,7 @@ Particles are sorted by level and cell; the cells x-1, x, x+1 of one row are the
 import numpy as np
 from numba import njit
 
-from dem.lanes import WIDTH, inlined
+from dem.lanes import FIELDS, WIDTH, inlined
 
 LEVELS = 10
 LEVEL_RATIO = 1.5
@@ -222,14 +222,14 @@ def carry_history(old, old_count, pairs, count, new_row, head, following):
     for m in range(count):
         block, lane = m // WIDTH, m % WIDTH
         a, b = pairs.first[m], pairs.second[m]
-        for f in range(8):
+        for f in range(FIELDS):
             pairs.history[block, f, lane] = 0.0
         k = head[min(a, b)]
         while k >= 0:
             i, j = new_row[old.first[k]], new_row[old.second[k]]
             if max(i, j) == max(a, b):
                 sign = 1.0 if i == a else -1.0
-                for f in range(8):
+                for f in range(FIELDS):
                     value = old.history[k // WIDTH, f, k % WIDTH]
                     pairs.history[block, f, lane] = sign * value if f < 6 else value
                 break

@@ -28,6 +28,7 @@ from dem.walls.builder import WallSet
 from dem.walls.contacts import find_wall_contacts
 
 CHECK_INTERVAL = 2000  # steps between searches for NaN
+NO_PAIR = -1  # row of the property table where two materials have no parameters
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,8 @@ class Simulation:
     walls : WallSet
     overlap_limit : share of the radius at which a run is stopped as blown up
 
-    Raises ValueError for laws that cannot be combined or a pair of materials without parameters.
+    Raises ValueError for laws that cannot be combined, and when particles are added that can meet each other or a wall
+    without parameters for that pair of materials.
     """
 
     def __init__(
@@ -120,22 +122,27 @@ class Simulation:
     def _compile_properties(self, contacts):
         names, rows = self.material_names, []
         size = len(names)
-        self.kind_of = np.zeros((size, size), np.int32)
+        self.kind_of = np.full((size, size), NO_PAIR, np.int32)
         for a in range(size):
             for b in range(a, size):
                 pair = contacts.get((names[a], names[b])) or contacts.get((names[b], names[a]))
                 if pair is None:
-                    if a == b or not self._can_meet(names[a], names[b]):
-                        self.kind_of[a, b] = self.kind_of[b, a] = -1
-                        continue
-                    raise ValueError(f"no contact parameters for {names[a]} and {names[b]}")
+                    continue
                 self.kind_of[a, b] = self.kind_of[b, a] = len(rows)
                 ma, mb = self.materials[names[a]], self.materials[names[b]]
                 rows.append(pair_properties(self.laws, ma, mb, pair))
         self.properties = rows
 
-    def _can_meet(self, a, b):
-        return not (self.walls.uses(a) and self.walls.uses(b))
+    def _check_pairs(self, material, count):
+        """Raise ValueError when `count` more grains of a material (its code) can meet what has no pair with it."""
+        present = np.bincount(self.particles.material[: self.n], minlength=len(self.material_names))
+        present[material] += count
+        for other, name in enumerate(self.material_names):
+            meets = present[other] > (1 if other == material else 0) or self.walls.uses(name)
+            if meets and self.kind_of[material, other] == NO_PAIR:
+                raise ValueError(
+                    f"no contact parameters for {self.material_names[material]} and {name}"
+                )
 
     @property
     def time(self):
@@ -152,6 +159,7 @@ class Simulation:
         m = len(position)
         name = material or self.material_names[0]
         code = self.material_names.index(name)
+        self._check_pairs(code, m)
         # float32 values, so that the sum of two radii is the same in both precisions
         radius = np.broadcast_to(np.asarray(radius, np.float32).astype(float), m)
         mass = 4.0 / 3.0 * math.pi * radius**3 * self.materials[name].density
@@ -291,7 +299,7 @@ class Simulation:
         w.travel[:] = 0.0
         grid = (cell_size, dims, first_cell, low, start)
         self._renew_pairs(reach, level, grid, new_row)
-        self._renew_walls(reach, grid, new_row)
+        self._renew_walls(reach, grid, new_row, 0.5 * widest)
         self.rebuilds += 1
         self._stale = False
         self.rebuild_seconds += time.perf_counter() - begin
@@ -319,6 +327,7 @@ class Simulation:
         new = self._old_pairs
         present = np.unique(self.particles.material[: self.n])
         kinds = np.unique(self.kind_of[np.ix_(present, present)])
+        kinds = kinds[kinds != NO_PAIR]  # of a single grain with itself
         while True:
             if len(self._far) < len(new.first):
                 self._far = np.zeros((len(new.first), 2), np.int32)
@@ -333,14 +342,15 @@ class Simulation:
         )
         self._pairs, self._old_pairs, self._pair_count = new, old, count
 
-    def _renew_walls(self, reach, grid, new_row):
+    def _renew_walls(self, reach, grid, new_row, attraction):
+        """attraction: what a wall's share of the widest gap adds to the grains' reach, which holds theirs [m]."""
         old, old_count = self._walls_list, self._wall_count
         while True:
             count = find_wall_contacts(
                 self.n,
                 self.particles,
                 self.wall_state,
-                self._allowance,
+                self._allowance + attraction,
                 reach,
                 *grid,
                 self._old_walls,

@@ -87,6 +87,7 @@ class LawsSpec(Part):
         "constant_torque"
     )
     cohesion: Literal["none", "sjkr", "jkr", "liquid_bridge"] = "none"
+    torsion: Literal["none", "marshall"] = "none"
     drag: Literal["none", "schiller_naumann"] = "none"
 
 
@@ -106,13 +107,17 @@ class LawParameters(Part):
         None, "liquid_bridge: bridge over grain volume, grain on wall", ge=0, le=0.1
     )
     viscoelastic_time_s: float | None = field(None, "viscoelastic: dissipation time A", gt=0)
-    yield_velocity_m_s: float | None = field(None, "plastic: speed above which e falls", gt=0)
+    yield_velocity_m_s: float | None = field(
+        None, "plastic: speed at which the mean grain begins to yield on a rigid flat", gt=0
+    )
     friction_exponent: float | None = field(None, "stress_dependent: n", ge=0, le=1 / 3 + 1e-9)
     friction_reference_force_N: float | None = field(None, "stress_dependent: F0", gt=0)
     air_density_kg_m3: float | None = field(None, "schiller_naumann, 1.2 unless given", gt=0)
     air_viscosity_Pa_s: float | None = field(None, "schiller_naumann, 1.8e-5 unless given", gt=0)
     rolling_stiffness_factor: float | None = field(None, "elastic_plastic, 2.25 unless given", gt=0)
-    rolling_damping_ratio: float | None = field(None, "elastic_plastic, 0.3 unless given", ge=0)
+    rolling_damping_ratio: float | None = field(
+        None, "elastic_plastic: of a grain that rocks without slip, 0.3 unless given", ge=0
+    )
 
 
 REQUIRED = {

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.lanes import WIDTH
+from dem.lanes import FIELDS, WIDTH
 
 GHOSTS = 2
 FAR = 1e6  # where the ghosts are [m]
@@ -50,7 +50,7 @@ class Pairs(NamedTuple):
     kind: np.ndarray
     """(m / WIDTH,) int32 row of the property table."""
     history: np.ndarray
-    """(m / WIDTH, 8, WIDTH) real, fields of `dem.contact.model`."""
+    """(m / WIDTH, FIELDS, WIDTH) real, fields of `dem.contact.model`."""
 
 
 class WallContacts(NamedTuple):
@@ -61,7 +61,7 @@ class WallContacts(NamedTuple):
     element: np.ndarray
     """(m,) int32 wall element."""
     history: np.ndarray
-    """(m, 8) float64."""
+    """(m, FIELDS) float64."""
 
 
 class WallScratch(NamedTuple):
@@ -74,7 +74,7 @@ class WallScratch(NamedTuple):
     covered: np.ndarray
     """(m,) bool: another element of the body is closer there."""
     stage: np.ndarray
-    """(6, 8, WIDTH) real: geometry, wall spin, particle, history in; force columns, history out."""
+    """(6, FIELDS, WIDTH) real: geometry, wall spin, particle, history in; force columns, history out."""
     staged: np.ndarray
     """(WIDTH,) int64 candidate in each lane."""
 
@@ -154,14 +154,14 @@ def new_pairs(capacity, precision):
         np.zeros(blocks * WIDTH, np.int32),
         np.zeros(blocks * WIDTH, np.int32),
         np.zeros(blocks, np.int32),
-        aligned((blocks, 8, WIDTH), real),
+        aligned((blocks, FIELDS, WIDTH), real),
     )
 
 
 def new_wall_contacts(capacity):
     """Room for `capacity` candidate wall contacts."""
     return WallContacts(
-        np.zeros(capacity, np.int32), np.zeros(capacity, np.int32), np.zeros((capacity, 8))
+        np.zeros(capacity, np.int32), np.zeros(capacity, np.int32), np.zeros((capacity, FIELDS))
     )
 
 
@@ -172,7 +172,7 @@ def new_wall_scratch(capacity, precision):
         np.zeros((capacity, 3)),
         np.zeros(capacity),
         np.zeros(capacity, np.bool_),
-        aligned((6, 8, WIDTH), real),
+        aligned((6, FIELDS, WIDTH), real),
         np.zeros(WIDTH, np.int64),
     )
 

@@ -13,6 +13,7 @@ from dem.io.stl import read_stl, write_stl
 from dem.run import run
 from dem.simulation import Simulation
 from dem.spec import load_spec, parse_spec
+from dem.walls.builder import WallSet
 
 HEAP = {"experiment": "heap"}
 SIZES = {"by": "number", "diameters_mm": [1.0, 2.0], "fractions": [0.5, 0.5]}
@@ -244,10 +245,51 @@ def test_a_time_step_that_blows_up_is_named():
         sim.advance(2000)
 
 
+SOME = ContactParameters(0.5, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("grains", "floored", "word"),
+    [
+        ([("b", 2)], False, "b and b"),
+        ([("b", 1), ("b", 1)], False, "b and b"),
+        ([("a", 1), ("b", 1)], False, "b and a"),
+        ([("a", 1)], True, "a and c"),
+    ],
+)
+def test_grains_that_can_meet_without_parameters_are_refused(grains, floored, word):
+    """Two grains of b, a grain of a beside one of b, and a grain of a over a floor of c."""
+    material = Material(1210.0, 1e7, 0.25)
+    walls = WallSet().body("floor", material="c").plane((0, 0, 0), (0, 0, 1))
+    sim = Simulation(
+        dict.fromkeys("abc", material),
+        {("a", "a"): SOME, ("b", "c"): SOME},
+        time_step=1e-6,
+        walls=walls if floored else None,
+    )
+    *fine, (last, count) = grains
+    for name, number in fine:
+        sim.add_particles([[0.01 * n, 0, 0.1] for n in range(number)], 1e-3, material=name)
+    with pytest.raises(ValueError, match=f"no contact parameters for {word}"):
+        sim.add_particles([[0.01 * n, 0.1, 0.1] for n in range(count)], 1e-3, material=last)
+
+
+def test_one_grain_needs_no_parameters_with_itself():
+    material = Material(1210.0, 1e7, 0.25)
+    walls = WallSet().body("floor", material="b").plane((0, 0, 0), (0, 0, 1))
+    sim = Simulation(
+        {"a": material, "b": material}, {("a", "b"): SOME}, time_step=1e-6, walls=walls
+    )
+    sim.add_particles([[0, 0, 1e-3]], 1e-3)
+    sim.advance(10)
+    assert sim.wall_force("floor")[2] < 0.0
+
+
 @pytest.mark.parametrize(
     ("laws", "word"),
     [
         (Laws(rolling="viscous"), "rolling"),
+        (Laws(torsion="none at all"), "torsion"),
         (Laws(damping="none"), "damping"),
         (Laws(cohesion="jkr", damping="plastic"), "jkr"),
         (Laws(drag="stokes"), "drag"),

@@ -21,6 +21,8 @@ from scenes import (
 )
 
 from dem.contact.damping.plastic import yield_pressure
+from dem.experiments.setup import contact_parameters
+from dem.spec import parse_spec
 
 ELASTIC = ContactParameters(1.0, 0.0)
 
@@ -227,8 +229,7 @@ def test_viscoelastic_restitution_falls_as_the_fifth_root_of_speed(record):
 
 def test_plastic_restitution_falls_as_the_fourth_root_of_speed(record):
     r, v_yield = 1e-3, 0.01
-    young, _ = effective(SALT, SALT)
-    p = yield_pressure(v_yield, young, r, SALT.density)
+    p = yield_pressure(v_yield, SALT, r)
     contact = ContactParameters(1.0, 0.0, yield_pressure=p)
     laws = Laws(damping="plastic", rolling="none")
     speeds = np.array([1.0, 2.0, 4.0])
@@ -248,6 +249,40 @@ def test_plastic_restitution_falls_as_the_fourth_root_of_speed(record):
         0.5 * v_yield
     )
     record("plastic", "restitution below yield", below, 1.0, 2e-3, "", "elastic")
+
+
+def test_one_yield_speed_is_one_material(record):
+    """The pressure is that of the grain's material in both of its contacts; at the stated speed a grain on a rigid flat
+    just yields, so it rebounds with all of its speed below and not above; two grains that meet with opposite speeds
+    have a rigid flat between them, their plane of symmetry."""
+    v_yield, r = 0.1, 1e-3
+    spec = parse_spec(
+        {
+            "experiment": "drop",
+            "laws": {"damping": "plastic"},
+            "law_parameters": {"yield_velocity_m_s": v_yield},
+            "particles": {"diameter_mm": 2e3 * r},
+        }
+    )
+    between, on_wall = (contact_parameters(spec)["particle", k] for k in ("particle", "wall"))
+    assert between.yield_pressure == on_wall.yield_pressure
+    laws = Laws(damping="plastic", rolling="none")
+    elastic = ContactParameters(1.0, 0.0, yield_pressure=yield_pressure(v_yield, SALT, r))
+    rigid = from_young(1e16, 0.3, 7800)
+    for share, lost in ((0.99, 0.0), (1.4, None), (3.0, None)):
+        v = share * v_yield
+        on_flat = plane_impact(elastic, v, steps=2000, wall=rigid, laws=laws).velocity[0, 2] / v
+        both = 2 * v
+        sim = pair_impact(elastic, both, steps=2000, laws=laws)
+        pair = (sim.velocity[1, 0] - sim.velocity[0, 0]) / both
+        if lost is not None:
+            record("plastic", "restitution on a rigid flat, 1 % below yield", on_flat, 1, 1e-4)
+            record("plastic", "restitution of two grains, 1 % below yield", pair, 1, 1e-4)
+        else:
+            assert on_flat < 1 - 1e-3
+            record(
+                "plastic", f"two grains against a rigid flat, v = {share} v_y", pair, on_flat, 1e-3
+            )
 
 
 @pytest.mark.parametrize("e", [0.5, 0.8])

@@ -117,6 +117,43 @@ def test_incline_at_rest_where_rolling_friction_holds(record, law):
     )
 
 
+@pytest.mark.parametrize("ratio", [0.1, 0.3])
+def test_a_rocking_sphere_has_the_stated_damping_ratio(record, ratio):
+    """A sphere that rocks on a plane without slip turns about the contact point: (7/5) m R^2 th'' = -C th' - k_r th. Of
+    two swings in one direction, one after the other, the second is exp(-2 pi eta/sqrt(1 - eta^2)) of the first."""
+    # so soft a rolling spring that the tangential one holds the contact point in its place
+    contact = ContactParameters(0.5, 50.0, 0.1, rolling_damping=ratio)
+    sim = resting(contact, laws=Laws(rolling="elastic_plastic"), precision="double")
+    sim.gravity[0] = 0.01 * GRAVITY  # a push that leaves the rolling spring far from its limit
+    sim.advance(60000)
+    sim.gravity[0] = 0.0
+    speeds = []
+    for _ in range(4000):
+        sim.advance(5)
+        speeds.append(sim.spin[0, 1])
+    speeds = np.array(speeds)
+    inner = speeds[1:-1]
+    peaks = inner[(inner < speeds[:-2]) & (inner < speeds[2:]) & (inner < 0)]
+    decrement = math.log(peaks[0] / peaks[1])
+    measured = decrement / math.hypot(decrement, 2 * math.pi)
+    # the dashpot sees the spin of half a step before
+    record("rolling spring", "damping ratio of a rocking sphere", measured, ratio, 0.02 * ratio)
+
+
+def test_a_stiff_rolling_spring_does_not_tremble(record):
+    """mu_r 5: the spring is fifty times as stiff as that of the contact; a sphere that is pushed and a small heap of
+    grains on each other still come to rest."""
+    contact = ContactParameters(0.5, 0.5, 5.0)
+    laws = Laws(rolling="elastic_plastic", torsion="marshall")
+    sim = make(contact, laws=laws, walls=floor(), dt=DT, gravity=GRAVITY)
+    base = np.array([(x, y, 0.999) for x in (0.0, 2.0, 4.0) for y in (0.0, 2.0, 4.0)])
+    upper = np.array([(x, y, 2.42) for x in (1.0, 3.0) for y in (1.0, 3.0)])
+    sim.add_particles(R * np.vstack([base, upper, [[2, 2, 3.85]]]), R, velocity=[0.02, 0.01, 0])
+    sim.advance(60000)
+    energy = sim.kinetic_energy() / (sim.mass.sum() * GRAVITY * R)
+    record("rolling spring", "energy of a small heap over m g R, mu_r = 5", energy, 0.0, 1e-7)
+
+
 def test_incline_with_slip(record):
     """tan th > (7/2) mu without rolling resistance: a = g (sin th - mu cos th)."""
     angle, mu = math.radians(35), 0.1

@@ -3,10 +3,11 @@
 Everything here is written for floats and for lanes. `contact_force` knows a contact only by its overlap, normal and
 relative motion; `pair_contact` and `wall_contact` work these out for two spheres and for a sphere on a wall.
 
-History of a contact, eight numbers:
+History of a contact, dem.lanes.FIELDS numbers:
     0-2 tangential spring force [N]     3-5 rolling spring moment [N m]
-    6   contact radius at the last step [m]; NECK while only a neck or bridge spans a gap; 0 when there is no contact
-    7   deepest overlap so far [m]
+    6   contact radius at the last step [m], that of a neck too; BRIDGE while a liquid bridge spans a gap; 0 when there
+        is no contact
+    7   deepest overlap so far [m]      8   torsion spring moment about the normal [N m]
 """
 
 from dem.contact import registry
@@ -15,10 +16,12 @@ from dem.contact.damping import plastic, thornton, tsuji, viscoelastic
 from dem.contact.friction import constant, stress_dependent
 from dem.contact.rolling import constant_torque, constant_torque_relative, elastic_plastic
 from dem.contact.tangential import mindlin
-from dem.lanes import law, maximum, narrow, sqrt, where, widen
+from dem.contact.torsion import marshall
+from dem.lanes import law, maximum, minimum, narrow, sqrt, where, widen
 from dem.vectors import add, cross, dot, scale, subtract
 
-NECK = -1.0
+BRIDGE = -1.0
+TINY = 1e-30
 INERTIA = 0.4  # of a solid sphere, in m r^2
 
 TSUJI, THORNTON = registry.TSUJI, registry.THORNTON
@@ -28,18 +31,22 @@ CONSTANT_TORQUE, RELATIVE = registry.CONSTANT_TORQUE, registry.CONSTANT_TORQUE_R
 ELASTIC_PLASTIC = registry.ELASTIC_PLASTIC
 NO_COHESION, SJKR = registry.NO_COHESION, registry.SJKR
 JKR, LIQUID_BRIDGE = registry.JKR, registry.LIQUID_BRIDGE
+MARSHALL = registry.MARSHALL
 
 
 @law
-def is_active(codes, p, overlap, r_eff, radius_before):
-    """Whether a contact transmits force: it touches, or a neck or bridge made by an earlier touch still holds."""
+def is_active(codes, p, overlap, r_eff, grain, radius_before):
+    """Whether a contact transmits force: it touches, or a neck or bridge made by an earlier touch still holds.
+
+    grain: radius [m] of the sphere on a wall, harmonic mean radius of two spheres.
+    """
     active = overlap > 0.0
     if codes.cohesion == JKR:
         held = (radius_before > 0.0) | (radius_before < 0.0)
         active = active | (held & (overlap > -jkr.reach(p, r_eff)))
     elif codes.cohesion == LIQUID_BRIDGE:
         held = (radius_before > 0.0) | (radius_before < 0.0)
-        active = active | (held & (overlap > -2.0 * r_eff * p.bridge_reach))
+        active = active | (held & (overlap > -grain * p.bridge_reach))
     return active
 
 
@@ -57,7 +64,7 @@ def damped_force(codes, p, elastic, stiffness, overlap, r_eff, m_eff, v_n, deepe
 
 
 @law
-def normal_force(codes, p, overlap, r_eff, m_eff, v_n, deepest):
+def normal_force(codes, p, overlap, r_eff, grain, m_eff, v_n, deepest):
     """Normal force, the part of it that loads the contact, contact radius, stiffness S_n and deepest overlap."""
     pressed = maximum(overlap, 0.0)
     if codes.cohesion == JKR:
@@ -75,22 +82,23 @@ def normal_force(codes, p, overlap, r_eff, m_eff, v_n, deepest):
     if codes.cohesion == SJKR:
         force = force - sjkr.attraction(p, pressed, r_eff)
     elif codes.cohesion == LIQUID_BRIDGE:
-        force = force - liquid_bridge.attraction(p, overlap, r_eff)
+        force = force - liquid_bridge.attraction(p, overlap, r_eff, grain)
     return force, load, radius, stiffness, deepest
 
 
 @law
-def contact_force(codes, p, dt, overlap, n, r_eff, m_eff, inertia, velocity, spin, history):
-    """Force and rolling torque on the first body of a contact, and the contact's new history.
+def contact_force(codes, p, dt, overlap, n, r_eff, grain, m_eff, inertia, velocity, spin, history):
+    """Force and torque of rolling and torsion on the first body of a contact, and the contact's new history.
 
-    overlap [m]; n (3,) unit normal from the second body to the first; velocity (3,) of the first relative to the
-    second at the contact [m/s]; spin (3,) omega_1 - omega_2 [rad/s]; inertia I1 I2/(I1+I2) [kg m2]; history (8,).
-    Returns force (3,) [N], rolling torque (3,) [N m], load [N], history (8,).
+    overlap [m]; n (3,) unit normal from the second body to the first; r_eff R* [m]; grain: radius [m] of the sphere on
+    a wall, harmonic mean radius of two spheres; velocity (3,) of the first relative to the second at the contact
+    [m/s]; spin (3,) omega_1 - omega_2 [rad/s]; inertia I1 I2/(I1+I2) [kg m2]; history (FIELDS,).
+    Returns force (3,) [N], torque (3,) [N m], load [N], history (FIELDS,).
     """
-    active = is_active(codes, p, overlap, r_eff, history[6])
+    active = is_active(codes, p, overlap, r_eff, grain, history[6])
     v_n = dot(velocity, n)
     force, load, radius, stiffness, deepest = normal_force(
-        codes, p, overlap, r_eff, m_eff, v_n, history[7]
+        codes, p, overlap, r_eff, grain, m_eff, v_n, history[7]
     )
     zero = 0.0 * r_eff
     force, load = where(active, force, zero), where(active, load, zero)
@@ -103,15 +111,22 @@ def contact_force(codes, p, dt, overlap, n, r_eff, m_eff, inertia, velocity, spi
     tangential, spring = mindlin.tangential_force(
         p, n, slip, radius, history[6], m_eff, spring, limit, dt
     )
+    unloading = minimum(radius / maximum(history[6], TINY), 1.0)
     moment = (history[3], history[4], history[5])
     torque = (zero, zero, zero)
     if codes.rolling == RELATIVE:
         torque = constant_torque_relative.torque(p, n, spin, load, r_eff, inertia, dt)
     elif codes.rolling == ELASTIC_PLASTIC:
         torque, moment = elastic_plastic.torque(
-            p, n, spin, load, stiffness, r_eff, inertia, moment, dt
+            p, n, spin, load, stiffness, unloading, r_eff, inertia, moment, dt
         )
-    memory = where(overlap > 0.0, radius, NECK)
+    twist = zero
+    if codes.torsion == MARSHALL:
+        about_normal, twist = marshall.torque(
+            p, dot(spin, n), radius, unloading, m_eff, history[8], limit, dt
+        )
+        torque = add(torque, scale(about_normal, n))
+    memory = where(radius > 0.0, radius, BRIDGE)
     history = (
         where(active, spring[0], zero),
         where(active, spring[1], zero),
@@ -121,6 +136,7 @@ def contact_force(codes, p, dt, overlap, n, r_eff, m_eff, inertia, velocity, spi
         where(active, moment[2], zero),
         where(active, memory, zero),
         where(active, deepest, zero),
+        where(active, twist, zero),
     )
     return add(scale(force, n), tangential), torque, load, history
 
@@ -148,7 +164,8 @@ def pair_overlap(separation, r_i, r_j):
 @law
 def pair_is_active(codes, p, overlap, r_i, r_j, radius_before):
     """Whether two spheres act on each other, or did at the last step and must now forget it."""
-    touching = is_active(codes, p, overlap, r_i * r_j / (r_i + r_j), radius_before)
+    r_eff = r_i * r_j / (r_i + r_j)
+    touching = is_active(codes, p, overlap, r_eff, 2.0 * r_eff, radius_before)
     return touching | (radius_before > 0.0) | (radius_before < 0.0)
 
 
@@ -158,7 +175,7 @@ def pair_contact(codes, p, dt, separation, distance, overlap, first, second, his
 
     separation (3,): position of the first minus the second [m]; distance, overlap: of `pair_overlap` [m]; first, second
     (8,): velocity, spin, radius, mass. Returns the force columns (8,) for each sphere (force, torque, rolling
-    resistance, load) and the new history (8,).
+    resistance, load) and the new history (FIELDS,).
     """
     r_i, m_i, r_j, m_j = first[6], first[7], second[6], second[7]
     inverse = 1.0 / distance
@@ -177,7 +194,18 @@ def pair_contact(codes, p, dt, separation, distance, overlap, first, second, his
     surface = cross(add(scale(arm_i, w_i), scale(arm_j, w_j)), n)
     velocity = subtract(subtract(v_i, v_j), surface)
     force, rolling, load, history = contact_force(
-        codes, p, dt, overlap, n, r_eff, m_eff, inertia, velocity, subtract(w_i, w_j), history
+        codes,
+        p,
+        dt,
+        overlap,
+        n,
+        r_eff,
+        2.0 * r_eff,
+        m_eff,
+        inertia,
+        velocity,
+        subtract(w_i, w_j),
+        history,
     )
     twist = cross(n, force)
     t_i = subtract(rolling, scale(arm_i, twist))
@@ -194,7 +222,7 @@ def wall_contact(codes, p, dt, overlap, n, wall_velocity, wall_spin, particle, h
     """A sphere on a wall, which counts as a sphere of infinite radius and mass.
 
     wall_velocity (3,) at the contact point [m/s]; wall_spin (3,) [rad/s]. Returns the force columns (8,) on the
-    sphere and the new history (8,).
+    sphere and the new history (FIELDS,).
     """
     radius, mass = particle[6], particle[7]
     arm = radius - overlap
@@ -208,6 +236,7 @@ def wall_contact(codes, p, dt, overlap, n, wall_velocity, wall_spin, particle, h
         dt,
         overlap,
         n,
+        radius,
         radius,
         mass,
         inertia,

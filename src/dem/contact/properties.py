@@ -15,6 +15,7 @@ class LawCodes(NamedTuple):
     friction: int
     rolling: int
     cohesion: int
+    torsion: int
 
 
 class PairProperties(NamedTuple):
@@ -35,9 +36,9 @@ class PairProperties(NamedTuple):
     wetting: float
     """Liquid bridge: cosine of the contact angle [-]."""
     liquid: float
-    """Liquid bridge: volume of the bridge over the volume of a sphere of the harmonic mean radius [-]."""
+    """Liquid bridge: volume of the bridge over that of the grain [-]."""
     bridge_reach: float
-    """Liquid bridge: rupture distance over the harmonic mean radius [-]."""
+    """Liquid bridge: rupture distance over the radius of the grain [-]."""
     viscous_time: float
     """Viscoelastic law: dissipation time A [s]."""
     yield_pressure: float
@@ -50,10 +51,12 @@ class PairProperties(NamedTuple):
     """Elastic-plastic rolling: k_r = factor * k_n * (mu_r R)^2 [-]."""
     rolling_damping: float
     """Elastic-plastic rolling: damping ratio eta_r [-]."""
+    rolling_limit: float
+    """Elastic-plastic rolling: largest k_r dt^2/I that a grain among its neighbours bears [-]."""
 
 
 N_PROPERTIES = len(PairProperties._fields)
-assert N_PROPERTIES == 15
+assert N_PROPERTIES == 16
 
 
 @law
@@ -76,4 +79,5 @@ def properties_of(table, pair):
         t[12],
         t[13],
         t[14],
+        t[15],
     )

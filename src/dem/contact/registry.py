@@ -12,11 +12,13 @@ from dem.contact.damping import plastic as plastic_law
 from dem.contact.damping import thornton as thornton_law
 from dem.contact.damping import tsuji as tsuji_law
 from dem.contact.properties import LawCodes, PairProperties
+from dem.contact.rolling import elastic_plastic as elastic_plastic_law
 
 TSUJI, THORNTON, VISCOELASTIC, PLASTIC = range(4)
 CONSTANT_FRICTION, STRESS_DEPENDENT = range(2)
 NO_ROLLING, CONSTANT_TORQUE, CONSTANT_TORQUE_RELATIVE, ELASTIC_PLASTIC = range(4)
 NO_COHESION, SJKR, JKR, LIQUID_BRIDGE = range(4)
+NO_TORSION, MARSHALL = range(2)
 
 DAMPING = {"tsuji": TSUJI, "thornton": THORNTON, "viscoelastic": VISCOELASTIC, "plastic": PLASTIC}
 FRICTION = {"constant": CONSTANT_FRICTION, "stress_dependent": STRESS_DEPENDENT}
@@ -27,6 +29,7 @@ ROLLING = {
     "elastic_plastic": ELASTIC_PLASTIC,
 }
 COHESION = {"none": NO_COHESION, "sjkr": SJKR, "jkr": JKR, "liquid_bridge": LIQUID_BRIDGE}
+TORSION = {"none": NO_TORSION, "marshall": MARSHALL}
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,7 @@ class Laws:
     friction: str = "constant"
     rolling: str = "constant_torque"
     cohesion: str = "none"
+    torsion: str = "none"
     drag: str = "none"
 
     def codes(self):
@@ -46,6 +50,7 @@ class Laws:
             ("friction", FRICTION),
             ("rolling", ROLLING),
             ("cohesion", COHESION),
+            ("torsion", TORSION),
         )
         for slot, known in slots:
             if getattr(self, slot) not in known:
@@ -129,15 +134,16 @@ def pair_properties(laws, a, b, contact):
         friction_reference=contact.friction_reference,
         rolling_stiffness=contact.rolling_stiffness,
         rolling_damping=contact.rolling_damping,
+        rolling_limit=elastic_plastic_law.limit(contact.rolling_damping),
     )
 
 
-def attraction_reach(codes, properties, r_eff):
-    """Largest gap [m] at which this pair of materials still attracts, for contacts up to effective radius r_eff [m]."""
+def attraction_reach(codes, properties, radius):
+    """Largest gap [m] at which this pair of materials still attracts, for grains up to radius [m]."""
     if codes.cohesion == JKR and properties.cohesion > 0.0:
-        return jkr_law.reach.py_func(properties, r_eff)
+        return jkr_law.reach.py_func(properties, radius)
     if codes.cohesion == LIQUID_BRIDGE:
-        return 2.0 * r_eff * properties.bridge_reach
+        return radius * properties.bridge_reach
     return 0.0
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from dem.contact.damping.plastic import yield_pressure
-from dem.contact.registry import ContactParameters, Laws, Material, pair_properties
+from dem.contact.registry import ContactParameters, Laws, Material
 from dem.dumbbell import moments, sphere_radius
 from dem.grains import mean_radius, smallest_radius
 from dem.linear import length
@@ -23,7 +23,14 @@ def material_of(entry):
 def laws_of(spec):
     """`Laws` from a spec."""
     chosen = spec.laws
-    return Laws(chosen.damping, chosen.friction, chosen.rolling, chosen.cohesion, chosen.drag)
+    return Laws(
+        chosen.damping,
+        chosen.friction,
+        chosen.rolling,
+        chosen.cohesion,
+        chosen.torsion,
+        chosen.drag,
+    )
 
 
 def add_grains(sim, spec, position, radius, velocity, rng):
@@ -71,7 +78,6 @@ def _or(value, default):
 def contact_parameters(spec):
     """{pair of materials: ContactParameters}; each law's constants are given for grain on grain and grain on wall."""
     q = spec.law_parameters
-    particle, wall = material_of(spec.materials.particle), material_of(spec.materials.wall)
     shared = {
         "surface_tension": _or(q.surface_tension_N_m, 0.0),
         "contact_angle": math.radians(_or(q.contact_angle_deg, 0.0)),
@@ -81,8 +87,11 @@ def contact_parameters(spec):
         "rolling_stiffness": _or(q.rolling_stiffness_factor, 2.25),
         "rolling_damping": _or(q.rolling_damping_ratio, 0.3),
     }
+    if spec.laws.damping == "plastic":
+        grain = material_of(spec.materials.particle)
+        shared["yield_pressure"] = yield_pressure(q.yield_velocity_m_s, grain, mean_radius(spec))
     out = {}
-    for other, name in ((particle, PARTICLE), (wall, WALL)):
+    for name in (PARTICLE, WALL):
         c = spec.contacts.particle_particle if name == PARTICLE else spec.contacts.particle_wall
         prefix = "" if name == PARTICLE else "wall_"
         extra = {
@@ -92,11 +101,6 @@ def contact_parameters(spec):
             "surface_energy": _or(getattr(q, prefix + "surface_energy_J_m2"), 0.0),
             "liquid_volume_fraction": _or(getattr(q, prefix + "liquid_volume_fraction"), 0.0),
         }
-        if spec.laws.damping == "plastic":
-            bare = pair_properties(Laws(), particle, other, ContactParameters(0.5, 0.5))
-            extra["yield_pressure"] = yield_pressure(
-                q.yield_velocity_m_s, bare.young, mean_radius(spec), particle.density
-            )
         out[PARTICLE, name] = ContactParameters(
             c.restitution, c.static_friction, c.rolling_friction, **shared, **extra
         )

@@ -8,7 +8,7 @@ from numba.extending import overload
 
 from dem.contact.model import wall_contact
 from dem.contact.properties import properties_of
-from dem.lanes import WIDTH, inlined, law, load_block, store_block
+from dem.lanes import FIELDS, WIDTH, inlined, law, load_block, store_block
 from dem.neighbours import LEVELS
 from dem.walls.geometry import PLANE, REVOLVED, TRIANGLE, closest_point
 from dem.walls.joints import resolve_joints
@@ -210,6 +210,7 @@ def _put_on_stage(particles, walls, contacts, k, lane, scratch):
         stage[1, f, lane] = w[f]
     for f in range(8):
         stage[2, f, lane] = particles.kinetic[i, f]
+    for f in range(FIELDS):
         stage[3, f, lane] = contacts.history[k, f]
     scratch.staged[lane] = k
 
@@ -224,6 +225,7 @@ def _flush(codes, table, kind, dt, particles, walls, contacts, waiting, scratch)
         i, b, q = contacts.particle[k], walls.body[contacts.element[k]], scratch.point[k]
         for f in range(8):
             particles.force[i, f] += stage[4, f, lane]
+        for f in range(FIELDS):
             contacts.history[k, f] = stage[5, f, lane]
         fx, fy, fz = float(stage[4, 0, lane]), float(stage[4, 1, lane]), float(stage[4, 2, lane])
         walls.force[b, 0] -= fx
@@ -264,7 +266,8 @@ def _staged_forces_lanes(codes, p, dt, stage, waiting):
 def _column(block, lane):
     b = block
     return (
-        b[0, lane], b[1, lane], b[2, lane], b[3, lane], b[4, lane], b[5, lane], b[6, lane], b[7, lane]
+        b[0, lane], b[1, lane], b[2, lane], b[3, lane], b[4, lane], b[5, lane], b[6, lane], b[7, lane],
+        b[8, lane],
     )  # fmt: skip
 
 
@@ -278,6 +281,7 @@ def _staged_forces_plain(codes, p, dt, stage, waiting):
         )  # fmt: skip
         for f in range(8):
             stage[4, f, lane] = columns[f]
+        for f in range(FIELDS):
             stage[5, f, lane] = history[f]
 
 

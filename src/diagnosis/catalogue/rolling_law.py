@@ -4,8 +4,12 @@ from diagnosis.catalogue import Mechanism, Strength, set_law
 
 
 def apply(spec, strength):
-    """Type C; the strength is the rolling stiffness in units of the contact's."""
-    return set_law(spec, "rolling", "elastic_plastic", rolling_stiffness_factor=strength)
+    """Type C; the strength is the rolling stiffness in units of the contact's.
+
+    With torsion, or grains that spin about the normal of their contact would keep a heap from rest.
+    """
+    twisting = set_law(spec, "torsion", "marshall")
+    return set_law(twisting, "rolling", "elastic_plastic", rolling_stiffness_factor=strength)
 
 
 MECHANISM = Mechanism(

@@ -55,7 +55,11 @@ OWN_SPIN = {
 def contact_parameters(rolling=ROLLING, friction=FRICTION):
     """Grain on grain and on the floor; the elastic-plastic spring is that of LIGGGHTS."""
     return ContactParameters(
-        RESTITUTION, friction, rolling, rolling_stiffness=peer.STIFFNESS_FACTOR, rolling_damping=0.3
+        RESTITUTION,
+        friction,
+        rolling,
+        rolling_stiffness=peer.STIFFNESS_FACTOR,
+        rolling_damping=peer.DAMPING_RATIO,
     )
 
 
@@ -124,7 +128,10 @@ def heap_spec(law, rolling, seed, count=2500, diameter_mm=3.1748):
     """The paper's optimum with coarse grains, as the quick profile has them, under another rolling law."""
     extra = {}
     if law == "elastic_plastic":
-        extra = {"rolling_stiffness_factor": peer.STIFFNESS_FACTOR, "rolling_damping_ratio": 0.3}
+        extra = {
+            "rolling_stiffness_factor": peer.STIFFNESS_FACTOR,
+            "rolling_damping_ratio": peer.DAMPING_RATIO,
+        }
     return parse_spec(
         {
             "experiment": "heap",

@@ -21,8 +21,8 @@ ROLLING = {"constant_torque_relative": "cdt", "elastic_plastic": "epsd"}
 
 STIFFNESS_FACTOR = 1.5
 """LIGGGHTS takes k_r = 2.25 k (mu_r R*)^2 with the secant stiffness k = F/overlap, 2/3 of the tangent S_n of ours."""
-DAMPING_FACTOR = np.sqrt(1.4 / 0.4)
-"""Our rolling damping ratio over theirs: they take each inertia about the contact, 7/5 m r^2; we about the centre."""
+DAMPING_RATIO = 0.3 / np.sqrt(1.4 / 0.4)
+"""Of the rolling springs in the recorded runs, about the contact point; 0.3 about the centre of a grain."""
 
 
 def available():
@@ -76,7 +76,7 @@ def run_pairs(sim, width, folder, law, parameters, steps):
             "restitution": parameters.restitution,
             "friction": parameters.static_friction,
             "rolling": parameters.rolling_friction,
-            "viscous": parameters.rolling_damping / DAMPING_FACTOR,
+            "viscous": parameters.rolling_damping,
             "dt": sim.time_step,
             "steps": steps,
         },
@@ -121,7 +121,7 @@ def heap_variables(spec, rig, seed, time):
         "wall_mu": side.static_friction,
         "mur": pair.rolling_friction,
         "wall_mur": side.rolling_friction,
-        "visc": damping / DAMPING_FACTOR,
+        "visc": damping,
         "dt": dt,
         "steps": round(time / dt),
         "seed": seed,

@@ -11,11 +11,13 @@ import math
 from dem.lanes import law, maximum, sqrt, where
 
 
-def yield_pressure(yield_speed, young, radius, density):
-    """p_y [Pa] so that a sphere (radius [m], density [kg/m3]) against a flat wall yields from yield_speed [m/s] up.
+def yield_pressure(yield_speed, material, radius):
+    """p_y [Pa] of a material of which a sphere of radius [m] yields on a rigid flat from yield_speed [m/s] up.
 
-    At yield the overlap is (pi p_y / 2 E*)^2 R* and the elastic energy (2/5) k overlap^(5/2) equals m* v^2 / 2.
+    Rigid, so that p_y is of the material alone and the same in all its contacts: E* = E/(1 - nu^2), R* = R, m* = m. At
+    yield the overlap is (pi p_y / 2 E*)^2 R* and the elastic energy (2/5) k overlap^(5/2) equals m* v^2 / 2.
     """
+    young, density = material.young_modulus / (1.0 - material.poisson_ratio**2), material.density
     mass = 4.0 / 3.0 * math.pi * radius**3 * density
     k = 4.0 / 3.0 * young * math.sqrt(radius)
     overlap = (1.25 * mass * yield_speed**2 / k) ** 0.4

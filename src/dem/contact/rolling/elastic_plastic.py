@@ -1,25 +1,58 @@
 """Elastic-plastic spring-dashpot rolling resistance (EPSD, type C).
 
 The spring moment grows by -k_r omega_r dt, k_r = factor S_n (mu_r R*)^2 (factor 2.25: Iwashita and Oda 1998), up to
-mu_r F_n R*; below that limit a dashpot 2 eta_r sqrt(I k_r) acts beside it.
-Ai, Chen, Rotter, Ooi (2011), Powder Technology 206:269, model C.
+mu_r F_n R*; below that limit a dashpot 2 eta_r sqrt(I_c k_r) acts beside it. I_c is about the contact point, (7/5) m
+R^2, reduced for two spheres: eta_r is then the damping ratio of a sphere that rocks without slip. EDEM's type C and
+LIGGGHTS' epsd take it so too. Ai, Chen, Rotter, Ooi (2011), Powder Technology 206:269, model C.
+
+The moment is kept while the contact loads and scaled by a/a_before while it unloads, a the contact radius, as the
+tangential spring: k_r goes with a, and a varying stiffness must not create energy.
+
+k_r grows with mu_r^2, and the time step does not know it: beyond a certain mu_r the spring of a grain among its
+neighbours would be stiffer than leapfrog bears, and tremble. There it is held at `limit` I/dt^2; the torque that it
+can reach stays as it is.
 """
+
+import math
 
 from dem.lanes import law, minimum, sqrt, where
 from dem.vectors import dot, reject, scale, subtract
 
 TINY = 1e-30
+CONTACT_POINT = (
+    1.4 / 0.4
+)  # moment of inertia of a solid sphere about a point of its surface over that about its centre
+NEIGHBOURS = 8
+"""Contacts of a grain whose rolling springs are at the limit at once; the mean in a packing is 4 to 6."""
+
+
+def limit(damping_ratio):
+    """Largest k_r dt^2/I of one contact, I reduced about the centres [-].
+
+    A spin against those of Z equal neighbours has the frequency w^2 = Z k_r/I and the damping ratio
+    z = sqrt(Z I_c/I) eta_r. Leapfrog with a dashpot that sees the spin of half a step before is stable up to
+    w dt = 2 (sqrt(1 + z^2) - z).
+    """
+    z = math.sqrt(NEIGHBOURS * CONTACT_POINT) * damping_ratio
+    return 4.0 * (math.sqrt(1.0 + z * z) - z) ** 2 / NEIGHBOURS
 
 
 @law
-def torque(p, n, spin, normal, stiffness, r_eff, inertia, spring, dt):
-    """Torque on the first sphere and the new spring moment, both (3,) [N m]."""
+def torque(p, n, spin, normal, stiffness, unloading, r_eff, inertia, spring, dt):
+    """Torque on the first sphere and the new spring moment, both (3,) [N m].
+
+    spin: omega_i - omega_j (3,) [rad/s]; normal: repulsive force [N]; stiffness S_n [N/m]; unloading: a/a_before, at
+    most 1 [-]; inertia: I_i I_j / (I_i + I_j) about the centres [kg m2].
+    """
     arm = p.rolling * r_eff
     k_r = p.rolling_stiffness * stiffness * arm * arm
+    k_r = minimum(k_r, p.rolling_limit * inertia / (dt * dt))
     rolling = reject(spin, n)
-    spring = subtract(reject(spring, n), scale(k_r * dt, rolling))
+    spring = subtract(scale(unloading, reject(spring, n)), scale(k_r * dt, rolling))
     size = sqrt(dot(spring, spring)) + TINY
     full = arm * normal
     spring = scale(minimum(full / size, 1.0), spring)
-    dashpot = where(size < full, p.rolling_damping * 2.0 * sqrt(inertia * k_r), 0.0 * full)
+    dashpot = where(
+        size < full, p.rolling_damping * 2.0 * sqrt(CONTACT_POINT * inertia * k_r), 0.0 * full
+    )
     return subtract(spring, scale(dashpot, rolling)), spring
