@@ -1,8 +1,12 @@
 """Writing files so that nothing half written is ever found under their name."""
 
 import os
-from contextlib import contextmanager
+import time
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+ABANDONED = 3600.0  # seconds
+FORMULA = ("=", "+", "-", "@")
 
 
 @contextmanager
@@ -18,7 +22,36 @@ def replacing(path):
         partial.unlink(missing_ok=True)
 
 
+def sweep_abandoned(folder):
+    """Delete what writers that were killed have left below a folder: partial files of more than an hour."""
+    for partial in Path(folder).rglob(".partial.*"):
+        with suppress(OSError):  # its writer has just finished
+            if time.time() - partial.stat().st_mtime > ABANDONED:
+                partial.unlink()
+
+
 def write_table(table, path):
-    """Write a data frame as CSV."""
+    """Write a data frame as CSV, as `csv_text` gives it."""
     with replacing(path) as partial:
-        table.to_csv(partial, index=False)
+        partial.write_text(csv_text(table), encoding="utf-8")
+
+
+def csv_text(table):
+    """A data frame as CSV in which no cell and no heading is a formula to a spreadsheet: what begins like one gets an
+    apostrophe in front (OWASP, CSV injection). Numbers stay as they are."""
+    shown = table.rename(columns=_no_formula)
+    texts = shown.select_dtypes(exclude="number").columns
+    return shown.assign(**{c: shown[c].map(_no_formula) for c in texts}).to_csv(index=False)
+
+
+def _no_formula(cell):
+    if not isinstance(cell, str):
+        return cell
+    cell = cell.replace("\r", " ")  # pandas would let it begin a row of its own
+    if not cell.lstrip().startswith(FORMULA):
+        return cell
+    try:
+        float(cell)
+    except ValueError:
+        return f"'{cell}"
+    return cell

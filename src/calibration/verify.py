@@ -14,6 +14,7 @@ from filelock import FileLock, Timeout
 from calibration import engines
 from calibration.campaign import changed_since_planned, read_plan, run_id
 from calibration.errors import CalibrationError
+from calibration.files import sweep_abandoned
 from calibration.store import RunStore
 from dem.errors import DemError, ResultError
 from dem.io.files import sweep_partial
@@ -148,6 +149,7 @@ def before_planning(config, dry_run, results="results"):
     """
     if not dry_run:
         hold(results)
+        sweep_abandoned(Path(results) / config.name)
     store, said = RunStore(Path(results) / "runs"), []
     planned, stale = set(), 0
     for plan in sorted((Path(results) / config.name).glob("**/plan.json")):

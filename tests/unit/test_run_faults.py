@@ -4,6 +4,7 @@ that what is tried here is the run around it; `test_resume.py` tries the heap it
 import errno
 import json
 import os
+import resource
 import signal
 import types
 
@@ -96,6 +97,25 @@ def test_sigterm_ends_a_run_that_keeps_no_checkpoint(counting, tmp_path):
 
 def full():
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def limited():
+    """From here on no file may grow beyond a thousand bytes, as on a disk that is full."""
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, resource.RLIM_INFINITY))
+
+
+def test_a_disk_that_fills_up_under_way_leaves_nothing_half_written(counting, tmp_path):
+    counting(at={4: limited})
+    try:
+        with pytest.raises(OSError, match="File too large"):
+            run(SPEC, tmp_path / "a")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY,) * 2)
+    assert sorted(os.listdir(tmp_path / "a")) == [".lock", "checkpoint.npz"]
+    experiment = counting()
+    assert run(SPEC, tmp_path / "a")["metrics"] == {"rebound_height_mm": 45.0}
+    assert experiment.began == 3
 
 
 @pytest.mark.parametrize("fault", [full, lambda: 1 / 0], ids=["disk full", "any"])

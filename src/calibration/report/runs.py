@@ -5,6 +5,7 @@ import base64
 import pandas as pd
 
 from calibration.figures import label
+from calibration.files import csv_text
 from calibration.report.embed import html_of
 from calibration.store import RunStore
 from dem.errors import ResultError
@@ -71,7 +72,7 @@ def runs_section(study):
     ]
     total = runs.drop_duplicates("run_id")["wall_time_s"].sum() / 60.0
     engines = ", ".join(sorted(runs["engine"].unique()))
-    data = base64.b64encode(runs.to_csv(index=False).encode()).decode()
+    data = base64.b64encode(csv_text(runs).encode()).decode()
     return {
         "key": "runs",
         "title": "Runs, times and seeds",
