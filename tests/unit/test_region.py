@@ -1,4 +1,5 @@
-"""The region of the response surface: physical limits, a target outside it, outliers and runs without a response."""
+"""The region of the response surface: physical limits, a target outside it, outliers and runs
+without a response."""
 
 import json
 from pathlib import Path
@@ -21,6 +22,7 @@ from calibration.statistics.surface import (
     fit_surface,
     outlier_limit,
     outliers,
+    parameter_interval,
     reduced_surface,
 )
 from calibration.statistics.two_level import resolution_iv
@@ -179,9 +181,31 @@ def test_the_region_moves_where_the_target_lies_outside(config_of_salt, tmp_path
     design = pd.read_csv(tmp_path / "design.csv")
     assert len(design) == len(box_behnken(region, config.response_surface.centre_runs))
     assert json.loads((tmp_path / "region.json").read_text()) == moved
-    # back inside: repeats at the candidate, an outlier's point with new seeds, and no region left behind
+    # back inside: repeats at the candidate, an outlier's point with new seeds, and no region left
+    # behind
     again = {"optimum": edge, "repeat": [{f.name: f.low for f in region}]}
     (tmp_path / "optimum.json").write_text(json.dumps(again))
     plan_candidate(config, tmp_path / "optimum.json", tmp_path)
     assert not (tmp_path / "region.json").exists()
     assert len(pd.read_csv(tmp_path / "design.csv")) == config.optimise.candidate_runs + 2
+
+
+@pytest.mark.slow
+def test_the_interval_of_one_factor_holds_the_truth_as_often_as_it_says():
+    """Over the runs and the measurement drawn anew: the level at which the true mean is the true
+    target."""
+    design, codes, held, draws = box_behnken(factors(3), 5), list("ABC"), 0, 2000
+    x = design[codes].to_numpy()
+    true = 45.0 + 4.0 * x[:, 0] + x[:, 1] - 0.8 * x[:, 2] + 0.5 * x[:, 0] ** 2
+    level = 0.15
+    target = 45.0 + 4.0 * level + 0.5 * level**2
+    rng = np.random.default_rng(12)
+    for _ in range(draws):
+        surface = fit_surface(design, codes, true + rng.normal(0.0, 0.8, len(x)))
+        measured = target + rng.normal(0.0, 0.16)
+        along = np.zeros((401, 3))
+        along[:, 0] = np.linspace(-1.0, 1.0, 401)
+        point = along[np.argmin(np.abs(surface.predict(along) - measured))]
+        low, high = parameter_interval(surface, measured, point, 0, target_se=0.16)
+        held += low <= level <= high
+    assert 0.94 <= held / draws <= 0.96

@@ -40,7 +40,9 @@ def calibrated_entries(surface, region, optimum):
     point = [optimum["optimum_coded"][f.code] for f in region]
     entries = {}
     for k, f in enumerate(region):
-        low, high = parameter_interval(surface, optimum["target"], point, k)
+        low, high = parameter_interval(
+            surface, optimum["target"], point, k, target_se=optimum.get("target_se", 0.0)
+        )
         entry = {
             "source": "calibrated",
             "factor": f.name,

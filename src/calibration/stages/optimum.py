@@ -4,6 +4,7 @@ added."""
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from calibration import figures
@@ -96,16 +97,19 @@ def _optimise_one(config, surface, region, output):
     """The point of the solution set that the configured rule takes."""
     rules = config.optimise
     point = [f.coded(rules.point.get(f.name, f.centre)) for f in region]
-    wanted = float(read_target(config).mean())
+    measured = read_target(config)
+    wanted, error = float(measured.mean()), float(measured.std(ddof=1) / np.sqrt(len(measured)))
     solution = solve(surface, wanted, rules.rule, config.seed, point)
     _write_points(solution.points, region, output.solutions)
     quantity = figures.quantity_of(config.target.metric)
     figures.save(figures.contours(surface, region, solution, quantity), output.contours)
     intervals = [
-        parameter_interval(surface, wanted, solution.chosen, k) for k in range(len(region))
+        parameter_interval(surface, wanted, solution.chosen, k, target_se=error)
+        for k in range(len(region))
     ]
     return {
         "target": solution.target,
+        "target_se": error,
         "attainable": solution.attainable,
         "rule": solution.rule,
         "interval_95": {

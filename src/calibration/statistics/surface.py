@@ -253,19 +253,21 @@ def reduced_surface(design, codes, response, alpha=0.1):
         terms = [t for t in terms if t != worst]
 
 
-def parameter_interval(surface, target, point, k, alpha=0.05):
+def parameter_interval(surface, target, point, k, alpha=0.05, target_se=0.0):
     """(low, high) in coded levels of factor k around the optimum `point` (factors,), the others
     held.
 
-    The stretch around the point on which the target lies in the surface's confidence interval for
-    the mean (an inverse prediction: Fieller 1954). An end at -1 or +1 is the border of the region:
-    the data do not bound the factor there.
+    The stretch around the point on which the surface's mean may be the target, which is itself a
+    mean with the standard error `target_se` (an inverse prediction: Fieller 1954). An end at -1 or
+    +1 is the border of the region: the data do not bound the factor there. What the other factors
+    leave open is the posterior's to say.
     """
     grid = np.linspace(-1.0, 1.0, GRID)
     levels = np.tile(np.asarray(point, float), (GRID, 1))
     levels[:, k] = grid
-    below, above = surface.mean_interval(levels, alpha)
-    inside = (below <= target) & (target <= above)
+    reach = stats.t.ppf(1 - alpha / 2, surface.df)
+    reach = reach * np.hypot(surface.standard_error(levels), target_se)
+    inside = np.abs(surface.predict(levels) - target) <= reach
     start = int(np.argmin(np.abs(grid - point[k])))
     if not inside[start]:
         return float(point[k]), float(point[k])
