@@ -1,0 +1,183 @@
+"""Likelihoods and held-out scores of linear mixed models over a grid of their variances, for many data sets at once.
+
+z = mean + level + law + shared errors + noise, all Gaussian. The law is a Gaussian process over its state, or one
+of a family of curves. Errors between settings, between batches and instruments and between the levels of a lever have
+standard deviations of their own, estimated by maximum posterior on a grid (the prior is half Cauchy in units of
+the measurements' error). With P the inverse covariance, a fold G is predicted from the rest with covariance (P_GG)^-1
+and residual (P_GG)^-1 (P z)_G: Rasmussen and Williams (2006), Gaussian Processes for Machine Learning, 5.4.2.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+TIMES = (1.0, 2.0, 4.0, 8.0)
+"""Standard deviations of a shared error that are tried, in units of the median error of a setting; and none."""
+
+USUAL = 2.0  # scale of their prior, in the same unit
+LEVEL_SD = 1.5  # prior sd of the level's logarithm
+JITTER = 1e-10
+
+
+@dataclass(frozen=True)
+class Nuisance:
+    """Grid of the shared errors: covariance (g, n, n), log prior (g,), and the sds of each {name: (g,)}."""
+
+    covariance: np.ndarray
+    prior: np.ndarray
+    sds: dict
+
+
+def nuisance_of(readings):
+    """`Nuisance` of readings; at most two kinds of shared errors at once."""
+    n = len(readings.log)
+    unit = float(np.median(readings.error))
+    kinds = {"settings": np.eye(n)}
+    for name, code in readings.groups.items():
+        kinds[name] = (code[:, None] == code[None, :]).astype(float)
+    names = list(kinds)
+    choices = [{}]
+    for size in (1, 2):
+        for chosen in combinations(names, size):
+            for times in np.array(np.meshgrid(*[TIMES] * size)).reshape(size, -1).T:
+                choices.append(dict(zip(chosen, times, strict=True)))
+    noise = np.diag(readings.error**2)
+    covariance = np.array(
+        [noise + sum((unit * t) ** 2 * kinds[k] for k, t in c.items()) for c in choices]
+    )
+    prior = np.array([-sum(np.log1p((t / USUAL) ** 2) for t in c.values()) for c in choices])
+    sds = {k: np.array([unit * c.get(k, 0.0) for c in choices]) for k in names}
+    return Nuisance(covariance, prior, sds)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One law to be tried, in the space where it is linear.
+
+    space: "log", "linear" or "angle" (see `to_space`). covariance: (h, n, n) of the law at h smoothnesses, with log
+    prior (h,); mean: (k, n) curves, one of which holds, with log prior (k,). label says what a k is.
+    """
+
+    name: str
+    slot: str
+    state: tuple
+    space: str
+    covariance: np.ndarray
+    prior: np.ndarray
+    mean: np.ndarray
+    mean_prior: np.ndarray
+    label: np.ndarray
+    catalogue: bool = False
+    free: bool = False
+
+
+def to_space(space, log, centre):
+    """z (..., n) and dz/dlog in the space of a candidate, of logarithms less `centre`.
+
+    log: the logarithm itself; linear: the reading over its centre, less 1; angle: the sliding angle over its centre.
+    """
+    rest = log - centre
+    if space == "log":
+        return rest, np.ones_like(rest)
+    if space == "linear":
+        y = np.exp(rest)
+        return y - 1.0, y
+    angle, middle = np.arctan(np.exp(log)), np.arctan(np.exp(centre))
+    return angle / middle - 1.0, 0.5 * np.sin(2.0 * angle) / middle
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Of r data sets: likelihood and held-out score (r,) in the space of the logarithms, and the best places (r,) on the
+    grids of nuisance, smoothness and curve; by_fold {lever: (r, levels)}."""
+
+    likelihood: np.ndarray
+    score: np.ndarray
+    nuisance: np.ndarray
+    smooth: np.ndarray
+    curve: np.ndarray
+    by_fold: dict
+
+
+def evaluate(candidate, readings, nuisance, log, centre, folds=None):
+    """`Fitted` of the candidate to data sets of logarithms (r, n); the spread is that at their mean."""
+    z, slope = to_space(candidate.space, log, centre)
+    weight = slope.mean(0)
+    precision, logdet = _precisions(candidate, nuisance, weight)
+    shape = len(nuisance.prior), len(candidate.prior)
+    prior = (nuisance.prior[:, None] + candidate.prior[None, :]).ravel()
+    jacobian = np.log(np.abs(slope)).sum(1)
+    pz = precision @ z.T  # (g, n, r)
+    quadratic = np.einsum("rn,gnr->gr", z, pz)
+    pm = np.einsum("gnm,km->gkn", precision, candidate.mean)
+    cross = np.einsum("gkn,rn->gkr", pm, z)
+    own = np.einsum("gkn,kn->gk", pm, candidate.mean)
+    value = -0.5 * (quadratic[:, None] - 2.0 * cross + own[..., None] + logdet[:, None, None])
+    value += prior[:, None, None] + candidate.mean_prior[None, :, None]
+    flat = value.reshape(-1, len(z))
+    best = flat.argmax(0)
+    grid, curve = np.divmod(best, len(candidate.mean))
+    left = z - candidate.mean[curve]
+    score, by_fold = _held_out(precision, left, slope, grid, folds or readings.folds)
+    constant = jacobian - 0.5 * z.shape[1] * np.log(2.0 * np.pi)
+    place = np.unravel_index(grid, shape)
+    likelihood = flat[best, np.arange(len(z))] + constant
+    return Fitted(likelihood, score, place[0], place[1], curve, by_fold)
+
+
+def _precisions(candidate, nuisance, weight):
+    """(g, n, n) inverse covariances and (g,) log determinants, nuisance outermost."""
+    shared = nuisance.covariance * (weight[:, None] * weight[None, :])
+    own = candidate.covariance + LEVEL_SD**2
+    total = (shared[:, None] + own[None, :]).reshape(-1, *own.shape[1:])
+    total = total + JITTER * np.eye(total.shape[1])
+    return np.linalg.inv(total), np.linalg.slogdet(total)[1]
+
+
+def _held_out(precision, z, slope, grid, folds):
+    """Score (r,): mean over levers of the log densities of whole levels, each predicted from the others."""
+    by_fold = {lever: np.zeros((len(z), len(levels))) for lever, levels in folds.items()}
+    for g in np.unique(grid):
+        rows = np.flatnonzero(grid == g)
+        p = precision[g]
+        pz = z[rows] @ p
+        for lever, levels in folds.items():
+            for k, index in enumerate(levels):
+                inner = p[np.ix_(index, index)]
+                # -1/2 e' P_GG e with e = P_GG^-1 (P z)_G
+                part = pz[:, index]
+                square = np.einsum("ri,ri->r", part, np.linalg.solve(inner, part.T).T)
+                density = 0.5 * np.linalg.slogdet(inner)[1] - 0.5 * square
+                density += np.log(np.abs(slope[rows][:, index])).sum(1)
+                by_fold[lever][rows, k] = density - 0.5 * len(index) * np.log(2.0 * np.pi)
+    score = sum(v.sum(1) for v in by_fold.values()) / max(len(by_fold), 1)
+    return score, by_fold
+
+
+def posterior(candidate, readings, nuisance, fitted, log, centre, row=0):
+    """Mean (n,) and covariance (n, n) of level and law together at the settings, in the candidate's space."""
+    z, slope = to_space(candidate.space, log[row], centre)
+    shared = nuisance.covariance[fitted.nuisance[row]] * (slope[:, None] * slope[None, :])
+    own = candidate.covariance[fitted.smooth[row]] + LEVEL_SD**2
+    gain = own @ np.linalg.inv(own + shared + JITTER * np.eye(len(z)))
+    mean = candidate.mean[fitted.curve[row]]
+    return mean + gain @ (z - mean), own - gain @ own
+
+
+def draw(candidate, nuisance, fitted, log, centre, readings, replicates, rng):
+    """Data sets (replicates, n) of logarithms: what the fit says, with shared errors and noise drawn anew."""
+    mean, _ = posterior(candidate, readings, nuisance, fitted, log, centre)
+    smooth = from_space(candidate.space, mean, centre)
+    root = np.linalg.cholesky(nuisance.covariance[fitted.nuisance[0]])
+    return smooth + rng.standard_normal((replicates, len(smooth))) @ root.T
+
+
+def from_space(space, z, centre):
+    """Logarithms of z in a candidate's space; the inverse of `to_space`."""
+    if space == "log":
+        return centre + z
+    if space == "linear":
+        return centre + np.log(np.maximum(1.0 + z, 1e-6))
+    middle = np.arctan(np.exp(centre))
+    return np.log(np.tan(np.clip(middle * (1.0 + z), 1e-6, 1.56)))

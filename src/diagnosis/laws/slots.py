@@ -1,0 +1,252 @@
+"""The free laws that are tried: a slot, the state that it depends on, and how the law enters the reading.
+
+`restitution` and `friction` multiply, so that the logarithm gains a curve of the state. `attraction`, `reading` and
+`drag` add a term: a weight of the levers, by which a law of the simplest kind acts, times a curve of the state that is
+1 for that kind. `load` and `size` are errors of what was set. A state is a power product of the levers.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from diagnosis.laws.mixed import Candidate
+
+GRAVITY = 9.81
+SIZES = np.array([0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64])
+"""Sizes of a law that are tried: change of the logarithm over half the range of its state."""
+
+BENDS = (0.0, 0.3, 1.0)
+"""Share of that change that is free to bend: none is a straight line over the logarithm of the state."""
+
+LENGTH = 0.8  # correlation length of the bend, over a range from -1 to 1
+
+
+@dataclass(frozen=True)
+class FreeLaw:
+    """One slot with one state in one experiment.
+
+    coordinate: levers -> positive state (n,), None for a constant; weight: (levers, centre (n,) of logarithms) -> (n,)
+    of an added term, None where the law multiplies; sign: of the added term, 0 for either.
+    same: other (slot, state) that are the same function of the levers of this experiment.
+    """
+
+    experiment: str
+    slot: str
+    state: tuple
+    needs: tuple
+    space: str
+    coordinate: Callable | None
+    weight: Callable | None = None
+    sign: int = 0
+    same: tuple = ()
+
+    @property
+    def name(self):
+        """Slot and state in one word."""
+        return f"{self.experiment}:{self.slot}({', '.join(self.state)})"
+
+
+def speed_of(levers):
+    """Impact speed [m/s] of a fall without air."""
+    return np.sqrt(2e-3 * GRAVITY * levers["drop_height_mm"])
+
+
+def _size(levers):
+    return levers["particle_diameter_mm"]
+
+
+def _relative(levers, centre, lever, power):
+    """A power of a lever over a reading that is `centre`; 1 in the middle of the plan."""
+    value = levers[lever] ** power
+    return value / np.nanmean(value)
+
+
+def _over_height(levers, centre):
+    """A length over the height that comes back."""
+    height = levers["drop_height_mm"] * np.exp(centre)
+    return height.mean() / height
+
+
+def _over_stress(levers, centre):
+    stress = levers["normal_stress_kPa"]
+    return stress.mean() / stress
+
+
+def _film(levers):
+    return np.nan_to_num(levers["output_interval_s"], nan=0.0)
+
+
+def _frames(levers, centre):
+    square = _film(levers) ** 2
+    return square / max(square.max(), 1e-30) * _over_height(levers, centre)
+
+
+def _air(levers, centre):
+    share = levers["drop_height_mm"] / _size(levers)
+    return share / share.mean() * (1.0 + np.exp(centre)) / (1.0 + np.exp(centre)).mean()
+
+
+HEIGHT, SIZE, RATE, STRESS = (
+    "drop_height_mm",
+    "particle_diameter_mm",
+    "tilt_rate_deg_s",
+    "normal_stress_kPa",
+)
+DROP = (
+    FreeLaw("drop", "restitution", ("speed",), (HEIGHT,), "log", speed_of),
+    FreeLaw("drop", "restitution", ("size",), (SIZE,), "log", _size),
+    FreeLaw(
+        "drop",
+        "restitution",
+        ("speed", "size"),
+        (HEIGHT, SIZE),
+        "log",
+        lambda x: speed_of(x) * _size(x),
+    ),
+    FreeLaw(
+        "drop",
+        "attraction",
+        ("size",),
+        (SIZE,),
+        "linear",
+        _size,
+        lambda x, c: _over_height(x, c) * _relative(x, c, SIZE, -1.0),
+        -1,
+    ),
+    FreeLaw("drop", "reading", (), (HEIGHT,), "linear", None, _over_height),
+    FreeLaw(
+        "drop",
+        "reading",
+        ("size",),
+        (SIZE,),
+        "linear",
+        _size,
+        lambda x, c: _over_height(x, c) * _relative(x, c, SIZE, 1.0),
+    ),
+    FreeLaw("drop", "reading", ("interval",), ("output_interval_s",), "linear", _film, _frames, -1),
+    FreeLaw(
+        "drop",
+        "drag",
+        ("speed", "size"),
+        (HEIGHT, SIZE),
+        "log",
+        lambda x: speed_of(x) * _size(x),
+        _air,
+        -1,
+    ),
+)
+TILT = (
+    FreeLaw(
+        "tilt", "friction", ("size",), (SIZE,), "log", _size, same=(("friction", ("load",)),)
+    ),
+    FreeLaw("tilt", "friction", ("rate",), (RATE,), "log", lambda x: x[RATE]),
+    FreeLaw(
+        "tilt",
+        "attraction",
+        ("size",),
+        (SIZE,),
+        "linear",
+        _size,
+        lambda x, c: _relative(x, c, SIZE, -1.0),
+        1,
+    ),
+    FreeLaw(
+        "tilt",
+        "reading",
+        ("rate",),
+        (RATE,),
+        "angle",
+        lambda x: x[RATE],
+        lambda x, c: _relative(x, c, RATE, 2.0 / 3.0),
+        1,
+    ),
+)
+SHEAR = (
+    FreeLaw("shear", "friction", ("load",), (STRESS,), "log", lambda x: x[STRESS]),
+    FreeLaw("shear", "friction", ("size",), (SIZE,), "log", _size),
+    FreeLaw(
+        "shear",
+        "attraction",
+        (),
+        (STRESS,),
+        "linear",
+        None,
+        _over_stress,
+        1,
+        same=(("load", ()),),
+    ),
+    FreeLaw(
+        "shear",
+        "attraction",
+        ("size",),
+        (SIZE, STRESS),
+        "linear",
+        _size,
+        lambda x, c: _over_stress(x, c) * _relative(x, c, SIZE, -1.0),
+        1,
+    ),
+)
+FAMILY = DROP + TILT + SHEAR
+"""Every free law that can be tried."""
+
+
+def applicable(readings):
+    """The free laws whose levers vary in these readings."""
+    return [
+        law
+        for law in FAMILY
+        if law.experiment == readings.experiment
+        and all(name in readings.folds for name in law.needs)
+    ]
+
+
+def scaled(law, levers):
+    """Coordinate (n,) of a law's state, its logarithm over the plan from -1 to 1, with middle and half range."""
+    value = np.log(np.maximum(law.coordinate(levers), 1e-12))
+    low, high = value.min(), value.max()
+    return 2.0 * (value - low) / max(high - low, 1e-12) - 1.0, 0.5 * (low + high), 0.5 * (high - low)
+
+
+def bend(x, y):
+    """Squared exponential (n, m) of the distance of two scaled coordinates."""
+    return np.exp(-0.5 * ((x[:, None] - y[None, :]) / LENGTH) ** 2)
+
+
+def kernel(law, levers, centre, at=None):
+    """Covariances (h, m, m) of the law's term at `at` (levers of m places; the settings unless given)."""
+    weight = law.weight(levers, centre) if law.weight else np.ones(len(centre))
+    x = scaled(law, levers)[0] if law.coordinate else np.zeros(len(centre))
+    line = np.ones((len(x), len(x))) if law.weight else np.outer(x, x)
+    bends = BENDS if law.coordinate else (0.0,)
+    shapes = [line + b**2 * bend(x, x) for b in bends]
+    outer = np.outer(weight, weight)
+    return np.array([s**2 * outer * shape for s in SIZES for shape in shapes])
+
+
+def candidate_of(law, readings, centre):
+    """`Candidate` of a free law for readings with logarithms centred at `centre` (n,)."""
+    covariance = kernel(law, readings.levers, centre)
+    n = len(centre)
+    return Candidate(
+        law.name,
+        law.slot,
+        law.state,
+        law.space,
+        covariance,
+        np.zeros(len(covariance)),
+        np.zeros((1, n)),
+        np.zeros(1),
+        np.zeros(1),
+        free=True,
+    )
+
+
+def constant(readings):
+    """`Candidate` of no law at all."""
+    n = len(readings.log)
+    zero = np.zeros((1, n, n))
+    nothing = np.zeros(1)
+    return Candidate(
+        "base", "none", (), "log", zero, nothing, np.zeros((1, n)), nothing, nothing
+    )
