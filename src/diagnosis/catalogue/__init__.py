@@ -66,6 +66,7 @@ class Mechanism:
     """One thing that a model may be missing.
 
     multiplies: a lever, where the mechanism is the base model with that lever times the strength and nothing else.
+    law: (slot, state) of the free law (`diagnosis.laws`) that it is a case of.
     """
 
     name: str
@@ -77,6 +78,7 @@ class Mechanism:
     apply: Callable
     observe: Callable | None = None
     multiplies: str | None = None
+    law: tuple | None = None
 
 
 def set_law(spec, slot, law, **parameters):

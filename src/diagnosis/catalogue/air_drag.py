@@ -25,4 +25,5 @@ MECHANISM = Mechanism(
     levers=("drop_height_mm", "particle_diameter_mm"),
     strength=Strength("drag over that of air", "1", 0.0, 2.0),
     apply=apply,
+    law=("drag", ("speed", "size")),
 )

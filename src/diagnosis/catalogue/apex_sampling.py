@@ -31,4 +31,5 @@ MECHANISM = Mechanism(
     strength=Strength("frame interval over the stated one", "1", 0.0, 2.0),
     apply=apply,
     observe=observe,
+    law=("reading", ("interval",)),
 )

@@ -16,4 +16,5 @@ MECHANISM = Mechanism(
     levers=("normal_stress_kPa", "particle_diameter_mm"),
     strength=Strength("surface energy", "J/m2", 0.0, 0.12),
     apply=apply,
+    law=("attraction", ()),
 )

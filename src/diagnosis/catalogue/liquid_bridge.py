@@ -31,4 +31,5 @@ MECHANISM = Mechanism(
     levers=("normal_stress_kPa", "particle_diameter_mm", "drop_height_mm"),
     strength=Strength("surface tension", "N/m", 0.0, 0.073),
     apply=apply,
+    law=("attraction", ("size",)),
 )

@@ -16,4 +16,5 @@ MECHANISM = Mechanism(
     levers=("drop_height_mm",),
     strength=Strength("yield speed", "m/s", 0.1, 4.0, log=True, off=4.0),
     apply=apply,
+    law=("restitution", ("speed",)),
 )

@@ -24,4 +24,5 @@ MECHANISM = Mechanism(
     levers=("particle_diameter_mm", "normal_stress_kPa"),
     strength=Strength("exponent", "1", 0.0, 1 / 3),
     apply=apply,
+    law=("friction", ("size",)),
 )

@@ -33,4 +33,5 @@ MECHANISM = Mechanism(
     strength=Strength("slip when seen", "mm", 0.0, 4.0),
     apply=apply,
     observe=observe,
+    law=("reading", ("rate",)),
 )

@@ -25,4 +25,5 @@ MECHANISM = Mechanism(
     strength=Strength("load not counted", "kPa", 0.0, 0.3),
     apply=apply,
     observe=observe,
+    law=("load", ()),
 )

@@ -16,4 +16,5 @@ MECHANISM = Mechanism(
     levers=("drop_height_mm", "particle_diameter_mm"),
     strength=Strength("dissipation time", "s", 2e-6, 4e-5, log=True),
     apply=apply,
+    law=("restitution", ("speed",)),
 )

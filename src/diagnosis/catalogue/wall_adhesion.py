@@ -16,4 +16,5 @@ MECHANISM = Mechanism(
     levers=("particle_diameter_mm", "drop_height_mm"),
     strength=Strength("wall surface energy", "J/m2", 0.0, 2e-4),
     apply=apply,
+    law=("attraction", ("size",)),
 )

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from diagnosis.laws.mixed import draw, evaluate, nuisance_of
+from diagnosis.laws.mixed import draw, evaluate, nuisance_of, to_space
 from diagnosis.laws.slots import applicable, candidate_of, constant
 
 RIVALS = 4  # that are tested against the best by simulation
@@ -54,6 +54,10 @@ def trial(readings, known=(), replicates=199, seed=0):
     base, log = constant(readings), readings.log[None]
     base_fit = evaluate(base, readings, nuisance, log, centre)
     fits = {k: evaluate(c, readings, nuisance, log, centre) for k, c in candidates.items()}
+    for name, law in laws.items():
+        if law.sign * _term(law, candidates[name], fits[name], nuisance, readings, centre) < 0.0:
+            del candidates[name], fits[name]
+    laws = {name: law for name, law in laws.items() if name in candidates}
     out = Trial(readings, nuisance, centre, laws, candidates, fits, base, base_fit)
     if replicates:
         rng = np.random.default_rng([seed, 1])
@@ -64,6 +68,15 @@ def trial(readings, known=(), replicates=199, seed=0):
             for k, c in candidates.items()
         }
     return out
+
+
+def _term(law, candidate, fit, nuisance, readings, centre):
+    """Mean over the settings of a fitted law's term: its sign tells whether it pulls or pushes."""
+    z, slope = to_space(candidate.space, readings.log, centre)
+    own = candidate.covariance[fit.smooth[0]]
+    shared = nuisance.covariance[fit.nuisance[0]] * np.outer(slope, slope)
+    total = own + shared + candidate.level**2
+    return float((own @ np.linalg.solve(total, z)).mean())
 
 
 def share_above(sample, value):
@@ -88,7 +101,14 @@ def ruled_out(tried, best, rival, replicates=99, seed=0):
     c, f = tried.candidates[rival], tried.fits[rival]
     rng = np.random.default_rng([seed, 2])
     data = draw(
-        c, tried.nuisance, f, tried.readings.log[None], tried.centre, tried.readings, replicates, rng
+        c,
+        tried.nuisance,
+        f,
+        tried.readings.log[None],
+        tried.centre,
+        tried.readings,
+        replicates,
+        rng,
     )
     score = {
         k: evaluate(tried.candidates[k], tried.readings, tried.nuisance, data, tried.centre).score

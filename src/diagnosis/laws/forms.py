@@ -1,7 +1,7 @@
 """Named forms of a free law, with one number each, and the test between them.
 
-Forms that multiply are 1 at the middle of the plan's states (u = state over that), so that level and shape do not trade
-against each other. Forms that add are the weight of their slot times a power of u. Sources: a viscous contact 1 - e ~
+Forms that multiply are 1 at the middle of the plan's states (u = state over that), so that level and shape do not
+trade against each other. Forms that add are the weight of their slot times a power of u. Sources: a viscous contact 1 - e ~
 v^(1/5) (Brilliantov and others 1996, Phys. Rev. E 53:5382), yielding v^(-1/4) (Johnson 1985, Contact Mechanics, 11.5), a
 fixed loss of energy (Thornton and Ning 1998, Powder Technol. 99:154), a film 1 - St_c/St (Davis, Serayssol, Hinch 1986,
 J. Fluid Mech. 163:479), an elastic plate (Zener 1941, Phys. Rev. 59:669), contact adhesion ~ d and its work ~ d^(4/3)
@@ -20,7 +20,7 @@ LADDER = np.geomspace(0.003, 0.8, 36)
 """Changes of the logarithm over half the range of the states that a form is tried at, in both directions."""
 
 LEAST = 0.02  # of a factor; below it a form has no meaning any more
-RULED_OUT = 0.05
+RULED_OUT = 0.02
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def forms_of(law, readings, centre, known=()):
 
 
 def _multiplied(law, readings):
-    x, middle, half = scaled(law, readings.levers)
+    x, _, half = scaled(law, readings.levers)
     u = np.exp(x * half)
     power = 2.0 if law.experiment == "drop" else 1.0  # a rebound is the square of a restitution
     out = {}

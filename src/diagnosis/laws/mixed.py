@@ -70,6 +70,7 @@ class Candidate:
     label: np.ndarray
     catalogue: bool = False
     free: bool = False
+    level: float = LEVEL_SD
 
 
 def to_space(space, log, centre):
@@ -89,8 +90,8 @@ def to_space(space, log, centre):
 
 @dataclass(frozen=True)
 class Fitted:
-    """Of r data sets: likelihood and held-out score (r,) in the space of the logarithms, and the best places (r,) on the
-    grids of nuisance, smoothness and curve; by_fold {lever: (r, levels)}."""
+    """Of r data sets: likelihood and held-out score (r,) in the space of the logarithms, by_fold {lever: (r, levels)},
+    and the best places (r,) on the grids of nuisance, smoothness and curve."""
 
     likelihood: np.ndarray
     score: np.ndarray
@@ -129,7 +130,7 @@ def evaluate(candidate, readings, nuisance, log, centre, folds=None):
 def _precisions(candidate, nuisance, weight):
     """(g, n, n) inverse covariances and (g,) log determinants, nuisance outermost."""
     shared = nuisance.covariance * (weight[:, None] * weight[None, :])
-    own = candidate.covariance + LEVEL_SD**2
+    own = candidate.covariance + candidate.level**2
     total = (shared[:, None] + own[None, :]).reshape(-1, *own.shape[1:])
     total = total + JITTER * np.eye(total.shape[1])
     return np.linalg.inv(total), np.linalg.slogdet(total)[1]
@@ -159,7 +160,7 @@ def posterior(candidate, readings, nuisance, fitted, log, centre, row=0):
     """Mean (n,) and covariance (n, n) of level and law together at the settings, in the candidate's space."""
     z, slope = to_space(candidate.space, log[row], centre)
     shared = nuisance.covariance[fitted.nuisance[row]] * (slope[:, None] * slope[None, :])
-    own = candidate.covariance[fitted.smooth[row]] + LEVEL_SD**2
+    own = candidate.covariance[fitted.smooth[row]] + candidate.level**2
     gain = own @ np.linalg.inv(own + shared + JITTER * np.eye(len(z)))
     mean = candidate.mean[fitted.curve[row]]
     return mean + gain @ (z - mean), own - gain @ own

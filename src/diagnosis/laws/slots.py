@@ -114,7 +114,16 @@ DROP = (
         lambda x, c: _over_height(x, c) * _relative(x, c, SIZE, -1.0),
         -1,
     ),
-    FreeLaw("drop", "reading", (), (HEIGHT,), "linear", None, _over_height),
+    FreeLaw(
+        "drop",
+        "reading",
+        (),
+        (HEIGHT,),
+        "linear",
+        None,
+        _over_height,
+        same=(("restitution", ("speed",)),),
+    ),
     FreeLaw(
         "drop",
         "reading",
@@ -137,10 +146,16 @@ DROP = (
     ),
 )
 TILT = (
+    FreeLaw("tilt", "friction", ("size",), (SIZE,), "log", _size, same=(("friction", ("load",)),)),
     FreeLaw(
-        "tilt", "friction", ("size",), (SIZE,), "log", _size, same=(("friction", ("load",)),)
+        "tilt",
+        "friction",
+        ("rate",),
+        (RATE,),
+        "log",
+        lambda x: x[RATE],
+        same=(("reading", ("rate",)),),
     ),
-    FreeLaw("tilt", "friction", ("rate",), (RATE,), "log", lambda x: x[RATE]),
     FreeLaw(
         "tilt",
         "attraction",
@@ -150,6 +165,7 @@ TILT = (
         _size,
         lambda x, c: _relative(x, c, SIZE, -1.0),
         1,
+        same=(("friction", ("size",)), ("friction", ("load",))),
     ),
     FreeLaw(
         "tilt",
@@ -160,6 +176,7 @@ TILT = (
         lambda x: x[RATE],
         lambda x, c: _relative(x, c, RATE, 2.0 / 3.0),
         1,
+        same=(("friction", ("rate",)),),
     ),
 )
 SHEAR = (
@@ -205,7 +222,11 @@ def scaled(law, levers):
     """Coordinate (n,) of a law's state, its logarithm over the plan from -1 to 1, with middle and half range."""
     value = np.log(np.maximum(law.coordinate(levers), 1e-12))
     low, high = value.min(), value.max()
-    return 2.0 * (value - low) / max(high - low, 1e-12) - 1.0, 0.5 * (low + high), 0.5 * (high - low)
+    return (
+        2.0 * (value - low) / max(high - low, 1e-12) - 1.0,
+        0.5 * (low + high),
+        0.5 * (high - low),
+    )
 
 
 def bend(x, y):
@@ -247,6 +268,4 @@ def constant(readings):
     n = len(readings.log)
     zero = np.zeros((1, n, n))
     nothing = np.zeros(1)
-    return Candidate(
-        "base", "none", (), "log", zero, nothing, np.zeros((1, n)), nothing, nothing
-    )
+    return Candidate("base", "none", (), "log", zero, nothing, np.zeros((1, n)), nothing, nothing)

@@ -4,9 +4,9 @@ A law gives the true rebound [mm] of a drop or the true sliding angle [deg] from
 0 where it does nothing. `table` scales the strength until the largest distance of a setting from the best constant
 (restitution, friction) is so many standard errors, adds noise, and writes rows of the measurements' format.
 
-Each law says in `right` which (slot, state) name it. Where two are the same function of the levers for every plan, both
-are right: a rebound e^2 (H - c) is a sticking speed as well as a reading that is off by a length; the load of a grain on a
-plate is a function of its size alone.
+Each law says in `right` which (slot, state) name it. Where two are the same function of the levers for every plan,
+both are right: a rebound e^2 (H - c) is a sticking speed as well as a reading that is off by a length; the load of a
+grain on a plate is a function of its size alone.
 """
 
 import math
@@ -26,7 +26,18 @@ LEVERS = (
     "output_interval_s",
     "tilt_rate_deg_s",
 )
-COLUMNS = ("experiment", "quantity", "value", "unit", "sd", "n", *LEVERS, "batch", "instrument", "note")
+COLUMNS = (
+    "experiment",
+    "quantity",
+    "value",
+    "unit",
+    "sd",
+    "n",
+    *LEVERS,
+    "batch",
+    "instrument",
+    "note",
+)
 
 
 def speed(h_mm):
@@ -149,7 +160,9 @@ DROP_PLANS = (
     [(h, d, None) for h in (40, 75, 130, 230, 400, 600) for d in (1.0, 1.6, 2.5, 3.6)],
     [(h, d, t) for h in (60, 110, 190, 320) for d in (1.2, 1.7, 2.4, 3.2, 4.0) for t in (None,)],
 )
-FILM_PLAN = [(h, d, t) for h in (60, 120, 240) for d in (2.0, 4.0) for t in (0.005, 0.01, 0.02, 0.033)]
+FILM_PLAN = [
+    (h, d, t) for h in (60, 120, 240) for d in (2.0, 4.0) for t in (0.005, 0.01, 0.02, 0.033)
+]
 TILT_PLANS = (
     [(w, d) for w in (2, 4, 8, 14, 20) for d in (1.0, 1.5, 2.2, 3.2)],
     [(w, d) for w in (3, 6, 12, 20) for d in (1.0, 1.4, 2.0, 2.8, 4.0)],
@@ -170,7 +183,9 @@ def plan(experiment, which, film=False):
 
 def standard_error(experiment, value):
     """Of a setting's mean."""
-    return (RELATIVE * value if experiment == "drop" else DEGREES + 0.0 * value) / math.sqrt(REPLICATES)
+    return (RELATIVE * value if experiment == "drop" else DEGREES + 0.0 * value) / math.sqrt(
+        REPLICATES
+    )
 
 
 def distance(law, x, k):
@@ -258,8 +273,14 @@ def null(kind, seed, which=0):
     true = e**2 * x["drop_height_mm"] if experiment == "drop" else np.full(n, 100.0 * e / 2.0)
     scale = 2.0 * standard_error(experiment, true)
     extra = {}
-    if kind in ("camera set up anew for each height", "another lot for each size", "plate cleaned for each rate"):
-        lever = {"c": "drop_height_mm", "a": "particle_diameter_mm", "p": "tilt_rate_deg_s"}[kind[0]]
+    if kind in (
+        "camera set up anew for each height",
+        "another lot for each size",
+        "plate cleaned for each rate",
+    ):
+        lever = {"c": "drop_height_mm", "a": "particle_diameter_mm", "p": "tilt_rate_deg_s"}[
+            kind[0]
+        ]
         level = np.unique(x[lever], return_inverse=True)[1]
         true = true + scale * rng.standard_normal(level.max() + 1)[level]
     elif kind == "error between settings":

@@ -1,0 +1,361 @@
+"""What the free laws say of measurements: outliers, the law, its band and name, and how large other errors are."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from diagnosis.laws.choose import ruled_out, share_above, trial
+from diagnosis.laws.forms import compare, forms_of
+from diagnosis.laws.mixed import from_space, to_space
+from diagnosis.laws.readings import FREE, readings_of
+from diagnosis.laws.slots import BENDS, SIZES, bend, scaled
+
+OUTLYING = 5.0  # predictive standard deviations at which a single setting is set aside
+MOST_OUTLIERS = 0.1  # share of settings
+POINTS, DRAWS = 25, 2000
+TIED = 0.05
+SAME = 0.3  # standard errors; curves that stay closer are one
+UNIT = {"speed": "m/s", "size": "mm", "rate": "°/s", "load": "kPa", "interval": "s", "height": "mm"}
+
+
+@dataclass
+class Found:
+    """verdict: adequate, identified, discovered or ambiguous; law: the mapping of `verdict.json`, or None."""
+
+    verdict: str
+    causes: list
+    law: dict | None
+    p: float
+    gain: float
+    outliers: list
+    scatter: list
+    ranking: list
+    trials: dict = field(repr=False)
+    reason: str = ""
+
+
+def discover(measurements, known=(), alpha=0.05, replicates=199, seed=0, defaults=None):
+    """`Found` of the measurements of drops, slides and shear tests; None where there are none."""
+    kinds = [k for k in FREE if sum(m.experiment == k for m in measurements) >= 3]
+    tried, outliers = {}, []
+    for kind in kinds:
+        readings = readings_of(measurements, kind, (defaults or {}).get(kind))
+        if not readings.folds:
+            continue
+        readings, gone = _set_aside(readings, measurements)
+        tried[kind] = trial(readings, known, replicates, seed)
+        outliers += gone
+    tried = {k: t for k, t in tried.items() if t.candidates}
+    if not tried:
+        return None
+    scatter = [s for t in tried.values() for s in scatter_of(t)]
+    gains = {(kind, n): g for kind, t in tried.items() for n, g in t.gains.items()}
+    kind, best = max(gains, key=gains.get)
+    null = np.max([np.max(list(t.null_gain.values()), axis=0) for t in tried.values()], axis=0)
+    p = share_above(null, gains[kind, best])
+    ranking = _ranking(tried)
+    out = Found("adequate", [], None, p, gains[kind, best], outliers, scatter, ranking, tried)
+    if p >= alpha:
+        out.reason = (
+            "a constant coefficient and the errors between settings predict left-out levels as well"
+        )
+        return out
+    return _name(out, tried[kind], best, seed)
+
+
+def _ranking(tried):
+    """[{mechanism, gain, p}] of the catalogue's entries, best first."""
+    rows = [
+        {"mechanism": n, "gain": g, "p": share_above(t.null_gain[n], g)}
+        for t in tried.values()
+        for n, g in t.gains.items()
+        if t.candidates[n].catalogue
+    ]
+    return sorted(rows, key=lambda r: -r["gain"])
+
+
+def scatter_of(tried, fit=None):
+    """[{experiment, of, sd}] of the errors shared by or between settings, as shares, of the fit without a law."""
+    fit = fit or tried.base_fit
+    words = {"settings": "settings"}
+    return [
+        {
+            "experiment": tried.readings.experiment,
+            "of": words.get(name, name),
+            "sd": float(sds[fit.nuisance[0]]),
+        }
+        for name, sds in tried.nuisance.sds.items()
+        if sds[fit.nuisance[0]] > 0.0
+    ]
+
+
+# --- single settings at odds with all others ------------------------------------------------------------------------
+
+
+def _set_aside(readings, measurements):
+    """Readings without single settings that neither a constant nor the best law predicts, and what was set aside."""
+    gone = []
+    for _ in range(max(1, int(MOST_OUTLIERS * len(readings.log)))):
+        worst = _worst(readings)
+        if worst is None:
+            break
+        place, off = worst
+        m = measurements[readings.rows[place]]
+        gone.append(
+            {
+                "experiment": m.experiment,
+                "line": m.line,
+                "levers": m.levers,
+                "value": m.value,
+                "standard_deviations": float(off),
+            }
+        )
+        readings = readings.without([place])
+    return readings, gone
+
+
+def _worst(readings):
+    """(place, distance) of the setting that is most at odds with what the others say, or None."""
+    if len(readings.log) < 6:
+        return None
+    first = trial(readings, replicates=0)
+    suspects = set()
+    for candidate, fit in _contenders(first):
+        z, precision = _state(candidate, fit, first)
+        left = np.abs(precision @ z) / np.sqrt(np.diag(precision))
+        suspects |= set(np.argsort(left)[-2:])
+    distance = {i: _distance(readings, i) for i in suspects}
+    place = max(distance, key=distance.get)
+    return (int(place), distance[place]) if distance[place] > OUTLYING else None
+
+
+def _contenders(tried):
+    best = max(tried.gains, key=tried.gains.get)
+    return [(tried.base, tried.base_fit), (tried.candidates[best], tried.fits[best])]
+
+
+def _state(candidate, fit, tried):
+    """z (n,) less the best curve, and the inverse covariance (n, n), at the best variances."""
+    z, slope = to_space(candidate.space, tried.readings.log, tried.centre)
+    shared = tried.nuisance.covariance[fit.nuisance[0]] * np.outer(slope, slope)
+    total = shared + candidate.covariance[fit.smooth[0]] + candidate.level**2
+    return z - candidate.mean[fit.curve[0]], np.linalg.inv(total + 1e-12 * np.eye(len(z)))
+
+
+def _distance(readings, place):
+    """How far a setting lies from what the others predict [sd]: under none, and under the law that they show best."""
+    unknown = readings.error.copy()
+    unknown[place] = 30.0 * np.median(readings.error) + 1.0
+    others = trial(replace(readings, error=unknown), replicates=0)
+    found = []
+    for candidate, fit in _contenders(others):
+        z, precision = _state(candidate, fit, others)
+        variance = 1.0 / precision[place, place] - unknown[place] ** 2 + readings.error[place] ** 2
+        miss = (precision @ z)[place] / precision[place, place]
+        found.append(abs(miss) / np.sqrt(max(variance, readings.error[place] ** 2)))
+    return float(min(found))
+
+
+# --- the law --------------------------------------------------------------------------------------------------------
+
+
+def _name(out, tried, best, seed):
+    """Fill in verdict, causes and law of data that show one."""
+    candidate = tried.candidates[best]
+    free = _free_of(tried, candidate)
+    rivals = _rivals(tried, best, candidate, free, seed)
+    known = {n: c for n, c in tried.candidates.items() if c.catalogue}
+    own = {n: c for n, c in known.items() if (c.slot, c.state) == (candidate.slot, candidate.state)}
+    left = []
+    if free is not None:
+        candidates = forms_of(free, tried.readings, tried.centre, own)
+        forms, fits = compare(tried, candidates, seed=seed)
+        left = _once([f["form"] for f in forms if not f["ruled_out"]], candidates, fits, tried)
+    out.law = _law(out, tried, candidate, free, left, rivals)
+    beats = free is None or tried.gains.get(best, 0.0) >= tried.gains[free.name]
+    if rivals:
+        out.verdict = "ambiguous"
+        out.reason = "laws of different states predict left-out levels about equally well"
+        out.causes = [n for n in (best, *[r["law"] for r in rivals]) if n in known]
+    elif candidate.catalogue and beats and (left == [best] or free is None):
+        out.verdict, out.causes = "identified", [best]
+        out.reason = "predicts left-out levels better than every other law, the free one of its slot included"
+    elif len(left) == 1 and left[0] in own and tried.gains[left[0]] >= tried.gains[free.name]:
+        out.verdict, out.causes = "identified", left
+        out.reason = "no other form of this law fits, and it predicts better than the free one"
+    else:
+        out.verdict = "discovered"
+        out.reason = (
+            "a free law predicts left-out levels better than chance and better than every other"
+        )
+    return out
+
+
+def _once(left, candidates, fits, tried):
+    """The forms without those that are the same curve here as a mechanism of the catalogue, which lends its name."""
+    curve = {}
+    for name in left:
+        c = candidates[name]
+        z = c.mean[fits[name].curve[0]]
+        curve[name] = from_space(c.space, z, tried.centre) - tried.centre
+    known = [n for n in left if candidates[n].catalogue]
+
+    def alike(a, b):
+        apart = curve[a] - curve[b]
+        return np.abs((apart - apart.mean()) / tried.readings.error).max() < SAME
+
+    return [n for n in left if n in known or not any(alike(n, k) for k in known)]
+
+
+def _free_of(tried, candidate):
+    """The free law of a candidate's slot and state, or None."""
+    for law in tried.laws.values():
+        if (law.slot, law.state) == (candidate.slot, candidate.state):
+            return law
+    return None
+
+
+def _rivals(tried, best, candidate, free, seed):
+    """[{law, slot, state, behind, p}] of other slots and states that simulation does not rule out, but for those that
+    are the same function of the levers of this plan."""
+    gains, out = tried.gains, []
+    others = [
+        n
+        for n in sorted(gains, key=lambda n: -gains[n])
+        if (tried.candidates[n].slot, tried.candidates[n].state)
+        != (candidate.slot, candidate.state)
+    ]
+    same = free.same if free is not None else ()
+    others = [
+        n for n in others if (tried.candidates[n].slot, tried.candidates[n].state) not in same
+    ]
+    for name in others[:4]:
+        p = ruled_out(tried, best, name, seed=seed)
+        if p >= TIED:
+            c = tried.candidates[name]
+            row = {"law": name, "slot": c.slot, "state": list(c.state)}
+            out.append(row | {"behind": gains[best] - gains[name], "p": p})
+    return out
+
+
+def _law(out, tried, candidate, free, left, rivals):
+    """The mapping `law` of verdict.json."""
+    law = {
+        "experiment": tried.readings.experiment,
+        "slot": candidate.slot,
+        "state": list(candidate.state),
+        "gain": out.gain,
+        "p": out.p,
+        "values": [],
+        "band": 0.95,
+        "supported_range": {},
+        "formula": None,
+        "tied": [{"slot": r["slot"], "state": r["state"], "form": None} for r in rivals],
+        "nearest_known": _nearest(tried, candidate),
+    }
+    if free is None:
+        return law
+    law["tied"] += [{"slot": s, "state": list(state), "form": None} for s, state in free.same]
+    if len(left) == 1:
+        law["formula"] = left[0]
+    else:
+        law["tied"] += [
+            {"slot": candidate.slot, "state": list(candidate.state), "form": f} for f in left
+        ]
+    law["values"], law["supported_range"] = curve(free, tried)
+    law["unit"] = unit_of(free)
+    return law
+
+
+def _nearest(tried, candidate):
+    """The catalogue's entry that is likeliest in the same slot, or None."""
+    same = [n for n, c in tried.candidates.items() if c.catalogue and c.slot == candidate.slot]
+    return max(same, key=lambda n: tried.fits[n].likelihood[0], default=None)
+
+
+def unit_of(law):
+    """Unit of a law's values; the state's own is that of its power product."""
+    if law.slot in ("restitution", "friction"):
+        return "1"
+    if law.slot == "reading" and law.experiment == "tilt":
+        return "deg"
+    return {"drop": "mm", "tilt": "1", "shear": "kPa"}[law.experiment]
+
+
+def curve(law, tried):
+    """[{state, value, low, high}] along the state, and the range {state: [low, high]} that the settings cover.
+
+    The band holds the whole curve in 95 % of cases.
+
+    Restitution and friction are told as such. Terms that add are told in the reading's unit: what they add to it. All
+    variances of the grid take part, by their likelihood.
+    """
+    readings, levers = tried.readings, tried.readings.levers
+    x, middle, half = scaled(law, levers) if law.coordinate else (np.zeros(len(readings.log)), 0, 0)
+    at = np.linspace(-1.0, 1.0, POINTS) if law.coordinate else np.zeros(1)
+    mean, covariance = _average(law, tried, x, at)
+    spread = np.sqrt(np.maximum(np.diag(covariance), 1e-16))
+    rng = np.random.default_rng(5)
+    size, direction = np.linalg.eigh(covariance)
+    root = direction * np.sqrt(np.maximum(size, 0.0))
+    wide = np.abs(rng.standard_normal((DRAWS, len(at))) @ root.T / spread).max(1)
+    reach = max(float(np.quantile(wide, 0.95)), 1.96) * spread
+    told = _told(law, tried, at)
+    state = np.exp(middle + half * at)
+    values = [
+        {"state": float(s), "value": float(told(k, mean[k])),
+         "low": float(told(k, mean[k] - reach[k])), "high": float(told(k, mean[k] + reach[k]))}
+        for k, s in enumerate(state)
+    ]  # fmt: skip
+    for v in values:
+        v["low"], v["high"] = sorted((v["low"], v["high"]))
+    name = " x ".join(law.state) if law.state else "none"
+    return values, {name: [float(state[0]), float(state[-1])]} if law.coordinate else {}
+
+
+def _told(law, tried, at):
+    """A function of place and value that turns a curve in the law's space into what is told."""
+    centre, readings = float(tried.centre[0]), tried.readings
+    if law.weight is None:
+        power = 0.5 if readings.experiment == "drop" else 1.0
+        most = 1.0 if law.slot == "restitution" else np.inf
+        return lambda k, z: min(np.exp(power * (centre + z)), most)
+    weight = law.weight(readings.levers, tried.centre)
+    if readings.experiment == "drop":
+        one = np.median(weight * readings.levers["drop_height_mm"]) * np.exp(centre)
+    elif readings.experiment == "shear":
+        one = np.median(weight * readings.levers["normal_stress_kPa"]) * np.exp(centre)
+    else:
+        one = np.median(weight) * (
+            np.degrees(np.arctan(np.exp(centre))) if law.space == "angle" else np.exp(centre)
+        )
+    return lambda k, z: one * z
+
+
+def _average(law, tried, x, at):
+    """Mean (m,) and covariance (m, m) of the curve at scaled states, averaged over the grid of variances."""
+    readings, nuisance, centre = tried.readings, tried.nuisance, tried.centre
+    candidate = tried.candidates[law.name]
+    z, slope = to_space(law.space, readings.log, centre)
+    weight = law.weight(readings.levers, centre) if law.weight else np.ones(len(z))
+    level = 0.0 if law.weight else candidate.level**2
+    bends = BENDS if law.coordinate else (0.0,)
+    shapes = [(s, b) for s in SIZES for b in bends]
+    shared = nuisance.covariance * np.outer(slope, slope)
+    total = shared[:, None] + (candidate.covariance + candidate.level**2)[None]
+    inverse = np.linalg.inv(total)
+    quadratic = np.einsum("i,ghij,j->gh", z, inverse, z)
+    value = -0.5 * (quadratic + np.linalg.slogdet(total)[1]) + nuisance.prior[:, None]
+    share = np.exp(value - value.max())
+    share /= share.sum()
+    mean, second = np.zeros(len(at)), np.zeros((len(at), len(at)))
+    for g, h in np.argwhere(share > 2e-3):
+        size, b = shapes[h]
+        line = (lambda p, q: np.ones((len(p), len(q)))) if law.weight else np.outer
+        own = size**2 * (line(at, at) + b**2 * bend(at, at)) + level
+        cross = (size**2 * (line(at, x) + b**2 * bend(at, x)) + level) * weight
+        gain = cross @ inverse[g, h]
+        here = gain @ z
+        mean += share[g, h] * here
+        second += share[g, h] * (own - gain @ cross.T + np.outer(here, here))
+    return mean, second - np.outer(mean, mean)

@@ -1,0 +1,125 @@
+"""The catalogue's mechanisms as curves over the settings of one experiment, from the engine's own contacts.
+
+A curve is what the mechanism at one strength does to the logarithm of the reading, its base coefficient chosen so that
+the mean over the settings is that of the data. Settings of one grain size share a simulation.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+import yaml
+from scipy.interpolate import CubicSpline
+
+from diagnosis.collision import rebounds, sliding_angles
+from diagnosis.laws.mixed import LEVEL_SD, Candidate
+from diagnosis.laws.readings import from_log, to_log
+
+STEPS, CURVES = 11, 61
+"""Strengths at which the engine is asked, and between which the curves are interpolated."""
+
+SECANTS = 2
+LATTICE = 0.015  # of the logarithm of a coefficient; what is left of it the level takes up
+COEFFICIENT = {"drop": ("restitution", 0.03, 1.0), "tilt": ("static_friction", 0.005, 5.0)}
+OWN_LEVEL = 0.01  # prior sd of the level of a law that has no base coefficient
+NO_COEFFICIENT = {"viscoelastic_restitution"}
+
+
+def known_curves(catalogue, spec_of):
+    """A function of readings and centre that gives {name: Candidate} of every mechanism of the experiment.
+
+    spec_of: (experiment, levers) -> run spec (a mapping) of a condition.
+    """
+
+    def make(readings, centre):
+        if readings.experiment not in COEFFICIENT:
+            return {}
+        out = {}
+        for mechanism in catalogue.values():
+            if readings.experiment not in mechanism.experiments or mechanism.law is None:
+                continue
+            found = _candidate(mechanism, readings, centre, spec_of)
+            if found is not None:
+                out[mechanism.name] = found
+        return out
+
+    return make
+
+
+def _candidate(mechanism, readings, centre, spec_of):
+    coded = np.linspace(0.0, 1.0, STEPS)
+    rows = [_curve(mechanism, float(c), readings, centre, spec_of) for c in coded]
+    good = [i for i, r in enumerate(rows) if r is not None]
+    if len(good) < 3:
+        return None
+    fine = np.linspace(coded[good[0]], coded[good[-1]], CURVES)
+    table = np.array([rows[i] for i in good])
+    curves = CubicSpline(coded[good], table)(fine)
+    if np.ptp(curves - curves.mean(1, keepdims=True), axis=0).max() < 1e-4:
+        return None  # it does not show on these levers
+    n = curves.shape[1]
+    level = OWN_LEVEL if mechanism.name in NO_COEFFICIENT else LEVEL_SD
+    return Candidate(
+        mechanism.name, *mechanism.law, "log", np.zeros((1, n, n)), np.zeros(1), curves,
+        np.full(len(fine), -np.log(len(fine))), fine, catalogue=True, level=level,
+    )  # fmt: skip
+
+
+def _curve(mechanism, coded, readings, centre, spec_of):
+    """(n,) logarithms less the centre at a coded strength, or None where no coefficient meets the data's mean."""
+    strength = float(mechanism.strength.natural(coded))
+    if mechanism.observe is not None:
+        true = from_log(readings.experiment, centre, readings.levers)
+        given = [
+            {k: float(v[i]) for k, v in readings.levers.items() if not np.isnan(v[i])}
+            for i in range(len(true))
+        ]
+        seen = [mechanism.observe(t, c, strength) for t, c in zip(true, given, strict=True)]
+        return to_log(readings.experiment, np.array(seen, float), readings.levers)[0] - centre
+    name, low, high = COEFFICIENT[readings.experiment]
+    target = LATTICE * round(float(centre.mean()) / LATTICE)
+    power = 2.0 if readings.experiment == "drop" else 1.0
+    value = _on_lattice(target / power, low, high)
+    for _ in range(1 if mechanism.name in NO_COEFFICIENT else SECANTS):
+        log = _engine(mechanism, strength, name, value, readings, spec_of)
+        if not np.isfinite(log).all():
+            return None
+        miss = target - float(log.mean())
+        moved = _on_lattice(np.log(value) + miss / power, low, high)
+        if moved == value:
+            break
+        value = moved
+    return log - log.mean() if mechanism.name not in NO_COEFFICIENT else log - centre
+
+
+def _on_lattice(log, low, high):
+    """A coefficient near exp(log) that other data sets have, too, so that its contacts are computed once."""
+    return float(np.clip(np.exp(LATTICE * round(log / LATTICE)), low, high))
+
+
+def _engine(mechanism, strength, coefficient, value, readings, spec_of):
+    """(n,) logarithms of what the engine reads with the mechanism at a strength and the coefficient at a value."""
+    levers = readings.levers
+    sizes = levers.get("particle_diameter_mm", np.full(len(readings.log), np.nan))
+    out = np.empty(len(sizes))
+    for size in np.unique(sizes):
+        rows = np.flatnonzero((sizes == size) | (np.isnan(sizes) & np.isnan(size)))
+        lever = "drop_height_mm" if readings.experiment == "drop" else "tilt_rate_deg_s"
+        along = levers.get(lever, np.full(len(sizes), 5.0))[rows]
+        given = {} if np.isnan(size) else {"particle_diameter_mm": float(size)}
+        spec = spec_of(readings.experiment, given | {lever: float(along[0])})
+        pair = spec.get("contacts", {})
+        wall = pair.get("particle_wall", {}) | {coefficient: round(value, 9)}
+        spec = mechanism.apply(spec | {"contacts": pair | {"particle_wall": wall}}, strength)
+        values, place = np.unique(along, return_inverse=True)
+        text = yaml.safe_dump(spec)
+        read = np.array(_asked(readings.experiment, text, tuple(values)))[place]
+        with np.errstate(divide="ignore"):
+            part = {k: v[rows] for k, v in levers.items()}
+            out[rows] = to_log(readings.experiment, read, part)[0]
+    return out
+
+
+@lru_cache(maxsize=20000)
+def _asked(experiment, text, values):
+    spec = yaml.safe_load(text)
+    return tuple((rebounds if experiment == "drop" else sliding_angles)(spec, np.array(values)))
