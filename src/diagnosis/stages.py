@@ -9,9 +9,10 @@ from scipy import stats
 from calibration import figures as common
 from calibration.batches import simulate
 from calibration.config import given
+from calibration.factors import read_factors
 from calibration.files import replacing, write_table
 from dem.io.files import write_json
-from diagnosis import figures
+from diagnosis import contacts, figures
 from diagnosis.design import plan
 from diagnosis.emulator import teach
 from diagnosis.emulator_files import read_emulators, write_emulators
@@ -34,7 +35,8 @@ from diagnosis.verdict import extended_name, findings, page, validate
 def load(config, settings):
     """Measurements, checked against the emulators' range, and the experiments that they need."""
     measurements = read_measurements(given(config, "measurements", "diagnose"))
-    check_range(settings, measurements, config.measurements)
+    if not contacts.alone(m.experiment for m in measurements):
+        check_range(settings, measurements, config.measurements)
     check_specs(settings, base_of(config), measurements)
     return measurements, list(dict.fromkeys(m.experiment for m in measurements))
 
@@ -47,6 +49,8 @@ def base_of(config):
 def plan_runs(config, settings, output):
     """Check the measurements; write the emulators' design and plan."""
     _, kinds = load(config, settings)
+    # single contacts are integrated, not emulated
+    kinds = [] if contacts.alone(kinds) else kinds
     factors = parameters_of(settings, config.factors, kinds)
     rows, specs = plan(settings, base_of(config), factors, catalogue_of(settings, kinds), kinds)
     write_json(output.design, rows)
@@ -76,6 +80,9 @@ def _emulated(config, settings, kinds, emulators):
 def calibrate(config, settings, source, output):
     """Calibrate the base model on all measurements at once and show where it fails."""
     measurements, kinds = load(config, settings)
+    if contacts.alone(kinds):
+        _write_calibration(contacts.base(measurements, settings, _factors(config)), output)
+        return
     emulated = _emulated(config, settings, kinds, source.emulators)
     model = emulated.model([(m.experiment, m.levers) for m in measurements])
     fitted = fit(model, data_of(measurements))
@@ -90,6 +97,15 @@ def calibrate(config, settings, source, output):
         },
         "patterns": trends(rows),
     }
+    _write_calibration(summary | {"residuals": rows}, output)
+
+
+def _factors(config):
+    return read_factors(config.factors)
+
+
+def _write_calibration(summary, output):
+    rows = summary.pop("residuals")
     write_json(output.summary, summary)
     table = pd.DataFrame([r | r["levers"] for r in rows]).drop(columns="levers")
     write_table(table, output.table)
@@ -99,6 +115,9 @@ def calibrate(config, settings, source, output):
 def diagnose(config, settings, source, output):
     """Name the cause, and plan the runs that measure the gain."""
     measurements, kinds = load(config, settings)
+    if contacts.alone(kinds):
+        _diagnose_contacts(config, settings, measurements, kinds, output)
+        return
     emulated = _emulated(config, settings, kinds, source.emulators)
     found = identify(emulated, measurements, settings.alpha, settings.replicates, settings.seed)
     errors = json.loads(Path(source.errors).read_text())
@@ -113,6 +132,21 @@ def diagnose(config, settings, source, output):
     extended = found.fits[name].predicted[0] if name else None
     common.save(
         figures.prediction_figure(verdict["residuals"], extended, name or ""), output.predictions
+    )
+    common.save(figures.ranking_figure(verdict), output.ranking)
+
+
+def _diagnose_contacts(config, settings, measurements, kinds, output):
+    """The same of single contacts: laws found on the measurements, no runs to make."""
+    known = catalogue_of(settings, kinds)
+    found = contacts.discovered(measurements, settings, base_of(config), known)
+    verdict = contacts.findings(measurements, found, settings, _factors(config))
+    write_json(output.findings, verdict)
+    write_json(output.extension, {"mechanisms": [], "rows": []})
+    write_json(output.plan, {})
+    after = contacts.with_law(measurements, found)
+    common.save(
+        figures.prediction_figure(verdict["residuals"], after, "the law"), output.predictions
     )
     common.save(figures.ranking_figure(verdict), output.ranking)
 

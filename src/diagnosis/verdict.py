@@ -19,6 +19,7 @@ LEAST_GAIN = 0.05  # nats; a mechanism with less is told in one line
 MEANING = {
     "adequate": "Nothing is missing that these data show.",
     "identified": "The data name what is missing.",
+    "discovered": "A law that is not in the catalogue, or that has no name yet, is missing; the curve is below.",
     "ambiguous": "Something is missing, and these data do not tell which of several it is.",
     "unexplained": "The model fails, and nothing in the catalogue mends it.",
 }
@@ -100,6 +101,8 @@ def page(verdict):
         "",
         "![Residuals along each lever](residuals.svg)",
         "",
+        *_law(verdict),
+        *_scatter(verdict),
         *_ranking(verdict),
         *_parameters(verdict),
         *_gain(verdict),
@@ -127,6 +130,63 @@ def _tests(verdict):
 
 def _chance(p):
     return f"{100 * p:.2g} %"
+
+
+def _law(verdict):
+    """The curve that was found, in words, numbers and names."""
+    law = verdict.get("law")
+    if not law:
+        return []
+    lines = ["## The law that the data show", "", law["sentence"], ""]
+    held = law.get("held_out")
+    if held and held["settings"]:
+        lines += [
+            f"Levels that were left out of its choice as well as of its fit are missed by {held['after']:.1f} standard "
+            f"errors with it and by {held['before']:.1f} without.",
+            "",
+        ]
+    if law["formula"]:
+        lines += [f"Only one of the forms that were tried fits: {law['formula']}.", ""]
+    tied = [
+        t["form"] or f"{t['slot']} of {' and '.join(t['state']) or 'all settings alike'}"
+        for t in law["tied"]
+    ]
+    if tied:
+        lines += [f"Not told from it by these data: {', '.join(tied)}.", ""]
+    if law["nearest_known"]:
+        lines += [f"Nearest in the catalogue: {label(law['nearest_known'])}.", ""]
+    if len(law["values"]) > 1:
+        head = " x ".join(law["state"])
+        lines += [f"| {head} | {law['slot']} | 95 % band |", "|---|---|---|"]
+        lines += [
+            f"| {v['state']:.3g} | {v['value']:.4g} | {v['low']:.4g} to {v['high']:.4g} |"
+            for v in law["values"][:: max(len(law["values"]) // 6, 1)]
+        ]
+        lines.append("")
+    return lines
+
+
+def _scatter(verdict):
+    """How large errors are that the stated spread does not hold, and single readings at odds."""
+    lines = [
+        f"- Errors {_between(s['of'])} in the {QUANTITIES[s['experiment']].words}: {100 * s['sd']:.2g} %."
+        for s in verdict.get("scatter") or []
+    ]
+    for o in verdict.get("outliers") or []:
+        where = f"line {o['line']}" if o["line"] else "one setting"
+        lines.append(
+            f"- {_capital(where)} of the measurements ({o['experiment']} {o['value']:g}) lies "
+            f"{o['standard_deviations']:.0f} standard deviations from what all others say: it was left out; look at it."
+        )
+    return ["## Errors beyond the stated spread", "", *lines, ""] if lines else []
+
+
+def _between(of):
+    if of == "settings":
+        return "from setting to setting"
+    if of in LEVERS:
+        return f"shared by all readings at one {LEVERS[of].words}"
+    return f"from {of} to {of}"
 
 
 def _ranking(verdict):

@@ -1,11 +1,11 @@
 """Named forms of a free law, with one number each, and the test between them.
 
 Forms that multiply are 1 at the middle of the plan's states (u = state over that), so that level and shape do not
-trade against each other. Forms that add are the weight of their slot times a power of u. Sources: a viscous contact 1 - e ~
-v^(1/5) (Brilliantov and others 1996, Phys. Rev. E 53:5382), yielding v^(-1/4) (Johnson 1985, Contact Mechanics, 11.5), a
-fixed loss of energy (Thornton and Ning 1998, Powder Technol. 99:154), a film 1 - St_c/St (Davis, Serayssol, Hinch 1986,
-J. Fluid Mech. 163:479), an elastic plate (Zener 1941, Phys. Rev. 59:669), contact adhesion ~ d and its work ~ d^(4/3)
-(Johnson, Kendall, Roberts 1971, Proc. R. Soc. A 324:301).
+trade against each other. Forms that add are the weight of their slot times a power of u. Sources: a viscous contact
+1 - e ~ v^(1/5) (Brilliantov and others 1996, Phys. Rev. E 53:5382), yielding v^(-1/4) (Johnson 1985, Contact
+Mechanics, 11.5), a fixed loss of energy (Thornton and Ning 1998, Powder Technol. 99:154), a film 1 - St_c/St (Davis,
+Serayssol, Hinch 1986, J. Fluid Mech. 163:479), an elastic plate (Zener 1941, Phys. Rev. 59:669), contact adhesion ~ d
+and its work ~ d^(4/3) (Johnson, Kendall, Roberts 1971, Proc. R. Soc. A 324:301).
 """
 
 from dataclasses import dataclass

@@ -6,14 +6,15 @@ import numpy as np
 
 from diagnosis.laws.choose import ruled_out, share_above, trial
 from diagnosis.laws.forms import compare, forms_of
-from diagnosis.laws.mixed import from_space, to_space
-from diagnosis.laws.readings import FREE, readings_of
+from diagnosis.laws.mixed import from_space, posterior, to_space
+from diagnosis.laws.readings import FREE, from_log, readings_of
 from diagnosis.laws.slots import BENDS, SIZES, bend, scaled
 
 OUTLYING = 5.0  # predictive standard deviations at which a single setting is set aside
 MOST_OUTLIERS = 0.1  # share of settings
 POINTS, DRAWS = 25, 2000
 TIED = 0.05
+DOES_NOT_FIT = 3.0  # standard errors on levels left out
 SAME = 0.3  # standard errors; curves that stay closer are one
 UNIT = {"speed": "m/s", "size": "mm", "rate": "°/s", "load": "kPa", "interval": "s", "height": "mm"}
 
@@ -31,6 +32,7 @@ class Found:
     scatter: list
     ranking: list
     trials: dict = field(repr=False)
+    threshold: float = 0.0
     reason: str = ""
 
 
@@ -53,20 +55,105 @@ def discover(measurements, known=(), alpha=0.05, replicates=199, seed=0, default
     kind, best = max(gains, key=gains.get)
     null = np.max([np.max(list(t.null_gain.values()), axis=0) for t in tried.values()], axis=0)
     p = share_above(null, gains[kind, best])
-    ranking = _ranking(tried)
-    out = Found("adequate", [], None, p, gains[kind, best], outliers, scatter, ranking, tried)
+    ranking = _ranking(tried, alpha)
+    threshold = float(np.quantile(null, 1.0 - alpha))
+    out = Found(
+        "adequate", [], None, p, gains[kind, best], outliers, scatter, ranking, tried, threshold
+    )
     if p >= alpha:
         out.reason = (
             "a constant coefficient and the errors between settings predict left-out levels as well"
         )
         return out
-    return _name(out, tried[kind], best, seed)
+    return _law_or_misfit(out, tried[kind], best, seed)
 
 
-def _ranking(tried):
-    """[{mechanism, gain, p}] of the catalogue's entries, best first."""
+def _law_or_misfit(out, tried, best, seed):
+    """The named law, checked on levels that were left out of its choice as well as of its fit."""
+    out = _name(out, tried, best, seed)
+    out.law["held_out"] = held = held_out(tried)
+    out.law["sentence"] = sentence_of(out.law)
+    if held["after"] > DOES_NOT_FIT:
+        out.verdict, out.causes = "unexplained", []
+        out.reason = (
+            f"the law below is the best of those tried and does not fit: levels that were left out are missed by "
+            f"{held['after']:.1f} standard errors"
+        )
+    return out
+
+
+def held_out(tried):
+    """Root mean square miss of left-out levels [standard errors, errors between settings in them], without and with a
+    law that is chosen and fitted anew without the level: {settings, before, after}."""
+    readings, misses = tried.readings, []
+    for levels in readings.folds.values():
+        if len(levels) < 3:
+            continue
+        for index in levels:
+            unknown = readings.error.copy()
+            unknown[index] = 30.0 * np.median(readings.error) + 1.0
+            others = trial(replace(readings, error=unknown), replicates=0)
+            misses += list(
+                zip(
+                    *[_miss(c, f, others, index, readings) for c, f in _contenders(others)],
+                    strict=True,
+                )
+            )
+    if not misses:
+        return {"settings": 0, "before": 0.0, "after": 0.0}
+    before, after = np.sqrt(np.mean(np.square(misses), axis=0))
+    return {"settings": len(misses), "before": float(before), "after": float(after)}
+
+
+def _miss(candidate, fit, others, index, readings):
+    """Distances of the settings `index` from what the others predict, in their own standard errors."""
+    z, precision = _state(candidate, fit, others)
+    _, slope = to_space(candidate.space, readings.log, others.centre)
+    shift = (np.linalg.inv(precision[np.ix_(index, index)]) @ (precision @ z)[index]) / slope[index]
+    extra = sum(v[fit.nuisance[0]] ** 2 for v in others.nuisance.sds.values())
+    return shift / np.sqrt(readings.error[index] ** 2 + extra)
+
+
+def predictions(tried):
+    """Places (n,) among the measurements and the readings (n,) that the best law fitted to all predicts there."""
+    best = max(tried.gains, key=tried.gains.get)
+    log = tried.readings.log[None]
+    mean, _ = posterior(
+        tried.candidates[best], tried.readings, tried.nuisance, tried.fits[best], log, tried.centre
+    )
+    smooth = from_space(tried.candidates[best].space, mean, tried.centre)
+    return tried.readings.rows, from_log(tried.readings.experiment, smooth, tried.readings.levers)
+
+
+def sentence_of(law):
+    """What the law says in physical words."""
+    if not law["values"]:
+        return ""
+    first, last = law["values"][0], law["values"][-1]
+    what = {"restitution": "restitution", "friction": "friction"}.get(law["slot"])
+    unit = "" if law["unit"] == "1" else f" {law['unit']}"
+    if not law["state"]:
+        band = f"95 %: {first['low']:.3g} to {first['high']:.3g}"
+        return f"The {law['slot']} is off by {first['value']:.3g}{unit} ({band})."
+    state = " x ".join(law["state"])
+    own = " ".join(UNIT.get(s, "") for s in law["state"]).strip()
+    verb = "falls" if last["value"] < first["value"] else "rises"
+    subject = what or f"what {law['slot']} adds to the reading"
+    return (
+        f"The {subject} {verb} from {first['value']:.3g}{unit} at a {state} of {first['state']:.3g} {own} to "
+        f"{last['value']:.3g}{unit} at {last['state']:.3g} {own}."
+    )
+
+
+def _ranking(tried, alpha):
+    """[{mechanism, gain, p, threshold}] of the catalogue's entries, best first."""
     rows = [
-        {"mechanism": n, "gain": g, "p": share_above(t.null_gain[n], g)}
+        {
+            "mechanism": n,
+            "gain": g,
+            "p": share_above(t.null_gain[n], g),
+            "threshold": float(np.quantile(t.null_gain[n], 1.0 - alpha)),
+        }
         for t in tried.values()
         for n, g in t.gains.items()
         if t.candidates[n].catalogue
@@ -253,6 +340,7 @@ def _law(out, tried, candidate, free, left, rivals):
         "tied": [{"slot": r["slot"], "state": r["state"], "form": None} for r in rivals],
         "nearest_known": _nearest(tried, candidate),
     }
+    law["unit"] = unit_of(candidate, tried.readings.experiment)
     if free is None:
         return law
     law["tied"] += [{"slot": s, "state": list(state), "form": None} for s, state in free.same]
@@ -263,7 +351,6 @@ def _law(out, tried, candidate, free, left, rivals):
             {"slot": candidate.slot, "state": list(candidate.state), "form": f} for f in left
         ]
     law["values"], law["supported_range"] = curve(free, tried)
-    law["unit"] = unit_of(free)
     return law
 
 
@@ -273,13 +360,13 @@ def _nearest(tried, candidate):
     return max(same, key=lambda n: tried.fits[n].likelihood[0], default=None)
 
 
-def unit_of(law):
+def unit_of(law, experiment):
     """Unit of a law's values; the state's own is that of its power product."""
     if law.slot in ("restitution", "friction"):
         return "1"
-    if law.slot == "reading" and law.experiment == "tilt":
+    if law.slot == "reading" and experiment == "tilt":
         return "deg"
-    return {"drop": "mm", "tilt": "1", "shear": "kPa"}[law.experiment]
+    return {"drop": "mm", "tilt": "1", "shear": "kPa"}[experiment]
 
 
 def curve(law, tried):

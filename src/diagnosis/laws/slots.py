@@ -13,7 +13,7 @@ import numpy as np
 from diagnosis.laws.mixed import Candidate
 
 GRAVITY = 9.81
-SIZES = np.array([0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64])
+SIZES = np.array([0.01, 0.03, 0.09, 0.27, 0.8])
 """Sizes of a law that are tried: change of the logarithm over half the range of its state."""
 
 BENDS = (0.0, 0.3, 1.0)

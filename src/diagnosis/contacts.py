@@ -1,0 +1,168 @@
+"""The diagnosis of drops and slides alone: each is one contact, which the engine integrates, so nothing is taught.
+
+The base model is a constant restitution and a constant friction. What it misses is looked for by `diagnosis.laws`.
+"""
+
+import numpy as np
+from scipy.stats import chi2
+
+from diagnosis.laws.found import discover, predictions
+from diagnosis.laws.known import known_curves
+from diagnosis.laws.mixed import LEVEL_SD
+from diagnosis.laws.readings import FREE, from_log, readings_of
+from diagnosis.residuals import trends
+from diagnosis.settings import condition_spec
+
+CONTACTS = ("drop", "tilt")
+IN_AIR = 2.0  # a rebound is the square of a restitution
+
+
+def alone(experiments):
+    """Whether all of the experiments are single contacts."""
+    return set(experiments) <= set(CONTACTS)
+
+
+def discovered(measurements, settings, base, catalogue):
+    """`diagnosis.laws.found.Found` of the drops, slides and shear tests among the measurements, or None."""
+
+    def spec_of(experiment, levers):
+        return condition_spec(base, settings, [], experiment, levers, {}, settings.seed)
+
+    defaults = {
+        kind: _defaults(settings, kind) for kind in {m.experiment for m in measurements} & set(FREE)
+    }
+    return discover(
+        measurements,
+        [known_curves(catalogue, spec_of)],
+        settings.alpha,
+        settings.replicates,
+        settings.seed,
+        defaults,
+    )
+
+
+def _defaults(settings, kind):
+    """{lever: value} of the levers that rows may leave empty."""
+    run = settings.experiments[kind].run
+    found = {
+        "particle_diameter_mm": run.get("particles", {}).get("diameter_mm"),
+        "tilt_rate_deg_s": run.get("geometry", {}).get("tilt_rate_deg_s"),
+    }
+    own = {"drop": ("particle_diameter_mm",), "tilt": tuple(found)}.get(kind, ())
+    return {name: found[name] for name in own if found[name] is not None}
+
+
+def findings(measurements, found, settings, factors):
+    """The mapping of verdict.json from a `Found`, the gain left open."""
+    levels = {kind: _level(measurements, kind, found) for kind in _kinds(measurements)}
+    rows = _rows(measurements, levels)
+    chi = sum(r["standardised"] ** 2 for r in rows)
+    freedom = max(len(rows) - len(levels), 1)
+    ranking = [
+        {"mechanism": r["mechanism"], "score": r["gain"], "gain": r["gain"], "p": r["p"]}
+        | {"null_threshold": r["threshold"], "p_family": found.p}
+        for r in found.ranking
+    ]
+    return {
+        "verdict": found.verdict,
+        "causes": found.causes,
+        "reason": found.reason,
+        "lack_of_fit": {"chi_square": chi, "freedom": freedom, "p": float(chi2.sf(chi, freedom))},
+        "family_p": found.p,
+        "threshold_level": settings.alpha,
+        "null_threshold_best": found.threshold,
+        "ranking": ranking,
+        "residuals": rows,
+        "patterns": trends(rows),
+        "calibration": _calibration(settings, factors, levels),
+        "law": found.law,
+        "scatter": found.scatter,
+        "outliers": found.outliers,
+        "gain": None,
+        "next_measurement": None,
+    }
+
+
+def base(measurements, settings, factors):
+    """The constants fitted to the measurements, before any law is looked for: calibration, lack_of_fit, patterns and
+    residuals."""
+    levels = {kind: _level(measurements, kind, None) for kind in _kinds(measurements)}
+    rows = _rows(measurements, levels)
+    chi = sum(r["standardised"] ** 2 for r in rows)
+    freedom = max(len(rows) - len(levels), 1)
+    return {
+        "calibration": _calibration(settings, factors, levels),
+        "lack_of_fit": {"chi_square": chi, "freedom": freedom, "p": float(chi2.sf(chi, freedom))},
+        "patterns": trends(rows),
+        "residuals": rows,
+    }
+
+
+def with_law(measurements, found):
+    """Values (n,) that the law found predicts, or None without one; those of the constant where it says nothing."""
+    if found.law is None:
+        return None
+    levels = {kind: _level(measurements, kind, found) for kind in _kinds(measurements)}
+    value = np.array([r["predicted"] for r in _rows(measurements, levels)])
+    rows, predicted = predictions(found.trials[found.law["experiment"]])
+    value[rows] = predicted
+    return value
+
+
+def _kinds(measurements):
+    return list(dict.fromkeys(m.experiment for m in measurements))
+
+
+def _level(measurements, kind, found):
+    """(logarithm of the best constant, its standard error) of an experiment, outliers left out."""
+    tried = found.trials.get(kind) if found else None
+    readings = tried.readings if tried else readings_of(measurements, kind, {})
+    noise = np.diag(readings.error**2)
+    if tried:
+        noise = tried.nuisance.covariance[tried.base_fit.nuisance[0]]
+    weight = np.linalg.inv(noise).sum(0)
+    precision = weight.sum() + LEVEL_SD**-2
+    return float((weight * readings.log).sum() / weight.sum()), float(precision**-0.5)
+
+
+def _rows(measurements, levels):
+    """Residuals of the constant, in the form of `diagnosis.residuals.residual_rows`."""
+    place = {id(m): i for i, m in enumerate(measurements)}
+    rows = [None] * len(measurements)
+    for kind, (log, _) in levels.items():
+        own = [m for m in measurements if m.experiment == kind]
+        readings = readings_of(own, kind, {})
+        predicted = from_log(kind, np.full(len(own), log), readings.levers)
+        for m, value, error, seen in zip(own, predicted, readings.error, readings.log, strict=True):
+            off = float((seen - log) / error)
+            rows[place[id(m)]] = {
+                "experiment": kind,
+                "levers": m.levers,
+                "measured": m.value,
+                "predicted": float(value),
+                "sd": float(error * value),
+                "standardised": off,
+                "predictive_p": float(chi2.sf(off**2, 1)),
+            }
+    return rows
+
+
+def _calibration(settings, factors, levels):
+    """The base model's coefficients; one beyond the range of the factors' table is said and kept as measured."""
+    known, out = {f.name: f for f in factors}, {}
+    for kind, (log, error) in levels.items():
+        power = IN_AIR if kind == "drop" else 1.0
+        factor = known[settings.experiments[kind].parameters[0]]
+        ends = [float(np.exp((log + z * error) / power)) for z in (-1.96, 1.96)]
+        value = float(np.exp(log / power))
+        prior = LEVEL_SD / power * value
+        out[factor.name] = {
+            "value": value,
+            "sd": value * error / power,
+            "low": ends[0],
+            "high": min(ends[1], 1.0) if kind == "drop" else ends[1],
+            "prior_sd_left": value * error / power / prior,
+            "identified": True,
+            "at_bound": not factor.low <= value <= factor.high,
+        }
+    return out
