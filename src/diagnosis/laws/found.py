@@ -73,45 +73,49 @@ def _law_or_misfit(out, tried, best, seed):
     out = _name(out, tried, best, seed)
     out.law["held_out"] = held = held_out(tried)
     out.law["sentence"] = sentence_of(out.law)
-    if held["after"] > DOES_NOT_FIT:
+    if held["beyond_band"] > DOES_NOT_FIT:
         out.verdict, out.causes = "unexplained", []
         out.reason = (
             f"the law below is the best of those tried and does not fit: levels that were left out are missed by "
-            f"{held['after']:.1f} standard errors"
+            f"{held['beyond_band']:.1f} of its own standard errors"
         )
     return out
 
 
 def held_out(tried):
-    """Root mean square miss of left-out levels [standard errors, errors between settings in them], without and with a
-    law that is chosen and fitted anew without the level: {settings, before, after}."""
+    """How left-out levels are missed: {settings, before, after, beyond_band}.
+
+    before, after: root mean square miss in standard errors of the readings, without and with a law that is chosen and
+    fitted anew without the level. beyond_band: the same with the law, in units of what it says of its own error there.
+    """
     readings, misses = tried.readings, []
     for levels in readings.folds.values():
-        if len(levels) < 3:
-            continue
-        for index in levels:
+        for index in levels if len(levels) > 2 else []:
             unknown = readings.error.copy()
             unknown[index] = 30.0 * np.median(readings.error) + 1.0
             others = trial(replace(readings, error=unknown), replicates=0)
-            misses += list(
-                zip(
-                    *[_miss(c, f, others, index, readings) for c, f in _contenders(others)],
-                    strict=True,
-                )
+            (before, _), (after, own) = (
+                _miss(c, f, others, index, readings) for c, f in _contenders(others)
             )
+            misses += list(zip(before, after, own, strict=True))
     if not misses:
-        return {"settings": 0, "before": 0.0, "after": 0.0}
-    before, after = np.sqrt(np.mean(np.square(misses), axis=0))
-    return {"settings": len(misses), "before": float(before), "after": float(after)}
+        return {"settings": 0, "before": 0.0, "after": 0.0, "beyond_band": 0.0}
+    rms = np.sqrt(np.mean(np.square(misses), axis=0))
+    names = ("before", "after", "beyond_band")
+    return {"settings": len(misses)} | {n: float(r) for n, r in zip(names, rms, strict=True)}
 
 
 def _miss(candidate, fit, others, index, readings):
-    """Distances of the settings `index` from what the others predict, in their own standard errors."""
+    """Misses (k,) of the settings `index` by what the others predict: in errors of the readings, and in all errors."""
     z, precision = _state(candidate, fit, others)
     _, slope = to_space(candidate.space, readings.log, others.centre)
-    shift = (np.linalg.inv(precision[np.ix_(index, index)]) @ (precision @ z)[index]) / slope[index]
-    extra = sum(v[fit.nuisance[0]] ** 2 for v in others.nuisance.sds.values())
-    return shift / np.sqrt(readings.error[index] ** 2 + extra)
+    covariance = np.linalg.inv(precision[np.ix_(index, index)])
+    shift = covariance @ (precision @ z)[index] / slope[index]
+    # the error that left the settings out is no error of the prediction
+    removed = others.readings.error[index] ** 2 - readings.error[index] ** 2
+    spread = np.diag(covariance) / slope[index] ** 2 - removed
+    floor = readings.error[index] ** 2
+    return shift / readings.error[index], shift / np.sqrt(np.maximum(spread, floor))
 
 
 def predictions(tried):

@@ -1,0 +1,47 @@
+"""One contact integrated for the diagnosis: closed forms of its restitution, its flight in air and its friction."""
+
+import numpy as np
+import pytest
+import yaml
+
+from diagnosis.catalogue import load_catalogue
+from diagnosis.collision import rebounds, sliding_angles
+from diagnosis.settings import condition_spec, read_settings
+
+HEIGHTS = np.array([60.0, 150.0, 400.0])
+
+
+def spec(experiment, diameter=2.0, **pair):
+    base = yaml.safe_load(open("config/config.yaml"))["run"]
+    settings = read_settings("config/diagnosis.yaml")
+    levers = {"particle_diameter_mm": diameter}
+    if experiment == "drop":
+        levers["drop_height_mm"] = 100.0
+    out = condition_spec(base, settings, [], experiment, levers, {}, 0)
+    return out | {"contacts": {"particle_wall": pair}}
+
+
+@pytest.mark.parametrize("e", [0.3, 0.6, 0.9])
+def test_a_constant_restitution_comes_back_at_every_speed(e):
+    share = np.sqrt(rebounds(spec("drop", restitution=e), HEIGHTS) / HEIGHTS)
+    assert share == pytest.approx(e, rel=0.004)
+
+
+def test_a_viscous_contact_loses_as_the_fifth_root_of_speed():
+    weak = load_catalogue()["viscoelastic_restitution"].apply(spec("drop"), 2e-6)
+    lost = 1.0 - np.sqrt(rebounds(weak, HEIGHTS) / HEIGHTS)
+    assert np.polyfit(np.log(HEIGHTS) / 2.0, np.log(lost), 1)[0] == pytest.approx(0.2, abs=0.05)
+
+
+def test_a_heavy_ball_in_thin_air_rises_as_in_vacuum_and_in_thick_air_less():
+    drag = load_catalogue()["air_drag"].apply
+    vacuum = rebounds(spec("drop", restitution=0.8), HEIGHTS)
+    thin, thick = (rebounds(drag(spec("drop", restitution=0.8), k), HEIGHTS) for k in (1e-4, 2.0))
+    assert thin == pytest.approx(vacuum, rel=1e-3)
+    assert (np.diff(thick / vacuum) < 0.0).all()
+
+
+def test_a_slide_begins_at_the_angle_of_friction():
+    angle = sliding_angles(spec("tilt", static_friction=0.5), [4.0])
+    late = np.degrees(np.cbrt(6.0 * 2e-6 * np.cos(np.arctan(0.5)) * np.radians(4.0) ** 2 / 9.81))
+    assert angle == pytest.approx(np.degrees(np.arctan(0.5)) + late, abs=0.01)
