@@ -31,7 +31,8 @@ class Heap:
 
     @property
     def count(self):
-        """Grains that a cone of the measured angle over the whole plate takes, and what rolls off."""
+        """Grains that a cone of the measured angle over the whole plate takes, and what rolls
+        off."""
         radius = 0.5 * self.plate_diameter_mm
         cone = math.pi / 3 * radius**3 * math.tan(math.radians(self.angle_deg))
         grain = math.pi / 6 * self.diameter_mm**3
@@ -39,7 +40,8 @@ class Heap:
 
     @property
     def feed_per_s(self):
-        """Grains that pass the orifice in a second, W = C rho_b sqrt(g) (D - k d)^2.5 (Beverloo 1961)."""
+        """Grains that pass the orifice in a second, W = C rho_b sqrt(g) (D - k d)^2.5 (Beverloo
+        1961)."""
         d, opening = 1e-3 * self.diameter_mm, 1e-3 * self.orifice_diameter_mm
         mass = math.pi / 6 * d**3 * self.density_kg_m3
         clear = max(opening - BEVERLOO_K * d, 0.1 * d)
@@ -60,7 +62,8 @@ class Heap:
         return self.count * (self.pouring_s + SETTLING) / step
 
     def of_at_most(self, most):
-        """The same heap of fewer, larger grains; the orifice stays FREE_FLOW grains wide where it was."""
+        """The same heap of fewer, larger grains; the orifice stays FREE_FLOW grains wide where it
+        was."""
         if self.count <= most:
             return self
         wanted = self.diameter_mm * (self.count / most) ** (1 / 3)

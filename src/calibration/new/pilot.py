@@ -1,4 +1,5 @@
-"""A few coarse heaps over the ranges of a study: which stand, which ranges hold them, what the study will take."""
+"""A few coarse heaps over the ranges of a study: which stand, which ranges hold them, what the
+study will take."""
 
 import tempfile
 from dataclasses import dataclass, replace
@@ -21,7 +22,8 @@ LEAST_WIDTH = 0.4  # of a range: what a cut leaves at least
 
 @dataclass(frozen=True)
 class Trial:
-    """One coarse heap: its point in the unit cube, and why it does not stand (empty where it does)."""
+    """One coarse heap: its point in the unit cube, and why it does not stand (empty where it
+    does)."""
 
     point: tuple
     angle_deg: float | None
@@ -48,7 +50,8 @@ def pilot(config, heaps=HEAPS, show=lambda text: None):
 
 
 def coarse(run):
-    """The run spec with at most COARSE grains of the same volume together, as far as the orifice passes them."""
+    """The run spec with at most COARSE grains of the same volume together, as far as the orifice
+    passes them."""
     particles = run["particles"]
     count, sizes = particles["count"], particles.get("sizes")
     if count <= COARSE or sizes:
@@ -82,7 +85,8 @@ def _try(run_spec, experiment, levels, seed, point):
 
 
 def shrunk(factors, trials):
-    """Factors with ranges cut to where heaps stand: the cuts that leave out most faults and fewest heaps."""
+    """Factors with ranges cut to where heaps stand: the cuts that leave out most faults and fewest
+    heaps."""
     points = np.array([t.point for t in trials])
     stands = np.array([not t.fault for t in trials])
     low, high = np.zeros(points.shape[1]), np.ones(points.shape[1])
@@ -98,7 +102,8 @@ def shrunk(factors, trials):
 
 
 def _cuts(points, stands, inside, low, high):
-    """(gain, factor, side, place) of the cuts between neighbouring points: faults less twice the heaps left out."""
+    """(gain, factor, side, place) of the cuts between neighbouring points: faults less twice the
+    heaps left out."""
     for j in range(points.shape[1]):
         levels = np.sort(points[inside, j])
         for at in 0.5 * (levels[1:] + levels[:-1]):
@@ -134,7 +139,8 @@ def advice(trials):
 
 
 def cost(config, trials, cores=2):
-    """'63 heaps, 9 minutes': from the pilot's speed and the study's grains and steps; None where none ran."""
+    """'63 heaps, 9 minutes': from the pilot's speed and the study's grains and steps; None where
+    none ran."""
     ran = [t for t in trials if t.seconds > 0]
     if not ran:
         return None

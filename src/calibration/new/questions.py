@@ -1,4 +1,5 @@
-"""What `dem new` asks: each answer from an option, else from the person at the terminal, checked at once."""
+"""What `dem new` asks: each answer from an option, else from the person at the terminal, checked at
+once."""
 
 import sys
 from dataclasses import dataclass
@@ -33,7 +34,8 @@ QUESTIONS = (
 
 
 def answers(args, ask=None):
-    """(values (n,) [deg], `Heap`, factors, sizes or None) from options and, where `ask` is given, from a person.
+    """(values (n,) [deg], `Heap`, factors, sizes or None) from options and, where `ask` is given,
+    from a person.
 
     Raises CalibrationError for an option that is missing or cannot be.
     """

@@ -1,4 +1,5 @@
-"""Ranges of the factors: published ones where the table has the material, else what any dry grain has."""
+"""Ranges of the factors: published ones where the table has the material, else what any dry grain
+has."""
 
 import difflib
 from importlib.resources import files

@@ -11,7 +11,8 @@ from calibration.new.study import write_factors
 
 
 def try_study(folder, show=print):
-    """Pour the pilot's heaps, cut the ranges to where they stand, and say what the study will take."""
+    """Pour the pilot's heaps, cut the ranges to where they stand, and say what the study will
+    take."""
     path = Path(folder) / "config.yaml"
     config = parse_config(yaml.safe_load(path.read_text("utf-8")), files=[path])
     show("pilot: the engine is compiled first, which takes a minute once")

@@ -7,9 +7,12 @@ from jinja2 import Environment, PackageLoader
 from calibration.figures import quantity_of
 from calibration.files import replacing
 from calibration.report.answer import answer
+from calibration.report.block import block
 from calibration.report.embed import download
+from calibration.report.findings import findings
 from calibration.report.heaps import gallery, viewer
 from calibration.report.parts import BESIDE, STAGES, beside, diagnosis, stage
+from calibration.report.profiler import profiler
 from calibration.report.runs import runs_section
 
 CARRIED = {
@@ -44,6 +47,9 @@ def build(study, out, metric="angle_of_repose_deg"):
     page = environment.get_template("page.html.j2").render(
         name=study.name,
         answer=answer(study, quantity),
+        block=block(study),
+        findings=findings(study, quantity),
+        profiler=profiler(study, quantity),
         viewer=viewer(study, quantity),
         parts=_parts(study, quantity, metric),
         exports=_exports(study),

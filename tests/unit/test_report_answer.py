@@ -1,0 +1,163 @@
+"""The page's first screen: the block, the sentences and the profiler say what the study's files say."""
+
+import json
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from browser import browse, find_browser
+
+from calibration.factors import Factor
+from calibration.figures import quantity_of
+from calibration.report import build
+from calibration.report.block import block
+from calibration.report.findings import findings
+from calibration.report.profiler import profiler
+from calibration.statistics.design import box_behnken
+from calibration.statistics.surface import fit_surface
+
+ANGLE = quantity_of("angle_of_repose_deg")
+REGION = [Factor(c, f"factor_{c.lower()}", f"k.{c}", 0.0, 2.0) for c in "ABC"]
+TARGET = 30.0
+
+
+def write(path, content):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(content if isinstance(content, str) else json.dumps(content))
+
+
+@pytest.fixture
+def study(tmp_path):
+    """A study whose response is 30 + 4 a - 2 b c, with a little scatter."""
+    folder = tmp_path / "results" / "x"
+    runs = box_behnken(REGION)
+    scatter = np.random.default_rng(1).normal(0, 0.1, len(runs))
+    runs["response"] = TARGET + 4 * runs["A"] - 2 * runs["B"] * runs["C"] + scatter
+    write(folder / "response_surface" / "region.json", [vars(f) for f in REGION])
+    runs["run_id"] = [f"heap-{k:016x}" for k in range(len(runs))]
+    runs.to_csv(folder / "response_surface" / "runs.csv", index=False)
+    optimum = {
+        "optimum": {f.name: 1.0 for f in REGION},
+        "solution_set": {"factor_a": [0.9, 1.1], "factor_b": [0.0, 2.0], "factor_c": [0.0, 2.0]},
+        "attainable": True,
+        "target": TARGET,
+        "predicted": TARGET,
+        "rule": "closest_to_centre",
+        "confirmation_interval": [29.9, 30.1],
+        "confirmation_runs": 5,
+    }
+    write(folder / "optimise" / "optimum.json", optimum)
+    effects = {"factor_a": 8.0, "factor_b": 1.5, "factor_c": -2.5, "factor_d": -3.0}
+    write(
+        folder / "screening" / "screening.json",
+        {"factors": ["factor_a", "factor_b", "factor_c"], "significant": ["factor_a"], "alpha": 0.05,
+         "effects": effects, "why": {"factor_c": "the configured path names it"}},
+    )  # fmt: skip
+    table = pd.DataFrame({"code": list("ABCD"), "name": list(effects), "effect": effects.values()})
+    table["contribution_percent"] = [80.0, 3.0, 7.0, 10.0]
+    table.to_csv(folder / "screening" / "effects.csv", index=False)
+    return folder
+
+
+def said(study):
+    return dict(findings(study, ANGLE))
+
+
+def test_the_sentences_name_what_decides_what_is_open_and_what_was_preferred(study):
+    found = said(study)
+    assert found["What decides"].startswith("Factor a decides: +8° over its range, 80 %")
+    assert (
+        "leaves factor b (0 to 2, all of the region searched) and factor c"
+        in found["What stays open"]
+    )
+    assert "bounds factor a to 0.9 to 1.1" in found["What stays open"]
+    wrong = found["What is wrong"]
+    assert (
+        "Factor c (−2.5°) went on, though factor d (−3°) is larger: the configured path names it."
+        in wrong
+    )
+    assert "Factor b (+1.5°) went on, though factor d" in wrong
+
+
+def test_odd_points_and_failed_validation_are_said(study):
+    surface = {
+        "statistics": {"R2_pred": -0.2, "lack_of_fit_p": 0.01},
+        "outliers": [{"run": 7, "studentised": 7.7}],
+        "outlier_limit": 4.6,
+    }
+    write(study / "response_surface" / "response_surface.json", surface)
+    write(study / "diagnosis" / "verdict.json", {"verdict": "identified", "causes": ["air_drag"]})
+    wrong = said(study)["What is wrong"]
+    assert "Run 7 of the response surface is odd: its studentised residual is 7.7" in wrong
+    assert "lack of fit p = 0.01" in wrong
+    assert "predicted R² -0.20" in wrong
+    assert "The diagnosis: identified (air drag)." in wrong
+
+
+def test_a_study_without_faults_says_so(study):
+    summary = json.loads((study / "screening" / "screening.json").read_text())
+    summary["factors"] = list(summary["effects"])
+    write(study / "screening" / "screening.json", summary)
+    assert said(study)["What is wrong"] == "Nothing that these runs show."
+
+
+def test_the_block_has_every_parameter_and_what_was_held_fixed(study):
+    entries = {
+        "contacts.particle_wall.restitution": {"value": 0.4, "source": "bench test"},
+        "contacts.particle_particle.rolling_friction": {
+            "value": 0.25, "source": "calibrated", "interval_95": [0.2, 0.3],
+        },
+        "materials.particle.shear_modulus_Pa": {"value": 3e6, "source": "the configuration's run spec"},
+        "laws.rolling": {"value": "constant_torque", "source": "default of the engine"},
+        "laws.cohesion": {"value": "none", "source": "default of the engine"},
+    }  # fmt: skip
+    write(study / "calibrated.yaml", yaml.safe_dump({"parameters": entries}))
+    write(study / "exports" / "dem.yaml", "experiment: heap\n")
+    rows = {(r["where"], r["parameter"]): r for r in block(study)}
+    rolling = rows["grain on grain", "rolling friction"]
+    assert rolling["value"] == "0.25"
+    assert rolling["how it is known"] == "calibrated; 95 %, the others held: 0.2 to 0.3"
+    assert rows["grain on wall", "restitution"]["how it is known"] == "bench test"
+    assert rows["grain", "shear modulus"]["unit"] == "Pa"
+    assert rows["law", "rolling"]["value"] == "constant torque"
+    assert ("law", "cohesion") not in rows
+    assert float(rows["simulator", "time step"]["value"]) > 0
+    build(study, study / "report.html")
+    assert "The whole block to type in" in (study / "report.html").read_text()
+
+
+def test_a_name_cannot_leave_the_profilers_script(study):
+    region = [vars(f) | {"name": "</script><b>"} for f in REGION]
+    write(study / "response_surface" / "region.json", region)
+    assert "<" not in profiler(study, ANGLE)
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium on this machine")
+def test_the_profiler_shows_the_fitted_surface(study, tmp_path):
+    """The page's own arithmetic at a point of the reader's choice beside the library's."""
+    build(study, study / "report.html")
+    runs = pd.read_csv(study / "response_surface" / "runs.csv")
+    surface = fit_surface(runs, list("ABC"), runs["response"])
+    with browse(find_browser(), tmp_path / "browser") as tab:
+        for width in (390, 1280):
+            tab.open((study / "report.html").as_uri(), width, 844)
+            shown = []
+            for place, share in ((0, 0.5), (0, 0.9), (2, 0.1)):
+                tab.evaluate(
+                    f"(() => {{ const i = document.getElementById('lever{place}'); "
+                    f"i.value = {1000 * share}; i.dispatchEvent(new Event('input')); }})()"
+                )
+                shown.append(tab.evaluate("document.querySelector('.profiler output').textContent"))
+            assert tab.evaluate("document.documentElement.scrollWidth - window.innerWidth") <= 0
+            assert tab.complaints() == []
+            point = [[0.8, 0.0, -0.8]]
+            mean, (low, high) = surface.predict(point)[0], surface.mean_interval(point)
+            numbers = [float(x) for x in re.findall(r"\d+\.?\d*", shown[-1])]
+            wanted = [mean, 95, low[0], high[0], TARGET, abs(mean - TARGET)]
+            assert numbers == pytest.approx(wanted, rel=1e-3)
+            assert "on the solution set" in shown[0]
+            assert "too high" in shown[-1]
+            lines = tab.evaluate("document.querySelector('.profiler pre').textContent").splitlines()
+            assert lines == ["k.A: 1.8", "k.B: 1", "k.C: 0.2"]
