@@ -19,7 +19,7 @@ DATA = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
 @pytest.fixture(autouse=True)
 def project(monkeypatch):
     monkeypatch.chdir(ROOT)
-    monkeypatch.setattr(ahead, "machine_memory_mb", lambda: 16000.0)
+    monkeypatch.setattr(ahead, "machine_memory_mb", lambda: 8000.0)
 
 
 def study(changes):
@@ -80,9 +80,9 @@ def test_a_mesh_with_a_hole_is_told_first(tmp_path):
 
 def test_more_grains_than_the_machine_holds_are_told_first(monkeypatch):
     many = {"particles": {"count": 5_000_000}, "geometry": {"generation_rate_per_s": 5e6}}
-    with pytest.raises(ConfigError, match=r"about 75\.2 GB of memory; this machine has 16\.0 GB"):
+    with pytest.raises(ConfigError, match=r"about 15\.\d GB of memory; this machine has 8\.0 GB"):
         check_ahead(study({"run": many}))
     monkeypatch.setattr(ahead, "machine_memory_mb", lambda: 200e3)
     check_ahead(study({"run": many}))
-    assert "75250 MB of memory and about" in cost_ahead(study({"run": many}))
+    assert "15250 MB of memory and about" in cost_ahead(study({"run": many}))
     assert "hours of one core" in cost_ahead(study({"run": many}))
