@@ -22,7 +22,7 @@ RESERVED = ("runs", "reference")
 MOST_CORNERS = 256
 BASE_MB, MB_PER_GRAIN = 250.0, 0.003
 """Memory of a run: of Python with the compiled engine (a heap of 1,250 spheres took 206 MB), and of a grain: twice
-160 bytes of state and, in two lists, about twelve neighbours of 45 bytes, 1.4 kB in all, and as much again for copies."""
+160 bytes of state and, in two lists, about twelve neighbours of 45 bytes; 1.4 kB, and as much again for copies."""
 
 GRAIN_STEPS_PER_S = 1.0e7
 """Of one core; a third of what a settled bed takes on the machine of the README."""
