@@ -13,7 +13,10 @@ from calibration.tables import read_table
 from dem.units import UnitError, in_unit, unit_of
 from diagnosis.quantities import LEVERS, QUANTITIES, having, levers_of
 
-COLUMNS = ("experiment", "quantity", "value", "unit", "sd", "n", *LEVERS, "note")
+SHARED = ("batch", "instrument")
+"""Columns that say which rows share an error; empty where they share none."""
+
+COLUMNS = ("experiment", "quantity", "value", "unit", "sd", "n", *LEVERS, *SHARED, "note")
 LEAST_CONDITIONS = 3
 
 
@@ -32,6 +35,8 @@ class Measurement:
     levers: dict
     note: str = ""
     line: int | None = field(default=None, compare=False)
+    batch: str = ""
+    instrument: str = ""
 
     @property
     def label(self):
@@ -68,10 +73,12 @@ def read_measurements(path):
         faults += own
         if own:
             continue
-        key = (measured.experiment, tuple(sorted(measured.levers.items())))
+        shared = (measured.batch, measured.instrument)
+        key = (measured.experiment, tuple(sorted(measured.levers.items())), *shared)
         if key in seen:
             reason = (
-                f"repeats the condition of line {seen[key]}: give its replicates as one row with n"
+                f"repeats the condition of line {seen[key]}: give its replicates as one row with n, "
+                "or say in batch or instrument what differs"
             )
             faults.append(ConfigError(reason, path=path, line=line, column="experiment"))
         seen.setdefault(key, line)
@@ -166,7 +173,8 @@ def _measurement(table, row, line, faults):
         where = {"path": path, "line": line, "column": "value"}
         faults.append(ConfigError("is too high", value=value, allowed=allowed, **where))
         return None
-    return Measurement(kind, value, sd, int(n), levers, row.get("note", ""), line)
+    note, batch, instrument = (row.get(c, "") for c in ("note", *SHARED))
+    return Measurement(kind, value, sd, int(n), levers, note, line, batch, instrument)
 
 
 def _unit(row, quantity, path, line, faults):
@@ -207,4 +215,5 @@ def to_table(measurements):
         q = QUANTITIES[m.experiment]
         fixed = (m.experiment, q.name, m.value, q.unit, m.sd, m.n)
         rows.append(dict(zip(COLUMNS[:6], fixed, strict=True)) | m.levers | {"note": m.note})
+        rows[-1] |= {name: getattr(m, name) for name in SHARED}
     return pd.DataFrame(rows, columns=list(COLUMNS))

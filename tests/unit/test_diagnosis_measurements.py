@@ -148,3 +148,14 @@ def test_unknown_and_missing_columns(tmp_path):
 def test_a_missing_file(tmp_path):
     with pytest.raises(ConfigError, match="cannot be read"):
         read_measurements(tmp_path / "none.csv")
+
+
+def test_a_condition_may_stand_once_in_each_batch(tmp_path):
+    header = HEADER.replace("note", "batch,instrument")
+    rows = [GOOD[0].removesuffix(",") + f",{batch}," for batch in ("monday", "tuesday")]
+    rows.append(GOOD[1].replace("two", "monday") + ",video")
+    first, second, third = read_measurements(write(tmp_path, rows, header))
+    assert (first.batch, second.batch) == ("monday", "tuesday")
+    assert third.instrument == "video"
+    with pytest.raises(ConfigError, match="repeats the condition of line 3"):
+        read_measurements(write(tmp_path, [*rows, rows[0]], header))

@@ -61,7 +61,7 @@ def readings_of(measurements, experiment, defaults=None):
     log, slope = to_log(experiment, value, levers)
     groups = {}
     for name in ("batch", "instrument"):
-        labels = [getattr(m, name, "") or "" for m in own]
+        labels = [getattr(m, name) for m in own]
         if len(set(labels)) > 1:
             groups[name] = np.unique(labels, return_inverse=True)[1]
     return _with_levels(experiment, rows, levers, log, error * slope, groups)
