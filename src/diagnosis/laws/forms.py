@@ -111,7 +111,9 @@ def _added(law, readings, centre):
     weight = law.weight(readings.levers, centre)
     x, _, half = scaled(law, readings.levers) if law.coordinate else (np.zeros(len(centre)), 0, 0)
     last = law.state[-1] if law.state else ""
-    powers = ADDS.get((law.slot, law.experiment)) or ADDS.get((law.slot, last)) or {"a length": 0.0}
+    powers = ADDS.get((law.slot, law.experiment)) or ADDS.get((law.slot, last))
+    if law.coordinate is None:
+        powers = {"the same at all settings": 0.0}
     out = {}
     for name, power in powers.items():
         term = weight * np.exp(power * x * half)

@@ -138,7 +138,7 @@ def sentence_of(law):
     unit = "" if law["unit"] == "1" else f" {law['unit']}"
     if not law["state"]:
         band = f"95 %: {first['low']:.3g} to {first['high']:.3g}"
-        return f"The {law['slot']} is off by {first['value']:.3g}{unit} ({band})."
+        return f"The {law['slot']} adds {first['value']:.3g}{unit} ({band})."
     state = " x ".join(law["state"])
     own = " ".join(UNIT.get(s, "") for s in law["state"]).strip()
     verb = "falls" if last["value"] < first["value"] else "rises"
