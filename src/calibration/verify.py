@@ -89,11 +89,13 @@ def plan_faults(folder):
 
 
 def _one_of_each_rig(specs):
-    """A run of each set of files that runs of a plan read: what changes one name changes those beside it."""
+    """A run of each rig and sizes of a plan, which may be read from files: what changes one name changes those of the
+    same."""
     seen = {}
     for name, spec in specs.items():
-        rig = tuple(sorted((k, str(v)) for k, v in (spec.get("geometry") or {}).items()))
-        seen.setdefault(rig, (name, spec))
+        sizes = (spec.get("particles") or {}).get("sizes")
+        reads = json.dumps([spec.get("geometry"), sizes], sort_keys=True)
+        seen.setdefault(reads, (name, spec))
     return seen.values()
 
 
