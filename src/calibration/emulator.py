@@ -26,7 +26,8 @@ class Emulator:
         process = _process(x, (z - self.mean) / self.spread, runs)
         self.x, self.alpha = x, process.alpha_
         smooth = process.kernel_.k1
-        self.scale, self.length = smooth.k1.k1.constant_value, smooth.k1.k2.length_scale
+        self.scale = smooth.k1.k1.constant_value
+        self.length = np.atleast_1d(smooth.k1.k2.length_scale)  # of one input a plain number
         self.linear, self.offset = smooth.k2.k1.constant_value, smooth.k2.k2.sigma_0**2
         self._inverse = np.linalg.inv(process.kernel_(x))
         left_out = self.alpha / np.diag(self._inverse)

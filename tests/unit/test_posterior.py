@@ -62,7 +62,7 @@ def test_ranks_are_uniform():
     posterior."""
     rng, thin, prior = np.random.default_rng(8), 19, Prior.uniform(2)
     emulator, truths, found = Linear(0.0, [1.0, 0.5]), [], []
-    for k in range(120):
+    for k in range(60):
         truth = prior.draw(1, rng)
         measured = float(emulator.mean(truth)[0][0] + rng.normal(0.0, 0.15))
         posterior = sample([Measured(emulator, measured, 0.15)], prior, k, steps=500, burn=100)
@@ -113,12 +113,18 @@ def test_scatter_that_varies_is_found():
     assert high / low == pytest.approx(np.exp(2.0), rel=0.5)
 
 
+def test_one_factor_alone_can_be_emulated():
+    x = np.linspace(0.0, 1.0, 9)[:, None]
+    y = 40.0 + 8.0 * x[:, 0] + np.random.default_rng(1).normal(0.0, 0.1, 9)
+    assert ScatterEmulator(x, y).mean([[0.5]])[0][0] == pytest.approx(44.0, abs=0.3)
+
+
 @pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say():
     """Of the emulated posterior's 95 % interval over the runs, the measurement and the truth, all
     drawn anew. One parameter, so that the posterior is had on a grid and the sampler's noise stays
     out."""
-    rng, inside, draws = np.random.default_rng(4), 0, 400
+    rng, inside, draws = np.random.default_rng(4), 0, 150
     grid = np.linspace(0.0, 1.0, 801)[:, None]
     for _ in range(draws):
         x = np.repeat(np.linspace(0.0, 1.0, 9), 3)[:, None]
@@ -128,7 +134,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
         value = Measured(ScatterEmulator(x, y), mean, 0.3).log_likelihood(grid)
         weight = np.cumsum(np.exp(value - value.max()))
         inside += 0.025 <= np.interp(truth, grid[:, 0], weight / weight[-1]) <= 0.975
-    assert 0.95 - 3 * 0.011 <= inside / draws <= 0.95 + 3 * 0.011
+    assert stats.binomtest(inside, draws, 0.95).pvalue > 0.001
 
 
 def test_sobols_g_function():

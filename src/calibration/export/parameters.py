@@ -40,9 +40,8 @@ def calibrated_entries(surface, region, optimum):
     point = [optimum["optimum_coded"][f.code] for f in region]
     entries = {}
     for k, f in enumerate(region):
-        low, high = parameter_interval(
-            surface, optimum["target"], point, k, target_se=optimum.get("target_se", 0.0)
-        )
+        error = optimum.get("target_se", 0.0), optimum.get("target_df", float("inf"))
+        low, high = parameter_interval(surface, optimum["target"], point, k, 0.05, *error)
         entry = {
             "source": "calibrated",
             "factor": f.name,

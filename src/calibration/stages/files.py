@@ -12,8 +12,10 @@ def load(path):
 
 
 def read_region(path):
-    """Factors with the levels of the response surface's region."""
-    return [Factor(**f) for f in load(path)]
+    """Factors with the levels of a region: of region.json, or of an optimum.json the one that it
+    was sought in."""
+    content = load(path)
+    return [Factor(**f) for f in (content["region"] if "region" in content else content)]
 
 
 def further_files(config, output):

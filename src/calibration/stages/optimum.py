@@ -104,12 +104,13 @@ def _optimise_one(config, surface, region, output):
     quantity = figures.quantity_of(config.target.metric)
     figures.save(figures.contours(surface, region, solution, quantity), output.contours)
     intervals = [
-        parameter_interval(surface, wanted, solution.chosen, k, target_se=error)
+        parameter_interval(surface, wanted, solution.chosen, k, 0.05, error, len(measured) - 1)
         for k in range(len(region))
     ]
     return {
         "target": solution.target,
         "target_se": error,
+        "target_df": len(measured) - 1,
         "attainable": solution.attainable,
         "rule": solution.rule,
         "interval_95": {

@@ -7,7 +7,6 @@ import pandas as pd
 from calibration.campaign import read_metric
 from calibration.config import read_target
 from calibration.errors import CalibrationError
-from calibration.factors import Factor
 from calibration.files import write_table
 from calibration.posterior import (
     Measured,
@@ -18,7 +17,7 @@ from calibration.posterior import (
     sobol_indices,
 )
 from calibration.responses import columns, with_responses
-from calibration.stages.files import load
+from calibration.stages.files import read_region
 from dem.experiments import experiments
 from dem.io.files import write_json
 
@@ -37,7 +36,7 @@ def analyse_posterior(config, design_files, optimum_file, output):
     (JSON) and `output.draws` (natural levels with the predicted target). Raises CalibrationError
     where too few runs have a response.
     """
-    region = [Factor(**f) for f in load(optimum_file)["region"]]
+    region = read_region(optimum_file)
     runs = _runs(config, region, design_files)
     u = _unit(region, runs)
     targets = [config.target, *(t for t in config.further_targets if t.file)]

@@ -253,20 +253,21 @@ def reduced_surface(design, codes, response, alpha=0.1):
         terms = [t for t in terms if t != worst]
 
 
-def parameter_interval(surface, target, point, k, alpha=0.05, target_se=0.0):
-    """(low, high) in coded levels of factor k around the optimum `point` (factors,), the others
-    held.
+def parameter_interval(surface, target, point, k, alpha=0.05, target_se=0.0, target_df=np.inf):
+    """(low, high) in coded levels of factor k around the optimum `point` (factors,), the others held.
 
     The stretch around the point on which the surface's mean may be the target, which is itself a
-    mean with the standard error `target_se` (an inverse prediction: Fieller 1954). An end at -1 or
-    +1 is the border of the region: the data do not bound the factor there. What the other factors
-    leave open is the posterior's to say.
+    mean with the standard error `target_se` on `target_df` degrees of freedom (an inverse
+    prediction: Fieller 1954; the degrees of freedom of the two errors together by Satterthwaite
+    1946). An end at -1 or +1 is the border of the region: the data do not bound the factor there.
+    What the other factors leave open is the posterior's to say.
     """
     grid = np.linspace(-1.0, 1.0, GRID)
     levels = np.tile(np.asarray(point, float), (GRID, 1))
     levels[:, k] = grid
-    reach = stats.t.ppf(1 - alpha / 2, surface.df)
-    reach = reach * np.hypot(surface.standard_error(levels), target_se)
+    own, other = surface.standard_error(levels) ** 2, target_se**2
+    df = (own + other) ** 2 / (own**2 / surface.df + other**2 / target_df)
+    reach = stats.t.ppf(1 - alpha / 2, df) * np.sqrt(own + other)
     inside = np.abs(surface.predict(levels) - target) <= reach
     start = int(np.argmin(np.abs(grid - point[k])))
     if not inside[start]:
