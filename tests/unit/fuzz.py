@@ -21,6 +21,7 @@ from calibration.errors import CalibrationError
 from calibration.factors import read_factors
 from calibration.statistics.screening_design import screening_design
 from dem.errors import DemError
+from dem.io.sieve import read_sizes
 from dem.io.stl import read_stl, write_stl
 from dem.spec import load_spec
 from diagnosis.measurements import read_measurements
@@ -115,6 +116,10 @@ READERS = {
     "configuration": ("config/config.yaml", _configuration),
     "run spec": (SPEC, load_spec),
     "design table": ("data/paper/table06_plackett_burman.csv", _design),
+    "sizes": (
+        b"# a sieve\ndiameter_mm,passing_percent\n1.0,0\n2.0,40\n3.0,100\n",
+        lambda p: read_sizes(p, "mass"),
+    ),
     "binary mesh": (_mesh(), read_stl),
     "mesh": (ASCII_MESH, lambda p: read_stl(p, closed=True)),
 }
