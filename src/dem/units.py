@@ -30,7 +30,6 @@ UNITS = {
     "_N": "N",
     "_s": "s",
     "_kg": "kg",
-    "_rpm": "rpm",
 }
 """Ending of a key -> its unit; longer endings come first."""
 

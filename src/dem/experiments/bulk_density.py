@@ -1,0 +1,132 @@
+"""Bulk density, poured and tapped: grains fall into a cylinder; it is then dropped from a small height again and again.
+
+Both densities are those of the mass below a level a little under the surface over the cylinder's volume to there, as a
+vessel that is struck off flat gives them. The solid fraction is that of the core, without the order at walls and floor.
+"""
+
+import math
+
+import numpy as np
+
+from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse
+from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
+from dem.lazy import lazily
+from dem.part import Part, field
+
+bed = lazily("dem.experiments.bed")
+setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
+
+LEAST_WIDTH = 5.0  # of the largest grain: narrower, the walls order all of the bed
+LIFT_SPEED = 0.1  # at which the vessel is raised before it falls [m/s]
+CALM = 0.06  # time that the grains get after each tap [s]
+EDGE = 1.5  # mean diameters that the core keeps from wall, floor and surface
+SURFACE = 0.95  # of the grains lie below the level at which the vessel is struck off
+
+
+class BulkDensityGeometry(Part):
+    """A cylinder; 3 mm are the drop of the tapping machines of ISO 3953 and ASTM D7481."""
+
+    vessel_diameter_mm: float = field(24.0, "inner diameter of the vessel", gt=0)
+    taps: int = field(20, "drops of the vessel after it was filled", ge=0, le=10000)
+    tap_height_mm: float = field(3.0, "height of each drop", gt=0)
+
+
+def check(spec):
+    """The vessel must be wide enough for grains to lie at random and the bed deep enough for a core."""
+    g, largest = spec.geometry, longest_mm(spec)
+    if g.vessel_diameter_mm < LEAST_WIDTH * largest:
+        allowed = f"at least {LEAST_WIDTH:g} of the largest grain ({largest:g} mm)"
+        refuse("vessel_diameter_mm", spec, allowed)
+    area = math.pi * (0.5e-3 * g.vessel_diameter_mm) ** 2
+    depth = 1e3 * spec.particles.count * grain_volume(spec) / (0.6 * area)
+    if depth < LEAST_WIDTH * largest:
+        allowed = (
+            f"at most {g.vessel_diameter_mm * math.sqrt(depth / (LEAST_WIDTH * largest)):.3g}: the grains "
+            f"would lie only {depth:.3g} mm deep; or more grains"
+        )
+        refuse("vessel_diameter_mm", spec, allowed)
+
+
+def run(spec, context):
+    """Fill, tap, and measure before and after."""
+    g, rng = spec.geometry, np.random.default_rng(spec.seed)
+    radius, reach = 0.5e-3 * g.vessel_diameter_mm, largest_reach(spec)
+    radii = draw_radii(spec, spec.particles.count, rng)
+    sites = bed.sites_in_circle(radius, reach, rng)
+    top = bed.highest_site(len(radii), sites, 0.0, reach)
+    walls = builder.WallSet().body("vessel", material=setup.WALL)
+    walls.disc(radius).cylinder(radius, 0.0, top)
+    sim = setup.build_simulation(spec, walls)
+    bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
+    bed.settle(sim, spec.numerics.max_time_s)
+    context.progress(0.3, "poured")
+    poured = _density(sim, radius), _packing(sim, spec, radius)
+    for tap in range(g.taps):
+        _tap(sim, 1e-3 * g.tap_height_mm)
+        context.progress(0.3 + 0.7 * (tap + 1) / g.taps, f"tap {tap + 1} of {g.taps}")
+        context.frame(sim)
+    bed.settle(sim, 0.5)
+    tapped = _density(sim, radius), _packing(sim, spec, radius)
+    context.finish(sim)
+    return {
+        "poured_density_kg_m3": poured[0],
+        "tapped_density_kg_m3": tapped[0],
+        "hausner_ratio": tapped[0] / poured[0],
+        "poured_solid_fraction": poured[1],
+        "tapped_solid_fraction": tapped[1],
+    }
+
+
+def _tap(sim, height):
+    """Raise the vessel and let it fall; it stops dead, the grains do not."""
+    fall = math.sqrt(2.0 * height / bed.GRAVITY)
+    sim.move_wall("vessel", velocity=(0.0, 0.0, LIFT_SPEED))
+    bed.advance_for(sim, height / LIFT_SPEED)
+    sim.move_wall("vessel", velocity=(0.0, 0.0, -height / fall))
+    bed.advance_for(sim, fall)
+    sim.move_wall("vessel", velocity=(0.0, 0.0, 0.0))
+    bed.advance_for(sim, CALM)
+
+
+def _above_floor(sim):
+    return sim.position - sim.wall_origin("vessel")
+
+
+def _density(sim, radius):
+    """Mass below the struck level over the volume to there [kg/m3]."""
+    z, mass = _above_floor(sim)[:, 2], sim.mass
+    level = float(np.sort(z)[int(SURFACE * len(z)) - 1])
+    return float(mass[z <= level].sum()) / (math.pi * radius**2 * level)
+
+
+def _packing(sim, spec, radius):
+    """Solid fraction of the core."""
+    position, edge = _above_floor(sim), EDGE * 2.0 * mean_radius(spec)
+    level = float(np.sort(position[:, 2])[int(SURFACE * len(position)) - 1])
+    return bed.solid_fraction(position, sim.radius, radius - edge, edge, level - edge)
+
+
+EXPERIMENT = Experiment(
+    name="bulk_density",
+    title="Bulk density, poured and tapped",
+    geometry=BulkDensityGeometry,
+    run=run,
+    metrics=(
+        Metric("poured_density_kg_m3", "mass over volume after filling", 0.0),
+        Metric("tapped_density_kg_m3", "mass over volume after the taps", 0.0),
+        Metric("hausner_ratio", "tapped over poured density", 0.5, 2.0),
+        Metric("poured_solid_fraction", "of the core, after filling", 0.0, 1.0),
+        Metric("tapped_solid_fraction", "of the core, after the taps", 0.0, 1.0),
+    ),
+    defaults={"particles": {"count": 2000}, "numerics": {"max_time_s": 3.0}},
+    check=check,
+    poured=True,
+    quantity=Quantity("poured_density", "kg/m³", 1.0, 3e4, "poured bulk density", relative=True),
+    levers=COUNT
+    | {
+        "vessel_diameter_mm": Lever(
+            1.0, 1e4, "vessel diameter", "mm", ("geometry", "vessel_diameter_mm")
+        ),
+    },
+    mechanisms=("cohesion", "rolling_law"),
+)

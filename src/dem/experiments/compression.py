@@ -1,0 +1,236 @@
+"""Confined compression and unconfined strength: a lid presses grains in a square box; then the walls are taken away.
+
+The lid comes down at a steady speed until it carries the load (oedometer). With the walls gone it goes on pressing; the
+most that it carries then is the unconfined strength, which is nil for grains that do not attract each other.
+"""
+
+import math
+from typing import Literal
+
+import numpy as np
+
+from dem.errors import MeasureError
+from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse
+from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm
+from dem.lazy import lazily
+from dem.linear import slope
+from dem.part import Part, field
+
+bed = lazily("dem.experiments.bed")
+setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
+
+LEAST_WIDTH = 5.0  # of the largest grain
+LOOK = 1e-4  # path of the lid between looks, over the depth
+MEAN = 20  # looks over which the strength is a mean: single grains that jump do not count
+FAR = -1.0  # height to which the walls are taken [m]
+DENSE, LOOSE = 0.7, 0.5  # solid fractions between which beds of spheres lie
+UPPER = 0.3  # share of the load from which on modulus and exponent are read
+
+
+class CompressionGeometry(Part):
+    """Box, lid and load."""
+
+    box_width_mm: float = field(16.0, "side of the square box", gt=0)
+    box_height_mm: float = field(45.0, "rim of the box, from which the lid comes down", gt=0)
+    lid_travel_mm: float = field(40.0, "longest way of the lid below the rim", gt=0)
+    normal_stress_kPa: float = field(20.0, "load at which compression ends", gt=0)
+    seating_stress_kPa: float = field(0.2, "load from which on strain counts", gt=0)
+    press_speed_mm_s: float = field(20.0, "speed of the lid", gt=0)
+    unconfined_strain: float = field(
+        0.1, "way of the lid after the walls are gone, over the depth", gt=0, lt=0.5
+    )
+    packing: Literal["poured", "cubic"] = field(
+        "poured", "poured, or grain on grain in a square lattice, which has a closed form"
+    )
+
+
+def check(spec):
+    """Grains must lie side by side, the box must take them and the lid must reach them."""
+    g, largest = spec.geometry, longest_mm(spec)
+    if g.box_width_mm < LEAST_WIDTH * largest:
+        refuse(
+            "box_width_mm", spec, f"at least {LEAST_WIDTH:g} of the largest grain ({largest:g} mm)"
+        )
+    solid = 1e9 * spec.particles.count * grain_volume(spec) / g.box_width_mm**2
+    if g.box_height_mm < solid / LOOSE:
+        refuse("box_height_mm", spec, f"at least {solid / LOOSE:.3g}, which the grains need")
+    if g.box_height_mm - g.lid_travel_mm > solid / DENSE:
+        allowed = (
+            f"at least {g.box_height_mm - solid / DENSE:.3g}: the bed is {solid / DENSE:.3g} mm deep "
+            "and the lid cannot reach it"
+        )
+        refuse("lid_travel_mm", spec, allowed)
+    if g.seating_stress_kPa >= g.normal_stress_kPa:
+        refuse("seating_stress_kPa", spec, f"less than the load ({g.normal_stress_kPa:g} kPa)")
+    if g.packing == "cubic":
+        _check_lattice(spec)
+
+
+def _check_lattice(spec):
+    side = spec.geometry.box_width_mm / longest_mm(spec)
+    across = round(side)
+    whole = spec.particles.sizes is None and abs(side - across) < 1e-6
+    if not whole or spec.particles.count % across**2:
+        refuse(
+            "packing", spec, "poured; cubic takes equal grains that fill whole layers of the box"
+        )
+
+
+def run(spec, context):
+    """Fill, compress, take the walls away, press on; returns the metrics."""
+    g, area = spec.geometry, (1e-3 * spec.geometry.box_width_mm) ** 2
+    sim = _filled(spec, np.random.default_rng(spec.seed))
+    context.progress(0.4, "filled")
+    press = _Press(sim, area, 1e-3 * g.press_speed_mm_s)
+    heights, stresses = press.down_to(
+        1e3 * g.normal_stress_kPa, 1e-3 * (g.box_height_mm - g.lid_travel_mm)
+    )
+    context.progress(0.7, "compressed")
+    sides = sum(sim.wall_force(f"side{k}")[axis] * sign for k, (axis, sign) in enumerate(SIDES))
+    mean_side = sides / (4.0 * 1e-3 * g.box_width_mm * heights[-1])
+    found = _curve(heights, stresses, 1e3 * g.seating_stress_kPa)
+    solid = float(4.0 / 3.0 * math.pi * (sim.radius**3).sum()) / (area * heights[-1])
+    press.relieve()
+    for k in range(4):
+        sim.wall_state.origin[sim.walls.index(f"side{k}"), 2] = FAR
+        sim.move_wall(f"side{k}")
+    strength = press.strongest(g.unconfined_strain * heights[-1])
+    context.finish(sim)
+    return found | {
+        "wall_stress_ratio": float(mean_side / stresses[-1]),
+        "compressed_solid_fraction": solid,
+        "unconfined_strength_kPa": 1e-3 * strength,
+        "depth_mm": 1e3 * float(heights[-1]),
+    }
+
+
+SIDES = ((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0))  # axis of each wall's normal, side of the box
+
+
+def _filled(spec, rng):
+    g, reach = spec.geometry, largest_reach(spec)
+    half = 0.5e-3 * g.box_width_mm
+    radii = draw_radii(spec, spec.particles.count, rng)
+    sites = bed.sites_in_rectangle((-half, -half), (half, half), reach, rng)
+    high = max(bed.highest_site(len(radii), sites, 0.0, reach), 1e-3 * g.box_height_mm)
+    sim = setup.build_simulation(spec, _walls(half, high))
+    if g.packing == "cubic":
+        sim.add_particles(_lattice(half, radii), radii)
+        bed.advance_for(sim, 0.02)
+        return sim
+    bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
+    bed.settle(sim, spec.numerics.max_time_s)
+    return sim
+
+
+def _lattice(half, radii):
+    """Grain on grain, touching each other, floor and walls: centres (n, 3)."""
+    across = round(half / radii[0])
+    place = (2.0 * np.arange(across) + 1.0) * half / across - half
+    layer, rest = np.divmod(np.arange(len(radii)), across**2)
+    row, column = np.divmod(rest, across)
+    return np.column_stack([place[row], place[column], radii[0] * (2.0 * layer + 1.0)])
+
+
+def _walls(half, high):
+    walls = builder.WallSet().body("floor", material=setup.WALL).plane((0, 0, 0), (0, 0, 1))
+    up = np.array([0.0, 0.0, 0.5 * high])
+    for k, (axis, sign) in enumerate(SIDES):
+        out, along = np.zeros(3), np.zeros(3)
+        out[axis], along[1 - axis] = sign * half, half
+        walls.body(f"side{k}", material=setup.WALL).rectangle(out + up, along, up)
+    walls.body("lid", material=setup.WALL, origin=(0.0, 0.0, 2.0 * high))
+    return walls.rectangle((0, 0, 0), (half, 0, 0), (0, half, 0))
+
+
+class _Press:
+    """The lid, which moves at a steady speed and feels the grains."""
+
+    def __init__(self, sim, area, speed):
+        self.sim, self.area, self.speed = sim, area, speed
+        top = float((sim.position[:, 2] + sim.radius).max())
+        sim.wall_state.origin[sim.walls.index("lid"), 2] = top
+        self.look, self.velocity = LOOK * top / speed, 0.0
+
+    def _step(self, speed):
+        """Mean stress [Pa] on the lid while it moves for a look."""
+        sim = self.sim
+        if speed != self.velocity:  # a wall that is given a speed asks for new lists
+            sim.move_wall("lid", velocity=(0.0, 0.0, speed))
+            self.velocity = speed
+        start, before = sim.time, sim.wall_impulse("lid")[2]
+        bed.advance_for(sim, self.look)
+        return (sim.wall_impulse("lid")[2] - before) / (sim.time - start) / self.area
+
+    def down_to(self, load, lowest):
+        """Heights [m] of the lid, in the middle of each look, and stresses [Pa] until it carries `load`."""
+        heights, stresses = [], [0.0]
+        while stresses[-1] < load:
+            before = self.sim.wall_origin("lid")[2]
+            stresses.append(self._step(-self.speed))
+            after = self.sim.wall_origin("lid")[2]
+            heights.append(0.5 * (before + after))
+            if after < lowest:
+                raise MeasureError(
+                    f"the lid came to the end of its travel at {1e-3 * stresses[-1]:.3g} kPa: raise "
+                    "geometry.lid_travel_mm"
+                )
+        return np.array(heights), np.array(stresses[1:])
+
+    def relieve(self):
+        """Raise the lid until it carries nothing."""
+        while self._step(self.speed) > 0.0:
+            pass
+
+    def strongest(self, path):
+        """Largest stress [Pa] on the way down by `path` [m], as a mean over some looks."""
+        looks = max(round(path / (self.speed * self.look)), MEAN)
+        found = np.cumsum([0.0] + [self._step(-self.speed) for _ in range(looks)])
+        return float(max((found[MEAN:] - found[:-MEAN]).max() / MEAN, 0.0))
+
+
+def _curve(heights, stresses, seat):
+    """What the loading curve says; strain from the height at the seating stress on."""
+    first = int(np.argmax(stresses >= seat))
+    strain = (heights[first] - heights) / heights[first]
+    upper = (stresses > UPPER * stresses[-1]) & (strain > 0.0)
+    if upper.sum() < 3:
+        raise MeasureError("the load came at once: lower geometry.press_speed_mm_s")
+    return {
+        "strain_at_load": float(strain[-1]),
+        "constrained_modulus_kPa": 1e-3 * slope(strain[upper], stresses[upper]),
+        "compression_exponent": slope(np.log(strain[upper]), np.log(stresses[upper])),
+    }
+
+
+EXPERIMENT = Experiment(
+    name="compression",
+    title="Confined compression and unconfined strength",
+    geometry=CompressionGeometry,
+    run=run,
+    metrics=(
+        Metric("strain_at_load", "strain under the load, from the seating stress on", 0.0, 1.0),
+        Metric("constrained_modulus_kPa", "slope of stress over strain near the load", 0.0),
+        Metric("compression_exponent", "slope of their logarithms near the load", target=False),
+        Metric("wall_stress_ratio", "stress on the walls over that on the lid"),
+        Metric("compressed_solid_fraction", "of the box, under the load", 0.0, 1.1),
+        Metric("unconfined_strength_kPa", "most that the lid carries without walls", 0.0),
+        Metric("depth_mm", "depth of the bed under the load", 0.0, target=False),
+    ),
+    defaults={
+        "particles": {"count": 1000},
+        "numerics": {"max_time_s": 2.0, "rayleigh_fraction": 0.3},
+    },
+    check=check,
+    poured=True,
+    quantity=Quantity(
+        "constrained_modulus", "kPa", 1e-3, 1e7, "constrained modulus", relative=True
+    ),
+    levers=COUNT
+    | {
+        "normal_stress_kPa": Lever(
+            1e-3, 1e4, "normal stress", "kPa", ("geometry", "normal_stress_kPa"), needed=True
+        ),
+    },
+    mechanisms=("cohesion",),
+)

@@ -1,0 +1,206 @@
+"""A rotating drum with a horizontal axis: the angle of the moving surface over the speed of rotation.
+
+The drum turns about the z axis, and gravity points along -y. In the rolling regime a thin layer flows down the surface
+and the bed below turns with the drum as a solid; the regimes go with the Froude number w^2 R / g (Mellmann 2001, Powder
+Technology 118:251).
+"""
+
+import math
+
+import numpy as np
+
+from dem.errors import MeasureError, SpecError
+from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse
+from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
+from dem.lazy import lazily
+from dem.part import Part, field
+
+bed = lazily("dem.experiments.bed")
+setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
+
+LEAST_DIAMETER, LEAST_WIDTH = 10.0, 3.0  # of the largest grain
+LOOKS = 40  # while the angle is read
+STRIPS = 16  # of the surface
+CHORD = 0.6  # share of the drum's radius within which the surface is read
+PASSIVE = 4.0  # mean diameters from the drum inwards that count as the passive bed
+PACKING = 0.6
+SHELL = "shell"  # the wall that turns
+
+
+class DrumGeometry(Part):
+    """Drum, speed and filling."""
+
+    drum_diameter_mm: float = field(60.0, "inner diameter of the drum", gt=0)
+    drum_width_mm: float = field(14.0, "inner width between the end plates", gt=0)
+    rotation_rate_deg_s: float = field(90.0, "speed of rotation; 90 are 15 turns a minute", gt=0)
+    start_turns: float = field(0.3, "turns before the angle is read", gt=0)
+    turns: float = field(0.3, "turns over which it is read", gt=0)
+
+
+def _filling(spec):
+    """Share of the drum that the bed takes."""
+    g = spec.geometry
+    drum = math.pi * (0.5e-3 * g.drum_diameter_mm) ** 2 * 1e-3 * g.drum_width_mm
+    return spec.particles.count * grain_volume(spec) / PACKING / drum
+
+
+def check(spec):
+    """Grains must lie at random between wall and ends, in one layer at least, and leave room to flow."""
+    g, largest = spec.geometry, longest_mm(spec)
+    if g.drum_diameter_mm < LEAST_DIAMETER * largest:
+        allowed = f"at least {LEAST_DIAMETER:g} of the largest grain ({largest:g} mm)"
+        refuse("drum_diameter_mm", spec, allowed)
+    if g.drum_width_mm < LEAST_WIDTH * largest:
+        refuse(
+            "drum_width_mm", spec, f"at least {LEAST_WIDTH:g} of the largest grain ({largest:g} mm)"
+        )
+    layer = g.drum_diameter_mm * g.drum_width_mm / (2.0 * largest**2)
+    if spec.particles.count < layer:
+        allowed = (
+            f"at least {math.ceil(layer)}: less than one layer of grains would lie in the drum"
+        )
+        raise SpecError("particles.count", spec.particles.count, allowed)
+    if _filling(spec) > 0.7:
+        most = int(0.7 / _filling(spec) * spec.particles.count)
+        allowed = f"at most {most}: the drum would be more than 70 % full"
+        raise SpecError("particles.count", spec.particles.count, allowed)
+
+
+def advice(spec):
+    """A drum that throws its grains about or carries them round."""
+    froude = _froude(spec)
+    if froude < 0.1:
+        return []
+    return [
+        f"geometry.rotation_rate_deg_s gives a Froude number of {froude:.2g}; from 0.1 on grains are "
+        "thrown and the surface has no angle"
+    ]
+
+
+def _froude(spec):
+    rate = math.radians(spec.geometry.rotation_rate_deg_s)
+    return rate**2 * 0.5e-3 * spec.geometry.drum_diameter_mm / 9.81
+
+
+def run(spec, context):
+    """Fill, turn, and read the surface."""
+    g, rng = spec.geometry, np.random.default_rng(spec.seed)
+    radius, width, reach = (
+        0.5e-3 * g.drum_diameter_mm,
+        1e-3 * g.drum_width_mm,
+        largest_reach(spec),
+    )
+    rate = math.radians(g.rotation_rate_deg_s)
+    sim = setup.build_simulation(spec, _walls(radius, width), gravity=(0.0, -bed.GRAVITY, 0.0))
+    radii = draw_radii(spec, spec.particles.count, rng)
+    _fill(sim, spec, radii, radius, width, reach, rng)
+    bed.settle(sim, spec.numerics.max_time_s)
+    sim.move_wall(SHELL, spin=(0.0, 0.0, rate))
+    turn = 2.0 * math.pi / rate
+    _turn(sim, g.start_turns * turn, context, 0.0, 0.5)
+    looks = []
+    for k in range(LOOKS):
+        _turn(sim, g.turns * turn / LOOKS, context, 0.5 + 0.5 * k / LOOKS, 0.5 / LOOKS)
+        looks.append(_look(sim, radius, 2.0 * mean_radius(spec), rate))
+    context.finish(sim)
+    surface, centre, passive = np.array(looks).T
+    if not np.isfinite(surface).any():
+        raise MeasureError("the bed has no surface: too few grains, or too fast a drum")
+    return {
+        "dynamic_angle_deg": float(np.nanmean(surface)),
+        "dynamic_angle_sd_deg": float(np.nanstd(surface)),
+        "centre_angle_deg": float(centre.mean()),
+        "passive_rotation_ratio": float(np.nanmean(passive)),
+        "froude_number": _froude(spec),
+        "filling": _filling(spec),
+    }
+
+
+def _walls(radius, width):
+    walls = builder.WallSet().body(SHELL, material=setup.WALL)
+    return walls.cylinder(radius, 0.0, width).disc(radius, 0.0).disc(radius, width)
+
+
+def _fill(sim, spec, radii, radius, width, reach, rng):
+    """Layers of grains in the lower part of the drum, made where its inside is wide enough."""
+    made, height = 0, -radius + 1.1 * reach
+    while made < len(radii):
+        half = math.sqrt(max(radius**2 - (abs(height) + reach) ** 2, 0.0))
+        if half < 3.0 * reach:
+            if height > 0.0:
+                raise MeasureError(
+                    "the grains do not fit into the drum in layers; fewer of them do"
+                )
+            height += 0.5 * reach
+            continue
+        sites = bed.sites_in_rectangle((-half, 0.0), (half, width), reach, rng)
+        now = radii[made : made + len(sites)]
+        bed.fill(sim, spec, now, sites, height - 1.1 * reach, reach, rng, order=(0, 2, 1))
+        made, height = made + len(now), height + bed.PITCH * reach
+
+
+def _turn(sim, duration, context, begin, share):
+    """Advance, with progress from `begin` over `share` and frames."""
+    parts = max(round(duration / 0.02), 1)
+    for k in range(parts):
+        bed.advance_for(sim, duration / parts)
+        context.progress(begin + share * (k + 1) / parts, f"{sim.time:.2f} s")
+        context.frame(sim)
+
+
+def _look(sim, radius, diameter, rate):
+    """Slope of the surface [deg], angle of the centre of mass from the vertical [deg], and the spin of the passive
+    bed over the drum's."""
+    position, velocity, mass = sim.position, sim.velocity, sim.mass
+    x, y = position[:, 0], position[:, 1]
+    along, top = bed.surface_profile(x, y, sim.radius, -CHORD * radius, CHORD * radius, STRIPS)
+    total = float(mass.sum())
+    centre = float((mass * x).sum()) / total, float((mass * y).sum()) / total
+    out = np.hypot(x, y)
+    # below the axis and near the drum: what lies there is carried
+    passive = (out > radius - PASSIVE * diameter) & (out < radius - 0.75 * diameter)
+    passive &= x * centre[0] + y * centre[1] > 0.9 * out * math.hypot(*centre)
+    speed = (x * velocity[:, 1] - y * velocity[:, 0])[passive]
+    spin = (
+        float((speed * out[passive]).sum() / (out[passive] ** 3).sum())
+        if passive.any()
+        else math.nan
+    )
+    return (
+        bed.profile_angle(along, top),
+        math.degrees(math.atan2(centre[0], -centre[1])),
+        spin / rate,
+    )
+
+
+EXPERIMENT = Experiment(
+    name="drum",
+    title="Rotating drum",
+    geometry=DrumGeometry,
+    run=run,
+    metrics=(
+        Metric("dynamic_angle_deg", "mean slope of the moving surface", -90.0, 90.0),
+        Metric("dynamic_angle_sd_deg", "its scatter over time", 0.0, target=False),
+        Metric("centre_angle_deg", "angle of the centre of mass from the vertical", -180.0, 180.0),
+        Metric("passive_rotation_ratio", "spin of the carried bed over the drum's", target=False),
+        Metric("froude_number", "w^2 R / g", 0.0, target=False),
+        Metric("filling", "share of the drum that the bed takes", 0.0, 1.0, target=False),
+    ),
+    defaults={"particles": {"count": 1800}, "numerics": {"max_time_s": 1.0}},
+    check=check,
+    advice=advice,
+    poured=True,
+    quantity=Quantity("dynamic_angle", "deg", 0.1, 89.0, "dynamic angle", relative=False),
+    levers=COUNT
+    | {
+        "rotation_rate_deg_s": Lever(
+            1e-2,
+            1e4,
+            "speed of rotation",
+            "°/s",
+            ("geometry", "rotation_rate_deg_s"),
+            needed=True,
+        ),
+    },
+    mechanisms=("cohesion", "rolling_law"),
+)

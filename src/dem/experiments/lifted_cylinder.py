@@ -1,0 +1,135 @@
+"""The lifted cylinder: grains rest in an open cylinder on a plate; it is lifted and they spread to a heap.
+
+Angle, height and coverage are measured as those of the funnel heap; what runs off the plate is lost.
+"""
+
+import numpy as np
+
+from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse
+from dem.grains import draw_radii, largest_reach, longest_mm
+from dem.lazy import lazily
+from dem.measure.heap import coverage, measure_heap
+from dem.part import Part, field
+
+bed = lazily("dem.experiments.bed")
+setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
+
+LOST_BELOW = 0.03  # grains this far below the plate have run off [m]
+LEAST_WIDTH = 5.0  # of the largest grain
+CALM = 1e-5  # energy of motion at which the heap rests
+
+
+class LiftedCylinderGeometry(Part):
+    """Cylinder and plate."""
+
+    cylinder_diameter_mm: float = field(24.0, "inner diameter of the cylinder", gt=0)
+    plate_diameter_mm: float = field(100.0, "base plate", gt=0)
+    lift_speed_mm_s: float = field(50.0, "speed at which the cylinder is lifted", gt=0)
+
+
+def check(spec):
+    """Grains must pass each other in the cylinder, and find room outside it."""
+    g, largest = spec.geometry, longest_mm(spec)
+    if g.cylinder_diameter_mm < LEAST_WIDTH * largest:
+        allowed = f"at least {LEAST_WIDTH:g} of the largest grain ({largest:g} mm)"
+        refuse("cylinder_diameter_mm", spec, allowed)
+    if g.plate_diameter_mm < g.cylinder_diameter_mm + 4.0 * largest:
+        allowed = f"at least {g.cylinder_diameter_mm + 4.0 * largest:g}: the cylinder and four of the largest grain"
+        refuse("plate_diameter_mm", spec, allowed)
+
+
+def run(spec, context):
+    """Fill, lift, and measure the heap. Raises MeasureError where none stands."""
+    g, rng = spec.geometry, np.random.default_rng(spec.seed)
+    radius, plate, reach = (
+        0.5e-3 * g.cylinder_diameter_mm,
+        0.5e-3 * g.plate_diameter_mm,
+        largest_reach(spec),
+    )
+    radii = draw_radii(spec, spec.particles.count, rng)
+    sites = bed.sites_in_circle(radius, reach, rng)
+    top = bed.highest_site(len(radii), sites, 0.0, reach)
+    sim = setup.build_simulation(spec, _walls(radius, top, plate))
+    bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
+    bed.settle(sim, spec.numerics.max_time_s)
+    depth = float(sim.position[:, 2].max())
+    lost = _lift(sim, spec, context, depth)
+    context.finish(sim)
+    position = sim.position
+    found = measure_heap(position, sim.radius, sim.velocity, plate, sim.grain)
+    return {
+        "angle_of_repose_deg": found["angle_of_repose_deg"],
+        "angle_of_repose_sd_deg": found["angle_of_repose_sd_deg"],
+        "radial_angle_deg": found["radial_angle_deg"],
+        "height_mm": found["height_mm"],
+        "on_plate": found["on_plate"],
+        "spilled": lost,
+        "plate_coverage": coverage(position, sim.radius, plate),
+        "base_radius_mm": 1e3 * _base(position, plate),
+        "column_depth_mm": 1e3 * depth,
+        "rest_time_s": sim.time,
+    }
+
+
+def _walls(radius, top, plate):
+    walls = builder.WallSet().body("plate", material=setup.WALL).disc(plate)
+    return walls.body("cylinder", material=setup.WALL).cylinder(radius, 0.0, top)
+
+
+def _lift(sim, spec, context, depth):
+    """Lift the cylinder clear of the grains and wait until they rest; returns the grains that ran off."""
+    speed, lost = 1e-3 * spec.geometry.lift_speed_mm_s, 0
+    start, clear = sim.time, 1.2 * depth / speed
+    sim.move_wall("cylinder", velocity=(0.0, 0.0, speed))
+    while sim.time - start < clear + spec.numerics.max_time_s:
+        bed.advance_for(sim, 2.0 * bed.LOOK)
+        low = sim.particles.position[: sim.n, 2] < -LOST_BELOW
+        lost += sim.remove(sim.particles.tag[: sim.n][low])
+        gone = sim.time - start
+        if gone > clear and bed.motion(sim) < CALM:
+            break
+        context.progress(min(gone / (clear + 0.3), 0.99), f"{sim.time:.2f} s")
+        context.frame(sim)
+    return lost
+
+
+def _base(position, plate):
+    """Radius [m] within which 95 % of the grains on the plate lie."""
+    out = np.sort(np.hypot(position[:, 0], position[:, 1]))
+    return min(float(out[int(0.95 * len(out)) - 1]), plate)
+
+
+EXPERIMENT = Experiment(
+    name="lifted_cylinder",
+    title="Lifted cylinder",
+    geometry=LiftedCylinderGeometry,
+    run=run,
+    metrics=(
+        Metric("angle_of_repose_deg", "mean slope of the silhouettes' flanks", 0.0, 90.0),
+        Metric("angle_of_repose_sd_deg", "its scatter over the flanks", 0.0, target=False),
+        Metric("radial_angle_deg", "slope of the surface averaged over the azimuth", 0.0, 90.0),
+        Metric("height_mm", "highest point above the plate", 0.0),
+        Metric("on_plate", "grains in the heap", 0),
+        Metric("spilled", "grains that ran off the plate", 0),
+        Metric("plate_coverage", "share of the plate that lies under grains", 0.0, 1.0),
+        Metric("base_radius_mm", "radius within which 95 % of the grains lie", 0.0),
+        Metric("column_depth_mm", "depth of the grains before the lift", 0.0, target=False),
+        Metric("rest_time_s", "time until all rest", 0.0, target=False),
+    ),
+    defaults={"particles": {"count": 3000}, "numerics": {"max_time_s": 3.0}},
+    check=check,
+    elongated=True,
+    poured=True,
+    walls=lambda spec: _walls(
+        0.5e-3 * spec.geometry.cylinder_diameter_mm,
+        1e-3 * spec.geometry.cylinder_diameter_mm,
+        0.5e-3 * spec.geometry.plate_diameter_mm,
+    ),
+    heap_plate=lambda spec: 0.5e-3 * spec.geometry.plate_diameter_mm,
+    quantity=Quantity("angle_of_repose", "deg", 0.1, 89.0, "angle of repose", relative=False),
+    levers=COUNT
+    | {
+        "lift_speed_mm_s": Lever(0.1, 1e4, "lift speed", "mm/s", ("geometry", "lift_speed_mm_s")),
+    },
+    mechanisms=("cohesion", "rolling_law", "grain_shape", "size_bias"),
+)

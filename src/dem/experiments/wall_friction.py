@@ -1,0 +1,148 @@
+"""Wall friction after Jenike: grains in a ring, pressed by a lid, rest on a plate that slides away under them.
+
+The ring holds them back; the plate feels their weight and the lid's load, and friction. Friction over normal force on
+the plate is the wall friction, whatever the ring carries (Schulze 2008, Powders and Bulk Solids, section 4.3; ASTM
+D6128).
+"""
+
+import math
+
+import numpy as np
+
+from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, Share, refuse
+from dem.grains import draw_radii, largest_reach, longest_mm
+from dem.lazy import lazily
+from dem.part import Part, field
+
+bed = lazily("dem.experiments.bed")
+setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
+
+LEAST_WIDTH = 5.0  # of the largest grain
+STRETCHES = 20  # the path is cut into so many means
+RAMP = 10  # changes of the load until it is full
+GAP = 0.02  # of a grain's radius, between ring and plate
+
+
+class WallFrictionGeometry(Part):
+    """Ring, lid and plate."""
+
+    ring_diameter_mm: float = field(24.0, "inner diameter of the ring", gt=0)
+    normal_stress_kPa: float = field(2.0, "load of the lid over the ring's area", gt=0)
+    slide_speed_mm_s: float = field(20.0, "speed of the plate", gt=0)
+    slide_mm: float = field(4.0, "path of the plate; its second half is read", gt=0)
+
+
+def check(spec):
+    """The ring must hold grains side by side, and the bed must reach the lid with two layers at least."""
+    g, largest = spec.geometry, longest_mm(spec)
+    if g.ring_diameter_mm < LEAST_WIDTH * largest:
+        refuse(
+            "ring_diameter_mm",
+            spec,
+            f"at least {LEAST_WIDTH:g} of the largest grain ({largest:g} mm)",
+        )
+    layers = spec.particles.count * largest**2 / g.ring_diameter_mm**2
+    if layers < 2.0:
+        allowed = f"at most {largest * math.sqrt(0.5 * spec.particles.count):.3g}: two layers of grains, or more grains"
+        refuse("ring_diameter_mm", spec, allowed)
+
+
+def run(spec, context):
+    """Fill, load, slide; returns the metrics."""
+    g, rng = spec.geometry, np.random.default_rng(spec.seed)
+    radius, reach = 0.5e-3 * g.ring_diameter_mm, largest_reach(spec)
+    area = math.pi * radius**2
+    radii = draw_radii(spec, spec.particles.count, rng)
+    sites = bed.sites_in_circle(radius, reach, rng)
+    top = bed.highest_site(len(radii), sites, 0.0, reach)
+    sim = setup.build_simulation(spec, _walls(radius, top, GAP * reach))
+    sim.wall_state.mass[sim.walls.index("lid")] = 0.0  # it hangs until it is lowered
+    bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
+    bed.settle(sim, spec.numerics.max_time_s)
+    context.progress(0.3, "filled")
+    _press(sim, 1e3 * g.normal_stress_kPa * area)
+    context.progress(0.5, "loaded")
+    friction, normal = _slide(sim, 1e-3 * g.slide_mm, 1e-3 * g.slide_speed_mm_s)
+    context.finish(sim)
+    late = slice(STRETCHES // 2, None)
+    shear, press = float(friction[late].mean()), float(normal[late].mean())
+    ratio = friction[late] / normal[late]
+    return {
+        "wall_friction_angle_deg": math.degrees(math.atan2(shear, press)),
+        "wall_friction": shear / press,
+        "wall_friction_sd": float(ratio.std(ddof=1)),
+        "wall_shear_stress_kPa": 1e-3 * shear / area,
+        "wall_normal_stress_kPa": 1e-3 * press / area,
+    }
+
+
+def _walls(radius, top, gap):
+    walls = builder.WallSet().body("plate", material=setup.WALL).plane((0, 0, 0), (0, 0, 1))
+    walls.body("ring", material=setup.WALL).cylinder(radius, gap, 2.0 * top)
+    free = {"mass": 1.0, "axis": (0, 0, 1), "load": 0.0}
+    return walls.body("lid", material=setup.WALL, origin=(0.0, 0.0, top), free=free).disc(radius)
+
+
+def _press(sim, force):
+    """Lower the lid onto the grains and load it with `force` [N], its own weight counted."""
+    lid, walls = sim.walls.index("lid"), sim.wall_state
+    grains = float(sim.mass.sum())
+    walls.mass[lid] = grains
+    # the lid follows the grains but does not bounce on them
+    walls.drag[lid] = 100.0 * grains
+    walls.origin[lid, 2] = float((sim.position[:, 2] + sim.radius).max())
+    weight = grains * bed.GRAVITY
+    for part in np.linspace(0.0, 1.0, RAMP + 1)[1:]:
+        sim.move_wall("lid", load=weight - part * force)
+        bed.advance_for(sim, 4e-3)
+    bed.settle(sim, 0.2)
+
+
+def _slide(sim, path, speed):
+    """Friction and normal force [N] on the plate, means over STRETCHES of its path [m]."""
+    sim.move_wall("plate", velocity=(speed, 0.0, 0.0))
+    friction, normal = [], []
+    for _ in range(STRETCHES):
+        start, before = sim.time, sim.wall_impulse("plate")
+        bed.advance_for(sim, path / speed / STRETCHES)
+        force = (sim.wall_impulse("plate") - before) / (sim.time - start)
+        friction.append(-force[0])
+        normal.append(-force[2])
+    return np.array(friction), np.array(normal)
+
+
+EXPERIMENT = Experiment(
+    name="wall_friction",
+    title="Wall friction",
+    geometry=WallFrictionGeometry,
+    run=run,
+    metrics=(
+        Metric("wall_friction_angle_deg", "arc tangent of the wall friction", 0.0, 90.0),
+        Metric("wall_friction", "friction over normal force on the plate", 0.0),
+        Metric("wall_friction_sd", "its scatter along the path", 0.0, target=False),
+        Metric("wall_shear_stress_kPa", "friction over the ring's area", 0.0),
+        Metric("wall_normal_stress_kPa", "normal force over the ring's area", 0.0, target=False),
+    ),
+    defaults={
+        "particles": {"count": 800},
+        "numerics": {"max_time_s": 2.0, "rayleigh_fraction": 0.3},
+    },
+    check=check,
+    poured=True,
+    quantity=Quantity(
+        "wall_shear_stress",
+        "kPa",
+        1e-4,
+        1e4,
+        "wall shear stress",
+        relative=True,
+        scale=Share("normal_stress_kPa"),
+    ),
+    levers=COUNT
+    | {
+        "normal_stress_kPa": Lever(
+            1e-3, 1e4, "normal stress", "kPa", ("geometry", "normal_stress_kPa"), needed=True
+        ),
+    },
+    mechanisms=("wall_adhesion", "stress_dependent_friction"),
+)

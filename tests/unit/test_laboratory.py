@@ -1,0 +1,137 @@
+"""The laboratory's experiments against closed forms and published values; sentences for rigs that cannot work."""
+
+import math
+
+import pytest
+
+from dem.errors import SpecError
+from dem.run import run
+from dem.spec import parse_spec
+
+SMOOTH = {"restitution": 0.3, "static_friction": 0.0, "rolling_friction": 0.0}
+
+
+def both(contact):
+    """The same contact among grains and with walls."""
+    return {"particle_particle": contact, "particle_wall": contact}
+
+
+def measure(folder, experiment, **parts):
+    """Metrics of a run."""
+    return run(parse_spec({"experiment": experiment} | parts), folder)["metrics"]
+
+
+@pytest.mark.parametrize(
+    ("experiment", "parts", "key", "words"),
+    [
+        ("drum", {"particles": {"count": 90}}, "particles.count", "less than one layer"),
+        ("drum", {"particles": {"count": 5000}}, "particles.count", "70 % full"),
+        ("drum", {"geometry": {"drum_width_mm": 5}}, "drum_width_mm", "3 of the largest"),
+        ("compression", {"geometry": {"lid_travel_mm": 10}}, "lid_travel_mm", "cannot reach"),
+        ("compression", {"geometry": {"box_height_mm": 20}}, "box_height_mm", "grains need"),
+        ("compression", {"geometry": {"packing": "cubic"}}, "packing", "whole layers"),
+        ("compression", {"geometry": {"seating_stress_kPa": 30}}, "seating_stress_kPa", "load"),
+        ("wall_friction", {"geometry": {"ring_diameter_mm": 60}}, "ring_diameter_mm", "two layers"),
+        (
+            "bulk_density",
+            {"geometry": {"vessel_diameter_mm": 9}},
+            "vessel_diameter_mm",
+            "at least 5",
+        ),
+        ("bulk_density", {"particles": {"count": 300}}, "vessel_diameter_mm", "mm deep"),
+        ("lifted_cylinder", {"geometry": {"plate_diameter_mm": 30}}, "plate_diameter_mm", "32"),
+    ],
+)
+def test_a_rig_that_cannot_work_gets_a_sentence(experiment, parts, key, words):
+    with pytest.raises(SpecError) as error:
+        parse_spec({"experiment": experiment} | parts)
+    assert error.value.key.endswith(key)
+    assert words in error.value.allowed
+
+
+def test_grains_that_do_not_roll_slide_at_their_coefficient(tmp_path):
+    contacts = {
+        "particle_particle": {"rolling_friction": 5.0},
+        "particle_wall": {"static_friction": 0.4, "rolling_friction": 5.0},
+    }
+    found = measure(
+        tmp_path,
+        "wall_friction",
+        particles={"count": 200},
+        geometry={"ring_diameter_mm": 14, "slide_mm": 2},
+        contacts=contacts,
+    )
+    assert found["wall_friction"] == pytest.approx(0.4, rel=0.01)
+    assert found["wall_friction_angle_deg"] == pytest.approx(math.degrees(math.atan(0.4)), rel=0.01)
+
+
+def test_a_square_lattice_is_compressed_as_hertz_says(tmp_path):
+    """Columns of n grains between floor and lid: n - 1 contacts of equal grains and two with stiffer walls. A contact's
+    approach under F = stress (2 R)^2 is (3 F / (4 E* sqrt(R*)))^(2/3), so that stress goes as strain^1.5."""
+    stress, seat, layers, radius = 20e3, 1.0, 5, 1e-3
+    found = measure(
+        tmp_path,
+        "compression",
+        particles={"count": 5 * 5 * layers},
+        contacts=both(SMOOTH),
+        geometry={
+            "box_width_mm": 10,
+            "box_height_mm": 30,
+            "lid_travel_mm": 29,
+            "packing": "cubic",
+            "seating_stress_kPa": 1e-3 * seat,
+            "normal_stress_kPa": 1e-3 * stress,
+        },
+    )
+    grain = (1.0 - 0.25**2) / (2.0 * 1e7 * 1.25)
+    wall = grain + (1.0 - 0.3**2) / (2.0 * 8e10 * 1.3)
+
+    def shortened(pressure):
+        force = pressure * (2.0 * radius) ** 2
+        among = (0.75 * force * 2.0 * grain / math.sqrt(0.5 * radius)) ** (2.0 / 3.0)
+        ends = (0.75 * force * wall / math.sqrt(radius)) ** (2.0 / 3.0)
+        return (layers - 1) * among + 2.0 * ends
+
+    depth = 2.0 * radius * layers - shortened(seat)
+    strain = (shortened(stress) - shortened(seat)) / depth
+    assert found["strain_at_load"] == pytest.approx(strain, rel=0.03)
+    assert found["compression_exponent"] == pytest.approx(1.5, abs=0.05)
+    assert found["wall_stress_ratio"] == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_lifted_cylinder_leaves_a_heap_of_all_grains(tmp_path):
+    found = measure(
+        tmp_path,
+        "lifted_cylinder",
+        particles={"count": 500},
+        geometry={"cylinder_diameter_mm": 16, "plate_diameter_mm": 80},
+    )
+    assert 20.0 < found["angle_of_repose_deg"] < 55.0
+    assert found["on_plate"] + found["spilled"] == 500
+    assert found["height_mm"] < found["column_depth_mm"]
+    assert found["base_radius_mm"] > 8.0
+
+
+def test_tapping_densifies_a_loose_bed(tmp_path):
+    found = measure(
+        tmp_path,
+        "bulk_density",
+        particles={"count": 300},
+        geometry={"vessel_diameter_mm": 14, "taps": 3},
+    )
+    assert 1.0 < found["hausner_ratio"] < 1.3
+    assert found["tapped_density_kg_m3"] < 0.74 * 1210.0  # equal spheres are never denser
+    assert found["poured_solid_fraction"] < 0.64
+
+
+@pytest.mark.slow
+def test_the_bed_below_the_flowing_layer_turns_with_the_drum(tmp_path):
+    found = measure(
+        tmp_path,
+        "drum",
+        particles={"count": 500},
+        geometry={"drum_diameter_mm": 40, "drum_width_mm": 8, "rotation_rate_deg_s": 180},
+    )
+    assert found["passive_rotation_ratio"] == pytest.approx(1.0, abs=0.05)
+    assert found["froude_number"] == pytest.approx(math.pi**2 * 0.02 / 9.81)
+    assert found["centre_angle_deg"] == pytest.approx(found["dynamic_angle_deg"], abs=10.0)
