@@ -14,10 +14,11 @@ from calibration.config import parse_config
 from calibration.errors import CalibrationError
 from calibration.factors import Factor, read_factors
 from calibration.new.heap import Heap
-from calibration.new.pilot import Trial, advice, coarse, shrunk
+from calibration.new.pilot import Trial, advice, coarse, pilot, shrunk
 from calibration.new.questions import answers, mean_diameter, measured_angles, sieve_curve
 from calibration.new.ranges import WIDE, factors_of, materials
 from calibration.new.study import study_name
+from dem.errors import StoppedError
 from dem.spec import parse_spec
 
 RIG = "--density 1.35g/cm3 --grain 4mm --orifice 25mm --plate 10cm --height 75mm --no-pilot".split()
@@ -201,6 +202,20 @@ def test_coarse_heaps_have_the_same_volume_and_pass_the_orifice():
     found = coarse(run)
     assert found["particles"] == {"count": 1250, "diameter_mm": 4.0}
     assert found["geometry"]["generation_rate_per_s"] == 1250
+
+
+def test_a_pilot_that_is_ended_ends(here, monkeypatch):
+    """A heap that was cut off from outside is no heap that does not stand."""
+    import dem.run
+
+    main(["new", "peas", *ANGLES, *RIG])
+
+    def stopped(*_):
+        raise StoppedError("stopped")
+
+    monkeypatch.setattr(dem.run, "run", stopped)
+    with pytest.raises(StoppedError):
+        pilot(read(here / "peas"))
 
 
 @pytest.mark.slow

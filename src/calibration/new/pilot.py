@@ -11,7 +11,7 @@ from scipy.stats import qmc
 from calibration.campaign import expected_runs
 from calibration.config import overlay, point_spec
 from calibration.factors import read_factors
-from dem.errors import DemError, MeasureError
+from dem.errors import DemError, MeasureError, StoppedError
 from dem.spec import parse_spec
 
 HEAPS = 8
@@ -72,6 +72,8 @@ def _try(run_spec, experiment, levels, seed, point):
     with tempfile.TemporaryDirectory() as folder:
         try:
             result = run(spec, Path(folder) / "run")
+        except StoppedError:
+            raise  # whoever ends the pilot does not ask about this heap
         except MeasureError:
             return Trial(point, None, "no heap: the grains roll off", 0.0, 0.0)
         except DemError as error:
