@@ -93,21 +93,18 @@ def counting_sort(n, particles, level, cell_size, dims, first_cell, low, cell, s
 
 
 @njit(cache=True)
-def permute_rows(n, array, order, scratch):
-    """array[:n] = array[order], through scratch of the same shape."""
+def take_rows(n, array, order, out):
+    """out[:n] = array[order]; element by element, for a slice of a row costs more than its elements."""
     for i in range(n):
-        scratch[i] = array[order[i]]
-    for i in range(n):
-        array[i] = scratch[i]
+        for c in range(array.shape[1]):
+            out[i, c] = array[order[i], c]
 
 
 @njit(cache=True)
-def permute_values(n, array, order, scratch):
-    """array[:n] = array[order] for one-dimensional arrays."""
+def take_values(n, array, order, out):
+    """out[:n] = array[order] for one-dimensional arrays."""
     for i in range(n):
-        scratch[i] = array[order[i]]
-    for i in range(n):
-        array[i] = scratch[i]
+        out[i] = array[order[i]]
 
 
 @inlined

@@ -286,6 +286,7 @@ class Simulation:
             n, p, level, cell_size, dims, first_cell, low, self._cell, start, self._order
         )
         self._permute()
+        p = self.particles  # sorted now
         new_row = self._new_row
         new_row[self._order[:n]] = np.arange(n)
         new_row[n:] = np.arange(n, n + GHOSTS)
@@ -314,18 +315,18 @@ class Simulation:
     def _permute(self):
         n, order = self.n, self._order
         for array, spare in zip(self.particles, self._spare, strict=True):
-            permute = nb.permute_rows if array.ndim == 2 else nb.permute_values
-            permute(n, array, order, spare)
-        permute = nb.permute_values
-        permute(n, self._reach, order, np.empty(n))
-        permute(n, self._level, order, np.empty(n, np.int32))
+            take = nb.take_rows if array.ndim == 2 else nb.take_values
+            take(n, array, order, spare)
+        self.particles, self._spare = self._spare, self.particles
+        for array in (self._reach, self._level):
+            array[:n] = array[order[:n]]
         self.row_of = np.full(self._next_tag, -1, np.int64)
         self.row_of[self.particles.tag[:n]] = np.arange(n)
 
     def _renew_pairs(self, reach, level, grid, new_row):
         old, old_count = self._pairs, self._pair_count
         new = self._old_pairs
-        present = np.unique(self.particles.material[: self.n])
+        present = np.flatnonzero(np.bincount(self.particles.material[: self.n]))
         kinds = np.unique(self.kind_of[np.ix_(present, present)])
         kinds = kinds[kinds != NO_PAIR]  # of a single grain with itself
         while True:

@@ -10,7 +10,7 @@ from dem.contact.model import wall_contact
 from dem.contact.properties import properties_of
 from dem.lanes import FIELDS, WIDTH, inlined, law, load_block, store_block
 from dem.neighbours import LEVELS
-from dem.walls.geometry import PLANE, REVOLVED, TRIANGLE, closest_point
+from dem.walls.geometry import PLANE, RECTANGLE, TRIANGLE, closest_point
 from dem.walls.joints import resolve_joints
 
 
@@ -46,20 +46,21 @@ def _within(walls, e, p, reach):
 
 @njit(cache=True, error_model="numpy")
 def _bounds(walls, e, low, high):
-    """Fill the box (3,), (3,) of a rectangle or triangle in space."""
+    """Fill the box (3,), (3,) of an element in space, a plane apart."""
     p, b = walls.parameters[e], walls.body[e]
-    corners = np.empty((4, 3))
-    if walls.kind[e] == TRIANGLE:
-        for k in range(3):
-            corners[k] = p[3 * k : 3 * k + 3]
-        corners[3] = corners[0]
-    else:
-        for k in range(4):
-            s, t = (1.0 if k & 1 else -1.0), (1.0 if k & 2 else -1.0)
+    corners = np.empty((8, 3))
+    for k in range(8):
+        s, t, end = (1.0 if k & 1 else -1.0), (1.0 if k & 2 else -1.0), k // 4
+        if walls.kind[e] == TRIANGLE:
+            corners[k] = p[3 * (k % 3) : 3 * (k % 3) + 3]
+        elif walls.kind[e] == RECTANGLE:
             corners[k] = p[:3] + s * p[3:6] + t * p[6:9]
+        else:
+            r = max(p[0], p[2])
+            corners[k, 0], corners[k, 1], corners[k, 2] = s * r, t * r, p[1 + 2 * end]
     low[:] = np.inf
     high[:] = -np.inf
-    for k in range(4):
+    for k in range(8):
         c = turn(walls.rotation[b], corners[k, 0], corners[k, 1], corners[k, 2])
         for a in range(3):
             low[a] = min(low[a], c[a] + walls.origin[b, a])
@@ -78,7 +79,7 @@ def find_wall_contacts(
     box_low, box_high = np.empty(3), np.empty(3)
     for e in range(len(walls.kind)):
         extra = allowance[walls.body[e]]
-        if walls.kind[e] == PLANE or walls.kind[e] == REVOLVED:
+        if walls.kind[e] == PLANE:
             for i in range(n):
                 if _within(walls, e, particles.position[i], reach[i] + extra):
                     if count < len(found):
