@@ -73,11 +73,17 @@ def test_a_call_of_blas_is_seen(source):
     assert list(calls_of_blas(source))
 
 
+WIDE = {"orifice_diameter_mm": 30.0}  # nothing clogs
 RUNS = {
-    "heap": {"experiment": "heap", "particles": {"count": 150, "diameter_mm": 4.0}},
+    "heap": {
+        "experiment": "heap",
+        "particles": {"count": 150, "diameter_mm": 4.0},
+        "geometry": WIDE,
+    },
     "elongated grains": {
         "experiment": "heap",
         "particles": {"count": 100, "diameter_mm": 4.0, "elongation": 1.5},
+        "geometry": WIDE,
     },
     "drop": {"experiment": "drop"},
     "tilt": {"experiment": "tilt", "geometry": {"trials": 1}},
@@ -169,7 +175,7 @@ def heaps(seeds):
     """Specs of coarse heaps, one a seed."""
     return {
         str(seed): {"experiment": "heap", "seed": seed}
-        | {"particles": {"count": 300, "diameter_mm": 4.0}}
+        | {"particles": {"count": 300, "diameter_mm": 4.0}, "geometry": WIDE}
         for seed in seeds
     }
 
