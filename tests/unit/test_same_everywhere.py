@@ -82,7 +82,7 @@ RUNS = {
     },
     "elongated grains": {
         "experiment": "heap",
-        "particles": {"count": 100, "diameter_mm": 4.0, "elongation": 1.5},
+        "particles": {"count": 150, "diameter_mm": 4.0, "elongation": 1.5},
         "geometry": WIDE,
     },
     "drop": {"experiment": "drop"},
