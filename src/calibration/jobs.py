@@ -1,13 +1,13 @@
-"""What every script of the workflow needs: its log, and the configuration."""
+"""What every script of the workflow needs: its log, and the call of its function."""
 
-import json
 import sys
 import traceback
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 
-from calibration.config import Config
 from calibration.errors import CalibrationError
+from calibration.stages import resolve
+from calibration.study import Study
 from dem.errors import DemError
 
 
@@ -27,11 +27,12 @@ def logged(log):
             raise
 
 
-def settings_of(data, bench_files=()):
-    """`Config` of already checked settings; the levels that the bench tests found, where given, replace its own."""
-    config = Config.model_validate(data)
-    for file in bench_files or ():
-        config = config.model_copy(
-            update={"fixed": config.fixed | json.loads(Path(file).read_text())["fixed"]}
-        )
-    return config
+def run_task(job):
+    """Do what a rule declares: call its function with the study, its inputs and its outputs.
+
+    job: what snakemake hands to a script; its parameters name the function and the sections of the
+    configuration that the function may read.
+    """
+    with logged(job.log[0]):
+        study = Study.of(job.config, job.input.get("fixed", ()))
+        resolve(job.params.function)(study.reading(job.params.reads), job.input, job.output)

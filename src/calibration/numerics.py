@@ -8,27 +8,26 @@ import yaml
 from scipy import stats
 
 from calibration import figures
-from calibration.campaign import plan, read_metric, write_plan
+from calibration.campaign import read_metric, write_plan
 from calibration.config import overlay
-from calibration.factors import read_factors
 from calibration.files import write_table
 
 
-def plan_numerics(config, study_file, folder):
+def plan_numerics(study, source, output):
     """Plan every variant at every point with every seed."""
-    study, factors = yaml.safe_load(Path(study_file).read_text()), read_factors(config.factors)
+    wanted = yaml.safe_load(Path(source.variants).read_text())
     tables, specs = [], {}
-    for name, variant in study["variants"].items():
+    for name, variant in wanted["variants"].items():
         rows = [
             {"variant": name, "against": variant.get("against", ""), "point": point} | levels
-            for point, levels in study["points"].items()
-            for _ in range(study["seeds"])
+            for point, levels in wanted["points"].items()
+            for _ in range(wanted["seeds"])
         ]
-        varied = config.model_copy(update={"run": overlay(config.run, variant["run"])})
-        table, more = plan(pd.DataFrame(rows), factors, varied)
+        run = overlay(study.config.run, variant["run"])
+        table, more = study.plan(pd.DataFrame(rows), run=run)
         tables.append(table)
         specs |= more
-    write_plan(folder, pd.concat(tables, ignore_index=True), specs)
+    write_plan(Path(output.plan).parent, pd.concat(tables, ignore_index=True), specs)
 
 
 def compare_variants(design, metric):
@@ -53,9 +52,9 @@ def compare_variants(design, metric):
     return pd.DataFrame(rows)
 
 
-def analyse_numerics(config, design_file, table_file, figure_file):
+def numerics(study, source, output):
     """Write the table of differences and its figure."""
-    metric = config.target.metric
-    table = compare_variants(pd.read_csv(design_file), metric).round(3)
-    write_table(table, table_file)
-    figures.save(figures.numerics(table, figures.quantity_of(metric)), figure_file)
+    metric = study.config.target.metric
+    table = compare_variants(pd.read_csv(source.design), metric).round(3)
+    write_table(table, output.table)
+    figures.save(figures.numerics(table, figures.quantity_of(metric)), output.figure)

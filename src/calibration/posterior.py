@@ -3,7 +3,7 @@ own runs.
 
 Coded parameters u lie in [0, 1]^d, the prior's box. A measurement's mean is normal about the
 emulated mean, with the measurement's own standard error, the emulator's error at u and a stated
-discrepancy of the model. Arrays in, arrays out; the stage `calibration.stages.posterior` reads and
+discrepancy of the model. Arrays in, arrays out; the stage `calibration.chain.posterior` reads and
 writes.
 """
 

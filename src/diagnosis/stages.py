@@ -28,6 +28,7 @@ from diagnosis.settings import (
     check_range,
     check_specs,
     parameters_of,
+    read_settings,
 )
 from diagnosis.verdict import extended_name, findings, page, validate
 
@@ -112,7 +113,7 @@ def _write_calibration(summary, output):
     common.save(figures.residual_figure(rows), output.residuals)
 
 
-def diagnose(config, settings, source, output):
+def name_causes(config, settings, source, output):
     """Name the cause, and plan the runs that measure the gain."""
     measurements, kinds = load(config, settings)
     if contacts.alone(kinds):
@@ -172,6 +173,38 @@ def conclude(config, settings, source, output):
     write_json(output.verdict, verdict)
     with replacing(output.page) as partial:
         partial.write_text(page(verdict))
+
+
+# as the workflow calls them
+
+
+def _settings(study, source):
+    return read_settings(source.settings, study.config.diagnosis)
+
+
+def diagnosis_plan(study, source, output):
+    """See `plan_runs`."""
+    plan_runs(study.config, _settings(study, source), output)
+
+
+def diagnosis_emulate(study, source, output):
+    """See `emulate`."""
+    emulate(study.config, _settings(study, source), source, output)
+
+
+def diagnosis_calibrate(study, source, output):
+    """See `calibrate`."""
+    calibrate(study.config, _settings(study, source), source, output)
+
+
+def diagnosis_identify(study, source, output):
+    """Name the cause, and plan the runs that measure the gain."""
+    name_causes(study.config, _settings(study, source), source, output)
+
+
+def diagnose(study, source, output):
+    """Measure the gain with the finished runs, and write the verdict."""
+    conclude(study.config, _settings(study, source), source, output)
 
 
 class _Carrier:

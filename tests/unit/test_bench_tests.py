@@ -2,7 +2,6 @@
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -16,13 +15,16 @@ from calibration.bench_tests.sweep import (
     plan_confirmation,
     plan_sweep,
 )
-from calibration.campaign import read_plan, result_path
+from calibration.campaign import PlanFiles, read_plan, result_path
 from calibration.config import overlay, parse_config
 from calibration.errors import CalibrationError
+from calibration.study import Study
 from dem.results import write_result
 from dem.spec import parse_spec
+from stage_files import Files
 
 ROOT = Path(__file__).parents[2]
+OUT = Files(runs="runs.csv", figure="figure.svg", summary="summary.json")
 FACTORS = {"tilt": "bean_steel_static_friction", "drop": "bean_steel_restitution"}
 LAWS = {"tilt": lambda level: 50.0 * level + 3.0, "drop": lambda level: 100.0 * level**2}
 
@@ -54,13 +56,13 @@ def answer(plan_file, test):
 
 @pytest.mark.parametrize("test", ["tilt", "drop"])
 def test_a_sweep_finds_the_level_that_gives_the_measured_value(config, test):
-    out = SimpleNamespace(runs="runs.csv", figure="figure.svg", summary="summary.json")
-    plan_sweep(config, test, "sweep")
-    answer("sweep/plan.json", test)
-    plan_confirmation(config, test, "sweep/design.csv", "confirmation")
-    answer("confirmation/plan.json", test)
-    analyse_sweep(config, test, "sweep/design.csv", "confirmation/design.csv", out)
-    found = json.loads(Path(out.summary).read_text())
+    study, sweep, confirmed = Study(config), PlanFiles.of("sweep"), PlanFiles.of("confirmation")
+    plan_sweep(study, test, sweep)
+    answer(sweep.plan, test)
+    plan_confirmation(study, test, sweep.design, confirmed)
+    answer(confirmed.plan, test)
+    analyse_sweep(study, test, Files(sweep=sweep.design, confirmation=confirmed.design), OUT)
+    found = json.loads(Path(OUT.summary).read_text())
     measured = getattr(config.bench, test).measured
     assert found["factor"] == FACTORS[test]
     assert LAWS[test](found["inverse"]) == pytest.approx(measured, rel=1e-6)
@@ -74,22 +76,22 @@ def test_a_sweep_finds_the_level_that_gives_the_measured_value(config, test):
 def test_the_closed_form_takes_the_drop_height_of_the_run(config):
     height = {"bench": {"drop": {"run": {"geometry": {"drop_height_mm": 120.0}}}}}
     config = parse_config(overlay(config.model_dump(mode="json"), height))
-    out = SimpleNamespace(runs="runs.csv", figure="figure.svg", summary="summary.json")
-    plan_sweep(config, "drop", "sweep")
-    answer("sweep/plan.json", "drop")
-    analyse_sweep(config, "drop", "sweep/design.csv", "sweep/design.csv", out)
-    assert json.loads(Path(out.summary).read_text())["closed_form"] == np.sqrt(30.0 / 120.0)
+    study, sweep = Study(config), PlanFiles.of("sweep")
+    plan_sweep(study, "drop", sweep)
+    answer(sweep.plan, "drop")
+    analyse_sweep(study, "drop", Files(sweep=sweep.design, confirmation=sweep.design), OUT)
+    assert json.loads(Path(OUT.summary).read_text())["closed_form"] == np.sqrt(30.0 / 120.0)
 
 
 def test_a_measured_value_outside_the_sweep_is_refused(config):
-    plan_sweep(config, "drop", "sweep")
-    answer("sweep/plan.json", "drop")
+    sweep = PlanFiles.of("sweep")
+    plan_sweep(Study(config), "drop", sweep)
+    answer(sweep.plan, "drop")
     far = config.bench.drop.model_copy(update={"measured": 90.0})
     bench = config.bench.model_copy(update={"drop": far})
+    study = Study(config.model_copy(update={"bench": bench}))
     with pytest.raises(CalibrationError, match="gives 90"):
-        plan_confirmation(
-            config.model_copy(update={"bench": bench}), "drop", "sweep/design.csv", "confirmation"
-        )
+        plan_confirmation(study, "drop", sweep.design, PlanFiles.of("confirmation"))
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

@@ -97,7 +97,7 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
         predictions="predictions.svg",
         ranking="ranking.svg",
     )
-    stages.diagnose(config, settings, taught, named)
+    stages.name_causes(config, settings, taught, named)
     end = files(verdict="verdict.json", page="diagnosis.md", gain="gain.svg")
     stages.conclude(config, settings, named, end)
     verdict = json.loads(at("verdict.json").read_text())

@@ -11,16 +11,19 @@ import pandas as pd
 import pytest
 import yaml
 
+from calibration.campaign import PlanFiles
+from calibration.chain.files import read_region
 from calibration.config import overlay, parse_config
 from calibration.export import edem, lammps, liggghts, mercurydpm, rolling, stage, yade
 from calibration.export.conversion import Conversion
 from calibration.export.material import granulate, rolling_dashpot, rolling_stiffness
 from calibration.export.parameters import parameter_interval, to_yaml, unit_of
-from calibration.stages import read_region
 from calibration.statistics.surface import fit_surface
+from calibration.study import Study
 from dem.contact.damping.tsuji import factor
 from dem.io.mapping import read_mapping
 from dem.spec import ContactSpec, RunSpec, load_spec, parse_spec
+from stage_files import Files
 
 REFERENCE = Path("results/reference/salt")
 OPTIMUM = json.loads((REFERENCE / "optimise" / "optimum.json").read_text())["optimum"]
@@ -68,7 +71,7 @@ def config():
 
 @pytest.fixture(scope="module")
 def mapping(config):
-    return stage._spec(config, REFERENCE / "optimise" / "optimum.json")
+    return stage._spec(Study(config), REFERENCE / "optimise" / "optimum.json")
 
 
 @pytest.fixture(scope="module")
@@ -305,9 +308,11 @@ def test_another_law_does_not_inherit_constants_of_the_calibrated_one(mapping):
 def test_no_search_where_nothing_rolls(mapping, tmp_path):
     free = overlay(mapping, {"laws": {"rolling": "none"}})
     assert not rolling.needs_search(parse_spec(free))
-    rolling.plan_scan(free, tmp_path)
+    rolling.plan_scan(free, PlanFiles.of(tmp_path))
     assert json.loads((tmp_path / "plan.json").read_text()) == {}
-    rolling.plan_confirmation(free, tmp_path / "design.csv", "angle_of_repose_deg", tmp_path / "c")
+    rolling.plan_confirmation(
+        free, tmp_path / "design.csv", "angle_of_repose_deg", PlanFiles.of(tmp_path / "c")
+    )
     assert len(pd.read_csv(tmp_path / "c" / "design.csv")) == 0
 
 
@@ -478,7 +483,7 @@ def test_the_search_runs_the_same_volume_of_fewer_grains(mapping):
 
 
 def test_the_scan_is_planned_law_by_law_with_new_seeds(mapping, tmp_path):
-    rolling.plan_scan(mapping, tmp_path)
+    rolling.plan_scan(mapping, PlanFiles.of(tmp_path))
     design, plan = (
         pd.read_csv(tmp_path / "design.csv"),
         json.loads((tmp_path / "plan.json").read_text()),
@@ -502,8 +507,9 @@ def files(config, tmp_path_factory):
     out = tmp_path_factory.mktemp("export")
     (out / "rolling.json").write_text(json.dumps(found()))
     _export(config, out)
-    searched = INPUTS | {"rolling": out / "rolling.json"}
-    stage.export_converted(config, searched, out / "exports" / "converted")
+    searched = Files(**INPUTS, rolling=out / "rolling.json")
+    written = Files(file=out / "exports" / "converted" / "any")
+    stage.export_converted(Study(config), searched, written)
     return out
 
 
@@ -516,7 +522,7 @@ INPUTS = {
 def _export(config, out, **more):
     runs = pd.read_csv(REFERENCE / "response_surface" / "runs.csv")
     region = read_region(REFERENCE / "response_surface" / "region.json")
-    stage.export(config, INPUTS | more, runs, region, out)
+    stage.write_exports(Study(config), Files(**INPUTS, **more), runs, region, out)
 
 
 def test_every_parameter_has_value_unit_and_source(files):

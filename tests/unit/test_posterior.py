@@ -175,8 +175,8 @@ def test_too_few_runs_are_refused():
 
 
 def test_the_stage_writes_the_answer(tmp_path, monkeypatch):
+    from calibration.chain import posterior as stage
     from calibration.config.schema import PosteriorConfig
-    from calibration.stages import posterior as stage
 
     region = [
         {"code": c, "name": n, "key": f"contacts.{n}", "low": 0.2, "high": 0.6}

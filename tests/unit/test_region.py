@@ -10,12 +10,12 @@ import pandas as pd
 import pytest
 import yaml
 
-from calibration.campaign import SEEDS_A_STAGE, STAGES, plan
+from calibration.campaign import SEEDS_A_STAGE, STAGES, PlanFiles, plan
+from calibration.chain.optimum import _moved, plan_candidate
 from calibration.config import parse_config
 from calibration.errors import CalibrationError
 from calibration.factors import Factor, read_factors
 from calibration.physical import inside, physical_range
-from calibration.stages.optimum import _moved, plan_candidate
 from calibration.statistics import surface as surfaces
 from calibration.statistics.composite import central_composite, surface_design
 from calibration.statistics.design import box_behnken
@@ -30,6 +30,8 @@ from calibration.statistics.surface import (
     reduced_surface,
 )
 from calibration.statistics.two_level import resolution_iv
+from calibration.study import Study
+from stage_files import Files
 
 
 def factors(k):
@@ -181,7 +183,7 @@ def test_the_region_moves_where_the_target_lies_outside(config_of_salt, tmp_path
     (tmp_path / "optimum.json").write_text(
         json.dumps({"optimum": edge, "attainable": False, "moved_region": moved})
     )
-    plan_candidate(config, tmp_path / "optimum.json", tmp_path)
+    plan_candidate(Study(config), Files(optimum=tmp_path / "optimum.json"), PlanFiles.of(tmp_path))
     design = pd.read_csv(tmp_path / "design.csv")
     assert len(design) == len(box_behnken(region, config.response_surface.centre_runs))
     assert json.loads((tmp_path / "region.json").read_text()) == moved
@@ -189,7 +191,7 @@ def test_the_region_moves_where_the_target_lies_outside(config_of_salt, tmp_path
     # behind
     again = {"optimum": edge, "repeat": [{f.name: f.low for f in region}]}
     (tmp_path / "optimum.json").write_text(json.dumps(again))
-    plan_candidate(config, tmp_path / "optimum.json", tmp_path)
+    plan_candidate(Study(config), Files(optimum=tmp_path / "optimum.json"), PlanFiles.of(tmp_path))
     assert not (tmp_path / "region.json").exists()
     assert len(pd.read_csv(tmp_path / "design.csv")) == config.optimise.candidate_runs + 2
 

@@ -16,11 +16,13 @@ from calibration.report.answer import _interval
 from calibration.report.build import NOT_CONVERTED_MARK
 from calibration.report.embed import _inline, cell
 from calibration.report.heaps import LEVELS
+from calibration.stages import load_stages
 from dem.fingerprint import engine_fingerprint
 from dem.measure.heap import measure_heap
 from dem.results import run_name, write_result
 from dem.spec import parse_spec
 
+STAGES = load_stages("calibration.stages", "diagnosis.declared", "paper.stages")
 OPTIMUM = {
     "optimum": {"c_d": 0.25},
     "solution_set": {"c_d": [0.2, 0.3]},
@@ -127,7 +129,7 @@ def study(tmp_path, monkeypatch, request):
 
 @pytest.fixture
 def page(study):
-    build(study, study / "report.html")
+    build(study, study / "report.html", STAGES)
     return (study / "report.html").read_text()
 
 
@@ -204,12 +206,12 @@ def test_exports_can_be_copied_and_downloaded(page):
 
 def test_a_converted_block_takes_the_place_of_the_other(study):
     write(study / "exports" / "lammps.in", f"# {NOT_CONVERTED_MARK}\n")
-    build(study, study / "report.html")
+    build(study, study / "report.html", STAGES)
     page = (study / "report.html").read_text()
     assert "snakemake -j2 export_converted" in page
     for name in ("lammps.in", "liggghts.in"):
         write(study / "exports" / "converted" / name, f"# converted {name}\n")
-    build(study, study / "report.html")
+    build(study, study / "report.html", STAGES)
     page = (study / "report.html").read_text()
     assert "snakemake -j2 export_converted" not in page
     assert "# converted lammps.in" in page
@@ -222,7 +224,7 @@ def test_each_candidate_run_has_its_value(study):
     (study / "candidate").mkdir()
     runs.drop(columns="response").to_csv(study / "candidate" / "design.csv", index=False)
     (study / "heaps" / "candidate").symlink_to(study / "heaps" / "screening")
-    build(study, study / "report.html")
+    build(study, study / "report.html", STAGES)
     text = text_of((study / "report.html").read_text())
     for name in runs["run_id"]:
         result = json.loads((study.parent / "runs" / name / "result.json").read_text())
@@ -260,12 +262,12 @@ def test_the_viewer_holds_the_heaps_grains(page, study):
 def test_stages_that_have_not_run_are_left_out(tmp_path):
     empty = tmp_path / "none"
     empty.mkdir()
-    build(empty, empty / "report.html")
+    build(empty, empty / "report.html", STAGES)
     assert re.findall(r'<section[^>]*id="(\w+)"', (empty / "report.html").read_text()) == ["answer"]
 
 
 def test_another_metric_carries_its_own_unit(study):
-    build(study, study / "report.html", "rebound_height_mm")
+    build(study, study / "report.html", STAGES, "rebound_height_mm")
     text = text_of((study / "report.html").read_text())
     assert "Validated rebound height 45.68 mm" in text
     assert "°" not in text[: text.index("The heap ")]
@@ -278,7 +280,7 @@ def test_further_targets_have_their_own_figure_sentence_and_tile(study):
     write(study / "screening" / f"effects_{metric}.csv", "code,effect\nA,12\n")
     found = VALIDATION | {"simulated_mean": 811.0, "measured_mean": 800.0, "margin": 20}
     write(study / "validation" / "validation.json", VALIDATION | {"further": {metric: found}})
-    build(study, study / "report.html")
+    build(study, study / "report.html", STAGES)
     page = (study / "report.html").read_text()
     assert "Validated bulk density 811 kg/m³" in text_of(page)
     assert "within ±20 kg/m³" in text_of(page)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import yaml
 
-from calibration.campaign import read_plan
+from calibration.campaign import PlanFiles, read_plan
 from calibration.config import parse_config
 from calibration.scaling.dimensions import (
     DIMENSIONS,
@@ -16,6 +16,7 @@ from calibration.scaling.dimensions import (
 )
 from calibration.scaling.plan import UNITS, base_run, enlarged, plan_scaling, quantity_of
 from calibration.scaling.probe import measured_exponents
+from calibration.study import Study
 from dem.spec import GEOMETRY, LawParameters, Numerics, Particles
 
 HEAP = {
@@ -90,7 +91,7 @@ def test_a_mesh_cannot_be_enlarged():
 
 
 def test_the_plan_has_every_case_and_shares_what_is_equal(config, tmp_path):
-    plan_scaling(config, tmp_path)
+    plan_scaling(Study(config), None, PlanFiles.of(tmp_path))
     specs = read_plan(tmp_path / "plan.json").values()
     section = config.scaling
     between, last = len(RULES) * (len(section.factors) - 2), len(RULES)

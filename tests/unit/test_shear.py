@@ -7,8 +7,9 @@ import pytest
 import yaml
 
 from calibration.bench_tests.shear import SlopeCurve, plan_shear, yield_locus
-from calibration.campaign import read_plan
+from calibration.campaign import PlanFiles, read_plan
 from calibration.config import parse_config
+from calibration.study import Study
 
 FRICTION, NORMAL = np.meshgrid([0.2, 0.4, 0.6, 0.85], np.repeat([0.5, 1.0, 2.0], 3))
 FRICTION, NORMAL = FRICTION.ravel(), NORMAL.ravel()
@@ -67,7 +68,8 @@ def test_each_cell_of_the_plan_has_its_own_seeds_and_the_cell_s_own_levels(
     config = parse_config(yaml.safe_load(Path("config/config.yaml").read_text()))
     section = config.bench.shear.model_copy(update={"fixed": {"salt_steel_static_friction": 0.0}})
     bench = config.bench.model_copy(update={"shear": section})
-    plan_shear(config.model_copy(update={"bench": bench}), tmp_path)
+    study = Study(config.model_copy(update={"bench": bench}))
+    plan_shear(study, None, PlanFiles.of(tmp_path))
     specs = list(read_plan(tmp_path / "plan.json").values())
     cells = len(section.levels) * len(section.normal_stresses_kPa)
     assert len(specs) == len({s["seed"] for s in specs}) == cells * section.replicates

@@ -13,12 +13,13 @@ import pytest
 
 from calibration import store as store_module
 from calibration.batches import simulate
-from calibration.campaign import read_metric, read_plan, run_id, write_plan
+from calibration.campaign import PlanFiles, read_metric, read_plan, run_id, write_plan
+from calibration.chain.screening import plan_screening
 from calibration.cli import main
 from calibration.config import parse_config
 from calibration.errors import CalibrationError
-from calibration.stages import plan_screening
 from calibration.store import RunStore
+from calibration.study import Study
 from calibration.verify import before_planning, faults_of, plan_faults
 from dem.errors import BlowUpError, MeasureError
 from dem.io.stl import write_stl
@@ -245,7 +246,7 @@ def study(tmp_path, monkeypatch):
             "screening": {"design": "table.csv"},
         }
     )
-    plan_screening(config, Path("results/meshed/screening"))
+    plan_screening(Study(config), None, PlanFiles.of("results/meshed/screening"))
     return config
 
 

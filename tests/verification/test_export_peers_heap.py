@@ -23,6 +23,7 @@ from export_peers import (
     yade,
 )
 
+from calibration.campaign import PlanFiles
 from calibration.export import liggghts as to_liggghts
 from calibration.export import rolling
 from calibration.export import yade as to_yade
@@ -52,7 +53,7 @@ def search(spec, tmp_path_factory):
     for name in ("liggghts", "yade"):
         program(name)
     folder = tmp_path_factory.mktemp("scan")
-    rolling.plan_scan(spec, folder)
+    rolling.plan_scan(spec, PlanFiles.of(folder))
     scan = pd.read_csv(folder / "design.csv")
     scan["response"] = angles(
         scan["run_id"], json.loads((folder / "plan.json").read_text()), folder

@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 import yaml
 
-from calibration import stages
-from calibration.campaign import read_plan
+from calibration.campaign import PlanFiles, read_plan
+from calibration.chain.validation import plan_validation
 from calibration.config import parse_config
-from calibration.jobs import settings_of
+from calibration.study import Study
+from stage_files import Files
 
 ROOT = Path(__file__).parents[2]
 
@@ -48,6 +49,8 @@ def test_a_dry_run_says_in_a_line_that_the_settings_have_changed(clone):
     shown = snakemake(clone, "-n", "plan_tilt", "--config", "seed=2")
     (reason,) = (line for line in shown.splitlines() if "Params have changed" in line)
     assert len(reason) < 200
+    other = snakemake(clone, "-n", "plan_tilt", "--config", "validation={margin: 2}")
+    assert "have changed" not in other
     assert "have changed" not in snakemake(clone, "-n", "plan_tilt")
 
 
@@ -79,8 +82,8 @@ def test_values_of_the_bench_tests_reach_the_planned_runs(tmp_path, monkeypatch)
     optimum = tmp_path / "optimum.json"
     optimum.write_text(json.dumps({"optimum": {"salt_salt_rolling_friction": 0.2}}))
     for files, friction in (([], 0.71), ([found], 0.6543)):
-        settings = settings_of(config.model_dump(mode="json"), files)
-        stages.plan_validation(settings, optimum, tmp_path / "validation")
+        study = Study.of(config.model_dump(mode="json"), files)
+        plan_validation(study, Files(optimum=optimum), PlanFiles.of(tmp_path / "validation"))
         specs = read_plan(tmp_path / "validation" / "plan.json").values()
         assert {s["contacts"]["particle_wall"]["static_friction"] for s in specs} == {friction}
         assert {s["contacts"]["particle_wall"]["restitution"] for s in specs} == {0.421}

@@ -6,19 +6,21 @@ The runs are answered by formulas in place of the engine, so that the right outc
 import json
 import zlib
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from calibration import stages
 from calibration.campaign import read_plan, result_path
 from calibration.config import parse_config
 from calibration.errors import CalibrationError, ConfigError
+from calibration.stages import PerTarget, load_stages
+from calibration.study import Study
 from dem.results import write_result
 from dem.spec import parse_spec
+from stage_files import Files
 
+STAGES = load_stages()
 KEYS = (
     "contacts.particle_particle.rolling_friction",
     "contacts.particle_wall.rolling_friction",
@@ -72,70 +74,39 @@ def answer(plan_file, count, metrics):
         write_result(folder, parse_spec(spec), values, {"wall_time_s": 1.0}, files=())
 
 
-class Outputs(SimpleNamespace):
-    """As snakemake hands them to a script."""
+def outputs(task, study):
+    """The files of a declared task by name, as the workflow hands them to it."""
+    paths = {}
+    for name, file in task.files().items():
+        path = getattr(file, "file", getattr(file, "pattern", file))
+        paths[name] = str(study.folder / path)
+        if isinstance(file, PerTarget):
+            targets = [t for t in study.config.further_targets if t.file or not file.measured]
+            paths[name] = [paths[name].format(t.metric) for t in targets]
+    return Files(**paths)
 
-    def get(self, name, default=None):
-        return getattr(self, name, default)
+
+def inputs(task, study):
+    """The input files of a declared task that are no runs."""
+    files = {k: f for k, f in (task.inputs or {}).items() if isinstance(f, str)}
+    return Files(**{name: str(study.folder / file) for name, file in files.items()})
 
 
-def outputs(folder, config, further=None, drawn=None, measured=False, **names):
-    paths = {key: str(folder / name) for key, name in names.items()}
-    targets = [t.metric for t in config.further_targets if t.file or not measured]
-    for key, pattern in (("further", further), ("further_figures", drawn)):
-        if pattern:
-            paths[key] = [str(folder / pattern.format(metric)) for metric in targets]
-    return Outputs(**paths)
+def run_stage(name, config, count, metrics):
+    """The tasks of a stage as the workflow calls them, each with what it declares to read; runs are answered by
+    formulas. Returns the stage's summary."""
+    study = Study(config)
+    for task in STAGES[name].tasks:
+        task.load()(study.reading(task.reads), inputs(task, study), outputs(task, study))
+        if task.plans:
+            answer(study.folder / task.plans / "plan.json", count, metrics)
+    return study.summary(name)
 
 
 def run_chain(config, count, metrics):
     """The stages as the workflow calls them; returns their summaries."""
-    study = Path("results") / config.name
-    a = study / "screening"
-    stages.plan_screening(config, a)
-    answer(a / "plan.json", count, metrics)
-    out = outputs(
-        a, config, "effects_{}.csv", "pareto_{}.svg", runs="runs.csv", effects="effects.csv", anova="anova.csv",
-        summary="screening.json", half_normal="h.svg", pareto="p.svg",
-    )  # fmt: skip
-    stages.analyse_screening(config, a / "design.csv", out)
-    b = study / "ascent"
-    stages.plan_ascent(config, a / "screening.json", b)
-    answer(b / "plan.json", count, metrics)
-    out = outputs(b, config, runs="runs.csv", summary="ascent.json", path="path.svg")
-    stages.analyse_ascent(config, b / "design.csv", out)
-    c = study / "response_surface"
-    stages.plan_response_surface(config, b / "ascent.json", c)
-    answer(c / "plan.json", count, metrics)
-    out = outputs(
-        c, config, "{}.json", "surfaces_{}.svg", runs="runs.csv", coefficients="c.csv", anova="a.csv",
-        diagnostics="d.csv", summary="response_surface.json", predicted="p.svg",
-        residuals="r.svg", perturbation="q.svg", surfaces="s.svg",
-    )  # fmt: skip
-    stages.analyse_response_surface(config, c / "design.csv", c / "region.json", out)
-    d = study / "candidate"
-    out = outputs(d, config, summary="optimum.json", solutions="s.csv", contours="c.svg")
-    d.mkdir()
-    stages.optimise(config, c / "runs.csv", c / "region.json", out)
-    stages.plan_candidate(config, d / "optimum.json", d)
-    answer(d / "plan.json", count, metrics)
-    e = study / "optimise"
-    e.mkdir()
-    out = outputs(e, config, summary="optimum.json", solutions="solution_set.csv", contours="c.svg")
-    stages.optimise(config, c / "runs.csv", c / "region.json", out, d / "design.csv")
-    f = study / "validation"
-    stages.plan_validation(config, e / "optimum.json", f)
-    answer(f / "plan.json", count, metrics)
-    out = outputs(
-        f, config, drawn="{}.svg", measured=True, runs="runs.csv", summary="validation.json",
-        figure="v.svg",
-    )  # fmt: skip
-    stages.analyse_validation(config, f / "design.csv", out)
-    names = {
-        "screening": a, "ascent": b, "response_surface": c, "validation": f,
-    }  # fmt: skip
-    found = {k: json.loads((p / f"{k}.json").read_text()) for k, p in names.items()}
-    return found | {"optimise": json.loads((e / "optimum.json").read_text())}
+    chain = ("screening", "ascent", "response_surface", "optimise", "validation")
+    return {name: run_stage(name, config, count, metrics) for name in chain}
 
 
 def study(tmp_path, monkeypatch, count, measured, **more):
@@ -257,14 +228,8 @@ def test_a_factor_that_moves_only_the_second_target_goes_on(tmp_path, monkeypatc
         "angle_of_repose_deg": lambda a, b, c, d, e, f: 35.0 + 6.0 * a + 4.0 * b + 0.1 * c,
         "height_mm": lambda a, b, c, d, e, f: 12.0 + 3.0 * f,
     }
-    stages.plan_screening(config, Path("s"))
-    answer("s/plan.json", 6, metrics)
-    out = outputs(
-        Path("s"), config, "effects_{}.csv", "pareto_{}.svg", runs="runs.csv", effects="effects.csv", anova="a.csv",
-        summary="screening.json", half_normal="h.svg", pareto="p.svg",
-    )  # fmt: skip
-    stages.analyse_screening(config, "s/design.csv", out)
-    assert "f6" in json.loads(Path("s/screening.json").read_text())["factors"]
+    found = run_stage("screening", config, 6, metrics)
+    assert "f6" in found["factors"]
 
 
 def test_targets_that_exclude_each_other_end_with_a_sentence(tmp_path, monkeypatch):

@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 import yaml
 
+from calibration.campaign import PlanFiles
+from calibration.chain.screening import plan_screening
 from calibration.config import parse_config
-from calibration.stages import plan_screening
+from calibration.study import Study
 from dem.fingerprint import engine_fingerprint
 from dem.results import write_result
 from dem.spec import parse_spec
@@ -64,7 +66,7 @@ def test_a_cut_off_result_is_missing_and_a_dry_run_says_so(clone, monkeypatch):
     """Even where snakemake looks at times alone and knows nothing of these files."""
     monkeypatch.chdir(clone)
     data = yaml.safe_load(Path("config/config.yaml").read_text())
-    plan_screening(parse_config(data), Path("results/salt/screening"))
+    plan_screening(Study(parse_config(data)), None, PlanFiles.of("results/salt/screening"))
     specs = json.loads(Path("results/salt/screening/plan.json").read_text())
     Path("results/runs").mkdir()
     Path(f"results/runs/engine-{engine_fingerprint()}.compiled").touch()

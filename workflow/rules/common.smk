@@ -1,57 +1,59 @@
-import hashlib
 import os
 import sys
 from pathlib import Path
 
 from calibration.campaign import planned_spec, read_plan, result_path
-from calibration.config import parse_config, stands_alone
+from calibration.config import given, parse_config, stands_alone
 from calibration.config.as_data import refuse_unasked_code
 from calibration.errors import CalibrationError
+from calibration.fresh import digest, task_digest
 from calibration.opening import opening
 from calibration.runner import begin
+from calibration.stages import Figure, PerTarget, Runs, load_stages
+from calibration.study import Study
 from dem.experiments import experiments
 from dem.fingerprint import engine_fingerprint
 
 CONFIG_FILES = list(workflow.overwrite_configfiles)
 
-# a file with its own factors is a study of its own; any other is laid over the salt's
+# a file with its own factors is a study of its own; any other is laid over the folder's
 if not any(stands_alone(path) for path in CONFIG_FILES):
     CONFIG_FILES.insert(0, "config/config.yaml")
 
     configfile: "config/config.yaml"
 
 
+# modules that declare stages; those of SUPPLEMENTS count for a study that names one of theirs
+DECLARED = ["calibration.stages", "diagnosis.declared"]
+for module in globals().get("SUPPLEMENTS", []):
+    if set(load_stages(module)) & set(config.get("supplements") or ()):
+        DECLARED.append(module)
+STAGES = load_stages(*DECLARED)
+
 try:
-    SETTINGS = parse_config(config, files=CONFIG_FILES)
+    STUDY_OBJECT = Study(parse_config(config, files=CONFIG_FILES, stages=STAGES))
     # in a dry run too: what cannot be trusted, how many runs there are, and how many are left
     if workflow.is_main_process:
-        refuse_unasked_code(SETTINGS, asked=workflow.config_settings.config)
-        print(*opening(SETTINGS), sep="\n", file=sys.stderr)
-        begin(SETTINGS, dry_run=workflow.output_settings.dryrun)
+        refuse_unasked_code(STUDY_OBJECT.config, asked=workflow.config_settings.config)
+        print(*opening(STUDY_OBJECT.config), sep="\n", file=sys.stderr)
+        begin(STUDY_OBJECT.config, dry_run=workflow.output_settings.dryrun)
 except CalibrationError as error:
     raise WorkflowError(str(error))
 
+SETTINGS = STUDY_OBJECT.config
+STUDY = str(STUDY_OBJECT.folder)
+TASKS = [task for stage in STAGES.values() for task in stage.tasks]
+PLANS = {task.plans: task for task in TASKS if task.plans}
+
 # the runs' progress line divides the work by this; it is no parameter of any run
 os.environ.update(CAMPAIGN_CORES=str(workflow.cores or 1))
-
-# a parameter of all rules that read the settings: they are made again when any setting changes. The scripts take the settings
-# themselves from snakemake's config, as `snakemake -n` prints every parameter that has changed
-SETTINGS_DIGEST = hashlib.sha256(SETTINGS.model_dump_json().encode()).hexdigest()[:12]
-
-STUDY = f"results/{SETTINGS.name}"
-TARGETS = [
-    target.file
-    for target in (SETTINGS.target, *SETTINGS.further_targets)
-    if target.file
-]
-
-# an input of all plans of heaps; where `fixed_from` is bench they wait for the bench tests and take their values
-BENCH_VALUES = [f"{STUDY}/bench/fixed.json"] if SETTINGS.fixed_from == "bench" else []
 
 
 wildcard_constraints:
     experiment="|".join(experiments()),
     digest="[0-9a-f]{16}",
+    batch=r"\d+",
+    shard=r"\d+",
 
 
 def spec_of(name):
@@ -62,31 +64,73 @@ def spec_of(name):
     return spec
 
 
-def for_further_targets(pattern, measured=False):
-    """A file of each further target in the study's folder, or of each with a measurement; none with one target."""
-    return [
-        f"{STUDY}/{pattern}".format(target.metric)
-        for target in SETTINGS.further_targets
-        if target.file or not measured
+def batches_of(plan):
+    """Number of processes that share the runs of a plan."""
+    count = PLANS[plan].batches
+    return count(STUDY_OBJECT) if callable(count) else count
+
+
+def runs_of(plan):
+    """Input function: what shows that all runs of a plan are done."""
+    if PLANS[plan].batches:
+        return lambda w: [
+            f"{STUDY}/{plan}/batches/{n}.json" for n in range(batches_of(plan))
+        ]
+    planned = getattr(checkpoints, PLANS[plan].rule)
+    return lambda w: [
+        result_path(name) for name in read_plan(planned.get().output.plan)
     ]
 
 
-def results_of(plan_file):
-    """Result files of all runs of a plan."""
-    return [result_path(name) for name in read_plan(plan_file)]
+def inputs_of(task):
+    """{name: input} of a task: what it declares, and the tables that the sections it reads name."""
+    files = {
+        "missing": missing(task),
+        "factors": SETTINGS.factors if "factors" in task.reads else [],
+        "targets": (
+            [t.file for t in STUDY_OBJECT.targets if t.file]
+            if "target" in task.reads
+            else []
+        ),
+    }
+    for name, file in (task.inputs or {}).items():
+        if isinstance(file, Runs):
+            files[name] = runs_of(file.plan)
+        else:
+            files[name] = file(STUDY_OBJECT) if callable(file) else f"{STUDY}/{file}"
+    return files
 
 
-# runs of a second or two share a process; the number of batches is the number of processes that a stage can use at once
-BATCHES_OF = {
-    "tilt": 2,
-    "tilt_confirmation": 1,
-    "drop": 1,
-    "drop_confirmation": 1,
-    "shear": 2,
-    "scaling": 4,
-}
+def missing(task):
+    """Input function without files: refuses a task that lacks a key of the configuration."""
+
+    def check(wildcards):
+        for key in task.needs:
+            try:
+                given(SETTINGS, key, task.rule)
+            except CalibrationError as error:
+                raise WorkflowError(str(error))
+        return []
+
+    return check
 
 
-def batches_of(stage):
-    """What shows that all runs of a stage's plan are done."""
-    return [f"{STUDY}/{stage}/batches/{n}.json" for n in range(BATCHES_OF[stage])]
+def outputs_of(stage, task):
+    """{name: output} of a task; figures have their caption and their stage's category."""
+    return {name: output_of(stage, file) for name, file in task.files().items()}
+
+
+def output_of(stage, file):
+    if isinstance(file, PerTarget):
+        targets = [t for t in SETTINGS.further_targets if t.file or not file.measured]
+        return [f"{STUDY}/{file.pattern}".format(t.metric) for t in targets]
+    if isinstance(file, Figure):
+        caption = f"../report/{file.caption}.rst"
+        return report(f"{STUDY}/{file.file}", caption=caption, category=stage.heading)
+    return f"{STUDY}/{file}"
+
+
+def params_of(task):
+    """What the script needs, and the digest that makes a task stale when code or settings that it uses change."""
+    fresh = lambda wildcards: task_digest(task, SETTINGS)
+    return {"function": task.function, "reads": list(task.reads), "fresh": fresh}

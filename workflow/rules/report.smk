@@ -1,33 +1,42 @@
-SUPPLEMENTS = {"audit": "audit.csv", "reproduction": "reproduction.csv"} | {
-    test: f"{test}.json" for test in ("tilt", "drop", "shear", "scaling")
-}
+PICTURED = [stage.pictured for stage in STAGES.values() if stage.pictured]
 # what the page shows too when it has been made, but does not wait for
-ALSO_SHOWN = {
-    "diagnosis",
-    "numerics",
-    "scaling",
-    "reproduction",
-    "exports/converted",
-} - set(SETTINGS.supplements)
+ALSO_SHOWN = set(STAGES) - {*SETTINGS.supplements, *PICTURED, "optimise", "export"}
+
+
+# a picture of each run of a stage; seconds a stage, so one job draws them all
+rule heaps:
+    input:
+        design=f"{STUDY}/{{stage}}/design.csv",
+        runs=lambda w: runs_of(w.stage)(w),
+    output:
+        report(
+            directory(f"{STUDY}/heaps/{{stage}}"),
+            patterns=["{run}.webp"],
+            caption="../report/heaps.rst",
+            category="8 Heaps",
+            subcategory="{stage}",
+        ),
+    log:
+        f"{STUDY}/logs/heaps_{{stage}}.log",
+    wildcard_constraints:
+        stage="|".join(PICTURED),
+    conda:
+        "../envs/calibration.yaml"
+    params:
+        function="calibration.report.pictures:heaps",
+        reads=[],
+    message:
+        "heaps: a picture of each run of {wildcards.stage}"
+    script:
+        "../scripts/task.py"
 
 
 # made from whatever stages have finished; `all` makes the chain and the configured supplements first
 rule report:
     input:
         validation=f"{STUDY}/validation/validation.json",
-        heaps=expand(
-            f"{STUDY}/heaps/{{stage}}",
-            stage=[
-                "screening",
-                "ascent",
-                "response_surface",
-                "candidate",
-                "validation",
-            ],
-        ),
-        supplements=[
-            f"{STUDY}/{name}/{SUPPLEMENTS[name]}" for name in SETTINGS.supplements
-        ],
+        heaps=expand(f"{STUDY}/heaps/{{stage}}", stage=PICTURED),
+        supplements=[f"{STUDY}/{STAGES[name].result}" for name in SETTINGS.supplements],
         exports=rules.export.output,
     output:
         report(
@@ -37,10 +46,14 @@ rule report:
         ),
     log:
         f"{STUDY}/logs/report.log",
+    localrule: True
     conda:
         "../envs/calibration.yaml"
     params:
-        settings=SETTINGS_DIGEST,
+        declared=DECLARED,
+        fresh=lambda w: digest(
+            SETTINGS, ["target"], ["calibration.report.build", *DECLARED]
+        ),
         # with its time: the page is written anew when it changes. It is no input, as that would make what nobody asked for
         beside=lambda w: {
             str(path): int(path.stat().st_mtime)

@@ -36,3 +36,25 @@ rule dem_run:
         "DEM run {wildcards.experiment}-{wildcards.digest}"
     script:
         "../scripts/dem_run.py"
+
+
+# runs of a second or two share a process; each is kept under its content, so a second study finds it
+rule run_batch:
+    input:
+        plan=f"{STUDY}/{{plan}}/plan.json",
+        compiled=ancient(COMPILED),
+    output:
+        done=f"{STUDY}/{{plan}}/batches/{{batch}}.json",
+    log:
+        f"{STUDY}/logs/{{plan}}_batch_{{batch}}.log",
+    wildcard_constraints:
+        plan="|".join(name for name, task in PLANS.items() if task.batches),
+    conda:
+        "../envs/calibration.yaml"
+    params:
+        batches=lambda wildcards: batches_of(wildcards.plan),
+        failures=lambda wildcards: PLANS[wildcards.plan].failures,
+    message:
+        "{wildcards.plan}: runs, batch {wildcards.batch}"
+    script:
+        "../scripts/batch.py"

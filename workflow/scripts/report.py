@@ -1,9 +1,9 @@
-from pathlib import Path
-
-from calibration.jobs import logged, settings_of
+from calibration.jobs import logged
 from calibration.report import build
+from calibration.stages import load_stages
+from calibration.study import Study
 
 with logged(snakemake.log[0]):
-    config = settings_of(snakemake.config)
-    out = Path(snakemake.output[0])
-    build(out.parent, out, config.target.metric)
+    stages = load_stages(*snakemake.params.declared)
+    study = Study.of(snakemake.config)
+    build(study.folder, snakemake.output[0], stages, study.config.target.metric)

@@ -7,16 +7,16 @@ here, as the tilt test sweeps it, and the friction whose locus has the measured 
 
 from dataclasses import dataclass
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from scipy import stats
 
 from calibration import figures
-from calibration.bench_tests.sweep import bench_config
-from calibration.campaign import plan, read_metric, write_plan
-from calibration.config import given
-from calibration.factors import factor_of, read_factors
+from calibration.campaign import read_metric, write_plan
+from calibration.config import bench_run, given, overlay
+from calibration.factors import factor_of
 from calibration.files import write_table
 from dem.io.files import write_json
 
@@ -26,25 +26,20 @@ MEASURE = "peak"  # the bench reads the peak of each shear after pre-shear
 GRID = 1001
 
 
-def plan_shear(config, folder):
+def plan_shear(study, source, output):
     """Plan replicates at each particle friction and normal stress; each cell of the design has its own seeds."""
-    section, tables, specs = given(config, "bench.shear", "shear"), [], {}
-    base, factors = bench_config(config, "shear"), read_factors(config.factors)
-    factor = factor_of(factors, KEY).name
+    config, tables, specs = study.config, [], {}
+    section = given(config, "bench.shear", "shear")
+    base, factor = bench_run(config, section.run), factor_of(study.factors, KEY).name
     for k, (level, stress) in enumerate(product(section.levels, section.normal_stresses_kPa)):
-        geometry = base.run.get("geometry", {}) | {"normal_stress_kPa": stress}
-        varied = base.model_copy(
-            update={
-                "run": base.run | {"geometry": geometry},
-                "seed": config.seed + k * section.replicates,
-            }
-        )
+        run = overlay(base, {"geometry": {"normal_stress_kPa": stress}})
+        first_seed = config.seed + k * section.replicates
         rows = pd.DataFrame({"replicate": range(1, section.replicates + 1), factor: level})
         rows = rows.assign(**{n: v for n, v in section.fixed.items() if n != factor})
-        table, more = plan(rows, factors, varied, "shear")
+        table, more = study.plan(rows, "shear", run, first_seed)
         tables.append(table.assign(normal_stress_kPa=stress))
         specs |= more
-    write_plan(folder, pd.concat(tables, ignore_index=True), specs)
+    write_plan(Path(output.plan).parent, pd.concat(tables, ignore_index=True), specs)
 
 
 def yield_locus(normal, shear, alpha=0.05):
@@ -126,10 +121,10 @@ class SlopeCurve:
         return float(friction), [float(min(ends)), float(max(ends))]
 
 
-def analyse_shear(config, design_file, output):
+def shear(study, source, output):
     """Yield loci at each friction, the slope over the friction, and what follows for the paper's step."""
-    section, runs = config.bench.shear, pd.read_csv(design_file)
-    factor = factor_of(read_factors(config.factors), KEY).name
+    config, runs = study.config, pd.read_csv(source.design)
+    section, factor = config.bench.shear, factor_of(study.factors, KEY).name
     for name, metric in METRICS.items():
         runs[f"{name}_kPa"] = read_metric(runs["run_id"], metric)
     loci = [
@@ -197,3 +192,8 @@ def _sentence(config, found):
         f"from {a:.2f} to {b:.2f} ({found['swept'][0]:g} to {found['swept'][1]:g} swept); the friction in use "
         f"{among} one of these, and the slope itself, taken for the friction as in Eq. 27, {itself}."
     )
+
+
+def sentences(summary, quantity):
+    """What came out, for the report."""
+    return [summary["sentence"]]

@@ -12,10 +12,10 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures
-from calibration.campaign import plan, read_metric, write_plan
+from calibration.campaign import read_metric, write_plan
 from calibration.config import bench_run, given, point_spec
 from calibration.errors import CalibrationError
-from calibration.factors import factor_of, read_factors
+from calibration.factors import factor_of
 from calibration.files import write_table
 from dem.io.files import write_json
 from dem.spec import parse_spec
@@ -46,27 +46,21 @@ SWEEPS = {
 }  # fmt: skip
 
 
-def bench_config(config, test):
-    """The configuration with the bench test's own run spec: the study's materials and laws, its own grains and rig."""
-    return config.model_copy(
-        update={"run": bench_run(config, given(config, f"bench.{test}", test).run)}
-    )
-
-
-def swept(config, test):
+def swept(study, test):
     """Name of the factor that a test calibrates. Raises ConfigError for a study without it."""
-    return factor_of(read_factors(config.factors), SWEEPS[test].key).name
+    return factor_of(study.factors, SWEEPS[test].key).name
 
 
-def plan_sweep(config, test, folder):
+def rig(study, test):
+    """The test's run spec: the study's materials and laws, its own grains and rig. Raises ConfigError."""
+    return bench_run(study.config, given(study.config, f"bench.{test}", test).run)
+
+
+def plan_sweep(study, test, output):
     """Plan a run at each level of the sweep."""
-    levels = given(config, f"bench.{test}", test).levels
-    _plan(config, test, {"run": range(1, len(levels) + 1), swept(config, test): levels}, folder)
-
-
-def _plan(config, test, columns, folder):
-    factors = read_factors(config.factors)
-    write_plan(folder, *plan(pd.DataFrame(columns), factors, bench_config(config, test), test))
+    levels = given(study.config, f"bench.{test}", test).levels
+    columns = {"run": range(1, len(levels) + 1), swept(study, test): levels}
+    write_plan(Path(output.plan).parent, *study.plan(pd.DataFrame(columns), test, rig(study, test)))
 
 
 def inverse_of(coefficients, target, low, high):
@@ -85,34 +79,36 @@ def inverse_of(coefficients, target, low, high):
     return max(inside, key=lambda level: rise * np.polyval(np.polyder(coefficients), level))
 
 
-def fit_sweep(config, test, design_file):
+def fit_sweep(study, test, design_file):
     """Runs with their `response`, coefficients of the quadratic (highest power first), its R2, and the level that gives
     the measured value. Raises CalibrationError where no swept level does."""
-    sweep, section = SWEEPS[test], getattr(config.bench, test)
+    sweep, section = SWEEPS[test], getattr(study.config.bench, test)
     runs = pd.read_csv(design_file)
     runs["response"] = read_metric(runs["run_id"], sweep.metric)
-    x, y = runs[swept(config, test)].to_numpy(float), runs["response"].to_numpy(float)
+    x, y = runs[swept(study, test)].to_numpy(float), runs["response"].to_numpy(float)
     coefficients = np.polyfit(x, y, 2)
     residual = y - np.polyval(coefficients, x)
     r2 = 1.0 - float(residual @ residual) / float(((y - y.mean()) ** 2).sum())
     return runs, coefficients, r2, inverse_of(coefficients, section.measured, x.min(), x.max())
 
 
-def plan_confirmation(config, test, design_file, folder):
+def plan_confirmation(study, test, sweep_file, output):
     """Plan replicates at the inverse."""
-    _, _, _, level = fit_sweep(config, test, design_file)
-    runs = range(1, getattr(config.bench, test).confirmations + 1)
-    _plan(config, test, {"run": runs, swept(config, test): round(level, 6)}, folder)
+    _, _, _, level = fit_sweep(study, test, sweep_file)
+    runs = range(1, getattr(study.config.bench, test).confirmations + 1)
+    columns = {"run": runs, swept(study, test): round(level, 6)}
+    write_plan(Path(output.plan).parent, *study.plan(pd.DataFrame(columns), test, rig(study, test)))
 
 
-def analyse_sweep(config, test, sweep_file, confirm_file, output):
+def analyse_sweep(study, test, source, output):
     """Fit, inverse, confirmation, and the closed form beside them."""
-    sweep, section, factor = SWEEPS[test], getattr(config.bench, test), swept(config, test)
-    runs, coefficients, r2, level = fit_sweep(config, test, sweep_file)
+    config, sweep, factor = study.config, SWEEPS[test], swept(study, test)
+    section = getattr(config.bench, test)
+    runs, coefficients, r2, level = fit_sweep(study, test, source.sweep)
     runs["response_sd"] = read_metric(runs["run_id"], sweep.spread)
-    spec = parse_spec(point_spec(bench_config(config, test).run, test, {}, config.seed))
+    spec = parse_spec(point_spec(rig(study, test), test, {}, config.seed))
     runs["repeats"] = getattr(spec.geometry, sweep.repeats)
-    confirm = pd.read_csv(confirm_file)
+    confirm = pd.read_csv(source.confirmation)
     confirmed = np.array(read_metric(confirm["run_id"], sweep.metric))
     write_table(runs, output.runs)
     figure = figures.sweep(
@@ -148,7 +144,37 @@ def closed_form(test, measured, geometry):
     return float(np.sqrt(measured / geometry.drop_height_mm))
 
 
-def calibrated(*files):
-    """{factor: level} that the bench tests found, for the heap's fixed parameters; a test without a level adds none."""
-    found = (json.loads(Path(p).read_text()) for p in files)
-    return {f["factor"]: round(f["inverse"], 4) for f in found if f["inverse"] is not None}
+def bench_parameters(study, source, output):
+    """Write {factor: level} that the bench tests found, for the heap's fixed parameters; a test without a level adds
+    none."""
+    found = [json.loads(Path(p).read_text()) for p in source]
+    levels = {f["factor"]: round(f["inverse"], 4) for f in found if f["inverse"] is not None}
+    write_json(output.fixed, {"fixed": levels})
+
+
+def _tasks(test):
+    """The three functions of a sweep, as the workflow calls them."""
+
+    def plan(study, source, output):
+        plan_sweep(study, test, output)
+
+    def confirm(study, source, output):
+        plan_confirmation(study, test, source.sweep, output)
+
+    def analyse(study, source, output):
+        analyse_sweep(study, test, source, output)
+
+    return plan, confirm, analyse
+
+
+plan_tilt, plan_tilt_confirmation, tilt = _tasks("tilt")
+plan_drop, plan_drop_confirmation, drop = _tasks("drop")
+
+
+def sentences(summary, quantity):
+    """What came out, for the report."""
+    unit = "°" if summary["unit"] == "deg" else f" {summary['unit']}"
+    return [
+        f"The measured {summary['measured']:g}{unit} gives {summary['inverse']:.3f}; runs there gave "
+        f"{summary['confirmed_mean']:.2f}{unit}. {summary['closed_form_of']} gives {summary['closed_form']:.3f}."
+    ]

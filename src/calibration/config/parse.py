@@ -14,14 +14,16 @@ from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
 
 
-def parse_config(data, file="configuration", files=()):
+def parse_config(data, file="configuration", files=(), stages=None):
     """`Config` from a mapping that was merged from YAML `files`, later ones over earlier ones.
 
     Raises ConfigError naming file and line, key, value and what is allowed; `file` stands for the files where there are
-    none.
+    none; stages: names that `supplements` may have, any unless given.
     """
     try:
-        return _parse(data, file)
+        config = _parse(data, file)
+        _check_supplements(config, file, stages)
+        return config
     except ConfigError as error:
         if not error.key or str(error.path) != file:
             raise
@@ -37,6 +39,13 @@ def parse_config(data, file="configuration", files=()):
             value=error.value,
             allowed=error.allowed,
         ) from None
+
+
+def _check_supplements(config, file, stages):
+    for n, name in enumerate(config.supplements if stages is not None else ()):
+        if name not in stages:
+            key, allowed = f"supplements.{n}", ", ".join(stages)
+            raise ConfigError("is no stage", path=file, key=key, value=name, allowed=allowed)
 
 
 def given(config, key, stage):

@@ -317,9 +317,8 @@ class Config(_Part):
     further_targets: list[FurtherTarget] = Field(
         [], description="further responses; the optimum is then the most desirable point"
     )
-    supplements: list[Literal["audit", "tilt", "drop", "shear", "scaling", "reproduction"]] = Field(
-        [],
-        description="what the report waits for beside the chain: bench tests, and the audit of the salt's paper",
+    supplements: list[str] = Field(
+        [], description="stages that the report waits for beside the chain: tilt, drop, shear ..."
     )
     measurements: str | None = Field(
         None, description="table of measured conditions; the diagnosis needs it"

@@ -24,6 +24,7 @@ confirmation also at the study's own scale.
 """
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -146,13 +147,13 @@ def rows_at(base, path, share, seeds, scale):
     return rows, specs
 
 
-def _write(parts, folder):
+def _write(parts, output):
     rows = [row for part, _ in parts for row in part]
     specs = {name: spec for _, part in parts for name, spec in part.items()}
-    write_plan(folder, pd.DataFrame(rows, columns=list(COLUMNS)), specs)
+    write_plan(Path(output.plan).parent, pd.DataFrame(rows, columns=list(COLUMNS)), specs)
 
 
-def plan_scan(spec, folder):
+def plan_scan(spec, output):
     """Plan runs of the calibrated law and along each path; spec: calibrated run spec (a mapping)."""
     parts = []
     if needs_search(parse_spec(spec)):
@@ -163,7 +164,7 @@ def plan_scan(spec, folder):
             for path, shares in PATHS.items()
             for share in shares
         ]
-    _write(parts, folder)
+    _write(parts, output)
 
 
 def read_scan(design_file, metric):
@@ -222,7 +223,7 @@ def search(scan):
     return (reaching or [ELASTIC_PLASTIC])[0], found
 
 
-def plan_confirmation(spec, scan_file, metric, folder):
+def plan_confirmation(spec, scan_file, metric, output):
     """Plan runs at the point found, on the scan's scale and on the study's own."""
     parts = []
     path, found = search(read_scan(scan_file, metric))
@@ -231,7 +232,7 @@ def plan_confirmation(spec, scan_file, metric, folder):
         parts.append(rows_at(base, path, share, CONFIRM_SEEDS, "coarse"))
         if base is not spec:
             parts.append(rows_at(spec, path, share, FULL_SEEDS, "full"))
-    _write(parts, folder)
+    _write(parts, output)
 
 
 def conclude(spec, scan, confirmation, validated, margin, unit):

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pandas as pd
 
+from calibration.chain.files import read_region
+from calibration.chain.optimum import augmented_runs
 from calibration.export import edem, lammps, liggghts, mercurydpm, yade
 from calibration.export.conversion import Conversion
 from calibration.export.header import left_out
@@ -24,7 +26,6 @@ from calibration.export.rolling import (
     plan_scan,
     read_scan,
 )
-from calibration.factors import read_factors
 from calibration.files import replacing
 from calibration.statistics.surface import fit_surface
 from dem.fingerprint import engine_fingerprint
@@ -45,33 +46,33 @@ def _load(path):
     return json.loads(Path(path).read_text())
 
 
-def _spec(config, optimum_file):
-    factors = read_factors(config.factors)
-    return calibrated_spec(config, factors, _load(optimum_file)["optimum"])
+def _spec(study, optimum_file):
+    return calibrated_spec(study.config, study.factors, _load(optimum_file)["optimum"])
 
 
-def plan_export_scan(config, optimum_file, folder):
+def plan_export_scan(study, source, output):
     """Plan the search for rolling friction in other laws."""
-    plan_scan(_spec(config, optimum_file), folder)
+    plan_scan(_spec(study, source.optimum), output)
 
 
-def plan_export_confirmation(config, optimum_file, scan_file, folder):
+def plan_export_confirmation(study, source, output):
     """Plan the runs that confirm what the search found."""
-    plan_confirmation(_spec(config, optimum_file), scan_file, config.target.metric, folder)
+    metric = study.config.target.metric
+    plan_confirmation(_spec(study, source.optimum), source.scan, metric, output)
 
 
-def convert(config, optimum_file, scan_file, confirmation_file, validation_runs, output):
+def export_rolling(study, source, output):
     """Write rolling.json: the conversion of rolling friction."""
-    metric = config.target.metric
+    config, metric = study.config, study.config.target.metric
     found = conclude(
-        parse_spec(_spec(config, optimum_file)),
-        read_scan(scan_file, metric),
-        read_scan(confirmation_file, metric),
-        pd.read_csv(validation_runs)["response"],
+        parse_spec(_spec(study, source.optimum)),
+        read_scan(source.scan, metric),
+        read_scan(source.confirmation, metric),
+        pd.read_csv(source.validation)["response"],
         config.validation.margin,
         unit_of(metric),
     )
-    write_json(output, found)
+    write_json(output.rolling, found)
 
 
 def about(config, validation, engine):
@@ -86,9 +87,9 @@ def about(config, validation, engine):
     ]
 
 
-def summary(config, optimum, validation, surface, region, bench):
+def summary(study, optimum, validation, surface, region, bench):
     """Content of calibrated.yaml."""
-    factors = read_factors(config.factors)
+    config, factors = study.config, study.factors
     spec = parse_spec(calibrated_spec(config, factors, optimum["optimum"]))
     found = entries(
         spec,
@@ -143,34 +144,38 @@ def _validated(validation, unit):
     }
 
 
-def export(config, inputs, runs, region, out):
-    """Write calibrated.yaml and exports/ into folder `out`, each file atomically, without any run.
+def export(study, source, output):
+    """Write calibrated.yaml and exports/ beside it, without any run."""
+    region = read_region(source.optimum)
+    runs = augmented_runs(study.config, source.runs, region, source.candidate)
+    write_exports(study, source, runs, region, Path(output.parameters).parent)
 
-    inputs: paths by name (optimum, validation; fixed: a list of files with what the bench tests found, empty where the
-    configuration's values stand); runs: table of the runs that the response surface was fitted to; region: its factors.
+
+def write_exports(study, source, runs, region, out):
+    """Write calibrated.yaml and exports/ into folder `out`, each file atomically.
+
+    source: files `optimum` and `validation`; `fixed`, a list of files with what the bench tests found, none where the
+    configuration's values stand. runs: table of the runs that the surface was fitted to; region: its factors.
     """
-    optimum, validation = _load(inputs["optimum"]), _load(inputs["validation"])
+    config, optimum, validation = study.config, _load(source.optimum), _load(source.validation)
     surface = fit_surface(runs, [f.code for f in region], runs["response"])
-    bench = {k: v for file in inputs.get("fixed", ()) for k, v in _load(file)["fixed"].items()}
-    mapping = _spec(config, inputs["optimum"])
+    bench = {k: v for file in source.get("fixed", ()) for k, v in _load(file)["fixed"].items()}
+    mapping = _spec(study, source.optimum)
     lines = _head(config, mapping, validation)
     _write_blocks(CODES, mapping, Conversion(parse_spec(mapping)), lines, Path(out) / "exports")
     head = "".join(f"# {line}\n" for line in lines)
     _write(Path(out) / "exports" / "dem.yaml", head + to_yaml(mapping))
     _write(Path(out) / "exports" / "study.yaml", to_yaml(config.model_dump(mode="json")))
-    data = summary(config, optimum, validation, surface, region, bench)
+    data = summary(study, optimum, validation, surface, region, bench)
     _write(Path(out) / "calibrated.yaml", head + to_yaml(data))
 
 
-def export_converted(config, inputs, out):
-    """Write the blocks of codes with other rolling laws into folder `out`, with what the search found.
-
-    inputs: paths by name (optimum, validation, rolling).
-    """
-    mapping = _spec(config, inputs["optimum"])
-    conversion = Conversion(parse_spec(mapping), _load(inputs["rolling"]))
-    lines = _head(config, mapping, _load(inputs["validation"]))
-    _write_blocks(CONVERTED, mapping, conversion, lines, Path(out))
+def export_converted(study, source, output):
+    """Write the blocks of codes with other rolling laws, with what the search found."""
+    mapping = _spec(study, source.optimum)
+    conversion = Conversion(parse_spec(mapping), _load(source.rolling))
+    lines = _head(study.config, mapping, _load(source.validation))
+    _write_blocks(CONVERTED, mapping, conversion, lines, Path(output[0]).parent)
 
 
 def _head(config, mapping, validation):

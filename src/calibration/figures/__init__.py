@@ -3,7 +3,7 @@
 from calibration.figures.ascent import ascent_path
 from calibration.figures.beside import numerics, scaling, sweep, yield_loci
 from calibration.figures.optimum import contours, desirability_contours
-from calibration.figures.quantity import ANGLE, Quantity, label, quantity_of
+from calibration.figures.quantity import ANGLE, Quantity, label, quantity_of, signed
 from calibration.figures.replicates import validation
 from calibration.figures.screening import half_normal, pareto
 from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, save, subplots
@@ -12,5 +12,6 @@ from calibration.figures.surface import perturbation, predicted_actual, residual
 __all__ = [
     "ANGLE", "BLUE", "GREEN", "GREY", "ORANGE", "STYLE", "Quantity", "ascent_path", "contours",
     "desirability_contours", "half_normal", "label", "numerics", "pareto", "perturbation", "predicted_actual",
-    "quantity_of", "residual_panel", "save", "scaling", "subplots", "surfaces", "sweep", "validation", "yield_loci",
+    "quantity_of", "residual_panel", "save", "scaling", "signed", "subplots", "surfaces",
+    "sweep", "validation", "yield_loci",
 ]  # fmt: skip

@@ -10,6 +10,11 @@ def label(name):
     return name.replace("_", " ")
 
 
+def signed(value):
+    """A difference to three digits with its sign, a true minus."""
+    return f"{value:+.3g}".replace("-", "−")
+
+
 @dataclass(frozen=True)
 class Quantity:
     """What a study calibrates, for labels: its name and its unit as written behind a number."""

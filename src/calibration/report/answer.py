@@ -1,7 +1,7 @@
 """The answer, before anything else: parameters with their intervals, the validated value, the verdict."""
 
-from calibration.figures import label, quantity_of
-from calibration.report.embed import load, signed
+from calibration.figures import label, quantity_of, signed
+from calibration.report.embed import load
 from dem.advice import limits_of
 from dem.spec import load_spec
 

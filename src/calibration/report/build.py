@@ -11,7 +11,7 @@ from calibration.report.block import block
 from calibration.report.embed import download
 from calibration.report.findings import findings
 from calibration.report.heaps import gallery, viewer
-from calibration.report.parts import BESIDE, STAGES, beside, diagnosis, stage
+from calibration.report.parts import section
 from calibration.report.profiler import profiler
 from calibration.report.runs import runs_section
 
@@ -31,11 +31,13 @@ NOT_CONVERTED = (
     "number gives a flatter heap there. Their blocks say so at their head; snakemake -j2 export_converted searches the "
     "numbers that give the calibrated angle and puts them here."
 )
-CHAIN = ("screening", "ascent", "response_surface", "optimise", "validation")
 
 
-def build(study, out, metric="angle_of_repose_deg"):
-    """Write the report of `study` (a folder under results/) to `out`, atomically; metric: what was calibrated."""
+def build(study, out, stages, metric="angle_of_repose_deg"):
+    """Write the report of `study` (a folder under results/) to `out`, atomically.
+
+    stages: {name: Stage} in the order of the page; metric: what was calibrated.
+    """
     study, out = Path(study), Path(out)
     quantity = quantity_of(metric)
     environment = Environment(
@@ -51,26 +53,25 @@ def build(study, out, metric="angle_of_repose_deg"):
         findings=findings(study, quantity),
         profiler=profiler(study, quantity),
         viewer=viewer(study, quantity),
-        parts=_parts(study, quantity, metric),
+        parts=_parts(study, stages, quantity, metric),
         exports=_exports(study),
     )
     with replacing(out) as partial:
         partial.write_text(page)
 
 
-def _parts(study, quantity, metric):
-    """Sections in the order of reading: the diagnosis after the chain, what stands beside it last."""
-    chain = [_with_heaps(study, key, quantity, metric) for key in CHAIN]
-    bench = [stage(study, key, quantity) for key in STAGES if key not in CHAIN]
-    more = [beside(study, key) for key in BESIDE]
-    return [p for p in (*chain, diagnosis(study), *bench, *more, runs_section(study)) if p]
+def _parts(study, stages, quantity, metric):
+    """Sections in the order of reading, the runs last."""
+    parts = [_with_heaps(study, stage, quantity, metric) for stage in stages.values()]
+    return [p for p in (*parts, runs_section(study, stages)) if p]
 
 
-def _with_heaps(study, key, quantity, metric):
-    """A stage with the pictures of its runs; the runs added at the optimum are the stage `candidate`."""
-    part = stage(study, key, quantity)
-    pictured = "candidate" if key == "optimise" else key
-    return part and part | {"gallery": gallery(study, pictured, quantity, metric)}
+def _with_heaps(study, stage, quantity, metric):
+    """A stage with the pictures of its runs, where it has some."""
+    part = section(study, stage, quantity)
+    if not part or not stage.pictured:
+        return part
+    return part | {"gallery": gallery(study, stage.pictured, quantity, metric)}
 
 
 def _exports(study):

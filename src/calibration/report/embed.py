@@ -104,11 +104,6 @@ def html_of(frame):
     )
 
 
-def signed(value):
-    """A difference to three digits with its sign, a true minus."""
-    return f"{value:+.3g}".replace("-", "−")
-
-
 def cell(value):
     """Text of one table cell."""
     if isinstance(value, (bool, np.bool_)):

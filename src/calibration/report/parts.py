@@ -1,108 +1,50 @@
-"""The stages of the chain as sections of the page: their outcome in words, figures, tables and data."""
+"""The stages as sections of the page: their outcome in words, figures, tables and data."""
+
+from pathlib import Path
 
 import pandas as pd
 
 from calibration.figures import label, quantity_of
-from calibration.report.embed import caption, download, figure, load, signed, table
+from calibration.report.embed import caption, download, figure, load, table
+from calibration.stages import resolve
 
-# stage folder: title, [(figure, its caption's file, files with its numbers)], [(table, title)]
-STAGES = {
-    "screening": (
-        "Screening",
-        [
-            ("half_normal", "half_normal", ["effects.csv"]),
-            ("pareto", "pareto", ["effects.csv"]),
-        ],
-        [("runs", "Design and results"), ("effects", "Effects"), ("anova", "Analysis of variance")],
-    ),
-    "ascent": (
-        "Steepest ascent",
-        [("path", "ascent", ["runs.csv"])],
-        [("runs", "Path and results")],
-    ),
-    "response_surface": (
-        "Response surface",
-        [
-            ("surfaces", "surfaces", ["coefficients.csv"]),
-            ("predicted_actual", "predicted_actual", ["diagnostics.csv"]),
-            ("residuals", "residuals", ["diagnostics.csv"]),
-            ("perturbation", "perturbation", ["coefficients.csv"]),
-        ],
-        [
-            ("runs", "Design and results"),
-            ("anova", "Analysis of variance"),
-            ("coefficients", "Coefficients, in coded levels"),
-            ("diagnostics", "Residuals and influence"),
-        ],
-    ),
-    "optimise": (
-        "Optimum",
-        [("contours", "contours", ["solution_set.csv", "optimum.json"])],
-        [("solution_set", "Points of the solution set")],
-    ),
-    "validation": (
-        "Validation",
-        [("validation", "validation", ["runs.csv", "validation.json"])],
-        [("runs", "Replicates")],
-    ),
-    "tilt": ("Bench test: tilted plane", [("tilt", "tilt", ["runs.csv"])], [("runs", "Runs")]),
-    "drop": ("Bench test: drop", [("drop", "drop", ["runs.csv"])], [("runs", "Runs")]),
-    "shear": (
-        "Bench test: direct shear",
-        [("yield_locus", "shear", ["runs.csv", "shear.json"])],
-        [("runs", "Runs")],
-    ),
-}
-# folder: title, what it says
-BESIDE = {
-    "scaling": (
-        "Scaling of the particles",
-        "What coarser particles change, and which rule keeps what.",
-    ),
-    "reproduction": (
-        "This study beside the paper",
-        "Each printed result of the paper beside ours.",
-    ),
-    "numerics": (
-        "What the numerical choices cost",
-        "Difference that resolution, time step, stiffness and rolling law make, with its 95 % interval: a choice whose "
-        "interval holds zero, or that stays within the spread from seed to seed, does not matter here.",
-    ),
-    "audit": (
-        "The paper's arithmetic",
-        "Every printed figure and statement, recomputed from the paper's own tables; disagreements come first.",
-    ),
-}
-
-# columns of a table beside the chain that are only in its data
-UNSHOWN = {
-    "scaling": ("sd", "left_in_funnel"),
-    "reproduction": ("id", "headline", "study", "n", "low", "high"),
-    "audit": ("id",),
-}
 ALL_ROWS = 10_000  # a table of verdicts is shown whole, in a box that scrolls
 
 
-def stage(study, key, quantity):
-    """The section of a stage, or None where it has not run."""
-    title, figures, tables = STAGES[key]
-    folder = study / key
+def section(study, stage, quantity):
+    """The section of a declared stage in the folder of a study, or None where it has not run or has none."""
+    if stage.name == "diagnosis":
+        return diagnosis(study)
+    return beside(study, stage) if stage.about else _listed(study, stage, quantity)
+
+
+def _listed(study, stage, quantity):
+    """The section of a stage of which the declaration lists the tables."""
+    folder = study / stage.name
+    own = [f for f in stage.figures if f.file.startswith(f"{stage.name}/")]
     drawn = [
-        figure(folder / f"{name}.svg", caption(text), [folder / d for d in data])
-        for name, text, data in figures
-        if (folder / f"{name}.svg").exists()
+        figure(study / f.file, caption(f.caption), [folder / d for d in f.numbers])
+        for f in own
+        if (study / f.file).exists()
     ]
     shown = [
         table(folder / f"{name}.csv", text)
-        for name, text in tables
+        for name, text in stage.tables
         if (folder / f"{name}.csv").exists()
     ]
-    drawn += _further(folder, [name for name, *_ in figures])
-    if not drawn and not shown:
+    if stage.tables:
+        drawn += _further(folder, [Path(f.file).stem for f in own])
+    if not stage.tables or (not drawn and not shown):
         return None
-    summary = load(folder / f"{key}.json")
-    texts = SENTENCES[key](summary, quantity) if summary and key in SENTENCES else []
-    return {"key": key, "title": title, "texts": texts, "figures": drawn, "tables": shown}
+    summary = load(folder / f"{stage.name}.json")
+    texts = resolve(stage.sentences)(summary, quantity) if summary and stage.sentences else []
+    return {
+        "key": stage.name,
+        "title": stage.title,
+        "texts": texts,
+        "figures": drawn,
+        "tables": shown,
+    }
 
 
 def _further(folder, listed):
@@ -117,9 +59,10 @@ def _further(folder, listed):
     return figures
 
 
-def beside(study, key):
+def beside(study, stage):
     """The section of what stands beside the chain, made of whatever tables, figures and data its folder holds."""
-    folder, (title, text) = study / key, BESIDE[key]
+    key = stage.name
+    folder = study / key
     figures = sorted(folder.glob("*.svg"))
     tables = [p for p in sorted(folder.glob("*.csv")) if p.name not in ("design.csv", "runs.csv")]
     if not figures and not tables:
@@ -127,10 +70,10 @@ def beside(study, key):
     numbers = [p for p in sorted(folder.glob("*.json")) if p.name != "plan.json"]
     return {
         "key": key,
-        "title": title,
-        "texts": [text, *_counts(tables)],
+        "title": stage.title,
+        "texts": [stage.about, *_counts(tables)],
         "figures": [figure(p, _named(key, p), [*tables, *numbers]) for p in figures],
-        "tables": [_beside_table(p, UNSHOWN.get(key, ())) for p in tables],
+        "tables": [_beside_table(p, stage.unshown) for p in tables],
         "downloads": [] if figures else [download(p) for p in numbers],
     }
 
@@ -195,77 +138,3 @@ def diagnosis(study):
 def _causes(verdict):
     causes = " and ".join(label(c) for c in verdict.get("causes", []))
     return f" ({causes})" if causes else ""
-
-
-def _screening(data, quantity):
-    found = ", ".join(label(n) for n in data["significant"]) or "none"
-    going = ", ".join(label(n) for n in data["factors"])
-    return [f"Significant at p < {data['alpha']:g}: {found}. On to the ascent go: {going}."]
-
-
-def _ascent(data, quantity):
-    path = ", ".join(quantity.value(v) for v in data["responses"])
-    return [
-        f"Along the path: {path}. Point {data['step']} comes nearest to the measured "
-        f"{quantity.value(data['target'])} and becomes the centre of the response surface."
-    ]
-
-
-def _surface(data, quantity):
-    s = data["statistics"]
-    return [
-        f"{quantity.name.capitalize()} = {data['equation_coded']} in coded levels.",
-        f"R² {s['R2']:.3f}, adjusted {s['R2_adj']:.3f}, predicted {s['R2_pred']:.3f}; CV {s['CV_percent']:.2f} %; "
-        f"adequate precision {s['adequate_precision']:.1f}; lack of fit p = {s['lack_of_fit_p']:.2g}.",
-    ]
-
-
-def _validation(data, quantity):
-    further = [
-        f"{quantity_of(metric).name.capitalize()}: {_difference(found, quantity_of(metric))}"
-        for metric, found in data.get("further", {}).items()
-        if "difference" in found
-    ]
-    return [_difference(data, quantity), *_groups(data), *further]
-
-
-def _groups(data):
-    """Whether the values of all groups may count as independent; nothing where it could not be tested."""
-    if data.get("groups_p") is None:
-        return []
-    test = f"(F test between groups, p = {data['groups_p']:.2g})"
-    if data["groups_differ"]:
-        return [
-            f"The groups differ {test}: their values are not independent, the interval is too narrow."
-        ]
-    return [
-        f"The groups do not differ {test}, so that all {data['simulated_n']} values count as independent."
-    ]
-
-
-def _difference(data, quantity):
-    word = "equivalent" if data["equivalent"] else "not shown to be equivalent"
-    return (
-        f"Difference {signed(data['difference'])}{quantity.unit} (95 % {signed(data['difference_low'])} to "
-        f"{signed(data['difference_high'])}); {word} within ±{data['margin']:g}{quantity.unit} "
-        f"(p = {data['equivalence_p']:.2g}); t test p = {data['t_p']:.2g}."
-    )
-
-
-def _sweep(data, quantity):
-    unit = "°" if data["unit"] == "deg" else f" {data['unit']}"
-    return [
-        f"The measured {data['measured']:g}{unit} gives {data['inverse']:.3f}; runs there gave "
-        f"{data['confirmed_mean']:.2f}{unit}. {data['closed_form_of']} gives {data['closed_form']:.3f}."
-    ]
-
-
-SENTENCES = {
-    "screening": _screening,
-    "ascent": _ascent,
-    "response_surface": _surface,
-    "validation": _validation,
-    "tilt": _sweep,
-    "drop": _sweep,
-    "shear": lambda data, quantity: [data["sentence"]],
-}

@@ -10,28 +10,12 @@ from calibration.report.embed import html_of
 from calibration.store import RunStore
 from dem.errors import ResultError
 
-STAGES = (
-    "screening",
-    "ascent",
-    "response_surface",
-    "candidate",
-    "validation",
-    "tilt",
-    "tilt_confirmation",
-    "drop",
-    "drop_confirmation",
-    "shear",
-    "scaling",
-    "numerics",
-    "export_scan",
-    "export_confirmation",
-)
 
-
-def run_times(study):
+def run_times(study, stages):
     """Table of the runs that are there: stage, run_id, seed, particles, steps, simulated and wall time, engine."""
     rows, store = [], RunStore()
-    for stage in STAGES:
+    plans = [t.plans for s in stages.values() for t in s.tasks if t.plans]
+    for stage in plans:
         design = study / stage / "design.csv"
         for name in pd.read_csv(design)["run_id"] if design.exists() else []:
             try:
@@ -53,9 +37,9 @@ def _row(result):
     }
 
 
-def runs_section(study):
+def runs_section(study, stages):
     """The section of run times and seeds, or None where no run is at hand."""
-    runs = run_times(study)
+    runs = run_times(study, stages)
     if runs.empty:
         return None
     rows = [

@@ -6,12 +6,12 @@ scaled. The number of grains is the same at every scale.
 """
 
 from itertools import product
+from pathlib import Path
 
 import pandas as pd
 
-from calibration.campaign import plan, write_plan
+from calibration.campaign import write_plan
 from calibration.config import bench_run, given, overlay, point_spec
-from calibration.factors import read_factors
 from calibration.scaling.dimensions import RULES, ScalingError, factors
 from dem.spec import OPTIONAL, REQUIRED, parse_spec
 
@@ -101,16 +101,16 @@ def seeds_of(section, experiment, cohesive, h):
     return section.cohesive_end_seeds or ends if cohesive else ends
 
 
-def plan_scaling(config, folder):
+def plan_scaling(study, source, output):
     """Plan every experiment under every rule and scale, without and with cohesion, with all seeds."""
-    section, tables, specs = given(config, "scaling", "scaling"), [], {}
-    levels = read_factors(config.factors)
+    config, tables, specs = study.config, [], {}
+    section = given(config, "scaling", "scaling")
     cases = product(EXPERIMENTS, RULES, (False, True), section.factors)
     for experiment, rule, cohesive, h in cases:
         run = enlarged(base_run(config, experiment, cohesive), experiment, RULES[rule], h)
         rows = pd.DataFrame([section.point] * seeds_of(section, experiment, cohesive, h))
         rows = rows.assign(rule=rule, cohesive=cohesive, scale=h)
-        table, more = plan(rows, levels, config.model_copy(update={"run": run}), experiment)
+        table, more = study.plan(rows, experiment, run)
         tables.append(table)
         specs |= more
-    write_plan(folder, pd.concat(tables, ignore_index=True), specs)
+    write_plan(Path(output.plan).parent, pd.concat(tables, ignore_index=True), specs)

@@ -225,9 +225,10 @@ def log_slope(scale, value, alpha=0.05):
     return float(fit.slope), float(fit.slope) - half, float(fit.slope) + half
 
 
-def analyse_scaling(config, design_file, output):
+def scaling(study, source, output):
     """Write the table of responses, the figure and the statements."""
-    section, design = config.scaling, pd.read_csv(design_file)
+    config, design = study.config, pd.read_csv(source.design)
+    section = config.scaling
     response = np.empty(len(design))
     for experiment, metric in RESPONSE.items():
         here = (design["experiment"] == experiment).to_numpy()

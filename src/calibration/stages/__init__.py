@@ -1,28 +1,29 @@
-"""The stages of the chain: each reads its input files and writes its output files.
+"""The stages of a study: each file of this folder declares one, with its neighbours where they belong together.
 
-They hold no statistics of their own; those are in `calibration.statistics`.
+A stage is added by a file here, and the functions that it names.
 """
 
-from calibration.stages.ascent import analyse_ascent, plan_ascent
-from calibration.stages.files import read_region
-from calibration.stages.optimum import augmented_runs, optimise, plan_candidate
-from calibration.stages.posterior import analyse_posterior
-from calibration.stages.response_surface import analyse_response_surface, plan_response_surface
-from calibration.stages.screening import analyse_screening, plan_screening
-from calibration.stages.validation import analyse_validation, plan_validation
+from importlib import import_module
+from pkgutil import iter_modules
+
+from calibration.stages.stage import Figure, PerTarget, Runs, Stage, Task, resolve
+
+OWN = "calibration.stages"
 
 __all__ = [
-    "analyse_ascent",
-    "analyse_posterior",
-    "analyse_response_surface",
-    "analyse_screening",
-    "analyse_validation",
-    "augmented_runs",
-    "optimise",
-    "plan_ascent",
-    "plan_candidate",
-    "plan_response_surface",
-    "plan_screening",
-    "plan_validation",
-    "read_region",
-]
+    "OWN", "Figure", "PerTarget", "Runs", "Stage", "Task", "load_stages", "resolve",
+]  # fmt: skip
+
+
+def load_stages(*names):
+    """{name: Stage} in the order of the report, declared in modules or in all modules of packages; this one unless
+    given."""
+    found = [stage for name in names or (OWN,) for stage in _declared(import_module(name))]
+    return {stage.name: stage for stage in sorted(found, key=lambda stage: stage.place)}
+
+
+def _declared(module):
+    if hasattr(module, "__path__"):
+        for inside in iter_modules(module.__path__):
+            yield from _declared(import_module(f"{module.__name__}.{inside.name}"))
+    yield from getattr(module, "STAGES", ())

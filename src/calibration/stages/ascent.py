@@ -1,66 +1,34 @@
 """Steepest ascent: the region to look at closely."""
 
-import pandas as pd
+from calibration.stages.stage import PLANNED, TARGETS, Figure, Runs, Stage, Task, bench_values
 
-from calibration import figures
-from calibration.campaign import plan, write_plan
-from calibration.config import read_target
-from calibration.factors import read_factors
-from calibration.files import write_table
-from calibration.responses import (
-    judge,
-    nearest,
-    with_responses,
-    with_value,
-    without_response,
+STAGES = (
+    Stage(
+        name="ascent",
+        title="Steepest ascent",
+        place=2,
+        tasks=(
+            Task(
+                "calibration.chain.ascent:plan_ascent",
+                "plan the steepest ascent",
+                reads=(*PLANNED, "ascent"),
+                inputs={"screening": "screening/screening.json", "fixed": bench_values},
+                plans="ascent",
+            ),
+            Task(
+                "calibration.chain.ascent:ascent",
+                "steepest ascent: the region's centre",
+                reads=("factors", *TARGETS),
+                inputs={"design": "ascent/design.csv", "runs": Runs("ascent")},
+                outputs={
+                    "runs": "ascent/runs.csv",
+                    "summary": "ascent/ascent.json",
+                    "path": Figure("ascent/path.svg", "ascent", ("runs.csv",)),
+                },
+            ),
+        ),
+        tables=(("runs", "Path and results"),),
+        sentences="calibration.chain.ascent:sentences",
+        pictured="ascent",
+    ),
 )
-from calibration.stages.files import load
-from calibration.statistics.design import path_from_effects, steepest_path
-from dem.io.files import write_json
-
-
-def plan_ascent(config, screening_file, folder):
-    """Plan the path: as configured where all factors are covered, else along the effects on the
-    first target; which of its points comes nearest is judged by all targets."""
-    screening, factors = load(screening_file), read_factors(config.factors)
-    chosen = _chosen(factors, screening["factors"])
-    start, step = config.ascent.start, config.ascent.step
-    configured = config.ascent.rule == "configured" and all(
-        f.name in start and f.name in step for f in chosen
-    )
-    if not configured:
-        effects = {f.code: screening["effects"][f.name] for f in chosen}
-        start, step = path_from_effects(chosen, effects, config.ascent.steps)
-    design = steepest_path(chosen, start, step, config.ascent.steps)
-    design["path"] = "configured" if configured else "effects"
-    write_plan(folder, *plan(design, factors, config, stage="ascent"))
-
-
-def _chosen(factors, names):
-    return [next(f for f in factors if f.name == n) for n in names]
-
-
-def analyse_ascent(config, design_file, output):
-    """The path's results and the point nearest to what is wanted, which becomes the region's
-    centre."""
-    factors = read_factors(config.factors)
-    every = with_responses(pd.read_csv(design_file), config)
-    runs = judge(with_value(every, "response"), config)
-    target = float(read_target(config).mean())
-    best = nearest(runs)
-    used = [f for f in factors if f.name in runs]
-    write_table(runs, output.runs)
-    quantity = figures.quantity_of(config.target.metric)
-    figures.save(figures.ascent_path(runs, used, target, int(best["run"]), quantity), output.path)
-    write_json(
-        output.summary,
-        {
-            "centre": {f.name: float(best[f.name]) for f in used},
-            "step": int(best["run"]),
-            "response": float(best["response"]),
-            "target": target,
-            "path": str(best["path"]),
-            "responses": [float(v) for v in runs["response"]],
-            "left_out": without_response(every),
-        },
-    )

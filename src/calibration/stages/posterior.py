@@ -1,168 +1,37 @@
-"""Posterior: the parameters as a distribution, from all runs of the chain near the optimum and the
-measured values."""
+"""The parameters as a distribution, from the runs of the chain and the measured values."""
 
-import numpy as np
-import pandas as pd
+from calibration.stages.stage import TARGETS, Runs, Stage, Task
 
-from calibration.campaign import read_metric
-from calibration.config import read_target
-from calibration.errors import CalibrationError
-from calibration.files import write_table
-from calibration.posterior import (
-    Measured,
-    Prior,
-    ScatterEmulator,
-    expected_information,
-    sample,
-    sobol_indices,
+DESIGNS = ("ascent", "response_surface", "candidate", "validation")
+
+
+def designs(study):
+    """The designs whose runs count."""
+    return [f"{study.folder}/{stage}/design.csv" for stage in DESIGNS]
+
+
+STAGES = (
+    Stage(
+        name="posterior",
+        title="Posterior",
+        place=5.1,
+        tasks=(
+            Task(
+                "calibration.chain.posterior:posterior",
+                "posterior: the parameters as a distribution",
+                reads=("seed", "experiment", "posterior", *TARGETS),
+                inputs={
+                    "optimum": "optimise/optimum.json",
+                    "designs": designs,
+                    "validation": "validation/validation.json",
+                    "runs": Runs("validation"),
+                },
+                outputs={
+                    "summary": "posterior/posterior.json",
+                    "draws": "posterior/draws.csv",
+                },
+                cheap=False,
+            ),
+        ),
+    ),
 )
-from calibration.responses import columns, with_responses
-from calibration.stages.files import read_region
-from dem.experiments import experiments
-from dem.io.files import write_json
-
-TAUGHT_WITHIN = 1.5
-"""Coded distance from the region's centre of the runs that teach: a process learns a region better
-than its outskirts."""
-LEVEL = 0.95
-
-
-def analyse_posterior(config, design_files, optimum_file, output):
-    """Sample the posterior over the region's box, and say which factors matter there and what to
-    measure next.
-
-    design_files: designs of finished runs (the ascent's, the surface's, the candidate's, the
-    validation's), each with `run_id` and the factors' natural levels. Writes `output.summary`
-    (JSON) and `output.draws` (natural levels with the predicted target). Raises CalibrationError
-    where too few runs have a response.
-    """
-    region = read_region(optimum_file)
-    runs = _runs(config, region, design_files)
-    u = _unit(region, runs)
-    targets = [config.target, *(t for t in config.further_targets if t.file)]
-    measured = [_measured(config, target, runs, u) for target in targets]
-    posterior = sample(measured, _prior(config, region), config.seed)
-    draws = _natural(region, posterior.draws)
-    main = measured[0]
-    draws["predicted"] = main.emulator.mean(posterior.draws)[0]
-    keep = np.linspace(0, len(draws) - 1, min(config.posterior.draws, len(draws))).astype(int)
-    write_table(draws.iloc[keep], output.draws)
-    names = [f.name for f in region]
-    write_json(
-        output.summary,
-        {
-            "parameters": _parameters(region, posterior),
-            "correlation": np.corrcoef(posterior.draws.T).reshape(len(region), -1).tolist(),
-            "level": LEVEL,
-            "box": {f.name: [f.low, f.high] for f in region},
-            "targets": {
-                t.metric: {"mean": m.mean, "standard_error": m.se, "discrepancy": m.discrepancy}
-                for t, m in zip(targets, measured, strict=True)
-            },
-            "taught_by": len(runs),
-            "emulator_error": main.emulator.emulator.error,
-            "seed_sd": float(main.emulator.scatter(posterior.draws[keep]).mean()),
-            "sobol": sobol_indices(lambda x: main.emulator.mean(x)[0], names, config.seed),
-            "sampler": {
-                "draws": len(posterior.draws),
-                "effective": posterior.effective,
-                "autocorrelation": posterior.autocorrelation,
-                "accepted": posterior.accepted,
-                "converged": posterior.converged,
-            },
-            "next_experiment": _next_experiment(config, runs, u, posterior.draws[keep], main),
-        },
-    )
-
-
-def _runs(config, region, design_files):
-    """Runs of all designs that hold the region's factors near it and have a response, each once."""
-    names = [f.name for f in region]
-    tables = [with_responses(pd.read_csv(file), config) for file in design_files]
-    wanted = [*names, "run_id", *columns(config)]
-    runs = pd.concat([t[wanted] for t in tables if set(names) <= set(t)], ignore_index=True)
-    runs = runs.drop_duplicates("run_id").dropna(subset=["response"])
-    near = np.all([np.abs(f.coded(runs[f.name])) <= TAUGHT_WITHIN for f in region], axis=0)
-    return runs[near].reset_index(drop=True)
-
-
-def _unit(region, runs):
-    """Levels (n, d) in units of the box: 0 at low, 1 at high."""
-    return np.column_stack([0.5 + 0.5 * f.coded(runs[f.name].to_numpy(float)) for f in region])
-
-
-def _natural(region, u):
-    return pd.DataFrame({f.name: f.natural(2.0 * u[:, k] - 1.0) for k, f in enumerate(region)})
-
-
-def _measured(config, target, runs, u):
-    """A target's mean with its standard error, and the emulator of its response."""
-    values = read_target(config, target)
-    column = "response" if target is config.target else target.metric
-    has = runs[column].notna().to_numpy()
-    emulator = ScatterEmulator(u[has], runs.loc[has, column].to_numpy(float))
-    error = float(values.std(ddof=1) / np.sqrt(len(values)))
-    discrepancy = config.posterior.discrepancy.get(target.metric, 0.0)
-    return Measured(emulator, float(values.mean()), error, discrepancy)
-
-
-def _prior(config, region):
-    """Uniform over the box, or normal where the configuration says so."""
-    known = config.posterior.priors
-    stray = sorted(set(known) - {f.name for f in region})
-    if stray:
-        raise CalibrationError(
-            f"posterior.priors: {', '.join(stray)}: no factor of the region; "
-            f"known: {', '.join(f.name for f in region)}"
-        )
-    mean, sd = np.full(len(region), 0.5), np.full(len(region), np.inf)
-    for k, f in enumerate(region):
-        if f.name in known:
-            mean[k] = 0.5 + 0.5 * f.coded(known[f.name].mean)
-            sd[k] = 0.5 * known[f.name].sd / f.half_range
-    return Prior(mean, sd)
-
-
-def _parameters(region, posterior):
-    """Mean, standard deviation and central interval of every parameter, and whether the box cuts
-    it."""
-    low, high = posterior.interval(LEVEL)
-    found = {}
-    for k, f in enumerate(region):
-        u = posterior.draws[:, k]
-        found[f.name] = {
-            "mean": f.natural(float(2.0 * u.mean() - 1.0)),
-            "sd": float(2.0 * u.std(ddof=1) * f.half_range),
-            "interval": [f.natural(float(2.0 * x - 1.0)) for x in (low[k], high[k])],
-            # a flat marginal has its 95 % interval from 0.025 to 0.975 of the box
-            "bounded": bool(low[k] > 0.05 and high[k] < 0.95),
-        }
-    return found
-
-
-def _next_experiment(config, runs, u, draws, main):
-    """What each further measurement is expected to tell, best first: of the metrics that these runs
-    gave already, and of as many more readings of the target as `posterior.readings`."""
-    readings = config.posterior.readings
-    more = _information(main.emulator, draws, readings)
-    found = [{"metric": config.target.metric, "nat": more, "already_measured": True}]
-    used = set(columns(config).values())
-    for metric in experiments()[config.experiment].metrics:
-        if not metric.target or metric.name in used:
-            continue
-        values = np.array(read_metric(runs["run_id"], metric.name, None), float)
-        has = np.isfinite(values)
-        try:
-            emulator = ScatterEmulator(u[has], values[has])
-            nat = _information(emulator, draws, readings)
-        except CalibrationError:
-            continue  # it does not vary here, so it tells nothing
-        found.append({"metric": metric.name, "nat": nat, "already_measured": False})
-    return sorted(found, key=lambda row: -row["nat"])
-
-
-def _information(emulator, draws, readings):
-    """Expected information of the mean of so many readings that scatter as runs do, by an emulator
-    that is itself in error."""
-    mean, variance = emulator.mean(draws)
-    return expected_information(mean, np.sqrt(variance + emulator.scatter(draws) ** 2 / readings))

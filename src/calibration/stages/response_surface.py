@@ -1,130 +1,70 @@
-"""Response surface: a quadratic model of the region."""
+"""Box-Behnken response surface: a quadratic model of the region."""
 
-from dataclasses import replace
-from pathlib import Path
+from calibration.stages.stage import (
+    PLANNED,
+    TARGETS,
+    Figure,
+    PerTarget,
+    Runs,
+    Stage,
+    Task,
+    bench_values,
+)
 
-import pandas as pd
-
-from calibration import figures
-from calibration.campaign import plan, write_plan
-from calibration.errors import CalibrationError
-from calibration.factors import read_factors
-from calibration.files import write_table
-from calibration.physical import inside, physical_range
-from calibration.responses import with_responses, with_value, without_response
-from calibration.stages.files import further_files, load, read_region
-from calibration.statistics.composite import surface_design
-from calibration.statistics.surface import fit_surface, outlier_limit, outliers, reduced_surface
-from dem.io.files import write_json
+FOLDER = "response_surface"
 
 
-def plan_response_surface(config, ascent_file, folder):
-    """Plan the Box-Behnken design around the ascent's centre, or the configured one, and record its
-    region."""
-    factors, ascent = read_factors(config.factors), load(ascent_file)
-    varied = [f for f in factors if f.name in ascent["centre"]]
-    centre = ascent["centre"] | config.response_surface.centre
-    region = [_around(f, centre[f.name], config) for f in varied]
-    rules = config.response_surface
-    design = surface_design(region, rules.centre_runs, rules.replicates)
-    others = [f for f in factors if f not in varied]
-    write_plan(folder, *plan(design, [*region, *others], config, stage="response_surface"))
-    write_json(Path(folder) / "region.json", [vars(f) for f in region])
-
-
-def _around(factor, centre, config):
-    """The factor with levels centre -+ half width: the configured one or a fifth of the factor's
-    range.
-
-    Levels beyond what is physically possible move the region, and half the centre is the most, so
-    that no friction becomes zero.
-    """
-    half = config.response_surface.half_width.get(factor.name, 0.2 * (factor.high - factor.low))
-    half = min(half, 0.5 * abs(centre))
-    limits = physical_range(factor.key, config.experiment)
-    centre, half = inside(centre, half, *limits)
-    return replace(factor, low=round(centre - half, 9), high=round(centre + half, 9))
-
-
-def analyse_response_surface(config, design_file, region_file, output):
-    """Quadratic model, ANOVA, diagnostics and plots. Runs without a response are left out and
-    named; runs beyond the outlier limit are named, and the fit without them stands beside the one
-    of all."""
-    region = read_region(region_file)
-    every = with_responses(pd.read_csv(design_file), config)
-    runs = with_value(every, "response")
-    surface = fit_surface(runs, [f.code for f in region], runs["response"])
-    write_table(every, output.runs)
-    write_table(surface.coefficients, output.coefficients)
-    write_table(surface.anova, output.anova)
-    write_table(surface.diagnostics.assign(run=runs["run"].to_numpy()), output.diagnostics)
-    quantity = figures.quantity_of(config.target.metric)
-    figures.save(figures.predicted_actual(surface, quantity), output.predicted)
-    figures.save(figures.residual_panel(surface, quantity), output.residuals)
-    figures.save(figures.perturbation(surface, region, quantity), output.perturbation)
-    figures.save(figures.surfaces(surface, region, quantity), output.surfaces)
-    beside = _beside(runs, [f.code for f in region], "response", surface)
-    left_out = {"left_out": without_response(every)}
-    write_json(output.summary, _description(surface, region) | beside | left_out)
-    for target, path, figure in further_files(config, output):
-        here = with_value(every, target.metric)
-        try:
-            other = fit_surface(here, [f.code for f in region], here[target.metric])
-        except CalibrationError as error:
-            raise CalibrationError(f"further target {target.metric}: {error}") from None
-        write_json(path, _description(other, region))
-        quantity = figures.quantity_of(target.metric)
-        figures.save(figures.surfaces(other, region, quantity), figure)
-
-
-def _beside(runs, codes, column, surface):
-    """What stands beside the fit of all runs: outliers with the fit without them, and the model
-    that hierarchy leaves."""
-    found = outliers(surface)
-    beside = {
-        "outliers": [
-            {
-                "run": int(runs["run"].iloc[k]),
-                "studentised": float(surface.diagnostics["externally_studentised"].iloc[k]),
-            }
-            for k in found
-        ],
-        "outlier_limit": None if surface.df < 2 else outlier_limit(surface),
-        "reduced": _fit_words(reduced_surface(runs, codes, runs[column])),
-    }
-    if len(found):
-        rest = runs.drop(index=runs.index[found]).reset_index(drop=True)
-        try:
-            beside["without_outliers"] = _fit_words(fit_surface(rest, codes, rest[column]))
-        except CalibrationError as error:
-            beside["without_outliers"] = {"not_fitted": str(error)}
-    return beside
-
-
-def _fit_words(surface):
-    return {"equation_coded": surface.equation(), "statistics": surface.summary}
-
-
-def _description(surface, region):
-    """What a response surface is, for JSON: equation, statistics, stationary point and ridge."""
-    stationary = surface.canonical()
-    return _fit_words(surface) | {
-        "stationary_point": {
-            f.name: f.natural(float(x)) for f, x in zip(region, stationary["point"], strict=True)
-        },
-        "stationary_kind": stationary["kind"],
-        "eigenvalues": [float(v) for v in stationary["eigenvalues"]],
-        "ridge": _ridge(surface, region),
-    }
-
-
-def _ridge(surface, region):
-    """Points of the largest and least response at growing coded distance from the centre."""
-    radii = [0.25, 0.5, 0.75, 1.0]
-    rows = []
-    for way, rising in (("largest", True), ("least", False)):
-        points = surface.ridge(radii, rising)
-        for radius, point, response in zip(radii, points, surface.predict(points), strict=True):
-            levels = {f.name: f.natural(float(x)) for f, x in zip(region, point, strict=True)}
-            rows.append({"way": way, "radius": radius, "response": float(response)} | levels)
-    return rows
+STAGES = (
+    Stage(
+        name=FOLDER,
+        title="Response surface",
+        place=3,
+        tasks=(
+            Task(
+                "calibration.chain.response_surface:plan_response_surface",
+                "plan the response surface: Box-Behnken design",
+                reads=(*PLANNED, "response_surface"),
+                inputs={"ascent": "ascent/ascent.json", "fixed": bench_values},
+                outputs={"region": f"{FOLDER}/region.json"},
+                plans=FOLDER,
+            ),
+            Task(
+                "calibration.chain.response_surface:response_surface",
+                "response surface: quadratic model and its ANOVA",
+                reads=TARGETS,
+                inputs={
+                    "design": f"{FOLDER}/design.csv",
+                    "region": f"{FOLDER}/region.json",
+                    "runs": Runs(FOLDER),
+                },
+                outputs={
+                    "runs": f"{FOLDER}/runs.csv",
+                    "coefficients": f"{FOLDER}/coefficients.csv",
+                    "anova": f"{FOLDER}/anova.csv",
+                    "diagnostics": f"{FOLDER}/diagnostics.csv",
+                    "summary": f"{FOLDER}/response_surface.json",
+                    "further": PerTarget(f"{FOLDER}/{{}}.json"),
+                    "further_figures": PerTarget(f"{FOLDER}/surfaces_{{}}.svg"),
+                    "surfaces": Figure(f"{FOLDER}/surfaces.svg", "surfaces", ("coefficients.csv",)),
+                    "predicted": Figure(
+                        f"{FOLDER}/predicted_actual.svg", "predicted_actual", ("diagnostics.csv",)
+                    ),
+                    "residuals": Figure(
+                        f"{FOLDER}/residuals.svg", "residuals", ("diagnostics.csv",)
+                    ),
+                    "perturbation": Figure(
+                        f"{FOLDER}/perturbation.svg", "perturbation", ("coefficients.csv",)
+                    ),
+                },
+            ),
+        ),
+        tables=(
+            ("runs", "Design and results"),
+            ("anova", "Analysis of variance"),
+            ("coefficients", "Coefficients, in coded levels"),
+            ("diagnostics", "Residuals and influence"),
+        ),
+        sentences="calibration.chain.response_surface:sentences",
+        pictured=FOLDER,
+    ),
+)

@@ -1,111 +1,57 @@
-"""Screening: which factors matter."""
+"""Plackett-Burman screening: which factors matter."""
 
-import pandas as pd
-
-from calibration import figures
-from calibration.campaign import plan, write_plan
-from calibration.factors import read_factors
-from calibration.files import write_table
-from calibration.responses import (
-    columns,
-    strongest,
-    with_responses,
-    with_value,
-    without_response,
+from calibration.stages.stage import (
+    PLANNED,
+    TARGETS,
+    Figure,
+    PerTarget,
+    Runs,
+    Stage,
+    Task,
+    bench_values,
 )
-from calibration.stages.files import further_files
-from calibration.statistics.screening import screen, significant, why
-from calibration.statistics.screening_design import screening_design
-from dem.io.files import write_json
 
-
-def plan_screening(config, folder):
-    """Plan the design: the configured table of coded levels, or a generated one."""
-    factors, rules = read_factors(config.factors), config.screening
-    planned = plan(screening_design(factors, rules), factors, config, stage="screening")
-    write_plan(folder, *planned, inputs=[config.factors, rules.design])
-
-
-def analyse_screening(config, design_file, output):
-    """Effects, ANOVA and charts; writes the names of the factors that go on, largest effect first,
-    and why each does.
-
-    Runs without an angle are left out and named. With a foldover the configured table's own runs
-    decide, and the effects of both halves together stand beside them.
-    """
-    factors = read_factors(config.factors)
-    every = with_responses(pd.read_csv(design_file), config)
-    rules = config.screening
-    runs = every[every["fold"] == 1] if rules.foldover and rules.design else every
-    screened = _screened(config, factors, runs)
-    result = screened["response"]
-    deciding = strongest(list(screened.values())) if config.further_targets else result
-    codes, reasons = _going_on(config, factors, deciding)
-    names = {f.code: f.name for f in factors}
-    table = result.table.assign(name=result.table["code"].map(names))
-    write_table(every, output.runs)
-    write_table(table, output.effects)
-    write_table(result.anova, output.anova)
-    for target, path, figure in further_files(config, output):
-        _write_further(screened[target.metric], names, target, rules.alpha, path, figure)
-    quantity = figures.quantity_of(config.target.metric)
-    figures.save(figures.half_normal(table, codes, quantity), output.half_normal)
-    limits = result.t_limit, result.bonferroni_limit, rules.alpha
-    figures.save(figures.pareto(table, *limits, quantity), output.pareto)
-    summary = {
-        "factors": [names[c] for c in codes],
-        "why": {names[c]: words for c, words in reasons.items()},
-        "significant": [names[c] for c in significant(deciding, rules.alpha, at_least=0)],
-        **_numbers(result, names),
-        "method": result.method,
-        "alpha": rules.alpha,
-        "left_out": without_response(every),
-    }
-    if rules.foldover:
-        both = _screened(config, factors, every)["response"]
-        also = significant(both, rules.alpha, at_least=0)
-        summary["with_foldover"] = _numbers(both, names) | {"significant": [names[c] for c in also]}
-    write_json(output.summary, summary)
-
-
-def _screened(config, factors, runs):
-    """{column: Screening} of each response over the runs that have one."""
-    codes, found = [f.code for f in factors], {}
-    for column in columns(config):
-        here = with_value(runs, column)
-        found[column] = screen(here, codes, here[column], config.screening.alpha)
-    return found
-
-
-def _going_on(config, factors, deciding):
-    """Codes of the factors that go on, and why each does."""
-    rules = config.screening
-    # a configured path says which factors the user wants to follow where the screening leaves the
-    # choice open
-    preferred = (
-        [f.code for f in factors if f.name in config.ascent.step]
-        if config.ascent.rule == "configured"
-        else []
-    )
-    if rules.go_on:
-        codes = [f.code for f in factors if f.name in rules.go_on]
-    else:
-        codes = significant(deciding, rules.alpha, rules.at_least, rules.at_most, preferred)
-    return codes, why(deciding, codes, rules.alpha, preferred, rules.go_on)
-
-
-def _numbers(result, names):
-    """Effects and their p for JSON: against the residual or Lenth's error, and against the scatter
-    of seeds alone."""
-    table = result.table.assign(name=result.table["code"].map(names)).set_index("name")
-    found = {"effects": table["effect"].to_dict(), "p": table["p"].to_dict()}
-    if result.seed_sd is not None:
-        found |= {"p_seeds": table["p_seeds"].to_dict(), "seed_sd": result.seed_sd}
-    return found
-
-
-def _write_further(result, names, target, alpha, path, figure):
-    effects = result.table.assign(name=result.table["code"].map(names))
-    write_table(effects, path)
-    limits = result.t_limit, result.bonferroni_limit, alpha
-    figures.save(figures.pareto(effects, *limits, figures.quantity_of(target.metric)), figure)
+STAGES = (
+    Stage(
+        name="screening",
+        title="Screening",
+        place=1,
+        tasks=(
+            Task(
+                "calibration.chain.screening:plan_screening",
+                "plan the screening",
+                reads=(*PLANNED, "screening"),
+                inputs={
+                    "table": lambda study: study.config.screening.design or [],
+                    "fixed": bench_values,
+                },
+                plans="screening",
+            ),
+            Task(
+                "calibration.chain.screening:screening",
+                "screening: effects, ANOVA and the factors that go on",
+                reads=("factors", "screening", "ascent", *TARGETS),
+                inputs={"design": "screening/design.csv", "runs": Runs("screening")},
+                outputs={
+                    "effects": "screening/effects.csv",
+                    "anova": "screening/anova.csv",
+                    "runs": "screening/runs.csv",
+                    "summary": "screening/screening.json",
+                    "further": PerTarget("screening/effects_{}.csv"),
+                    "further_figures": PerTarget("screening/pareto_{}.svg"),
+                    "half_normal": Figure(
+                        "screening/half_normal.svg", "half_normal", ("effects.csv",)
+                    ),
+                    "pareto": Figure("screening/pareto.svg", "pareto", ("effects.csv",)),
+                },
+            ),
+        ),
+        tables=(
+            ("runs", "Design and results"),
+            ("effects", "Effects"),
+            ("anova", "Analysis of variance"),
+        ),
+        sentences="calibration.chain.screening:sentences",
+        pictured="screening",
+    ),
+)

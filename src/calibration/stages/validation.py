@@ -1,73 +1,46 @@
 """Validation: replicates at the optimum against the measurement."""
 
-import numpy as np
-import pandas as pd
+from calibration.stages.stage import (
+    PLANNED,
+    TARGETS,
+    Figure,
+    PerTarget,
+    Runs,
+    Stage,
+    Task,
+    bench_values,
+)
 
-from calibration import figures
-from calibration.campaign import plan, write_plan
-from calibration.config import read_target
-from calibration.factors import read_factors
-from calibration.files import write_table
-from calibration.responses import with_responses, without_response
-from calibration.stages.files import load
-from calibration.statistics.validate import compare
-from dem.io.files import write_json
-
-
-def plan_validation(config, optimum_file, folder):
-    """Plan groups of replicates at the optimum."""
-    factors, optimum = read_factors(config.factors), load(optimum_file)["optimum"]
-    rows = [
-        {"run": g * config.validation.replicates + r + 1, "group": g + 1, "replicate": r + 1}
-        | optimum
-        for g in range(config.validation.groups)
-        for r in range(config.validation.replicates)
-    ]
-    write_plan(folder, *plan(pd.DataFrame(rows), factors, config, stage="validation"))
-
-
-def analyse_validation(config, design_file, output):
-    """Compare the replicates with the measurement, and with the further ones where there are
-    any."""
-    runs = with_responses(pd.read_csv(design_file), config)
-    rules = config.validation
-    write_table(runs, output.runs)
-    groups = _groups(runs, "response")
-    found = _compare(groups, config, config.target, rules.margin, output.figure)
-    found["left_out"] = without_response(runs)
-    found["group_means"] = [float(v) for v in groups.mean(axis=1)]
-    measured = [t for t in config.further_targets if t.file]
-    drawn = dict(zip([t.metric for t in measured], output.get("further_figures", []), strict=True))
-    if config.further_targets:
-        found["further"] = {
-            t.metric: _compare(_groups(runs, t.metric), config, t, t.margin, drawn[t.metric])
-            if t.file
-            else _summary(_groups(runs, t.metric))
-            for t in config.further_targets
-        }
-    write_json(output.summary, found)
-
-
-def _groups(runs, column):
-    """Values (groups, replicates); where runs have none, the others as one group."""
-    groups = runs.pivot(index="group", columns="replicate", values=column).to_numpy(float)
-    missing = np.isnan(groups)
-    return groups[~missing][None] if missing.any() else groups
-
-
-def _compare(groups, config, target, margin, figure):
-    """Comparison of groups (g, r) with the measurement of a target, for JSON; draws it."""
-    measured = read_target(config, target)
-    result = compare(groups, measured, margin, config.validation.alpha)
-    quantity = figures.quantity_of(target.metric)
-    figures.save(figures.validation(groups, measured, result, quantity), figure)
-    return result.as_dict()
-
-
-def _summary(groups):
-    """Mean and standard deviation of a response that has no measurement."""
-    return {
-        "simulated_mean": float(groups.mean()),
-        "simulated_sd": float(groups.std(ddof=1)) if groups.size > 1 else None,
-        "simulated_n": int(groups.size),
-    }
+STAGES = (
+    Stage(
+        name="validation",
+        title="Validation",
+        place=5,
+        tasks=(
+            Task(
+                "calibration.chain.validation:plan_validation",
+                "plan the validation: replicates at the optimum",
+                reads=(*PLANNED, "validation"),
+                inputs={"optimum": "optimise/optimum.json", "fixed": bench_values},
+                plans="validation",
+            ),
+            Task(
+                "calibration.chain.validation:validation",
+                "validation: replicates at the optimum against the measurement",
+                reads=("validation", *TARGETS),
+                inputs={"design": "validation/design.csv", "runs": Runs("validation")},
+                outputs={
+                    "summary": "validation/validation.json",
+                    "runs": "validation/runs.csv",
+                    "further_figures": PerTarget("validation/{}.svg", measured=True),
+                    "figure": Figure(
+                        "validation/validation.svg", "validation", ("runs.csv", "validation.json")
+                    ),
+                },
+            ),
+        ),
+        tables=(("runs", "Replicates"),),
+        sentences="calibration.chain.validation:sentences",
+        pictured="validation",
+    ),
+)

@@ -24,10 +24,11 @@ from diagnosis.benchmark.figure import benchmark_figure
 from diagnosis.benchmark.laboratory import DECOYS, Case, Laboratory
 from diagnosis.benchmark.page import page
 from diagnosis.catalogue import load_catalogue
+from diagnosis.declared import SHARDS
 from diagnosis.design import plan
 from diagnosis.emulator_files import read_emulators
 from diagnosis.model import Emulated
-from diagnosis.settings import parameters_of
+from diagnosis.settings import parameters_of, read_settings
 from diagnosis.stages import teach_all
 
 MECHANISMS = {
@@ -222,6 +223,31 @@ def _key(config, settings, plan_file):
 def _name(case, key):
     text = key + json.dumps(asdict(case))
     return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+# as the workflow calls them
+
+
+def discovery_plan(study, source, output):
+    """See `plan_runs`."""
+    plan_runs(study.config, read_settings(source.settings), output)
+
+
+def discovery_emulate(study, source, output):
+    """See `emulate`."""
+    emulate(study.config, read_settings(source.settings), source, output)
+
+
+def discovery_shard(study, source, output):
+    """Diagnose the cases of one shard; the name of its table is its number."""
+    settings, table = read_settings(source.settings), Path(output.table)
+    kept = table.parents[1] / "kept"
+    run_shard(study.config, settings, source, int(table.stem), SHARDS, kept, table)
+
+
+def discovery_benchmark(study, source, output):
+    """See `merge`."""
+    merge(source.tables, output)
 
 
 def merge(tables, output):

@@ -1,0 +1,204 @@
+"""Optimum: the candidate of the response surface alone, and the optimum with the runs there
+added."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from calibration import figures
+from calibration.campaign import plan, write_plan
+from calibration.chain.files import load, read_region
+from calibration.config import goals, read_target
+from calibration.factors import Factor
+from calibration.files import write_table
+from calibration.physical import inside, physical_range
+from calibration.responses import columns, with_responses, with_value
+from calibration.statistics.composite import surface_design
+from calibration.statistics.optimise import compromise, solve
+from calibration.statistics.surface import fit_surface, outliers, parameter_interval
+from dem.io.files import write_json
+
+OUTLIER_REPEATS = 2
+
+
+def plan_candidate(study, source, output):
+    """Plan the runs at the candidate that the response surface alone gives, and repeats of its
+    outliers.
+
+    Where the target lies outside the region, the region moves: the runs are then the design of the
+    region that the optimum's summary names, which is recorded beside them.
+    """
+    config, factors, found = study.config, study.factors, load(source.optimum)
+    folder = Path(output.plan).parent
+    region_file, rules = folder / "region.json", config.response_surface
+    region_file.unlink(missing_ok=True)
+    if "moved_region" in found:
+        region = [Factor(**f) for f in found["moved_region"]]
+        rows = surface_design(region, rules.centre_runs, rules.replicates)
+        rows = rows.drop(columns=[f.code for f in region])
+    else:
+        points = [found["optimum"]] * config.optimise.candidate_runs
+        points += [point for point in found.get("repeat", ()) for _ in range(OUTLIER_REPEATS)]
+        rows = pd.DataFrame([{"run": k + 1} | point for k, point in enumerate(points)])
+    write_plan(folder, *plan(rows, factors, config, stage="candidate"))
+    if "moved_region" in found:
+        write_json(region_file, found["moved_region"])
+
+
+def augmented_runs(config, runs_file, region, candidate_file):
+    """The response surface's runs with those at the candidate added, in the same columns and in the
+    levels of `region`; of a region that moved, those that lie in it."""
+    candidate = with_responses(pd.read_csv(candidate_file), config)
+    runs = pd.concat([pd.read_csv(runs_file), candidate], ignore_index=True)
+    for f in region:
+        runs[f.code] = f.coded(runs[f.name])
+    inside = (runs[[f.code for f in region]].abs() <= 1.0 + 1e-6).all(axis=1)
+    return runs[inside].reset_index(drop=True)
+
+
+def _optimise(config, runs_file, region_file, output, candidate_file=None):
+    """Solve the surface for the measured mean, or with several targets find the most desirable
+    point; with `candidate_file` the runs at the candidate are fitted as well, in the region that
+    stands beside them if it moved."""
+    moved = Path(candidate_file).parent / "region.json" if candidate_file else None
+    region = read_region(moved if moved and moved.exists() else region_file)
+    codes = [f.code for f in region]
+    if candidate_file:
+        runs = augmented_runs(config, runs_file, region, candidate_file)
+    else:
+        runs = pd.read_csv(runs_file)
+    used = {c: with_value(runs, c) for c in columns(config)}
+    surfaces = [fit_surface(used[c], codes, used[c][c]) for c in columns(config)]
+    if config.further_targets:
+        found = _optimise_several(config, surfaces, region, output)
+    else:
+        found = _optimise_one(config, surfaces[0], region, output)
+        if not found["attainable"] and not candidate_file:
+            found["moved_region"] = _moved(config, region, found["optimum"])
+    suspects = used["response"].iloc[outliers(surfaces[0])]
+    found["repeat"] = suspects[[f.name for f in region]].to_dict("records")
+    found["region"] = [vars(f) for f in region]
+    write_json(output.summary, found | {"fitted_runs": len(used["response"])})
+
+
+def _moved(config, region, optimum):
+    """The region of the same size about the point nearest to the target, within what is physically
+    possible."""
+    found = []
+    for f in region:
+        limits = physical_range(f.key, config.experiment)
+        centre, half = inside(optimum[f.name], f.half_range, *limits)
+        found.append(vars(replace(f, low=round(centre - half, 9), high=round(centre + half, 9))))
+    return found
+
+
+def _optimise_one(config, surface, region, output):
+    """The point of the solution set that the configured rule takes."""
+    rules = config.optimise
+    point = [f.coded(rules.point.get(f.name, f.centre)) for f in region]
+    measured = read_target(config)
+    wanted, error = float(measured.mean()), float(measured.std(ddof=1) / np.sqrt(len(measured)))
+    solution = solve(surface, wanted, rules.rule, config.seed, point)
+    _write_points(solution.points, region, output.solutions)
+    quantity = figures.quantity_of(config.target.metric)
+    figures.save(figures.contours(surface, region, solution, quantity), output.contours)
+    intervals = [
+        parameter_interval(surface, wanted, solution.chosen, k, 0.05, error, len(measured) - 1)
+        for k in range(len(region))
+    ]
+    return {
+        "target": solution.target,
+        "target_se": error,
+        "target_df": len(measured) - 1,
+        "attainable": solution.attainable,
+        "rule": solution.rule,
+        "interval_95": {
+            f.name: [f.natural(x) for x in interval]
+            for f, interval in zip(region, intervals, strict=True)
+        },
+    } | _optimum(config, surface, region, solution.chosen, (solution.low, solution.high))
+
+
+def _optimise_several(config, surfaces, region, output):
+    """The most desirable point; its solution set is the region that is nearly as desirable."""
+    wanted = goals(config)
+    found = compromise(surfaces, wanted, config.seed)
+    _write_points(found.points, region, output.solutions)
+    figures.save(figures.desirability_contours(surfaces, wanted, region, found), output.contours)
+    rows = zip(columns(config).values(), surfaces, wanted, strict=True)
+    return (
+        {
+            "target": wanted[0].target,
+            "attainable": bool(found.desirability > 1.0 - 1e-3),
+            "rule": "desirability",
+            "desirability": found.desirability,
+        }
+        | _optimum(config, surfaces[0], region, found.chosen, (found.low, found.high))
+        | {
+            "responses": {
+                metric: _expected(config, surface, goal, found.chosen)
+                for metric, surface, goal in rows
+            }
+        }
+    )
+
+
+def _expected(config, surface, goal, chosen):
+    """What one of several responses is expected to be at the optimum."""
+    predicted = float(surface.predict([chosen])[0])
+    low, high = surface.confirmation_interval([chosen], _confirmation_runs(config))
+    return {
+        "goal": goal.kind,
+        "target": goal.target,
+        "predicted": predicted,
+        "confirmation_interval": [float(low[0]), float(high[0])],
+        "desirability": float(goal.desirability(predicted)),
+    }
+
+
+def _confirmation_runs(config):
+    return config.validation.groups * config.validation.replicates
+
+
+def _optimum(config, surface, region, chosen, extent):
+    """The chosen point with the response that is expected there, and the extent (low, high) of its
+    alternatives."""
+    count = _confirmation_runs(config)
+    low, high = surface.confirmation_interval([chosen], count)
+    # what differs beyond six digits is the solver's noise, which must not rename the cached
+    # validation runs
+    optimum = [round(float(x), 6) for x in chosen]
+    return {
+        "optimum": {f.name: f.natural(x) for f, x in zip(region, optimum, strict=True)},
+        "optimum_coded": {f.code: x for f, x in zip(region, optimum, strict=True)},
+        "predicted": float(surface.predict([chosen])[0]),
+        "confirmation_interval": [float(low[0]), float(high[0])],
+        "confirmation_runs": count,
+        "standard_error": float(surface.standard_error([chosen])[0]),
+        "solution_set": {
+            f.name: [f.natural(float(a)), f.natural(float(b))]
+            for f, a, b in zip(region, *extent, strict=True)
+        },
+    }
+
+
+def _write_points(points, region, path):
+    """Table of coded points (m, factors) in natural and coded levels."""
+    natural = {f.name: f.natural(points[:, k]) for k, f in enumerate(region)}
+    coded = {f"{f.code}_coded": points[:, k] for k, f in enumerate(region)}
+    write_table(pd.DataFrame(natural | coded), path)
+
+
+# as the workflow calls them
+
+
+def candidate(study, source, output):
+    """The optimum of the response surface alone."""
+    _optimise(study.config, source.runs, source.region, output)
+
+
+def optimise(study, source, output):
+    """The optimum of the surface that is fitted to the runs at the candidate as well."""
+    _optimise(study.config, source.runs, source.region, output, source.candidate)

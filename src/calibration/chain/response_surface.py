@@ -1,0 +1,149 @@
+"""Response surface: a quadratic model of the region."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+
+from calibration import figures
+from calibration.campaign import plan, write_plan
+from calibration.chain.files import further_files, load, read_region
+from calibration.errors import CalibrationError
+from calibration.files import write_table
+from calibration.physical import inside, physical_range
+from calibration.responses import with_responses, with_value, without_response
+from calibration.statistics.composite import surface_design
+from calibration.statistics.surface import fit_surface, outlier_limit, outliers, reduced_surface
+from dem.io.files import write_json
+
+
+def plan_response_surface(study, source, output):
+    """Plan the Box-Behnken design around the ascent's centre, or the configured one, and record its
+    region."""
+    config, factors, ascent = study.config, study.factors, load(source.ascent)
+    varied = [f for f in factors if f.name in ascent["centre"]]
+    centre = ascent["centre"] | config.response_surface.centre
+    region = [_around(f, centre[f.name], config) for f in varied]
+    rules = config.response_surface
+    design = surface_design(region, rules.centre_runs, rules.replicates)
+    others = [f for f in factors if f not in varied]
+    table, specs = plan(design, [*region, *others], config, stage="response_surface")
+    write_plan(Path(output.plan).parent, table, specs)
+    write_json(output.region, [vars(f) for f in region])
+
+
+def _around(factor, centre, config):
+    """The factor with levels centre -+ half width: the configured one or a fifth of the factor's
+    range.
+
+    Levels beyond what is physically possible move the region, and half the centre is the most, so
+    that no friction becomes zero.
+    """
+    half = config.response_surface.half_width.get(factor.name, 0.2 * (factor.high - factor.low))
+    half = min(half, 0.5 * abs(centre))
+    limits = physical_range(factor.key, config.experiment)
+    centre, half = inside(centre, half, *limits)
+    return replace(factor, low=round(centre - half, 9), high=round(centre + half, 9))
+
+
+def analyse_response_surface(config, design_file, region_file, output):
+    """Quadratic model, ANOVA, diagnostics and plots. Runs without a response are left out and
+    named; runs beyond the outlier limit are named, and the fit without them stands beside the one
+    of all."""
+    region = read_region(region_file)
+    every = with_responses(pd.read_csv(design_file), config)
+    runs = with_value(every, "response")
+    surface = fit_surface(runs, [f.code for f in region], runs["response"])
+    write_table(every, output.runs)
+    write_table(surface.coefficients, output.coefficients)
+    write_table(surface.anova, output.anova)
+    write_table(surface.diagnostics.assign(run=runs["run"].to_numpy()), output.diagnostics)
+    quantity = figures.quantity_of(config.target.metric)
+    figures.save(figures.predicted_actual(surface, quantity), output.predicted)
+    figures.save(figures.residual_panel(surface, quantity), output.residuals)
+    figures.save(figures.perturbation(surface, region, quantity), output.perturbation)
+    figures.save(figures.surfaces(surface, region, quantity), output.surfaces)
+    beside = _beside(runs, [f.code for f in region], "response", surface)
+    left_out = {"left_out": without_response(every)}
+    write_json(output.summary, _description(surface, region) | beside | left_out)
+    for target, path, figure in further_files(config, output):
+        here = with_value(every, target.metric)
+        try:
+            other = fit_surface(here, [f.code for f in region], here[target.metric])
+        except CalibrationError as error:
+            raise CalibrationError(f"further target {target.metric}: {error}") from None
+        write_json(path, _description(other, region))
+        quantity = figures.quantity_of(target.metric)
+        figures.save(figures.surfaces(other, region, quantity), figure)
+
+
+def _beside(runs, codes, column, surface):
+    """What stands beside the fit of all runs: outliers with the fit without them, and the model
+    that hierarchy leaves."""
+    found = outliers(surface)
+    beside = {
+        "outliers": [
+            {
+                "run": int(runs["run"].iloc[k]),
+                "studentised": float(surface.diagnostics["externally_studentised"].iloc[k]),
+            }
+            for k in found
+        ],
+        "outlier_limit": None if surface.df < 2 else outlier_limit(surface),
+        "reduced": _fit_words(reduced_surface(runs, codes, runs[column])),
+    }
+    if len(found):
+        rest = runs.drop(index=runs.index[found]).reset_index(drop=True)
+        try:
+            beside["without_outliers"] = _fit_words(fit_surface(rest, codes, rest[column]))
+        except CalibrationError as error:
+            beside["without_outliers"] = {"not_fitted": str(error)}
+    return beside
+
+
+def _fit_words(surface):
+    return {"equation_coded": surface.equation(), "statistics": surface.summary}
+
+
+def _description(surface, region):
+    """What a response surface is, for JSON: equation, statistics, stationary point and ridge."""
+    stationary = surface.canonical()
+    return _fit_words(surface) | {
+        "stationary_point": {
+            f.name: f.natural(float(x)) for f, x in zip(region, stationary["point"], strict=True)
+        },
+        "stationary_kind": stationary["kind"],
+        "eigenvalues": [float(v) for v in stationary["eigenvalues"]],
+        "ridge": _ridge(surface, region),
+    }
+
+
+def _ridge(surface, region):
+    """Points of the largest and least response at growing coded distance from the centre."""
+    radii = [0.25, 0.5, 0.75, 1.0]
+    rows = []
+    for way, rising in (("largest", True), ("least", False)):
+        points = surface.ridge(radii, rising)
+        for radius, point, response in zip(radii, points, surface.predict(points), strict=True):
+            levels = {f.name: f.natural(float(x)) for f, x in zip(region, point, strict=True)}
+            rows.append({"way": way, "radius": radius, "response": float(response)} | levels)
+    return rows
+
+
+# as the workflow calls them
+
+
+def response_surface(study, source, output):
+    """See `analyse_response_surface`."""
+    analyse_response_surface(study.config, source.design, source.region, output)
+
+
+def sentences(summary, quantity):
+    """What came out, for the report."""
+    s = summary["statistics"]
+    return [
+        f"{quantity.name.capitalize()} = {summary['equation_coded']} in coded levels.",
+        f"R² {s['R2']:.3f}, adjusted {s['R2_adj']:.3f}, predicted {s['R2_pred']:.3f}; "
+        f"CV {s['CV_percent']:.2f} %; adequate precision {s['adequate_precision']:.1f}; "
+        f"lack of fit p = {s['lack_of_fit_p']:.2g}.",
+    ]

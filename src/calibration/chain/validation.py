@@ -1,0 +1,118 @@
+"""Validation: replicates at the optimum against the measurement."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from calibration import figures
+from calibration.campaign import plan, write_plan
+from calibration.chain.files import load
+from calibration.config import read_target
+from calibration.files import write_table
+from calibration.responses import with_responses, without_response
+from calibration.statistics.validate import compare
+from dem.io.files import write_json
+
+
+def plan_validation(study, source, output):
+    """Plan groups of replicates at the optimum."""
+    config, factors = study.config, study.factors
+    optimum = load(source.optimum)["optimum"]
+    rows = [
+        {"run": g * config.validation.replicates + r + 1, "group": g + 1, "replicate": r + 1}
+        | optimum
+        for g in range(config.validation.groups)
+        for r in range(config.validation.replicates)
+    ]
+    write_plan(
+        Path(output.plan).parent, *plan(pd.DataFrame(rows), factors, config, stage="validation")
+    )
+
+
+def analyse_validation(config, design_file, output):
+    """Compare the replicates with the measurement, and with the further ones where there are
+    any."""
+    runs = with_responses(pd.read_csv(design_file), config)
+    rules = config.validation
+    write_table(runs, output.runs)
+    groups = _groups(runs, "response")
+    found = _compare(groups, config, config.target, rules.margin, output.figure)
+    found["left_out"] = without_response(runs)
+    found["group_means"] = [float(v) for v in groups.mean(axis=1)]
+    measured = [t for t in config.further_targets if t.file]
+    drawn = dict(zip([t.metric for t in measured], output.get("further_figures", []), strict=True))
+    if config.further_targets:
+        found["further"] = {
+            t.metric: _compare(_groups(runs, t.metric), config, t, t.margin, drawn[t.metric])
+            if t.file
+            else _summary(_groups(runs, t.metric))
+            for t in config.further_targets
+        }
+    write_json(output.summary, found)
+
+
+def _groups(runs, column):
+    """Values (groups, replicates); where runs have none, the others as one group."""
+    groups = runs.pivot(index="group", columns="replicate", values=column).to_numpy(float)
+    missing = np.isnan(groups)
+    return groups[~missing][None] if missing.any() else groups
+
+
+def _compare(groups, config, target, margin, figure):
+    """Comparison of groups (g, r) with the measurement of a target, for JSON; draws it."""
+    measured = read_target(config, target)
+    result = compare(groups, measured, margin, config.validation.alpha)
+    quantity = figures.quantity_of(target.metric)
+    figures.save(figures.validation(groups, measured, result, quantity), figure)
+    return result.as_dict()
+
+
+def _summary(groups):
+    """Mean and standard deviation of a response that has no measurement."""
+    return {
+        "simulated_mean": float(groups.mean()),
+        "simulated_sd": float(groups.std(ddof=1)) if groups.size > 1 else None,
+        "simulated_n": int(groups.size),
+    }
+
+
+# as the workflow calls them
+
+
+def validation(study, source, output):
+    """See `analyse_validation`."""
+    analyse_validation(study.config, source.design, output)
+
+
+def sentences(summary, quantity):
+    """What came out, for the report."""
+    further = [
+        f"{figures.quantity_of(metric).name.capitalize()}: {_difference(found, figures.quantity_of(metric))}"
+        for metric, found in summary.get("further", {}).items()
+        if "difference" in found
+    ]
+    return [_difference(summary, quantity), *_independence(summary), *further]
+
+
+def _independence(summary):
+    """Whether the values of all groups may count as independent; nothing where it could not be tested."""
+    if summary.get("groups_p") is None:
+        return []
+    test = f"(F test between groups, p = {summary['groups_p']:.2g})"
+    if summary["groups_differ"]:
+        return [
+            f"The groups differ {test}: their values are not independent, the interval is too narrow."
+        ]
+    return [
+        f"The groups do not differ {test}, so that all {summary['simulated_n']} values count as independent."
+    ]
+
+
+def _difference(found, quantity):
+    word = "equivalent" if found["equivalent"] else "not shown to be equivalent"
+    apart, low, high = (figures.signed(found[f"difference{end}"]) for end in ("", "_low", "_high"))
+    return (
+        f"Difference {apart}{quantity.unit} (95 % {low} to {high}); {word} within ±{found['margin']:g}{quantity.unit} "
+        f"(p = {found['equivalence_p']:.2g}); t test p = {found['t_p']:.2g}."
+    )

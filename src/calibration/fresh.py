@@ -1,0 +1,98 @@
+"""What a rule's result depends on beside its files: the code and the sections of the configuration that it reads.
+
+The code is found from the imports, beginning with the module of the rule's function. Comments,
+docstrings and layout do not count. Runs are not among these rules: their spec and the engine name them.
+"""
+
+import ast
+import hashlib
+import json
+from functools import cache
+from pathlib import Path
+
+from dem.fingerprint import code_of
+
+SOURCES = Path(__file__).parents[1]
+FINDS_BY_ITSELF = ("iter_modules", "import_module")
+
+
+def task_digest(task, config, sources=SOURCES):
+    """The `digest` of a declared task."""
+    return digest(config, task.reads, [task.function.split(":")[0]], sources)
+
+
+def digest(config, sections, names, sources=SOURCES):
+    """First 12 hex digits of a hash of sections of a `Config` and of the code that importing the modules `names` brings
+    in; sources: the folder of the packages."""
+    values = config.model_dump(mode="json", include=set(sections))
+    parts = [json.dumps(values, sort_keys=True)]
+    files = {path for name in names for path in modules(name, Path(sources))}
+    parts += [_content(path, path.stat().st_mtime_ns) for path in sorted(files)]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:12]
+
+
+@cache
+def modules(name, sources=SOURCES):
+    """Files that importing the module `name` of the project brings in, itself among them, and the data files of their
+    packages."""
+    found, left = set(), [_file(name, sources)]
+    while left:
+        path = left.pop()
+        if path not in found:
+            found.add(path)
+            left += _imported(path, sources)
+    return found | {data for path in found for data in _data_beside(path)}
+
+
+@cache
+def _imported(path, sources):
+    """Files of the project that a module imports; all of its package where it finds modules by itself."""
+    text = path.read_text()
+    tree, found = ast.parse(text), set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found |= {_file(alias.name, sources) for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found |= {_source(node.module, alias.name, sources) for alias in node.names}
+    if path.name == "__init__.py" and any(word in text for word in FINDS_BY_ITSELF):
+        found |= set(path.parent.rglob("*.py"))
+    return frozenset(found - {None})
+
+
+def _source(module, name, sources):
+    """File that `from module import name` takes the name from: a module of that name, or where a package only passes
+    the name on, the module that has it."""
+    inside, path = _file(f"{module}.{name}", sources), _file(module, sources)
+    if inside or path is None or path.name != "__init__.py":
+        return inside or path
+    return _passed_on(path, sources).get(name, path)
+
+
+@cache
+def _passed_on(package, sources):
+    """{name: file} of the names that a package takes from its modules."""
+    return {
+        alias.asname or alias.name: _source(node.module, alias.name, sources)
+        for node in ast.parse(package.read_text()).body
+        if isinstance(node, ast.ImportFrom) and _file(node.module, sources)
+        for alias in node.names
+    }
+
+
+@cache
+def _file(name, sources):
+    """File of a module of the project, None for another's."""
+    place = sources.joinpath(*(name or "").split("."))
+    files = (place.with_suffix(".py"), place / "__init__.py") if name else ()
+    return next((path for path in files if path.is_file()), None)
+
+
+def _data_beside(path):
+    """Templates and schemas that belong to the package of a module."""
+    return [p for p in path.parent.iterdir() if p.suffix in (".j2", ".json")]
+
+
+@cache
+def _content(path, _changed):
+    """What counts of a file; many tasks share it."""
+    return code_of(path.read_bytes()) if path.suffix == ".py" else path.read_text()

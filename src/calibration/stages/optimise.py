@@ -1,0 +1,54 @@
+"""Optimum: the candidate of the response surface alone, and the optimum with the runs there added.
+
+The surface's optimum is one point of a fit to few runs. Runs are added there and the surface is solved
+again, so that what is validated does not rest on how five centre runs happened to fall.
+"""
+
+from calibration.stages.stage import PLANNED, TARGETS, Figure, Runs, Stage, Task, bench_values
+
+SOLVED = ("seed", "experiment", "optimise", "validation", *TARGETS)
+SURFACE = {"runs": "response_surface/runs.csv", "region": "response_surface/region.json"}
+
+STAGES = (
+    Stage(
+        name="optimise",
+        title="Optimum",
+        place=4,
+        tasks=(
+            Task(
+                "calibration.chain.optimum:candidate",
+                "candidate: the optimum of the response surface alone",
+                reads=SOLVED,
+                inputs=SURFACE,
+                outputs={
+                    "summary": "candidate/optimum.json",
+                    "solutions": "candidate/solution_set.csv",
+                    "contours": "candidate/contours.svg",
+                },
+            ),
+            Task(
+                "calibration.chain.optimum:plan_candidate",
+                "plan the runs at the candidate",
+                reads=(*PLANNED, "optimise", "response_surface"),
+                inputs={"optimum": "candidate/optimum.json", "fixed": bench_values},
+                plans="candidate",
+            ),
+            Task(
+                "calibration.chain.optimum:optimise",
+                "optimum: all points that give the measured value, and the chosen one",
+                reads=SOLVED,
+                inputs=SURFACE
+                | {"candidate": "candidate/design.csv", "candidate_runs": Runs("candidate")},
+                outputs={
+                    "summary": "optimise/optimum.json",
+                    "solutions": "optimise/solution_set.csv",
+                    "contours": Figure(
+                        "optimise/contours.svg", "contours", ("solution_set.csv", "optimum.json")
+                    ),
+                },
+            ),
+        ),
+        tables=(("solution_set", "Points of the solution set"),),
+        pictured="candidate",
+    ),
+)

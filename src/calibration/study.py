@@ -1,0 +1,107 @@
+"""A study: its configuration, factors, measured values and what its stages have left.
+
+The workflow hands one to each stage, narrowed to the sections of the configuration that the stage
+declares; in Python `Study("wheat")` opens one from its folder.
+"""
+
+import json
+from functools import cached_property
+from pathlib import Path
+
+from calibration.config import Config, goals, read_target
+from calibration.errors import CalibrationError
+from calibration.factors import read_factors
+
+ALWAYS = ("name",)  # where a study's files are; it decides none of their content
+
+
+class UndeclaredError(CalibrationError):
+    """A stage reads a section of the configuration that its declaration does not name."""
+
+
+class Sections:
+    """Those sections of a `Config` that a stage declares; another one raises UndeclaredError."""
+
+    def __init__(self, config, names):
+        self._config, self._names = config, tuple(names)
+
+    def __getattr__(self, key):
+        if key in Config.model_fields and key not in (*self._names, *ALWAYS):
+            raise UndeclaredError(f"the stage reads {key}, but declares {', '.join(self._names)}")
+        return getattr(self._config, key)
+
+    def model_copy(self, update):
+        """A copy with some sections changed."""
+        return Sections(self._config.model_copy(update=update), self._names)
+
+
+class Results:
+    """What the stages of a study have left in its folder; a stage that has not run gives None."""
+
+    def __init__(self, folder):
+        self.folder = Path(folder)
+        self.name = self.folder.name
+
+    def summary(self, stage, name=None):
+        """Summary of a stage as a mapping, or None; `name`: another JSON file of it."""
+        names = [name] if name else [stage, "optimum"]
+        paths = [self.folder / stage / f"{n}.json" for n in names]
+        return next((json.loads(p.read_text()) for p in paths if p.is_file()), None)
+
+    def table(self, stage, name):
+        """Table `name`.csv of a stage as a data frame, or None."""
+        import pandas as pd  # takes seconds to load, which who only plans need not wait for
+
+        path = self.folder / stage / f"{name}.csv"
+        return pd.read_csv(path) if path.is_file() else None
+
+
+class Study(Results):
+    """A study with its configuration; see the module."""
+
+    def __init__(self, config, folder=None):
+        super().__init__(folder or f"results/{config.name}")
+        self.config = config
+
+    @classmethod
+    def of(cls, data, bench_files=()):
+        """The study of already checked settings (a mapping); the levels that the bench tests found, where given,
+        replace its own."""
+        config = Config.model_validate(data)
+        for file in bench_files:
+            found = json.loads(Path(file).read_text())["fixed"]
+            config = config.model_copy(update={"fixed": config.fixed | found})
+        return cls(config)
+
+    def reading(self, sections):
+        """This study for a stage that declares these sections of the configuration."""
+        return type(self)(Sections(self.config, sections), self.folder)
+
+    @cached_property
+    def factors(self):
+        """The factors of the table, in its order. Raises ConfigError."""
+        return read_factors(self.config.factors)
+
+    @property
+    def targets(self):
+        """The main target, then the further ones."""
+        return [self.config.target, *self.config.further_targets]
+
+    def measured(self, target=None):
+        """(n,) measured values of a target, of the main one unless given. Raises ConfigError."""
+        return read_target(self.config, target)
+
+    def goals(self):
+        """What is asked of each target, see `calibration.config.goals`. Raises ConfigError."""
+        return goals(self.config)
+
+    def plan(self, design, experiment=None, run=None, seed=None):
+        """The design table (pandas) with seeds and run names, and {run name: spec}; see `calibration.campaign.plan`.
+
+        experiment, run, seed: in place of the configuration's own.
+        """
+        from calibration.campaign import plan
+
+        changes = {"run": run, "seed": seed}
+        changes = {key: value for key, value in changes.items() if value is not None}
+        return plan(design, self.factors, self.config.model_copy(update=changes), experiment)

@@ -1,0 +1,71 @@
+"""The stages that concern the paper alone, for a study that names one of them in its supplements."""
+
+from pathlib import Path
+
+from calibration.stages import Figure, Stage, Task
+
+TABLES = Path("data/paper")
+
+
+def tables(study):
+    """The paper's printed tables."""
+    return sorted(str(path) for path in TABLES.glob("*.csv"))
+
+
+def beside(study):
+    """The validations of the further studies that count beside this one, where they have been run."""
+    names = [n for n in study.config.reproduction.beside if n != study.name]
+    paths = (study.folder.parent / n / "validation" / "validation.json" for n in names)
+    return [str(path) for path in paths if path.exists()]
+
+
+STAGES = (
+    Stage(
+        name="audit",
+        title="The paper's arithmetic",
+        category="Audit of the paper",
+        place=12,
+        about="Every printed figure and statement, recomputed from the paper's own tables; disagreements come "
+        "first.",
+        unshown=("id",),
+        tasks=(
+            Task(
+                "paper.tasks:audit",
+                "audit: recompute every printed figure of the paper",
+                inputs={"tables": tables},
+                outputs={
+                    "table": "audit/audit.csv",
+                    "page": Figure("audit/audit.html", "audit"),
+                },
+            ),
+        ),
+    ),
+    Stage(
+        name="reproduction",
+        title="This study beside the paper",
+        category="Reproduction",
+        place=10,
+        about="Each printed result of the paper beside ours.",
+        unshown=("id", "headline", "study", "n", "low", "high"),
+        tasks=(
+            Task(
+                "paper.tasks:reproduction",
+                "reproduction: every table and equation of the paper beside this study's values",
+                reads=("run", "factors", "reproduction"),
+                inputs={
+                    "tables": tables,
+                    "beside": beside,
+                    "validation": "validation/validation.json",
+                    "tilt": "tilt/tilt.json",
+                    "drop": "drop/drop.json",
+                    "shear": "shear/shear.json",
+                    "scaling": "scaling/scaling.json",
+                },
+                outputs={
+                    "table": Figure("reproduction/reproduction.csv", "reproduction"),
+                    "summary": "reproduction/reproduction.json",
+                },
+            ),
+        ),
+    ),
+)

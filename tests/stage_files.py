@@ -1,0 +1,17 @@
+"""Input and output files of a stage, as snakemake hands them to it."""
+
+from types import SimpleNamespace
+
+
+class Files(SimpleNamespace):
+    """Files by name; iterated and indexed in their order."""
+
+    def get(self, name, default=None):
+        """The file of a name, or a default."""
+        return getattr(self, name, default)
+
+    def __iter__(self):
+        return iter(vars(self).values())
+
+    def __getitem__(self, n):
+        return list(self)[n]

@@ -1,0 +1,159 @@
+"""What is made again: a task whose function imports what was edited, or that reads the section that was changed."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+import yaml
+
+from calibration.config import overlay, parse_config
+from calibration.fresh import modules, task_digest
+from calibration.stages import load_stages
+
+ROOT = Path(__file__).parents[2]
+STAGES = load_stages("calibration.stages", "diagnosis.declared", "paper.stages")
+TASKS = {task.rule: task for stage in STAGES.values() for task in stage.tasks}
+PLANS = {name for name in TASKS if name.startswith("plan_")}
+CHAIN = {"screening", "ascent", "response_surface", "candidate", "optimise", "validation"}
+HEAPS = {
+    "plan_screening",
+    "plan_ascent",
+    "plan_response_surface",
+    "plan_candidate",
+    "plan_validation",
+}
+EXPORTS = {
+    "export",
+    "export_rolling",
+    "export_converted",
+    "plan_export_scan",
+    "plan_export_confirmation",
+}
+TILT = {"plan_tilt", "plan_tilt_confirmation", "tilt"}
+DROP = {"plan_drop", "plan_drop_confirmation", "drop"}
+SWEEPS = TILT | DROP | {"bench_parameters"}
+SHEAR, SCALING = {"plan_shear", "shear"}, {"plan_scaling", "scaling"}
+NUMERICS, PAPER = {"plan_numerics", "numerics"}, {"audit", "reproduction"}
+DIAGNOSIS = {name for name in TASKS if name.startswith("diagn")}
+SUITE = {name for name in TASKS if name.startswith("discovery")}
+EDITS = {
+    # a module that is edited: the rules that run again. A file's plan and analysis go together
+    "calibration/chain/validation.py": {"plan_validation", "validation"},
+    "calibration/bench_tests/shear.py": SHEAR,
+    "calibration/scaling/probe.py": {"scaling"},
+    "calibration/statistics/screening.py": {"plan_screening", "screening"} | PAPER,
+    "calibration/export/yade.py": EXPORTS,
+    "calibration/figures/optimum.py": None,
+    "diagnosis/verdict.py": DIAGNOSIS | SUITE,
+    "diagnosis/verdict.schema.json": DIAGNOSIS | SUITE,
+    "diagnosis/benchmark/hidden.py": SUITE,
+    "diagnosis/catalogue/air_drag.py": DIAGNOSIS | SUITE,
+    "paper/audit/bench.py": PAPER,
+    "paper/reproduction/chain.py": PAPER,
+    "paper/reference.py": set(),
+    "dem/cli.py": set(),
+}
+SECTIONS = [
+    # a key that is changed: the rules that run again
+    ("validation", "margin", 2.0, {
+        "plan_validation", "validation", "candidate", "optimise", "export", "export_rolling",
+    }),
+    ("screening", "alpha", 0.1, {"plan_screening", "screening", "export"}),
+    ("ascent", "steps", 6, {"plan_ascent", "screening", "export"}),
+    ("response_surface", "centre_runs", 6, {"plan_response_surface", "plan_candidate", "export"}),
+    ("optimise", "candidate_runs", 9, {"plan_candidate", "candidate", "optimise", "export"}),
+    ("bench", "shear", {"replicates": 5}, TILT | DROP | SHEAR | {"export"}),
+    ("scaling", "margin_deg", 1.5, SCALING | {"export"}),
+    ("reproduction", "beside", [], {"reproduction", "export"}),
+    ("published", "names", {"particles.count": "other"}, {"export"}),
+    ("target", "low", 30.0, CHAIN | EXPORTS | {"numerics", "posterior"}),
+    ("seed", None, 5, PLANS | EXPORTS | {"tilt", "drop", "candidate", "optimise", "posterior"}),
+    ("name", None, "other", {"export"}),
+    ("supplements", None, ["tilt"], {"export"}),
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def data():
+    return yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+
+
+@pytest.fixture(scope="module")
+def config(data):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(ROOT)
+        return parse_config(data)
+
+
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("copy") / "src"
+    shutil.copytree(ROOT / "src", folder, ignore=shutil.ignore_patterns("__pycache__"))
+    return folder
+
+
+def digests(config, sources=ROOT / "src"):
+    return {name: task_digest(task, config, sources) for name, task in TASKS.items()}
+
+
+@pytest.fixture(scope="module")
+def before(config, sources):
+    return digests(config, sources)
+
+
+@pytest.mark.parametrize("module", EDITS)
+def test_an_edited_module_makes_stale_what_imports_it(module, config, sources, before):
+    path = sources / module
+    text = path.read_text()
+    edit = '{"a": 1}' if module.endswith(".json") else text + "\nEDITED = True\n"
+    path.write_text(edit)
+    after = digests(config, sources)
+    path.write_text(text)
+    stale = {name for name in TASKS if after[name] != before[name]}
+    if EDITS[module] is None:  # figures come as one package: every stage that draws
+        drawing = CHAIN | {"tilt", "drop", "shear", "scaling", "numerics"}
+        assert drawing <= stale
+        assert not stale & {"audit"}
+    else:
+        assert stale == EDITS[module]
+
+
+def test_comments_and_docstrings_make_nothing_stale(config, sources, before):
+    path = sources / "calibration/chain/screening.py"
+    text = path.read_text()
+    path.write_text(
+        text.replace("Screening: which factors matter", "Other words") + "\n# a remark\n"
+    )
+    after = digests(config, sources)
+    path.write_text(text)
+    assert after == before
+
+
+@pytest.mark.parametrize(("section", "key", "value", "expected"), SECTIONS)
+def test_a_changed_key_makes_stale_what_reads_its_section(
+    section, key, value, expected, data, before, sources
+):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(ROOT)
+        changed = parse_config(overlay(data, {section: {key: value} if key else value}))
+    after = digests(changed, sources)
+    assert {name for name in TASKS if after[name] != before[name]} == expected
+
+
+def test_every_section_of_the_configuration_is_read_by_a_stage_or_stands_for_its_files(config):
+    read = {section for name, task in TASKS.items() if name != "export" for section in task.reads}
+    # where files are, which pages wait for which stage, and what only the written-out study has
+    files = {"name", "supplements", "fixed_from", "published", "engine", "resolution"}
+    assert set(type(config).model_fields) == read | files
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_every_declared_function_exists_and_bears_the_rule_s_name(name):
+    assert callable(TASKS[name].load())
+
+
+def test_a_task_depends_on_its_module_and_not_on_the_workflow():
+    found = modules("calibration.chain.screening")
+    assert ROOT / "src/calibration/chain/screening.py" in found
+    assert ROOT / "src/calibration/chain/ascent.py" not in found
+    assert not any("stages" in path.parts for path in found)

@@ -1,0 +1,3 @@
+from calibration.jobs import run_task
+
+run_task(snakemake)
