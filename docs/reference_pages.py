@@ -170,7 +170,7 @@ def help_of(arguments):
 PAGES = {"configuration.md": configuration, "run_spec.md": run_spec, "command.md": command}
 
 
-KEPT = re.compile(r"\]\(\.\./(results/reference/[^)]+)\)")
+KEPT = re.compile(r"\]\(\.\./((?:results/reference|benchmarks)/[^)]+)\)")
 """Links of pages to kept results, which lie outside docs/."""
 
 

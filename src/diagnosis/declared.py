@@ -5,7 +5,7 @@ from calibration.stages import Figure, Runs, Stage, Task
 FOLDER, EXTENSION, SETTINGS = "diagnosis", "diagnosis/extension", "config/diagnosis.yaml"
 BENCHMARK, BENCHMARK_SETTINGS = "discovery", "config/discovery.yaml"
 SHARDS = 8
-READS = ("run", "factors", "diagnosis", "measurements")
+READS = ("experiment", "run", "factors", "diagnosis", "measurements")
 
 
 def settings(study):
@@ -136,7 +136,7 @@ def _benchmark_task(name, message, **more):
     inputs = {"settings": benchmark_settings} | more.pop("inputs", {})
     function = f"diagnosis.benchmark.study:{name}"
     text = f"benchmark of the diagnosis: {message}"
-    return Task(function, text, ("run", "factors"), inputs, **more)
+    return Task(function, text, ("experiment", "run", "factors"), inputs, **more)
 
 
 SUITE = Stage(

@@ -1,4 +1,5 @@
-"""Keeps the results of a finished study under results/reference/ and writes them beside the paper's into the README.
+"""Keeps the results of a finished study under results/reference/ and writes them beside the paper's: six rows into the
+README, all that matter into docs/results.md.
 
 python -m paper.reference results/salt
 """
@@ -25,6 +26,16 @@ KEPT = (
     "reproduction.csv",
 )
 BEGIN, END = "<!-- results: begin -->", "<!-- results: end -->"
+SHORT = {
+    "table13.mean.{study}": "validated angle of repose [°]; measured 45.26",
+    "table07.G.effect": "effect of rolling friction between grains on it [°]",
+    "tilt.inverse": "static friction on steel, from the tilted plane",
+    "drop.inverse": "restitution on steel, from the drop",
+    "shear.slope": "slope of the yield locus",
+    "heap.paper.plain": "change of the angle when grain and rig grow fourfold [°]",
+}
+"""Rows of the README: id, where the study's name may stand, and words."""
+README, PAGE = Path("README.md"), Path("docs/results.md")
 TABLE = Path("reproduction") / "reproduction.csv"
 ASCENT_ITEM, PRINTED_ASCENT = "Table 10", "table10_steepest_ascent.csv"
 
@@ -67,6 +78,20 @@ def block(table, link, ascent=None):
     )
 
 
+def short_block(table, study):
+    """Markdown for the README: the six rows of `SHORT`, with intervals."""
+    head = ("", "paper (EDEM)", "this project", "difference, 90 %", "verdict")
+    lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
+    rows = table.set_index("id")
+    for name, words in SHORT.items():
+        row_id = name.format(study=study)
+        if row_id in rows.index:
+            row = rows.loc[row_id]
+            cells = (words, str(row.paper), _ours(row), _judged(row)[0], row.agreement)
+            lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
 def ascents(study, paper="data/paper"):
     """(printed angles, a study's angles) [deg] along the steepest ascents, or None where one of them is missing."""
     ours, printed = Path(study) / "ascent" / "ascent.json", Path(paper) / PRINTED_ASCENT
@@ -86,8 +111,19 @@ def _ours(row):
         return str(row.this_project)
     printed = str(row.paper).partition(".")[2]
     digits = min(len(printed) + 1, 3)
-    spread = "" if pd.isna(row.sd) else f" ± {row.sd:.{digits}f}"
-    return f"{value:.{digits}f}{spread}"
+    spread = "" if pd.isna(row.sd) or row.sd == 0 else f" ± {_spread(row.sd, digits)}"
+    return f"{fixed(value, digits)}{spread}"
+
+
+def fixed(value, digits, sign=""):
+    """A number with so many decimals, a zero without sign."""
+    text = f"{value:{sign}.{digits}f}"
+    return text.lstrip("+-") if float(text) == 0 else text
+
+
+def _spread(sd, digits):
+    """A standard deviation with so many decimals, or with one digit where they would show none."""
+    return f"{sd:.{digits}f}" if round(sd, digits) else f"{sd:.1g}"
 
 
 def _judged(row):
@@ -95,7 +131,7 @@ def _judged(row):
     if pd.isna(row.low) or pd.isna(row.margin):
         return "", ""
     digits = 3 if row.margin < 0.1 else 2
-    low, high, apart = (f"{x:+.{digits}f}" for x in (row.low, row.high, row.difference))
+    low, high, apart = (fixed(x, digits, "+") for x in (row.low, row.high, row.difference))
     return f"{apart} ({low} to {high})", f"{row.margin:.{digits}g}"
 
 
@@ -108,11 +144,16 @@ def main(study):
     target = Path("results/reference") / Path(study).name
     if Path(study).resolve() != target.resolve():
         keep(study, target)
-    readme = Path("README.md")
-    before, rest = readme.read_text().split(BEGIN, 1)
     table = pd.read_csv(target / TABLE, dtype={"paper": str})
-    text = block(table, target / TABLE, ascents(target))
-    readme.write_text(f"{before}{BEGIN}\n{text}\n{END}{rest.split(END, 1)[1]}")
+    _put(README, short_block(table, target.name))
+    if PAGE.is_file():
+        _put(PAGE, block(table, f"../{target / TABLE}", ascents(target)))
+
+
+def _put(page, text):
+    """Replace what stands between the two marks of a page."""
+    before, rest = page.read_text().split(BEGIN, 1)
+    page.write_text(f"{before}{BEGIN}\n{text}\n{END}{rest.split(END, 1)[1]}")
 
 
 if __name__ == "__main__":

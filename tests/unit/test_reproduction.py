@@ -14,7 +14,7 @@ from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED
 from calibration.statistics.validate import compare
 from dem.io.files import write_json
 from paper.audit.paper import Paper
-from paper.reference import BEGIN, END, ascents, block, main
+from paper.reference import BEGIN, END, ascents, block, fixed, main
 from paper.reproduction import counts, reproduce, write_reproduction
 from paper.reproduction import rows as r
 from paper.reproduction.table import ORDER, PAPER
@@ -163,19 +163,39 @@ def test_the_readme_gets_the_rows_that_matter(config, study, tmp_path, monkeypat
     write_reproduction(
         table, folder / "reproduction" / "reproduction.csv", folder / "reproduction" / "r.json"
     )
-    (tmp_path / "README.md").write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
+    (tmp_path / "docs").mkdir()
+    pages = [tmp_path / "README.md", tmp_path / "docs" / "results.md"]
+    for page in pages:
+        page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
     monkeypatch.chdir(tmp_path)
     main(folder)
-    text = (tmp_path / "README.md").read_text()
-    assert text.startswith("before\n")
-    assert text.endswith(f"{END}\nafter\n")
-    assert "old" not in text
+    for page in pages:
+        text = page.read_text()
+        assert text.startswith("before\n")
+        assert text.endswith(f"{END}\nafter\n")
+        assert "old" not in text
+    short, text = (page.read_text() for page in pages)
+    assert "validated angle of repose [°]; measured 45.26 | 45.55 | 45.5" in short
+    assert len(short.splitlines()) == 12  # head and six rows between the marks and around them
     assert "| Table 13 | validated angle of repose [deg] | 45.55 | 45.5" in text
     (link,) = set(re.findall(r"\(([^)]*reproduction\.csv)\)", text))
-    assert (tmp_path / link).is_file()
+    assert (tmp_path / "docs" / link).is_file()
     shutil.rmtree(tmp_path / "results")
     kept = pd.read_csv(folder / "reproduction" / "reproduction.csv", dtype={"paper": str})
     assert block(kept, link) in text
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "sign", "text"),
+    [
+        (-0.0004, 3, "+", "0.000"),
+        (-0.04, 1, "", "0.0"),
+        (0.5, 1, "+", "+0.5"),
+        (-2.5, 1, "", "-2.5"),
+    ],
+)
+def test_no_zero_has_a_sign(value, digits, sign, text):
+    assert fixed(value, digits, sign) == text
 
 
 def test_the_readme_shows_both_ascents(config, study, tmp_path):

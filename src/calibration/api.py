@@ -1,0 +1,110 @@
+"""The public interface in Python: open a study, run its stages, take its results as tables.
+
+Call it from the root of the project, as snakemake is.
+"""
+
+import html
+import subprocess
+import sys
+from pathlib import Path
+
+from calibration import study
+from calibration.config import overlay, parse_config, stands_alone
+from calibration.errors import CalibrationError, ConfigError
+from calibration.stages import load_stages
+from dem.experiments.declare import unit_of
+from dem.io.mapping import read_mapping
+
+DEFAULT = Path("config/config.yaml")
+IN_THE_TARGET_S_UNIT = ("response", "response_sd", "effect")
+
+
+class Study(study.Study):
+    """A study of a folder with a config.yaml, or of configuration files, later ones laid over earlier ones.
+
+    Study("wheat"), Study("wheat/config.yaml", "quick.yaml"). Raises ConfigError as the workflow does.
+    """
+
+    def __init__(self, *files):
+        self.files = [_file(f) for f in files]
+        if not any(stands_alone(f) for f in self.files):
+            self.files.insert(0, DEFAULT)
+        data = {}
+        for path in self.files:
+            data = overlay(data, read_mapping(path)[0])
+        super().__init__(parse_config(data, files=self.files))
+
+    def run(self, stage, cores=2):
+        """Make a stage, and what it needs and is missing; returns its `StageResults`.
+
+        cores: jobs at the same time. Raises CalibrationError with what snakemake said last where it fails.
+        """
+        if not Path("workflow/Snakefile").is_file():
+            raise CalibrationError(
+                "no workflow/Snakefile here; call Python from the project's root"
+            )
+        command = [sys.executable, "-m", "snakemake", f"-j{cores}", stage, "--configfile"]
+        done = subprocess.run(
+            [*command, *map(str, self.files)], capture_output=True, text=True, check=False
+        )
+        if done.returncode:
+            said = "\n".join(done.stderr.strip().splitlines()[-20:])
+            raise CalibrationError(f"{self.name}: {stage} failed\n{said}")
+        return self.results(stage)
+
+    def results(self, stage):
+        """What a stage has left, see `StageResults`."""
+        return StageResults(self, stage)
+
+    def table(self, stage, name):
+        """Table `name`.csv of a stage (pandas), or None; `attrs["units"]` has the unit of each column that has one."""
+        found = super().table(stage, name)
+        if found is not None:
+            found.attrs["units"] = {c: u for c in found if (u := self._unit(c))}
+        return found
+
+    def _unit(self, column):
+        named = self.config.target.metric if column in IN_THE_TARGET_S_UNIT else column
+        return unit_of(named)[1].strip()
+
+    def _repr_html_(self):
+        rows = [(s.title, self.summary(s.name)) for s in load_stages().values()]
+        cells = "".join(
+            f"<tr><td>{html.escape(title)}</td><td>{'done' if found else 'not yet'}</td></tr>"
+            for title, found in rows
+        )
+        return f"<b>{html.escape(self.name)}</b><table>{cells}</table>"
+
+
+class StageResults:
+    """Summary and tables of one stage."""
+
+    def __init__(self, owner, stage):
+        self.study, self.stage = owner, stage
+
+    @property
+    def summary(self):
+        """The stage's summary as a mapping, or None before it has run."""
+        return self.study.summary(self.stage)
+
+    @property
+    def tables(self):
+        """{name: table (pandas)} of the stage."""
+        paths = sorted((self.study.folder / self.stage).glob("*.csv"))
+        return {p.stem: self.study.table(self.stage, p.stem) for p in paths}
+
+    def _repr_html_(self):
+        parts = [
+            f"<h4>{html.escape(name)}</h4>{table.to_html(index=False, max_rows=20)}"
+            for name, table in self.tables.items()
+        ]
+        return f"<b>{html.escape(self.study.name)}: {html.escape(self.stage)}</b>{''.join(parts)}"
+
+
+def _file(name):
+    """The configuration file that a name stands for. Raises ConfigError."""
+    path = Path(name)
+    path = path / "config.yaml" if path.is_dir() else path
+    if not path.is_file():
+        raise ConfigError("is no study", path=name, allowed="a folder with config.yaml, or a file")
+    return path

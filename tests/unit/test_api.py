@@ -1,0 +1,59 @@
+"""The public interface: a study opened by its folder, its results as tables with units, the README's lines."""
+
+import re
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+import calibration
+from calibration import Study
+from calibration.errors import CalibrationError, ConfigError
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def soybean(tmp_path, monkeypatch):
+    """The soybean study with a screening's table as another program would have written it."""
+    for name in ("config", "data", "examples"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "results" / "soybean" / "screening"
+    folder.mkdir(parents=True)
+    table = pd.DataFrame({"code": ["A", "B"], "effect": [10.6, -3.5], "p": [0.0001, 0.008]})
+    table.to_csv(folder / "effects.csv", index=False)
+    (folder / "screening.json").write_text('{"factors": ["<b>"]}')
+    return Study("examples/soybean")
+
+
+def test_a_study_is_opened_by_its_folder_or_its_file(soybean):
+    assert soybean.name == "soybean"
+    assert Study("examples/soybean/config.yaml").config == soybean.config
+    assert [f.code for f in soybean.factors] == list("ABCDEFG")
+    assert list(soybean.measured()) == [26.35, 30.0]
+    with pytest.raises(ConfigError, match="is no study"):
+        Study("wheat")
+
+
+def test_tables_bear_their_units(soybean):
+    table = soybean.table("screening", "effects")
+    assert table.attrs["units"] == {"effect": "°"}
+    assert list(table["effect"]) == [10.6, -3.5]
+    assert soybean.table("screening", "nothing") is None
+
+
+def test_a_notebook_shows_what_is_done_and_escapes_names(soybean):
+    shown = soybean._repr_html_()
+    assert "<td>Screening</td><td>done</td>" in shown
+    assert "<td>Validation</td><td>not yet</td>" in shown
+    assert "10.6" in soybean.results("screening")._repr_html_()
+
+
+def test_a_stage_is_run_from_the_project_s_root_only(soybean):
+    with pytest.raises(CalibrationError, match="project's root"):
+        soybean.run("screening")
+
+
+def test_the_package_says_its_version():
+    assert re.fullmatch(r"\d+\.\d+\.\d+", calibration.__version__)
