@@ -15,6 +15,7 @@ from calibration.report import build
 from calibration.report.block import block
 from calibration.report.findings import findings
 from calibration.report.profiler import profiler
+from calibration.stages import load_stages
 from calibration.statistics.design import box_behnken
 from calibration.statistics.surface import fit_surface
 
@@ -124,7 +125,7 @@ def test_the_block_has_every_parameter_and_what_was_held_fixed(study):
     assert rows["law", "rolling"]["value"] == "constant torque"
     assert ("law", "cohesion") not in rows
     assert float(rows["simulator", "time step"]["value"]) > 0
-    build(study, study / "report.html")
+    build(study, study / "report.html", load_stages())
     assert "The whole block to type in" in (study / "report.html").read_text()
 
 
@@ -137,7 +138,7 @@ def test_a_name_cannot_leave_the_profilers_script(study):
 @pytest.mark.skipif(find_browser() is None, reason="no Chromium on this machine")
 def test_the_profiler_shows_the_fitted_surface(study, tmp_path):
     """The page's own arithmetic at a point of the reader's choice beside the library's."""
-    build(study, study / "report.html")
+    build(study, study / "report.html", load_stages())
     runs = pd.read_csv(study / "response_surface" / "runs.csv")
     surface = fit_surface(runs, list("ABC"), runs["response"])
     with browse(find_browser(), tmp_path / "browser") as tab:

@@ -1,8 +1,8 @@
 """The three sentences that matter, made from the results: what decides, what stays open, what is
 wrong."""
 
-from calibration.figures import label
-from calibration.report.embed import load, signed
+from calibration.figures import label, signed
+from calibration.report.embed import load
 from calibration.tables import read_written
 
 WIDE = 0.9  # of the region searched: a parameter that the target leaves open
