@@ -1,8 +1,9 @@
 """What a valid spec should still be warned about before it runs."""
 
 from dem.experiments import experiment_of
-from dem.experiments.setup import material_of, time_step_of
+from dem.experiments.setup import time_step_of
 from dem.grains import smallest_radius
+from dem.materials import laws_of, material_of
 from dem.timescales import hertz_contact_time
 from dem.units import question
 
@@ -10,13 +11,13 @@ from dem.units import question
 def limits_of(spec):
     """Sentences on what a calibration with the laws of a `RunSpec` does not hold for; an empty list where they hold in
     motion too."""
-    rolls = spec.contacts.particle_particle.rolling_friction > 0.0
-    if spec.laws.rolling != "constant_torque" or not rolls:
+    if spec.contacts.particle_particle.rolling_friction == 0.0:
         return []
     return [
-        "laws.rolling constant_torque brakes each grain's own spin, also where grains turn together and nothing rolls: "
-        "the result holds for heaps and beds at rest or sheared slowly, not for grains in a drum or mixer; there "
-        "calibrate with elastic_plastic and torsion"
+        f"laws.{law.slot} {law.name} {law.holds_at_rest}: the result holds for heaps and beds at rest or sheared "
+        "slowly, not for grains in a drum or mixer; there calibrate with a law on the relative spin and torsion"
+        for law in laws_of(spec).chosen()
+        if law.holds_at_rest
     ]
 
 

@@ -3,15 +3,14 @@
 from numba import njit, types
 from numba.extending import overload
 
+from dem.arithmetic import any_lane, minimum
 from dem.contact.model import pair_contact, pair_is_active, pair_overlap
 from dem.contact.properties import properties_of
 from dem.lanes import (
     FIELDS,
     WIDTH,
-    any_lane,
     gather_pairs,
     load_block,
-    minimum,
     scatter_add,
     store_block,
 )

@@ -1,8 +1,8 @@
 """SIMD lanes for numba: a number type that holds `WIDTH` contacts at a time.
 
-A force law written with `+ - * /`, comparisons, `&`, `|` and the functions of this module compiles unchanged for plain
-floats (the float64 reference path) and for lanes (the fast path): numba picks the implementation by type. Nothing here
-knows any physics.
+A force law written with `+ - * /`, comparisons, `&`, `|` and the functions of `dem.arithmetic` compiles unchanged for
+plain floats (the float64 reference path) and for lanes (the fast path): numba picks the implementation by type. Nothing
+here knows any physics.
 
 `F32` is a vector of `WIDTH` float32, `F64` of `WIDTH` float64, `MASK` of `WIDTH` booleans. A scalar that meets lanes is
 broadcast.
@@ -16,6 +16,8 @@ from numba import njit, types
 from numba.core import cgutils
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, overload, register_model
+
+from dem.arithmetic import any_lane, maximum, minimum, narrow, power, sqrt, where, widen
 
 WIDTH = 8
 """Contacts per vector; eight float32 fill one AVX register."""
@@ -181,19 +183,9 @@ def _is_lane(t):
     return isinstance(t, LaneType)
 
 
-def sqrt(x):
-    """Square root."""
-    return math.sqrt(x)
-
-
 @overload(sqrt, jit_options={"forceinline": True})
 def _sqrt(x):
     return (lambda x: _lane_sqrt(x)) if _is_lane(x) else (lambda x: math.sqrt(x))
-
-
-def power(x, exponent):
-    """`x ** exponent` for x >= 0 and a uniform exponent."""
-    return x**exponent
 
 
 @overload(power, jit_options={"forceinline": True})
@@ -203,11 +195,6 @@ def _power(x, exponent):
     return lambda x, exponent: x**exponent
 
 
-def where(condition, a, b):
-    """`a` where the condition holds, else `b`; both are evaluated."""
-    return a if condition else b
-
-
 @overload(where, jit_options={"forceinline": True})
 def _where(condition, a, b):
     if _is_lane(condition):
@@ -215,19 +202,9 @@ def _where(condition, a, b):
     return lambda condition, a, b: a if condition else b
 
 
-def maximum(a, b):
-    """The larger of two numbers."""
-    return a if a > b else b
-
-
 @overload(maximum, jit_options={"forceinline": True})
 def _maximum(a, b):
     return lambda a, b: where(a > b, a, b)
-
-
-def minimum(a, b):
-    """The smaller of two numbers."""
-    return a if a < b else b
 
 
 @overload(minimum, jit_options={"forceinline": True})
@@ -235,29 +212,14 @@ def _minimum(a, b):
     return lambda a, b: where(a < b, a, b)
 
 
-def narrow(x):
-    """Lanes: float64 to float32. A plain float is left as it is, so the reference path stays in float64."""
-    return x
-
-
 @overload(narrow, jit_options={"forceinline": True})
 def _narrow(x):
     return (lambda x: _lane_narrow(x)) if _is_lane(x) else (lambda x: x)
 
 
-def widen(x):
-    """Lanes: float32 to float64. A plain float is left as it is."""
-    return x
-
-
 @overload(widen, jit_options={"forceinline": True})
 def _widen(x):
     return (lambda x: _lane_widen(x)) if _is_lane(x) else (lambda x: x)
-
-
-def any_lane(condition):
-    """Whether the condition holds for any contact of the vector."""
-    return condition
 
 
 @overload(any_lane, jit_options={"forceinline": True})
@@ -429,9 +391,6 @@ def store_block(typingctx, blocks, block, fields):
 
     return types.none(blocks, block, fields), codegen
 
-
-law = njit(forceinline=True, error_model="numpy", fastmath={"contract", "nsz"})
-"""Decorator of a force law: compiled for floats or lanes and inlined where it is called."""
 
 inlined = njit(forceinline=True, error_model="numpy")
 """Decorator of a kernel's part that takes named tuples of arrays: a real call would copy kilobytes of pointers."""

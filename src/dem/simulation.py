@@ -307,10 +307,10 @@ class Simulation:
 
     def _attraction(self, n):
         """Widest gap [m] that any contact can bridge."""
-        if self.laws.cohesion not in ("jkr", "liquid_bridge") or n == 0:
+        if n == 0:
             return 0.0
         largest = float(self.particles.kinetic[:n, 6].max())
-        return max(attraction_reach(self.model.codes, row, largest) for row in self.properties)
+        return max(attraction_reach(self.laws, row, largest) for row in self.properties)
 
     def _permute(self):
         n, order = self.n, self._order

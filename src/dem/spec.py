@@ -10,14 +10,16 @@ import math
 from pathlib import Path
 from typing import Annotated, Literal, Union
 
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError, create_model
 
+from dem.contact.catalogue import LAWS, every_law, groups_needed, keys_allowed
 from dem.dumbbell import MAX_ELONGATION
 from dem.errors import SpecError
 from dem.experiments import experiment_of, experiments, source_outside
 from dem.grains import classes, smallest_radius
 from dem.io.mapping import line_of, read_mapping
 from dem.io.sieve import read_sizes
+from dem.materials import contact_parameters, laws_of
 from dem.part import Part, field
 from dem.timescales import rayleigh_time
 from dem.units import UnitError, converted
@@ -76,68 +78,43 @@ class Contacts(Part):
     particle_wall: WallContactSpec = WallContactSpec()
 
 
-class LawsSpec(Part):
-    """One law in each slot of the contact."""
-
-    normal: Literal["hertz"] = "hertz"
-    damping: Literal["tsuji", "thornton", "viscoelastic", "plastic"] = "tsuji"
-    tangential: Literal["mindlin"] = "mindlin"
-    friction: Literal["constant", "stress_dependent"] = "constant"
-    rolling: Literal["none", "constant_torque", "constant_torque_relative", "elastic_plastic"] = (
-        "constant_torque"
-    )
-    cohesion: Literal["none", "sjkr", "jkr", "liquid_bridge"] = "none"
-    torsion: Literal["none", "marshall"] = "none"
-    drag: Literal["none", "schiller_naumann"] = "none"
+LawsSpec = create_model(
+    "LawsSpec",
+    __base__=Part,
+    __doc__="One law in each slot of the contact.",
+    **{slot: (Literal[tuple(laws)], next(iter(laws))) for slot, laws in LAWS.items()},
+)
 
 
-class LawParameters(Part):
-    """Constants that the chosen laws need beyond the materials and contacts."""
-
-    cohesion_energy_density_J_m3: float | None = field(None, "sjkr, grain on grain", ge=0)
-    wall_cohesion_energy_density_J_m3: float | None = field(None, "sjkr, grain on wall", ge=0)
-    surface_energy_J_m2: float | None = field(None, "jkr, per surface, grain on grain", ge=0)
-    wall_surface_energy_J_m2: float | None = field(None, "jkr, per surface, grain on wall", ge=0)
-    surface_tension_N_m: float | None = field(None, "liquid_bridge", gt=0)
-    contact_angle_deg: float | None = field(None, "liquid_bridge", ge=0, lt=90)
-    liquid_volume_fraction: float | None = field(
-        None, "liquid_bridge: bridge over grain volume, grain on grain", ge=0, le=0.1
-    )
-    wall_liquid_volume_fraction: float | None = field(
-        None, "liquid_bridge: bridge over grain volume, grain on wall", ge=0, le=0.1
-    )
-    viscoelastic_time_s: float | None = field(None, "viscoelastic: dissipation time A", gt=0)
-    yield_velocity_m_s: float | None = field(
-        None, "plastic: speed at which the mean grain begins to yield on a rigid flat", gt=0
-    )
-    friction_exponent: float | None = field(None, "stress_dependent: n", ge=0, le=1 / 3 + 1e-9)
-    friction_reference_force_N: float | None = field(None, "stress_dependent: F0", gt=0)
-    air_density_kg_m3: float | None = field(None, "schiller_naumann, 1.2 unless given", gt=0)
-    air_viscosity_Pa_s: float | None = field(None, "schiller_naumann, 1.8e-5 unless given", gt=0)
-    rolling_stiffness_factor: float | None = field(None, "elastic_plastic, 2.25 unless given", gt=0)
-    rolling_damping_ratio: float | None = field(
-        None, "elastic_plastic: of a grain that rocks without slip, 0.3 unless given", ge=0
-    )
+def _parameters():
+    """{key: (type, field)} of every parameter of a law; one that several laws share says so."""
+    users = {}
+    for one in every_law():
+        for p in one.parameters:
+            users.setdefault(p.key, []).append((one.name, p))
+    found = {}
+    for key, uses in users.items():
+        p, names = uses[0][1], ", ".join(name for name, _ in uses)
+        unless = "" if p.default is None else f", {p.default:g} unless given"
+        about = f"{names}: {p.meaning}{unless}"
+        where = ("", "wall_") if p.wall else ("",)
+        for prefix in where:
+            partner = f", grain on {'wall' if prefix else 'grain'}" if p.wall else ""
+            found[prefix + key] = (float | None, field(None, about + partner, **p.limits))
+    return found
 
 
-REQUIRED = {
-    ("damping", "viscoelastic"): [("viscoelastic_time_s",)],
-    ("damping", "plastic"): [("yield_velocity_m_s",)],
-    ("friction", "stress_dependent"): [("friction_exponent",), ("friction_reference_force_N",)],
-    ("cohesion", "sjkr"): [("cohesion_energy_density_J_m3", "wall_cohesion_energy_density_J_m3")],
-    ("cohesion", "jkr"): [("surface_energy_J_m2", "wall_surface_energy_J_m2")],
-    ("cohesion", "liquid_bridge"): [
-        ("surface_tension_N_m",),
-        ("liquid_volume_fraction", "wall_liquid_volume_fraction"),
-    ],
-}
+LawParameters = create_model(
+    "LawParameters",
+    __base__=Part,
+    __doc__="Constants that the chosen laws need beyond the materials and contacts.",
+    **_parameters(),
+)
+
+REQUIRED = {(one.slot, one.name): groups_needed(one) for one in every_law() if groups_needed(one)}
 """Law -> groups of parameters of which at least one must be given."""
 
-OPTIONAL = {
-    ("cohesion", "liquid_bridge"): ["contact_angle_deg"],
-    ("drag", "schiller_naumann"): ["air_density_kg_m3", "air_viscosity_Pa_s"],
-    ("rolling", "elastic_plastic"): ["rolling_stiffness_factor", "rolling_damping_ratio"],
-}
+OPTIONAL = {(one.slot, one.name): keys_allowed(one) for one in every_law() if keys_allowed(one)}
 
 
 class Sizes(Part):
@@ -328,8 +305,8 @@ def _check_laws(spec, file):
         ] + [f"laws.{slot}: {law}" for (slot, law), names in OPTIONAL.items() if name in names]
         value = getattr(spec.law_parameters, name)
         raise SpecError(f"law_parameters.{name}", value, f"only with {' or '.join(owners)}", file)
-    if spec.laws.cohesion == "jkr" and spec.laws.damping != "tsuji":
-        raise SpecError("laws.damping", spec.laws.damping, "tsuji where laws.cohesion is jkr", file)
+    for slot, law, other, name, allowed in laws_of(spec).clashes():
+        raise SpecError(f"laws.{other}", name, f"{allowed} where laws.{slot} is {law}", file)
 
 
 def _expand_sizes(data, file):
@@ -374,16 +351,36 @@ def _check_shape(spec, file):
 
 def _check_time_step(spec, file):
     m, dt = spec.materials.particle, spec.numerics.time_step_s
-    if dt is None:
-        return
-    limit = MAX_RAYLEIGH_FRACTION * rayleigh_time(
+    rayleigh = rayleigh_time(
         smallest_radius(spec), m.density_kg_m3, m.shear_modulus_Pa, m.poisson_ratio
     )
+    limit = MAX_RAYLEIGH_FRACTION * rayleigh
+    _check_law_step(
+        spec, spec.numerics.rayleigh_fraction * rayleigh if dt is None else dt, limit, file
+    )
+    if dt is None:
+        return
     if dt > limit:
         allowed = (
             f"at most {limit:.4g} s, {MAX_RAYLEIGH_FRACTION} of the smallest grain's Rayleigh time"
         )
         raise SpecError("numerics.time_step_s", dt, allowed, file)
+
+
+def _check_law_step(spec, dt, limit, file):
+    """A law that is stiffer than the elastic contact behind the Rayleigh time says which step [s] it bears."""
+    mass = 4.0 / 3.0 * math.pi * smallest_radius(spec) ** 3 * spec.materials.particle.density_kg_m3
+    for law in laws_of(spec).chosen():
+        if law.longest_step is None:
+            continue
+        longest = min(law.longest_step(c, mass, limit) for c in contact_parameters(spec).values())
+        if dt > longest:
+            allowed = f"at most {longest:.4g} s where laws.{law.slot} is {law.name}"
+            if spec.numerics.time_step_s is not None:
+                raise SpecError("numerics.time_step_s", dt, allowed, file)
+            fraction = spec.numerics.rayleigh_fraction
+            allowed = f"at most {fraction * longest / dt:.4g}, a time step of {allowed}"
+            raise SpecError("numerics.rayleigh_fraction", fraction, allowed, file)
 
 
 def canonical(spec):

@@ -1,6 +1,6 @@
 """Three-vectors as tuples, for floats and lanes alike."""
 
-from dem.lanes import law
+from dem.arithmetic import law
 
 
 @law

@@ -40,6 +40,9 @@ LAWS = [
     Laws(cohesion="sjkr"),
     Laws(cohesion="jkr", rolling="elastic_plastic"),
     Laws(cohesion="liquid_bridge"),
+    Laws(normal="linear", damping="linear", tangential="linear"),
+    Laws(normal="walton_braun", damping="none", tangential="linear"),
+    Laws(normal="eepa", damping="none", torsion="marshall"),
 ]
 
 
@@ -48,7 +51,7 @@ def test_lanes_and_floats_run_the_same_law(laws):
     contact = ContactParameters(
         0.5, 0.4, 0.1, cohesion_energy_density=2e4, surface_energy=0.02, surface_tension=0.05,
         liquid_volume_fraction=0.01, viscous_time=2e-6, yield_pressure=2e5, friction_exponent=0.2,
-        friction_reference=1e-3,
+        friction_reference=1e-3, normal_stiffness=500.0, plasticity=0.5, adhesion_energy=0.02,
     )  # fmt: skip
     fast, plain = collide("mixed", laws, contact), collide("double", laws, contact)
     # over 400 steps float32 rounding (6e-8) grows in the collisions to about a thousandth of the motion

@@ -245,8 +245,18 @@ LOOPS = {
     "cohesion in proportion to the area": Laws(rolling="none", cohesion="sjkr"),
     "neck": Laws(rolling="elastic_plastic", cohesion="jkr", torsion="marshall"),
     "bridge": Laws(rolling="none", cohesion="liquid_bridge"),
+    "linear": Laws(
+        normal="linear", damping="linear", tangential="linear", rolling="elastic_plastic"
+    ),
+    "Walton-Braun": Laws(
+        normal="walton_braun", damping="none", tangential="linear", rolling="elastic_plastic"
+    ),
+    "EEPA": Laws(normal="eepa", damping="none", rolling="elastic_plastic", torsion="marshall"),
 }
 ALL = WET | {
+    "normal_stiffness": 500.0,
+    "plasticity": 0.6,
+    "adhesion_energy": 5.0,
     "cohesion_energy_density": 1e4,
     "surface_energy": 0.5,
     "yield_pressure": 3e5,
@@ -292,9 +302,10 @@ def test_a_closed_loop_gives_no_work(name, corners):
     """Press, shear, roll and twist along any polygon back to the start, without dashpots: what comes back is at most
     what went in. Margin: what a step of 1/3000 of a side leaves open, a thousandth of the energy that moves."""
     laws = LOOPS[name]
-    p = pair_properties(laws, SALT, SALT, ContactParameters(1.0, 0.9, 0.3, **ALL))
+    e = 0.6 if name == "Walton-Braun" else 1.0  # there it is no dashpot
+    p = pair_properties(laws, SALT, SALT, ContactParameters(e, 0.9, 0.3, **ALL))
     codes = laws.codes()
-    deep, gap = 0.2 * R, 0.95 * attraction_reach(codes, p, R)
+    deep, gap = 0.2 * R, 0.95 * attraction_reach(laws, p, R)
     scale = np.array([deep + gap, 0.02 * R, 0.05, 0.05])
     points = np.array([(0.5, 0, 0, 0), *corners, (0.5, 0, 0, 0)]) * scale - [gap, 0, 0, 0]
     # a first turn makes the contact's memory, so that the loop may start anywhere

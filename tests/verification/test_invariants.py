@@ -65,8 +65,14 @@ PAIR_LAWS = [
     Laws(rolling="none", cohesion="sjkr"),
     Laws(rolling="none", cohesion="jkr"),
     Laws(rolling="none", cohesion="liquid_bridge"),
+    Laws(normal="linear", damping="linear", tangential="linear", rolling="elastic_plastic"),
+    Laws(normal="walton_braun", damping="none", tangential="linear", rolling="none"),
+    Laws(normal="eepa", damping="none", rolling="none", torsion="marshall"),
 ]
 EXTRA = {
+    "normal_stiffness": 500.0,
+    "plasticity": 0.5,
+    "adhesion_energy": 0.01,
     "cohesion_energy_density": 1e4,
     "surface_energy": 0.01,
     "surface_tension": 0.07,

@@ -21,7 +21,7 @@ from scenes import (
 )
 
 from dem.contact.damping.plastic import yield_pressure
-from dem.experiments.setup import contact_parameters
+from dem.materials import contact_parameters
 from dem.spec import parse_spec
 
 ELASTIC = ContactParameters(1.0, 0.0)

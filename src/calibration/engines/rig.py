@@ -11,8 +11,9 @@ from calibration.export.conversion import Conversion
 from calibration.export.header import left_out
 from calibration.export.material import GRAVITY, granulate
 from dem.experiments.heap import LOST_BELOW, Rig
-from dem.experiments.setup import material_of, time_step_of
+from dem.experiments.setup import time_step_of
 from dem.grains import mean_radius, number_fractions
+from dem.materials import material_of
 from dem.measure.heap import measure_heap
 from dem.timescales import hertz_contact_time
 

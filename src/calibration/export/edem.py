@@ -8,16 +8,9 @@ to the inertia about the contact point, as here.
 """
 
 from calibration.export.header import no_torsion
+from dem.contact.catalogue import LAWS
 
 TYPE_C_FACTOR = 2.25
-
-MODELS = {
-    "constant_torque": "Hertz-Mindlin (no slip) with standard rolling friction",
-    "constant_torque_relative": "Hertz-Mindlin with RVD rolling friction",
-    "elastic_plastic": "Hertz-Mindlin with type C rolling friction",
-    "none": "Hertz-Mindlin (no slip), rolling friction 0",
-}
-"""Rolling law -> EDEM's model of the same law."""
 
 
 def block(material, conversion, about):
@@ -53,9 +46,8 @@ def block(material, conversion, about):
             )
     rows.append(("Simulator", "Time step", g.time_step, "s"))
     table = [f"| {a} | {b} | {v:.6g} | {u} |" for a, b, v, u in rows]
-    note = (
-        f"Physics: {MODELS[law]}. It is the law calibrated with: its numbers are used as they are."
-    )
+    model = LAWS["rolling"][law].edem
+    note = f"Physics: {model}. It is the law calibrated with: its numbers are used as they are."
     text = ["# EDEM: parameters to type in", *about, note, *notes]
     head = ["| where | parameter | value | unit |", "|---|---|---|---|"]
     return "\n\n".join(text) + "\n\n" + "\n".join(head + table) + "\n"

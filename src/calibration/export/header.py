@@ -2,6 +2,8 @@
 
 import textwrap
 
+from dem.materials import laws_of
+
 WIDTH = 110
 
 
@@ -27,20 +29,7 @@ def no_torsion(spec):
 
 def left_out(spec):
     """Sentences on laws of the calibrated `RunSpec` that no export carries over."""
-    laws, out = spec.laws, []
-    if laws.damping in ("viscoelastic", "plastic"):
-        out.append(
-            f"NOT CONVERTED: damping {laws.damping}, whose restitution depends on the impact speed; the constant "
-            "coefficient of restitution stands in its place."
-        )
-    if laws.friction != "constant":
-        out.append(
-            f"NOT CONVERTED: friction {laws.friction}; the coefficient is that without load dependence."
-        )
-    if laws.cohesion != "none":
-        out.append(f"NOT CONVERTED: cohesion {laws.cohesion}; these grains do not stick.")
-    if laws.drag != "none":
-        out.append(f"NOT CONVERTED: drag {laws.drag}; these grains fall in a vacuum.")
+    out = [law.left_out for law in laws_of(spec).chosen() if law.left_out]
     if spec.particles.elongation != 1.0:
         out.append(
             f"NOT CONVERTED: grains {spec.particles.elongation:g} times as long as wide; these are spheres of the same "

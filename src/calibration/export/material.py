@@ -4,12 +4,9 @@ import math
 from dataclasses import dataclass
 
 from dem.contact.registry import Laws, Material, pair_properties
-from dem.experiments.setup import (
-    contact_parameters,
-    material_of,
-    mean_radius,
-    time_step_of,
-)
+from dem.experiments.setup import time_step_of
+from dem.grains import mean_radius
+from dem.materials import contact_parameters, material_of
 from dem.spec import RunSpec
 
 GRAVITY = 9.81
@@ -76,7 +73,7 @@ def granulate(spec):
         (grain, contact_parameters(spec)["particle", "particle"], radius / 2, inertia / 2),
         (wall, contact_parameters(spec)["particle", "wall"], radius, inertia),
     ):
-        p = pair_properties(Laws(damping="tsuji"), grain, other, contact)
+        p = pair_properties(Laws(), grain, other, contact)
         pairs.append(
             Pair(
                 p.young,

@@ -6,7 +6,9 @@ plate is read. The exponents of these quantities are what the paper's Eqs. 4 to 
 
 import numpy as np
 
-from dem.experiments.setup import WALL, build_simulation, mean_radius
+from dem.experiments.setup import build_simulation
+from dem.grains import mean_radius
+from dem.materials import WALL
 from dem.spec import parse_spec
 from dem.walls.builder import WallSet
 

@@ -10,28 +10,24 @@ History of a contact, dem.lanes.FIELDS numbers:
     7   deepest overlap so far [m]      8   torsion spring moment about the normal [N m]
 """
 
-from dem.contact import registry
-from dem.contact.cohesion import jkr, liquid_bridge, sjkr
-from dem.contact.damping import plastic, thornton, tsuji, viscoelastic
-from dem.contact.friction import constant, stress_dependent
-from dem.contact.rolling import constant_torque, constant_torque_relative, elastic_plastic
-from dem.contact.tangential import mindlin
-from dem.contact.torsion import marshall
-from dem.lanes import law, maximum, minimum, narrow, sqrt, where, widen
+from dem.arithmetic import law, maximum, minimum, narrow, sqrt, where, widen
+from dem.contact.dispatch import (
+    attraction,
+    damped,
+    limit,
+    normal,
+    reach,
+    resistance,
+    rolling,
+    spans_gap,
+    tangential,
+    torsion,
+)
 from dem.vectors import add, cross, dot, scale, subtract
 
 BRIDGE = -1.0
 TINY = 1e-30
 INERTIA = 0.4  # of a solid sphere, in m r^2
-
-TSUJI, THORNTON = registry.TSUJI, registry.THORNTON
-VISCOELASTIC, PLASTIC = registry.VISCOELASTIC, registry.PLASTIC
-CONSTANT_FRICTION = registry.CONSTANT_FRICTION
-CONSTANT_TORQUE, RELATIVE = registry.CONSTANT_TORQUE, registry.CONSTANT_TORQUE_RELATIVE
-ELASTIC_PLASTIC = registry.ELASTIC_PLASTIC
-NO_COHESION, SJKR = registry.NO_COHESION, registry.SJKR
-JKR, LIQUID_BRIDGE = registry.JKR, registry.LIQUID_BRIDGE
-MARSHALL = registry.MARSHALL
 
 
 @law
@@ -41,48 +37,20 @@ def is_active(codes, p, overlap, r_eff, grain, radius_before):
     grain: radius [m] of the sphere on a wall, harmonic mean radius of two spheres.
     """
     active = overlap > 0.0
-    if codes.cohesion == JKR:
+    if spans_gap(codes):
         held = (radius_before > 0.0) | (radius_before < 0.0)
-        active = active | (held & (overlap > -jkr.reach(p, r_eff)))
-    elif codes.cohesion == LIQUID_BRIDGE:
-        held = (radius_before > 0.0) | (radius_before < 0.0)
-        active = active | (held & (overlap > -grain * p.bridge_reach))
+        active = active | (held & (overlap > -reach(codes, p, r_eff, grain)))
     return active
-
-
-@law
-def damped_force(codes, p, elastic, stiffness, overlap, r_eff, m_eff, v_n, deepest):
-    """Normal force without cohesion [N] and the deepest overlap [m]."""
-    if codes.damping == TSUJI:
-        return tsuji.normal_force(p, elastic, stiffness, m_eff, v_n), deepest
-    elif codes.damping == THORNTON:
-        return thornton.normal_force(p, elastic, stiffness, m_eff, v_n), deepest
-    elif codes.damping == VISCOELASTIC:
-        return viscoelastic.normal_force(p, elastic, stiffness, v_n), deepest
-    else:
-        return plastic.normal_force(p, elastic, stiffness, overlap, r_eff, m_eff, v_n, deepest)
 
 
 @law
 def normal_force(codes, p, overlap, r_eff, grain, m_eff, v_n, deepest):
     """Normal force, the part of it that loads the contact, contact radius, stiffness S_n and deepest overlap."""
+    elastic, stiffness, radius, deepest, adhesion = normal(codes, p, overlap, r_eff, deepest)
     pressed = maximum(overlap, 0.0)
-    if codes.cohesion == JKR:
-        radius = jkr.contact_radius(p, overlap, r_eff)
-        stiffness = 2.0 * p.young * radius
-        elastic = jkr.normal_force(p, radius, r_eff)
-        force = tsuji.normal_force(p, elastic, stiffness, m_eff, v_n)
-        load = maximum(force + 2.0 * jkr.pull_off(p, r_eff), 0.0)
-        return force, load, radius, stiffness, deepest
-    radius = sqrt(r_eff * pressed)
-    stiffness = 2.0 * p.young * radius
-    elastic = (2.0 / 3.0) * stiffness * pressed
-    force, deepest = damped_force(codes, p, elastic, stiffness, pressed, r_eff, m_eff, v_n, deepest)
-    load = maximum(force, 0.0)
-    if codes.cohesion == SJKR:
-        force = force - sjkr.attraction(p, pressed, r_eff)
-    elif codes.cohesion == LIQUID_BRIDGE:
-        force = force - liquid_bridge.attraction(p, overlap, r_eff, grain)
+    force, deepest = damped(codes, p, elastic, stiffness, pressed, r_eff, m_eff, v_n, deepest)
+    load = maximum(force + adhesion, 0.0)
+    force = force - attraction(codes, p, overlap, r_eff, grain)
     return force, load, radius, stiffness, deepest
 
 
@@ -102,30 +70,19 @@ def contact_force(codes, p, dt, overlap, n, r_eff, grain, m_eff, inertia, veloci
     )
     zero = 0.0 * r_eff
     force, load = where(active, force, zero), where(active, load, zero)
-    if codes.friction == CONSTANT_FRICTION:
-        limit = constant.limit(p, load)
-    else:
-        limit = stress_dependent.limit(p, load)
+    most = limit(codes, p, load)
     slip = subtract(velocity, scale(v_n, n))
     spring = (history[0], history[1], history[2])
-    tangential, spring = mindlin.tangential_force(
-        p, n, slip, radius, history[6], m_eff, spring, limit, dt
+    along, spring = tangential(
+        codes, p, n, slip, stiffness, radius, history[6], m_eff, spring, most, dt
     )
     unloading = minimum(radius / maximum(history[6], TINY), 1.0)
     moment = (history[3], history[4], history[5])
-    torque = (zero, zero, zero)
-    if codes.rolling == RELATIVE:
-        torque = constant_torque_relative.torque(p, n, spin, load, r_eff, inertia, dt)
-    elif codes.rolling == ELASTIC_PLASTIC:
-        torque, moment = elastic_plastic.torque(
-            p, n, spin, load, stiffness, unloading, r_eff, inertia, moment, dt
-        )
-    twist = zero
-    if codes.torsion == MARSHALL:
-        about_normal, twist = marshall.torque(
-            p, dot(spin, n), radius, unloading, m_eff, history[8], limit, dt
-        )
-        torque = add(torque, scale(about_normal, n))
+    torque, moment = rolling(
+        codes, p, n, spin, load, stiffness, unloading, r_eff, inertia, moment, dt
+    )
+    about, twist = torsion(codes, p, dot(spin, n), radius, unloading, m_eff, history[8], most, dt)
+    torque = add(torque, scale(about, n))
     memory = where(radius > 0.0, radius, BRIDGE)
     history = (
         where(active, spring[0], zero),
@@ -138,15 +95,7 @@ def contact_force(codes, p, dt, overlap, n, r_eff, grain, m_eff, inertia, veloci
         where(active, deepest, zero),
         where(active, twist, zero),
     )
-    return add(scale(force, n), tangential), torque, load, history
-
-
-@law
-def rolling_resistance(codes, p, load, radius):
-    """Size of the torque that opposes a particle's own spin [N m]; zero unless the law acts on the own spin."""
-    if codes.rolling == CONSTANT_TORQUE:
-        return constant_torque.resistance(p, load, radius)
-    return 0.0 * radius
+    return add(scale(force, n), along), torque, load, history
 
 
 @law
@@ -193,7 +142,7 @@ def pair_contact(codes, p, dt, separation, distance, overlap, first, second, his
     w_i, w_j = (first[3], first[4], first[5]), (second[3], second[4], second[5])
     surface = cross(add(scale(arm_i, w_i), scale(arm_j, w_j)), n)
     velocity = subtract(subtract(v_i, v_j), surface)
-    force, rolling, load, history = contact_force(
+    force, turning, load, history = contact_force(
         codes,
         p,
         dt,
@@ -208,10 +157,10 @@ def pair_contact(codes, p, dt, separation, distance, overlap, first, second, his
         history,
     )
     twist = cross(n, force)
-    t_i = subtract(rolling, scale(arm_i, twist))
-    t_j = subtract(scale(-1.0, rolling), scale(arm_j, twist))
-    resist_i = rolling_resistance(codes, p, load, r_i)
-    resist_j = rolling_resistance(codes, p, load, r_j)
+    t_i = subtract(turning, scale(arm_i, twist))
+    t_j = subtract(scale(-1.0, turning), scale(arm_j, twist))
+    resist_i = resistance(codes, p, load, r_i)
+    resist_j = resistance(codes, p, load, r_j)
     on_first = (force[0], force[1], force[2], t_i[0], t_i[1], t_i[2], resist_i, load)
     on_second = (-force[0], -force[1], -force[2], t_j[0], t_j[1], t_j[2], resist_j, load)
     return on_first, on_second, history
@@ -230,7 +179,7 @@ def wall_contact(codes, p, dt, overlap, n, wall_velocity, wall_spin, particle, h
     velocity = subtract((particle[0], particle[1], particle[2]), wall_velocity)
     velocity = subtract(velocity, scale(arm, cross(spin, n)))
     inertia = INERTIA * mass * radius * radius
-    force, rolling, load, history = contact_force(
+    force, turning, load, history = contact_force(
         codes,
         p,
         dt,
@@ -244,7 +193,7 @@ def wall_contact(codes, p, dt, overlap, n, wall_velocity, wall_spin, particle, h
         subtract(spin, wall_spin),
         history,
     )
-    torque = subtract(rolling, scale(arm, cross(n, force)))
-    resist = rolling_resistance(codes, p, load, radius)
+    torque = subtract(turning, scale(arm, cross(n, force)))
+    resist = resistance(codes, p, load, radius)
     columns = (force[0], force[1], force[2], torque[0], torque[1], torque[2], resist, load)
     return columns, history

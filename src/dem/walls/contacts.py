@@ -6,9 +6,10 @@ import numpy as np
 from numba import njit, types
 from numba.extending import overload
 
+from dem.arithmetic import law
 from dem.contact.model import wall_contact
 from dem.contact.properties import properties_of
-from dem.lanes import FIELDS, WIDTH, inlined, law, load_block, store_block
+from dem.lanes import FIELDS, WIDTH, inlined, load_block, store_block
 from dem.neighbours import LEVELS
 from dem.walls.geometry import PLANE, RECTANGLE, TRIANGLE, closest_point
 from dem.walls.joints import resolve_joints

@@ -10,30 +10,30 @@ import sys
 
 import dem.contact.rolling.constant_torque_relative as relative
 import dem.contact.tangential.mindlin as mindlin
+from dem.arithmetic import law, maximum, minimum, sqrt, where
 from dem.io.files import write_json
-from dem.lanes import law, maximum, minimum, sqrt, where
 from dem.vectors import dot, reject, scale, subtract
 
 from . import cases
 
 
 @law
-def torque(p, n, spin, normal, r_eff, inertia, dt):
+def torque(p, n, spin, normal, stiffness, unloading, r_eff, inertia, spring, dt):
     """Torque on the first sphere (3,) [N m]: over the whole relative spin, and not limited to what stops it."""
     whole = sqrt(dot(spin, spin)) + relative.TINY
-    return scale(-p.rolling * normal * r_eff / whole, reject(spin, n))
+    return scale(-p.rolling * normal * r_eff / whole, reject(spin, n)), spring
 
 
 @law
-def tangential_force(p, n, v_t, contact_radius, radius_before, m_eff, spring, limit, dt):
+def tangential_force(p, n, v_t, stiffness, contact_radius, radius_before, m_eff, spring, limit, dt):
     """Tangential force and spring force (3,) [N] of a stretched length: the force follows the stiffness also while the
     contact loads. Friction limits the spring alone, and the dashpot acts where it holds."""
-    stiffness = 8.0 * p.shear * contact_radius
+    along = 8.0 * p.shear * contact_radius
     grown = contact_radius / maximum(radius_before, mindlin.TINY)
-    spring = subtract(scale(grown, reject(spring, n)), scale(stiffness * dt, v_t))
+    spring = subtract(scale(grown, reject(spring, n)), scale(along * dt, v_t))
     size = sqrt(dot(spring, spring)) + mindlin.TINY
     spring = scale(minimum(limit / size, 1.0), spring)
-    dashpot = where(size < limit, p.damping * sqrt(stiffness * m_eff), 0.0 * limit)
+    dashpot = where(size < limit, p.damping * sqrt(along * m_eff), 0.0 * limit)
     return subtract(spring, scale(dashpot, v_t)), spring
 
 

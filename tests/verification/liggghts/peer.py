@@ -10,8 +10,9 @@ import numpy as np
 
 from dem.benchmark.peers import write_states
 from dem.experiments.heap import LOST_BELOW, Rig
-from dem.experiments.setup import material_of, time_step_of
+from dem.experiments.setup import time_step_of
 from dem.io.stl import write_stl
+from dem.materials import material_of
 
 FOLDER = Path(__file__).parent
 SIDES = 64  # of the polygons that stand for the funnel's circles

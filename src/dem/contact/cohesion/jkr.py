@@ -5,7 +5,8 @@ g surface energy per surface, so that the pull-off force is 3 pi g R*.
 Johnson, Kendall, Roberts (1971), Proc. R. Soc. A 324:301. With s = sqrt(a) the first equation is a quartic in s.
 """
 
-from dem.lanes import law, maximum, sqrt
+from dem.arithmetic import law, maximum, sqrt
+from dem.contact.law import Law, Parameter
 
 ITERATIONS = 8
 TINY = 1e-12  # keeps a surface without energy from dividing by zero; far below any length or its root here
@@ -59,3 +60,40 @@ def normal_force(p, radius, r_eff):
 def pull_off(p, r_eff):
     """Pull-off force 3 pi g R* [N]."""
     return 9.42477796076938 * p.cohesion * r_eff
+
+
+@law
+def normal(p, overlap, r_eff, deepest):
+    """In place of the normal law: force, stiffness, contact radius, deepest overlap and what loads friction beside."""
+    radius = contact_radius(p, overlap, r_eff)
+    elastic = normal_force(p, radius, r_eff)
+    return elastic, 2.0 * p.young * radius, radius, deepest, 2.0 * pull_off(p, r_eff)
+
+
+@law
+def neck(p, r_eff, grain):
+    """`reach`, whatever the grain's radius."""
+    return reach(p, r_eff)
+
+
+LAW = Law(
+    slot="cohesion",
+    name="jkr",
+    equation="δ = a²/R* − √(4πγa/E*), F = 4E*a³/(3R*) − 4√(πγE*) a^1.5",
+    source="Johnson et al. (1971)",
+    kernels={"normal": normal, "reach": neck},
+    parameters=(
+        Parameter(
+            key="surface_energy_J_m2",
+            name="surface_energy",
+            meaning="surface energy, per surface",
+            limits={"ge": 0},
+            wall=True,
+        ),
+    ),
+    constants=("cohesion",),
+    values=lambda contact: {"cohesion": contact.surface_energy},
+    only_with={"normal": ("hertz",), "damping": ("tsuji",)},
+    remembers="the contact radius of the neck",
+    left_out="NOT CONVERTED: cohesion jkr; these grains do not stick.",
+)

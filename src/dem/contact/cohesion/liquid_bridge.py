@@ -9,7 +9,8 @@ mean radius of two spheres.
 
 import math
 
-from dem.lanes import law, maximum, sqrt
+from dem.arithmetic import law, maximum, sqrt
+from dem.contact.law import Law, Parameter
 
 
 def reach(liquid, contact_angle):
@@ -26,3 +27,57 @@ def attraction(p, overlap, r_eff, grain):
     return (
         6.283185307179586 * radius * p.cohesion * p.wetting / (1.0 + 1.05 * gap + 2.5 * gap * gap)
     )
+
+
+@law
+def span(p, r_eff, grain):
+    """Gap [m] at which the bridge breaks."""
+    return grain * p.bridge_reach
+
+
+def values(contact):
+    """Constants of `ContactParameters`; a dry pair has a volume that divides nothing by zero, and no tension."""
+    wet = contact.liquid_volume_fraction > 0.0
+    volume = contact.liquid_volume_fraction if wet else 1.0
+    return {
+        "cohesion": contact.surface_tension if wet else 0.0,
+        "wetting": math.cos(contact.contact_angle),
+        "liquid": volume,
+        "bridge_reach": reach(volume, contact.contact_angle) if wet else 0.0,
+    }
+
+
+LAW = Law(
+    slot="cohesion",
+    name="liquid_bridge",
+    equation="2πRγ cos θ / (1 + 1.05 s√(R/V) + 2.5 s² R/V), R = 2R*, rupture at (1 + θ/2) V^(1/3)",
+    source="Willett et al. (2000); Lian et al. (1993)",
+    kernels={"attraction": attraction, "reach": span},
+    parameters=(
+        Parameter(
+            key="surface_tension_N_m",
+            name="surface_tension",
+            meaning="surface tension",
+            limits={"gt": 0},
+        ),
+        Parameter(
+            key="contact_angle_deg",
+            name="contact_angle",
+            meaning="contact angle",
+            limits={"ge": 0, "lt": 90},
+            default=0.0,
+            to_si=lambda angle, grain: math.radians(angle),
+        ),
+        Parameter(
+            key="liquid_volume_fraction",
+            name="liquid_volume_fraction",
+            meaning="bridge over grain volume",
+            limits={"ge": 0, "le": 0.1},
+            wall=True,
+        ),
+    ),
+    constants=("cohesion", "wetting", "liquid", "bridge_reach"),
+    values=values,
+    remembers="that the contact has touched",
+    left_out="NOT CONVERTED: cohesion liquid_bridge; these grains do not stick.",
+)

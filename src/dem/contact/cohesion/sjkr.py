@@ -3,10 +3,32 @@
 k is the cohesion energy density [J/m3]. The attraction ends where the spheres part.
 """
 
-from dem.lanes import law
+from dem.arithmetic import law, maximum
+from dem.contact.law import Law, Parameter
 
 
 @law
-def attraction(p, overlap, r_eff):
+def attraction(p, overlap, r_eff, grain):
     """Attractive force [N]."""
-    return p.cohesion * 3.141592653589793 * r_eff * overlap
+    return p.cohesion * 3.141592653589793 * r_eff * maximum(overlap, 0.0)
+
+
+LAW = Law(
+    slot="cohesion",
+    name="sjkr",
+    equation="k π R* δ: k times the area of a Hertz contact",
+    source="form F = k A of the LIGGGHTS manual, with another A",
+    kernels={"attraction": attraction},
+    parameters=(
+        Parameter(
+            key="cohesion_energy_density_J_m3",
+            name="cohesion_energy_density",
+            meaning="cohesion energy density k",
+            limits={"ge": 0},
+            wall=True,
+        ),
+    ),
+    constants=("cohesion",),
+    values=lambda contact: {"cohesion": contact.cohesion_energy_density},
+    left_out="NOT CONVERTED: cohesion sjkr; these grains do not stick.",
+)

@@ -8,7 +8,9 @@ Thornton (1997), Journal of Applied Mechanics 64:383. Below yield the dashpot of
 
 import math
 
-from dem.lanes import law, maximum, sqrt, where
+from dem.arithmetic import law, maximum, sqrt, where
+from dem.contact.damping.tsuji import factor
+from dem.contact.law import Law, Parameter
 
 
 def yield_pressure(yield_speed, material, radius):
@@ -25,7 +27,7 @@ def yield_pressure(yield_speed, material, radius):
 
 
 @law
-def normal_force(p, elastic, stiffness, overlap, r_eff, m_eff, v_n, deepest):
+def damped(p, elastic, stiffness, overlap, r_eff, m_eff, v_n, deepest):
     """Hysteretic force less the dashpot [N] and the new deepest overlap [m]."""
     p_y = p.yield_pressure
     k = (4.0 / 3.0) * p.young * sqrt(r_eff)
@@ -45,3 +47,31 @@ def normal_force(p, elastic, stiffness, overlap, r_eff, m_eff, v_n, deepest):
     force = where(deepest > yield_overlap, unloading, elastic)
     dashpot = p.damping * sqrt(stiffness * m_eff) * v_n
     return where(force > 0.0, force - dashpot, 0.0 * force), deepest
+
+
+LAW = Law(
+    slot="damping",
+    name="plastic",
+    equation="Hertz to yield, linear beyond, flattened Hertz unloading: e falls as v^(−1/4)",
+    source="Thornton (1997)",
+    kernels={"damped": damped},
+    parameters=(
+        Parameter(
+            key="yield_velocity_m_s",
+            name="yield_pressure",
+            meaning="speed at which the mean grain begins to yield on a rigid flat",
+            limits={"gt": 0},
+            unset=math.inf,
+            to_si=lambda speed, grain: yield_pressure(speed, grain.material, grain.radius),
+        ),
+    ),
+    constants=("damping", "yield_pressure"),
+    values=lambda contact: {
+        "damping": factor(contact.restitution),
+        "yield_pressure": contact.yield_pressure,
+    },
+    only_with={"normal": ("hertz",)},
+    remembers="the deepest overlap",
+    left_out="NOT CONVERTED: damping plastic, whose restitution depends on the impact speed; the constant "
+    "coefficient of restitution stands in its place.",
+)

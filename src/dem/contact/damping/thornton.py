@@ -7,10 +7,8 @@ from the equation of motion, which in units of the impact has the restitution as
 
 from functools import lru_cache
 
-from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
-
-from dem.lanes import law, maximum, sqrt
+from dem.arithmetic import law, maximum, sqrt
+from dem.contact.law import Law
 
 
 def restitution_of(dashpot):
@@ -18,6 +16,9 @@ def restitution_of(dashpot):
 
     With force k x^(3/2), S_n = (3/2) k sqrt(x), so the dashpot of the module's equation has this form at m* = k = 1.
     """
+    from scipy.integrate import (
+        solve_ivp,
+    )  # here, as reading what a law declares must not load scipy
 
     def motion(_, y):
         x = max(y[0], 0.0)
@@ -35,6 +36,8 @@ def restitution_of(dashpot):
 @lru_cache(maxsize=64)
 def factor(restitution):
     """Dashpot factor for a coefficient of restitution in (0.02, 1]."""
+    from scipy.optimize import brentq
+
     if restitution >= 1.0:
         return 0.0
     found = brentq(lambda c: restitution_of(c) - restitution, 0.0, 40.0, xtol=1e-8)
@@ -43,6 +46,18 @@ def factor(restitution):
 
 
 @law
-def normal_force(p, elastic, stiffness, m_eff, v_n):
-    """Elastic force less the dashpot, never attractive [N]."""
-    return maximum(elastic - p.damping * sqrt(stiffness * m_eff) * v_n, 0.0)
+def damped(p, elastic, stiffness, overlap, r_eff, m_eff, v_n, deepest):
+    """Elastic force less the dashpot, never attractive [N], and the deepest overlap."""
+    return maximum(elastic - p.damping * sqrt(stiffness * m_eff) * v_n, 0.0), deepest
+
+
+LAW = Law(
+    slot="damping",
+    name="thornton",
+    equation="the same dashpot, never attractive; its factor is solved for so that e is met",
+    source="after Thornton et al. (2013)",
+    kernels={"damped": damped},
+    constants=("damping",),
+    values=lambda contact: {"damping": factor(contact.restitution)},
+    only_with={"normal": ("hertz",)},
+)

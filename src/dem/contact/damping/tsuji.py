@@ -9,7 +9,8 @@ of the contact; cutting that part off would raise the restitution (0.5 would com
 
 import math
 
-from dem.lanes import law, sqrt
+from dem.arithmetic import law, sqrt
+from dem.contact.law import Law
 
 
 def factor(restitution):
@@ -21,6 +22,19 @@ def factor(restitution):
 
 
 @law
-def normal_force(p, elastic, stiffness, m_eff, v_n):
-    """Elastic force less the dashpot [N]; v_n > 0 where the spheres part [m/s]."""
-    return elastic - p.damping * sqrt(stiffness * m_eff) * v_n
+def damped(p, elastic, stiffness, overlap, r_eff, m_eff, v_n, deepest):
+    """Elastic force less the dashpot [N], and the deepest overlap."""
+    return elastic - p.damping * sqrt(stiffness * m_eff) * v_n, deepest
+
+
+LAW = Law(
+    slot="damping",
+    name="tsuji",
+    equation="−2√(5/6) β √(S_n m*) v_n, β = −ln e / √(ln² e + π²); may pull at the end, so e is met at any speed",
+    source="Tsuji et al. (1992)",
+    kernels={"damped": damped},
+    constants=("damping",),
+    values=lambda contact: {"damping": factor(contact.restitution)},
+    only_with={"normal": ("hertz",)},
+    default=True,
+)

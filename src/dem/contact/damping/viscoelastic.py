@@ -6,10 +6,37 @@ Brilliantov, Spahn, Hertzsch, Poeschel (1996), Physical Review E 53:5382. A is t
 sqrt(overlap) is the contact stiffness S_n, so the dissipative part is -A S_n v_n.
 """
 
-from dem.lanes import law, maximum
+from dem.arithmetic import law, maximum
+from dem.contact.damping.tsuji import factor
+from dem.contact.law import Law, Parameter
 
 
 @law
-def normal_force(p, elastic, stiffness, v_n):
-    """Elastic force less the viscous part, never attractive [N]."""
-    return maximum(elastic - p.viscous_time * stiffness * v_n, 0.0)
+def damped(p, elastic, stiffness, overlap, r_eff, m_eff, v_n, deepest):
+    """Elastic force less the viscous part, never attractive [N], and the deepest overlap."""
+    return maximum(elastic - p.viscous_time * stiffness * v_n, 0.0), deepest
+
+
+LAW = Law(
+    slot="damping",
+    name="viscoelastic",
+    equation="−A S_n v_n: 1 − e grows as v^(1/5)",
+    source="Brilliantov et al. (1996)",
+    kernels={"damped": damped},
+    parameters=(
+        Parameter(
+            key="viscoelastic_time_s",
+            name="viscous_time",
+            meaning="dissipation time A",
+            limits={"gt": 0},
+        ),
+    ),
+    constants=("damping", "viscous_time"),
+    values=lambda contact: {
+        "damping": factor(contact.restitution),  # of the tangential spring
+        "viscous_time": contact.viscous_time,
+    },
+    only_with={"normal": ("hertz",)},
+    left_out="NOT CONVERTED: damping viscoelastic, whose restitution depends on the impact speed; the constant "
+    "coefficient of restitution stands in its place.",
+)

@@ -8,10 +8,23 @@ reversed and a sphere at rest stays at rest. Ai, Chen, Rotter, Ooi (2011), Powde
 The torques of the two spheres are not opposite, so angular momentum is not conserved.
 """
 
-from dem.lanes import law
+from dem.arithmetic import law
+from dem.contact.law import Law
 
 
 @law
 def resistance(p, normal, radius):
     """Size of the resisting torque [N m] on a particle of `radius` [m] under a repulsive normal force [N]."""
     return p.rolling * normal * radius
+
+
+LAW = Law(
+    slot="rolling",
+    name="constant_torque",
+    equation="μ_r F_n R on each particle's own spin (EDEM's standard)",
+    source="Ai et al. (2011), type A",
+    kernels={"resistance": resistance},
+    default=True,
+    edem="Hertz-Mindlin (no slip) with standard rolling friction",
+    holds_at_rest="brakes each grain's own spin, also where grains turn together and nothing rolls",
+)

@@ -5,19 +5,30 @@ The torque is limited to what stops the relative spin within the step. LIGGGHTS'
 its code divides by the whole relative spin, twist included, and does not stop at reversal.
 """
 
-from dem.lanes import law, minimum, sqrt
+from dem.arithmetic import law, minimum, sqrt
+from dem.contact.law import Law
 from dem.vectors import dot, reject, scale
 
 TINY = 1e-30
 
 
 @law
-def torque(p, n, spin, normal, r_eff, inertia, dt):
-    """Torque on the first sphere (3,) [N m].
+def torque(p, n, spin, normal, stiffness, unloading, r_eff, inertia, spring, dt):
+    """Torque on the first sphere (3,) [N m]; the spring moment is not its business.
 
     spin: omega_i - omega_j (3,) [rad/s]; inertia: I_i I_j / (I_i + I_j) [kg m2].
     """
     rolling = reject(spin, n)
     speed = sqrt(dot(rolling, rolling)) + TINY
     size = minimum(p.rolling * normal * r_eff, inertia * speed / dt)
-    return scale(-size / speed, rolling)
+    return scale(-size / speed, rolling), spring
+
+
+LAW = Law(
+    slot="rolling",
+    name="constant_torque_relative",
+    equation="μ_r F_n R* on the relative spin (LIGGGHTS `cdt` as its manual has it)",
+    source="Ai et al. (2011), type A",
+    kernels={"rolling": torque},
+    edem="Hertz-Mindlin with RVD rolling friction",
+)

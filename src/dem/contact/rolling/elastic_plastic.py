@@ -15,7 +15,8 @@ can reach stays as it is.
 
 import math
 
-from dem.lanes import law, minimum, sqrt, where
+from dem.arithmetic import law, minimum, sqrt, where
+from dem.contact.law import Law, Parameter
 from dem.vectors import dot, reject, scale, subtract
 
 TINY = 1e-30
@@ -56,3 +57,36 @@ def torque(p, n, spin, normal, stiffness, unloading, r_eff, inertia, spring, dt)
         size < full, p.rolling_damping * 2.0 * sqrt(CONTACT_POINT * inertia * k_r), 0.0 * full
     )
     return subtract(spring, scale(dashpot, rolling)), spring
+
+
+LAW = Law(
+    slot="rolling",
+    name="elastic_plastic",
+    equation="spring k_r = 2.25 S_n (μ_r R*)², dashpot 2η√(I_c k_r), limit μ_r F_n R*",
+    source="Ai et al. (2011), type C; Iwashita, Oda (1998)",
+    kernels={"rolling": torque},
+    parameters=(
+        Parameter(
+            key="rolling_stiffness_factor",
+            name="rolling_stiffness",
+            meaning="of the spring, over S_n (mu_r R*)^2",
+            limits={"gt": 0},
+            default=2.25,
+        ),
+        Parameter(
+            key="rolling_damping_ratio",
+            name="rolling_damping",
+            meaning="of a grain that rocks without slip",
+            limits={"ge": 0},
+            default=0.3,
+        ),
+    ),
+    constants=("rolling_stiffness", "rolling_damping", "rolling_limit"),
+    values=lambda contact: {
+        "rolling_stiffness": contact.rolling_stiffness,
+        "rolling_damping": contact.rolling_damping,
+        "rolling_limit": limit(contact.rolling_damping),
+    },
+    remembers="the spring moment",
+    edem="Hertz-Mindlin with type C rolling friction",
+)

@@ -6,24 +6,37 @@ force rather than a displacement, and scaling it on unloading, is what keeps a v
 spring; their sum is limited by friction.
 """
 
-from dem.lanes import law, maximum, minimum, sqrt
+from dem.arithmetic import law, maximum, minimum, sqrt
+from dem.contact.law import Law
 from dem.vectors import dot, reject, scale, subtract
 
 TINY = 1e-30
 
 
 @law
-def tangential_force(p, n, v_t, contact_radius, radius_before, m_eff, spring, limit, dt):
+def tangential_force(p, n, v_t, stiffness, contact_radius, radius_before, m_eff, spring, limit, dt):
     """Tangential force on the first sphere and the new spring force, both (3,) [N].
 
     n unit normal; v_t relative tangential velocity (3,) [m/s]; contact_radius a [m]; spring (3,) [N]; limit [N]; dt
     [s].
     """
-    stiffness = 8.0 * p.shear * contact_radius
+    tangential = 8.0 * p.shear * contact_radius
     unloading = minimum(contact_radius / maximum(radius_before, TINY), 1.0)
     spring = scale(unloading, reject(spring, n))
-    spring = subtract(spring, scale(stiffness * dt, v_t))
+    spring = subtract(spring, scale(tangential * dt, v_t))
     spring = scale(minimum(limit / (sqrt(dot(spring, spring)) + TINY), 1.0), spring)
-    force = subtract(spring, scale(p.damping * sqrt(stiffness * m_eff), v_t))
+    force = subtract(spring, scale(p.damping * sqrt(tangential * m_eff), v_t))
     force = scale(minimum(limit / (sqrt(dot(force, force)) + TINY), 1.0), force)
     return force, spring
+
+
+LAW = Law(
+    slot="tangential",
+    name="mindlin",
+    equation="spring force grows by −8 G* a v_t dt, is scaled by a/a' on unloading, limited by friction",
+    source="Mindlin (1949); Thornton et al. (2013)",
+    kernels={"tangential": tangential_force},
+    constants=("damping",),
+    remembers="the spring force and the contact radius",
+    default=True,
+)

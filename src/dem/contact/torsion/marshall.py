@@ -7,7 +7,8 @@ and scaled while the contact unloads, here by (a/a_before)^3 as the stiffness 4 
 no energy.
 """
 
-from dem.lanes import law, maximum, minimum, sqrt
+from dem.arithmetic import law, maximum, minimum, sqrt
+from dem.contact.law import Law
 
 
 @law
@@ -24,3 +25,15 @@ def torque(p, rate, contact_radius, unloading, m_eff, spring, limit, dt):
     spring = maximum(minimum(spring, most), -most)
     whole = spring - square * p.damping * sqrt(tangential * m_eff) * rate
     return maximum(minimum(whole, most), -most), spring
+
+
+LAW = Law(
+    slot="torsion",
+    name="marshall",
+    equation="spring 4 G* a³ and dashpot about the normal, limit (2/3) a μ F_n",
+    source="Marshall (2009)",
+    kernels={"torsion": torque},
+    constants=("damping",),
+    only_with={"tangential": ("mindlin",)},
+    remembers="the spring moment",
+)

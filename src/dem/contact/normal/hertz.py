@@ -1,0 +1,30 @@
+"""Hertz' elastic contact of two spheres: F = (4/3) E* sqrt(R*) overlap^(3/2), S_n = 2 E* sqrt(R* overlap).
+
+Hertz (1882); Johnson (1985), Contact Mechanics, chapter 4.
+"""
+
+from dem.arithmetic import law, maximum, sqrt
+from dem.contact.law import Law
+
+
+@law
+def normal(p, overlap, r_eff, deepest):
+    """Elastic force, stiffness, contact radius, deepest overlap (not its business) and no adhesion."""
+    pressed = maximum(overlap, 0.0)
+    radius = sqrt(r_eff * pressed)
+    stiffness = 2.0 * p.young * radius
+    return (2.0 / 3.0) * stiffness * pressed, stiffness, radius, deepest, 0.0 * r_eff
+
+
+LAW = Law(
+    slot="normal",
+    name="hertz",
+    equation="F = (4/3) E* √R* δ^1.5, S_n = 2 E* √(R* δ)",
+    source="Hertz (1882); Johnson (1985)",
+    kernels={"normal": normal},
+    not_with={
+        "damping": ("none",),
+        "tangential": ("linear",),
+    },  # e unmet; a stretched spring gives work
+    default=True,
+)

@@ -1,0 +1,173 @@
+"""Laws declare themselves: tables, schema, dispatch, documentation and exports are made of what their files say."""
+
+import ast
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from dem.contact.catalogue import CODES, LAWS, SLOTS, every_law, table
+from dem.contact.dispatch import source_of
+from dem.contact.law import ROLES
+from dem.contact.registry import DEFAULTS, Laws
+from dem.errors import SpecError
+from dem.spec import LawParameters, LawsSpec, parse_spec
+
+ROOT = Path(__file__).parents[2]
+SRC = ROOT / "src"
+GENERIC = {"none", "constant", "linear"}  # names that are words of other things too
+
+
+def ids(law):
+    return f"{law.slot}-{law.name}"
+
+
+def words_of(path):
+    """Every string of a module that is not a docstring."""
+    tree = ast.parse(path.read_text())
+    return [
+        n.value for n in ast.walk(tree) if isinstance(n, ast.Constant) and isinstance(n.value, str)
+    ]
+
+
+@pytest.mark.parametrize("law", [x for x in every_law() if x.name not in GENERIC], ids=ids)
+def test_one_file_of_the_engine_names_a_law(law):
+    """Its own; another law may name it to say that the two cannot be combined."""
+    engine = [p for p in (SRC / "dem").rglob("*.py") if law.name in words_of(p)]
+    own = SRC / "dem" / "contact" / law.slot / f"{law.name}.py"
+    combined = [
+        SRC / "dem" / "contact" / one.slot / f"{one.name}.py"
+        for one in every_law()
+        if law.name in (*one.only_with.get(law.slot, ()), *one.not_with.get(law.slot, ()))
+    ]
+    # the bed of the benchmark says under which rolling law it was timed
+    timed = [SRC / "dem" / "benchmark" / "cases.py"] if law.name == "constant_torque" else []
+    assert set(engine) - set(combined) - set(timed) == {own}
+
+
+@pytest.mark.parametrize("law", list(every_law()), ids=ids)
+def test_what_a_law_declares_is_whole(law):
+    assert set(law.kernels) <= set(ROLES)
+    assert law.equation
+    assert set(law.only_with) | set(law.not_with) <= set(SLOTS)
+    for other, names in (law.only_with | law.not_with).items():
+        assert set(names) <= set(LAWS[other])
+    known = LawParameters.model_fields
+    for p in law.parameters:
+        assert p.key in known
+        assert (f"wall_{p.key}" in known) == p.wall
+
+
+def test_every_slot_has_one_default_and_the_schema_takes_it():
+    for slot, laws in LAWS.items():
+        assert [x.name for x in laws.values() if x.default] == [DEFAULTS[slot]]
+        assert CODES[slot][DEFAULTS[slot]] == 0
+    assert LawsSpec().model_dump() == DEFAULTS
+    assert tuple(Laws().codes()) == (0,) * len(SLOTS)
+
+
+def test_the_dispatch_names_every_kernel():
+    for law in every_law():
+        for role, kernel in law.kernels.items():
+            assert f"{law.slot}_{law.name}.{kernel.__name__}(" in source_of(role)
+
+
+def test_theory_has_the_table_of_the_laws():
+    text = (ROOT / "docs" / "theory.md").read_text()
+    shown = re.search(r"<!-- laws: begin -->\n(.*?)\n<!-- laws: end -->", text, re.S)[1]
+    assert shown == table()
+
+
+@pytest.mark.parametrize(
+    ("laws", "parameters", "word"),
+    [
+        ({"normal": "linear", "damping": "linear"}, {"normal_stiffness_N_m": 500}, "tangential"),
+        ({"normal": "walton_braun"}, {"normal_stiffness_N_m": 500}, "none where laws.normal"),
+        ({"damping": "none"}, {}, "laws.damping = 'none'"),
+        ({"tangential": "linear"}, {}, "laws.tangential"),
+        ({"normal": "eepa", "damping": "none"}, {}, "adhesion_energy_J_m2"),
+    ],
+)
+def test_laws_that_cannot_be_combined_get_a_sentence(laws, parameters, word):
+    with pytest.raises(SpecError, match=word):
+        parse_spec({"experiment": "heap", "laws": laws, "law_parameters": parameters})
+
+
+def test_a_time_step_that_a_law_does_not_bear_is_refused():
+    laws = {"normal": "linear", "damping": "linear", "tangential": "linear"}
+    spec = {"experiment": "heap", "laws": laws}
+    parse_spec(spec | {"law_parameters": {"normal_stiffness_N_m": 100}})
+    stiff = spec | {"law_parameters": {"normal_stiffness_N_m": 1e6}}
+    with pytest.raises(SpecError, match=r"numerics.rayleigh_fraction.*laws.normal is linear"):
+        parse_spec(stiff)
+    with pytest.raises(SpecError, match=r"numerics.time_step_s.*laws.normal is linear"):
+        parse_spec(stiff | {"numerics": {"time_step_s": 1e-5}})
+
+
+# --- the page on how to add one --------------------------------------------------------------------------------------
+
+
+def file_of_the_page():
+    """(path, text) of the law that docs/howto-law.md adds."""
+    page = (ROOT / "docs" / "howto-law.md").read_text()
+    path, text = re.search(r"```python\n# (src/dem/contact/\S+\.py)\n(.*?)```", page, re.S).groups()
+    return Path(path), text
+
+
+@pytest.fixture
+def with_the_law(tmp_path):
+    """Runs code in a copy of the engine to which the page's law was added."""
+    shutil.copytree(SRC / "dem", tmp_path / "src" / "dem")
+    path, text = file_of_the_page()
+    assert not (ROOT / path).exists()
+    (tmp_path / path).write_text(text)
+
+    def run(code):
+        environment = os.environ | {
+            "PYTHONPATH": str(tmp_path / "src"),
+            "NUMBA_CACHE_DIR": str(tmp_path / "cache"),
+        }
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            env=environment,
+            capture_output=True,
+            text=True,
+            cwd=tmp_path,
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    return run
+
+
+SPEC = (
+    'from dem.spec import parse_spec; spec = parse_spec({"experiment": "drop", "laws": {"friction": "rate_free"}, '
+    '"law_parameters": {"friction_floor_N": 0.001}, "geometry": {"drop_height_mm": 2, "drops": 1}})\n'
+)
+
+
+def test_a_law_added_as_the_page_says_is_known(with_the_law):
+    """One file: the schema, the checks, the template, the table and the dispatch know it."""
+    said = with_the_law(
+        SPEC
+        + "from dem.template import template; from dem.contact.catalogue import table\n"
+        + "from dem.contact.dispatch import source_of; from dem.materials import contact_parameters\n"
+        + 'print(template("heap"), table(), source_of("limit"), contact_parameters(spec))\n'
+        + "import sys; assert 'numba' not in sys.modules\n"
+    )
+    assert "friction_floor_N: null" in said
+    assert "| `rate_free` |" in said
+    assert "friction_rate_free.limit(p, normal)" in said
+    assert "friction_floor=0.001" in said
+
+
+@pytest.mark.slow
+def test_a_law_added_as_the_page_says_runs(with_the_law):
+    said = with_the_law(
+        SPEC + "from dem.run import run; print(run(spec, 'out')['metrics']['rebound_height_mm'])\n"
+    )
+    assert float(said) > 0.0
