@@ -9,7 +9,9 @@ import math
 import numpy as np
 
 from dem.drag import apply_drag
-from dem.experiments.setup import WALL, build_simulation, material_of, mean_radius
+from dem.experiments.setup import build_simulation
+from dem.grains import mean_radius
+from dem.materials import WALL, material_of
 from dem.simulation import Air
 from dem.spec import parse_spec
 from dem.state import new_particles

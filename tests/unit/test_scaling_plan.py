@@ -48,7 +48,8 @@ def test_every_key_with_a_unit_is_known(model):
     bare = {
         "count", "sizes", "scale_factor", "elongation", "contact_angle_deg", "liquid_volume_fraction",
         "wall_liquid_volume_fraction", "friction_exponent", "rolling_stiffness_factor",
-        "rolling_damping_ratio", "funnel_half_angle_deg", "funnel_stl", "plate_stl", "meshes", "drops", "trials",
+        "rolling_damping_ratio", "plasticity_ratio", "tangential_stiffness_ratio",
+        "funnel_half_angle_deg", "funnel_stl", "plate_stl", "meshes", "drops", "trials",
         "rayleigh_fraction", "precision", "rest_energy_ratio",
         "feed", "packing", "turns", "start_turns", "unconfined_strain", "taps", "skin", "skin_horizon", "overlap_limit",
     }  # fmt: skip

@@ -1,0 +1,45 @@
+"""Linear tangential spring with Coulomb limit: S_t is a fixed share of the normal stiffness.
+
+The spring force grows by -S_t v_t dt, S_t = kappa S_n; a dashpot of the form of the normal one acts beside it, and
+friction limits their sum. kappa 2/7: Silbert et al. (2001), Physical Review E 64:051302. S_n is constant under the
+normal laws that go with it, so nothing is to be scaled while the contact unloads.
+"""
+
+from dem.arithmetic import law, minimum, sqrt
+from dem.contact.law import Law, Parameter
+from dem.vectors import dot, reject, scale, subtract
+
+TINY = 1e-30
+
+
+@law
+def force(p, n, v_t, stiffness, contact_radius, radius_before, m_eff, spring, limit, dt):
+    """Tangential force on the first sphere and the new spring force, both (3,) [N]."""
+    tangential = p.stiffness_ratio * stiffness
+    spring = subtract(reject(spring, n), scale(tangential * dt, v_t))
+    spring = scale(minimum(limit / (sqrt(dot(spring, spring)) + TINY), 1.0), spring)
+    whole = subtract(spring, scale(p.damping * sqrt(tangential * m_eff), v_t))
+    whole = scale(minimum(limit / (sqrt(dot(whole, whole)) + TINY), 1.0), whole)
+    return whole, spring
+
+
+LAW = Law(
+    slot="tangential",
+    name="linear",
+    equation="spring force grows by −κ S_n v_t dt, limited by friction",
+    source="Cundall, Strack (1979); Silbert et al. (2001)",
+    kernels={"tangential": force},
+    parameters=(
+        Parameter(
+            key="tangential_stiffness_ratio",
+            name="stiffness_ratio",
+            meaning="tangential over normal stiffness",
+            limits={"gt": 0, "le": 1},
+            default=2.0 / 7.0,
+        ),
+    ),
+    constants=("stiffness_ratio", "damping"),
+    values=lambda contact: {"stiffness_ratio": contact.stiffness_ratio},
+    remembers="the spring force",
+    left_out="NOT CONVERTED: tangential linear; the exported spring is that of Mindlin.",
+)
