@@ -19,7 +19,7 @@ from dem.timescales import hertz_contact_time
 from dem.walls.builder import WallSet
 
 GRAVITY = 9.81
-STEP = {"rayleigh_fraction": 0.02, "precision": "double"}
+STEP = {"rayleigh_fraction": 0.01, "precision": "double"}
 COARSE = {"rayleigh_fraction": 0.2, "precision": "double"}
 """Of a bounce, whose restitution must be resolved; of a slide, which asks for the force at rest only."""
 

@@ -1,5 +1,7 @@
 """One contact integrated for the diagnosis: closed forms of its restitution, its flight in air and its friction."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import yaml
@@ -12,7 +14,7 @@ HEIGHTS = np.array([60.0, 150.0, 400.0])
 
 
 def spec(experiment, diameter=2.0, **pair):
-    base = yaml.safe_load(open("config/config.yaml"))["run"]
+    base = yaml.safe_load(Path("config/config.yaml").read_text())["run"]
     settings = read_settings("config/diagnosis.yaml")
     levers = {"particle_diameter_mm": diameter}
     if experiment == "drop":
