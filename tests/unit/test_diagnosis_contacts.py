@@ -52,7 +52,7 @@ def test_thirty_rows_of_single_grains_get_a_law(table, tmp_path):
     )  # fmt: skip
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(stages, "catalogue_of", lambda *_: known)
-        stages.diagnose(config, settings, taught, named)
+        stages.name_causes(config, settings, taught, named)
     end = files(verdict="verdict.json", page="diagnosis.md", gain="gain.svg")
     stages.conclude(config, settings, named, end)
     verdict = json.loads((tmp_path / "verdict.json").read_text())
