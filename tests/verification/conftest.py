@@ -1,7 +1,8 @@
 """Recording of what the verification tests measured.
 
-`pytest tests/verification -m "" --record` writes docs/verification.json and the figures in docs/verification/. Tests
-that did not run (left out by a mark, a file or a name) keep what they recorded before; what belongs to a test that no
+`pytest tests/verification -n 0 -m "" --record` writes docs/verification.json and the figures in
+docs/verification/. Tests that did not run (left out by a mark, a file or a name) keep what they
+recorded before; what belongs to a test that no
 longer exists is dropped.
 """
 
