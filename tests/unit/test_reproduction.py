@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -14,11 +15,12 @@ from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED
 from calibration.statistics.validate import compare
 from dem.io.files import write_json
 from paper.audit.paper import Paper
-from paper.reference import BEGIN, END, ascents, block, fixed, main
+from paper.reference import BEGIN, END, ascents, block, fixed, main, short_block
 from paper.reproduction import counts, reproduce, write_reproduction
 from paper.reproduction import rows as r
 from paper.reproduction.table import ORDER, PAPER
 
+COMMITTED = Path(__file__).parents[2] / "results/reference/salt/reproduction/reproduction.csv"
 PLACE = r.Place("Table 13", "t", "angle", "deg")
 
 
@@ -176,7 +178,9 @@ def test_the_readme_gets_the_rows_that_matter(config, study, tmp_path, monkeypat
         assert "old" not in text
     short, text = (page.read_text() for page in pages)
     assert "validated angle of repose [°]; measured 45.26 | 45.55 | 45.5" in short
-    assert len(short.splitlines()) == 12  # head and six rows between the marks and around them
+    assert len(short.splitlines()) == 7  # marks, what is around them, head, and what this study has
+    committed = pd.read_csv(COMMITTED, dtype={"paper": str})
+    assert len(short_block(committed, "salt").splitlines()) == 8  # head and six rows
     assert "| Table 13 | validated angle of repose [deg] | 45.55 | 45.5" in text
     (link,) = set(re.findall(r"\(([^)]*reproduction\.csv)\)", text))
     assert (tmp_path / "docs" / link).is_file()

@@ -76,7 +76,11 @@ def test_a_heap_comes_to_rest_with_all_its_grains(tmp_path, name):
     run = spec(
         "heap",
         particles={"count": 400, "diameter_mm": 5.8},
-        geometry={"generation_rate_per_s": 1250, "orifice_diameter_mm": 32},
+        geometry={
+            "generation_rate_per_s": 1250,
+            "orifice_diameter_mm": 32,
+            "discharge_height_mm": 40,
+        },
         numerics={"max_time_s": 3.0},
     )
     metrics, state = engines.engines()[name].simulate(run, tmp_path, chosen)

@@ -42,14 +42,14 @@ def test_every_fault_of_a_users_table_is_shown_before_any_run(clone):
     table = clone / "mine.csv"
     table.write_text(
         "experiment,quantity,value,unit,sd,n,drop_height_mm\n"
-        "drop,rebound_height,20,cm,1,5,150\n"
+        "drop,rebound_height,20,kg,1,5,150\n"
         "drop,rebound_height,30,mm,,5,200\n"
         "drop,rebound_height,40,mm,1,5,200\n"
     )
     done = snakemake("diagnosis_plan", "--config", "measurements=mine.csv", cwd=clone)
     shown = done.stdout + done.stderr
     assert done.returncode != 0
-    assert "mine.csv, line 2, column unit: does not go with drop (got 'cm'); allowed: mm" in shown
+    assert "mine.csv, line 2, column unit: does not go with drop (got 'kg'); allowed: mm" in shown
     assert "mine.csv, line 3, column sd: is missing" in shown
     assert "Traceback" not in shown
     assert not (clone / "results" / "salt" / "diagnosis" / "plan.json").exists()
