@@ -119,6 +119,7 @@ def test_every_experiment_is_offered(capsys):
     assert all(name in text for name in experiments())
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_study_screens_and_diagnoses_it_without_another_file(folder):
     for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):

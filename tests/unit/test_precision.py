@@ -85,6 +85,7 @@ def spread(a, b):
     return np.sqrt((a.var(ddof=1) + b.var(ddof=1)) / 2)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_heaps_of_both_precisions_agree_within_the_seeds_spread(tmp_path):
     """Ten seeds each of the coarse heap; a rolling friction that is half as large does not pass for the same."""

@@ -91,6 +91,7 @@ def constants(case):
     return rise**2.5 / (case["density"] * math.sqrt(GRAVITY)), -offset / rise / DIAMETER
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_discharge_grows_with_the_orifice_as_beverloo_says(record, figure):
     contacts = {"glass": GLASS, "rough": ROUGH}

@@ -245,6 +245,7 @@ def their_heaps(case):
     return metrics, states
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_heap_elastic_plastic(record):
     """The rolling law is the same in both engines but for two factors, which are set; the tangential spring is not, and

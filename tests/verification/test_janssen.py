@@ -117,6 +117,7 @@ def measure(wall_friction, seed=1):
     }
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_floor_of_a_column_feels_what_janssen_says(record, figure):
     cases = {mu: measure(mu) for mu in WALL_FRICTION}

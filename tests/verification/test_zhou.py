@@ -116,6 +116,7 @@ def exponent(values, angles):
     return float(fit.slope), float(stats.t.ppf(0.975, len(values) - 2) * fit.stderr)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_trends_of_the_angle_of_repose(record, figure):
     at_base = {seed: angle(BASE, seed) for seed in MORE_SEEDS}

@@ -61,6 +61,7 @@ def test_a_table_that_is_not_there_is_named(clone):
     assert "none.csv" in done.stdout + done.stderr
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_shipped_case_runs_through_and_another_one_re_uses_its_runs(clone):
     test_profile = ("--profile", "profiles/test")

@@ -48,6 +48,7 @@ def test_published_values_give_the_published_angle_within_the_laboratories_sprea
     assert measured.min() - 2.0 < angle < measured.max() + 2.0
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_whole_study_runs_in_the_test_profile(clone):
     command = [*SNAKEMAKE, "-j2", "--profile", "profiles/test", "--configfile", SOYBEAN]

@@ -13,6 +13,7 @@ ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```bash\n(.*?)^```", re.M | re.S)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_tutorial_runs_from_top_to_bottom(tmp_path):
     for name in ("Snakefile", "workflow", "config", "profiles", "src", "data", "examples"):

@@ -80,6 +80,7 @@ def test_an_error_between_settings_is_told_and_its_size_is_right(tmp_path):
     assert 0.5 * true < np.median(sds) < 2.0 * true
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_rates_over_all_laws_of_strangers(tmp_path):
     hits, bands, nulls = [], [], []
