@@ -13,7 +13,9 @@ from calibration.campaign import points_of, progress
 from calibration.config import Config
 from calibration.files import replacing
 from calibration.store import RunStore
-from dem.errors import DemError, MeasureError
+from dem.errors import DemError, MeasureError, RefusedStateError
+from dem.io.files import write_arrays
+from dem.results import STATE, write_result
 from dem.spec import parse_spec
 
 NOTE_EVERY = 0.1  # of a run: snakemake shows the log of a failed run, whose last lines must not be lost among notes
@@ -46,7 +48,7 @@ def run_logged(spec, out, log, config):
             stream.flush()
 
         try:
-            result = engines.make(spec, out, note, again=False)
+            result = _made(spec, out, note)
             RunStore(Path(out).parent).entry(Path(out).name)
         except Exception as error:
             message = failure(error, spec, Path(out).name, config)
@@ -62,6 +64,19 @@ def run_logged(spec, out, log, config):
         stream.write(f"done: {result['metrics']}\n")
     repeat.unlink(missing_ok=True)
     report_sometimes(config)
+
+
+def _made(spec, out, note):
+    """The run's result. A heap that is refused by its state is kept as a result without metrics, which
+    the designs leave out by name: it never counts as an angle, and it does not stop the study."""
+    try:
+        return engines.make(spec, out, note, again=False)
+    except RefusedStateError as error:
+        print(f"run {Path(out).name} counts for nothing: {error}", file=sys.stderr)
+        if not (Path(out) / STATE).exists():
+            write_arrays(Path(out) / STATE, engines.NO_GRAINS)
+        refused = {"kind": error.kind, "reason": str(error)}
+        return write_result(Path(out), parse_spec(spec), {}, {"refused": refused})
 
 
 def failure(error, spec, name, config):
