@@ -154,7 +154,6 @@ def test_any_change_of_the_code_shows(change):
     assert fingerprint.code_of(SAME) != fingerprint.code_of(SAME.replace(*change))
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_law_changed_tenfold_slides_at_its_own_angle(copy, tmp_path):
     """tan(angle) is the friction: with a tenth of it compiled in, the old compiled code would give the old angle."""

@@ -25,7 +25,6 @@ def page():
     return (STUDY / "report.html").read_text()
 
 
-@pytest.mark.long
 def test_every_stage_and_every_heap_is_on_the_page(page):
     for key in (
         "heap",
@@ -45,7 +44,6 @@ def test_every_stage_and_every_heap_is_on_the_page(page):
     assert len(page) < 8e6
 
 
-@pytest.mark.long
 def test_every_figure_of_the_chain_is_on_the_page(page):
     chain = ("screening", "ascent", "response_surface", "optimise", "validation")
     drawn = [path for stage in chain for path in (STUDY / stage).glob("*.svg")]
@@ -54,7 +52,6 @@ def test_every_figure_of_the_chain_is_on_the_page(page):
         assert f'id="{path.parent.name}-{path.stem}-figure_1"' in page
 
 
-@pytest.mark.long
 def test_snakemake_makes_its_own_report_with_captions(tmp_path):
     out = tmp_path / "report.html"
     done = subprocess.run(
