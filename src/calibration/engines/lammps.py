@@ -44,19 +44,6 @@ fix source all deposit {count} 0 {every} {seed} mol grain region source near {ap
     attempt 1000 vz -{speed:.6g} -{speed:.6g}
 compute kinetic all ke
 thermo_style custom step atoms c_kinetic f_source
-thermo 10000
-thermo_modify lost ignore norm no
-variable energy equal c_kinetic
-run {first}
-variable look loop {looks}
-label more
-run {between}
-if "${{energy}} < {rest:.6g}" then "jump SELF rest"
-next look
-jump SELF more
-label rest
-dump end all custom 1 end.dump id radius x y z vx vy vz omegax omegay omegaz
-run 0
 """
 
 GRAIN = """\
@@ -163,7 +150,7 @@ def _heap(spec, folder):
     (folder / "grain.molecule").write_text(GRAIN.format(diameter=2 * r, mass=mass))
     side = 1.5 * max(g.plate_radius, g.mouth_radius)
     first, between, looks = pour.looks
-    body = HEAP.format(
+    body = (HEAP + rig.UNTIL_REST).format(
         plate=g.plate_radius,
         below=0.5 * pour.bottom,
         orifice=g.orifice_radius,

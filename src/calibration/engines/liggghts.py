@@ -43,19 +43,6 @@ fix source all insert/rate/region seed {seed} distributiontemplate sizes npartic
     vel constant 0 0 -{speed:.6g} region mouth ntry_mc 10000
 compute kinetic all ke
 thermo_style custom step atoms c_kinetic
-thermo 10000
-thermo_modify lost ignore norm no
-variable energy equal c_kinetic
-run {first}
-variable look loop {looks}
-label more
-run {between}
-if "${{energy}} < {rest:.6g}" then "jump SELF rest"
-next look
-jump SELF more
-label rest
-dump end all custom 1 end.dump id radius x y z vx vy vz omegax omegay omegaz
-run 0
 """
 
 DROP = """\
@@ -147,7 +134,7 @@ def _heap(spec, folder):
     write_mesh(folder / "funnel.stl", frustum(*cone) + frustum(*cone[2:], g.mouth_radius, pour.top))
     side = 1.5 * max(g.plate_radius, g.mouth_radius)
     first, between, looks = pour.looks
-    body = HEAP.format(
+    body = (HEAP + rig.UNTIL_REST).format(
         sizes=_sizes(pour),
         mouth=g.mouth_radius - 0.2 * r,
         low=g.source_height - 1.1 * r,

@@ -23,6 +23,22 @@ EXTRA = 0.3
 """Time after the last grain is made before a deck first looks whether the heap is at rest [s]."""
 LOOK = 0.05
 """Time between these looks [s]."""
+UNTIL_REST = """\
+thermo 10000
+thermo_modify lost ignore norm no
+variable energy equal c_kinetic
+run {first}
+variable look loop {looks}
+label more
+run {between}
+if "${{energy}} < {rest:.6g}" then "jump SELF rest"
+next look
+jump SELF more
+label rest
+dump end all custom 1 end.dump id radius x y z vx vy vz omegax omegay omegaz
+run 0
+"""
+"""End of a heap's deck in LIGGGHTS and LAMMPS: run until the compute `kinetic` says rest, then dump."""
 ROLLING = ("none", "elastic_plastic")
 """Rolling laws that other engines have too."""
 
