@@ -1,7 +1,8 @@
-"""Hook of mkdocs that adds the reference pages which follow from the schemas, made anew at every build.
+"""Hook of mkdocs that adds the reference pages which follow from the schemas, made anew at every
+build.
 
-Every key of a study's configuration and of a run spec with its unit, its default, what is allowed and its meaning; the
-factor table's columns and the command's help.
+Every key of a study's configuration and of a run spec with its unit, its default, what is allowed
+and its meaning; the factor table's columns and the command's help.
 """
 
 import contextlib
@@ -175,7 +176,8 @@ KEPT = re.compile(r"\]\(\.\./((?:results/reference|benchmarks)/[^)]+)\)")
 
 
 def on_files(files, config):
-    """Add the pages, and the kept results that pages link to, to what lies in docs/ (called by mkdocs)."""
+    """Add the pages, and the kept results that pages link to, to what lies in docs/ (called by
+    mkdocs)."""
     for name, make in PAGES.items():
         files.append(File.generated(config, f"reference/{name}", content=make()))
     docs = Path(config.docs_dir)

@@ -12,7 +12,8 @@ def pytest_addoption(parser):
     parser.addoption(
         "--record-peers",
         action="store_true",
-        help="run the other engines on every case and write their results beside their inputs (half an hour)",
+        help="run the other engines on every case and write their results beside their inputs "
+        "(half an hour)",
     )
 
 

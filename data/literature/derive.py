@@ -1,8 +1,9 @@
-"""Rebound heights from the times between impacts: `python data/literature/derive.py` writes table_tennis_ball.csv.
+"""Rebound heights from the times between impacts: `python data/literature/derive.py` writes
+table_tennis_ball.csv.
 
-A flight of duration T between two impacts reaches g T^2 / 8; quadratic drag changes that in second order only, since it
-shortens the rise by what it adds to the fall. Each flight is a drop and the next one its rebound. Every flight is used
-once, so that the settings are independent.
+A flight of duration T between two impacts reaches g T^2 / 8; quadratic drag changes that in second
+order only, since it shortens the rise by what it adds to the fall. Each flight is a drop and the
+next one its rebound. Every flight is used once, so that the settings are independent.
 """
 
 from pathlib import Path

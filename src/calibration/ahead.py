@@ -1,4 +1,5 @@
-"""Before any run: every run spec that a study could expand to is tried, and what the runs will cost is said.
+"""Before any run: every run spec that a study could expand to is tried, and what the runs will cost
+is said.
 
 A level that no run can have would otherwise be met hours later, when its stage is planned.
 """
@@ -21,16 +22,18 @@ RESERVED = ("runs", "reference")
 
 MOST_CORNERS = 256
 BASE_MB, MB_PER_GRAIN = 250.0, 0.003
-"""Memory of a run: of Python with the compiled engine (a heap of 1,250 spheres took 206 MB), and of a grain: twice
-160 bytes of state and, in two lists, about twelve neighbours of 45 bytes; 1.4 kB, and as much again for copies."""
+"""Memory of a run: of Python with the compiled engine (a heap of 1,250 spheres took 206 MB), and of
+a grain: twice 160 bytes of state and, in two lists, about twelve neighbours of 45 bytes; 1.4 kB,
+and as much again for copies."""
 
 GRAIN_STEPS_PER_S = 1.0e7
 """Of one core; a third of what a settled bed takes on the machine of the README."""
 
 
 def check_ahead(config):
-    """Raise ConfigError for the first thing that would stop the study later: a name that is taken, a level that no run
-    can have, a design or a mesh that cannot be used, or a run that does not fit into this machine's memory."""
+    """Raise ConfigError for the first thing that would stop the study later: a name that is taken,
+    a level that no run can have, a design or a mesh that cannot be used, or a run that does not fit
+    into this machine's memory."""
     if config.name in RESERVED:
         raise ConfigError("is taken", key="name", value=config.name, allowed="another name")
     factors = read_factors(config.factors)
@@ -45,7 +48,8 @@ def check_ahead(config):
     needed, there = memory_mb(first.particles.count), machine_memory_mb()
     if needed > there:
         raise ConfigError(
-            f"a run needs about {needed / 1000:.1f} GB of memory; this machine has {there / 1000:.1f} GB",
+            f"a run needs about {needed / 1000:.1f} GB of memory; this machine has "
+            f"{there / 1000:.1f} GB",
             key="run.particles.count",
             value=first.particles.count,
             allowed=f"about {(there - BASE_MB) / MB_PER_GRAIN:.0f} grains",
@@ -53,7 +57,8 @@ def check_ahead(config):
 
 
 def cost_ahead(config):
-    """A sentence: memory and, for a study of poured grains, time of one run on one core, before any has been made."""
+    """A sentence: memory and, for a study of poured grains, time of one run on one core, before any
+    has been made."""
     spec = parse_spec(point_spec(config.run, config.experiment, {}, config.seed))
     count = spec.particles.count
     return f"a run of {count} grains takes about {memory_mb(count):.0f} MB of memory{_time(spec)}"
@@ -69,7 +74,8 @@ def _time(spec):
     # half of the grains on average while they are poured, all of them while they come to rest
     steps = (0.5 * poured + 0.7) / time_step_of(spec)
     hours = spec.particles.count * steps / GRAIN_STEPS_PER_S / 3600.0
-    return f" and about {f'{60 * hours:.2g} minutes' if hours < 2 else f'{hours:.2g} hours'} of one core"
+    shown = f"{60 * hours:.2g} minutes" if hours < 2 else f"{hours:.2g} hours"
+    return f" and about {shown} of one core"
 
 
 def memory_mb(count):
@@ -83,7 +89,8 @@ def machine_memory_mb():
 
 
 def _check_files(where, spec, tried):
-    """Refuse a mesh that is not there or cannot be used; those `tried` already are not read again."""
+    """Refuse a mesh that is not there or cannot be used; those `tried` already are not read
+    again."""
     digests = input_digests(spec)
     rig = tuple(digests.items())
     if rig in tried:
@@ -130,7 +137,8 @@ def _specs_ahead(config, factors):
 
 
 def _points(config, factors):
-    """(what it is, {factor name: level}) of the study's own points: fixed levels, screening, corners, path, region."""
+    """(what it is, {factor name: level}) of the study's own points: fixed levels, screening,
+    corners, path, region."""
     yield "fixed", {}
     yield from (("screening", levels) for levels in _screening(config, factors))
     ends = [(f.low, f.high) for f in factors]
@@ -161,7 +169,8 @@ def _screening(config, factors):
 
 
 def _region(region):
-    """Levels of the runs of a Box-Behnken design whose centre is given: pairs of factors at their ends."""
+    """Levels of the runs of a Box-Behnken design whose centre is given: pairs of factors at their
+    ends."""
     known = [n for n in region.centre if n in region.half_width]
     for pair in combinations(known, 2):
         for signs in product((-1.0, 1.0), repeat=2):

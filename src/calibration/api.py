@@ -20,9 +20,11 @@ IN_THE_TARGET_S_UNIT = ("response", "response_sd", "effect")
 
 
 class Study(study.Study):
-    """A study of a folder with a config.yaml, or of configuration files, later ones laid over earlier ones.
+    """A study of a folder with a config.yaml, or of configuration files, later ones laid over
+    earlier ones.
 
-    Study("wheat"), Study("wheat/config.yaml", "quick.yaml"). Raises ConfigError as the workflow does.
+    Study("wheat"), Study("wheat/config.yaml", "quick.yaml"). Raises ConfigError as the workflow
+    does.
     """
 
     def __init__(self, *files):
@@ -37,7 +39,8 @@ class Study(study.Study):
     def run(self, stage, cores=2):
         """Make a stage, and what it needs and is missing; returns its `StageResults`.
 
-        cores: jobs at the same time. Raises CalibrationError with what snakemake said last where it fails.
+        cores: jobs at the same time. Raises CalibrationError with what snakemake said last where it
+        fails.
         """
         if not Path("workflow/Snakefile").is_file():
             raise CalibrationError(
@@ -57,7 +60,8 @@ class Study(study.Study):
         return StageResults(self, stage)
 
     def table(self, stage, name):
-        """Table `name`.csv of a stage (pandas), or None; `attrs["units"]` has the unit of each column that has one."""
+        """Table `name`.csv of a stage (pandas), or None; `attrs["units"]` has the unit of each
+        column that has one."""
         found = super().table(stage, name)
         if found is not None:
             found.attrs["units"] = {c: u for c in found if (u := self._unit(c))}

@@ -1,7 +1,8 @@
-"""Short runs, many to a process: a run of two seconds would otherwise wait as long for Python to start.
+"""Short runs, many to a process: a run of two seconds would otherwise wait as long for Python to
+start.
 
-Each run is still kept under the content of its spec and skipped where its result is there, so that a batch that was
-cut off goes on where it stopped.
+Each run is still kept under the content of its spec and skipped where its result is there, so that
+a batch that was cut off goes on where it stopped.
 """
 
 from calibration import engines
@@ -17,9 +18,9 @@ from dem.spec import parse_spec
 def run_batch(plan_file, batch, batches, done, failures="refused", root=ROOT):
     """Do every `batches`-th run of a plan, from number `batch` on, and write their names to `done`.
 
-    failures: "refused" raises CalibrationError naming the runs that failed and why, after the others have been done;
-    "kept" lists them in `done`, for who can do without them. What the machine did to a run is refused in either case.
-    """
+    failures: "refused" raises CalibrationError naming the runs that failed and why, after the
+    others have been done; "kept" lists them in `done`, for who can do without them. What the
+    machine did to a run is refused in either case."""
     specs = read_plan(plan_file)
     names = sorted(specs)[batch::batches]
     found = simulate({n: specs[n] for n in names}, root, note=lambda text: print(text, flush=True))
@@ -32,10 +33,11 @@ def run_batch(plan_file, batch, batches, done, failures="refused", root=ROOT):
 
 
 def simulate(specs, root=ROOT, note=lambda text: None):
-    """{run id: metrics or None} of {run id: spec}; None where the run fails physically, which is kept as failed.json.
+    """{run id: metrics or None} of {run id: spec}; None where the run fails physically, which is
+    kept as failed.json.
 
-    Any other failure, such as a full disk, is no property of the run and is not kept: CalibrationError names these
-    runs after the others have been done.
+    Any other failure, such as a full disk, is no property of the run and is not kept:
+    CalibrationError names these runs after the others have been done.
     """
     store, found, faults = RunStore(root), {}, []
     for name, spec in specs.items():

@@ -52,7 +52,8 @@ def plan(design, factors, config, experiment=None, stage=None):
         seen[point] = seen.get(point, 0) + 1
         if stage and seen[point] > SEEDS_A_STAGE:
             raise CalibrationError(
-                f"the {stage} repeats a point more than {SEEDS_A_STAGE} times, which is as many seeds as it has"
+                f"the {stage} repeats a point more than {SEEDS_A_STAGE} times, which is as many "
+                f"seeds as it has"
             )
         spec = point_spec(config.run, experiment, levels, seed)
         name = run_id(spec)
@@ -78,8 +79,8 @@ PLANNED = "planned_from.json"
 
 
 def write_plan(folder, table, specs, inputs=()):
-    """Write design.csv, plan.json and PLANNED, each atomically; `inputs`: paths of the tables that the design
-    follows."""
+    """Write design.csv, plan.json and PLANNED, each atomically; `inputs`: paths of the tables that
+    the design follows."""
     folder = Path(folder)
     write_table(table, folder / "design.csv")
     write_json(folder / "plan.json", specs)
@@ -89,8 +90,9 @@ def write_plan(folder, table, specs, inputs=()):
 
 
 def changed_since_planned(folder):
-    """Files of a plan, and tables that it was made from, that are not as they were then. Raises ValueError where what
-    was written down is damaged itself; nothing is known of a plan without it."""
+    """Files of a plan, and tables that it was made from, that are not as they were then. Raises
+    ValueError where what was written down is damaged itself; nothing is known of a plan without
+    it."""
     folder = Path(folder)
     if not (folder / PLANNED).exists():
         return []
@@ -138,10 +140,11 @@ REQUIRED = object()
 
 
 def read_metric(run_ids, metric, default=REQUIRED):
-    """Values (n,) of one metric of finished runs; `default` for runs without it, unless that is an error.
+    """Values (n,) of one metric of finished runs; `default` for runs without it, unless that is an
+    error.
 
-    Raises CalibrationError for a run that is missing, damaged or of another engine, and for one without the metric.
-    """
+    Raises CalibrationError for a run that is missing, damaged or of another engine, and for one
+    without the metric."""
     store = RunStore()
     found = [_metrics(store, name) for name in run_ids]
     if default is not REQUIRED:
@@ -159,7 +162,8 @@ def _metrics(store, name):
         raise CalibrationError(f"{error}; `calibration verify --repair` makes it again") from None
     if not is_current(result["engine"]):
         raise CalibrationError(
-            f"{result_path(name)}: was made by another engine, {result['engine']}; `calibration verify --repair` "
+            f"{result_path(name)}: was made by another engine, {result['engine']}; `calibration "
+            f"verify --repair` "
             "makes it again"
         )
     return result["metrics"]
@@ -178,8 +182,9 @@ def points_of(name, config):
 
 
 def progress(config):
-    """(done, todo, mean): a text 'stage finished/total' for each stage, the runs left, and the mean wall time [s] of
-    those finished, None before the first. As the store's index has it: no result is read."""
+    """(done, todo, mean): a text 'stage finished/total' for each stage, the runs left, and the mean
+    wall time [s] of those finished, None before the first. As the store's index has it: no result
+    is read."""
     done, todo, walls = [], 0, []
     store = RunStore()
     for stage in STAGES:

@@ -8,13 +8,15 @@ from calibration.errors import CalibrationError
 from dem.errors import DemError
 
 VERIFY = (
-    "Read all results below a folder and say which cannot be trusted: damaged, changed, copied from another run, made "
+    "Read all results below a folder and say which cannot be trusted: damaged, changed, copied "
+    "from another run, made "
     "by another engine, or planned from tables and meshes that have changed since."
 )
 
 
 def main(argv=None):
-    """Entry point; returns the exit status: 0, or 1 where something is wrong, or 2 for input that cannot be used."""
+    """Entry point; returns the exit status: 0, or 1 where something is wrong, or 2 for input that
+    cannot be used."""
     args = _parser().parse_args(argv)
     try:
         return args.command(args)

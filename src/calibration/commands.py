@@ -1,4 +1,5 @@
-"""The `dem` command with what stands above the engine: `dem new` begins a study, `dem angle` measures photographs."""
+"""The `dem` command with what stands above the engine: `dem new` begins a study, `dem angle`
+measures photographs."""
 
 import sys
 from pathlib import Path
@@ -20,7 +21,8 @@ def _add_new(commands):
     new = commands.add_parser(
         "new",
         help="begin a study: asks what it is not told",
-        description="Write a study of your material and rig into a new folder. Values carry their unit. What no "
+        description="Write a study of your material and rig into a new folder. Values carry their "
+        "unit. What no "
         "option tells is asked for at a terminal.",
     )
     new.add_argument("folder", type=Path, help="folder to write; its name becomes the study's")
@@ -59,7 +61,8 @@ def _add_angle(commands):
     angle = commands.add_parser(
         "angle",
         help="angle of repose of heaps on photographs",
-        description="Measure photographs of a heap, seen from the side before a plain backdrop, by the flank fit that "
+        description="Measure photographs of a heap, seen from the side before a plain backdrop, by "
+        "the flank fit that "
         "the simulation's heaps are measured by.",
     )
     angle.add_argument("photos", type=Path, nargs="+", metavar="PHOTO")

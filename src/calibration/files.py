@@ -11,7 +11,8 @@ FORMULA = ("=", "+", "-", "@")
 
 @contextmanager
 def replacing(path):
-    """A path beside `path`, of the same suffix, to write to; it takes the place of `path` when the block is done."""
+    """A path beside `path`, of the same suffix, to write to; it takes the place of `path` when the
+    block is done."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".partial.{os.getpid()}.{path.name}")
@@ -23,7 +24,8 @@ def replacing(path):
 
 
 def sweep_abandoned(folder):
-    """Delete what writers that were killed have left below a folder: partial files of more than an hour."""
+    """Delete what writers that were killed have left below a folder: partial files of more than an
+    hour."""
     for partial in Path(folder).rglob(".partial.*"):
         with suppress(OSError):  # its writer has just finished
             if time.time() - partial.stat().st_mtime > ABANDONED:
@@ -37,8 +39,8 @@ def write_table(table, path):
 
 
 def csv_text(table):
-    """A data frame as CSV in which no cell and no heading is a formula to a spreadsheet: what begins like one gets an
-    apostrophe in front (OWASP, CSV injection). Numbers stay as they are."""
+    """A data frame as CSV in which no cell and no heading is a formula to a spreadsheet: what
+    begins like one gets an apostrophe in front (OWASP, CSV injection). Numbers stay as they are."""
     shown = table.rename(columns=_no_formula)
     texts = shown.select_dtypes(exclude="number").columns
     return shown.assign(**{c: shown[c].map(_no_formula) for c in texts}).to_csv(index=False)

@@ -1,7 +1,9 @@
-"""What a rule's result depends on beside its files: the code and the sections of the configuration that it reads.
+"""What a rule's result depends on beside its files: the code and the sections of the configuration
+that it reads.
 
 The code is found from the imports, beginning with the module of the rule's function. Comments,
-docstrings and layout do not count. Runs are not among these rules: their spec and the engine name them.
+docstrings and layout do not count. Runs are not among these rules: their spec and the engine name
+them.
 """
 
 import ast
@@ -22,8 +24,8 @@ def task_digest(task, config, sources=SOURCES):
 
 
 def digest(config, sections, names, sources=SOURCES):
-    """First 12 hex digits of a hash of sections of a `Config` and of the code that importing the modules `names` brings
-    in; sources: the folder of the packages."""
+    """First 12 hex digits of a hash of sections of a `Config` and of the code that importing the
+    modules `names` brings in; sources: the folder of the packages."""
     values = config.model_dump(mode="json", include=set(sections))
     parts = [json.dumps(values, sort_keys=True)]
     files = {path for name in names for path in modules(name, Path(sources))}
@@ -33,8 +35,8 @@ def digest(config, sections, names, sources=SOURCES):
 
 @cache
 def modules(name, sources=SOURCES):
-    """Files that importing the module `name` of the project brings in, itself among them, and the data files of their
-    packages."""
+    """Files that importing the module `name` of the project brings in, itself among them, and the
+    data files of their packages."""
     found, left = set(), [_file(name, sources)]
     while left:
         path = left.pop()
@@ -46,7 +48,8 @@ def modules(name, sources=SOURCES):
 
 @cache
 def _imported(path, sources):
-    """Files of the project that a module imports; all of its package where it finds modules by itself."""
+    """Files of the project that a module imports; all of its package where it finds modules by
+    itself."""
     text = path.read_text()
     tree, found = ast.parse(text), set()
     for node in ast.walk(tree):
@@ -60,8 +63,8 @@ def _imported(path, sources):
 
 
 def _source(module, name, sources):
-    """File that `from module import name` takes the name from: a module of that name, or where a package only passes
-    the name on, the module that has it."""
+    """File that `from module import name` takes the name from: a module of that name, or where a
+    package only passes the name on, the module that has it."""
     inside, path = _file(f"{module}.{name}", sources), _file(module, sources)
     if inside or path is None or path.name != "__init__.py":
         return inside or path

@@ -13,7 +13,8 @@ from dem.errors import DemError
 
 @contextmanager
 def logged(log):
-    """Send what a stage prints to its log; an error of ours ends the job with one line there and on the screen."""
+    """Send what a stage prints to its log; an error of ours ends the job with one line there and on
+    the screen."""
     Path(log).parent.mkdir(parents=True, exist_ok=True)
     with open(log, "w") as stream, redirect_stdout(stream), redirect_stderr(stream):
         try:

@@ -1,4 +1,5 @@
-"""What the numerical choices cost: the same points with other resolutions, time steps, moduli and rolling laws."""
+"""What the numerical choices cost: the same points with other resolutions, time steps, moduli and
+rolling laws."""
 
 from pathlib import Path
 
@@ -31,7 +32,8 @@ def plan_numerics(study, source, output):
 
 
 def compare_variants(design, metric):
-    """Table: variant, against, point, n, mean, sd, difference, low, high (95 % Welch interval), within_seed_spread."""
+    """Table: variant, against, point, n, mean, sd, difference, low, high (95 % Welch interval),
+    within_seed_spread."""
     design = design.assign(response=read_metric(design["run_id"], metric))
     rows = []
     for (name, point), group in design.groupby(["variant", "point"], sort=False):

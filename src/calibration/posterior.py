@@ -40,7 +40,8 @@ class ScatterEmulator:
         x, y = np.asarray(x, float), np.asarray(y, float)
         if len(y) < x.shape[1] + 3 or np.ptp(y) == 0.0:
             raise CalibrationError(
-                f"{len(y)} runs of responses that differ are needed to emulate over {x.shape[1]} factors: "
+                f"{len(y)} runs of responses that differ are needed to emulate over {x.shape[1]} "
+                f"factors: "
                 f"at least {x.shape[1] + 3}, not all alike"
             )
         points, of = np.unique(np.round(x, 9), axis=0, return_inverse=True)

@@ -41,7 +41,8 @@ def with_value(runs, column):
     here = runs[runs[column].notna()].reset_index(drop=True)
     if len(here) < 2:
         raise CalibrationError(
-            f"{len(here)} of {len(runs)} runs have a value of {column}; nothing can be fitted to them"
+            f"{len(here)} of {len(runs)} runs have a value of {column}; nothing can be fitted to "
+            f"them"
         )
     return here
 

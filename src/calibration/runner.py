@@ -1,4 +1,5 @@
-"""One cached run inside the workflow: its log, its failure in a few sentences, and the campaign's progress."""
+"""One cached run inside the workflow: its log, its failure in a few sentences, and the campaign's
+progress."""
 
 import os
 import sys
@@ -18,10 +19,12 @@ from dem.io.files import write_arrays
 from dem.results import STATE, write_result
 from dem.spec import parse_spec
 
-NOTE_EVERY = 0.1  # of a run: snakemake shows the log of a failed run, whose last lines must not be lost among notes
+# of a run: snakemake shows the log of a failed run, whose last lines must not be lost among notes
+NOTE_EVERY = 0.1
 REPORT_EVERY = 5.0  # seconds
 NO_HEAP = (
-    "the grains roll or bounce off the plate, or are too few: more friction, a lower discharge height or a rim "
+    "the grains roll or bounce off the plate, or are too few: more friction, a lower discharge "
+    "height or a rim "
     "(docs/howto-geometry.md), or more grains"
 )
 
@@ -29,8 +32,8 @@ NO_HEAP = (
 def run_logged(spec, out, log, config):
     """Run `spec` (a mapping) into folder `out` and write its progress to `log`.
 
-    A failed run says which points of which designs need it, why it failed, the likely cause and where its log is, keeps
-    its spec beside the log, and ends the job with status 1.
+    A failed run says which points of which designs need it, why it failed, the likely cause and
+    where its log is, keeps its spec beside the log, and ends the job with status 1.
     """
     started = time.time()
     config = Config.model_validate(config)
@@ -67,7 +70,8 @@ def run_logged(spec, out, log, config):
 
 
 def _made(spec, out, note):
-    """The run's result. A heap that is refused by its state is kept as a result without metrics, which
+    """The run's result. A heap that is refused by its state is kept as a result without metrics,
+    which
     the designs leave out by name: it never counts as an angle, and it does not stop the study."""
     try:
         return engines.make(spec, out, note, again=False)
@@ -80,7 +84,8 @@ def _made(spec, out, note):
 
 
 def failure(error, spec, name, config):
-    """What a user needs to know of a failed run: the reason, the likely cause and the points that need it."""
+    """What a user needs to know of a failed run: the reason, the likely cause and the points that
+    need it."""
     text = str(error) if isinstance(error, DemError) else f"{type(error).__name__}: {error}"
     lines = [f"run {name} failed: {text}"]
     lines += [f"  likely cause: {cause}" for cause in causes(error, spec)]
@@ -89,7 +94,8 @@ def failure(error, spec, name, config):
 
 
 def causes(error, spec):
-    """Likely causes that the error does not name itself: no heap, and what was risky in the spec from the start."""
+    """Likely causes that the error does not name itself: no heap, and what was risky in the spec
+    from the start."""
     from dem.advice import warnings_of  # loads the engine, which takes a second
 
     found = [NO_HEAP] if isinstance(error, MeasureError) and "no heap" in str(error) else []
@@ -100,8 +106,8 @@ def causes(error, spec):
 
 
 def begin(config, dry_run):
-    """Before the workflow plans its jobs: try every spec that the configuration decides, and say which results count
-    as missing, what a run costs and how far the campaign is.
+    """Before the workflow plans its jobs: try every spec that the configuration decides, and say
+    which results count as missing, what a run costs and how far the campaign is.
 
     Raises CalibrationError where a spec cannot be run or another call works in the same folder.
     """
@@ -116,8 +122,8 @@ def begin(config, dry_run):
 
 
 def report_sometimes(config):
-    """`report`, unless one of the jobs has just done so: in a long campaign of short runs it would cost more than they
-    do."""
+    """`report`, unless one of the jobs has just done so: in a long campaign of short runs it would
+    cost more than they do."""
     stamp = Path(f"results/{config.name}/.reported")
     try:
         if 0 <= time.time() - stamp.stat().st_mtime < REPORT_EVERY:

@@ -1,8 +1,9 @@
-"""The store of runs: each in a folder named after its content, with an index of what has been checked.
+"""The store of runs: each in a folder named after its content, with an index of what has been
+checked.
 
-A result is checked in full once; after that it counts as unchanged while the file system tells the same size, inode and
-times of its files. The index is only added to, a line a run, so that the state of a campaign is known without reading
-any result.
+A result is checked in full once; after that it counts as unchanged while the file system tells the
+same size, inode and times of its files. The index is only added to, a line a run, so that the state
+of a campaign is known without reading any result.
 """
 
 import json
@@ -16,7 +17,8 @@ ROOT = "results/runs"
 
 
 class RunStore:
-    """Runs below a folder. One that is missing, damaged or of another run raises ResultError wherever it is read."""
+    """Runs below a folder. One that is missing, damaged or of another run raises ResultError
+    wherever it is read."""
 
     def __init__(self, root=ROOT):
         self.root = Path(root)
@@ -42,7 +44,8 @@ class RunStore:
         return result
 
     def entry(self, name, full=False):
-        """What the index holds of a finished run: `engine`, `wall_time_s`. `full` checks all of it again."""
+        """What the index holds of a finished run: `engine`, `wall_time_s`. `full` checks all of it
+        again."""
         known = None if full else self._unchanged(name)
         return known or self._add(name, read_result(self.folder(name)))
 
@@ -55,7 +58,8 @@ class RunStore:
         return result if is_current(result["engine"]) else None
 
     def failure(self, name):
-        """Content of a run's failed.json where it can be trusted and is of this engine, else None."""
+        """Content of a run's failed.json where it can be trusted and is of this engine, else
+        None."""
         try:
             failure = read_failure(self.folder(name))
         except ResultError:
@@ -63,8 +67,8 @@ class RunStore:
         return failure if is_current(failure["engine"]) else None
 
     def known(self, name):
-        """The entry of a finished run as the index has it, without a look at the run itself unless it is new there;
-        None for one that is not finished or cannot be trusted."""
+        """The entry of a finished run as the index has it, without a look at the run itself unless
+        it is new there; None for one that is not finished or cannot be trusted."""
         self._load()
         if name in self._known or not (self.folder(name) / RESULT).exists():
             return self._known.get(name)
@@ -74,7 +78,8 @@ class RunStore:
             return None
 
     def set_aside(self, name):
-        """Rename a result that cannot be trusted, so that the run counts as missing. Raises OSError."""
+        """Rename a result that cannot be trusted, so that the run counts as missing. Raises
+        OSError."""
         for file in (RESULT, FAILED):
             path = self.folder(name) / file
             if path.exists():
@@ -113,7 +118,8 @@ class RunStore:
         return entry
 
     def _load(self):
-        """Read what has been added to the index since the last time; a line that is not whole is left out."""
+        """Read what has been added to the index since the last time; a line that is not whole is
+        left out."""
         try:
             if self._index.stat().st_size < self._read_to:
                 self._known, self._read_to = {}, 0

@@ -65,8 +65,8 @@ class Study(Results):
 
     @classmethod
     def of(cls, data, bench_files=()):
-        """The study of already checked settings (a mapping); the levels that the bench tests found, where given,
-        replace its own."""
+        """The study of already checked settings (a mapping); the levels that the bench tests found,
+        where given, replace its own."""
         config = Config.model_validate(data)
         for file in bench_files:
             found = json.loads(Path(file).read_text())["fixed"]
@@ -96,7 +96,8 @@ class Study(Results):
         return goals(self.config)
 
     def plan(self, design, experiment=None, run=None, seed=None):
-        """The design table (pandas) with seeds and run names, and {run name: spec}; see `calibration.campaign.plan`.
+        """The design table (pandas) with seeds and run names, and {run name: spec}; see
+        `calibration.campaign.plan`.
 
         experiment, run, seed: in place of the configuration's own.
         """

@@ -1,7 +1,8 @@
 """What of a study's results can no longer be trusted, and making it again.
 
-Damage is found by checksums, a copy by the name that it carries, an edited design by what was written down when it was
-planned. Nothing is deleted: what cannot be trusted is renamed to `*.damaged` and counts as missing.
+Damage is found by checksums, a copy by the name that it carries, an edited design by what was
+written down when it was planned. Nothing is deleted: what cannot be trusted is renamed to
+`*.damaged` and counts as missing.
 """
 
 import json
@@ -37,8 +38,8 @@ class Fault:
 
 
 def faults_of(results="results", full=True):
-    """`Fault`s of all runs and plans below a folder of results; `full` reads all files, else only those that the
-    store's index does not know as unchanged."""
+    """`Fault`s of all runs and plans below a folder of results; `full` reads all files, else only
+    those that the store's index does not know as unchanged."""
     store = RunStore(Path(results) / "runs")
     plans = sorted(Path(results).glob("*/**/plan.json"))
     return [*_run_faults(store, full), *(f for p in plans for f in plan_faults(p.parent))]
@@ -68,7 +69,8 @@ def _run_faults(store, full):
 
 
 def plan_faults(folder):
-    """`Fault`s of the plan in a stage's folder: edited since, or of a mesh or a table that has changed since."""
+    """`Fault`s of the plan in a stage's folder: edited since, or of a mesh or a table that has
+    changed since."""
     folder = Path(folder)
     try:
         specs, changed = read_plan(folder / "plan.json"), changed_since_planned(folder)
@@ -89,8 +91,8 @@ def plan_faults(folder):
 
 
 def _one_of_each_rig(specs):
-    """A run of each rig and sizes of a plan, which may be read from files: what changes one name changes those of the
-    same."""
+    """A run of each rig and sizes of a plan, which may be read from files: what changes one name
+    changes those of the same."""
     seen = {}
     for name, spec in specs.items():
         sizes = (spec.get("particles") or {}).get("sizes")
@@ -100,7 +102,8 @@ def _one_of_each_rig(specs):
 
 
 def repair(faults, results="results", note=print):
-    """Make runs again that are wrong, and set aside plans that are, which the workflow then makes again.
+    """Make runs again that are wrong, and set aside plans that are, which the workflow then makes
+    again.
 
     Returns the number of faults that are left.
     """
@@ -143,11 +146,12 @@ def _own_spec(folder):
 
 
 def before_planning(config, dry_run, results="results"):
-    """Before the workflow looks at what is there: set aside what cannot be trusted. Returns sentences that say so.
+    """Before the workflow looks at what is there: set aside what cannot be trusted. Returns
+    sentences that say so.
 
-    A dry run does so too, since it would take these files for finished ones; only what another engine made stays where
-    it is until a real run begins. That one holds the folder of results until it ends: raises CalibrationError where
-    another has it.
+    A dry run does so too, since it would take these files for finished ones; only what another
+    engine made stays where it is until a real run begins. That one holds the folder of results
+    until it ends: raises CalibrationError where another has it.
     """
     if not dry_run:
         hold(results)
@@ -176,8 +180,8 @@ def before_planning(config, dry_run, results="results"):
 
 
 def hold(results):
-    """Keep others from working in a folder of results until this process ends. Raises CalibrationError where another
-    does."""
+    """Keep others from working in a folder of results until this process ends. Raises
+    CalibrationError where another does."""
     results = Path(results)
     results.mkdir(parents=True, exist_ok=True)
     lock = FileLock(results / ".lock")

@@ -9,20 +9,23 @@ from dem.units import question
 
 
 def limits_of(spec):
-    """Sentences on what a calibration with the laws of a `RunSpec` does not hold for; an empty list where they hold in
-    motion too."""
+    """Sentences on what a calibration with the laws of a `RunSpec` does not hold for; an empty list
+    where they hold in motion too."""
     if spec.contacts.particle_particle.rolling_friction == 0.0:
         return []
     return [
-        f"laws.{law.slot} {law.name} {law.holds_at_rest}: the result holds for heaps and beds at rest or sheared "
-        "slowly, not for grains in a drum or mixer; there calibrate with a law on the relative spin and torsion"
+        f"laws.{law.slot} {law.name} {law.holds_at_rest}: the result holds for heaps and beds at "
+        f"rest or sheared "
+        "slowly, not for grains in a drum or mixer; there calibrate with a law on the relative "
+        "spin and torsion"
         for law in laws_of(spec).chosen()
         if law.holds_at_rest
     ]
 
 
 def warnings_of(spec):
-    """Sentences, each with the setting to change, about a valid `RunSpec`; an empty list when all is well."""
+    """Sentences, each with the setting to change, about a valid `RunSpec`; an empty list when all
+    is well."""
     experiment = experiment_of(spec)
     doubtful = _doubtful(spec.model_dump(mode="json"))
     return [*doubtful, *experiment.advice(spec), *_short_contacts(experiment, spec)]
@@ -41,7 +44,8 @@ def _doubtful(data, prefix=""):
 
 
 def _short_contacts(experiment, spec):
-    """A time step that resolves the shortest contact too coarsely: its restitution comes out low."""
+    """A time step that resolves the shortest contact too coarsely: its restitution comes out
+    low."""
     if experiment.impact_speed is None:
         return []
     speed = experiment.impact_speed(spec)
@@ -49,13 +53,15 @@ def _short_contacts(experiment, spec):
     if steps >= experiment.least_steps:
         return []
     return [
-        f"an impact at {speed:.2g} m/s lasts {steps:.1f} time steps; below {experiment.least_steps} the "
+        f"an impact at {speed:.2g} m/s lasts {steps:.1f} time steps; below "
+        f"{experiment.least_steps} the "
         "restitution is not the one asked for: lower numerics.rayleigh_fraction"
     ]
 
 
 def _steps_per_contact(spec, speed):
-    """Of the smallest grain on the wall, which is the shortest contact: grains on grains are softer and lighter."""
+    """Of the smallest grain on the wall, which is the shortest contact: grains on grains are softer
+    and lighter."""
     grain = material_of(spec.materials.particle)
     wall = material_of(spec.materials.wall)
     return hertz_contact_time(smallest_radius(spec), speed, grain, wall) / time_step_of(spec)

@@ -1,7 +1,8 @@
-"""What a force law is written with: functions for a float and for lanes alike, and the decorator of a law.
+"""What a force law is written with: functions for a float and for lanes alike, and the decorator of
+a law.
 
-Nothing here loads numba: a law's file is read for what it declares long before anything is compiled. `dem.lanes` gives
-each function its compiled form.
+Nothing here loads numba: a law's file is read for what it declares long before anything is
+compiled. `dem.lanes` gives each function its compiled form.
 """
 
 import functools
@@ -11,7 +12,8 @@ OPTIONS = {"forceinline": True, "error_model": "numpy", "fastmath": {"contract",
 
 
 class Kernel:
-    """A function of a law: compiled for floats or lanes when something compiled calls it, and inlined there."""
+    """A function of a law: compiled for floats or lanes when something compiled calls it, and
+    inlined there."""
 
     def __init__(self, function):
         functools.update_wrapper(self, function)
@@ -64,7 +66,8 @@ def minimum(a, b):
 
 
 def narrow(x):
-    """Lanes: float64 to float32. A plain float is left as it is, so the reference path stays in float64."""
+    """Lanes: float64 to float32. A plain float is left as it is, so the reference path stays in
+    float64."""
     return x
 
 

@@ -10,16 +10,18 @@ from dem.errors import DemError, StoppedError
 from dem.experiments import experiments
 
 RUN = (
-    "Run one experiment. One that was cut off goes on from its checkpoint, `output.checkpoint_interval_s` old at most, "
-    "and ends the same to the bit: {resumed}. The others take seconds, keep no checkpoint and begin anew."
+    "Run one experiment. One that was cut off goes on from its checkpoint, "
+    "`output.checkpoint_interval_s` old at most, "
+    "and ends the same to the bit: {resumed}. The others take seconds, keep no checkpoint and "
+    "begin anew."
 )
 COLOURS = ("auto", "size", "speed", "order", "height")
 
 
 def main(argv=None, more=()):
-    """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input or a failed run, or 130
-    when interrupted, or 143 when ended by SIGTERM. more: functions that add commands of packages above the engine to
-    the parser's commands."""
+    """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input or a
+    failed run, or 130 when interrupted, or 143 when ended by SIGTERM. more: functions that add
+    commands of packages above the engine to the parser's commands."""
     try:
         args = _parser(more).parse_args(argv)
         args.command(args)

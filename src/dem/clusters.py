@@ -1,4 +1,5 @@
-"""Rigid bodies made of bonded spheres: the members' forces move the body, the body moves its members."""
+"""Rigid bodies made of bonded spheres: the members' forces move the body, the body moves its
+members."""
 
 import math
 
@@ -21,7 +22,8 @@ def _turn(r, v):
 
 @inlined
 def _spin_of(r, inertia, momentum):
-    """Angular velocity of an angular momentum, both in space; inertia (3,) principal moments, r body to space."""
+    """Angular velocity of an angular momentum, both in space; inertia (3,) principal moments, r
+    body to space."""
     x = (r[0, 0] * momentum[0] + r[1, 0] * momentum[1] + r[2, 0] * momentum[2]) / inertia[0]
     y = (r[0, 1] * momentum[0] + r[1, 1] * momentum[1] + r[2, 1] * momentum[2]) / inertia[1]
     z = (r[0, 2] * momentum[0] + r[1, 2] * momentum[1] + r[2, 2] * momentum[2]) / inertia[2]
@@ -53,7 +55,8 @@ def advance_clusters(clusters, particles, row_of, gravity, dt):
         size = math.sqrt(dot(turn, turn))
         if resistance > 0.0 and size > 0.0:
             turn = scale(max(0.0, 1.0 - dt * resistance / size), turn)
-        # the spin at the middle of the step, from the orientation there; kept on the stack: a step allocates nothing
+        # the spin at the middle of the step, from the orientation there; kept on the stack: a step
+        # allocates nothing
         kept = (r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2])
         w = _spin_of(r, clusters.inertia[c], turn)
         rotate(r, w[0], w[1], w[2], 0.5 * dt)

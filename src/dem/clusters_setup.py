@@ -7,11 +7,12 @@ from dem.state import Clusters
 
 
 def build_clusters(clusters, particles, n, shape, velocity, mass=None, inertia=None):
-    """Clusters with k more of m spheres each, shape (k, m): the last k m of the n particles, body after body.
+    """Clusters with k more of m spheres each, shape (k, m): the last k m of the n particles, body
+    after body.
 
-    velocity (k, 3) at the half step [m/s]; mass (k,) [kg], inertia (k, 3, 3) about the centre of mass [kg m2]: of the
-    bodies where the sum over their spheres is not meant. The members' rows get the body's mass, so that damping and
-    contact times are those of the body.
+    velocity (k, 3) at the half step [m/s]; mass (k,) [kg], inertia (k, 3, 3) about the centre of
+    mass [kg m2]: of the bodies where the sum over their spheres is not meant. The members' rows get
+    the body's mass, so that damping and contact times are those of the body.
     """
     k, m = shape
     rows = np.arange(n - k * m, n)
@@ -41,7 +42,8 @@ def build_clusters(clusters, particles, n, shape, velocity, mass=None, inertia=N
 
 
 def _sum_of_spheres(mass, radius, arm):
-    """Mass (k,) and inertia (k, 3, 3) of k bodies of m spheres: mass, radius (k, m), arm (k, m, 3) from the centre."""
+    """Mass (k,) and inertia (k, 3, 3) of k bodies of m spheres: mass, radius (k, m), arm (k, m, 3)
+    from the centre."""
     square = (arm**2).sum(2)
     round_part = (0.4 * mass * radius**2 + mass * square).sum(1)
     tensor = (mass[:, :, None, None] * arm[:, :, :, None] * arm[:, :, None, :]).sum(1)

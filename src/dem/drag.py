@@ -1,8 +1,9 @@
 """Drag of still air on single spheres.
 
-F = -3 pi mu d v (1 + 0.15 Re^0.687), Re = rho v d / mu: Schiller and Naumann (1933), Zeitschrift des VDI 77:318, up to
-Re of about 1000; above, Newton's drag with C_D = 0.44, until the boundary layer turns turbulent near Re = 2e5 (Clift,
-Grace, Weber 1978, Bubbles, Drops, and Particles, chapter 5).
+F = -3 pi mu d v (1 + 0.15 Re^0.687), Re = rho v d / mu: Schiller and Naumann (1933), Zeitschrift
+des VDI 77:318, up to Re of about 1000; above, Newton's drag with C_D = 0.44, until the boundary
+layer turns turbulent near Re = 2e5 (Clift, Grace, Weber 1978, Bubbles, Drops, and Particles,
+chapter 5).
 """
 
 import math

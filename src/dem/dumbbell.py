@@ -1,9 +1,10 @@
 """A grain made of two equal spheres that overlap or touch: its size, mass and moments of inertia.
 
-Spheres of radius a with centres 2 h apart; the elongation is length over width, (2 a + 2 h) / 2 a = 1 + h / a, from 1
-(one sphere) to 2 (two that touch). The overlap counts once: each half of the body is a sphere cut at the plane between
-the two, and with t the distance from its centre along the axis, from -h to a, volume and moments are integrals of its
-slices, discs of squared radius a^2 - t^2.
+Spheres of radius a with centres 2 h apart; the elongation is length over width, (2 a + 2 h) / 2 a =
+1 + h / a, from 1 (one sphere) to 2 (two that touch). The overlap counts once: each half of the body
+is a sphere cut at the plane between the two, and with t the distance from its centre along the
+axis, from -h to a, volume and moments are integrals of its slices, discs of squared radius a^2 -
+t^2.
 """
 
 import math
@@ -21,9 +22,11 @@ def sphere_radius(radius, elongation):
 
 
 def moments(radius, elongation, density):
-    """Moments of inertia (about the axis, across it) [kg m2] of spheres of `radius` a [m] and `density` [kg/m3].
+    """Moments of inertia (about the axis, across it) [kg m2] of spheres of `radius` a [m] and
+    `density` [kg/m3].
 
-    About the axis: pi rho integral of (a^2 - t^2)^2 dt. Across: half of that and 2 pi rho integral of
+    About the axis: pi rho integral of (a^2 - t^2)^2 dt. Across: half of that and 2 pi rho integral
+    of
     (t + h)^2 (a^2 - t^2) dt.
     """
     e, scale = elongation - 1.0, math.pi * density * radius**5

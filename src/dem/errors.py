@@ -1,4 +1,5 @@
-"""Errors that a user of the engine can meet; each says what was wrong, where, and what is allowed."""
+"""Errors that a user of the engine can meet; each says what was wrong, where, and what is
+allowed."""
 
 
 class DemError(Exception):
@@ -6,7 +7,8 @@ class DemError(Exception):
 
 
 class SpecError(DemError):
-    """A run spec that cannot be run: dotted key, value, what is allowed, and the file where known."""
+    """A run spec that cannot be run: dotted key, value, what is allowed, and the file where
+    known."""
 
     def __init__(self, key, value, allowed, file=None):
         self.key, self.value, self.allowed, self.file = key, value, allowed, file

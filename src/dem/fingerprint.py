@@ -1,4 +1,5 @@
-"""What a run's numbers depend on beside its spec: a hash of the engine's code, and the software that compiles it."""
+"""What a run's numbers depend on beside its spec: a hash of the engine's code, and the software
+that compiles it."""
 
 import ast
 import hashlib
@@ -47,14 +48,15 @@ def engine_sources():
 
 @cache
 def engine_fingerprint():
-    """First 16 hex digits of the SHA-256 over the syntax trees of `engine_sources`: comments, docstrings and the
-    layout of the code do not count."""
+    """First 16 hex digits of the SHA-256 over the syntax trees of `engine_sources`: comments,
+    docstrings and the layout of the code do not count."""
     return _digest(engine_sources())
 
 
 @cache
 def kernel_fingerprint():
-    """The same over what is compiled, or seen by what is compiled: another experiment compiles nothing anew."""
+    """The same over what is compiled, or seen by what is compiled: another experiment compiles
+    nothing anew."""
     return _digest(p for p in engine_sources() if not UNCOMPILED & set(p.relative_to(ROOT).parts))
 
 
@@ -67,8 +69,8 @@ def _digest(paths):
 
 
 def code_of(source):
-    """Text of a module's syntax tree, without docstrings and positions; alike in all versions of Python that read the
-    code alike."""
+    """Text of a module's syntax tree, without docstrings and positions; alike in all versions of
+    Python that read the code alike."""
     return _text(ast.parse(source))
 
 
@@ -96,7 +98,8 @@ def _has_docstring(node):
 
 @cache
 def software():
-    """{name: version} of what compiles the engine and computes with it: numba, llvmlite, numpy and Python."""
+    """{name: version} of what compiles the engine and computes with it: numba, llvmlite, numpy and
+    Python."""
     found = {}
     for name in COMPILERS:
         try:
@@ -107,7 +110,8 @@ def software():
 
 
 def stack_digest():
-    """First 12 hex digits of a hash of `software` and of the processor that numba is told to compile for."""
+    """First 12 hex digits of a hash of `software` and of the processor that numba is told to
+    compile for."""
     parts = sorted(software().items())
     parts += [(name, os.environ.get(name, "")) for name in TARGET] + [("", platform.machine())]
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:12]
@@ -115,7 +119,8 @@ def stack_digest():
 
 @cache
 def cpu_target():
-    """Name of the processor that numba compiles for: the host's unless NUMBA_CPU_NAME gives another."""
+    """Name of the processor that numba compiles for: the host's unless NUMBA_CPU_NAME gives
+    another."""
     from llvmlite.binding import get_host_cpu_name  # loads LLVM, which only who runs needs
 
     return os.environ.get("NUMBA_CPU_NAME") or get_host_cpu_name()

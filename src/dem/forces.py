@@ -1,4 +1,5 @@
-"""Forces of all pairs: the fast path on lanes and the float64 reference path, both around `pair_contact`."""
+"""Forces of all pairs: the fast path on lanes and the float64 reference path, both around
+`pair_contact`."""
 
 from numba import njit, types
 from numba.extending import overload
@@ -80,7 +81,8 @@ def _pair_forces_plain(codes, table, dt, particles, pairs, count, overlap_limit)
 def pair_forces(codes, table, dt, particles, pairs, count, overlap_limit):
     """Add the forces of all pairs to the particles and update the contacts' history.
 
-    Returns a pair (its block's first in the fast path) whose overlap exceeds overlap_limit * radius, or -1.
+    Returns a pair (its block's first in the fast path) whose overlap exceeds overlap_limit *
+    radius, or -1.
     """
     raise NotImplementedError("compiled code only")
 

@@ -14,8 +14,8 @@ def classes(sizes):
 def _mean_power(sizes, power):
     """Mean (k,) of d^power [mm] over the grains of each class, by number.
 
-    What the fractions are shares of is even over a class's diameters: by mass its grains go as d^-3, by number evenly.
-    """
+    What the fractions are shares of is even over a class's diameters: by mass its grains go as
+    d^-3, by number evenly."""
     a, b = classes(sizes)
     own = -3 if sizes.by == "mass" else 0
 
@@ -27,7 +27,8 @@ def _mean_power(sizes, power):
 
 
 def number_fractions(sizes):
-    """Share of each class by number; fractions by mass are divided by the mean cube of the class."""
+    """Share of each class by number; fractions by mass are divided by the mean cube of the
+    class."""
     share = np.array(sizes.fractions, float)
     if sizes.by == "mass":
         share = share / _mean_power(sizes, 3)
@@ -44,7 +45,8 @@ def mean_radius(spec):
 
 
 def draw_radii(spec, count, rng):
-    """(count,) radii [m]; a size distribution is met as exactly as whole grains allow, in random order."""
+    """(count,) radii [m]; a size distribution is met as exactly as whole grains allow, in random
+    order."""
     p = spec.particles
     if p.sizes is None:
         return np.full(count, 0.5e-3 * p.diameter_mm * p.scale_factor)

@@ -1,8 +1,9 @@
 """Where numba keeps the engine's compiled code: a folder of this engine, compiled by this software.
 
-numba looks only at a kernel's own file to decide whether its compiled code is current, not at the files of what it
-calls, and not at the versions of LLVM and numpy. The folder is therefore named after a hash of all the engine's code
-and of that software, and lies below whatever folder the user has chosen.
+numba looks only at a kernel's own file to decide whether its compiled code is current, not at the
+files of what it calls, and not at the versions of LLVM and numpy. The folder is therefore named
+after a hash of all the engine's code and of that software, and lies below whatever folder the user
+has chosen.
 """
 
 import os
@@ -18,15 +19,16 @@ NAME = re.compile(r"engine-[0-9a-f]{16}-[0-9a-f]{12}")
 
 
 def use_kernel_cache():
-    """Let numba keep compiled code in `kernel_cache`; to be called before the first kernel is defined."""
+    """Let numba keep compiled code in `kernel_cache`; to be called before the first kernel is
+    defined."""
     os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())
     if "numba" in sys.modules:
         sys.modules["numba"].config.reload_config()
 
 
 def kernel_cache():
-    """Folder of this engine's compiled code, below NUMBA_CACHE_DIR where that is set, else below the user's cache or,
-    where that cannot be written, below a private temporary folder."""
+    """Folder of this engine's compiled code, below NUMBA_CACHE_DIR where that is set, else below
+    the user's cache or, where that cannot be written, below a private temporary folder."""
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     name = f"engine-{kernel_fingerprint()}-{stack_digest()}"
     if chosen:

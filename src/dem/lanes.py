@@ -1,11 +1,11 @@
 """SIMD lanes for numba: a number type that holds `WIDTH` contacts at a time.
 
-A force law written with `+ - * /`, comparisons, `&`, `|` and the functions of `dem.arithmetic` compiles unchanged for
-plain floats (the float64 reference path) and for lanes (the fast path): numba picks the implementation by type. Nothing
-here knows any physics.
+A force law written with `+ - * /`, comparisons, `&`, `|` and the functions of `dem.arithmetic`
+compiles unchanged for plain floats (the float64 reference path) and for lanes (the fast path):
+numba picks the implementation by type. Nothing here knows any physics.
 
-`F32` is a vector of `WIDTH` float32, `F64` of `WIDTH` float64, `MASK` of `WIDTH` booleans. A scalar that meets lanes is
-broadcast.
+`F32` is a vector of `WIDTH` float32, `F64` of `WIDTH` float64, `MASK` of `WIDTH` booleans. A scalar
+that meets lanes is broadcast.
 """
 
 import math
@@ -23,7 +23,8 @@ WIDTH = 8
 """Contacts per vector; eight float32 fill one AVX register."""
 
 FIELDS = 9
-"""Numbers per contact in a block of memory: the width of a contact's history and of the stage of the walls."""
+"""Numbers per contact in a block of memory: the width of a contact's history and of the stage of
+the walls."""
 
 _CONTRACT = ("contract", "nsz")  # a*b + c may become one fused operation
 
@@ -231,8 +232,9 @@ def _any_lane(condition):
     )
 
 
-# --- memory ----------------------------------------------------------------------------------------------------------
-# Particle rows are 64 bytes: four float64 (x, y, z, spare) and eight float32. Gathering loads whole rows and
+# --- memory ---------------------------------------------------------------------------------------
+# Particle rows are 64 bytes: four float64 (x, y, z, spare) and eight float32. Gathering loads whole
+# rows and
 # transposes them in registers, which costs a third of the hardware gather instruction.
 
 
@@ -287,9 +289,10 @@ def _indices(context, builder, array_type, array, start):
 def gather_pairs(typingctx, rows, first, second, start):
     """Load `WIDTH` pairs of particle rows.
 
-    Parameters: rows (n, 8) float64 buffer of 64-byte rows; first, second (m,) int32; start: first pair.
-    Returns (dx, dy, dz) = position of first minus position of second, F64, then the eight F32 columns of the first
-    particle and the eight of the second.
+    Parameters: rows (n, 8) float64 buffer of 64-byte rows; first, second (m,) int32; start: first
+    pair.
+    Returns (dx, dy, dz) = position of first minus position of second, F64, then the eight F32
+    columns of the first particle and the eight of the second.
     """
     out = types.Tuple([F64] * 3 + [F32] * 16)
 
@@ -304,7 +307,8 @@ def gather_pairs(typingctx, rows, first, second, start):
             ra = _load(builder, double, builder.mul(a, _constant(8)), four, 32)
             rb = _load(builder, double, builder.mul(b, _constant(8)), four, 32)
             difference.append(builder.fsub(ra, rb))
-        # 8 x (x, y, z, spare) to 3 vectors of 8: transpose each half of four lanes, then join the halves
+        # 8 x (x, y, z, spare) to 3 vectors of 8: transpose each half of four lanes, then join the
+        # halves
         halves = []
         for h in (0, 4):
             r = difference[h : h + 4]
@@ -334,7 +338,8 @@ def gather_pairs(typingctx, rows, first, second, start):
 
 @intrinsic
 def scatter_add(typingctx, target, index, start, columns):
-    """Add eight lane columns to rows `index[start:start+WIDTH]` of target (n, 8) float32, one lane after the other.
+    """Add eight lane columns to rows `index[start:start+WIDTH]` of target (n, 8) float32, one lane
+    after the other.
 
     Lanes are added in order, so a particle that stands in several lanes receives every share.
     """
@@ -358,7 +363,8 @@ def scatter_add(typingctx, target, index, start, columns):
 
 @intrinsic
 def load_block(typingctx, blocks, block):
-    """Load the fields of history block `block` from blocks (m, FIELDS, WIDTH) float32 as FIELDS F32."""
+    """Load the fields of history block `block` from blocks (m, FIELDS, WIDTH) float32 as FIELDS
+    F32."""
 
     def codegen(context, builder, sig, args):
         base = _pointer(context, builder, sig.args[0], args[0], ir.FloatType())
@@ -375,7 +381,8 @@ def load_block(typingctx, blocks, block):
 
 @intrinsic
 def store_block(typingctx, blocks, block, fields):
-    """Store the F32 of a tuple into the first fields of block `block` of blocks (m, FIELDS, WIDTH) float32."""
+    """Store the F32 of a tuple into the first fields of block `block` of blocks (m, FIELDS, WIDTH)
+    float32."""
 
     def codegen(context, builder, sig, args):
         base = _pointer(context, builder, sig.args[0], args[0], ir.FloatType())
@@ -393,4 +400,5 @@ def store_block(typingctx, blocks, block, fields):
 
 
 inlined = njit(forceinline=True, error_model="numpy")
-"""Decorator of a kernel's part that takes named tuples of arrays: a real call would copy kilobytes of pointers."""
+"""Decorator of a kernel's part that takes named tuples of arrays: a real call would copy kilobytes
+of pointers."""

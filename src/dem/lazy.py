@@ -1,4 +1,5 @@
-"""Modules that are loaded when something of them is first used: a schema must not wait a second for the engine."""
+"""Modules that are loaded when something of them is first used: a schema must not wait a second for
+the engine."""
 
 import importlib.util
 import sys

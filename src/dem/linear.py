@@ -1,8 +1,9 @@
-"""Small linear algebra in a fixed order of operations: sums, products, quotients and roots of single elements.
+"""Small linear algebra in a fixed order of operations: sums, products, quotients and roots of
+single elements.
 
-BLAS and LAPACK choose their kernel by the processor, and each rounds its own way; grains in a heap make another heap
-out of the last bit. Nothing that a run's result depends on may call them, which `np.linalg`, `@`, `np.dot`,
-`np.einsum`, `np.convolve` and `np.polyfit` do.
+BLAS and LAPACK choose their kernel by the processor, and each rounds its own way; grains in a heap
+make another heap out of the last bit. Nothing that a run's result depends on may call them, which
+`np.linalg`, `@`, `np.dot`, `np.einsum`, `np.convolve` and `np.polyfit` do.
 """
 
 import numpy as np
@@ -31,11 +32,12 @@ def slope(x, y):
 
 
 def principal_axes(tensors):
-    """Principal moments (k, 3), ascending, and right-handed axes (k, 3, 3) in columns of symmetric tensors (k, 3, 3).
+    """Principal moments (k, 3), ascending, and right-handed axes (k, 3, 3) in columns of symmetric
+    tensors (k, 3, 3).
 
-    Jacobi's rotations in cyclic order (Golub and Van Loan, Matrix Computations, section 8.5). Where two moments are
-    equal their axes are any two at right angles; they are made unique by what is known: the third axis, or the axes
-    of space.
+    Jacobi's rotations in cyclic order (Golub and Van Loan, Matrix Computations, section 8.5). Where
+    two moments are equal their axes are any two at right angles; they are made unique by what is
+    known: the third axis, or the axes of space.
     """
     tensors = np.asarray(tensors, float)
     moments, axes = _jacobi(tensors)
@@ -81,7 +83,8 @@ def _point(axis):
 
 
 def _beside(axis):
-    """A unit vector at right angles to axis (k, 3): out of the axis of space that is the furthest from it."""
+    """A unit vector at right angles to axis (k, 3): out of the axis of space that is the furthest
+    from it."""
     furthest = np.eye(3)[np.argmin(np.abs(axis), axis=1)]
     across = furthest - (furthest * axis).sum(1)[:, None] * axis
     return across / length(across)[:, None]

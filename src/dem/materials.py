@@ -18,7 +18,8 @@ def material_of(entry):
 
 
 def contact_parameters(spec):
-    """{pair of materials: ContactParameters}; what a law needs is given for grain on grain and grain on wall."""
+    """{pair of materials: ContactParameters}; what a law needs is given for grain on grain and
+    grain on wall."""
     given, chosen = spec.law_parameters, laws_of(spec).chosen()
     grain = Grain(material_of(spec.materials.particle), mean_radius(spec))
     out = {}

@@ -1,9 +1,10 @@
 """Spatial sorting of particles and the list of pairs that may touch.
 
-Each particle has its own skin: what it may travel before the list is stale. Grains in fast, dilute flow get a wide one,
-grains at rest almost none. A particle with reach h = radius + skin falls into a level of a hierarchy of grids whose
-cells are twice the largest h of the level, so that a size ratio of ten does not fill the coarse cells with fines.
-Particles are sorted by level and cell; the cells x-1, x, x+1 of one row are then one run of memory.
+Each particle has its own skin: what it may travel before the list is stale. Grains in fast, dilute
+flow get a wide one, grains at rest almost none. A particle with reach h = radius + skin falls into
+a level of a hierarchy of grids whose cells are twice the largest h of the level, so that a size
+ratio of ten does not fill the coarse cells with fines. Particles are sorted by level and cell; the
+cells x-1, x, x+1 of one row are then one run of memory.
 """
 
 import numpy as np
@@ -19,7 +20,8 @@ NEARLY = 1.0005  # of the sum of the radii: pairs that count as touching when th
 
 @njit(cache=True, error_model="numpy")
 def assign_skins(n, particles, base, horizon, gravity):
-    """Set each particle's skin [m] to base * radius plus its travel over `horizon` [s], and reset the drift."""
+    """Set each particle's skin [m] to base * radius plus its travel over `horizon` [s], and reset
+    the drift."""
     for i in range(n):
         k = particles.kinetic[i]
         speed = np.sqrt(k[0] * k[0] + k[1] * k[1] + k[2] * k[2])
@@ -34,8 +36,8 @@ def assign_skins(n, particles, base, horizon, gravity):
 def plan_grids(n, particles, reach, level, cell_size, dims, first_cell, low, attraction):
     """Choose each particle's level and each level's grid.
 
-    Fills reach (n,) [m], level (n,), cell_size (LEVELS,) [m], dims (LEVELS, 3), first_cell (LEVELS + 1,), low (3,)
-    [m]. attraction: half the widest gap that a contact bridges [m].
+    Fills reach (n,) [m], level (n,), cell_size (LEVELS,) [m], dims (LEVELS, 3), first_cell (LEVELS
+    + 1,), low (3,) [m]. attraction: half the widest gap that a contact bridges [m].
     """
     low[:] = np.inf
     high = np.full(3, -np.inf)
@@ -76,7 +78,8 @@ def cell_of(position, size, dims, low):
 
 @njit(cache=True)
 def counting_sort(n, particles, level, cell_size, dims, first_cell, low, cell, start, order):
-    """Sort by level and cell: order (n,) old row of each new row; start (cells + 1,) first new row of each cell."""
+    """Sort by level and cell: order (n,) old row of each new row; start (cells + 1,) first new row
+    of each cell."""
     start[:] = 0
     for i in range(n):
         lv = level[i]
@@ -94,7 +97,8 @@ def counting_sort(n, particles, level, cell_size, dims, first_cell, low, cell, s
 
 @njit(cache=True)
 def take_rows(n, array, order, out):
-    """out[:n] = array[order]; element by element, for a slice of a row costs more than its elements."""
+    """out[:n] = array[order]; element by element, for a slice of a row costs more than its
+    elements."""
     for i in range(n):
         for c in range(array.shape[1]):
             out[i, c] = array[order[i], c]
@@ -148,11 +152,11 @@ def find_pairs(
 ):
     """List all pairs within reach, block by block of one kind; rows must be sorted.
 
-    kind_of (materials, materials): property row of a pair; kinds: the rows that particles can have; far (capacity, 2)
-    int32: scratch. Of each kind the pairs that touch come first, so that most blocks of the others cost one test a
-    step.
-    Returns the number of pairs, padding included; when it exceeds the room in `pairs` the list is not complete and
-    must be made again with more.
+    kind_of (materials, materials): property row of a pair; kinds: the rows that particles can have;
+    far (capacity, 2) int32: scratch. Of each kind the pairs that touch come first, so that most
+    blocks of the others cost one test a step.
+    Returns the number of pairs, padding included; when it exceeds the room in `pairs` the list is
+    not complete and must be made again with more.
     """
     count, capacity = 0, len(pairs.first)
     for kind in kinds:
@@ -180,9 +184,11 @@ def find_pairs(
 
 @inlined
 def _search_level(
-    i, lv, own, particles, reach, size, dims, base, low, start, kind_of, kind, pairs, far, near, distant
+    i, lv, own, particles, reach, size, dims, base, low, start, kind_of, kind, pairs, far, near,
+    distant
 ):  # fmt: skip
-    """Pairs of row i with one level: half of the stencil on its own level, all of it on a coarser one."""
+    """Pairs of row i with one level: half of the stencil on its own level, all of it on a coarser
+    one."""
     p = particles.position[i]
     x, y, z = int((p[0] - low[0]) / size), int((p[1] - low[1]) / size), int((p[2] - low[2]) / size)
     x0, x1 = max(x - 1, 0), min(x + 1, dims[0] - 1)
@@ -206,9 +212,9 @@ def _search_level(
 def carry_history(old, old_count, pairs, count, new_row, head, following):
     """Copy each old contact's history to its pair in the new list.
 
-    new_row (n + ghosts,): new row of each old row; head (n + ghosts,), following (old_count,): scratch for chains of
-    old contacts by their lower new row. Spring and moment act on the first particle, so they change sign where the
-    two swap places.
+    new_row (n + ghosts,): new row of each old row; head (n + ghosts,), following (old_count,):
+    scratch for chains of old contacts by their lower new row. Spring and moment act on the first
+    particle, so they change sign where the two swap places.
     """
     head[:] = -1
     for k in range(old_count):

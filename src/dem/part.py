@@ -5,7 +5,8 @@ from pydantic_core import PydanticCustomError
 
 
 class Part(BaseModel):
-    """A mapping of a run spec: unknown keys, infinities and booleans in place of numbers are refused."""
+    """A mapping of a run spec: unknown keys, infinities and booleans in place of numbers are
+    refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 

@@ -1,7 +1,8 @@
 """A run's result as it is kept: with a manifest of all that it depends on, checked at each read.
 
-`result.json` is written last, atomically: its existence means success. Its manifest says which run it is, what was
-computed with, and the checksums of the files beside it; a checksum of the whole stands at its end.
+`result.json` is written last, atomically: its existence means success. Its manifest says which run
+it is, what was computed with, and the checksums of the files beside it; a checksum of the whole
+stands at its end.
 """
 
 import json
@@ -27,8 +28,8 @@ def engine_of(spec):
 
 
 def is_current(engine):
-    """Whether what `engine_of` named still stands: this engine as it is now, or another one, whose version is part of
-    the run's name."""
+    """Whether what `engine_of` named still stands: this engine as it is now, or another one, whose
+    version is part of the run's name."""
     return engine == engine_fingerprint() or engine.startswith(OTHER)
 
 
@@ -38,7 +39,8 @@ def run_name(spec):
 
 
 def write_result(folder, spec, metrics, numerics, files=(STATE,)):
-    """Write result.json for a `RunSpec`, sealed; `files` of the folder become part of it. Returns its content."""
+    """Write result.json for a `RunSpec`, sealed; `files` of the folder become part of it. Returns
+    its content."""
     folder = Path(folder)
     result = {
         "experiment": spec.experiment,
@@ -75,8 +77,8 @@ def _manifest(spec):
 
 
 def read_result(folder, files=True):
-    """Content of a folder's result.json. Raises ResultError where it is missing, damaged or of another run; `files`:
-    check those that belong to it as well."""
+    """Content of a folder's result.json. Raises ResultError where it is missing, damaged or of
+    another run; `files`: check those that belong to it as well."""
     return _read(Path(folder), RESULT, files)
 
 

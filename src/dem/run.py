@@ -1,7 +1,7 @@
 """One run from a spec to its files: result.json comes last, so its existence means success.
 
-A run is made by one process at a time, which holds the lock in its folder. The lock ends with the process, however
-that ends.
+A run is made by one process at a time, which holds the lock in its folder. The lock ends with the
+process, however that ends.
 """
 
 import json
@@ -32,7 +32,8 @@ from dem.spec import canonical
 
 
 class RunContext:
-    """What an experiment may ask of its surroundings: progress, frames, checkpoints and the last state."""
+    """What an experiment may ask of its surroundings: progress, frames, checkpoints and the last
+    state."""
 
     def __init__(self, spec, out, progress=None, stop=None):
         self.spec, self.out = spec, Path(out)
@@ -49,18 +50,20 @@ class RunContext:
         return self.out / "checkpoint.npz"
 
     def progress(self, fraction, text):
-        """Tell how far the run is, 0 to 1. Raises StoppedError where the run was asked to stop and has come here twice
-        since without a checkpoint between."""
+        """Tell how far the run is, 0 to 1. Raises StoppedError where the run was asked to stop and
+        has come here twice since without a checkpoint between."""
         self._fraction = fraction
         self._progress(fraction, text)
         if self._stopping:
             raise StoppedError(
-                f"stopped at {100 * fraction:.0f} %; this experiment keeps no checkpoint and begins anew"
+                f"stopped at {100 * fraction:.0f} %; this experiment keeps no checkpoint and "
+                f"begins anew"
             )
         self._stopping = self._stop.is_set()
 
     def resume(self):
-        """(arrays, meta) of a checkpoint of this very spec and engine, or None; one that is damaged is told of."""
+        """(arrays, meta) of a checkpoint of this very spec and engine, or None; one that is damaged
+        is told of."""
         try:
             arrays = read_checked_arrays(self.checkpoint_path)
             meta = json.loads(str(arrays.pop("meta")))
@@ -76,8 +79,8 @@ class RunContext:
         return arrays, meta
 
     def checkpoint(self, make):
-        """Save make() -> (arrays, meta) when the interval since the last time has passed, or when the run is asked to
-        stop, which it then does: raises StoppedError."""
+        """Save make() -> (arrays, meta) when the interval since the last time has passed, or when
+        the run is asked to stop, which it then does: raises StoppedError."""
         stopping = self._stop.is_set()
         due = time.monotonic() - self._saved >= self.spec.output.checkpoint_interval_s
         if not (stopping or due):
@@ -89,7 +92,8 @@ class RunContext:
         self._saved = time.monotonic()
         if stopping:
             raise StoppedError(
-                f"stopped at {100 * self._fraction:.0f} %; the state is in {self.checkpoint_path}, and the run "
+                f"stopped at {100 * self._fraction:.0f} %; the state is in {self.checkpoint_path}, "
+                f"and the run "
                 "goes on from there when it is started again"
             )
 
@@ -186,7 +190,8 @@ def _make(spec, context, maker):
 
 @contextmanager
 def _only_writer(out, wait, progress):
-    """Hold the lock of a run's folder. Its file goes with the run's success; who waited for it finds the result."""
+    """Hold the lock of a run's folder. Its file goes with the run's success; who waited for it
+    finds the result."""
     lock = FileLock(out / ".lock")
     try:
         lock.acquire(timeout=0)
@@ -206,7 +211,8 @@ def _only_writer(out, wait, progress):
 
 @contextmanager
 def _stop_on_sigterm():
-    """An event that a SIGTERM sets. Only a main thread can ask for signals; in another the event is never set."""
+    """An event that a SIGTERM sets. Only a main thread can ask for signals; in another the event is
+    never set."""
     stop = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield stop

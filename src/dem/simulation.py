@@ -56,16 +56,16 @@ class Simulation:
     Parameters
     ----------
     materials : dict of str to Material; particles and walls name theirs.
-    contacts : dict of (str, str) to ContactParameters; every pair that can meet must be there, in either order.
-    laws : Laws
+    contacts : dict of (str, str) to ContactParameters; every pair that can meet must be there, in
+    either order. laws : Laws
     time_step : [s]
     gravity : (3,) [m/s2]
     precision : 'mixed' (float32 forces, exact separations) or 'double' (float64 throughout)
     walls : WallSet
     overlap_limit : share of the radius at which a run is stopped as blown up
 
-    Raises ValueError for laws that cannot be combined, and when particles are added that can meet each other or a wall
-    without parameters for that pair of materials.
+    Raises ValueError for laws that cannot be combined, and when particles are added that can meet
+    each other or a wall without parameters for that pair of materials.
     """
 
     def __init__(
@@ -117,7 +117,7 @@ class Simulation:
         self._make_wall_room(64)
         self._resize_scratch()
 
-    # --- set-up ------------------------------------------------------------------------------------------------------
+    # --- set-up -----------------------------------------------------------------------------------
 
     def _compile_properties(self, contacts):
         names, rows = self.material_names, []
@@ -134,7 +134,8 @@ class Simulation:
         self.properties = rows
 
     def _check_pairs(self, material, count):
-        """Raise ValueError when `count` more grains of a material (its code) can meet what has no pair with it."""
+        """Raise ValueError when `count` more grains of a material (its code) can meet what has no
+        pair with it."""
         present = np.bincount(self.particles.material[: self.n], minlength=len(self.material_names))
         present[material] += count
         for other, name in enumerate(self.material_names):
@@ -152,8 +153,8 @@ class Simulation:
     def add_particles(self, position, radius, *, velocity=0.0, spin=0.0, material=None):
         """Add spheres.
 
-        position (m, 3) [m]; radius (m,) or scalar [m]; velocity, spin (m, 3) or scalar [m/s], [rad/s]; material: a
-        name, the first one by default. Returns their tags (m,).
+        position (m, 3) [m]; radius (m,) or scalar [m]; velocity, spin (m, 3) or scalar [m/s],
+        [rad/s]; material: a name, the first one by default. Returns their tags (m,).
         """
         position = np.atleast_2d(np.asarray(position, float))
         m = len(position)
@@ -187,9 +188,10 @@ class Simulation:
     ):
         """Add rigid bodies of bonded spheres.
 
-        position (k, m, 3) [m]; radius (k, m) or scalar [m]; velocity (k, 3) or scalar [m/s]. Mass and inertia of a
-        body are the sums over its spheres, an overlap counted once per sphere, unless mass (k,) [kg] and inertia
-        (k, 3, 3) about the centre of mass [kg m2] are given. Returns the tags (k, m).
+        position (k, m, 3) [m]; radius (k, m) or scalar [m]; velocity (k, 3) or scalar [m/s]. Mass
+        and inertia of a body are the sums over its spheres, an overlap counted once per sphere,
+        unless mass (k,) [kg] and inertia (k, 3, 3) about the centre of mass [kg m2] are given.
+        Returns the tags (k, m).
         """
         position = np.asarray(position, float)
         k, m = shape = position.shape[:2]
@@ -208,7 +210,8 @@ class Simulation:
         return tags.reshape(shape)
 
     def remove(self, tags):
-        """Take grains out of the simulation, a cluster whole with any of its members; returns their number."""
+        """Take grains out of the simulation, a cluster whole with any of its members; returns their
+        number."""
         gone = np.isin(self.particles.tag[: self.n], tags)
         if not gone.any():
             return 0
@@ -227,8 +230,8 @@ class Simulation:
         return number
 
     def _remove_clusters(self, gone):
-        """Drop the clusters of the rows in gone (n,), which then holds all of their rows; returns the number of grains
-        gone, loose and bonded."""
+        """Drop the clusters of the rows in gone (n,), which then holds all of their rows; returns
+        the number of grains gone, loose and bonded."""
         cluster = self.particles.cluster[: self.n]
         bonded = cluster >= 0
         keep = np.ones(len(self.clusters.mass), bool)
@@ -268,7 +271,7 @@ class Simulation:
         self._found = np.zeros((capacity, 2), np.int32)
         self._scratch = new_wall_scratch(capacity, self.precision)
 
-    # --- the lists ---------------------------------------------------------------------------------------------------
+    # --- the lists --------------------------------------------------------------------------------
 
     def rebuild_lists(self):
         """Sort the particles in space and list the pairs and wall contacts that may touch."""
@@ -344,7 +347,8 @@ class Simulation:
         self._pairs, self._old_pairs, self._pair_count = new, old, count
 
     def _renew_walls(self, reach, grid, new_row, attraction):
-        """attraction: what a wall's share of the widest gap adds to the grains' reach, which holds theirs [m]."""
+        """attraction: what a wall's share of the widest gap adds to the grains' reach, which holds
+        theirs [m]."""
         old, old_count = self._walls_list, self._wall_count
         while True:
             count = find_wall_contacts(
@@ -369,14 +373,15 @@ class Simulation:
             old if len(old.particle) == len(new.particle) else new_wall_contacts(len(new.particle))
         )
 
-    # --- time --------------------------------------------------------------------------------------------------------
+    # --- time -------------------------------------------------------------------------------------
 
     def advance(self, steps):
         """Advance by a number of steps. Raises BlowUpError when the run has become unphysical."""
         left, begin = int(steps), time.perf_counter()
         while left > 0:
             if self._stale:
-                self._check_finite()  # a particle that is nowhere would be sorted into memory of others
+                # a particle that is nowhere would be sorted into memory of others
+                self._check_finite()
                 self.rebuild_lists()
             done, status, contact = advance(
                 min(left, CHECK_INTERVAL), self.model, self.n, self.particles, self._pairs,
@@ -415,7 +420,8 @@ class Simulation:
             particle=int(self.particles.tag[row]),
             time=self.time,
             reason=f"overlap of {share:.2f} radii with {other} (limit {self.overlap_limit:g})",
-            hint="the time step is too large, the modulus too soft, the impact too fast, or particles were generated "
+            hint="the time step is too large, the modulus too soft, the impact too fast, or "
+            "particles were generated "
             f"inside {inside}",
         )
 
@@ -431,7 +437,7 @@ class Simulation:
                 hint="the time step is too large for the contact stiffness",
             )
 
-    # --- what can be seen --------------------------------------------------------------------------------------------
+    # --- what can be seen -------------------------------------------------------------------------
 
     def _by_tag(self, array):
         return np.asarray(array[: self.n], float)[np.argsort(self.particles.tag[: self.n])]
@@ -473,7 +479,8 @@ class Simulation:
 
     @property
     def grain(self):
-        """(n,) number of the grain that each sphere is part of: the lowest tag among those bonded together."""
+        """(n,) number of the grain that each sphere is part of: the lowest tag among those bonded
+        together."""
         rows = np.argsort(self.particles.tag[: self.n])
         tag, cluster = self.particles.tag[rows], self.particles.cluster[rows]
         first = np.append(self.clusters.member[self.clusters.start[:-1]], -1)
@@ -495,7 +502,8 @@ class Simulation:
         return 0.5 * float(loose + bonded)
 
     def contacts(self):
-        """Sphere contacts that transmit force: (m, 2) tags and (m, 3) tangential spring force on the first [N]."""
+        """Sphere contacts that transmit force: (m, 2) tags and (m, 3) tangential spring force on
+        the first [N]."""
         blocks = self._pair_count // WIDTH
         held = (self._pairs.history[:blocks, 6, :] != 0.0).reshape(-1)
         tag = self.particles.tag
@@ -530,7 +538,8 @@ class Simulation:
         return self.wall_state.origin[self.walls.index(name)].copy()
 
     def move_wall(self, name, *, velocity=None, spin=None, load=None):
-        """Change a wall body's prescribed velocity (3,) [m/s], spin (3,) [rad/s] or load along its free axis [N]."""
+        """Change a wall body's prescribed velocity (3,) [m/s], spin (3,) [rad/s] or load along its
+        free axis [N]."""
         b, w = self.walls.index(name), self.wall_state
         if velocity is not None:
             w.velocity[b] = velocity
@@ -540,7 +549,7 @@ class Simulation:
             w.load[b] = load
         self._stale = True
 
-    # --- checkpoint --------------------------------------------------------------------------------------------------
+    # --- checkpoint -------------------------------------------------------------------------------
 
     def state_dict(self):
         """Everything that determines the future, as arrays for `numpy.savez`; see `restore`."""
@@ -568,7 +577,8 @@ class Simulation:
         return out
 
     def restore(self, saved):
-        """Continue from `state_dict` of a simulation that was set up alike; the future is the same to the bit."""
+        """Continue from `state_dict` of a simulation that was set up alike; the future is the same
+        to the bit."""
         self.steps, self.rebuilds, self._next_tag, pair_count, wall_count, stale = (
             int(v) for v in saved["counters"]
         )

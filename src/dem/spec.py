@@ -1,7 +1,7 @@
 """The run spec: everything that determines one run, with its unit in each key's name.
 
-`load_spec` reads a YAML file, `parse_spec` a mapping; both raise one `SpecError` that names the key, its value and
-what is allowed.
+`load_spec` reads a YAML file, `parse_spec` a mapping; both raise one `SpecError` that names the
+key, its value and what is allowed.
 """
 
 import hashlib
@@ -138,7 +138,8 @@ class Particles(Part):
     scale_factor: float = field(1.0, "multiplies all diameters", gt=0)
     elongation: float = field(
         1.0,
-        "length over width; above 1 a grain is two bonded spheres with the volume of one of its diameter",
+        "length over width; above 1 a grain is two bonded spheres with the volume of one of its "
+        "diameter",
         ge=1,
         le=MAX_ELONGATION,
     )
@@ -242,7 +243,8 @@ def parse_spec(data, file=None):
 
 
 def load_spec(path):
-    """`RunSpec` from a YAML file. Raises SpecError; the file's name and the line of the key are part of the message."""
+    """`RunSpec` from a YAML file. Raises SpecError; the file's name and the line of the key are
+    part of the message."""
     data, lines = read_mapping(path)
     try:
         return parse_spec(data, file=str(path))
@@ -310,7 +312,8 @@ def _check_laws(spec, file):
 
 
 def _expand_sizes(data, file):
-    """Put what a table of sizes says in place of its name: a run is named after the sizes, not after a path."""
+    """Put what a table of sizes says in place of its name: a run is named after the sizes, not
+    after a path."""
     particles = data.get("particles")
     sizes = particles.get("sizes") if isinstance(particles, dict) else None
     if not isinstance(sizes, dict) or not isinstance(sizes.get("file"), str):
@@ -368,7 +371,8 @@ def _check_time_step(spec, file):
 
 
 def _check_law_step(spec, dt, limit, file):
-    """A law that is stiffer than the elastic contact behind the Rayleigh time says which step [s] it bears."""
+    """A law that is stiffer than the elastic contact behind the Rayleigh time says which step [s]
+    it bears."""
     mass = 4.0 / 3.0 * math.pi * smallest_radius(spec) ** 3 * spec.materials.particle.density_kg_m3
     for law in laws_of(spec).chosen():
         if law.longest_step is None:
@@ -384,8 +388,8 @@ def _check_law_step(spec, dt, limit, file):
 
 
 def canonical(spec):
-    """Canonical JSON of what determines the run's result: not `output`; of a mesh the content, not the path; whether
-    meshes may be open only where there is one."""
+    """Canonical JSON of what determines the run's result: not `output`; of a mesh the content, not
+    the path; whether meshes may be open only where there is one."""
     data = spec.model_dump(mode="json", exclude={"output"})
     geometry = data["geometry"]
     if spec.engine is None:
@@ -404,7 +408,8 @@ def canonical(spec):
 
 
 def input_digests(spec):
-    """{key of the geometry: SHA-256 of the file that it names, None where there is no such file}."""
+    """{key of the geometry: SHA-256 of the file that it names, None where there is no such
+    file}."""
     return {
         key: hashlib.sha256(Path(path).read_bytes()).hexdigest() if Path(path).is_file() else None
         for key, path in _input_files(spec).items()

@@ -1,9 +1,9 @@
 """Arrays that hold a simulation's state, as named tuples that the kernels take.
 
-`real` is float32 in mixed precision and float64 in double precision. In mixed precision position and kinetic are two
-views of one buffer of 64-byte rows, so that one cache line holds all that a contact needs of a particle. Rows are
-kept in spatial order; `tag` says which particle a row belongs to. Two rows beyond the last are ghosts, far from
-everything, that fill up the last vector of pairs.
+`real` is float32 in mixed precision and float64 in double precision. In mixed precision position
+and kinetic are two views of one buffer of 64-byte rows, so that one cache line holds all that a
+contact needs of a particle. Rows are kept in spatial order; `tag` says which particle a row belongs
+to. Two rows beyond the last are ghosts, far from everything, that fill up the last vector of pairs.
 """
 
 from typing import NamedTuple
@@ -22,16 +22,18 @@ class Particles(NamedTuple):
     position: np.ndarray
     """(n, 4) float64: x, y, z [m], unused."""
     kinetic: np.ndarray
-    """(n, 8) real: velocity [m/s], angular velocity [rad/s], both half a step behind the position; radius [m]; mass
-    [kg]."""
+    """(n, 8) real: velocity [m/s], angular velocity [rad/s], both half a step behind the position;
+    radius [m]; mass [kg]."""
     inverse: np.ndarray
     """(n, 2) real: 1/mass [1/kg], 1/moment of inertia [1/(kg m2)]."""
     force: np.ndarray
-    """(n, 8) real: force [N], torque [N m], resistance to own spin [N m], sum of normal loads [N]."""
+    """(n, 8) real: force [N], torque [N m], resistance to own spin [N m], sum of normal loads
+    [N]."""
     drift: np.ndarray
     """(n, 4) real: displacement since the pair list was built [m]; squared skin [m2]."""
     carry: np.ndarray
-    """(n, 6) real: what rounding has left over of the velocities [m/s], [rad/s]; the next step adds it."""
+    """(n, 6) real: what rounding has left over of the velocities [m/s], [rad/s]; the next step adds
+    it."""
     tag: np.ndarray
     """(n,) int64: number of the particle, in the order of adding."""
     material: np.ndarray
@@ -74,7 +76,8 @@ class WallScratch(NamedTuple):
     covered: np.ndarray
     """(m,) bool: another element of the body is closer there."""
     stage: np.ndarray
-    """(6, FIELDS, WIDTH) real: geometry, wall spin, particle, history in; force columns, history out."""
+    """(6, FIELDS, WIDTH) real: geometry, wall spin, particle, history in; force columns, history
+    out."""
     staged: np.ndarray
     """(WIDTH,) int64 candidate in each lane."""
 

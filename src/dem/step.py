@@ -41,8 +41,8 @@ def advance(
 ):  # fmt: skip
     """Advance up to `steps` steps; stop early when the lists are stale or an overlap is too large.
 
-    Returns the steps done, DONE | STALE | OVERLAP | WALL_OVERLAP, and the pair or wall contact that overlaps too much
-    or -1.
+    Returns the steps done, DONE | STALE | OVERLAP | WALL_OVERLAP, and the pair or wall contact that
+    overlaps too much or -1.
     """
     codes, table, kind_of, dt = model.codes, model.table, model.kind_of, model.dt
     for s in range(steps):

@@ -6,7 +6,8 @@ from dem.spec import RunSpec, parse_spec
 
 
 def template(experiment):
-    """YAML text of a complete spec for an experiment, every key with its description and default."""
+    """YAML text of a complete spec for an experiment, every key with its description and
+    default."""
     spec = parse_spec({"experiment": experiment})  # some defaults depend on the experiment
     lines = [
         f"# A run of the {experiment} experiment. Every value below is the default.",

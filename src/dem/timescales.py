@@ -6,8 +6,8 @@ import math
 def rayleigh_time(radius, density, shear_modulus, poisson_ratio):
     """Time of a Rayleigh wave across a grain [s]: pi R sqrt(rho/G) / (0.1631 nu + 0.8766).
 
-    radius [m], density [kg/m3], shear_modulus [Pa]. Li, Xu, Thornton (2005), Chemical Engineering Science 60:5793.
-    """
+    radius [m], density [kg/m3], shear_modulus [Pa]. Li, Xu, Thornton (2005), Chemical Engineering
+    Science 60:5793."""
     speed = math.sqrt(shear_modulus / density) * (0.1631 * poisson_ratio + 0.8766)
     return math.pi * radius / speed
 
@@ -15,8 +15,8 @@ def rayleigh_time(radius, density, shear_modulus, poisson_ratio):
 def hertz_contact_time(radius, speed, grain, wall):
     """Duration of an elastic impact on a flat wall [s]: 2.868 (m^2 / (R E*^2 v))^(1/5).
 
-    radius [m]; speed of impact [m/s]; grain, wall: `dem.contact.registry.Material`. Johnson (1985), Contact
-    Mechanics, 11.24.
+    radius [m]; speed of impact [m/s]; grain, wall: `dem.contact.registry.Material`. Johnson (1985),
+    Contact Mechanics, 11.24.
     """
     mass = 4.0 / 3.0 * math.pi * radius**3 * grain.density
     compliance = (1 - grain.poisson_ratio**2) / grain.young_modulus

@@ -1,8 +1,9 @@
-"""A drop or a slide as what it is: one contact, integrated by the engine with the laws of a run spec.
+"""A drop or a slide as what it is: one contact, integrated by the engine with the laws of a run
+spec.
 
-The fall and the rise are free flights, so only the contact is stepped through, for grains of one size at many speeds
-at once. The same engine, laws and time step as in a run of the experiment: nothing is taught and nothing interpolated.
-"""
+The fall and the rise are free flights, so only the contact is stepped through, for grains of one
+size at many speeds at once. The same engine, laws and time step as in a run of the experiment:
+nothing is taught and nothing interpolated."""
 
 import math
 
@@ -21,16 +22,19 @@ from dem.walls.builder import WallSet
 GRAVITY = 9.81
 STEP = {"rayleigh_fraction": 0.01, "precision": "double"}
 COARSE = {"rayleigh_fraction": 0.2, "precision": "double"}
-"""Of a bounce, whose restitution must be resolved; of a slide, which asks for the force at rest only."""
+"""Of a bounce, whose restitution must be resolved; of a slide, which asks for the force at rest
+only."""
 
 LONGEST = 12.0  # elastic contact times after which a grain that has not left counts as stuck
 FLIGHT_STEPS = 60
 SETTLE, SLIP_SPEED, LOOK, LOOKS = 20.0, 0.2, 5, 400
-"""A slide: contact times to come to rest, speed of the push [m/s], steps between looks at the force, and looks."""
+"""A slide: contact times to come to rest, speed of the push [m/s], steps between looks at the
+force, and looks."""
 
 
 def rebounds(spec, heights):
-    """Rebound heights (k,) [mm] of the grain of a drop's run spec (a mapping) from heights (k,) [mm]."""
+    """Rebound heights (k,) [mm] of the grain of a drop's run spec (a mapping) from heights (k,)
+    [mm]."""
     own = parse_spec(spec | {"numerics": STEP})
     air = _air(own)
     heights = 1e-3 * np.asarray(heights, float)
@@ -51,7 +55,8 @@ def _contact_time(spec, radius, speed):
 
 
 def _bounce(spec, radius, impact):
-    """Height above the plate [m] and speed [m/s] (k,) of grains that have left it; 0 where they stick."""
+    """Height above the plate [m] and speed [m/s] (k,) of grains that have left it; 0 where they
+    stick."""
     sim = _plate(spec)
     position = np.zeros((len(impact), 3))
     position[:, 0] = 20.0 * radius * np.arange(len(impact))
@@ -102,7 +107,8 @@ def _fall(spec, radius, height, air):
 
 
 def _rise(spec, radius, speed, air):
-    """Height (k,) [m] that a grain rises: dz = d(v^2/2) / (g + drag(v)), by the midpoint rule in the energy."""
+    """Height (k,) [m] that a grain rises: dz = d(v^2/2) / (g + drag(v)), by the midpoint rule in
+    the energy."""
     energy = 0.5 * speed**2
     if air is None:
         return energy / GRAVITY
@@ -115,11 +121,12 @@ def _rise(spec, radius, speed, air):
 
 
 def sliding_angles(spec, rates):
-    """Sliding angles (k,) [deg] of the grain of a tilt's run spec (a mapping) at tilt rates (k,) [degrees/s].
+    """Sliding angles (k,) [deg] of the grain of a tilt's run spec (a mapping) at tilt rates (k,)
+    [degrees/s].
 
-    A grain at rest under its weight on the plate is pushed until it slips; the force that holds it then over its weight
-    is the friction. On the plate the load is m g cos(theta). The angle is read once the spec's slip has been covered.
-    """
+    A grain at rest under its weight on the plate is pushed until it slips; the force that holds it
+    then over its weight is the friction. On the plate the load is m g cos(theta). The angle is read
+    once the spec's slip has been covered."""
     own = parse_spec(spec | {"numerics": COARSE})
     angle = math.atan(friction(own, 0.0))
     for _ in range(2):

@@ -1,7 +1,8 @@
-"""The diagnosis of drops and slides alone: each is one contact, which the engine integrates, so nothing is taught.
+"""The diagnosis of drops and slides alone: each is one contact, which the engine integrates, so
+nothing is taught.
 
-The base model is a constant restitution and a constant friction. What it misses is looked for by `diagnosis.laws`.
-"""
+The base model is a constant restitution and a constant friction. What it misses is looked for by
+`diagnosis.laws`."""
 
 import numpy as np
 from scipy.stats import chi2
@@ -23,7 +24,8 @@ def alone(experiments):
 
 
 def discovered(measurements, settings, base, catalogue):
-    """`diagnosis.laws.found.Found` of the drops, slides and shear tests among the measurements, or None."""
+    """`diagnosis.laws.found.Found` of the drops, slides and shear tests among the measurements, or
+    None."""
 
     def spec_of(experiment, levers):
         return condition_spec(base, settings, [], experiment, levers, {}, settings.seed)
@@ -84,8 +86,8 @@ def findings(measurements, found, settings, factors):
 
 
 def base(measurements, settings, factors):
-    """The constants fitted to the measurements, before any law is looked for: calibration, lack_of_fit, patterns and
-    residuals."""
+    """The constants fitted to the measurements, before any law is looked for: calibration,
+    lack_of_fit, patterns and residuals."""
     levels = {kind: _level(measurements, kind, None) for kind in _kinds(measurements)}
     rows = _rows(measurements, levels)
     chi = sum(r["standardised"] ** 2 for r in rows)
@@ -99,7 +101,8 @@ def base(measurements, settings, factors):
 
 
 def with_law(measurements, found):
-    """Values (n,) that the law found predicts, or None without one; those of the constant where it says nothing."""
+    """Values (n,) that the law found predicts, or None without one; those of the constant where it
+    says nothing."""
     if found.law is None:
         return None
     levels = {kind: _level(measurements, kind, found) for kind in _kinds(measurements)}
@@ -148,7 +151,8 @@ def _rows(measurements, levels):
 
 
 def _calibration(settings, factors, levels):
-    """The base model's coefficients; one beyond the range of the factors' table is said and kept as measured."""
+    """The base model's coefficients; one beyond the range of the factors' table is said and kept as
+    measured."""
     known, out = {f.name: f for f in factors}, {}
     for kind, (log, error) in levels.items():
         power = IN_AIR if kind == "drop" else 1.0

@@ -132,7 +132,8 @@ DIAGNOSIS = Stage(
 
 
 def _benchmark_task(name, message, **more):
-    """A task of the benchmark, which asks nothing of the measurements: its data are effects hidden in the engine."""
+    """A task of the benchmark, which asks nothing of the measurements: its data are effects hidden
+    in the engine."""
     inputs = {"settings": benchmark_settings} | more.pop("inputs", {})
     function = f"diagnosis.benchmark.study:{name}"
     text = f"benchmark of the diagnosis: {message}"
@@ -166,7 +167,8 @@ SUITE = Stage(
             },
             cheap=False,
         ),
-        # each finished case is kept beside the table, so that an interrupted shard goes on where it was
+        # each finished case is kept beside the table, so that an interrupted shard goes on where it
+        # was
         _benchmark_task(
             "discovery_shard",
             "cases, part {wildcards.shard}",

@@ -1,4 +1,5 @@
-"""Runs that teach the emulators: a Latin hypercube over parameters, levers and strength for each experiment and law."""
+"""Runs that teach the emulators: a Latin hypercube over parameters, levers and strength for each
+experiment and law."""
 
 import math
 from dataclasses import dataclass
@@ -27,7 +28,8 @@ def wanted(settings, catalogue, experiments):
 
 
 def inputs_of(settings, factors, experiment, mechanism):
-    """Names of an emulator's inputs: parameters, levers, and `strength` unless it is the base model's."""
+    """Names of an emulator's inputs: parameters, levers, and `strength` unless it is the base
+    model's."""
     own = settings.experiments[experiment].parameters
     names = [f.name for f in factors if f.name in own] + list(
         settings.experiments[experiment].levers
@@ -37,15 +39,16 @@ def inputs_of(settings, factors, experiment, mechanism):
 
 @dataclass(frozen=True)
 class MultipliedLever:
-    """What a mechanism does that multiplies a lever: it moves the lever's input, `column`, by the logarithm of its
-    strength over `span`, that of the ratio of the range's ends."""
+    """What a mechanism does that multiplies a lever: it moves the lever's input, `column`, by the
+    logarithm of its strength over `span`, that of the ratio of the range's ends."""
 
     column: int
     span: float
     strength: Strength
 
     def moved(self, x):
-        """Inputs (k, d) of the base model from those (k, d + 1) of the mechanism, the coded strength last."""
+        """Inputs (k, d) of the base model from those (k, d + 1) of the mechanism, the coded
+        strength last."""
         out = x[:, :-1].copy()
         out[:, self.column] += np.log(self.strength.natural(x[:, -1])) / self.span
         return out
@@ -56,10 +59,11 @@ class MultipliedLever:
 
 
 def multiplied(settings, factors, experiment, mechanism):
-    """`MultipliedLever` of a mechanism in an experiment, None where it has none or the lever is not all that changes.
+    """`MultipliedLever` of a mechanism in an experiment, None where it has none or the lever is not
+    all that changes.
 
-    A rig is filled with a volume of grains unless their number is a lever, too: then another size is another number.
-    """
+    A rig is filled with a volume of grains unless their number is a lever, too: then another size
+    is another number."""
     levers = settings.experiments[experiment].levers
     if mechanism is None or mechanism.multiplies not in levers:
         return None
@@ -71,12 +75,15 @@ def multiplied(settings, factors, experiment, mechanism):
 
 
 def plan(settings, base, factors, catalogue, experiments):
-    """Rows [{experiment, mechanism, inputs in [0, 1], run_ids}], a point each, and {run id: spec} of all emulator runs.
+    """Rows [{experiment, mechanism, inputs in [0, 1], run_ids}], a point each, and {run id: spec}
+    of all emulator runs.
 
-    Those of a mechanism that multiplies a lever are rows of the base model; that lever's input may leave [0, 1].
+    Those of a mechanism that multiplies a lever are rows of the base model; that lever's input may
+    leave [0, 1].
 
-    The points follow from the settings alone, not from the measurements, so another data set re-uses the runs; runs
-    that repeat a point differ in their seed, so asking for more of them re-uses the first.
+    The points follow from the settings alone, not from the measurements, so another data set
+    re-uses the runs; runs that repeat a point differ in their seed, so asking for more of them
+    re-uses the first.
     """
     rows, specs = [], {}
     for experiment, mechanism in wanted(settings, catalogue, experiments):
@@ -102,7 +109,8 @@ def plan(settings, base, factors, catalogue, experiments):
 
 
 def _points(settings, experiment, mechanism, inputs):
-    """Points (k, inputs) in [0, 1]: one Latin hypercube after the other, so asking for more keeps the first."""
+    """Points (k, inputs) in [0, 1]: one Latin hypercube after the other, so asking for more keeps
+    the first."""
     own = settings.experiments[experiment]
     density = own.denser.get(mechanism, own.runs_per_input or settings.runs_per_input)
     label = [settings.seed, *f"{experiment}/{mechanism}".encode()]
@@ -125,7 +133,8 @@ def _spec(settings, base, factors, experiment, names, x, mechanism, seed):
 
 
 def coded_factor(share):
-    """Coded level of a factor, -1 to 1 over its range, from a share in [0, 1] of the widened range."""
+    """Coded level of a factor, -1 to 1 over its range, from a share in [0, 1] of the widened
+    range."""
     return WIDENED * (2.0 * share - 1.0)
 
 

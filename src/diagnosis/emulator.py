@@ -1,7 +1,9 @@
-"""The emulators of a diagnosis: a Gaussian process for one experiment under one law, taught by DEM runs.
+"""The emulators of a diagnosis: a Gaussian process for one experiment under one law, taught by DEM
+runs.
 
-The response is transformed by what is known of the experiment, so that the process learns a nearly linear rest:
-log(rebound / height) is 2 log e, tan(sliding angle) is mu, shear stress over normal stress is a friction.
+The response is transformed by what is known of the experiment, so that the process learns a nearly
+linear rest: log(rebound / height) is 2 log e, tan(sliding angle) is mu, shear stress over normal
+stress is a friction.
 """
 
 from collections import defaultdict
@@ -27,13 +29,15 @@ def inverse(experiment, z, levers):
 
 @dataclass(frozen=True)
 class Multiplied:
-    """Emulator of a mechanism that multiplies a lever: that of the base model with the lever's input moved."""
+    """Emulator of a mechanism that multiplies a lever: that of the base model with the lever's
+    input moved."""
 
     base: Emulator
     lever: MultipliedLever
 
     def with_slope(self, x, columns, error=True):
-        """As `Emulator.with_slope`; the last input is the coded strength, last among the columns if it is there."""
+        """As `Emulator.with_slope`; the last input is the coded strength, last among the columns if
+        it is there."""
         others = [c for c in columns if c != x.shape[1] - 1]
         z, slope, variance = self.base.with_slope(
             self.lever.moved(x), [*others, self.lever.column], error
@@ -49,9 +53,9 @@ class Multiplied:
 def teach(rows, metrics, settings, factors):
     """{(experiment, mechanism): Emulator} and a table of their errors.
 
-    rows: of `design.plan`; metrics: {run id: metrics or None}. A run that failed teaches nothing and is counted. Runs
-    of the base model teach a mechanism too, at the strength at which it does nothing. One that multiplies a lever has
-    no emulator but the base model's.
+    rows: of `design.plan`; metrics: {run id: metrics or None}. A run that failed teaches nothing
+    and is counted. Runs of the base model teach a mechanism too, at the strength at which it does
+    nothing. One that multiplies a lever has no emulator but the base model's.
     """
     emulators, table = {}, []
     known = catalogue_of(settings, list(settings.experiments))
@@ -84,8 +88,8 @@ def teach(rows, metrics, settings, factors):
 
 
 def _finished(rows, metrics):
-    """{(experiment, mechanism): rows with the runs that did not fail, those without any left out}, and how many runs
-    were planned of each."""
+    """{(experiment, mechanism): rows with the runs that did not fail, those without any left out},
+    and how many runs were planned of each."""
     finished, planned = defaultdict(list), defaultdict(int)
     for row in rows:
         key = row["experiment"], row["mechanism"]
@@ -96,13 +100,15 @@ def _finished(rows, metrics):
 
 
 def _at_strength(coded, base):
-    """Rows of the base model as rows of a mechanism at a coded strength; those at levers beyond the range left out."""
+    """Rows of the base model as rows of a mechanism at a coded strength; those at levers beyond the
+    range left out."""
     inside = [r for r in base if 0.0 <= min(r["inputs"]) and max(r["inputs"]) <= 1.0]
     return [r | {"inputs": [*r["inputs"], coded]} for r in inside]
 
 
 def _coded_off(strength):
-    """Coded strength at which a mechanism does nothing; None where its range does not reach so far."""
+    """Coded strength at which a mechanism does nothing; None where its range does not reach so
+    far."""
     if strength.off is not None:
         return strength.coded(strength.off)
     return 0.0 if not strength.log and strength.low == 0.0 else None

@@ -1,4 +1,5 @@
-"""Emulators as a file of numbers: arrays as .npz, what belongs together as JSON within. Nothing in it is executed."""
+"""Emulators as a file of numbers: arrays as .npz, what belongs together as JSON within. Nothing in
+it is executed."""
 
 import json
 from dataclasses import asdict
@@ -35,7 +36,8 @@ def _plain(value):
 
 
 def read_emulators(path):
-    """What `write_emulators` wrote. Raises CalibrationError for a file that is not as it was written."""
+    """What `write_emulators` wrote. Raises CalibrationError for a file that is not as it was
+    written."""
     try:
         arrays = read_checked_arrays(Path(path))
         structure = json.loads(str(arrays["structure"]))

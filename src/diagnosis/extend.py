@@ -1,4 +1,5 @@
-"""The gain of the extended model, measured with the real engine on settings that it was not fitted to."""
+"""The gain of the extended model, measured with the real engine on settings that it was not fitted
+to."""
 
 import numpy as np
 
@@ -20,7 +21,8 @@ def held_out_points(model, measurements):
 
 
 def extension_plan(settings, base, models, measurements, seed=90_000):
-    """`gain_runs` runs of each model at the parameters fitted without each setting, at that setting.
+    """`gain_runs` runs of each model at the parameters fitted without each setting, at that
+    setting.
 
     models: {label: Model}. Returns rows [{label, setting, theta, run_ids}] and {run id: spec}.
     """
@@ -44,7 +46,8 @@ def extension_plan(settings, base, models, measurements, seed=90_000):
 
 
 def real_spec(settings, base, model, measurement, theta, seed):
-    """Run spec of a condition at theta (p,), the engine's laws of the model's mechanisms switched on."""
+    """Run spec of a condition at theta (p,), the engine's laws of the model's mechanisms switched
+    on."""
     values = {f.name: f.natural(float(t)) for f, t in zip(model.factors, theta, strict=False)}
     spec = condition_spec(
         base, settings, model.factors, measurement.experiment, measurement.levers, values, seed
@@ -76,7 +79,8 @@ def _as_read(model, measurement, theta, value):
 
 
 def run_scatter(measurements, values):
-    """Standard errors (n,) of the means of `values` (n, r): pooled over the settings of an experiment.
+    """Standard errors (n,) of the means of `values` (n, r): pooled over the settings of an
+    experiment.
 
     The scatter is relative for drop and shear, absolute for angles.
     """
@@ -94,10 +98,12 @@ def run_scatter(measurements, values):
 
 
 def gain(measurements, before, after, seed=0):
-    """Error on left-out settings before and after, with 95 % bootstrap intervals; None where no setting could be run.
+    """Error on left-out settings before and after, with 95 % bootstrap intervals; None where no
+    setting could be run.
 
-    before, after: (n, r) values of r runs of the real engine. Errors are in standard errors of the measurement and of
-    the mean of the runs together. The bootstrap resamples settings, the same for both models.
+    before, after: (n, r) values of r runs of the real engine. Errors are in standard errors of the
+    measurement and of the mean of the runs together. The bootstrap resamples settings, the same for
+    both models.
     """
     data = data_of(measurements)
     good = np.isfinite(before).any(1) & np.isfinite(after).any(1)

@@ -10,7 +10,8 @@ from diagnosis.quantities import LEVERS, QUANTITIES
 
 
 def _panels(rows):
-    """[(experiment, lever or None, rows)]: a panel for each lever that varies, one for experiments that vary none."""
+    """[(experiment, lever or None, rows)]: a panel for each lever that varies, one for experiments
+    that vary none."""
     panels, single = [], []
     for kind in dict.fromkeys(r["experiment"] for r in rows):
         own = [r for r in rows if r["experiment"] == kind]
@@ -67,7 +68,8 @@ def residual_figure(rows):
 
 
 def prediction_figure(rows, extended, name):
-    """Measured values over the predictions of the base model (rows) and of the extended one (values, or None)."""
+    """Measured values over the predictions of the base model (rows) and of the extended one
+    (values, or None)."""
     predicted = {} if extended is None else dict(zip(map(id, rows), extended, strict=True))
     figure, drawn = _draw_axes(_panels(rows), 3.6)
     for axis, (kind, lever, own) in drawn:
@@ -119,7 +121,8 @@ def _setting(point):
 
 
 def ranking_figure(verdict):
-    """Gain of each mechanism in held-out log density, with its own null threshold and that of the best."""
+    """Gain of each mechanism in held-out log density, with its own null threshold and that of the
+    best."""
     rows = [r for r in verdict["ranking"] if "p" in r][::-1]
     figure, axis = subplots(size=(6.4, 0.6 + 0.32 * max(len(rows), 2)))
     y = np.arange(len(rows))

@@ -1,8 +1,10 @@
-"""Posterior mode, its Laplace covariance and leave-one-setting-out scores, for many data sets at once.
+"""Posterior mode, its Laplace covariance and leave-one-setting-out scores, for many data sets at
+once.
 
-Gauss-Newton with Levenberg's damping from several starts, within bounds: a parameter at a bound that the gradient
-drives outwards is held there while the others move. The spread is that at the start of a descent, so there are two.
-The score of a left-out setting follows from the fit to all by its leverage, e_i / (1 - h_i) with variance
+Gauss-Newton with Levenberg's damping from several starts, within bounds: a parameter at a bound
+that the gradient drives outwards is held there while the others move. The spread is that at the
+start of a descent, so there are two. The score of a left-out setting follows from the fit to all by
+its leverage, e_i / (1 - h_i) with variance
 s_i^2 / (1 - h_i), exact where the model is linear near the mode.
 """
 
@@ -22,7 +24,8 @@ STUCK = 1e6  # damping at which no step helps any more
 
 @dataclass(frozen=True)
 class Data:
-    """b data sets of n conditions: means and their standard errors (b, n), without the emulators' share."""
+    """b data sets of n conditions: means and their standard errors (b, n), without the emulators'
+    share."""
 
     value: np.ndarray
     error: np.ndarray
@@ -30,7 +33,8 @@ class Data:
 
 @dataclass(frozen=True)
 class Fit:
-    """theta (b, p); cov (b, p, p); predicted, residual (in units of sd), sd, leverage (b, n); scale, score (b,)."""
+    """theta (b, p); cov (b, p, p); predicted, residual (in units of sd), sd, leverage (b, n);
+    scale, score (b,)."""
 
     theta: np.ndarray
     cov: np.ndarray
@@ -50,7 +54,8 @@ class Fit:
 
 
 def fit(model, data, starts=STARTS):
-    """`Fit` of the model to each of the data sets, the best from several coded strengths to start from."""
+    """`Fit` of the model to each of the data sets, the best from several coded strengths to start
+    from."""
     k, modes = len(model.mechanisms), []
     for start in starts if k else (0.5,):
         theta = np.tile(model.prior_mean, (len(data.value), 1))
@@ -87,7 +92,8 @@ def _cost(model, data, theta, value, sd):
 
 
 def _descend(model, data, theta):
-    """Modes (b, p) from starts (b, p), the spread held; a data set that has settled is left alone."""
+    """Modes (b, p) from starts (b, p), the spread held; a data set that has settled is left
+    alone."""
     theta = theta.copy()
     value, emulator, slope = model.with_slope(theta)
     sd, damping = _sd(data, emulator), np.full(len(theta), 1e-2)
@@ -112,12 +118,14 @@ def _descend(model, data, theta):
 
 
 def _held(model, theta, gradient):
-    """Which parameters (b, p) are at a bound that the gradient of the posterior drives them beyond."""
+    """Which parameters (b, p) are at a bound that the gradient of the posterior drives them
+    beyond."""
     return ((theta <= model.low) & (gradient < 0.0)) | ((theta >= model.high) & (gradient > 0.0))
 
 
 def _curvature(model, j):
-    """Half the Hessian (b, p, p) of twice the negative log posterior, as Gauss and Newton have it."""
+    """Half the Hessian (b, p, p) of twice the negative log posterior, as Gauss and Newton have
+    it."""
     return np.einsum("bnp,bnq->bpq", j, j) + np.diag(1.0 / model.prior_sd**2)
 
 
@@ -171,10 +179,10 @@ def moderated_sd(measurements, own=None):
 
     own: (..., n) spreads of the replicates, those of the measurements unless given.
 
-    Few replicates give a poor estimate of their own spread: s^2 = (d0 s0^2 + (n-1) s_i^2) / (d0 + n - 1), d0 = 8;
-    Smyth (2004), Stat. Appl. Genet. Mol. Biol. 3:3. The spread is relative for drop and shear, absolute for angles. The
-    median of spreads from few replicates lies below the true one; it is taken of s_i over the median of its law.
-    """
+    Few replicates give a poor estimate of their own spread: s^2 = (d0 s0^2 + (n-1) s_i^2) / (d0 + n
+    - 1), d0 = 8; Smyth (2004), Stat. Appl. Genet. Mol. Biol. 3:3. The spread is relative for drop
+    and shear, absolute for angles. The median of spreads from few replicates lies below the true
+    one; it is taken of s_i over the median of its law."""
     prior = 8.0
     unit = spread_unit(measurements)
     own = np.array([m.sd for m in measurements] if own is None else own) / unit

@@ -1,10 +1,11 @@
-"""Which mechanism explains a misfit: held-out scores of the whole catalogue against what base-model data give.
+"""Which mechanism explains a misfit: held-out scores of the whole catalogue against what base-model
+data give.
 
-The score of a model is the sum over settings of the log predictive density of that setting when it is left out. A
-model's spread is scaled up where it does not fit, so twice the noise gains nothing. The null distribution is that of
-the best gain over all mechanisms on data simulated from the fitted base model (parametric bootstrap), which holds the
-chance of a false alarm over the whole catalogue. It is shared with the lack-of-fit test as Simes' test shares it.
-"""
+The score of a model is the sum over settings of the log predictive density of that setting when it
+is left out. A model's spread is scaled up where it does not fit, so twice the noise gains nothing.
+The null distribution is that of the best gain over all mechanisms on data simulated from the fitted
+base model (parametric bootstrap), which holds the chance of a false alarm over the whole catalogue.
+It is shared with the lack-of-fit test as Simes' test shares it."""
 
 from dataclasses import dataclass, field
 from itertools import combinations
@@ -22,7 +23,8 @@ NULL_STARTS = (0.3,)  # coded strength from which data without an effect are fit
 
 @dataclass
 class Identification:
-    """What the scores say; `fits` holds the fit of each candidate, by its names joined with ' + '."""
+    """What the scores say; `fits` holds the fit of each candidate, by its names joined with ' +
+    '."""
 
     verdict: str
     causes: list
@@ -43,9 +45,11 @@ def key_of(names):
 
 @dataclass
 class Scores:
-    """Fits of the base model and of every mechanism to the measurements, and what data of the base model would give.
+    """Fits of the base model and of every mechanism to the measurements, and what data of the base
+    model would give.
 
-    null: gains (replicates,) of each mechanism, and `chi_square` of the base model, on simulated data.
+    null: gains (replicates,) of each mechanism, and `chi_square` of the base model, on simulated
+    data.
     """
 
     emulated: object
@@ -122,16 +126,18 @@ def decide(scores, alpha=0.05, without=()):
 
 
 def significant(first, second, alpha):
-    """Which of two p-values of one null hypothesis are significant: both below alpha, or one below half of it.
+    """Which of two p-values of one null hypothesis are significant: both below alpha, or one below
+    half of it.
 
-    Either is at most with the chance alpha where the two go with each other, as misfit and gain do: Simes (1986),
-    Biometrika 73:751; Hochberg (1988), Biometrika 75:800.
+    Either is at most with the chance alpha where the two go with each other, as misfit and gain do:
+    Simes (1986), Biometrika 73:751; Hochberg (1988), Biometrika 75:800.
     """
     return first < level_beside(second, alpha), second < level_beside(first, alpha)
 
 
 def level_beside(other, alpha):
-    """What a p-value must be below to be significant beside another one: alpha where that is below it, else half."""
+    """What a p-value must be below to be significant beside another one: alpha where that is below
+    it, else half."""
     return alpha if other < alpha else 0.5 * alpha
 
 
@@ -140,10 +146,13 @@ def _share_above(sample, value):
 
 
 def simulate_data(model, fitted, measurements, data, replicates, rng):
-    """`Data` of `replicates` sets from a fit: noise as measured and the emulators' error, both scaled by the misfit.
+    """`Data` of `replicates` sets from a fit: noise as measured and the emulators' error, both
+    scaled by the misfit.
 
-    An emulator errs alike at settings that are alike, which looks like a trend; its errors are drawn so.
-    The spreads that a laboratory would have found are drawn anew and treated as those of the measurements.
+    An emulator errs alike at settings that are alike, which looks like a trend; its errors are
+    drawn so.
+    The spreads that a laboratory would have found are drawn anew and treated as those of the
+    measurements.
     """
     truth = fitted.predicted[0]
     emulator = np.sqrt(np.maximum(fitted.sd[0] ** 2 - data.error[0] ** 2, 0.0))
@@ -181,7 +190,8 @@ def _fits_well(out, name, scores, rng):
 
 
 def _null(models, fitted, measurements, data, replicates, rng):
-    """Null gains (replicates,) of each mechanism over the base model, and the chi-square of the base model."""
+    """Null gains (replicates,) of each mechanism over the base model, and the chi-square of the
+    base model."""
     simulated = simulate_data(models[BASE], fitted, measurements, data, replicates, rng)
     reference = fit(models[BASE], simulated)
     gains = {
@@ -196,10 +206,11 @@ def _null(models, fitted, measurements, data, replicates, rng):
 
 
 def _one_setting_does_it(fits, best):
-    """Whether dropping one setting mends the base model as well as the best mechanism does with all of them.
+    """Whether dropping one setting mends the base model as well as the best mechanism does with all
+    of them.
 
-    Both spend one parameter: an outlying setting's own mean, or the mechanism's strength. Compared by chi-square.
-    """
+    Both spend one parameter: an outlying setting's own mean, or the mechanism's strength. Compared
+    by chi-square."""
     base = fits[BASE]
     # chi-square falls by e^2 / (1 - h) when a setting is dropped
     relief = float((base.residual**2 / (1.0 - base.leverage))[0].max())
@@ -232,10 +243,11 @@ def _settle(out, scores, singles):
 
 
 def _doubt_a_rough_emulator(out, name):
-    """Turn `identified` into `ambiguous` where the cause fits only within the error of its own emulator.
+    """Turn `identified` into `ambiguous` where the cause fits only within the error of its own
+    emulator.
 
-    Such a model is not tested by the data: a cause that the catalogue lacks would pass for it. The test takes the
-    spread that the base model's predictions have in place of that of the cause's.
+    Such a model is not tested by the data: a cause that the catalogue lacks would pass for it. The
+    test takes the spread that the base model's predictions have in place of that of the cause's.
     """
     if out.verdict != "identified" or name not in out.fits:
         return
@@ -249,7 +261,8 @@ def _doubt_a_rough_emulator(out, name):
 
 
 def _best_pair(out, scores, singles, rng):
-    """(verdict, causes) where two mechanisms together fit and gain significantly over the best one; else None."""
+    """(verdict, causes) where two mechanisms together fit and gain significantly over the best one;
+    else None."""
     by_pair = {}
     for pair in combinations(singles, 2):
         if not scores.emulated.combine(scores.conditions, pair):
@@ -279,7 +292,8 @@ def _best_pair(out, scores, singles, rng):
 
 
 def strength_of(model, fitted, row):
-    """{name, unit, value, low, high} of each mechanism's strength: mode and 95 % interval, cut at its range."""
+    """{name, unit, value, low, high} of each mechanism's strength: mode and 95 % interval, cut at
+    its range."""
     out = {}
     for k, m in enumerate(model.mechanisms, len(model.factors)):
         u, sd = fitted.theta[row, k], np.sqrt(fitted.cov[row, k, k])

@@ -77,7 +77,8 @@ def read_measurements(path):
         key = (measured.experiment, tuple(sorted(measured.levers.items())), *shared)
         if key in seen:
             reason = (
-                f"repeats the condition of line {seen[key]}: give its replicates as one row with n, "
+                f"repeats the condition of line {seen[key]}: give its replicates as one row with "
+                f"n, "
                 "or say in batch or instrument what differs"
             )
             faults.append(ConfigError(reason, path=path, line=line, column="experiment"))
@@ -102,7 +103,8 @@ def _enough(measurements, path):
             if len({m.levers.get(lever) for m in measurements if m.experiment == kind}) > 1:
                 return
     raise ConfigError(
-        "has no experiment at two settings of a lever: a single setting is met by the parameters alone",
+        "has no experiment at two settings of a lever: a single setting is met by the parameters "
+        "alone",
         path=path,
         allowed="two rows or more of an experiment that differ in a lever column",
     )

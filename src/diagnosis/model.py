@@ -13,7 +13,8 @@ SHARE_BY_CODED = 0.5 / WIDENED  # derivative of `factor_share`
 
 
 class Emulated:
-    """What every diagnosis of one engine and configuration shares: emulators, settings, factors, catalogue."""
+    """What every diagnosis of one engine and configuration shares: emulators, settings, factors,
+    catalogue."""
 
     def __init__(self, emulators, settings, factors, catalogue):
         self.emulators, self.settings, self.factors = emulators, settings, factors
@@ -28,7 +29,8 @@ class Emulated:
         return combine(self.settings, [self.catalogue[m] for m in mechanisms], conditions)
 
     def applicable(self, conditions):
-        """Mechanisms that have an emulator, or a law of measurement, for an experiment of the conditions."""
+        """Mechanisms that have an emulator, or a law of measurement, for an experiment of the
+        conditions."""
         kinds = {e for e, _ in conditions}
         return [
             m.name
@@ -41,7 +43,8 @@ class Emulated:
 
 
 class Model:
-    """Predictions at n conditions for p parameters: coded factors in [-1, 1], then coded strengths in [0, 1]."""
+    """Predictions at n conditions for p parameters: coded factors in [-1, 1], then coded strengths
+    in [0, 1]."""
 
     def __init__(self, emulated, conditions, mechanisms):
         settings = emulated.settings
@@ -62,8 +65,8 @@ class Model:
         return value, error
 
     def with_slope(self, theta, slope=True, errors=True):
-        """Values (b, n), emulator errors (b, n) and the values' derivatives by theta (b, n, p); None what is not
-        asked for."""
+        """Values (b, n), emulator errors (b, n) and the values' derivatives by theta (b, n, p);
+        None what is not asked for."""
         shape = (len(theta), len(self.conditions))
         value, error = np.empty(shape), np.empty(shape) if errors else None
         by_theta = np.zeros((*shape, theta.shape[1])) if slope else None
@@ -109,7 +112,8 @@ class _Part:
                 self.laws.append((k, emulated.emulators[experiment, m.name]))
 
     def predict(self, theta, slope, errors):
-        """Values (b, n) of this experiment, their errors (b, n) where `errors`, derivatives (b, n, p) where `slope`."""
+        """Values (b, n) of this experiment, their errors (b, n) where `errors`, derivatives (b, n,
+        p) where `slope`."""
         b, n = len(theta), len(self.rows)
         own = np.repeat(factor_share(theta[:, self.columns]), n, axis=0)
         x = np.hstack([own, np.tile(self.share, (b, 1))])
@@ -123,7 +127,8 @@ class _Part:
         return value, error, by_theta
 
     def error_correlation(self, theta):
-        """Correlation (n, n) of the errors at theta (p,): that of the base's emulator, or of the first law's."""
+        """Correlation (n, n) of the errors at theta (p,): that of the base's emulator, or of the
+        first law's."""
         own = np.repeat(factor_share(theta[None, self.columns]), len(self.rows), axis=0)
         x = np.hstack([own, self.share])
         if not self.laws:
@@ -132,7 +137,8 @@ class _Part:
         return law.correlation(np.column_stack([x, np.full(len(x), theta[k])]))
 
     def _sum_of_laws(self, theta, x, n, slope, errors):
-        """Transformed response (b n,), derivatives (b n, p), variance (b n,): each law adds what it alone changes."""
+        """Transformed response (b n,), derivatives (b n, p), variance (b n,): each law adds what it
+        alone changes."""
         factors = list(range(len(self.columns))) if slope else []
         by_theta = np.zeros((len(x), theta.shape[1])) if slope else None
         alone = 1 - len(self.laws)
@@ -153,7 +159,8 @@ class _Part:
         return z, by_theta, variance
 
     def _read(self, mechanism, k, theta, value, by_theta):
-        """Replace true values by what the mechanism of measurement number k reads, and carry the derivatives along."""
+        """Replace true values by what the mechanism of measurement number k reads, and carry the
+        derivatives along."""
         strength = mechanism.strength.natural(theta[:, k])
         if by_theta is not None:
             # away from the bound: an effect may start there with any slope

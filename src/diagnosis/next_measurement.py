@@ -1,4 +1,5 @@
-"""The one further measurement that would tell the candidate models apart best, by expected information."""
+"""The one further measurement that would tell the candidate models apart best, by expected
+information."""
 
 import itertools
 
@@ -12,7 +13,8 @@ FRAME_INTERVALS_S = (0.005, 0.03)
 
 
 def candidates(settings, measurements):
-    """Conditions (experiment, levers): the ends and the middle of each lever, of every experiment in the settings."""
+    """Conditions (experiment, levers): the ends and the middle of each lever, of every experiment
+    in the settings."""
     out = []
     for kind in dict.fromkeys(m.experiment for m in measurements):
         ranges = settings.experiments[kind].levers
@@ -29,10 +31,11 @@ def candidates(settings, measurements):
 
 
 def propose(emulated, measurements, fits, weights, seed=0):
-    """The condition with the largest mutual information between model and value, or None with fewer than two models.
+    """The condition with the largest mutual information between model and value, or None with fewer
+    than two models.
 
-    fits: {names of mechanisms (tuple): Fit of those measurements}; weights: {the same: probability}. Returns a
-    mapping: experiment, levers, information_bits, predictions by model.
+    fits: {names of mechanisms (tuple): Fit of those measurements}; weights: {the same:
+    probability}. Returns a mapping: experiment, levers, information_bits, predictions by model.
     """
     if len(fits) < 2:
         return None
@@ -60,7 +63,8 @@ def propose(emulated, measurements, fits, weights, seed=0):
 
 
 def _noise(settings, measurements, conditions):
-    """Standard errors (k,) at the candidates: the median of the experiment's, relative where values span decades."""
+    """Standard errors (k,) at the candidates: the median of the experiment's, relative where values
+    span decades."""
     share = {
         kind: float(
             np.median([m.sd / m.value / np.sqrt(m.n) for m in measurements if m.experiment == kind])
@@ -73,8 +77,8 @@ def _noise(settings, measurements, conditions):
 def _predictive(model, fitted, conditions, noise, seed):
     """Mean and sd (k,) over the Laplace posterior, with the noise of a measurement.
 
-    A parameter that the fit did not know, because its experiment was not measured, would be drawn from its prior.
-    """
+    A parameter that the fit did not know, because its experiment was not measured, would be drawn
+    from its prior."""
     rng = np.random.default_rng(seed)
     root = np.linalg.cholesky(fitted.cov[0] + 1e-12 * np.eye(len(fitted.cov[0])))
     theta = fitted.theta[0] + rng.standard_normal((200, len(root))) @ root.T
@@ -84,7 +88,8 @@ def _predictive(model, fitted, conditions, noise, seed):
 
 
 def _information(means, sds, weight, rng):
-    """Mutual information [bits] (k,) between the model and the value measured at each of k conditions."""
+    """Mutual information [bits] (k,) between the model and the value measured at each of k
+    conditions."""
     out = np.zeros(means.shape[1])
     for i, w in enumerate(weight):
         y = means[i] + sds[i] * rng.standard_normal((SAMPLES, means.shape[1]))

@@ -1,4 +1,5 @@
-"""The quantities that are measured and the levers that are set, from what the experiments declare of themselves."""
+"""The quantities that are measured and the levers that are set, from what the experiments declare
+of themselves."""
 
 from dem.experiments import experiments
 from dem.experiments.declare import Lever

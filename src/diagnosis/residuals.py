@@ -1,4 +1,5 @@
-"""What the calibrated base model gets wrong: residuals along each lever, and a sentence for each pattern."""
+"""What the calibrated base model gets wrong: residuals along each lever, and a sentence for each
+pattern."""
 
 import numpy as np
 from scipy import stats
@@ -10,7 +11,8 @@ P_TREND = 0.01
 
 
 def residual_rows(measurements, fitted):
-    """A mapping for each condition: measured, predicted, residual in sd, tail probability when it is left out."""
+    """A mapping for each condition: measured, predicted, residual in sd, tail probability when it
+    is left out."""
     rows = []
     for i, m in enumerate(measurements):
         left_out = fitted.residual[0, i] / np.sqrt(1.0 - fitted.leverage[0, i])
@@ -29,10 +31,11 @@ def residual_rows(measurements, fitted):
 
 
 def trends(rows):
-    """What the residuals show beyond noise: slopes along a lever, experiments off as a whole, single settings.
+    """What the residuals show beyond noise: slopes along a lever, experiments off as a whole,
+    single settings.
 
-    Each mapping: kind (trend, offset or setting), experiment, lever and slope (None but for a trend), p, sentence.
-    """
+    Each mapping: kind (trend, offset or setting), experiment, lever and slope (None but for a
+    trend), p, sentence."""
     out = []
     for kind in dict.fromkeys(r["experiment"] for r in rows):
         own = [r for r in rows if r["experiment"] == kind]
@@ -48,7 +51,8 @@ def trends(rows):
 
 
 def _trend(kind, lever, rows):
-    """The slope of the residuals along a lever, where it is more than noise (normal test, p below P_TREND)."""
+    """The slope of the residuals along a lever, where it is more than noise (normal test, p below
+    P_TREND)."""
     some = [r for r in rows if lever in r["levers"]]
     x = np.array([r["levers"][lever] for r in some])
     if len(some) < 3 or len(set(x)) < 2:
@@ -91,7 +95,8 @@ def _setting(row):
 
 
 def _distance(rows):
-    """Mean distance of the measured values from the model in words; agreement within one standard error."""
+    """Mean distance of the measured values from the model in words; agreement within one standard
+    error."""
     if abs(np.mean([r["standardised"] for r in rows])) * np.sqrt(len(rows)) < 1.0:
         return "agrees with the model"
     share = np.mean([r["measured"] / r["predicted"] - 1.0 for r in rows])
@@ -105,8 +110,8 @@ def _at(lever, value):
 def moved(before, after):
     """Parameters that the extended model still determines, outside the base calibration's interval.
 
-    {name: {base, extended, shift_percent, shift_in_base_sd, sentence}}; the shift is how wrong the base had been.
-    """
+    {name: {base, extended, shift_percent, shift_in_base_sd, sentence}}; the shift is how wrong the
+    base had been."""
     out = {}
     for name, old in before.items():
         new = after[name]
@@ -120,16 +125,19 @@ def moved(before, after):
             "extended": new["value"],
             "shift_percent": float(percent),
             "shift_in_base_sd": float(shift / old["sd"]),
-            "sentence": f"The base calibration had {name.replace('_', ' ')} at {old['value']:.3f} in place of "
-            f"{new['value']:.3f}: {abs(percent):.2g} % {side}, {abs(shift / old['sd']):.1f} of its stated standard "
+            "sentence": f"The base calibration had {name.replace('_', ' ')} at {old['value']:.3f} "
+            f"in place of "
+            f"{new['value']:.3f}: {abs(percent):.2g} % {side}, {abs(shift / old['sd']):.1f} of its "
+            f"stated standard "
             "deviations.",
         }
     return out
 
 
 def calibration(model, fitted):
-    """A mapping for each parameter: mode, standard deviation, 95 % interval cut at the emulators' range, the share of
-    the prior's sd that is left, and whether the data identify it (the data must halve the prior's sd)."""
+    """A mapping for each parameter: mode, standard deviation, 95 % interval cut at the emulators'
+    range, the share of the prior's sd that is left, and whether the data identify it (the data must
+    halve the prior's sd)."""
     out = {}
     sd = np.sqrt(np.diag(fitted.cov[0]))
     for k, factor in enumerate(model.factors):

@@ -81,8 +81,8 @@ class Settings(_Part):
 
 
 def read_settings(path, changes=None):
-    """`Settings` from YAML with the nested mapping `changes` laid over it; a null takes its key away. Raises
-    ConfigError."""
+    """`Settings` from YAML with the nested mapping `changes` laid over it; a null takes its key
+    away. Raises ConfigError."""
     try:
         data, _ = read_mapping(path)
         if not isinstance(data, dict):
@@ -125,7 +125,8 @@ def parameters_of(settings, factors_file, experiments):
 
 
 def catalogue_of(settings, experiments):
-    """{name: Mechanism} of the catalogue and of the settings' own folder. Raises ConfigError for an unknown name."""
+    """{name: Mechanism} of the catalogue and of the settings' own folder. Raises ConfigError for an
+    unknown name."""
     known = load_catalogue(folder=settings.catalogue)
     for kind in experiments:
         own, shown = settings.experiments[kind], [n for n in known if kind in known[n].experiments]
@@ -199,7 +200,8 @@ def lever_values(settings, experiment, levers):
 
 
 def condition_spec(base, settings, factors, experiment, levers, values, seed):
-    """Run spec (a mapping) of a condition: calibration's spec, experiment's, levers, and factor values {name: value}.
+    """Run spec (a mapping) of a condition: calibration's spec, experiment's, levers, and factor
+    values {name: value}.
 
     Of the values only those of the experiment's own parameters count: its emulators know no others.
     """
@@ -230,8 +232,9 @@ def condition_spec(base, settings, factors, experiment, levers, values, seed):
 
 
 def combine(settings, mechanisms, conditions):
-    """Whether the engine can have all of the mechanisms at once in the experiments of conditions [(experiment,
-    levers)]: no two of them in the same slot, and a spec that it takes. Those of the reading go with any."""
+    """Whether the engine can have all of the mechanisms at once in the experiments of conditions
+    [(experiment, levers)]: no two of them in the same slot, and a spec that it takes. Those of the
+    reading go with any."""
     for experiment, levers in dict(conditions).items():
         plain = condition_spec({}, settings, [], experiment, levers, {}, 0)
         spec, taken = plain, set()

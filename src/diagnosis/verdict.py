@@ -19,7 +19,8 @@ LEAST_GAIN = 0.05  # nats; a mechanism with less is told in one line
 MEANING = {
     "adequate": "Nothing is missing that these data show.",
     "identified": "The data name what is missing.",
-    "discovered": "A law that is not in the catalogue, or that has no name yet, is missing; the curve is below.",
+    "discovered": "A law that is not in the catalogue, or that has no name yet, is missing; the "
+    "curve is below.",
     "ambiguous": "Something is missing, and these data do not tell which of several it is.",
     "unexplained": "The model fails, and nothing in the catalogue mends it.",
 }
@@ -57,7 +58,8 @@ def findings(emulated, measurements, found):
 
 
 def extended_name(found):
-    """Name of the model to extend to: the causes where identified, the best of them where ambiguous, else None."""
+    """Name of the model to extend to: the causes where identified, the best of them where
+    ambiguous, else None."""
     if found.verdict == "identified":
         return (
             key_of(found.causes)
@@ -68,7 +70,8 @@ def extended_name(found):
 
 
 def _next(emulated, measurements, found):
-    """The measurement that separates the contenders; the base model is one of them unless it has been refuted."""
+    """The measurement that separates the contenders; the base model is one of them unless it has
+    been refuted."""
     refuted = found.verdict in ("identified", "ambiguous")
     names = [r["mechanism"] for r in found.ranking][:CONTENDERS] + ([] if refuted else [BASE])
     causes = [n for n in found.causes if n in found.fits]
@@ -122,8 +125,10 @@ def _causes(verdict):
 def _tests(verdict):
     fit = verdict["lack_of_fit"]
     return (
-        f"The base model's chi-square is {fit['chi_square']:.1f} on {fit['freedom']:.1f} degrees of freedom: "
-        f"{_chance(fit['p'])} of data made by it look as bad. {_chance(verdict['family_p'])} of them would bring up a "
+        f"The base model's chi-square is {fit['chi_square']:.1f} on {fit['freedom']:.1f} degrees "
+        f"of freedom: "
+        f"{_chance(fit['p'])} of data made by it look as bad. {_chance(verdict['family_p'])} of "
+        f"them would bring up a "
         "mechanism as helpful as the best one here."
     )
 
@@ -141,7 +146,8 @@ def _law(verdict):
     held = law.get("held_out")
     if held and held["settings"]:
         lines += [
-            f"Levels that were left out of its choice as well as of its fit are missed by {held['after']:.1f} standard "
+            f"Levels that were left out of its choice as well as of its fit are missed by "
+            f"{held['after']:.1f} standard "
             f"errors with it and by {held['before']:.1f} without.",
             "",
         ]
@@ -169,14 +175,16 @@ def _law(verdict):
 def _scatter(verdict):
     """How large errors are that the stated spread does not hold, and single readings at odds."""
     lines = [
-        f"- Errors {_between(s['of'])} in the {QUANTITIES[s['experiment']].words}: {100 * s['sd']:.2g} %."
+        f"- Errors {_between(s['of'])} in the {QUANTITIES[s['experiment']].words}: "
+        f"{100 * s['sd']:.2g} %."
         for s in verdict.get("scatter") or []
     ]
     for o in verdict.get("outliers") or []:
         where = f"line {o['line']}" if o["line"] else "one setting"
         lines.append(
             f"- {_capital(where)} of the measurements ({o['experiment']} {o['value']:g}) lies "
-            f"{o['standard_deviations']:.0f} standard deviations from what all others say: it was left out; look at it."
+            f"{o['standard_deviations']:.0f} standard deviations from what all others say: it was "
+            f"left out; look at it."
         )
     return ["## Errors beyond the stated spread", "", *lines, ""] if lines else []
 
@@ -194,8 +202,10 @@ def _ranking(verdict):
     lines = [
         "## Which mechanism would mend it",
         "",
-        "The gain says how much better settings are predicted that were left out of the fit, in nats: 2 are odds of 7 "
-        f"to 1. Chance alone reaches the threshold in {_chance(verdict['threshold_level'])} of data.",
+        "The gain says how much better settings are predicted that were left out of the fit, in "
+        "nats: 2 are odds of 7 "
+        f"to 1. Chance alone reaches the threshold in {_chance(verdict['threshold_level'])} of "
+        f"data.",
         "",
         "| mechanism | gain | threshold | strength (95 % interval) |",
         "|---|---|---|---|",
@@ -236,7 +246,8 @@ def _gain(verdict):
         "## Gain of the extended model, with the real engine on left-out settings",
         "",
         f"Root mean square error in {g['rmse_unit']}: {g['held_out_rmse_before']:.2f} before, "
-        f"{g['held_out_rmse_after']:.2f} after; difference {low:.2f} to {high:.2f} (95 %), {g['settings']} settings.",
+        f"{g['held_out_rmse_after']:.2f} after; difference {low:.2f} to {high:.2f} (95 %), "
+        f"{g['settings']} settings.",
         "",
         "![Miss at each left-out setting](gain.svg)",
         "",

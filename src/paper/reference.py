@@ -1,5 +1,5 @@
-"""Keeps the results of a finished study under results/reference/ and writes them beside the paper's: six rows into the
-README, all that matter into docs/results.md.
+"""Keeps the results of a finished study under results/reference/ and writes them beside the
+paper's: six rows into the README, all that matter into docs/results.md.
 
 python -m paper.reference results/salt
 """
@@ -51,10 +51,12 @@ def keep(study, target):
 
 
 def block(table, link, ascent=None):
-    """Markdown: the rows of the reproduction table that matter most, the counts of all rows, and the `link` to them.
+    """Markdown: the rows of the reproduction table that matter most, the counts of all rows, and
+    the `link` to them.
 
-    ascent: (printed angles, this project's) along the paths of steepest ascent [deg], shown where the study's path is
-    another than the paper's, so that no angle has its counterpart. Rows of a further study name it.
+    ascent: (printed angles, this project's) along the paths of steepest ascent [deg], shown where
+    the study's path is another than the paper's, so that no angle has its counterpart. Rows of a
+    further study name it.
     """
     study = Path(link).parent.parent.name
     head = ("", "", "paper (EDEM)", "this project", "difference, 90 %", "margin", "agreement")
@@ -93,7 +95,8 @@ def short_block(table, study):
 
 
 def ascents(study, paper="data/paper"):
-    """(printed angles, a study's angles) [deg] along the steepest ascents, or None where one of them is missing."""
+    """(printed angles, a study's angles) [deg] along the steepest ascents, or None where one of
+    them is missing."""
     ours, printed = Path(study) / "ascent" / "ascent.json", Path(paper) / PRINTED_ASCENT
     if not (ours.is_file() and printed.is_file()):
         return None
@@ -102,7 +105,8 @@ def ascents(study, paper="data/paper"):
 
 
 def _ours(row):
-    """This project's value to a digit more than the paper prints, with its standard deviation where it has one."""
+    """This project's value to a digit more than the paper prints, with its standard deviation where
+    it has one."""
     if pd.isna(row.this_project):
         return ""
     try:
@@ -136,7 +140,8 @@ def _judged(row):
 
 
 def main(study):
-    """Keep the study's results and put its reproduction table into the README. Raises CalibrationError without one."""
+    """Keep the study's results and put its reproduction table into the README. Raises
+    CalibrationError without one."""
     if not (Path(study) / TABLE).is_file():
         raise CalibrationError(
             f"{Path(study) / TABLE}: missing; `snakemake -j2 reproduction` makes it"

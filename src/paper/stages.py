@@ -1,4 +1,5 @@
-"""The stages that concern the paper alone, for a study that names one of them in its supplements."""
+"""The stages that concern the paper alone, for a study that names one of them in its
+supplements."""
 
 from pathlib import Path
 
@@ -13,7 +14,8 @@ def tables(study):
 
 
 def beside(study):
-    """The validations of the further studies that count beside this one, where they have been run."""
+    """The validations of the further studies that count beside this one, where they have been
+    run."""
     names = [n for n in study.config.reproduction.beside if n != study.name]
     paths = (study.folder.parent / n / "validation" / "validation.json" for n in names)
     return [str(path) for path in paths if path.exists()]
@@ -25,7 +27,8 @@ STAGES = (
         title="The paper's arithmetic",
         category="Audit of the paper",
         place=12,
-        about="Every printed figure and statement, recomputed from the paper's own tables; disagreements come "
+        about="Every printed figure and statement, recomputed from the paper's own tables; "
+        "disagreements come "
         "first.",
         unshown=("id",),
         tasks=(

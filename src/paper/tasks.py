@@ -12,7 +12,8 @@ def audit(study, source, output):
 
 
 def reproduction(study, source, output):
-    """Set every table and equation of the paper beside this study's values, and those of the studies beside it."""
+    """Set every table and equation of the paper beside this study's values, and those of the
+    studies beside it."""
     others = [Path(path).parents[1] for path in source.beside]
     table = reproduce([study.folder, *others], study.config)
     write_reproduction(table, output.table, output.summary)

@@ -1,4 +1,5 @@
-"""A laboratory for the drop test, its emulators taught by the real engine (cached for the session)."""
+"""A laboratory for the drop test, its emulators taught by the real engine (cached for the
+session)."""
 
 from pathlib import Path
 
@@ -37,7 +38,8 @@ PLAN = [
 
 
 def laboratory(root, changes, mechanisms, plan=hidden.PLANS["grains"]):
-    """`Laboratory` of the benchmark's settings with changes and plan, and the errors of its emulators."""
+    """`Laboratory` of the benchmark's settings with changes and plan, and the errors of its
+    emulators."""
     base = yaml.safe_load(Path("config/config.yaml").read_text())["run"]
     settings = read_settings("config/discovery.yaml", changes)
     catalogue = {n: m for n, m in load_catalogue().items() if n in mechanisms}

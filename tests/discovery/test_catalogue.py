@@ -1,4 +1,5 @@
-"""Every mechanism of the catalogue: a valid run spec, a strength that goes both ways, the physics of its reading."""
+"""Every mechanism of the catalogue: a valid run spec, a strength that goes both ways, the physics
+of its reading."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,5 @@
-"""The size of an effect: what the base model cannot take up, and the strength that makes it as large as stated."""
+"""The size of an effect: what the base model cannot take up, and the strength that makes it as
+large as stated."""
 
 import numpy as np
 import pytest
@@ -20,7 +21,8 @@ def test_a_moderate_effect_has_the_size_that_it_is_defined_by(bench, drops):
 
 
 def test_what_the_base_parameters_take_up_has_no_size(bench, drops):
-    """A camera without an interval between its frames changes nothing, nor does one restitution for another."""
+    """A camera without an interval between its frames changes nothing, nor does one restitution for
+    another."""
     none, *_ = sizes(bench.emulated, drops, "apex_sampling", np.array([0.0]))
     assert none == pytest.approx(0.0, abs=0.1)
     model = bench.emulated.model(drops)

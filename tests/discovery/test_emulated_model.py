@@ -1,4 +1,5 @@
-"""Emulators taught by known functions: derivatives, the scatter of runs apart from the error, and the fit."""
+"""Emulators taught by known functions: derivatives, the scatter of runs apart from the error, and
+the fit."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,5 @@
-"""Effects hidden in real runs are found; a mechanism that the catalogue lacks is not, and decoys are no cause."""
+"""Effects hidden in real runs are found; a mechanism that the catalogue lacks is not, and decoys
+are no cause."""
 
 import numpy as np
 import pytest

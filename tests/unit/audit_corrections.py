@@ -209,7 +209,8 @@ def _surface(folder):
 
 
 def _ascent(folder):
-    """A path from the screening's centre along its coefficients, the coding and the optimum on that path."""
+    """A path from the screening's centre along its coefficients, the coding and the optimum on that
+    path."""
     coded = {f: folder.column("table06_plackett_burman", f) for f in "GEC"}
     angle = folder.column("table06_plackett_burman", "angle_deg")
     high = dict(

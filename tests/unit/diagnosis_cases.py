@@ -15,7 +15,8 @@ BASE = yaml.safe_load(Path("config/config.yaml").read_text())["run"]
 
 
 def closed_form(spec):
-    """Metrics of a run spec (a mapping) by textbook formulas; cohesion adds an intercept and steepens the heap."""
+    """Metrics of a run spec (a mapping) by textbook formulas; cohesion adds an intercept and
+    steepens the heap."""
     pair = {"static_friction": 0.85, "rolling_friction": 0.23} | spec["contacts"].get(
         "particle_particle", {}
     )

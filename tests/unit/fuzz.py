@@ -1,6 +1,8 @@
-"""Readers of what users write, under inputs that were changed at random: `python tests/unit/fuzz.py 100000 [SEED]`.
+"""Readers of what users write, under inputs that were changed at random: `python tests/unit/fuzz.py
+100000 [SEED]`.
 
-A mutation is drawn from a seeded generator, so that each case can be made again: `mutated(text, seed)`.
+A mutation is drawn from a seeded generator, so that each case can be made again: `mutated(text,
+seed)`.
 """
 
 import random
@@ -29,8 +31,10 @@ from diagnosis.settings import read_settings
 
 ROOT = Path(__file__).parents[2]
 TOKENS = [
-    b"nan", b"-inf", b"1e999", b"-1", b"0", b"1" * 400, b"", b"\0", b"\xff\xfe", "é²½".encode(), b"\t", b",", b";",
-    b'"', b"'", b"\n", b"\r\n", b"#", b"=1+1", b"[", b"]", b"{", b"}", b": ", b"- ", b"&a ", b"*a", b"!!int ",
+    b"nan", b"-inf", b"1e999", b"-1", b"0", b"1" * 400, b"", b"\0", b"\xff\xfe", "é²½".encode(),
+    b"\t", b",", b";",
+    b'"', b"'", b"\n", b"\r\n", b"#", b"=1+1", b"[", b"]", b"{", b"}", b": ", b"- ", b"&a ", b"*a",
+    b"!!int ",
     b"!!bool ", b"!!python/name:os.system", b"? ", b"<<: ", b"null", b"true", b"2020-01-01",
     b"0x1f", b"1_000", b"\xe2\x80\xa8",
     b"solid", b"vertex 1 2", b"1,5", b"5 kg", b"%", b"|", b">", b"  ",
@@ -60,7 +64,8 @@ def mutated(content, seed):
 
 
 def _swap_words(data, rng):
-    """A word of the text, such as a number or a key, gives way to a token or to another word of it."""
+    """A word of the text, such as a number or a key, gives way to a token or to another word of
+    it."""
     words = bytes(data).split()
     if words:
         old, new = rng.choice(words), rng.choice([*TOKENS, rng.choice(words)])
@@ -75,13 +80,16 @@ def _mesh():
 
 
 ASCII_MESH = b"solid s\n" + b"".join(
-    b"facet normal 0 0 1\nouter loop\nvertex %d 0 0\nvertex 1 %d 0\nvertex 0 1 1\nendloop\nendfacet\n"
-    % (n, n + 2)
+    b"facet normal 0 0 1\nouter loop\n"
+    b"vertex %d 0 0\nvertex 1 %d 0\nvertex 0 1 1\nendloop\nendfacet\n" % (n, n + 2)
     for n in range(4)
 )
 SPEC = b"""experiment: heap
 seed: 1
-particles: {count: 300, diameter_mm: 4.0, sizes: {by: mass, diameters_mm: [2.0, 4.0], fractions: [0.5, 0.5]}}
+particles:
+  count: 300
+  diameter_mm: 4.0
+  sizes: {by: mass, diameters_mm: [2.0, 4.0], fractions: [0.5, 0.5]}
 laws: {cohesion: sjkr}
 law_parameters: {cohesion_energy_density_J_m3: 1.0e+4}
 geometry: {orifice_diameter_mm: 20, generation_rate_per_s: 600}
@@ -127,7 +135,8 @@ READERS = {
 
 
 def faults(name, seeds, folder):
-    """[(seed, kind, traceback)] of the seeds whose input leads to anything but success or an error in a sentence."""
+    """[(seed, kind, traceback)] of the seeds whose input leads to anything but success or an error
+    in a sentence."""
     source, read = READERS[name]
     content = (ROOT / source).read_bytes() if isinstance(source, str) else source
     path, found = Path(folder) / "input", []
@@ -144,7 +153,8 @@ def faults(name, seeds, folder):
 
 
 def main(total, first=0):
-    """Try `total` inputs, shared among the readers, and print what went wrong, a traceback of each kind."""
+    """Try `total` inputs, shared among the readers, and print what went wrong, a traceback of each
+    kind."""
     count = total // len(READERS)
     with tempfile.TemporaryDirectory() as folder:
         for name in READERS:

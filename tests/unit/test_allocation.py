@@ -9,7 +9,8 @@ from dem.walls.builder import WallSet
 
 
 def resting(cluster):
-    """Grains, loose or bonded, that lie on a plate with one on top, and no list to be made again."""
+    """Grains, loose or bonded, that lie on a plate with one on top, and no list to be made
+    again."""
     salt = Material(1200.0, 1e7, 0.25)
     sim = Simulation(
         {"salt": salt},
@@ -29,7 +30,8 @@ def resting(cluster):
 
 @pytest.fixture
 def allocations():
-    """Function that counts the allocations of numba's runtime over some steps between two makings of the lists."""
+    """Function that counts the allocations of numba's runtime over some steps between two makings
+    of the lists."""
     # numba, imported before the engine, would keep its compiled code beside the sources
     from numba.core.runtime import _nrt_python, rtsys
 

@@ -1,4 +1,5 @@
-"""The public interface: a study opened by its folder, its results as tables with units, the README's lines."""
+"""The public interface: a study opened by its folder, its results as tables with units, the
+README's lines."""
 
 import re
 from pathlib import Path

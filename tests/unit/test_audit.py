@@ -27,7 +27,7 @@ def within(table, prefix):
     return table[table.index.str.startswith(prefix)]
 
 
-# --- the paper as printed --------------------------------------------------------------------------------------------
+# --- the paper as printed -------------------------------------------------------------------------
 
 
 def test_every_row_is_complete(shipped):
@@ -194,7 +194,7 @@ def test_tolerance_is_that_of_the_printed_digits(shipped):
     assert shipped.loc["validation.error", "tolerance"] == pytest.approx(0.05)
 
 
-# --- errors put right, and planted -----------------------------------------------------------------------------------
+# --- errors put right, and planted ----------------------------------------------------------------
 
 
 def test_corrected_tables_agree_throughout(right):
@@ -351,7 +351,7 @@ class _Restored:
         self.path.write_bytes(self.before)
 
 
-# --- inputs and outputs ----------------------------------------------------------------------------------------------
+# --- inputs and outputs ---------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,5 @@
-"""Batches of short runs: each run is kept, none is done twice, and a failure names the run and why."""
+"""Batches of short runs: each run is kept, none is done twice, and a failure names the run and
+why."""
 
 import json
 

@@ -1,4 +1,5 @@
-"""The tilt and drop tests: sweep, fit, inverse and confirmation, for whatever factor sets their key."""
+"""The tilt and drop tests: sweep, fit, inverse and confirmation, for whatever factor sets their
+key."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,5 @@
-"""A wrong configuration is refused before any run starts, with file, key, value and what is allowed."""
+"""A wrong configuration is refused before any run starts, with file, key, value and what is
+allowed."""
 
 from pathlib import Path
 

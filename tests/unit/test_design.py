@@ -1,4 +1,5 @@
-"""Designs have the properties that their names promise, and wrong tables are refused where they are wrong."""
+"""Designs have the properties that their names promise, and wrong tables are refused where they are
+wrong."""
 
 from itertools import combinations
 from pathlib import Path

@@ -1,4 +1,5 @@
-"""What is simulated with the real engine: the experiment as the emulators knew it, with laws that go together."""
+"""What is simulated with the real engine: the experiment as the emulators knew it, with laws that
+go together."""
 
 import numpy as np
 import pytest
@@ -27,7 +28,8 @@ def emulated():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_run_has_the_parameters_of_its_own_experiment_alone(emulated, kind):
-    """The others stand where they stood when the emulator was taught, or base and gain would be of another model."""
+    """The others stand where they stood when the emulator was taught, or base and gain would be of
+    another model."""
     model = emulated.model(CONDITIONS)
     theta = np.linspace(-0.9, 0.9, len(model.factors))
     measured = Measurement(kind, 10.0, 1.0, 5, LEVERS[kind])

@@ -1,4 +1,5 @@
-"""docs/howto-add-a-mechanism.md, step by step: its file registers from a folder and finds what it claims to find."""
+"""docs/howto-add-a-mechanism.md, step by step: its file registers from a folder and finds what it
+claims to find."""
 
 import re
 from pathlib import Path

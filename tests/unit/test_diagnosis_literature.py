@@ -1,4 +1,5 @@
-"""The measured table-tennis ball: its table follows from the printed intervals, and the diagnosis finds the air."""
+"""The measured table-tennis ball: its table follows from the printed intervals, and the diagnosis
+finds the air."""
 
 import importlib.util
 from pathlib import Path

@@ -1,4 +1,5 @@
-"""The table of measurements: good rows are read, each fault is one error with its line and column."""
+"""The table of measurements: good rows are read, each fault is one error with its line and
+column."""
 
 import pytest
 

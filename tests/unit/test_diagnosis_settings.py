@@ -1,4 +1,5 @@
-"""Settings of the diagnosis: laid over by a study, checked against the measurements, extended by a folder."""
+"""Settings of the diagnosis: laid over by a study, checked against the measurements, extended by a
+folder."""
 
 from collections import Counter
 

@@ -1,4 +1,5 @@
-"""The stages of the diagnosis on runs that are closed forms: the shipped case, its verdict and its schema."""
+"""The stages of the diagnosis on runs that are closed forms: the shipped case, its verdict and its
+schema."""
 
 import copy
 import json
@@ -34,7 +35,8 @@ def emulated():
 
 
 def shear_of(measured, intercept, slope=0.845):
-    """The measured conditions with a yield locus of eight loads, each known to 2 % by five replicates."""
+    """The measured conditions with a yield locus of eight loads, each known to 2 % by five
+    replicates."""
     others = [m for m in measured if m.experiment != "shear"]
     stress = {s: intercept + slope * s for s in np.arange(1.0, 9.0)}
     one = next(m for m in measured if m.experiment == "shear")
@@ -67,7 +69,8 @@ def test_an_intercept_alone_leaves_cohesion_and_an_uncounted_load_in_question(em
 
 
 def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypatch):
-    """From taught emulators to verdict.json and its figures, the real engine replaced by the closed forms."""
+    """From taught emulators to verdict.json and its figures, the real engine replaced by the closed
+    forms."""
     from diagnosis_cases import closed_form
 
     measured = shear_of(read_measurements(SHIPPED), 0.084)

@@ -1,4 +1,5 @@
-"""The site builds without a warning, its reference holds every key, and its links into the project exist."""
+"""The site builds without a warning, its reference holds every key, and its links into the project
+exist."""
 
 import re
 import subprocess

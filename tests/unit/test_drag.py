@@ -18,7 +18,8 @@ class Particles:
         self.force = np.zeros((1, 3))
 
 
-# measured (Re, C_D) of spheres as listed by http://www.ma.iup.edu/projects/CalcDEMma/drag/drag07.html
+# measured (Re, C_D) of spheres as listed by
+# http://www.ma.iup.edu/projects/CalcDEMma/drag/drag07.html
 MEASURED = [
     (0.1585, 169.8),
     (3.020, 10.86),
@@ -69,7 +70,8 @@ def drop(tmp_path, height):
 
 
 def test_a_grain_that_falls_at_terminal_speed_rebounds(tmp_path):
-    """As high as the drag lets it rise at `RESTITUTION` of that speed, from whatever height it came."""
+    """As high as the drag lets it rise at `RESTITUTION` of that speed, from whatever height it
+    came."""
     mass = DENSITY * np.pi / 6 * DIAMETER**3
 
     def deceleration(speed):

@@ -1,4 +1,5 @@
-"""Trained emulators come back from their file to the bit, and the file can hold nothing that is executed."""
+"""Trained emulators come back from their file to the bit, and the file can hold nothing that is
+executed."""
 
 import pickle
 

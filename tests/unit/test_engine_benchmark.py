@@ -1,4 +1,5 @@
-"""The benchmark's own parts: beds side by side, the history and its figure. Speeds are not tested."""
+"""The benchmark's own parts: beds side by side, the history and its figure. Speeds are not
+tested."""
 
 import csv
 

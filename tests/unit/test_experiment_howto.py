@@ -1,4 +1,5 @@
-"""docs/howto-experiment.md, step by step: its file joins from a folder, runs, is calibrated on and diagnosed.
+"""docs/howto-experiment.md, step by step: its file joins from a folder, runs, is calibrated on and
+diagnosed.
 
 Each of the package's own experiments is named by one file.
 """
@@ -92,7 +93,8 @@ GENERIC += ("diagnosis/quantities.py", "diagnosis/measurements.py", "diagnosis/s
 GENERIC += ("diagnosis/emulator.py", "diagnosis/design.py", "diagnosis/next_measurement.py")
 GENERIC += ("diagnosis/fit.py", "diagnosis/stages.py", "calibration/figures/quantity.py")
 PAPERS_OWN = {"heap", "drop", "tilt", "shear"}
-"""Experiments of the paper: stages, mechanisms and the audit of it bear their names; the generic rooms must not."""
+"""Experiments of the paper: stages, mechanisms and the audit of it bear their names; the generic
+rooms must not."""
 
 
 def files_that_name(name):

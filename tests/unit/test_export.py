@@ -1,4 +1,5 @@
-"""Exports: each conversion against the other code's own formula, the search's inversion, and calibrated.yaml."""
+"""Exports: each conversion against the other code's own formula, the search's inversion, and
+calibrated.yaml."""
 
 import ast
 import json
@@ -84,7 +85,8 @@ def conversion(mapping, **changes):
 
 
 def test_effective_constants_are_those_of_hertz_and_mindlin(material):
-    """E* = E/(2(1 - nu^2)) and G* = G/(2(2 - nu)) of equal grains; against a rigid wall the grain's own part."""
+    """E* = E/(2(1 - nu^2)) and G* = G/(2(2 - nu)) of equal grains; against a rigid wall the grain's
+    own part."""
     g, p = material.grain, material.grain_grain
     assert p.young == pytest.approx(g.young_modulus / (2 * (1 - g.poisson_ratio**2)))
     assert p.shear == pytest.approx(g.shear_modulus / (2 * (2 - g.poisson_ratio)))
@@ -101,11 +103,12 @@ def test_contact_radius_gives_back_the_hertz_force(material):
     assert 4 / 3 * p.young * a**3 / p.radius == pytest.approx(load)
 
 
-# --- LIGGGHTS --------------------------------------------------------------------------------------------------------
+# --- LIGGGHTS -------------------------------------------------------------------------------------
 
 
 def test_liggghts_rolling_spring_and_dashpot_are_ours(material):
-    """epsd3: k_r = f k_n (mu R*)^2 with k_n = 4/3 E* a; dashpot 2 eta sqrt(I k_r), I = 1.4 m R^2 reduced."""
+    """epsd3: k_r = f k_n (mu R*)^2 with k_n = 4/3 E* a; dashpot 2 eta sqrt(I k_r), I = 1.4 m R^2
+    reduced."""
     for p, mass in (
         (material.grain_grain, material.mass / 2),
         (material.grain_wall, material.mass),
@@ -138,7 +141,7 @@ def test_liggghts_is_told_of_soft_grains(mapping):
     assert "soft_particles yes" in text
 
 
-# --- LAMMPS ----------------------------------------------------------------------------------------------------------
+# --- LAMMPS ---------------------------------------------------------------------------------------
 
 
 def test_lammps_stiffnesses_and_dashpots_are_ours(material):
@@ -168,7 +171,7 @@ def test_lammps_rolling_spring_has_the_torque_of_ours(material, mapping):
     assert gamma * p.radius**2 == pytest.approx(rolling_dashpot(p, k_r, e.damping_ratio))
 
 
-# --- YADE ------------------------------------------------------------------------------------------------------------
+# --- YADE -----------------------------------------------------------------------------------------
 
 
 def test_yade_limit_of_the_moment_is_ours(material):
@@ -187,7 +190,7 @@ def test_yade_block_is_python_with_the_friction_angles(material, mapping):
     assert math.tan(angles[1]) == pytest.approx(0.71, rel=1e-5)
 
 
-# --- MercuryDPM ------------------------------------------------------------------------------------------------------
+# --- MercuryDPM -----------------------------------------------------------------------------------
 
 
 def test_mercury_forces_are_ours(material):
@@ -240,7 +243,7 @@ def test_mercury_block_is_well_formed(material, mapping):
     }
 
 
-# --- EDEM ------------------------------------------------------------------------------------------------------------
+# --- EDEM -----------------------------------------------------------------------------------------
 
 
 def test_edem_takes_the_calibrated_numbers_as_they_are(material, mapping):
@@ -253,7 +256,8 @@ def test_edem_takes_the_calibrated_numbers_as_they_are(material, mapping):
 
 
 def test_edem_type_c_prints_the_spring_and_its_damping(mapping):
-    """Its damping ratio is about the contact point as here; its factor is fixed at 2.25, ours may differ."""
+    """Its damping ratio is about the contact point as here; its factor is fixed at 2.25, ours may
+    differ."""
     chosen = {"rolling_stiffness_factor": 1.5, "rolling_damping_ratio": 0.2}
     for parameters, stiffness, eta in (({}, 2.25, 0.3), (chosen, 1.5, 0.2)):
         changes = {"laws": {"rolling": "elastic_plastic"}, "law_parameters": parameters}
@@ -277,7 +281,7 @@ def test_lammps_alone_takes_the_torsion_along(mapping):
     assert "NOT CONVERTED: torsion" in text
 
 
-# --- what an export says ---------------------------------------------------------------------------------------------
+# --- what an export says --------------------------------------------------------------------------
 
 
 def test_a_law_calibrated_with_keeps_its_number(mapping):
@@ -379,11 +383,12 @@ def test_an_export_says_which_laws_it_leaves_out(mapping):
     assert "1.3 times as long as wide" in told
 
 
-# --- the search ------------------------------------------------------------------------------------------------------
+# --- the search -----------------------------------------------------------------------------------
 
 
 def test_the_path_ends_where_sliding_comes_before_rolling():
-    """mu_r R* F_n = mu_s R F_n: the torque that holds a grain is all that friction can turn it with."""
+    """mu_r R* F_n = mu_s R F_n: the torque that holds a grain is all that friction can turn it
+    with."""
     pair = ContactSpec(rolling_friction=0.27, static_friction=0.68)
     path = "elastic_plastic"
     assert rolling.place(path, 0.0, pair) == (0.27, 0.68)
@@ -459,7 +464,8 @@ def test_an_angle_below_the_path_takes_its_start():
 
 
 def test_an_angle_above_the_path_takes_the_smallest_number_as_good_as_the_best():
-    """Means 25, 29, 33.5, 34, 33 with a standard error of 1/sqrt(2): 33.5 cannot be told from 34."""
+    """Means 25, 29, 33.5, 34, 33 with a standard error of 1/sqrt(2): 33.5 cannot be told from
+    34."""
     shares = np.repeat(PATH, 2)
     angles = np.repeat([25.0, 29.0, 33.5, 34.0, 33.0], 2) + np.tile([0.5**0.5, -(0.5**0.5)], 5)
     found = rolling.invert(shares, angles, 45.0)
@@ -499,7 +505,7 @@ def test_the_scan_is_planned_law_by_law_with_new_seeds(mapping, tmp_path):
         assert pair.static_friction == pytest.approx(row.static_friction)
 
 
-# --- calibrated.yaml -------------------------------------------------------------------------------------------------
+# --- calibrated.yaml ------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -607,7 +613,8 @@ def test_a_block_has_the_number_of_the_search_only_where_it_is_converted(files, 
 
 
 def test_the_interval_of_a_straight_line_is_the_textbook_one():
-    """One factor that matters, no curvature: half width t se(point)/slope where the error hardly changes."""
+    """One factor that matters, no curvature: half width t se(point)/slope where the error hardly
+    changes."""
     rng = np.random.default_rng(3)
     design = pd.DataFrame(
         [(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) for _ in range(60)], columns=["A", "B"]

@@ -1,4 +1,5 @@
-"""The figures show the numbers they are given, keep their labels apart, and are written whole and reproducibly."""
+"""The figures show the numbers they are given, keep their labels apart, and are written whole and
+reproducibly."""
 
 from dataclasses import replace
 from itertools import combinations

@@ -1,4 +1,5 @@
-"""What is made again: a task whose function imports what was edited, or that reads the section that was changed."""
+"""What is made again: a task whose function imports what was edited, or that reads the section that
+was changed."""
 
 import shutil
 from pathlib import Path

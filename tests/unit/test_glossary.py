@@ -1,4 +1,5 @@
-"""The words that the glossary rules out are not used in the documentation, the configuration or the code."""
+"""The words that the glossary rules out are not used in the documentation, the configuration or the
+code."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,5 @@
-"""Grains of two bonded spheres: their mass and inertia, their motion, and what becomes of them in a heap."""
+"""Grains of two bonded spheres: their mass and inertia, their motion, and what becomes of them in a
+heap."""
 
 import math
 
@@ -21,7 +22,8 @@ ELONGATIONS = [1.0, 1.05, 1.3, 1.7, 2.0]
 
 
 def slices(a, elongation, weight):
-    """Integral of weight(z, squared radius) over the slices of two spheres of radius a, centres on the z axis [m]."""
+    """Integral of weight(z, squared radius) over the slices of two spheres of radius a, centres on
+    the z axis [m]."""
     h = (elongation - 1.0) * a
 
     def slice_at(z):
@@ -110,7 +112,8 @@ def test_a_free_grain_precesses_as_a_symmetric_top():
 
 
 def collision(e, mu, laws, angle, rayleigh_fraction=0.4):
-    """Two elongated grains fly at each other off centre; momentum, angular momentum, energy before and after."""
+    """Two elongated grains fly at each other off centre; momentum, angular momentum, energy before
+    and after."""
     sim, spec = elongated(
         1.6,
         contacts={

@@ -1,4 +1,5 @@
-"""A heap whose funnel is clogged or whose plate is bare is refused for its true cause; the flow through the funnel."""
+"""A heap whose funnel is clogged or whose plate is bare is refused for its true cause; the flow
+through the funnel."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,5 @@
-"""JKR where one of the surfaces has no energy, and particles that are nowhere: an error, not a crash."""
+"""JKR where one of the surfaces has no energy, and particles that are nowhere: an error, not a
+crash."""
 
 from typing import NamedTuple
 

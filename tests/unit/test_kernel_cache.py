@@ -1,4 +1,5 @@
-"""Compiled code is never that of another engine, and importing the engine asks nothing of the machine."""
+"""Compiled code is never that of another engine, and importing the engine asks nothing of the
+machine."""
 
 import os
 import re
@@ -156,7 +157,8 @@ def test_any_change_of_the_code_shows(change):
 
 @pytest.mark.slow
 def test_a_law_changed_tenfold_slides_at_its_own_angle(copy, tmp_path):
-    """tan(angle) is the friction: with a tenth of it compiled in, the old compiled code would give the old angle."""
+    """tan(angle) is the friction: with a tenth of it compiled in, the old compiled code would give
+    the old angle."""
     spec = tmp_path / "tilt.yaml"
     spec.write_text("experiment: tilt\ngeometry: {trials: 1}\nparticles: {count: 4}\n")
     law = copy / "dem" / "contact" / "friction" / "constant.py"

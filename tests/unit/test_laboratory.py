@@ -1,4 +1,5 @@
-"""The laboratory's experiments against closed forms and published values; sentences for rigs that cannot work."""
+"""The laboratory's experiments against closed forms and published values; sentences for rigs that
+cannot work."""
 
 import math
 
@@ -66,8 +67,9 @@ def test_grains_that_do_not_roll_slide_at_their_coefficient(tmp_path):
 
 
 def test_a_square_lattice_is_compressed_as_hertz_says(tmp_path):
-    """Columns of n grains between floor and lid: n - 1 contacts of equal grains and two with stiffer walls. A contact's
-    approach under F = stress (2 R)^2 is (3 F / (4 E* sqrt(R*)))^(2/3), so that stress goes as strain^1.5."""
+    """Columns of n grains between floor and lid: n - 1 contacts of equal grains and two with
+    stiffer walls. A contact's approach under F = stress (2 R)^2 is (3 F / (4 E* sqrt(R*)))^(2/3),
+    so that stress goes as strain^1.5."""
     stress, seat, layers, radius = 20e3, 1.0, 5, 1e-3
     found = measure(
         tmp_path,

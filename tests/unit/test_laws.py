@@ -1,4 +1,5 @@
-"""Laws declare themselves: tables, schema, dispatch, documentation and exports are made of what their files say."""
+"""Laws declare themselves: tables, schema, dispatch, documentation and exports are made of what
+their files say."""
 
 import ast
 import os
@@ -108,7 +109,7 @@ def test_a_time_step_that_a_law_does_not_bear_is_refused():
         parse_spec(stiff | {"numerics": {"time_step_s": 1e-5}})
 
 
-# --- the page on how to add one --------------------------------------------------------------------------------------
+# --- the page on how to add one -------------------------------------------------------------------
 
 
 def file_of_the_page():
@@ -145,8 +146,9 @@ def with_the_law(tmp_path):
 
 
 SPEC = (
-    'from dem.spec import parse_spec; spec = parse_spec({"experiment": "drop", "laws": {"friction": "rate_free"}, '
-    '"law_parameters": {"friction_floor_N": 0.001}, "geometry": {"drop_height_mm": 2, "drops": 1}})\n'
+    'from dem.spec import parse_spec; spec = parse_spec({"experiment": "drop", '
+    '"laws": {"friction": "rate_free"}, "law_parameters": {"friction_floor_N": 0.001}, '
+    '"geometry": {"drop_height_mm": 2, "drops": 1}})\n'
 )
 
 
@@ -155,7 +157,8 @@ def test_a_law_added_as_the_page_says_is_known(with_the_law):
     said = with_the_law(
         SPEC
         + "from dem.template import template; from dem.contact.catalogue import table\n"
-        + "from dem.contact.dispatch import source_of; from dem.materials import contact_parameters\n"
+        + "from dem.contact.dispatch import source_of\n"
+        + "from dem.materials import contact_parameters\n"
         + 'print(template("heap"), table(), source_of("limit"), contact_parameters(spec))\n'
         + "import sys; assert 'numba' not in sys.modules\n"
     )

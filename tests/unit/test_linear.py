@@ -1,4 +1,5 @@
-"""The engine's own linear algebra: against closed forms, and the same whatever the last bits are."""
+"""The engine's own linear algebra: against closed forms, and the same whatever the last bits
+are."""
 
 import numpy as np
 import pytest
@@ -56,7 +57,8 @@ def test_axes_of_a_body_of_revolution_do_not_turn_with_the_last_bits(alike, axis
     _, turned = principal_axes(np.array([tensor, rounded]))
     single = axes[:, 0] if alike[0] < alike[1] else axes[:, 2]
     tie = np.sort(np.abs(single))
-    # where two components of the axis are as large or as small as each other, the choice between them is open
+    # where two components of the axis are as large or as small as each other, the choice between
+    # them is open
     if tie[2] - tie[1] > 1e-9 and tie[1] - tie[0] > 1e-9:
         assert turned[1] == pytest.approx(turned[0], abs=1e-12)
     assert np.linalg.det(turned[1]) == pytest.approx(1.0, abs=1e-12)

@@ -10,10 +10,11 @@ PLATE = 0.04
 
 
 def cone(angle, radius=1e-3, top=None, rounding=0.0, noise=0.0, seed=0):
-    """Spheres on a jittered lattice below a cone of `angle` [deg] whose envelope passes the rim of the plate.
+    """Spheres on a jittered lattice below a cone of `angle` [deg] whose envelope passes the rim of
+    the plate.
 
-    top: height above which the cone is cut [m]; rounding: radius of the rounded apex [m]; noise: of the surface [m].
-    """
+    top: height above which the cone is cut [m]; rounding: radius of the rounded apex [m]; noise: of
+    the surface [m]."""
     rng = np.random.default_rng(seed)
     slope = np.tan(np.radians(angle))
     pitch = 0.7 * radius
@@ -39,7 +40,8 @@ def cone(angle, radius=1e-3, top=None, rounding=0.0, noise=0.0, seed=0):
 @pytest.mark.parametrize("angle", [15, 20, 30, 40, 50, 60])
 @pytest.mark.parametrize("radius", [0.5e-3, 1e-3])
 def test_a_cone_has_its_angle(angle, radius):
-    """The spheres lie so densely that their envelope is the cone; what is left is the outline's raster."""
+    """The spheres lie so densely that their envelope is the cone; what is left is the outline's
+    raster."""
     result = measure_heap(*cone(angle, radius), PLATE)
     assert result["angle_of_repose_deg"] == pytest.approx(angle, abs=0.1)
     assert result["radial_angle_deg"] == pytest.approx(angle, abs=0.1)
@@ -54,7 +56,8 @@ def test_a_truncated_cone_has_its_flanks_angle(angle):
 
 
 def test_a_rounded_cone_reads_a_little_flat():
-    """The fit leaves the top fifth out; what is left is the mean slope of the rounded flank between 20 and 80 %."""
+    """The fit leaves the top fifth out; what is left is the mean slope of the rounded flank between
+    20 and 80 %."""
     rounding = 0.006
     result = measure_heap(*cone(40, rounding=rounding), PLATE)
     r = np.linspace(0, PLATE, 4001)
@@ -67,7 +70,8 @@ def test_a_rounded_cone_reads_a_little_flat():
 
 
 def test_noise_spreads_the_angle_without_moving_it_far():
-    """The outline is the largest of many noisy points, so noise lifts it; on a flank it lifts all of it alike."""
+    """The outline is the largest of many noisy points, so noise lifts it; on a flank it lifts all
+    of it alike."""
     clean, noisy = measure_heap(*cone(40), PLATE), measure_heap(*cone(40, noise=3e-4), PLATE)
     assert noisy["angle_of_repose_deg"] == pytest.approx(40, abs=0.5)
     assert noisy["angle_of_repose_sd_deg"] > clean["angle_of_repose_sd_deg"]

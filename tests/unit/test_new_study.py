@@ -1,4 +1,5 @@
-"""`dem new` from a laboratory's values to a study that is checked; closed forms beside what it computes."""
+"""`dem new` from a laboratory's values to a study that is checked; closed forms beside what it
+computes."""
 
 import math
 import subprocess

@@ -1,4 +1,5 @@
-"""Heaps drawn with a known angle and photographed with all that goes wrong: the angle comes back within 0.3 degrees."""
+"""Heaps drawn with a known angle and photographed with all that goes wrong: the angle comes back
+within 0.3 degrees."""
 
 import numpy as np
 import pandas as pd
@@ -22,7 +23,8 @@ ROWS, COLUMNS, FINER = 480, 700, 2
 
 
 def pixels(tilt):
-    """Coordinates (x, y), y upwards from the table, of each sample of a picture tilted by `tilt` [deg]."""
+    """Coordinates (x, y), y upwards from the table, of each sample of a picture tilted by `tilt`
+    [deg]."""
     y, x = np.mgrid[0 : ROWS * FINER, 0 : COLUMNS * FINER] / FINER
     x, y = x - COLUMNS / 2, 0.8 * ROWS - y
     t = np.radians(tilt)
@@ -30,7 +32,8 @@ def pixels(tilt):
 
 
 def photograph(path, inside, x, y, colours, noise=0.0, shadow=0.0, backdrop="plain"):
-    """A heap (mask `inside`) on a table before a backdrop, with a soft shadow beside it and a sensor's noise."""
+    """A heap (mask `inside`) on a table before a backdrop, with a soft shadow beside it and a
+    sensor's noise."""
     rng = np.random.default_rng(7)
     wall, sand, table = map(np.array, colours)
     image = np.broadcast_to(wall, (*x.shape, 3)).copy()
@@ -93,7 +96,8 @@ def test_every_drawn_heap_has_its_angle(tmp_path, angle, colours, trouble):
 
 
 def test_grains_have_the_angle_that_the_simulation_measures(tmp_path):
-    """Discs heaped at random: the photograph and the simulation's own outline see the same flanks."""
+    """Discs heaped at random: the photograph and the simulation's own outline see the same
+    flanks."""
     rng = np.random.default_rng(3)
     across, z = rng.uniform(-260, 260, 6000), rng.uniform(0, 130, 6000)
     kept = z < 0.5 * (260 - np.abs(across)) - 4

@@ -1,4 +1,5 @@
-"""The fast path (float32 forces on SIMD lanes) against the float64 reference path: the same law, the same heaps."""
+"""The fast path (float32 forces on SIMD lanes) against the float64 reference path: the same law,
+the same heaps."""
 
 import numpy as np
 import pytest
@@ -54,7 +55,8 @@ def test_lanes_and_floats_run_the_same_law(laws):
         friction_reference=1e-3, normal_stiffness=500.0, plasticity=0.5, adhesion_energy=0.02,
     )  # fmt: skip
     fast, plain = collide("mixed", laws, contact), collide("double", laws, contact)
-    # over 400 steps float32 rounding (6e-8) grows in the collisions to about a thousandth of the motion
+    # over 400 steps float32 rounding (6e-8) grows in the collisions to about a thousandth of the
+    # motion
     assert np.abs(fast - plain).max() < 5e-3 * np.abs(plain).max()
     assert np.abs(fast - plain).max() > 0.0
 
@@ -63,7 +65,8 @@ SEEDS = range(10)
 
 
 def angles(out, rolling=0.23, precision="mixed"):
-    """Angles of repose [deg] of the coarse heap at the paper's optimum but for its rolling friction, one a seed."""
+    """Angles of repose [deg] of the coarse heap at the paper's optimum but for its rolling
+    friction, one a seed."""
     found = []
     for seed in SEEDS:
         spec = {
@@ -88,7 +91,8 @@ def spread(a, b):
 @pytest.mark.long
 @pytest.mark.slow
 def test_heaps_of_both_precisions_agree_within_the_seeds_spread(tmp_path):
-    """Ten seeds each of the coarse heap; a rolling friction that is half as large does not pass for the same."""
+    """Ten seeds each of the coarse heap; a rolling friction that is half as large does not pass for
+    the same."""
     fast, plain = angles(tmp_path), angles(tmp_path, precision="double")
     # rounding sends every heap its own way: equal angles would be one path run twice
     assert (fast != plain).all()

@@ -11,8 +11,9 @@ from calibration.statistics.two_level import foldover, fractional_factorial
 
 
 def test_the_central_composite_design_of_the_chemical_reaction():
-    """ChemReact: Myers, Montgomery and Anderson-Cook (2009), Response Surface Methodology, 3rd edition, table 7.6,
-    as fitted in two blocks by R's rsm (Lenth 2009, Journal of Statistical Software 32(7), section 3.2)."""
+    """ChemReact: Myers, Montgomery and Anderson-Cook (2009), Response Surface Methodology, 3rd
+    edition, table 7.6, as fitted in two blocks by R's rsm (Lenth 2009, Journal of Statistical
+    Software 32(7), section 3.2)."""
     points = [(-1, -1), (-1, 1), (1, -1), (1, 1), *[(0, 0)] * 3]
     star = [*[(0, 0)] * 3, (1.414, 0), (-1.414, 0), (0, 1.414), (0, -1.414)]
     design = pd.DataFrame(points + star, columns=["A", "B"], dtype=float)
@@ -34,8 +35,9 @@ def test_the_central_composite_design_of_the_chemical_reaction():
 
 
 def test_the_foldover_of_the_eye_focus_time():
-    """Montgomery, Design and Analysis of Experiments, 8th edition, example 8.7: the 2^(7-4) design of resolution III
-    with D = AB, E = AC, F = BC, G = ABC, its foldover, and the effects of each half and of both."""
+    """Montgomery, Design and Analysis of Experiments, 8th edition, example 8.7: the 2^(7-4) design
+    of resolution III with D = AB, E = AC, F = BC, G = ABC, its foldover, and the effects of each
+    half and of both."""
     factors = [Factor(c, f"f{c}", f"k{c}", 0.0, 1.0) for c in "ABCDEFG"]
     three = pd.DataFrame(
         fractional_factorial(["a", "b", "c", "ab", "ac", "bc", "abc"]), columns=list("ABCDEFG")
@@ -56,8 +58,9 @@ def test_the_foldover_of_the_eye_focus_time():
 
 
 def test_a_rising_ridge_is_told():
-    """Myers, Montgomery and Anderson-Cook, table 6.2 (the example `RRex` of R's rsm), a rising ridge: without the
-    flat axis the stationary point lies inside the experiment, with it twice as far out as any run."""
+    """Myers, Montgomery and Anderson-Cook, table 6.2 (the example `RRex` of R's rsm), a rising
+    ridge: without the flat axis the stationary point lies inside the experiment, with it twice as
+    far out as any run."""
     points = [(-1, -1), (1, -1), (-1, 1), (1, 1), (-1, 0), (1, 0), (0, -1), (0, 1), *[(0, 0)] * 3]
     design = pd.DataFrame(points, columns=["A", "B"], dtype=float)
     y = [52.3, 5.3, 46.7, 44.2, 58.5, 33.5, 32.8, 49.2, 49.3, 50.2, 51.6]

@@ -19,7 +19,8 @@ def factors(k):
     return [Factor(chr(65 + i), f"f{i}", f"k{i}", 0.0, 1.0) for i in range(k)]
 
 
-# Montgomery, Design and Analysis of Experiments, 8th edition, table 6.10: filtration rates of an unreplicated 2^4
+# Montgomery, Design and Analysis of Experiments, 8th edition, table 6.10: filtration rates of an
+# unreplicated 2^4
 FILTRATION = [45, 71, 48, 65, 68, 60, 80, 65, 43, 100, 45, 104, 75, 86, 70, 96]
 
 
@@ -227,7 +228,8 @@ def test_lack_of_fit_is_the_comparison_with_a_mean_a_point():
 
 
 def test_runs_count_as_replicates_only_where_all_factors_agree():
-    # without a term in C, points that differ in C have equal rows in the model, yet are no replicates
+    # without a term in C, points that differ in C have equal rows in the model, yet are no
+    # replicates
     design, response = noisy_surface()
     surface = fit_surface(design, list("ABC"), response, terms=[(), ("A",), ("B",)])
     assert surface.anova.set_index("source").loc["Pure Error", "df"] == 3

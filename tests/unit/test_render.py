@@ -1,4 +1,5 @@
-"""Pictures of runs: spheres where they are, lit and hidden rightly, with the lines that the angle was read from."""
+"""Pictures of runs: spheres where they are, lit and hidden rightly, with the lines that the angle
+was read from."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,5 @@
-"""The report is one file that needs nothing else, says what the study's files say, and reads at any width."""
+"""The report is one file that needs nothing else, says what the study's files say, and reads at any
+width."""
 
 import base64
 import json
@@ -219,7 +220,8 @@ def test_a_converted_block_takes_the_place_of_the_other(study):
 
 
 def test_each_candidate_run_has_its_value(study):
-    """The runs added at the optimum have no table of responses: their values are those of their results."""
+    """The runs added at the optimum have no table of responses: their values are those of their
+    results."""
     runs = pd.read_csv(study / "screening" / "runs.csv")
     (study / "candidate").mkdir()
     runs.drop(columns="response").to_csv(study / "candidate" / "design.csv", index=False)
@@ -334,7 +336,10 @@ def tab(tmp_path_factory):
 
 
 GROUND = "getComputedStyle(document.body).backgroundColor.match(/\\d+/g).map(Number)"
-INK = "getComputedStyle(document.querySelector('figure.chart svg text')).fill.match(/\\d+/g).map(Number)"
+INK = (
+    "getComputedStyle(document.querySelector('figure.chart svg "
+    "text')).fill.match(/\\d+/g).map(Number)"
+)
 OVERFLOW = "document.documentElement.scrollWidth - window.innerWidth"
 ANSWER_OVERFLOW = """Math.max(...[...document.querySelectorAll('.answer td, .answer .tile')].map(
   cell => cell.getBoundingClientRect().right)) - window.innerWidth"""

@@ -1,4 +1,5 @@
-"""The page's first screen: the block, the sentences and the profiler say what the study's files say."""
+"""The page's first screen: the block, the sentences and the profiler say what the study's files
+say."""
 
 import json
 import re
@@ -53,7 +54,8 @@ def study(tmp_path):
     effects = {"factor_a": 8.0, "factor_b": 1.5, "factor_c": -2.5, "factor_d": -3.0}
     write(
         folder / "screening" / "screening.json",
-        {"factors": ["factor_a", "factor_b", "factor_c"], "significant": ["factor_a"], "alpha": 0.05,
+        {"factors": ["factor_a", "factor_b", "factor_c"], "significant": ["factor_a"],
+        "alpha": 0.05,
          "effects": effects, "why": {"factor_c": "the configured path names it"}},
     )  # fmt: skip
     table = pd.DataFrame({"code": list("ABCD"), "name": list(effects), "effect": effects.values()})
@@ -110,7 +112,8 @@ def test_the_block_has_every_parameter_and_what_was_held_fixed(study):
         "contacts.particle_particle.rolling_friction": {
             "value": 0.25, "source": "calibrated", "interval_95": [0.2, 0.3],
         },
-        "materials.particle.shear_modulus_Pa": {"value": 3e6, "source": "the configuration's run spec"},
+        "materials.particle.shear_modulus_Pa": {"value": 3e6,
+        "source": "the configuration's run spec"},
         "laws.rolling": {"value": "constant_torque", "source": "default of the engine"},
         "laws.cohesion": {"value": "none", "source": "default of the engine"},
     }  # fmt: skip

@@ -1,4 +1,5 @@
-"""The reproduction table: every item of the paper has a row, and each agreement follows from the numbers."""
+"""The reproduction table: every item of the paper has a row, and each agreement follows from the
+numbers."""
 
 import json
 import re
@@ -37,7 +38,8 @@ def config(repository):
 
 @pytest.fixture
 def study(tmp_path):
-    """A small study of the paper's own factors whose angles are the paper's, shifted by what a test asks for."""
+    """A small study of the paper's own factors whose angles are the paper's, shifted by what a test
+    asks for."""
 
     def make(shift=0.0, name="study"):
         folder, paper = tmp_path / name, Paper(PAPER)

@@ -1,4 +1,5 @@
-"""A run that is killed at a random moment goes on from its checkpoint and ends where it would have ended."""
+"""A run that is killed at a random moment goes on from its checkpoint and ends where it would have
+ended."""
 
 import os
 import random

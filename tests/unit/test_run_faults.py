@@ -1,5 +1,6 @@
-"""What a run does when it is stopped, disturbed or damaged. The experiment counts to ten in place of pouring grains, so
-that what is tried here is the run around it; `test_resume.py` tries the heap itself."""
+"""What a run does when it is stopped, disturbed or damaged. The experiment counts to ten in place
+of pouring grains, so that what is tried here is the run around it; `test_resume.py` tries the heap
+itself."""
 
 import errno
 import json

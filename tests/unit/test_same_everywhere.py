@@ -1,4 +1,5 @@
-"""A run gives the same result on every machine: no BLAS in the engine, and two processors that agree to the bit."""
+"""A run gives the same result on every machine: no BLAS in the engine, and two processors that
+agree to the bit."""
 
 import ast
 import json
@@ -14,12 +15,14 @@ from dem.fingerprint import ROOT, engine_sources
 
 # what numpy and scipy hand to BLAS or LAPACK, whose kernels round by the processor
 BANNED = {
-    "convolve", "corrcoef", "correlate", "cov", "dot", "einsum", "inner", "linalg", "lstsq", "matmul",
+    "convolve", "corrcoef", "correlate", "cov", "dot", "einsum", "inner", "linalg", "lstsq",
+    "matmul",
     "polyfit", "polynomial", "tensordot", "vdot",
 }  # fmt: skip
 
 CANNOT_ACT = {
-    "contact/damping/thornton.py": "what scipy solves for is rounded to seven decimals; BLAS differs in the 15th"
+    "contact/damping/thornton.py": "what scipy solves for is rounded to seven decimals; BLAS "
+    "differs in the 15th"
 }
 
 
@@ -131,7 +134,8 @@ def cpu_features():
 
 
 def run_all(cache, runs, **environment):
-    """{run: [digest of the last state, metrics]} of runs, both precisions, in a process of its own."""
+    """{run: [digest of the last state, metrics]} of runs, both precisions, in a process of its
+    own."""
     done = subprocess.run(
         [sys.executable, "-c", RUN_ALL],
         input=json.dumps(runs),
@@ -147,7 +151,8 @@ def run_all(cache, runs, **environment):
 @pytest.mark.slow
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="names of x86 processors")
 def test_processors_with_fused_multiplication_agree_to_the_bit(tmp_path):
-    """This machine against one of 2013: numba's target, numpy's loops and OpenBLAS' kernels are those of the older."""
+    """This machine against one of 2013: numba's target, numpy's loops and OpenBLAS' kernels are
+    those of the older."""
     features = cpu_features()
     if not {"AVX2", "FMA3"} <= features:
         pytest.skip("this machine has no fused multiplication")
@@ -185,7 +190,8 @@ def heaps(seeds):
 @pytest.mark.slow
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="names of x86 processors")
 def test_a_processor_without_fused_multiplication_draws_from_the_same_heaps(tmp_path):
-    """Other last bits give other heaps; their mean angles agree to 2.5 standard errors, as 99 of 100 would."""
+    """Other last bits give other heaps; their mean angles agree to 2.5 standard errors, as 99 of
+    100 would."""
     runs = heaps(range(12))
     here = run_all(tmp_path / "here", runs)
     there = run_all(tmp_path / "there", runs, NUMBA_CPU_NAME="x86-64-v2")

@@ -1,4 +1,5 @@
-"""Verdicts of the scaling study follow from its numbers: planted answers give the matching verdicts."""
+"""Verdicts of the scaling study follow from its numbers: planted answers give the matching
+verdicts."""
 
 import matplotlib.pyplot as plt
 import numpy as np

@@ -1,4 +1,5 @@
-"""A sieve curve from a table: its grains have its shares by mass and by number, and a wrong table is one sentence."""
+"""A sieve curve from a table: its grains have its shares by mass and by number, and a wrong table
+is one sentence."""
 
 import numpy as np
 import pytest

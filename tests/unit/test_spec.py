@@ -1,4 +1,5 @@
-"""Specs: defaults, where an error is, what a hash stands for, and what a valid spec is warned of."""
+"""Specs: defaults, where an error is, what a hash stands for, and what a valid spec is warned
+of."""
 
 import pytest
 import yaml
@@ -28,7 +29,8 @@ def test_the_template_holds_exactly_the_defaults(experiment):
         ),
         ("experiment: heap\nparticles: {count: 10}\nfunnel: 3\n", 3, "funnel"),
         (
-            "experiment: heap\nparticles:\n  sizes:\n    diameters_mm: [1, -2]\n    fractions: [1, 0]\n",
+            "experiment: heap\nparticles:\n  sizes:\n    diameters_mm: [1, -2]\n    fractions: [1, "
+            "0]\n",
             4,
             "particles.sizes.diameters_mm.1",
         ),
@@ -149,7 +151,8 @@ def test_a_cluster_that_tips_before_it_slides_is_warned_of():
 
 
 def test_rayleigh_time_is_that_of_a_wave_around_half_the_sphere():
-    """For a Poisson's ratio of 1/4 the wave's speed is 0.9194 of the shear wave's (Rayleigh 1885, exact root)."""
+    """For a Poisson's ratio of 1/4 the wave's speed is 0.9194 of the shear wave's (Rayleigh 1885,
+    exact root)."""
     radius, density, modulus = 1e-3, 2500.0, 1e7
     speed = 0.9194 * (modulus / density) ** 0.5
     assert rayleigh_time(radius, density, modulus, 0.25) == pytest.approx(

@@ -1,4 +1,5 @@
-"""No number comes out of a result that was changed, cut off, copied from another run or made by another engine."""
+"""No number comes out of a result that was changed, cut off, copied from another run or made by
+another engine."""
 
 import errno
 import json

@@ -1,4 +1,5 @@
-"""Values with units, and questions about those without: conversions set beside the definitions of the units."""
+"""Values with units, and questions about those without: conversions set beside the definitions of
+the units."""
 
 import math
 

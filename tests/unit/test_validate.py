@@ -1,4 +1,5 @@
-"""The comparison with the measurement agrees with scipy's and statsmodels' tests and with the paper's figures."""
+"""The comparison with the measurement agrees with scipy's and statsmodels' tests and with the
+paper's figures."""
 
 import json
 from pathlib import Path

@@ -10,7 +10,8 @@ from dem.simulation import Simulation
 from dem.timescales import rayleigh_time
 
 SPREAD = 0.1
-"""Grains are uniform in size within this share of the mean: equal spheres would order along the walls."""
+"""Grains are uniform in size within this share of the mean: equal spheres would order along the
+walls."""
 GRAIN = Material(2500.0, 4.0e6, 0.25)
 """Glass, but soft: under the beds here, at 1 kPa, the overlap is half a per cent of the grain."""
 
@@ -18,8 +19,8 @@ GRAIN = Material(2500.0, 4.0e6, 0.25)
 def make_sim(walls, pair, sides, diameter, rolling="none"):
     """Simulation of GRAIN under gravity.
 
-    pair: ContactParameters among grains; sides: those with each material of the walls, by name; diameter: mean [m].
-    """
+    pair: ContactParameters among grains; sides: those with each material of the walls, by name;
+    diameter: mean [m]."""
     smallest = 0.5 * (1 - SPREAD) * diameter
     rayleigh = rayleigh_time(smallest, GRAIN.density, GRAIN.shear_modulus, GRAIN.poisson_ratio)
     return Simulation(
@@ -33,7 +34,8 @@ def make_sim(walls, pair, sides, diameter, rolling="none"):
 
 
 def sites_in_circle(radius, diameter, rng):
-    """Places (n, 2) [m] within a circle where grains can be made without touching, in random order."""
+    """Places (n, 2) [m] within a circle where grains can be made without touching, in random
+    order."""
     largest = 0.5 * diameter * (1 + SPREAD)
     line = np.arange(-radius + largest, radius, 2.1 * largest)
     x, y = (v.ravel() for v in np.meshgrid(line, line, indexing="ij"))
@@ -42,7 +44,8 @@ def sites_in_circle(radius, diameter, rng):
 
 
 def sites_in_rectangle(low, high, diameter, rng):
-    """Places (n, 2) [m] within low..high (2,) [m] where grains can be made without touching, in random order."""
+    """Places (n, 2) [m] within low..high (2,) [m] where grains can be made without touching, in
+    random order."""
     largest = 0.5 * diameter * (1 + SPREAD)
     lines = [
         np.arange(a + 1.05 * largest, b - largest, 2.1 * largest)
@@ -53,8 +56,8 @@ def sites_in_rectangle(low, high, diameter, rng):
 
 
 def add_layers(sim, count, sites, bottom, diameter, rng):
-    """Add `count` grains at the sites (n, 2) [m], layer on layer above the height `bottom` [m], thrown about so that no
-    lattice stays."""
+    """Add `count` grains at the sites (n, 2) [m], layer on layer above the height `bottom` [m],
+    thrown about so that no lattice stays."""
     radius = 0.5 * diameter * rng.uniform(1 - SPREAD, 1 + SPREAD, count)
     layer, place = np.divmod(np.arange(count), len(sites))
     z = bottom + diameter * (0.6 + 1.1 * (1 + SPREAD) * layer)
@@ -69,8 +72,9 @@ def advance_for(sim, duration):
 
 
 def settle(sim, limit=2.0):
-    """Wait until the mean energy of motion is a thousandth of what lifts a grain by its radius; spins do not count, for
-    without rolling resistance loose grains spin on. Fails when they do not rest within `limit` [s]."""
+    """Wait until the mean energy of motion is a thousandth of what lifts a grain by its radius;
+    spins do not count, for without rolling resistance loose grains spin on. Fails when they do not
+    rest within `limit` [s]."""
     start = sim.time
     while sim.time - start < limit:
         advance_for(sim, 0.02)

@@ -26,9 +26,11 @@ def _name(nodeid):
 
 @pytest.fixture
 def record(request):
-    """record(topic, quantity, value, reference, tolerance, unit, source): assert |value - reference| <= tolerance.
+    """record(topic, quantity, value, reference, tolerance, unit, source): assert |value -
+    reference| <= tolerance.
 
-    reference None: nothing to compare with. tolerance None: shown beside the reference and not judged.
+    reference None: nothing to compare with. tolerance None: shown beside the reference and not
+    judged.
     """
 
     def check(topic, quantity, value, reference, tolerance, unit="", source="closed form"):
@@ -54,7 +56,8 @@ def record(request):
 
 @pytest.fixture
 def figure(request):
-    """figure(topic, name, caption, columns=1): matplotlib figure and axes of docs/verification/<name>.svg."""
+    """figure(topic, name, caption, columns=1): matplotlib figure and axes of
+    docs/verification/<name>.svg."""
     drawn = []
 
     def new(topic, name, caption, columns=1):
@@ -103,7 +106,8 @@ def _kept(old):
 
 
 def _in_old_order(records, old):
-    """Records with each test where it stood, so that a recording changes only what has changed; new tests last."""
+    """Records with each test where it stood, so that a recording changes only what has changed; new
+    tests last."""
     place = {test: k for k, test in enumerate(dict.fromkeys(r["test"] for r in old))}
     return sorted(records, key=lambda r: place.get(r["test"], len(place)))
 

@@ -1,4 +1,5 @@
-"""Other engines on small scenes with the exported blocks: starting them, and reading what they leave."""
+"""Other engines on small scenes with the exported blocks: starting them, and reading what they
+leave."""
 
 import json
 import shutil
@@ -20,7 +21,8 @@ from dem.spec import parse_spec
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "results" / "reference" / "salt"
 PLATE, ORIFICE, MOUTH, DISCHARGE, RIM = 0.040, 0.010, 0.040, 0.075, 0.12696
-"""Radii and heights of the paper's rig [m]; the rim follows from the funnel's flank, 30 degrees from the vertical."""
+"""Radii and heights of the paper's rig [m]; the rim follows from the funnel's flank, 30 degrees
+from the vertical."""
 
 
 def program(name):
@@ -33,14 +35,16 @@ def program(name):
 
 
 def reference_spec(**changes):
-    """Run spec (a mapping) at the optimum that is kept as a reference, with `changes` laid over it."""
+    """Run spec (a mapping) at the optimum that is kept as a reference, with `changes` laid over
+    it."""
     config = parse_config(read_mapping("config/config.yaml")[0])
     optimum = json.loads((REFERENCE / "optimise" / "optimum.json").read_text())["optimum"]
     return overlay(calibrated_spec(config, read_factors(config.factors), optimum), changes)
 
 
 def exported(code, spec, found, folder):
-    """Write a code's block for a run spec (a mapping) and a conversion (content of rolling.json); returns its name."""
+    """Write a code's block for a run spec (a mapping) and a conversion (content of rolling.json);
+    returns its name."""
     parsed = parse_spec(spec)
     name = f"block.{code.__name__.rsplit('.', 1)[-1]}"
     text = code.block(granulate(parsed), Conversion(parsed, found), ["a test"])
@@ -89,7 +93,8 @@ def read_dump(path):
 
 
 def write_rig(folder):
-    """Write plate.stl and funnel.stl [m]: disc, and frustum with a collar of 70 mm above its rim."""
+    """Write plate.stl and funnel.stl [m]: disc, and frustum with a collar of 70 mm above its
+    rim."""
     turn = np.linspace(0.0, 2.0 * np.pi, 49)
     ring = {
         (r, z): np.column_stack([r * np.cos(turn), r * np.sin(turn), np.full(49, z)])

@@ -1,5 +1,5 @@
-"""Writes docs/verification.md: what the tests recorded in docs/verification.json with the notes of this folder, and the
-study of the default numerics where its table is there."""
+"""Writes docs/verification.md: what the tests recorded in docs/verification.json with the notes of
+this folder, and the study of the default numerics where its table is there."""
 
 import json
 import os
@@ -57,7 +57,8 @@ def section(topic, entries):
 
 
 def numerics_section(path=NUMERICS):
-    """What the default numerics cost in degrees, or a line that says that the study has not been run."""
+    """What the default numerics cost in degrees, or a line that says that the study has not been
+    run."""
     if not path.exists():
         return [
             *NUMERICS_HEADING,

@@ -21,7 +21,8 @@ def _keep(fig, name):
 
 
 def overview(records):
-    """Deviation of every judged value as a share of its tolerance, by topic; returns the caption."""
+    """Deviation of every judged value as a share of its tolerance, by topic; returns the
+    caption."""
     judged = [r for r in records if r.get("tolerance")]
     topics = sorted({r["topic"] for r in judged}, key=str.lower)
     fig, ax = _axes(7.2, 0.24 * len(topics) + 1.0)
@@ -34,7 +35,8 @@ def overview(records):
     ax.invert_yaxis()
     ax.set_xlabel("(engine - reference) / tolerance")
     _keep(fig, "overview")
-    return f"All {len(judged)} judged values: the deviation from the reference as a share of the tolerance."
+    text = "the deviation from the reference as a share of the tolerance."
+    return f"All {len(judged)} judged values: {text}"
 
 
 def restitution(rows, name):
@@ -89,7 +91,8 @@ def cone(rows, name):
     ax.set_ylabel("angle measured - angle of the cone [°]")
     _keep(fig, name)
     return (
-        "Angle measured less angle of the cone: grains of 1, 2, 4 mm as circles, squares, triangles; filled: "
+        "Angle measured less angle of the cone: grains of 1, 2, 4 mm as circles, squares, "
+        "triangles; filled: "
         "silhouettes, open: radial surface."
     )
 

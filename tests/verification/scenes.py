@@ -68,7 +68,8 @@ def pair_impact(
     spin=(0.0, 0.0),
     **more,
 ):
-    """Head-on impact of two spheres along x at relative `speed`, `steps` time steps a contact; runs until they part.
+    """Head-on impact of two spheres along x at relative `speed`, `steps` time steps a contact; runs
+    until they part.
 
     offset: place of the first touch within a time step. Returns the simulation and the time step.
     """
@@ -102,8 +103,8 @@ def plane_impact(
     walls=None,
     **more,
 ):
-    """Impact of a sphere on the floor with normal speed v_n and tangential velocity v_t along x; runs until it
-    parts."""
+    """Impact of a sphere on the floor with normal speed v_n and tangential velocity v_t along x;
+    runs until it parts."""
     young, _ = effective(grain, wall)
     dt = contact_time(young, radius, mass_of(radius, grain), v_n) / steps
     sim = make(contact, laws=laws, grain=grain, wall=wall, walls=walls or floor(), dt=dt, **more)

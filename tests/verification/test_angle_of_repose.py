@@ -1,4 +1,5 @@
-"""The angle that is read from heaps of separate grains whose cone is known: what the size of the grains costs."""
+"""The angle that is read from heaps of separate grains whose cone is known: what the size of the
+grains costs."""
 
 import numpy as np
 import pytest
@@ -9,10 +10,11 @@ PLATE = 0.04
 
 
 def packed_cone(angle, radius, seed):
-    """Centres (n, 3) [m] of spheres on a jittered face-centred lattice, those that lie whole under the cone.
+    """Centres (n, 3) [m] of spheres on a jittered face-centred lattice, those that lie whole under
+    the cone.
 
-    angle [deg]; radius [m]. The lattice's spacing of 2.2 radii keeps them apart; its origin and direction are random.
-    """
+    angle [deg]; radius [m]. The lattice's spacing of 2.2 radii keeps them apart; its origin and
+    direction are random."""
     rng = np.random.default_rng(seed)
     cell = 2.2 * np.sqrt(2.0) * radius
     slope = np.radians(angle)
@@ -27,8 +29,9 @@ def packed_cone(angle, radius, seed):
     return p[depth > radius]
 
 
-# An outline is the highest grain along the line of sight. Near the apex there are fewer to choose from than near the
-# toe, so the outline sinks from the cone towards the top and reads low, the more the fewer grains the heap is high.
+# An outline is the highest grain along the line of sight. Near the apex there are fewer to choose
+# from than near the toe, so the outline sinks from the cone towards the top and reads low, the more
+# the fewer grains the heap is high.
 TOLERANCE = {1.0: 0.5, 2.0: 1.0, 4.0: 2.5}
 
 

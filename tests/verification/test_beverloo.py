@@ -37,7 +37,8 @@ def silo(orifice):
 
 
 def fill(contact, rng):
-    """Grains at rest on a closed floor: position (n, 3), radius (n,) [m], and the bulk density [kg/m3]."""
+    """Grains at rest on a closed floor: position (n, 3), radius (n,) [m], and the bulk density
+    [kg/m3]."""
     sim = make_sim(silo(0.0), contact, {"wall": contact}, DIAMETER)
     add_layers(sim, GRAINS, sites_in_circle(SILO, DIAMETER, rng), 0.0, DIAMETER, rng)
     settle(sim)
@@ -46,7 +47,8 @@ def fill(contact, rng):
 
 
 def put_back(sim, height, rng):
-    """Move the grains that have left through the floor to above the bed; returns their mass [kg]."""
+    """Move the grains that have left through the floor to above the bed; returns their mass
+    [kg]."""
     out = sim.position[:, 2] < -2 * DIAMETER
     radius, mass = sim.radius[out], float(sim.mass[out].sum())
     if not out.any():
@@ -76,8 +78,8 @@ def discharge(contact, position, radius, orifice, rng):
 
 
 def measure(contact, orifices, seed=1):
-    """Fill a silo and drain it through each of the orifices (m,) [m]; a dict of the runs, the steady flows (m,) [kg/s]
-    and the bulk density [kg/m3]."""
+    """Fill a silo and drain it through each of the orifices (m,) [m]; a dict of the runs, the
+    steady flows (m,) [kg/s] and the bulk density [kg/m3]."""
     rng = np.random.default_rng(seed)
     position, radius, density = fill(contact, rng)
     runs = [discharge(contact, position, radius, d, rng) for d in orifices]
@@ -86,7 +88,8 @@ def measure(contact, orifices, seed=1):
 
 
 def constants(case):
-    """C and k of Beverloo's law with the exponent 5/2: W^(2/5) is a straight line in D, zero at k d."""
+    """C and k of Beverloo's law with the exponent 5/2: W^(2/5) is a straight line in D, zero at k
+    d."""
     rise, offset = np.polyfit(case["orifice"], case["flow"] ** 0.4, 1)
     return rise**2.5 / (case["density"] * math.sqrt(GRAVITY)), -offset / rise / DIAMETER
 
@@ -127,7 +130,8 @@ def draw(figure, cases):
     _, (left, right) = figure(
         "Beverloo",
         "beverloo",
-        "Left: mass of glass that has left each orifice; grey: not used. Right: mean flow; points: engine, "
+        "Left: mass of glass that has left each orifice; grey: not used. Right: mean flow; points: "
+        "engine, "
         "lines: Beverloo's law with the exponent 5/2, C and k fitted.",
         columns=2,
     )

@@ -1,4 +1,5 @@
-"""One contact integrated for the diagnosis: closed forms of its restitution, its flight in air and its friction."""
+"""One contact integrated for the diagnosis: closed forms of its restitution, its flight in air and
+its friction."""
 
 from pathlib import Path
 

@@ -1,4 +1,5 @@
-"""What a contact remembers: bridges and necks, torsion, and closed loops, which must not give work."""
+"""What a contact remembers: bridges and necks, torsion, and closed loops, which must not give
+work."""
 
 import math
 from itertools import pairwise
@@ -35,7 +36,8 @@ RUPTURE = (1 + ANGLE / 2) * VOLUME ** (1 / 3)
 
 
 def bridge_force(gap, harmonic):
-    """Willett et al. (2000) at a gap [m]; harmonic: mean radius of the two surfaces, of a sphere on a flat 2 R [m]."""
+    """Willett et al. (2000) at a gap [m]; harmonic: mean radius of the two surfaces, of a sphere on
+    a flat 2 R [m]."""
     s = gap * math.sqrt(harmonic / VOLUME)
     return 2 * math.pi * harmonic * TENSION * math.cos(ANGLE) / (1 + 1.05 * s + 2.5 * s * s)
 
@@ -47,7 +49,8 @@ def bridge_work(harmonic):
 
 
 def parted(sim, speed=1.0):
-    """(gap [m], pull [N]) of a held sphere drawn off what is below it at a constant speed [m/s], while it is pulled."""
+    """(gap [m], pull [N]) of a held sphere drawn off what is below it at a constant speed [m/s],
+    while it is pulled."""
     below, pulls = 2 * R if sim.n > 1 else R, []
     while True:
         sim.particles.kinetic[sim.row_of[-1] if len(sim.row_of) else -1, :3] = (0, 0, speed)
@@ -87,7 +90,8 @@ def test_a_bridge_has_the_stated_volume_and_does_not_know_the_skin(record, other
 
 @pytest.mark.parametrize("base", [0.01, 0.3])
 def test_a_wet_wall_takes_the_work_of_its_bridge(record, base):
-    """Elastic hit of a wet floor: v'^2 = v^2 - 2 W/m, W the work up to the rupture, whatever the skin."""
+    """Elastic hit of a wet floor: v'^2 = v^2 - 2 W/m, W the work up to the rupture, whatever the
+    skin."""
     contact, speed = ContactParameters(1.0, 0.0, **WET), 0.35
     sim = make(contact, laws=BRIDGE, walls=floor(), dt=5e-7, skin=SkinPolicy(base, 1))
     sim.add_particles([[0, 0, 1.01 * R]], R, velocity=[[0, 0, -speed]])
@@ -103,7 +107,7 @@ def test_a_wet_wall_takes_the_work_of_its_bridge(record, base):
     )
 
 
-# --- symmetries of bridges and necks ---------------------------------------------------------------------------------
+# --- symmetries of bridges and necks --------------------------------------------------------------
 
 SETTINGS = settings(max_examples=6, deadline=None, derandomize=True)
 STICKY = {
@@ -123,8 +127,9 @@ def rotation(angle, axis):
 
 
 def sticky_hit(law, *, turn=None, boost=(0, 0, 0), base=0.05, precision="double"):
-    """A spinning grain thrown at a sticky floor and at a grain beside it; velocities (2, 3) [m/s] and spins [rad/s]
-    afterwards, turned and boosted back. turn: (3, 3) orthogonal; the floor turns and moves along."""
+    """A spinning grain thrown at a sticky floor and at a grain beside it; velocities (2, 3) [m/s]
+    and spins [rad/s] afterwards, turned and boosted back. turn: (3, 3) orthogonal; the floor turns
+    and moves along."""
     laws, extra = STICKY[law]
     q = np.eye(3) if turn is None else turn
     walls = WallSet().body("floor", material="wall", velocity=boost).plane((0, 0, 0), q @ (0, 0, 1))
@@ -180,13 +185,14 @@ def test_bridges_and_necks_in_both_precisions(sticky):
     same(sticky_hit(law, precision="mixed"), wanted, 1e-3, 1.0)
 
 
-# --- torsion ---------------------------------------------------------------------------------------------------------
+# --- torsion --------------------------------------------------------------------------------------
 
 TOP = Laws(rolling="none", torsion="marshall")
 
 
 def test_a_spinning_top_comes_to_rest(record):
-    """Full torque (2/3) a mu m g: the spin falls in a straight line, and then the spring and its dashpot stop it."""
+    """Full torque (2/3) a mu m g: the spin falls in a straight line, and then the spring and its
+    dashpot stop it."""
     mu, spin, load = 0.5, 100.0, mass_of(R, SALT) * GRAVITY
     young = effective(SALT, STEEL)[0]
     radius = (0.75 * load * R / young) ** (1 / 3)
@@ -200,7 +206,8 @@ def test_a_spinning_top_comes_to_rest(record):
         "torsion", f"{name}, half-way", sim.spin[0, 2], spin - fall * sim.time, 0.01 * spin, "rad/s"
     )
     sim.advance(round(0.7 * spin / fall / sim.time_step))
-    # the full spring lets go of the stopped top, which swings: largest spin torque / sqrt(k I), k = 4 G* a^3
+    # the full spring lets go of the stopped top, which swings: largest spin torque / sqrt(k I), k =
+    # 4 G* a^3
     inertia = 0.4 * mass_of(R, SALT) * R**2
     swing = fall / math.sqrt(4 * effective(SALT, STEEL)[1] * radius**3 / inertia)
     assert swing < 0.02 * spin
@@ -208,8 +215,8 @@ def test_a_spinning_top_comes_to_rest(record):
 
 
 def test_torsion_of_a_pair_keeps_angular_momentum_and_turns_both(record):
-    """Two pressed spheres that twist against each other: equal and opposite spins, and a swing with the period of the
-    spring k = 4 G* a^3 on the reduced moment of inertia I/2."""
+    """Two pressed spheres that twist against each other: equal and opposite spins, and a swing with
+    the period of the spring k = 4 G* a^3 on the reduced moment of inertia I/2."""
     from scipy.signal import argrelmax
 
     mass, shear = mass_of(R, SALT), effective(SALT)[1]
@@ -234,7 +241,7 @@ def test_torsion_of_a_pair_keeps_angular_momentum_and_turns_both(record):
     record("torsion", "period of a twist", measured, period, 0.01 * period, "s")
 
 
-# --- closed loops ----------------------------------------------------------------------------------------------------
+# --- closed loops ---------------------------------------------------------------------------------
 
 LOOPS = {
     "tangential": Laws(rolling="none"),
@@ -269,7 +276,8 @@ FRESH = (0.0,) * FIELDS
 
 @njit
 def work_of(codes, p, dt, path, r, history):
-    """Work [J] done by a contact on a sphere led along path (n, 4): overlap [m], shear [m], roll, twist [rad]."""
+    """Work [J] done by a contact on a sphere led along path (n, 4): overlap [m], shear [m], roll,
+    twist [rad]."""
     work = 0.0
     before = np.zeros(4)
     for k in range(1, len(path)):
@@ -286,7 +294,8 @@ def work_of(codes, p, dt, path, r, history):
 
 
 def corners_to_path(corners, steps=3000):
-    """The polygon through corners (n, 4), each side in as many steps; the first point twice, for the force there."""
+    """The polygon through corners (n, 4), each side in as many steps; the first point twice, for
+    the force there."""
     sides = [np.linspace(a, b, steps + 1)[1:] for a, b in pairwise(corners)]
     return np.vstack([corners[:1], corners[:1], *sides])
 
@@ -299,8 +308,9 @@ corner = st.tuples(share, unit, unit, unit)
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(corners=st.lists(corner, min_size=2, max_size=5))
 def test_a_closed_loop_gives_no_work(name, corners):
-    """Press, shear, roll and twist along any polygon back to the start, without dashpots: what comes back is at most
-    what went in. Margin: what a step of 1/3000 of a side leaves open, a thousandth of the energy that moves."""
+    """Press, shear, roll and twist along any polygon back to the start, without dashpots: what
+    comes back is at most what went in. Margin: what a step of 1/3000 of a side leaves open, a
+    thousandth of the energy that moves."""
     laws = LOOPS[name]
     e = 0.6 if name == "Walton-Braun" else 1.0  # there it is no dashpot
     p = pair_properties(laws, SALT, SALT, ContactParameters(e, 0.9, 0.3, **ALL))

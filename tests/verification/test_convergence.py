@@ -13,11 +13,13 @@ DEPTH = 2e-5  # half of the deepest overlap [m]: where the smooth case begins
 
 
 def overlap_after(share, e, steps, depth=0.0, precision="double"):
-    """Approach of two spheres after `share` of the elastic contact time, started at an overlap of `depth` [m]."""
+    """Approach of two spheres after `share` of the elastic contact time, started at an overlap of
+    `depth` [m]."""
     young, m = effective(SALT)[0], mass_of(R, SALT) / 2
     dt = share * contact_time(young, R / 2, m, SPEED) / steps
     sim = make(ContactParameters(e, 0.0), dt=dt, precision=precision)
-    # velocities live half a step earlier, when the force of the start had yet to act (at the touch there is none)
+    # velocities live half a step earlier, when the force of the start had yet to act (at the touch
+    # there is none)
     stiffness = 2 * young * math.sqrt(R / 2 * depth)
     force = 2 / 3 * stiffness * depth
     force += sim.properties[0].damping * math.sqrt(stiffness * m) * SPEED
@@ -31,7 +33,8 @@ def overlap_after(share, e, steps, depth=0.0, precision="double"):
 
 
 def errors(e, steps, order, depth=0.0):
-    """Relative errors against the limit of vanishing steps, which two long runs give by extrapolation."""
+    """Relative errors against the limit of vanishing steps, which two long runs give by
+    extrapolation."""
     near, nearer = (overlap_after(0.4, e, n, depth) for n in (10240, 20480))
     exact = nearer + (nearer - near) / (2**order - 1)
     return np.array([abs(overlap_after(0.4, e, n, depth) / exact - 1) for n in steps])
@@ -60,9 +63,10 @@ def test_damped_contact_is_first_order_where_its_force_is_smooth(record, e):
 
 
 def test_damped_contact_is_first_order_from_the_touch_on_a_fine_ladder(record):
-    """The dashpot grows as overlap^(1/4), which no difference formula follows at the touch: the error is
-    a h + b h^(5/4) with b of the other sign. The slope is below one as long as h^(1/4) is not small, and comes to one
-    slowly."""
+    """The dashpot grows as overlap^(1/4), which no difference formula follows at the touch: the
+    error is
+    a h + b h^(5/4) with b of the other sign. The slope is below one as long as h^(1/4) is not
+    small, and comes to one slowly."""
     what = "order, damped, e = 0.3, from the touch"
     record("convergence", f"{what}, 20 to 160 steps", slope(0.3, COARSE, 1), 1.0, None, "")
     # (b/a) h^(1/4) / 4 is what is left of the second term

@@ -1,7 +1,8 @@
-"""This engine beside what LIGGGHTS gave for the same contacts, impacts, beds and heaps (tests/verification/liggghts).
+"""This engine beside what LIGGGHTS gave for the same contacts, impacts, beds and heaps
+(tests/verification/liggghts).
 
-Recorded with the laws matched; what the two engines do differently within the same law is named where it shows.
-"""
+Recorded with the laws matched; what the two engines do differently within the same law is named
+where it shows."""
 
 import functools
 import json
@@ -26,8 +27,9 @@ FIRSTS = np.arange(cases.PAIRS + cases.SINGLES)
 
 # LIGGGHTS reads places in ten digits, and an overlap of 1 % of R* has four of them fewer
 READING = 1e-4
-# LIGGGHTS has the point of contact with a wall half an overlap inside the grain, this engine on the wall: half of the
-# overlap here, 1 % of R, in the arm and as much in the surface's speed; a grain at rest overlaps by a hundredth of that
+# LIGGGHTS has the point of contact with a wall half an overlap inside the grain, this engine on the
+# wall: half of the overlap here, 1 % of R, in the arm and as much in the surface's speed; a grain
+# at rest overlaps by a hundredth of that
 WALL_POINT = cases.OVERLAP
 
 
@@ -36,7 +38,8 @@ def engine_of(name):
 
 
 def torques(name):
-    """Force and torque (n, 3) on each grain of the case in both engines: ours, theirs [N], [N m]."""
+    """Force and torque (n, 3) on each grain of the case in both engines: ours, theirs [N], [N
+    m]."""
     sim = cases.contacts(name)[0]
     velocity, spin = sim.velocity, sim.spin
     sim.advance(1)
@@ -69,7 +72,8 @@ def rolling_part(name):
 
 
 def test_elastic_plastic_torque_of_one_contact(record):
-    """At this instant the spring is empty: what is compared is the dashpot, stiffness and inertia under its root."""
+    """At this instant the spring is empty: what is compared is the dashpot, stiffness and inertia
+    under its root."""
     ours, theirs = rolling_part("elastic-plastic")
     source = f"{engine_of('contacts')}, epsd"
     for other, grains, known in (("grain", PAIRED, 0.0), ("wall", ON_FLOOR, WALL_POINT)):
@@ -78,7 +82,8 @@ def test_elastic_plastic_torque_of_one_contact(record):
 
 
 def load_and_share():
-    """Elastic over whole normal force, and rolling part over whole relative spin, of the contacts of FIRSTS."""
+    """Elastic over whole normal force, and rolling part over whole relative spin, of the contacts
+    of FIRSTS."""
     sim = cases.contacts("relative")[0]
     x, r, w, half = sim.position, sim.radius, sim.spin, cases.PAIRS
     n = np.tile([0.0, 0.0, 1.0], (len(FIRSTS), 1))
@@ -96,8 +101,9 @@ def load_and_share():
 
 
 def test_relative_torque_of_one_contact(record):
-    """cdt loads the torque with the elastic force alone and divides by the whole relative spin, twist included; its
-    manual divides by the rolling part, as we do. With both undone the torques are the same."""
+    """cdt loads the torque with the elastic force alone and divides by the whole relative spin,
+    twist included; its manual divides by the rolling part, as we do. With both undone the torques
+    are the same."""
     ours, theirs = (np.linalg.norm(t[FIRSTS], axis=1) for t in rolling_part("relative"))
     load, share = load_and_share()
     source = f"{engine_of('contacts')}, cdt"
@@ -125,9 +131,11 @@ def rms(v):
 
 # name: share of the speed and of the spin that may differ, and why
 IMPACT_TOLERANCE = {
-    # LIGGGHTS' tangential spring stretches: its force grows with the stiffness; ours keeps its force while loading
+    # LIGGGHTS' tangential spring stretches: its force grows with the stiffness; ours keeps its
+    # force while loading
     "sliding friction alone": (0.01, 0.05),
-    # LIGGGHTS limits the torque by |F_n|, also while the dashpot pulls at the end; ours has no load then
+    # LIGGGHTS limits the torque by |F_n|, also while the dashpot pulls at the end; ours has no load
+    # then
     "rolling alone, elastic-plastic": (1e-6, 0.05),
     # load and direction as above: shown, not judged
     "rolling alone, relative": (1e-6, None),
@@ -145,7 +153,8 @@ def test_impacts(record, name):
 
 
 def beside(record, topic, quantity, ours, theirs, judged, unit, source):
-    """Mean of ours against mean of theirs: within Welch's 95 % interval of the difference, or only shown."""
+    """Mean of ours against mean of theirs: within Welch's 95 % interval of the difference, or only
+    shown."""
     ours, theirs = np.asarray(ours, float), np.asarray(theirs, float)
     spread = [v.std(ddof=1) for v in (ours, theirs)]
     errors = [s / np.sqrt(len(v)) for s, v in zip(spread, (ours, theirs), strict=True)]
@@ -155,7 +164,8 @@ def beside(record, topic, quantity, ours, theirs, judged, unit, source):
 
 
 def welch_quantile(errors, sizes):
-    """Student's 97.5 % quantile at Welch's degrees of freedom, for two standard errors and their sample sizes."""
+    """Student's 97.5 % quantile at Welch's degrees of freedom, for two standard errors and their
+    sample sizes."""
     parts = np.square(errors)
     freedom = parts.sum() ** 2 / (parts**2 / (np.array(sizes) - 1)).sum()
     return stats.t.ppf(0.975, freedom)
@@ -177,7 +187,8 @@ SHAPE = ("angle_of_repose_deg", "radial_angle_deg", "height_mm", "coordination")
 
 @pytest.fixture(scope="module")
 def as_coded(tmp_path_factory):
-    """Metrics of all beds and heaps by this engine with the tangential spring and the relative torque of LIGGGHTS."""
+    """Metrics of all beds and heaps by this engine with the tangential spring and the relative
+    torque of LIGGGHTS."""
     folder = tmp_path_factory.mktemp("as_coded")
     command = [sys.executable, "-m", "liggghts.as_coded", folder / "out.json"]
     own_cache = os.environ | {"NUMBA_CACHE_DIR": str(folder / "numba")}
@@ -186,7 +197,8 @@ def as_coded(tmp_path_factory):
 
 
 def compare(record, topic, label, keys, judged, ours, theirs, source):
-    """Two sets of runs: `keys` and how far they are at rest; those in `judged` must agree, the rest is shown."""
+    """Two sets of runs: `keys` and how far they are at rest; those in `judged` must agree, the rest
+    is shown."""
     for key in (*keys, *REST):
         name, unit = NAMES[key]
         columns = ([m[key] for m in side] for side in (ours, theirs))
@@ -201,7 +213,8 @@ def their_beds():
 
 @pytest.mark.slow
 def test_settled_bed(record):
-    """The same start in both engines; our relative torque beside `cdt`, whose convention differs."""
+    """The same start in both engines; our relative torque beside `cdt`, whose convention
+    differs."""
     ours = []
     for seed in cases.SEEDS:
         sim, width = cases.bed(seed, **cases.BED)
@@ -220,7 +233,8 @@ def test_settled_bed_as_liggghts_codes_it(record, as_coded):
 
 @functools.cache
 def our_heaps(case):
-    """Metrics and final states of this engine's heaps of a case; two seeds of what is shown and not judged."""
+    """Metrics and final states of this engine's heaps of a case; two seeds of what is shown and not
+    judged."""
     law, rolling = (cases.HEAPS | cases.OWN_SPIN)[case]
     seeds = cases.SEEDS if case in cases.HEAPS else cases.SEEDS[:2]
     specs = [cases.heap_spec(law, rolling, seed) for seed in seeds]
@@ -229,7 +243,8 @@ def our_heaps(case):
 
 
 def their_heaps(case):
-    """The recorded heaps of a case: metrics and places; angles are read anew from the places of the grains."""
+    """The recorded heaps of a case: metrics and places; angles are read anew from the places of the
+    grains."""
     recorded = records.read("heaps").query("case == @case").to_dict("records")
     spec = cases.heap_spec(*cases.HEAPS[case], 1)
     metrics, states = [], []
@@ -248,8 +263,8 @@ def their_heaps(case):
 @pytest.mark.long
 @pytest.mark.slow
 def test_heap_elastic_plastic(record):
-    """The rolling law is the same in both engines but for two factors, which are set; the tangential spring is not, and
-    leaves its trace in the contacts, not in the shape."""
+    """The rolling law is the same in both engines but for two factors, which are set; the
+    tangential spring is not, and leaves its trace in the contacts, not in the shape."""
     case, source = "elastic-plastic, 0.46", f"{engine_of('heaps')}, epsd"
     ours, theirs = our_heaps(case)[0], their_heaps(case)[0]
     assert all(m["in_funnel"] == 0 for m in ours + theirs)
@@ -275,7 +290,8 @@ def test_heap_as_liggghts_codes_it(record, as_coded, case):
 
 @pytest.mark.slow
 def test_own_spin_beside_relative_spin(record):
-    """What the convention costs: our default law beside the relative one, both by this engine; shown, not judged."""
+    """What the convention costs: our default law beside the relative one, both by this engine;
+    shown, not judged."""
     relative = our_heaps("relative, 0.46")[0]
     for case in cases.OWN_SPIN:
         for key in ("angle_of_repose_deg", "coordination"):
@@ -305,8 +321,10 @@ def profile(states, rig):
 @pytest.mark.slow
 def test_profiles_of_the_heaps(figure):
     caption = (
-        "Surface of the heap averaged over the azimuth, mean of the seeds with their range: this engine (lines) and "
-        "LIGGGHTS (dots). Left the relative torque with the own-spin torque of the same coefficient; right the "
+        "Surface of the heap averaged over the azimuth, mean of the seeds with their range: this "
+        "engine (lines) and "
+        "LIGGGHTS (dots). Left the relative torque with the own-spin torque of the same "
+        "coefficient; right the "
         "elastic-plastic torque."
     )
     _, axes = figure(HEAP, "liggghts_heaps", caption, columns=2)

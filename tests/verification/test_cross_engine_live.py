@@ -1,6 +1,8 @@
-"""LIGGGHTS itself, where it is installed: its contacts and a small bed beside ours, and its recorded results.
+"""LIGGGHTS itself, where it is installed: its contacts and a small bed beside ours, and its
+recorded results.
 
-`pytest tests/verification/test_cross_engine_live.py -n 0 -m peer --record-peers` runs every case and
+`pytest tests/verification/test_cross_engine_live.py -n 0 -m peer --record-peers` runs every case
+and
 every seed and writes the tables in tests/verification/liggghts, which test_cross_engine.py holds
 against this engine without LIGGGHTS.
 """
@@ -96,7 +98,8 @@ def test_heaps(tmp_path, recording, case, seed):
 
 
 def among(row, recorded, names):
-    """A single run lies within four standard deviations of the recorded ones, or as near as these numbers resolve."""
+    """A single run lies within four standard deviations of the recorded ones, or as near as these
+    numbers resolve."""
     for name in names:
         mean, spread = recorded[name].mean(), recorded[name].std()
         assert abs(row[name] - mean) <= max(4.0 * spread, 1e-3 * mean), name

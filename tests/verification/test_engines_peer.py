@@ -1,6 +1,8 @@
-"""Other engines as a study's engine: a drop gives the coefficient of restitution, a heap comes to rest.
+"""Other engines as a study's engine: a drop gives the coefficient of restitution, a heap comes to
+rest.
 
-The apex of a rebound is e^2 h, and LIGGGHTS and LAMMPS integrate the same law. The time step resolves
+The apex of a rebound is e^2 h, and LIGGGHTS and LAMMPS integrate the same law. The time step
+resolves
 the contact well, so what is left is their dashpot's own error.
 """
 

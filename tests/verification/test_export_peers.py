@@ -1,8 +1,9 @@
-"""The exported blocks in the engines they are meant for: one grain and two grains against closed forms.
+"""The exported blocks in the engines they are meant for: one grain and two grains against closed
+forms.
 
-An impact of two grains gives the coefficient of restitution. If they spin against each other they do not slide where
-they touch, and the rolling torque alone slows them, by mu_r R* J / I for a normal impulse J. A grain that rolls on a
-plane loses speed at (5/7) mu_r g.
+An impact of two grains gives the coefficient of restitution. If they spin against each other they
+do not slide where they touch, and the rolling torque alone slows them, by mu_r R* J / I for a
+normal impulse J. A grain that rolls on a plane loses speed at (5/7) mu_r g.
 """
 
 import numpy as np
@@ -69,7 +70,8 @@ CODES = {liggghts: to_liggghts, lammps: to_lammps}
 
 
 def lammps_like(engine, spec, folder, grains, scene, steps):
-    """Run grains (position, velocity, spin) in LIGGGHTS or LAMMPS with its exported block; returns the last dump."""
+    """Run grains (position, velocity, spin) in LIGGGHTS or LAMMPS with its exported block; returns
+    the last dump."""
     mine = engine is liggghts
     rows = [f"{k + 1} 1 {2 * R} 1210 {' '.join(map(str, g[0]))}" for k, g in enumerate(grains)]
     moving = [f"{k + 1} {' '.join(map(str, g[1] + g[2]))}" for k, g in enumerate(grains)]
@@ -93,7 +95,8 @@ def lammps_like(engine, spec, folder, grains, scene, steps):
 
 
 def pair_result(engine, spec, folder):
-    """(rebound speed over impact speed, loss of spin [rad/s]) of two grains that spin against each other."""
+    """(rebound speed over impact speed, loss of spin [rad/s]) of two grains that spin against each
+    other."""
     if engine is yade:
         return yade_pair(spec, folder)
     grains = [
@@ -171,7 +174,8 @@ def test_two_grains_part_with_the_restitution(record, tmp_path, engine, spec):
 
 @pytest.mark.parametrize("engine", [liggghts, lammps, yade])
 def test_two_grains_slow_each_other_with_the_rolling_torque(record, tmp_path, engine, spec):
-    """Elastic: where a dashpot attracts at the end, LIGGGHTS takes the force's size and YADE drops the limit."""
+    """Elastic: where a dashpot attracts at the end, LIGGGHTS takes the force's size and YADE drops
+    the limit."""
     elastic = overlay(spec, {"contacts": {"particle_particle": {"restitution": 1.0}}})
     _, loss = pair_result(engine, elastic, tmp_path)
     # J = m v, R* = R / 2, I = 0.4 m R^2

@@ -1,8 +1,9 @@
 """The exported blocks pour a heap in LIGGGHTS and in YADE: the calibrated angle, within the spread.
 
-The paper's rig with 1,250 grains of 4 mm. The search for what gives the angle in these codes runs at that scale first,
-as the workflow's stage `export_converted` does; the angle is measured by `dem.measure.heap` on the other engine's last
-positions and held against this engine's heaps of the calibrated law.
+The paper's rig with 1,250 grains of 4 mm. The search for what gives the angle in these codes runs
+at that scale first, as the workflow's stage `export_converted` does; the angle is measured by
+`dem.measure.heap` on the other engine's last positions and held against this engine's heaps of the
+calibrated law.
 """
 
 import json
@@ -49,7 +50,8 @@ def spec():
 
 @pytest.fixture(scope="module")
 def search(spec, tmp_path_factory):
-    """(conversion at this scale as in rolling.json, angles [deg] of this engine's heaps of the calibrated law)."""
+    """(conversion at this scale as in rolling.json, angles [deg] of this engine's heaps of the
+    calibrated law)."""
     for name in ("liggghts", "yade"):
         program(name)
     folder = tmp_path_factory.mktemp("scan")
@@ -87,10 +89,12 @@ fix pull all gravity 9.81 vector 0 0 -1
 fix funnel all mesh/surface file funnel.stl type 2
 fix plate all mesh/surface file plate.stl type 2
 fix rig all wall/gran ${{law}} mesh n_meshes 2 meshes funnel plate
-fix grain all particletemplate/sphere 15485863 atom_type 1 density constant 1210 radius constant {radius}
+fix grain all particletemplate/sphere 15485863 atom_type 1 density constant 1210 &
+ radius constant {radius}
 fix sizes all particledistribution/discrete/numberbased 15485867 1 grain 1.0
 region source cylinder z 0 0 {inner} {low} {high} units box
-fix pour all insert/rate/region seed {seed} distributiontemplate sizes nparticles {count} particlerate {rate} &
+fix pour all insert/rate/region seed {seed} distributiontemplate sizes nparticles {count} &
+ particlerate {rate} &
  insert_every {every} overlapcheck yes vel constant 0 0 -0.3 region source ntry_mc 10000
 thermo 10000
 thermo_modify lost ignore norm no
@@ -134,7 +138,8 @@ random.seed({seed})
 def band(a, za, b, zb):
     at = lambda r, z, k: Vector3(r * math.cos(k * math.pi / 24), r * math.sin(k * math.pi / 24), z)
     for k in range(48):
-        for t in ((at(a, za, k), at(b, zb, k), at(b, zb, k + 1)), (at(a, za, k), at(b, zb, k + 1), at(a, za, k + 1))):
+        p, q, r, s = at(a, za, k), at(b, zb, k), at(b, zb, k + 1), at(a, za, k + 1)
+        for t in ((p, q, r), (p, r, s)):
             if (t[1] - t[0]).cross(t[2] - t[0]).norm() > 1e-12:
                 O.bodies.append(facet(t, material="wall"))
 

@@ -25,7 +25,8 @@ vector = st.tuples(unit, unit, unit)
 
 
 def collide(v, w, radii, laws, e=0.7, mu=0.4, mu_r=0.1, precision="double", **more):
-    """Free collision of two spheres with relative velocity (1 + |v_x|, v_y, v_z) / 2 m/s and spins w [krad/s]."""
+    """Free collision of two spheres with relative velocity (1 + |v_x|, v_y, v_z) / 2 m/s and spins
+    w [krad/s]."""
     r1, r2 = radii
     m1, m2 = mass_of(r1, SALT), mass_of(r2, SALT)
     speed = 0.5 * (1 + abs(v[0]))
@@ -91,8 +92,8 @@ def test_momentum_angular_momentum_and_energy(laws, v, w, ratio):
     before, after, sim = collide(v, w, (1e-3, ratio * 1e-3), laws, **EXTRA)
     m, r = sim.mass.sum(), sim.radius.max()
     assert np.abs(after[0] - before[0]).max() < 1e-12 * m
-    # velocities lag the positions by half a step, so the moment of momentum is known to a(n) dt / 2 only while in
-    # contact
+    # velocities lag the positions by half a step, so the moment of momentum is known to a(n) dt / 2
+    # only while in contact
     assert np.abs(after[1] - before[1]).max() < 1e-6 * m * r * 1.0
     assert after[2] <= before[2] * (1 + 1e-3)
 
@@ -115,11 +116,13 @@ def test_the_own_spin_torque_keeps_momentum_and_creates_no_energy(v, w, ratio):
 @SETTINGS
 @given(w=st.floats(0.1, 3))
 def test_own_spin_torque_breaks_angular_momentum_by_what_it_says(w):
-    """The law takes mu_r F_n R from each sphere's own spin: two equal spins lose twice that, with no counterpart."""
+    """The law takes mu_r F_n R from each sphere's own spin: two equal spins lose twice that, with
+    no counterpart."""
     laws = Laws(rolling="constant_torque")
     before, after, sim = collide((0, 0, 0), (w, 0, 0), (1e-3, 1e-3), laws, mu=0.0)
     impulse = sim.mass[0] * abs(sim.velocity[0, 0] - 0.5)
-    # mu_r times the time integral of the load is mu_r times the normal impulse, less the dashpot's pull at the end
+    # mu_r times the time integral of the load is mu_r times the normal impulse, less the dashpot's
+    # pull at the end
     spin_lost = before[1][0] - after[1][0]
     assert spin_lost > 0.0
     assert spin_lost == pytest.approx(
@@ -140,7 +143,8 @@ def test_rolling_torque_never_reverses_a_spin(law, w, mu_r):
 
 
 def thrown():
-    """Positions, velocities, spins (12, 3) and radii (12,) of twelve grains of three sizes about to meet."""
+    """Positions, velocities, spins (12, 3) and radii (12,) of twelve grains of three sizes about to
+    meet."""
     rng = np.random.default_rng(5)
     x = np.array([(i, j, k) for i in range(3) for j in range(2) for k in range(2)]) * 2.05e-3
     v = -120.0 * (x - x.mean(0)) + rng.normal(0, 0.02, x.shape)
@@ -158,8 +162,8 @@ def cloud(
 ):
     """Twelve grains thrown together; positions and velocities after 300 steps, transformed back.
 
-    stray: place (3,) [m] of one more grain, which meets no other but has the grid of the pair list laid out anew.
-    """
+    stray: place (3,) [m] of one more grain, which meets no other but has the grid of the pair list
+    laid out anew."""
     x, v, w, radius = thrown()
     q = np.eye(3) if transform is None else transform
     order = np.arange(len(x)) if order is None else order
@@ -265,7 +269,8 @@ def test_a_restored_state_has_the_same_future(precision):
 )
 @example(ratio=10.0, n=800, box=(0.016, 0.016, 0.016), seed=10)
 def test_the_list_holds_exactly_the_pairs_within_reach(ratio, n, box, seed):
-    """Grains thrown into a box at random, through each other if need be: radii from 1 mm down to 1 mm / ratio."""
+    """Grains thrown into a box at random, through each other if need be: radii from 1 mm down to 1
+    mm / ratio."""
     rng = np.random.default_rng(seed)
     radius, x = 1e-3 * rng.uniform(1 / ratio, 1, n), rng.uniform(0, box, (n, 3))
     sim = make(ContactParameters(0.5, 0.5), dt=5e-6)

@@ -47,7 +47,8 @@ class Column:
         settle(self.sim)
 
     def weigh(self):
-        """Draw the tube up; mean load on floor and tube [N] and on the tube's flank by height (bins,) [N]."""
+        """Draw the tube up; mean load on floor and tube [N] and on the tube's flank by height
+        (bins,) [N]."""
         sim = self.sim
         sim.move_wall("tube", velocity=(0.0, 0.0, DRAW))
         advance_for(sim, MOBILISE / DRAW)
@@ -62,7 +63,8 @@ class Column:
         return floor, tube, pressed
 
     def pressed(self):
-        """Normal force of the grains on the tube by height (bins,) [N], from their overlaps by Hertz's law."""
+        """Normal force of the grains on the tube by height (bins,) [N], from their overlaps by
+        Hertz's law."""
         p, r = self.sim.position, self.sim.radius
         overlap = np.maximum(np.hypot(p[:, 0], p[:, 1]) + r - TUBE, 0.0)
         force = 4 / 3 * effective(GRAIN)[0] * np.sqrt(r) * overlap**1.5
@@ -80,7 +82,8 @@ def janssen(mass, saturation):
 
 
 def stresses(column, shear_ratio, pressed):
-    """Vertical stress on the grains and radial stress on the tube by height [Pa], from the balance of forces."""
+    """Vertical stress on the grains and radial stress on the tube by height [Pa], from the balance
+    of forces."""
     width, area = BINS[1] - BINS[0], math.pi * TUBE**2
     carried = shear_ratio * pressed[::-1].cumsum()[::-1]
     # at the middle of each bin: half of its own weight and friction
@@ -90,7 +93,8 @@ def stresses(column, shear_ratio, pressed):
 
 
 def measure(wall_friction, seed=1):
-    """Fill and weigh; a dict of masses [kg], fitted saturation [kg] and what the forces on the tube say."""
+    """Fill and weigh; a dict of masses [kg], fitted saturation [kg] and what the forces on the tube
+    say."""
     column, mass, floor = Column(wall_friction, seed), [], []
     for count in BATCHES:
         column.fill(count)
@@ -147,7 +151,8 @@ def draw(figure, cases):
     _, ax = figure(
         "Janssen",
         "janssen",
-        "Mass felt by the floor over mass in the tube: engine, Janssen's curve fitted, and Janssen's curve with the "
+        "Mass felt by the floor over mass in the tube: engine, Janssen's curve fitted, and "
+        "Janssen's curve with the "
         "saturation that the forces on the tube give.",
     )
     x = np.linspace(0, max(m["mass"][-1] for m in cases.values()), 100)

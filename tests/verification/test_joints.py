@@ -1,4 +1,5 @@
-"""Joints of walls: wherever the elements of a body meet there is one contact, however the body is cut."""
+"""Joints of walls: wherever the elements of a body meet there is one contact, however the body is
+cut."""
 
 import math
 from itertools import pairwise
@@ -43,7 +44,8 @@ def stem():
 
 
 def crossed():
-    """The lower triangles have one long edge where the upper ones have a vertex: T-junctions at x = 0."""
+    """The lower triangles have one long edge where the upper ones have a vertex: T-junctions at x =
+    0."""
     vertices = [
         (-0.05, -0.05, 0), (0, -0.05, 0), (0, 0.05, 0), (-0.05, 0.05, 0),
         (0.05, -0.05, 0), (0.05, 0, 0), (0.05, 0.05, 0), (0, 0, 0),
@@ -127,7 +129,8 @@ speed = st.tuples(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.2, 0.
 
 
 def cut_rectangle(parts, cuts):
-    """The square of 20 mm about the origin, cut into rectangles or triangles at shares of its edges."""
+    """The square of 20 mm about the origin, cut into rectangles or triangles at shares of its
+    edges."""
     a = 0.01
     (s, t), walls = cuts, body()
     x, y = [-a, (2 * s - 1) * a, a], [-a, (2 * t - 1) * a, a]
@@ -188,7 +191,8 @@ def test_a_grain_that_goes_through_a_wall_is_an_error(wall, precision):
 @pytest.mark.parametrize("wall", ["plane", "rectangle"])
 @pytest.mark.parametrize("precision", ["mixed", "double"])
 def test_a_turning_wall_strikes_a_grain_far_from_its_axis(wall, precision):
-    """It turns about y with 2 rad/s: the grain at rest 0.5 m out leaves with (1 + e) times the speed of the wall."""
+    """It turns about y with 2 rad/s: the grain at rest 0.5 m out leaves with (1 + e) times the
+    speed of the wall."""
     walls = body(spin=(0, 2.0, 0))
     if wall == "plane":
         walls.plane((0, 0, 0), (0, 0, 1))

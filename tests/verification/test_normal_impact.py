@@ -127,7 +127,8 @@ def test_chung_ooi_3_restitution_in_is_restitution_out(record, material, e):
 
 
 def test_chung_ooi_3_no_restitution(record):
-    """At e = 0 the contact is damped critically: it stops the sphere and lets go of it only in the long run."""
+    """At e = 0 the contact is damped critically: it stops the sphere and lets go of it only in the
+    long run."""
     v, r = 3.9, 2.5e-3
     grain = from_young(380e9, 0.23, 4000)
     sim = plane_impact(ContactParameters(0.0, 0.0), v, radius=r, grain=grain)
@@ -163,7 +164,8 @@ def test_hertz_duration(record):
         steps += 1
         if steps > 10 and len(sim.contacts()[0]) == 0:
             break
-    # touch and parting are each seen at the end of a step, and the elastic force is sampled once a step
+    # touch and parting are each seen at the end of a step, and the elastic force is sampled once a
+    # step
     record("Hertz", "duration of impact", steps * dt, expected, 3 * dt, "s")
 
 
@@ -252,9 +254,10 @@ def test_plastic_restitution_falls_as_the_fourth_root_of_speed(record):
 
 
 def test_one_yield_speed_is_one_material(record):
-    """The pressure is that of the grain's material in both of its contacts; at the stated speed a grain on a rigid flat
-    just yields, so it rebounds with all of its speed below and not above; two grains that meet with opposite speeds
-    have a rigid flat between them, their plane of symmetry."""
+    """The pressure is that of the grain's material in both of its contacts; at the stated speed a
+    grain on a rigid flat just yields, so it rebounds with all of its speed below and not above; two
+    grains that meet with opposite speeds have a rigid flat between them, their plane of
+    symmetry."""
     v_yield, r = 0.1, 1e-3
     spec = parse_spec(
         {
@@ -300,7 +303,8 @@ def test_repeated_bounce(record, e):
         rising, z_before = z > z_before, z
     for k, h in enumerate(apexes, 1):
         expected = r + e ** (2 * k) * (h0 - r)
-        # the contact's own travel is left out of the closed form: the overlap of each impact, a few micrometres
+        # the contact's own travel is left out of the closed form: the overlap of each impact, a few
+        # micrometres
         record("repeated bounce", f"apex {k}, e = {e}", h, expected, 0.012 * k * expected, "m")
 
 

@@ -1,4 +1,5 @@
-"""The normal laws with a loading path of their own: their force loops to rounding, and what an impact returns."""
+"""The normal laws with a loading path of their own: their force loops to rounding, and what an
+impact returns."""
 
 import math
 
@@ -21,7 +22,8 @@ RADIUS = R / 2  # effective, of two spheres of R
 
 @njit
 def led(codes, p, overlaps, shear):
-    """Normal and tangential force (n, 2) [N] of a contact led through overlaps (n,) [m] and shears (n,) [m]."""
+    """Normal and tangential force (n, 2) [N] of a contact led through overlaps (n,) [m] and shears
+    (n,) [m]."""
     history = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     force = np.zeros((len(overlaps), 2))
     before = 0.0
@@ -47,7 +49,8 @@ def forces(laws, overlaps, shear=None, **constants):
 
 
 def impact(laws, speed, duration, *, steps=2000, offset=0.3, **constants):
-    """Rebound over impact speed of two equal grains that touch for about `duration` [s], and the time in contact."""
+    """Rebound over impact speed of two equal grains that touch for about `duration` [s], and the
+    time in contact."""
     contact = ContactParameters(constants.pop("e", 1.0), 0.0, **constants)
     sim = make(contact, laws=laws, dt=duration / steps, precision="double")
     gap = offset * speed * sim.time_step
@@ -77,7 +80,8 @@ def test_the_linear_spring_has_one_branch():
 @pytest.mark.parametrize("e", [0.3, 0.7])
 @pytest.mark.parametrize("speed", [0.05, 2.0])
 def test_the_linear_dashpot_returns_e_at_any_speed(record, e, speed):
-    """Half a period of a damped oscillator: restitution e after pi/w_d, w_d^2 = k/m* - (beta w)^2."""
+    """Half a period of a damped oscillator: restitution e after pi/w_d, w_d^2 = k/m* - (beta
+    w)^2."""
     mass = mass_of(R, SALT) / 2
     beta = -math.log(e) / math.hypot(math.log(e), math.pi)
     duration = math.pi / math.sqrt(K / mass * (1 - beta**2))
@@ -99,7 +103,8 @@ def test_a_linear_tangential_spring_has_its_share_of_the_stiffness():
 
 
 def walton_braun(overlaps, e):
-    """Force (n,) along overlaps (n,), from the definition: the unloading line through the deepest point, or loading."""
+    """Force (n,) along overlaps (n,), from the definition: the unloading line through the deepest
+    point, or loading."""
     deepest, out = 0.0, []
     for x in overlaps:
         deepest = max(deepest, x)
@@ -128,7 +133,8 @@ K1 = 4 / 3 * YOUNG * math.sqrt(RADIUS)
 
 
 def eepa(overlaps, ratio, energy):
-    """Force (n,) along overlaps (n,) from the three branches of the model, f_min = (3/2) pi g a_p."""
+    """Force (n,) along overlaps (n,) from the three branches of the model, f_min = (3/2) pi g
+    a_p."""
     k2, deepest, out = K1 / (1 - ratio), 0.0, []
     for x in overlaps:
         deepest = max(deepest, x)
@@ -151,8 +157,8 @@ def test_the_three_branches_of_eepa(ratio, energy):
 
 
 def test_eepa_pulls_the_more_the_harder_it_was_pressed(record):
-    """Where the pull is least stiff against k2 it is (3/2) pi g sqrt(R* x_p): it goes with the square root of the
-    deepest overlap."""
+    """Where the pull is least stiff against k2 it is (3/2) pi g sqrt(R* x_p): it goes with the
+    square root of the deepest overlap."""
     energy, ratio = 0.01, 0.6
     pulls = []
     for deepest in (D, 4 * D):
@@ -167,8 +173,8 @@ def test_eepa_pulls_the_more_the_harder_it_was_pressed(record):
 
 @pytest.mark.parametrize("speed", [0.05, 1.0])
 def test_eepa_without_adhesion_returns_what_its_branches_say(record, speed):
-    """e^2 is the area under unloading over that under loading; both go with the deepest overlap to the 5/2, so e does
-    not depend on the speed."""
+    """e^2 is the area under unloading over that under loading; both go with the deepest overlap to
+    the 5/2, so e does not depend on the speed."""
     ratio, mass = 0.6, mass_of(R, SALT) / 2
     x = ratio ** (2 / 3)
     area = (0.4 * (1 - x**2.5) - ratio * (1 - x)) / (1 - ratio)

@@ -32,8 +32,8 @@ def test_gross_sliding(record, mu, e):
     v_t = 4.5 * mu * (1 + e) * v_n
     sim = plane_impact(ContactParameters(e, mu), v_n, v_t, radius=r)
     lost = mu * (1 + e) * v_n
-    # the dashpot's pull at the end of the contact carries no friction: the tangential impulse is a little larger
-    # than mu times the normal one
+    # the dashpot's pull at the end of the contact carries no friction: the tangential impulse is a
+    # little larger than mu times the normal one
     record(
         "gross sliding",
         f"tangential velocity, e = {e}, mu = {mu}",
@@ -111,8 +111,9 @@ def test_chung_ooi_4_oblique_impact(record, row):
 
 
 def test_chung_ooi_4_at_5_degrees_is_shown(record):
-    """The contact sticks for most of its time and the answer hangs on how the tangential law remembers its loading, in
-    which published laws differ: the values stand on the page without a reference."""
+    """The contact sticks for most of its time and the answer hangs on how the tangential law
+    remembers its loading, in which published laws differ: the values stand on the page without a
+    reference."""
     angle = math.radians(5)
     v_n, v_t = 3.9 * math.cos(angle), 3.9 * math.sin(angle)
     sim = plane_impact(
@@ -127,7 +128,8 @@ def test_chung_ooi_4_at_5_degrees_is_shown(record):
 
 @pytest.mark.parametrize("material", ["steel", "polyethylene"])
 def test_chung_ooi_5_constant_normal_speed(record, material):
-    """Oblique impact with constant normal speed: beyond gross sliding the rebound angle and spin grow linearly."""
+    """Oblique impact with constant normal speed: beyond gross sliding the rebound angle and spin
+    grow linearly."""
     grain = {"steel": from_young(208e9, 0.3, 7850), "polyethylene": from_young(1e9, 0.4, 950)}[
         material
     ]
@@ -164,8 +166,8 @@ def test_chung_ooi_5_constant_normal_speed(record, material):
 
 @pytest.mark.parametrize("material", ["aluminium alloy", "copper"])
 def test_chung_ooi_6_impact_with_initial_spin(record, material):
-    """Normal impact at 0.2 m/s with initial spin, mu = 0.4, e = 0.5: while it slides the spin loses 5 mu (1+e) v /
-    2R."""
+    """Normal impact at 0.2 m/s with initial spin, mu = 0.4, e = 0.5: while it slides the spin loses
+    5 mu (1+e) v / 2R."""
     grain = {"aluminium alloy": ALUMINIUM_ALLOY, "copper": COPPER}[material]
     v, r, mu, e = 0.2, 0.1, 0.4, 0.5
     for w0 in (-8.0, -16.0, -24.0):
@@ -204,8 +206,8 @@ def test_chung_ooi_6_impact_with_initial_spin(record, material):
 
 @pytest.mark.parametrize("material", ["aluminium alloy", "copper"])
 def test_chung_ooi_7_counter_spin(record, material):
-    """Two identical spheres with equal spins about one axis: their surfaces do not slip, so spins stay and nothing
-    moves sideways."""
+    """Two identical spheres with equal spins about one axis: their surfaces do not slip, so spins
+    stay and nothing moves sideways."""
     grain = {"aluminium alloy": ALUMINIUM_ALLOY, "copper": COPPER}[material]
     sim = pair_impact(
         ContactParameters(0.5, 0.4),
@@ -222,7 +224,8 @@ def test_chung_ooi_7_counter_spin(record, material):
 
 
 def test_chung_ooi_8_two_differing_spheres(record):
-    """A spinning sphere strikes a smaller one at rest: impulse ratio mu while sliding, angular momentum kept."""
+    """A spinning sphere strikes a smaller one at rest: impulse ratio mu while sliding, angular
+    momentum kept."""
     grain, mu, e, v = ALUMINIUM_ALLOY, 0.4, 0.5, 0.2
     r1, r2, w0 = 0.1, 0.02, 200.0
     m1, m2 = mass_of(r1, grain), mass_of(r2, grain)

@@ -23,7 +23,8 @@ DT = 5e-6
 
 
 def resting(contact, *, laws=None, angle=0.0, velocity=0.0, spin=0.0, walls=None, **more):
-    """A sphere that rests on a plane; angle [rad]: gravity is turned instead of the plane, downhill is +x."""
+    """A sphere that rests on a plane; angle [rad]: gravity is turned instead of the plane, downhill
+    is +x."""
     sim = make(contact, laws=laws, walls=walls or floor(), dt=DT, **more)
     sim.gravity[:] = (GRAVITY * math.sin(angle), 0.0, -GRAVITY * math.cos(angle))
     young = sim.properties[-1].young
@@ -55,8 +56,8 @@ def test_slide_to_roll(record, precision):
 
 @pytest.mark.parametrize("law", ["constant_torque", "constant_torque_relative", "elastic_plastic"])
 def test_rolling_decay(record, law):
-    """Constant torque on a rolling sphere, for as long as friction can hand it over: a = -(5/7) mu_r g; so does the
-    elastic-plastic spring once it is full, and then swings to rest."""
+    """Constant torque on a rolling sphere, for as long as friction can hand it over: a = -(5/7)
+    mu_r g; so does the elastic-plastic spring once it is full, and then swings to rest."""
     mu_r, u0 = 0.05, 0.1
     contact = ContactParameters(0.5, 0.8, mu_r)
     sim = resting(contact, laws=Laws(rolling=law), velocity=u0, spin=u0 / R)
@@ -103,14 +104,15 @@ def test_incline_without_slip(record, law):
 
 @pytest.mark.parametrize("law", ["constant_torque", "constant_torque_relative", "elastic_plastic"])
 def test_incline_at_rest_where_rolling_friction_holds(record, law):
-    """mu_r >= tan th: the sphere stays; EPSD and the own-spin torque hold it, the relative torque creeps within a
-    step."""
+    """mu_r >= tan th: the sphere stays; EPSD and the own-spin torque hold it, the relative torque
+    creeps within a step."""
     angle, mu_r = math.radians(10), 0.25
     sim = resting(ContactParameters(0.5, 0.9, mu_r), laws=Laws(rolling=law), angle=angle)
     sim.advance(40000)
     x0 = sim.position[0, 0]
     sim.advance(40000)
-    # the relative torque only answers a spin that is there, so it lets the sphere creep: 20 um/s, and only that law
+    # the relative torque only answers a spin that is there, so it lets the sphere creep: 20 um/s,
+    # and only that law
     tolerance = 1e-5 if law == "constant_torque_relative" else 1e-7
     record(
         "incline", f"creep in 0.2 s at rest, {law}", sim.position[0, 0] - x0, 0.0, tolerance, "m"
@@ -119,8 +121,9 @@ def test_incline_at_rest_where_rolling_friction_holds(record, law):
 
 @pytest.mark.parametrize("ratio", [0.1, 0.3])
 def test_a_rocking_sphere_has_the_stated_damping_ratio(record, ratio):
-    """A sphere that rocks on a plane without slip turns about the contact point: (7/5) m R^2 th'' = -C th' - k_r th. Of
-    two swings in one direction, one after the other, the second is exp(-2 pi eta/sqrt(1 - eta^2)) of the first."""
+    """A sphere that rocks on a plane without slip turns about the contact point: (7/5) m R^2 th'' =
+    -C th' - k_r th. Of two swings in one direction, one after the other, the second is exp(-2 pi
+    eta/sqrt(1 - eta^2)) of the first."""
     # so soft a rolling spring that the tangential one holds the contact point in its place
     contact = ContactParameters(0.5, 50.0, 0.1, rolling_damping=ratio)
     sim = resting(contact, laws=Laws(rolling="elastic_plastic"), precision="double")
@@ -141,8 +144,8 @@ def test_a_rocking_sphere_has_the_stated_damping_ratio(record, ratio):
 
 
 def test_a_stiff_rolling_spring_does_not_tremble(record):
-    """mu_r 5: the spring is fifty times as stiff as that of the contact; a sphere that is pushed and a small heap of
-    grains on each other still come to rest."""
+    """mu_r 5: the spring is fifty times as stiff as that of the contact; a sphere that is pushed
+    and a small heap of grains on each other still come to rest."""
     contact = ContactParameters(0.5, 0.5, 5.0)
     laws = Laws(rolling="elastic_plastic", torsion="marshall")
     sim = make(contact, laws=laws, walls=floor(), dt=DT, gravity=GRAVITY)
@@ -168,7 +171,8 @@ def test_incline_with_slip(record):
 
 @pytest.mark.parametrize("mu", [0.3, 0.7])
 def test_sliding_threshold_of_a_body_that_cannot_roll(record, mu):
-    """Four bonded grains slip at tan th = mu: they stay 0.3 degrees below and go 0.3 degrees above."""
+    """Four bonded grains slip at tan th = mu: they stay 0.3 degrees below and go 0.3 degrees
+    above."""
     moved = {}
     for side in (-0.3, 0.3):
         angle = math.atan(mu) + math.radians(side)
@@ -193,14 +197,16 @@ def test_sliding_threshold_of_a_body_that_cannot_roll(record, mu):
 
 
 ROLLING_LAWS = ["constant_torque", "constant_torque_relative", "elastic_plastic"]
-FAST = 5e3  # spin [rad/s] at which the rolling spring of the elastic-plastic law slides from the first touch on
+# spin [rad/s] at which the rolling spring of the elastic-plastic law slides from the first touch on
+FAST = 5e3
 
 
 @pytest.mark.parametrize("law", ROLLING_LAWS)
 @pytest.mark.parametrize("ratio", [1.0, 3.0])
 def test_rolling_torque_of_a_pair(record, law, ratio):
-    """Frictionless elastic impact of spheres that roll on each other: each spin loses mu_r arm times the normal impulse
-    over I; the arm is the own radius in the own-spin law and R* in the others."""
+    """Frictionless elastic impact of spheres that roll on each other: each spin loses mu_r arm
+    times the normal impulse over I; the arm is the own radius in the own-spin law and R* in the
+    others."""
     mu_r, speed, radii = 0.1, 0.5, np.array([R, ratio * R])
     sim = pair_impact(
         ContactParameters(1.0, 0.0, mu_r),
@@ -215,7 +221,8 @@ def test_rolling_torque_of_a_pair(record, law, ratio):
     arm = radii if law == "constant_torque" else np.full(2, radii.prod() / radii.sum())
     lost = FAST - np.abs(sim.spin[:, 2])
     expected = mu_r * arm * impulse / (0.4 * m * radii**2)
-    # a sum of 400 forces for the time integral; the elastic-plastic law lags by the turn that loads its spring
+    # a sum of 400 forces for the time integral; the elastic-plastic law lags by the turn that loads
+    # its spring
     for name, value, reference in zip(("first", "second"), lost, expected, strict=True):
         what = f"spin lost in an impact, {law}, sizes 1:{ratio:g}, {name}"
         record("rolling torque", what, value, reference, 0.02 * reference, "rad/s")

@@ -1,4 +1,5 @@
-"""Time steps so small that float32 cannot hold what one of them adds: the sums must still be right."""
+"""Time steps so small that float32 cannot hold what one of them adds: the sums must still be
+right."""
 
 import math
 
@@ -33,7 +34,8 @@ def test_free_fall_gains_g_t_at_every_time_step(record, dt, precision):
 
 @pytest.mark.parametrize("precision", ["mixed", "double"])
 def test_a_spin_under_a_small_torque_decays_as_it_should(precision):
-    """A top on one point without sliding friction loses 5 mu_r g t / (2 R), in steps of 1e-5 rad/s at 500 rad/s."""
+    """A top on one point without sliding friction loses 5 mu_r g t / (2 R), in steps of 1e-5 rad/s
+    at 500 rad/s."""
     radius, mu_r, dt = 1e-3, 0.01, 1e-7
     sim = make(
         ContactParameters(0.2, 0.0, mu_r),

@@ -57,10 +57,12 @@ def tray(walls, q, parts, order):
 
 
 def grains():
-    """Positions, velocities, spins (6, 3) of spheres; positions (2, 2, 3), velocities (2, 3) of bonded pairs."""
+    """Positions, velocities, spins (6, 3) of spheres; positions (2, 2, 3), velocities (2, 3) of
+    bonded pairs."""
     rng = np.random.default_rng(3)
     x = 1e-3 * np.array(
-        [(1.1, 1.1, 1.1), (7.9, 1.2, 1.3), (1.2, 7.8, 3.6), (4.5, 1.2, 6.0), (1.3, 4.4, 4.2), (6.5, 7.8, 6.2)]
+        [(1.1, 1.1, 1.1), (7.9, 1.2, 1.3), (1.2, 7.8, 3.6), (4.5, 1.2, 6.0), (1.3, 4.4, 4.2), (6.5,
+        7.8, 6.2)]
     )  # fmt: skip
     pairs = 1e-3 * np.array(
         [[(7.7, 4.0, 1.2), (7.7, 5.3, 1.5)], [(4.0, 7.6, 5.4), (4.9, 7.7, 4.4)]]
@@ -86,7 +88,8 @@ def throw(
     dt=4e-6,
     duration=2.4e-3,
 ):
-    """Positions (10, 3) and velocities (8, 3) of spheres and bodies after `duration` [s], transformed back."""
+    """Positions (10, 3) and velocities (8, 3) of spheres and bodies after `duration` [s],
+    transformed back."""
     q = np.eye(3) if transform is None else transform
     handed, shift, boost = np.linalg.det(q), np.asarray(shift, float), np.asarray(boost, float)
     walls = WallSet()

@@ -1,4 +1,5 @@
-"""Each analytic wall against its meshed twin read from STL, and against the closed form of a plane."""
+"""Each analytic wall against its meshed twin read from STL, and against the closed form of a
+plane."""
 
 import math
 
@@ -64,7 +65,8 @@ SHAPES = {
 
 
 def path(walls, start, velocity, steps=12000, rolling="constant_torque"):
-    """Centres of a grain at 20 equal intervals; 60 ms is long enough for every grain here to fall onto its wall."""
+    """Centres of a grain at 20 equal intervals; 60 ms is long enough for every grain here to fall
+    onto its wall."""
     sim = make(
         ContactParameters(0.6, 0.4, 0.05),
         laws=Laws(rolling=rolling),
@@ -81,7 +83,8 @@ def path(walls, start, velocity, steps=12000, rolling="constant_torque"):
 
 
 def departure_from_free_flight(path, start, velocity, duration):
-    """Largest distance [m] between a path and the parabola that a grain without walls would take."""
+    """Largest distance [m] between a path and the parabola that a grain without walls would
+    take."""
     t = np.linspace(0, duration, len(path) + 1)[1:, None]
     free = np.array(start) + np.array(velocity) * t - [0, 0, GRAVITY / 2] * t**2
     return np.linalg.norm(path - free, axis=1).max()
@@ -92,13 +95,14 @@ def departure_from_free_flight(path, start, velocity, duration):
 def test_a_mesh_does_what_the_analytic_shape_does(record, tmp_path, shape, rolling):
     analytic, (vertices, triangles), start, velocity = SHAPES[shape]
     write_stl(tmp_path / "mesh.stl", vertices, triangles)
-    # in the cylinder the grain strikes the flank within 20 ms, and each later bounce multiplies the facets' turn
+    # in the cylinder the grain strikes the flank within 20 ms, and each later bounce multiplies the
+    # facets' turn
     steps = 4000 if shape == "cylinder" else 12000
     exact = path(analytic(WallSet().body("w", material="wall")), start, velocity, steps, rolling)
     mesh = WallSet().body("w", material="wall").mesh(*read_stl(tmp_path / "mesh.stl"))
     meshed = path(mesh, start, velocity, steps, rolling)
-    # a polygon of 256 sides lies within r (1 - cos(pi/256)) = 1 um of its circle and turns the normal by up to 0.7
-    # degrees, which a few bounces amplify; flat walls have no such error
+    # a polygon of 256 sides lies within r (1 - cos(pi/256)) = 1 um of its circle and turns the
+    # normal by up to 0.7 degrees, which a few bounces amplify; flat walls have no such error
     tolerance = 4e-4 if shape in ("frustum", "cylinder") else 2e-6
     record(
         "walls",
@@ -113,8 +117,8 @@ def test_a_mesh_does_what_the_analytic_shape_does(record, tmp_path, shape, rolli
 
 
 def test_a_sphere_crosses_mesh_edges_without_noticing(record):
-    """Rolling over 40 triangles of a flat mesh is rolling on a plane: no edge gives a push, and the spring is handed
-    on."""
+    """Rolling over 40 triangles of a flat mesh is rolling on a plane: no edge gives a push, and the
+    spring is handed on."""
     x = np.linspace(-0.02, 0.02, 21)
     vertices = np.array([(a, b, 0.0) for a in x for b in (-0.01, 0.01)])
     triangles = np.array(

@@ -1,4 +1,5 @@
-"""Angle of repose over friction, rolling friction and grain size against the correlation of Zhou et al. (2002)."""
+"""Angle of repose over friction, rolling friction and grain size against the correlation of Zhou et
+al. (2002)."""
 
 import math
 
@@ -32,12 +33,14 @@ TOLERANCES = {
     "rolling, grain on wall": 0.10,
     "diameter": 0.10,
 }
-"""A power law over a factor of four in each parameter; two seeds leave standard errors of about 0.05."""
+"""A power law over a factor of four in each parameter; two seeds leave standard errors of about
+0.05."""
 LEVELS = (0.5, 1.0, 2.0)
 BEYOND = "rolling, grain on grain"  # is also run at four times its base, where the power law ends
 SEEDS = (1, 2)
 WEAK, MORE_SEEDS = "rolling, grain on wall", (1, 2, 3, 4, 5, 6)
-"""The correlation's 0.12 over a factor of four is 18 % of the angle, three degrees: as much as two seeds leave open."""
+"""The correlation's 0.12 over a factor of four is 18 % of the angle, three degrees: as much as two
+seeds leave open."""
 LENGTH, THICKNESS, GRAINS = (
     28,
     5,
@@ -51,8 +54,8 @@ def correlation(point):
 
 
 def contacts(point):
-    """ContactParameters among grains and with walls; Zhou's rolling coefficient is the arm of the torque, ours that
-    over the radius."""
+    """ContactParameters among grains and with walls; Zhou's rolling coefficient is the arm of the
+    torque, ours that over the radius."""
     return [
         ContactParameters(
             0.5,
@@ -100,7 +103,8 @@ def angle(point, seed):
 
 
 def trend(name, levels, at_base):
-    """Values of one parameter (n,) and the angles (n,) [deg] at each with each seed; all else at the base."""
+    """Values of one parameter (n,) and the angles (n,) [deg] at each with each seed; all else at
+    the base."""
     seeds = MORE_SEEDS if name == WEAK else SEEDS
     values = np.repeat([BASE[name] * share for share in levels], len(seeds))
     angles = [
@@ -145,8 +149,10 @@ def draw(figure, trends, beyond):
     _, ax = figure(
         "Zhou et al.",
         "zhou",
-        "Angle of repose over each parameter as a multiple of its base value, logarithmic: engine (points, one a "
-        "run, and their fitted lines) and the correlation (dashed). Open circles: beyond the range that is judged.",
+        "Angle of repose over each parameter as a multiple of its base value, logarithmic: engine "
+        "(points, one a "
+        "run, and their fitted lines) and the correlation (dashed). Open circles: beyond the range "
+        "that is judged.",
     )
     colours = ["#2f6db5", "#d1711f", "#2e8b57", "#7b4fa3", "#b5363f"]
     for k, (name, (values, angles)) in enumerate(trends.items()):

@@ -1,4 +1,5 @@
-"""The bench tests inside the workflow: their values reach the heaps through a file, when the configuration says so."""
+"""The bench tests inside the workflow: their values reach the heaps through a file, when the
+configuration says so."""
 
 import json
 import subprocess

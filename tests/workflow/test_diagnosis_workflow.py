@@ -1,4 +1,5 @@
-"""The diagnosis as a user meets it: targets, a faulty table, and a whole run whose second case re-uses the first."""
+"""The diagnosis as a user meets it: targets, a faulty table, and a whole run whose second case
+re-uses the first."""
 
 import json
 import subprocess

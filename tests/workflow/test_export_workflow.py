@@ -1,4 +1,5 @@
-"""The exports in the workflow: part of all without a run of their own, and a target that searches for other laws."""
+"""The exports in the workflow: part of all without a run of their own, and a target that searches
+for other laws."""
 
 import re
 import subprocess

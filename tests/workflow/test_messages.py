@@ -60,7 +60,8 @@ def test_a_failed_run_names_its_point_its_log_and_the_likely_cause(campaign, cap
 @pytest.mark.long
 @pytest.mark.slow
 def test_the_campaign_goes_on_when_runs_fail(tmp_path):
-    """Half of the heaps have too few grains: each is named, with its log, and the others are made."""
+    """Half of the heaps have too few grains: each is named, with its log, and the others are
+    made."""
     for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
         (tmp_path / name).symlink_to(ROOT / name)
     rows = [

@@ -1,4 +1,5 @@
-"""The pages of a finished study, the workflow's own and Snakemake's: of the test profile, which CI has just run."""
+"""The pages of a finished study, the workflow's own and Snakemake's: of the test profile, which CI
+has just run."""
 
 import json
 import re

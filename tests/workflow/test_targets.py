@@ -1,4 +1,5 @@
-"""The chain from screening to validation with many factors, replicates, and other targets than the angle.
+"""The chain from screening to validation with many factors, replicates, and other targets than the
+angle.
 
 The runs are answered by formulas in place of the engine, so that the right outcome is known.
 """
@@ -65,7 +66,8 @@ def levels_of(spec, count):
 
 
 def answer(plan_file, count, metrics):
-    """Write the result of every planned run: metrics {name: formula of coded levels} and a little noise."""
+    """Write the result of every planned run: metrics {name: formula of coded levels} and a little
+    noise."""
     for name, spec in read_plan(plan_file).items():
         x = levels_of(spec, count)
         rng = np.random.default_rng(zlib.crc32(name.encode()))
@@ -93,8 +95,8 @@ def inputs(task, study):
 
 
 def run_stage(name, config, count, metrics):
-    """The tasks of a stage as the workflow calls them, each with what it declares to read; runs are answered by
-    formulas. Returns the stage's summary."""
+    """The tasks of a stage as the workflow calls them, each with what it declares to read; runs are
+    answered by formulas. Returns the stage's summary."""
     study = Study(config)
     for task in STAGES[name].tasks:
         task.load()(study.reading(task.reads), inputs(task, study), outputs(task, study))

@@ -1,4 +1,5 @@
-"""The tutorial's commands run as they stand: a heap, and the whole chain of the second material with few runs."""
+"""The tutorial's commands run as they stand: a heap, and the whole chain of the second material
+with few runs."""
 
 import json
 import os
@@ -25,7 +26,8 @@ def test_the_tutorial_runs_from_top_to_bottom(tmp_path):
     for block in blocks:
         done = subprocess.run(
             ["bash", "-euo", "pipefail", "-c", block],
-            cwd=tmp_path, env=os.environ | {"PATH": path}, capture_output=True, text=True, check=False,
+            cwd=tmp_path, env=os.environ | {"PATH": path}, capture_output=True, text=True,
+            check=False,
         )  # fmt: skip
         assert done.returncode == 0, f"{block}\n{done.stdout}\n{done.stderr}"
         shown.append(done.stdout + done.stderr)

@@ -1,4 +1,5 @@
-"""The workflow as a user meets it: dry runs, wrong configuration, and a run that fails or is killed."""
+"""The workflow as a user meets it: dry runs, wrong configuration, and a run that fails or is
+killed."""
 
 import json
 import os
@@ -93,7 +94,8 @@ def test_further_targets_have_files_of_their_own(clone):
     two.write_text(
         "target: { low: 35, high: 55 }\n"
         "further_targets:\n"
-        "  - { metric: height_mm, file: heights.csv, column: height_mm, low: 10, high: 30, margin: 2 }\n"
+        "  - { metric: height_mm, file: heights.csv, column: height_mm, low: 10, high: 30, margin: "
+        "2 }\n"
         "  - { metric: spilled, goal: minimise, low: 0, high: 2000 }\n"
     )
     files = ("validation/height_mm.svg", "screening/pareto_spilled.svg")

@@ -1,9 +1,10 @@
-"""The direct shear test: yield loci at several particle frictions, and the friction that gives the measured slope.
+"""The direct shear test: yield loci at several particle frictions, and the friction that gives the
+measured slope.
 
-The paper takes the slope of its yield locus (Eq. 26) for the friction between two particles (Eq. 27). The slope is a
-property of the bulk: particle friction, rolling resistance and dilation make it. So the particle friction is swept
-here, as the tilt test sweeps it, and the friction whose locus has the measured slope is read off with its interval.
-"""
+The paper takes the slope of its yield locus (Eq. 26) for the friction between two particles (Eq.
+27). The slope is a property of the bulk: particle friction, rolling resistance and dilation make
+it. So the particle friction is swept here, as the tilt test sweeps it, and the friction whose locus
+has the measured slope is read off with its interval."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -27,7 +28,8 @@ GRID = 1001
 
 
 def plan_shear(study, source, output):
-    """Plan replicates at each particle friction and normal stress; each cell of the design has its own seeds."""
+    """Plan replicates at each particle friction and normal stress; each cell of the design has its
+    own seeds."""
     config, tables, specs = study.config, [], {}
     section = given(config, "bench.shear", "shear")
     base, factor = bench_run(config, section.run), factor_of(study.factors, KEY).name
@@ -43,8 +45,8 @@ def plan_shear(study, source, output):
 
 
 def yield_locus(normal, shear, alpha=0.05):
-    """Straight line shear = slope * normal + intercept through stresses (n,) [kPa], with intervals and the p of a
-    zero intercept, for JSON."""
+    """Straight line shear = slope * normal + intercept through stresses (n,) [kPa], with intervals
+    and the p of a zero intercept, for JSON."""
     fit = stats.linregress(normal, shear)
     t = stats.t.ppf(1 - alpha / 2, len(normal) - 2)
     zero = 2 * stats.t.sf(abs(fit.intercept / fit.intercept_stderr), len(normal) - 2)
@@ -65,8 +67,8 @@ def yield_locus(normal, shear, alpha=0.05):
 class SlopeCurve:
     """Slope of the yield locus as a quadratic of the particle friction, fitted to all runs at once.
 
-    shear = normal (b0 + b1 mu + b2 mu2) + c0 + c1 mu, each run weighted by 1/normal: the scatter of a shear stress
-    grows with its load.
+    shear = normal (b0 + b1 mu + b2 mu2) + c0 + c1 mu, each run weighted by 1/normal: the scatter of
+    a shear stress grows with its load.
     """
 
     coefficients: np.ndarray
@@ -101,10 +103,12 @@ class SlopeCurve:
         return model @ self.coefficients[:3], self.t * np.sqrt(variance)
 
     def inverse(self, slope):
-        """(friction, interval) within the swept range that give the slope; (None, None) where none does.
+        """(friction, interval) within the swept range that give the slope; (None, None) where none
+        does.
 
-        The interval holds every friction whose slope's interval covers `slope` (Fieller's construction). The friction
-        is where the curve first has the slope, or comes nearest to it without leaving its own interval.
+        The interval holds every friction whose slope's interval covers `slope` (Fieller's
+        construction). The friction is where the curve first has the slope, or comes nearest to it
+        without leaving its own interval.
         """
         mu = np.linspace(self.low, self.high, GRID)
         value, half = self.at(mu)
@@ -122,7 +126,8 @@ class SlopeCurve:
 
 
 def shear(study, source, output):
-    """Yield loci at each friction, the slope over the friction, and what follows for the paper's step."""
+    """Yield loci at each friction, the slope over the friction, and what follows for the paper's
+    step."""
     config, runs = study.config, pd.read_csv(source.design)
     section, factor = config.bench.shear, factor_of(study.factors, KEY).name
     for name, metric in METRICS.items():
@@ -158,7 +163,8 @@ def shear(study, source, output):
 
 
 def _judge(config, curve, factor):
-    """The slope at the friction in use, the friction for the measured slope, and whether the paper's step holds."""
+    """The slope at the friction in use, the friction for the measured slope, and whether the
+    paper's step holds."""
     section, used = config.bench.shear, config.fixed.get(factor, curve.high)
     slope, half = (float(x) for x in curve.at(used))
     friction, interval = curve.inverse(section.measured_slope)
@@ -179,7 +185,8 @@ def _sentence(config, found):
     measured = config.bench.shear.measured_slope
     low, high = found["slope_interval"]
     text = (
-        f"Particle friction {found['particle_friction']:g} gives a yield locus of slope {found['slope']:.2f} "
+        f"Particle friction {found['particle_friction']:g} gives a yield locus of slope "
+        f"{found['slope']:.2f} "
         f"(95 %: {low:.2f} to {high:.2f}), measured {measured:g}. "
     )
     if found["inverse_interval"] is None:
@@ -188,9 +195,12 @@ def _sentence(config, found):
     among = "is" if a <= found["particle_friction"] <= b else "is not"
     itself = "is" if a <= measured <= b else "is not"
     return text + (
-        f"The measured slope is that of a particle friction of {found['inverse']:.2f}, and within the scatter of any "
-        f"from {a:.2f} to {b:.2f} ({found['swept'][0]:g} to {found['swept'][1]:g} swept); the friction in use "
-        f"{among} one of these, and the slope itself, taken for the friction as in Eq. 27, {itself}."
+        f"The measured slope is that of a particle friction of {found['inverse']:.2f}, and within "
+        f"the scatter of any "
+        f"from {a:.2f} to {b:.2f} ({found['swept'][0]:g} to {found['swept'][1]:g} swept); the "
+        f"friction in use "
+        f"{among} one of these, and the slope itself, taken for the friction as in Eq. 27, "
+        f"{itself}."
     )
 
 

@@ -1,7 +1,7 @@
 """The paper's tilted plane and drop as virtual experiments.
 
-Both follow the paper: a sweep of the parameter, a quadratic fit (Eqs. 21, 23), its inverse for the measured value, and
-runs that confirm it.
+Both follow the paper: a sweep of the parameter, a quadratic fit (Eqs. 21, 23), its inverse for the
+measured value, and runs that confirm it.
 """
 
 import json
@@ -23,8 +23,8 @@ from dem.spec import parse_spec
 
 @dataclass(frozen=True)
 class Sweep:
-    """A bench test that calibrates the factor of one key of the run spec; `repeats` is the geometry key of the repeats
-    within a run."""
+    """A bench test that calibrates the factor of one key of the run spec; `repeats` is the geometry
+    key of the repeats within a run."""
 
     key: str
     metric: str
@@ -36,11 +36,13 @@ class Sweep:
 
 SWEEPS = {
     "tilt": Sweep(
-        "contacts.particle_wall.static_friction", "sliding_angle_deg", "sliding_angle_sd_deg", "trials", "deg",
+        "contacts.particle_wall.static_friction", "sliding_angle_deg", "sliding_angle_sd_deg",
+        "trials", "deg",
         "sliding angle [°]",
     ),
     "drop": Sweep(
-        "contacts.particle_wall.restitution", "rebound_height_mm", "rebound_height_sd_mm", "drops", "mm",
+        "contacts.particle_wall.restitution", "rebound_height_mm", "rebound_height_sd_mm", "drops",
+        "mm",
         "rebound height [mm]",
     ),
 }  # fmt: skip
@@ -52,7 +54,8 @@ def swept(study, test):
 
 
 def rig(study, test):
-    """The test's run spec: the study's materials and laws, its own grains and rig. Raises ConfigError."""
+    """The test's run spec: the study's materials and laws, its own grains and rig. Raises
+    ConfigError."""
     return bench_run(study.config, given(study.config, f"bench.{test}", test).run)
 
 
@@ -66,8 +69,8 @@ def plan_sweep(study, test, output):
 def inverse_of(coefficients, target, low, high):
     """The level in [low, high] at which a quadratic (highest power first) has the value `target`.
 
-    Of two such levels the one where the quadratic runs as it does from end to end: the other lies beyond a turn that
-    is the fit's alone. Raises CalibrationError when there is none.
+    Of two such levels the one where the quadratic runs as it does from end to end: the other lies
+    beyond a turn that is the fit's alone. Raises CalibrationError when there is none.
     """
     roots = np.roots(np.asarray(coefficients, float) - [0.0, 0.0, target])
     inside = [
@@ -80,8 +83,8 @@ def inverse_of(coefficients, target, low, high):
 
 
 def fit_sweep(study, test, design_file):
-    """Runs with their `response`, coefficients of the quadratic (highest power first), its R2, and the level that gives
-    the measured value. Raises CalibrationError where no swept level does."""
+    """Runs with their `response`, coefficients of the quadratic (highest power first), its R2, and
+    the level that gives the measured value. Raises CalibrationError where no swept level does."""
     sweep, section = SWEEPS[test], getattr(study.config.bench, test)
     runs = pd.read_csv(design_file)
     runs["response"] = read_metric(runs["run_id"], sweep.metric)
@@ -137,16 +140,16 @@ def analyse_sweep(study, test, source, output):
 
 
 def closed_form(test, measured, geometry):
-    """The parameter by the physics of the test: tan of the sliding angle [deg], or sqrt(h/H) of the rebound [mm] from
-    the drop height of the run spec's geometry."""
+    """The parameter by the physics of the test: tan of the sliding angle [deg], or sqrt(h/H) of the
+    rebound [mm] from the drop height of the run spec's geometry."""
     if test == "tilt":
         return float(np.tan(np.radians(measured)))
     return float(np.sqrt(measured / geometry.drop_height_mm))
 
 
 def bench_parameters(study, source, output):
-    """Write {factor: level} that the bench tests found, for the heap's fixed parameters; a test without a level adds
-    none."""
+    """Write {factor: level} that the bench tests found, for the heap's fixed parameters; a test
+    without a level adds none."""
     found = [json.loads(Path(p).read_text()) for p in source]
     levels = {f["factor"]: round(f["inverse"], 4) for f in found if f["inverse"] is not None}
     write_json(output.fixed, {"fixed": levels})
@@ -175,6 +178,8 @@ def sentences(summary, quantity):
     """What came out, for the report."""
     unit = "°" if summary["unit"] == "deg" else f" {summary['unit']}"
     return [
-        f"The measured {summary['measured']:g}{unit} gives {summary['inverse']:.3f}; runs there gave "
-        f"{summary['confirmed_mean']:.2f}{unit}. {summary['closed_form_of']} gives {summary['closed_form']:.3f}."
+        f"The measured {summary['measured']:g}{unit} gives {summary['inverse']:.3f}; runs there "
+        f"gave "
+        f"{summary['confirmed_mean']:.2f}{unit}. {summary['closed_form_of']} gives "
+        f"{summary['closed_form']:.3f}."
     ]

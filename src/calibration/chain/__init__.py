@@ -1,5 +1,7 @@
-"""The chain from screening to validation: each function reads its input files and writes its output files.
+"""The chain from screening to validation: each function reads its input files and writes its output
+files.
 
-They hold no statistics of their own; those are in `calibration.statistics`. `calibration.stages` declares
+They hold no statistics of their own; those are in `calibration.statistics`. `calibration.stages`
+declares
 what each reads and writes.
 """

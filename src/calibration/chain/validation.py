@@ -88,7 +88,8 @@ def validation(study, source, output):
 def sentences(summary, quantity):
     """What came out, for the report."""
     further = [
-        f"{figures.quantity_of(metric).name.capitalize()}: {_difference(found, figures.quantity_of(metric))}"
+        f"{figures.quantity_of(metric).name.capitalize()}: "
+        f"{_difference(found, figures.quantity_of(metric))}"
         for metric, found in summary.get("further", {}).items()
         if "difference" in found
     ]
@@ -96,16 +97,19 @@ def sentences(summary, quantity):
 
 
 def _independence(summary):
-    """Whether the values of all groups may count as independent; nothing where it could not be tested."""
+    """Whether the values of all groups may count as independent; nothing where it could not be
+    tested."""
     if summary.get("groups_p") is None:
         return []
     test = f"(F test between groups, p = {summary['groups_p']:.2g})"
     if summary["groups_differ"]:
         return [
-            f"The groups differ {test}: their values are not independent, the interval is too narrow."
+            f"The groups differ {test}: their values are not independent, the interval is too "
+            f"narrow."
         ]
     return [
-        f"The groups do not differ {test}, so that all {summary['simulated_n']} values count as independent."
+        f"The groups do not differ {test}, so that all {summary['simulated_n']} values count as "
+        f"independent."
     ]
 
 
@@ -113,6 +117,7 @@ def _difference(found, quantity):
     word = "equivalent" if found["equivalent"] else "not shown to be equivalent"
     apart, low, high = (figures.signed(found[f"difference{end}"]) for end in ("", "_low", "_high"))
     return (
-        f"Difference {apart}{quantity.unit} (95 % {low} to {high}); {word} within ±{found['margin']:g}{quantity.unit} "
+        f"Difference {apart}{quantity.unit} (95 % {low} to {high}); {word} within "
+        f"±{found['margin']:g}{quantity.unit} "
         f"(p = {found['equivalence_p']:.2g}); t test p = {found['t_p']:.2g}."
     )

@@ -1,4 +1,5 @@
-"""The configuration of a study: schema, checks, its measured values and the run specs that it describes."""
+"""The configuration of a study: schema, checks, its measured values and the run specs that it
+describes."""
 
 from calibration.config.measured import goals, read_back, read_target
 from calibration.config.parse import given, parse_config, stands_alone

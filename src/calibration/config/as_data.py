@@ -1,7 +1,8 @@
 """Configurations are data: what snakemake would evaluate in one is refused before it does.
 
-snakemake hands a configuration to YTE, which runs the Python in it where the file asks for that. The profiles of this
-project call `read_as_data` first; from then on in that process YAML is read, and nothing in it is run.
+snakemake hands a configuration to YTE, which runs the Python in it where the file asks for that.
+The profiles of this project call `read_as_data` first; from then on in that process YAML is read,
+and nothing in it is run.
 """
 
 import sys
@@ -35,7 +36,8 @@ def _as_data(source, *_, **__):
 
 
 def data_of(source):
-    """Mapping of a YAML stream or text. Raises ConfigError for one that asks to be evaluated, or that is not YAML."""
+    """Mapping of a YAML stream or text. Raises ConfigError for one that asks to be evaluated, or
+    that is not YAML."""
     name = getattr(source, "name", "configuration")
     try:
         text = source if isinstance(source, str) else source.read()
@@ -71,7 +73,8 @@ def _refuse_code(data, lines, path, prefix=""):
 
 
 def refuse_unasked_code(config, asked):
-    """Raise ConfigError where a configuration names a folder whose Python would be run, unless the command line does.
+    """Raise ConfigError where a configuration names a folder whose Python would be run, unless the
+    command line does.
 
     config: a `Config`; asked: the mapping that `--config` gave on the command line.
     """

@@ -1,4 +1,5 @@
-"""From a configuration's files to a checked `Config`: an error names file and line, key, value and what is allowed."""
+"""From a configuration's files to a checked `Config`: an error names file and line, key, value and
+what is allowed."""
 
 from pydantic import ValidationError
 
@@ -17,8 +18,8 @@ from dem.spec import parse_spec
 def parse_config(data, file="configuration", files=(), stages=None):
     """`Config` from a mapping that was merged from YAML `files`, later ones over earlier ones.
 
-    Raises ConfigError naming file and line, key, value and what is allowed; `file` stands for the files where there are
-    none; stages: names that `supplements` may have, any unless given.
+    Raises ConfigError naming file and line, key, value and what is allowed; `file` stands for the
+    files where there are none; stages: names that `supplements` may have, any unless given.
     """
     try:
         config = _parse(data, file)
@@ -59,7 +60,8 @@ def given(config, key, stage):
 
 
 def stands_alone(path):
-    """Whether a configuration file is a study of its own: one that names its factors is not laid over config.yaml."""
+    """Whether a configuration file is a study of its own: one that names its factors is not laid
+    over config.yaml."""
     try:
         data, _ = read_mapping(path)
     except SpecError:
@@ -68,7 +70,8 @@ def stands_alone(path):
 
 
 def _place(key, value, files):
-    """(file, line) that sets a dotted key, or else of what lies nearest above it; None where no file does.
+    """(file, line) that sets a dotted key, or else of what lies nearest above it; None where no
+    file does.
 
     A single value that is not the file's own was set on the command line.
     """
@@ -210,7 +213,8 @@ def _check_bench(config, file):
 
 
 def _with_engine(config, file):
-    """The configuration with its engine, program and version, in the run spec that all runs share."""
+    """The configuration with its engine, program and version, in the run spec that all runs
+    share."""
     try:
         entry = engines.entry_of(config.engine)
     except ConfigError as error:
@@ -229,7 +233,8 @@ def _with_engine(config, file):
 
 
 def _check_run(config, factors, file):
-    """Refuse a run spec that no run could be made of, and factors that set no number of it or leave its ranges."""
+    """Refuse a run spec that no run could be made of, and factors that set no number of it or leave
+    its ranges."""
     try:
         engines.check(parse_spec(point_spec(config.run, config.experiment, {}, 1)))
     except engines.EngineError as error:

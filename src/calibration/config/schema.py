@@ -21,7 +21,8 @@ COARSER = {"quick": 4.0, "test": 8.0}
 
 
 def coarsened(data):
-    """A configuration whose `resolution` is carried out: fewer, larger grains, and a name that says so."""
+    """A configuration whose `resolution` is carried out: fewer, larger grains, and a name that says
+    so."""
     factor = COARSER.get(data.get("resolution"))
     particles = (data.get("run") or {}).get("particles") or {}
     if factor is None or "count" not in particles:
@@ -97,19 +98,22 @@ class ScreeningConfig(_Part):
     replicates: int = Field(1, ge=1, le=20, description="how often the whole design is run")
     kind: Literal["resolution_iv", "definitive", "plackett_burman"] = Field(
         "resolution_iv",
-        description="design: two levels of resolution IV, three levels (definitive), or Plackett-Burman's fewer "
+        description="design: two levels of resolution IV, three levels (definitive), or "
+        "Plackett-Burman's fewer "
         "runs, whose main effects are mixed with two-factor interactions",
     )
     centre_runs: int = Field(
         3,
         ge=0,
         le=20,
-        description="runs at the centre of a generated design, whose scatter the effects are judged against; none "
+        description="runs at the centre of a generated design, whose scatter the effects are "
+        "judged against; none "
         "in a Plackett-Burman design",
     )
     foldover: bool = Field(
         False,
-        description="also run the design with all signs changed, which parts main effects from interactions",
+        description="also run the design with all signs changed, which parts main effects from "
+        "interactions",
     )
     runs: int | None = Field(
         None,
@@ -121,7 +125,8 @@ class ScreeningConfig(_Part):
     )
     go_on: list[str] | None = Field(
         None,
-        description="names of factors that go on whatever the screening says, to follow another's choice",
+        description="names of factors that go on whatever the screening says, to follow another's "
+        "choice",
     )
     at_least: int = Field(
         3,
@@ -137,7 +142,8 @@ class AscentConfig(_Part):
     steps: int = Field(5, ge=2, le=50, description="points on the path")
     rule: Literal["configured", "effects"] = Field(
         "configured",
-        description="path from start and step where given for all factors that went on, else from the effects on "
+        description="path from start and step where given for all factors that went on, else from "
+        "the effects on "
         "the first target",
     )
     start: dict[str, float] = Field({}, description="factor name: natural level of the first point")
@@ -171,7 +177,8 @@ class OptimiseConfig(_Part):
     )
     point: dict[str, float] = Field(
         {},
-        description="factor name: natural level, for the rule closest_to_point; the region's centre where not named",
+        description="factor name: natural level, for the rule closest_to_point; the region's "
+        "centre where not named",
     )
 
 
@@ -228,7 +235,8 @@ class ScalingConfig(_Part):
         None,
         ge=2,
         le=100,
-        description="heaps at the first and the last scale, which carry the trend; `seeds` unless given",
+        description="heaps at the first and the last scale, which carry the trend; `seeds` unless "
+        "given",
     )
     cohesive_end_seeds: int | None = Field(
         None, ge=2, le=100, description="the same with cohesion; `end_seeds` unless given"
@@ -262,7 +270,8 @@ class PosteriorConfig(_Part):
     )
     discrepancy: dict[str, float] = Field(
         {},
-        description="metric: standard deviation by which the model itself may be wrong, in the metric's unit; "
+        description="metric: standard deviation by which the model itself may be wrong, in the "
+        "metric's unit; "
         "none unless given",
     )
     readings: int = Field(
@@ -277,7 +286,8 @@ class ReproductionConfig(_Part):
 
     beside: list[str] = Field(
         [],
-        description="names of further studies; one of the paper's own factors is compared point by point",
+        description="names of further studies; one of the paper's own factors is compared point by "
+        "point",
     )
 
 
@@ -307,7 +317,8 @@ class Config(_Part):
     factors: str = Field(description="table of factors")
     engine: str | dict = Field(
         "dem",
-        description="what makes the runs: dem, liggghts, lammps, or a mapping with name and settings of it, "
+        description="what makes the runs: dem, liggghts, lammps, or a mapping with name and "
+        "settings of it, "
         "of command or of table",
     )
     experiment: Literal[tuple(METRICS)] = Field(
@@ -330,7 +341,8 @@ class Config(_Part):
     run: dict = Field({}, description="run spec without experiment and seed")
     resolution: Literal["full", *COARSER] = Field(
         "full",
-        description="quick and test pour fewer, larger grains of the same volume, under a name of their own",
+        description="quick and test pour fewer, larger grains of the same volume, under a name of "
+        "their own",
     )
     screening: ScreeningConfig = ScreeningConfig()
     ascent: AscentConfig = AscentConfig()

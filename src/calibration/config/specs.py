@@ -15,7 +15,8 @@ def point_spec(base, experiment, levels, seed):
 
 
 def bench_run(config, changes):
-    """Run spec of a bench test: the study's materials and laws with `changes` (the test's rig and grains) laid over."""
+    """Run spec of a bench test: the study's materials and laws with `changes` (the test's rig and
+    grains) laid over."""
     shared = ("materials", "laws", "law_parameters", "engine")
     return overlay({k: v for k, v in config.run.items() if k in shared}, changes)
 

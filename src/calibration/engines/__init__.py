@@ -67,7 +67,8 @@ class Engine:
     arrays of the grains at the
     end (position, velocity, spin (n, 3), radius (n,)) or an empty mapping. Raises EngineError."""
     changed: Callable | None = None
-    """changed(result, name) -> a sentence where what a kept result was read from has changed, else None."""
+    """changed(result, name) -> a sentence where what a kept result was read from has changed, else
+    None."""
 
 
 @cache
@@ -120,7 +121,8 @@ def check(spec):
 
 
 def make(spec, out, progress=None, *, again=True):
-    """Make the run of a planned spec (a mapping) in folder `out` with its engine, as `dem.run.run` does with ours."""
+    """Make the run of a planned spec (a mapping) in folder `out` with its engine, as `dem.run.run`
+    does with ours."""
     return run(parse_spec(spec), out, progress, again=again, maker=_simulate)
 
 
@@ -132,7 +134,8 @@ def _simulate(spec, context):
     found = engine.identity(engine.settings.model_validate(entry.settings))
     if found != entry.identity:
         raise EngineError(
-            f"{engine.name}: this run was planned with {entry.identity}, here is {found}; plan the stage again"
+            f"{engine.name}: this run was planned with {entry.identity}, here is {found}; plan the "
+            f"stage again"
         )
     metrics, state = engine.simulate(spec, context.out, entry.model_dump())
     write_arrays(context.out / STATE, NO_GRAINS | state)

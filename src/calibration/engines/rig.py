@@ -38,7 +38,8 @@ label rest
 dump end all custom 1 end.dump id radius x y z vx vy vz omegax omegay omegaz
 run 0
 """
-"""End of a heap's deck in LIGGGHTS and LAMMPS: run until the compute `kinetic` says rest, then dump."""
+"""End of a heap's deck in LIGGGHTS and LAMMPS: run until the compute `kinetic` says rest, then
+dump."""
 ROLLING = ("none", "elastic_plastic")
 """Rolling laws that other engines have too."""
 
@@ -140,7 +141,8 @@ def heap_metrics(state, pour, made):
     """Metrics of a heap from the last state that another engine left; made: grains that it made."""
     if made < pour.count:
         raise EngineError(
-            f"made {made} of {pour.count} grains: the funnel does not take them; widen the orifice, "
+            f"made {made} of {pour.count} grains: the funnel does not take them; widen the "
+            f"orifice, "
             "or make fewer a second"
         )
     x, r, v = state["position"], state["radius"], state["velocity"]

@@ -79,7 +79,8 @@ def _number(path, line, name, text):
 
 
 def changed(result, name):
-    """Sentence where a run's row in the table is another one than its kept result was read from, else None."""
+    """Sentence where a run's row in the table is another one than its kept result was read from,
+    else None."""
     path = result["spec"]["engine"]["settings"]["responses"]
     try:
         row = read_row(path, name)

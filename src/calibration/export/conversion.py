@@ -1,4 +1,5 @@
-"""What the search for the calibrated angle in other codes found, as numbers and sentences for the exports."""
+"""What the search for the calibrated angle in other codes found, as numbers and sentences for the
+exports."""
 
 from dataclasses import dataclass
 
@@ -13,7 +14,8 @@ from calibration.export.rolling import (
 
 @dataclass(frozen=True)
 class Equivalent:
-    """Numbers of grain on grain that give the calibrated angle, in the elastic-plastic law or without rotation."""
+    """Numbers of grain on grain that give the calibrated angle, in the elastic-plastic law or
+    without rotation."""
 
     rotates: bool
     rolling_friction: float
@@ -53,32 +55,42 @@ class Conversion:
         )
 
     def sentences(self, name):
-        """What was done about rolling friction, for the head of a file; `name`: the law in that code's words."""
+        """What was done about rolling friction, for the head of a file; `name`: the law in that
+        code's words."""
         if self.found is None:
             return [self._without_search(name)]
         f, pair = self.found, self.spec.contacts.particle_particle
         unit, (low, high) = f["unit"], f["ranges"][ELASTIC_PLASTIC]
         out = [
-            f"Rolling friction: calibrated as {f['law']} with mu_r = {pair.rolling_friction:.4g}. {name} is another "
-            f"law, on the relative spin; there the same number gives {f['with_the_same_number']:.1f} {unit}."
+            f"Rolling friction: calibrated as {f['law']} with mu_r = {pair.rolling_friction:.4g}. "
+            f"{name} is another "
+            f"law, on the relative spin; there the same number gives "
+            f"{f['with_the_same_number']:.1f} {unit}."
         ]
         if f["path"] == NO_ROTATION:
             out.append(
-                f"With more rolling friction that law comes to {low:.1f} to {high:.1f} {unit}, which is short of the "
-                "calibrated angle. So THE GRAINS DO NOT TURN here, and static friction of grain on grain is "
-                f"{f['static_friction']:.4g} in place of {pair.static_friction:.4g}: this gives the angle. It is a "
+                f"With more rolling friction that law comes to {low:.1f} to {high:.1f} {unit}, "
+                f"which is short of the "
+                "calibrated angle. So THE GRAINS DO NOT TURN here, and static friction of grain on "
+                "grain is "
+                f"{f['static_friction']:.4g} in place of {pair.static_friction:.4g}: this gives "
+                f"the angle. It is a "
                 "stand-in for heaps, not for what hangs on the grains' spin."
             )
         elif f["reached"]:
             out.append(
-                f"mu_r = {f['rolling_friction']:.4g} below comes from runs of this engine's elastic_plastic along "
+                f"mu_r = {f['rolling_friction']:.4g} below comes from runs of this engine's "
+                f"elastic_plastic along "
                 "rising mu_r."
             )
         else:
             out.append(
-                f"THE CALIBRATED ANGLE IS OUT OF REACH: that law came to {low:.1f} to {high:.1f} {unit} along rising "
-                f"mu_r; the nearest, mu_r = {f['rolling_friction']:.4g}, is taken. Calibrating in this law (run: "
-                "{laws: {rolling: elastic_plastic}}) tells whether other parameters can make up for it."
+                f"THE CALIBRATED ANGLE IS OUT OF REACH: that law came to {low:.1f} to {high:.1f} "
+                f"{unit} along rising "
+                f"mu_r; the nearest, mu_r = {f['rolling_friction']:.4g}, is taken. Calibrating in "
+                f"this law (run: "
+                "{laws: {rolling: elastic_plastic}}) tells whether other parameters can make up "
+                "for it."
             )
         return out + [_check(f[s], s, unit) for s in ("coarse", "full") if s in f]
 
@@ -89,13 +101,16 @@ class Conversion:
             what = "is the law calibrated with" if rolls else "is off"
             return f"Rolling friction: {name} {what}; the number is used as it is."
         not_converted = (
-            f"NOT CONVERTED: rolling friction was calibrated as {laws.rolling}, {name} is another law, and the number "
+            f"NOT CONVERTED: rolling friction was calibrated as {laws.rolling}, {name} is another "
+            f"law, and the number "
             "below is the calibrated one."
         )
         if needs_search(self.spec):
             return (
-                f"{not_converted} The heap is flatter with it. `snakemake -j2 export_converted` searches what gives "
-                "the calibrated angle in this code and writes exports/converted/; it makes some forty heaps."
+                f"{not_converted} The heap is flatter with it. `snakemake -j2 export_converted` "
+                f"searches what gives "
+                "the calibrated angle in this code and writes exports/converted/; it makes some "
+                "forty heaps."
             )
         return f"{not_converted} Without a heap there is no angle to keep."
 
@@ -105,6 +120,7 @@ def _check(a, scale, unit):
     low, high = a["difference_interval_95"]
     return (
         f"Check {where}: {a['mean']:.2f} {unit} ({a['runs']} runs, sd {a['sd']:.2f}) against "
-        f"{a['calibrated_law_mean']:.2f} ({a['calibrated_law_runs']} runs, sd {a['calibrated_law_sd']:.2f}) with the "
+        f"{a['calibrated_law_mean']:.2f} ({a['calibrated_law_runs']} runs, sd "
+        f"{a['calibrated_law_sd']:.2f}) with the "
         f"calibrated law; difference {a['difference']:+.2f}, 95 % {low:+.2f} to {high:+.2f}."
     )

@@ -1,10 +1,11 @@
 """EDEM: a table to type into the Creator.
 
-Its conventions, from the user guide (help.altair.com/edem, Creator, Physics): Hertz-Mindlin (no slip) has the damping
-of Tsuji, Tanaka and Ishida (1992) and E*, G* of the pair; coefficients are given for each pair of materials, so there
-is no mixing rule. Rolling friction: `standard` is mu_r F_n R_i against each body's own spin; `RVD` is mu_r F_n R*
-against the relative spin; `type C` is a spring 2.25 k_n (mu_r R*)^2, a slider and a dashpot whose damping ratio refers
-to the inertia about the contact point, as here.
+Its conventions, from the user guide (help.altair.com/edem, Creator, Physics): Hertz-Mindlin (no
+slip) has the damping of Tsuji, Tanaka and Ishida (1992) and E*, G* of the pair; coefficients are
+given for each pair of materials, so there is no mixing rule. Rolling friction: `standard` is mu_r
+F_n R_i against each body's own spin; `RVD` is mu_r F_n R* against the relative spin; `type C` is a
+spring 2.25 k_n (mu_r R*)^2, a slider and a dashpot whose damping ratio refers to the inertia about
+the contact point, as here.
 """
 
 from calibration.export.header import no_torsion
@@ -42,7 +43,8 @@ def block(material, conversion, about):
         ]
         if e.stiffness_factor != TYPE_C_FACTOR:
             notes.append(
-                f"NOT CONVERTED: the factor of the rolling stiffness, {e.stiffness_factor:g}; EDEM has {TYPE_C_FACTOR}."
+                f"NOT CONVERTED: the factor of the rolling stiffness, {e.stiffness_factor:g}; EDEM "
+                f"has {TYPE_C_FACTOR}."
             )
     rows.append(("Simulator", "Time step", g.time_step, "s"))
     table = [f"| {a} | {b} | {v:.6g} | {u} |" for a, b, v, u in rows]

@@ -1,4 +1,5 @@
-"""The comment at the head of each export: what it is, where its numbers come from, and what it leaves out."""
+"""The comment at the head of each export: what it is, where its numbers come from, and what it
+leaves out."""
 
 import textwrap
 
@@ -8,7 +9,8 @@ WIDTH = 110
 
 
 def header(mark, title, about, conversion, law, *notes):
-    """Comment lines behind `mark`: title, provenance (lines), how rolling friction was converted, and notes.
+    """Comment lines behind `mark`: title, provenance (lines), how rolling friction was converted,
+    and notes.
 
     conversion: `Conversion`; law: `elastic_plastic` in that code's words.
     """
@@ -19,11 +21,13 @@ def header(mark, title, about, conversion, law, *notes):
 
 
 def no_torsion(spec):
-    """Sentences on the torsion of the calibrated `RunSpec` for a code whose contacts do not resist it."""
+    """Sentences on the torsion of the calibrated `RunSpec` for a code whose contacts do not resist
+    it."""
     if spec.laws.torsion == "none":
         return []
     return [
-        f"NOT CONVERTED: torsion {spec.laws.torsion}; a grain that spins about the normal of its contact spins on."
+        f"NOT CONVERTED: torsion {spec.laws.torsion}; a grain that spins about the normal of its "
+        f"contact spins on."
     ]
 
 
@@ -32,7 +36,8 @@ def left_out(spec):
     out = [law.left_out for law in laws_of(spec).chosen() if law.left_out]
     if spec.particles.elongation != 1.0:
         out.append(
-            f"NOT CONVERTED: grains {spec.particles.elongation:g} times as long as wide; these are spheres of the same "
+            f"NOT CONVERTED: grains {spec.particles.elongation:g} times as long as wide; these are "
+            f"spheres of the same "
             "volume."
         )
     if spec.particles.sizes is not None:

@@ -1,28 +1,34 @@
 """LAMMPS, package GRANULAR (22 July 2025): variables for `pair_coeff` and `fix wall/gran granular`.
 
-Its conventions, from the manual's page `pair_style granular` and the sources (github.com/lammps/lammps, src/GRANULAR/):
+Its conventions, from the manual's page `pair_style granular` and the sources
+(github.com/lammps/lammps, src/GRANULAR/):
 
 gran_sub_mod_normal.cpp
-    `hertz k e`: F = k sqrt(R*) overlap^1.5, so k = (4/3) E*. `hertz/material E e nu` makes E* of E and nu by itself, as
-    if both bodies were of one material, at a wall too: a pair of two materials is given by k.
-gran_sub_mod_damping.cpp, `coeff_restitution`
-    sqrt(3/2) 2 sqrt(5/6) beta sqrt(m* F/overlap), F/overlap = (2/3) S_n: the dashpot of Tsuji et al. as here; e is e.
-gran_sub_mod_tangential.cpp, `mindlin_rescale/force k_t x mu`
-    the spring force grows by k_t a v_t dt and is scaled on unloading, as here: k_t = 8 G*. Its dashpot is x times the
-    normal one, here it is factor sqrt(S_t m*): x = sqrt(S_t/S_n) = 2 sqrt(G*/E*).
+    `hertz k e`: F = k sqrt(R*) overlap^1.5, so k = (4/3) E*. `hertz/material E e nu` makes E* of E
+    and nu by itself, as if both bodies were of one material, at a wall too: a pair of two materials
+    is given by k. gran_sub_mod_damping.cpp, `coeff_restitution`
+    sqrt(3/2) 2 sqrt(5/6) beta sqrt(m* F/overlap), F/overlap = (2/3) S_n: the dashpot of Tsuji et
+al. as here; e is e. gran_sub_mod_tangential.cpp, `mindlin_rescale/force k_t x mu`
+    the spring force grows by k_t a v_t dt and is scaled on unloading, as here: k_t = 8 G*. Its
+    dashpot is x times the normal one, here it is factor sqrt(S_t m*): x = sqrt(S_t/S_n) = 2
+    sqrt(G*/E*).
 gran_sub_mod_rolling.cpp, `rolling sds k gamma mu`
-    a force along v = R* (omega_i - omega_j) x n with the lever R*: k = k_r/R*^2, gamma = C_r/R*^2, limit mu F_n R*,
-    so mu is mu_r of `elastic_plastic`. k is a constant; there k_r grows with the load.
+    a force along v = R* (omega_i - omega_j) x n with the lever R*: k = k_r/R*^2, gamma = C_r/R*^2,
+    limit mu F_n R*, so mu is mu_r of `elastic_plastic`. k is a constant; there k_r grows with the
+    load.
 gran_sub_mod_twisting.cpp, `twisting marshall`
-    spring, dashpot and limit from those of the tangential law: `marshall` here, but for its scaling on unloading.
-"""
+    spring, dashpot and limit from those of the tangential law: `marshall` here, but for its scaling
+on unloading."""
 
 import math
 
 from calibration.export.header import header
 from calibration.export.material import rolling_dashpot, rolling_stiffness
 
-SPRING = "The rolling spring is a constant in LAMMPS: that of a contact under {load:.3g} N, ten grain weights."
+SPRING = (
+    "The rolling spring is a constant in LAMMPS: that of a contact under {load:.3g} N, ten "
+    "grain weights."
+)
 
 
 def hertz_stiffness(pair):
@@ -48,11 +54,13 @@ def rolling(pair, rolling_friction, load, equivalent):
 
 
 def block(material, conversion, about):
-    """Text of the include file. material: `Granulate`; conversion: `Conversion`; about: lines of provenance."""
+    """Text of the include file. material: `Granulate`; conversion: `Conversion`; about: lines of
+    provenance."""
     g, e, gw = material, conversion.equivalent, material.grain_wall
     lines = header(
         "#",
-        "LAMMPS, package GRANULAR: include this after `create_box`; atom_style sphere, units si, newton off, "
+        "LAMMPS, package GRANULAR: include this after `create_box`; atom_style sphere, units si, "
+        "newton off, "
         "comm_modify vel yes. Move the grains with `fix move all ${integrator}`.",
         about,
         conversion,
@@ -79,6 +87,7 @@ def _law(name, pair, static_friction, rolling_friction, material, equivalent):
     twisting = "twisting marshall " if twists else ""
     return (
         f'variable {name} string "hertz {hertz_stiffness(pair):.6g} {pair.restitution:.6g} '
-        f"tangential mindlin_rescale/force {tangential_stiffness(pair):.6g} {tangential_damping(pair):.6g} "
+        f"tangential mindlin_rescale/force {tangential_stiffness(pair):.6g} "
+        f"{tangential_damping(pair):.6g} "
         f'{static_friction:.6g} {sds}{twisting}damping coeff_restitution"'
     )

@@ -3,19 +3,22 @@
 Its conventions, from the sources of version 3.8.0 (github.com/CFDEMproject/LIGGGHTS-PUBLIC, src/):
 
 normal_model_hertz.h, global_properties.cpp
-    E*, G* from Young's modulus and Poisson's ratio of each atom type, Hertz force and the dashpot of Tsuji et al.,
-    tangential dashpot alike; the force may attract: the same law as `hertz` with `tsuji` here, the same numbers.
-tangential_model_history.h
-    keeps the displacement and multiplies it by the stiffness of the moment; here the force is kept and reduced on
-    unloading. There is nothing to convert; the difference shows in oblique impacts only.
+    E*, G* from Young's modulus and Poisson's ratio of each atom type, Hertz force and the dashpot
+    of Tsuji et al., tangential dashpot alike; the force may attract: the same law as `hertz` with
+    `tsuji` here, the same numbers. tangential_model_history.h
+    keeps the displacement and multiplies it by the stiffness of the moment; here the force is kept
+    and reduced on unloading. There is nothing to convert; the difference shows in oblique impacts
+    only.
 rolling_model_epsd3.h
-    k_r = rollingStiffness k_n (mu_r R*)^2 with k_n = (4/3) E* a the secant of the Hertz force, where
-    `elastic_plastic` has the tangent 2 E* a: the factor is 3/2 of ours. Dashpot 2 eta sqrt(I k_r) with
-    I = 1.4 m R^2 about the contact point, reduced for two grains, as here: eta is eta. Limit mu_r |F_n| R*; R* = R at
-    a wall.
+    k_r = rollingStiffness k_n (mu_r R*)^2 with k_n = (4/3) E* a the secant of the Hertz force,
+    where `elastic_plastic` has the tangent 2 E* a: the factor is 3/2 of ours. Dashpot 2 eta sqrt(I
+    k_r) with
+    I = 1.4 m R^2 about the contact point, reduced for two grains, as here: eta is eta. Limit mu_r
+    |F_n| R*; R* = R at a wall.
 rolling_model_cdt.h
-    not used: the torque is mu_r k_n overlap R* times the part of the relative spin in the contact plane over the whole
-    of it, and nothing stops it from turning a spin around within a step, so grains at rest shake.
+    not used: the torque is mu_r k_n overlap R* times the part of the relative spin in the contact
+    plane over the whole of it, and nothing stops it from turning a spin around within a step, so
+    grains at rest shake.
 """
 
 from calibration.export.header import header, no_torsion
@@ -33,13 +36,15 @@ def rolling_stiffness_factor(factor):
 
 
 def block(material, conversion, about):
-    """Text of the include file. material: `Granulate`; conversion: `Conversion`; about: lines of provenance."""
+    """Text of the include file. material: `Granulate`; conversion: `Conversion`; about: lines of
+    provenance."""
     g, e = material, conversion.equivalent
     gg, gw = g.grain_grain, g.grain_wall
     young = [g.grain.young_modulus, g.wall.young_modulus]
     lines = header(
         "#",
-        "LIGGGHTS 3.8: include this after `create_box 2 ...`; atom type 1 is the grain, 2 the wall. "
+        "LIGGGHTS 3.8: include this after `create_box 2 ...`; atom type 1 is the grain, 2 the "
+        "wall. "
         "Move the grains with `fix move all ${integrator}`.",
         about,
         conversion,
@@ -56,7 +61,8 @@ def block(material, conversion, about):
         _per_pair("coefficientRestitution", gg.restitution, gw.restitution),
         _per_pair("coefficientFriction", e.static_friction, gw.static_friction),
         *(_rolling(e, gw) if e.rotates else []),
-        f'variable law string "model hertz tangential history{" rolling_friction epsd3" * e.rotates}"',
+        'variable law string "model hertz tangential history'
+        f'{" rolling_friction epsd3" * e.rotates}"',
         f"variable integrator string {'nve/sphere' if e.rotates else 'nve'}",
         "pair_style gran ${law}",
         "pair_coeff * *",

@@ -1,4 +1,5 @@
-"""The calibrated point as every export needs it: two materials and two kinds of contact in effective constants."""
+"""The calibrated point as every export needs it: two materials and two kinds of contact in
+effective constants."""
 
 import math
 from dataclasses import dataclass
@@ -11,16 +12,16 @@ from dem.spec import RunSpec
 
 GRAVITY = 9.81
 TYPICAL_LOAD = 10.0
-"""Normal force of a typical contact in a heap, in grain weights: the pressure half-way down, rho g h/2, on d^2 is
-h/(2d) = 10 weights for a heap that is twenty grains high. Only stiffnesses of rolling springs that a code takes as
-constants depend on it."""
+"""Normal force of a typical contact in a heap, in grain weights: the pressure half-way down, rho g
+h/2, on d^2 is h/(2d) = 10 weights for a heap that is twenty grains high. Only stiffnesses of
+rolling springs that a code takes as constants depend on it."""
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Constants of one kind of contact. young, shear: effective moduli E*, G* [Pa]; radius: effective radius R* [m];
-    inertia: I1 I2/(I1 + I2) about the contact point [kg m2]; dashpot: factor of sqrt(stiffness m*) in the damping force
-    [-]."""
+    """Constants of one kind of contact. young, shear: effective moduli E*, G* [Pa]; radius:
+    effective radius R* [m]; inertia: I1 I2/(I1 + I2) about the contact point [kg m2]; dashpot:
+    factor of sqrt(stiffness m*) in the damping force [-]."""
 
     young: float
     shear: float
@@ -32,7 +33,8 @@ class Pair:
     inertia: float
 
     def contact_radius(self, load):
-        """Radius a [m] of a Hertz contact under `load` [N]: a^3 = 3 F R*/(4 E*) (Johnson 1985, 4.22)."""
+        """Radius a [m] of a Hertz contact under `load` [N]: a^3 = 3 F R*/(4 E*) (Johnson 1985,
+        4.22)."""
         return (0.75 * load * self.radius / self.young) ** (1 / 3)
 
 
@@ -64,7 +66,8 @@ class Granulate:
 
 
 def granulate(spec):
-    """`Granulate` of a `RunSpec`. The mean grain stands for all where there is a size distribution."""
+    """`Granulate` of a `RunSpec`. The mean grain stands for all where there is a size
+    distribution."""
     grain, wall = material_of(spec.materials.particle), material_of(spec.materials.wall)
     radius = mean_radius(spec)
     inertia = 1.4 * 4 / 3 * math.pi * radius**5 * grain.density
@@ -90,9 +93,11 @@ def granulate(spec):
 
 
 def rolling_stiffness(pair, rolling_friction, load, factor):
-    """Rotational stiffness k_r [N m] of the elastic-plastic law at a load [N]: factor S_n (mu_r R*)^2, S_n = 2 E* a.
+    """Rotational stiffness k_r [N m] of the elastic-plastic law at a load [N]: factor S_n (mu_r
+    R*)^2, S_n = 2 E* a.
 
-    Ai, Chen, Rotter, Ooi (2011), Powder Technology 206:269, model C; factor as in `dem.contact.rolling`.
+    Ai, Chen, Rotter, Ooi (2011), Powder Technology 206:269, model C; factor as in
+    `dem.contact.rolling`.
     """
     normal = 2.0 * pair.young * pair.contact_radius(load)
     return factor * normal * (rolling_friction * pair.radius) ** 2

@@ -3,15 +3,16 @@
 Its conventions, from the sources (mirrored at github.com/kuwt/MercuryDPM_fork, Kernel/):
 
 HertzianViscoelasticNormalSpecies.cc, HertzianViscoelasticInteraction.cc
-    F = (4/3) E* sqrt(R* overlap) overlap with the effective modulus E* itself (not Young's); dissipation
-    sqrt(5) |ln e|/sqrt(ln^2 e + pi^2) sqrt(m* F/overlap) equals the dashpot of Tsuji et al. as here: e is e.
-MindlinInteraction.cc
-    tangential force (2/3) 8 G a times the displacement, a = sqrt(R* overlap): G is 3/2 of the effective G* here, where
-    the stiffness is 8 G* a. slidingDissipation multiplies sqrt(m* 8 G a).
+    F = (4/3) E* sqrt(R* overlap) overlap with the effective modulus E* itself (not Young's);
+    dissipation
+    sqrt(5) |ln e|/sqrt(ln^2 e + pi^2) sqrt(m* F/overlap) equals the dashpot of Tsuji et al. as
+here: e is e. MindlinInteraction.cc
+    tangential force (2/3) 8 G a times the displacement, a = sqrt(R* overlap): G is 3/2 of the
+    effective G* here, where the stiffness is 8 G* a. slidingDissipation multiplies sqrt(m* 8 G a).
 MindlinRollingTorsionInteraction.cc
-    a force along v = 2 R* (omega_i - omega_j) x n with the lever 2 R*, limit mu F_n: mu is half of mu_r of
-    `elastic_plastic`. Its spring is 8 G a, not to be chosen: stiffer than ours, by 16 G/(E* f mu_r^2) in k_r, f ours.
-    rollingDissipation is C_r/(2 R*)^2.
+    a force along v = 2 R* (omega_i - omega_j) x n with the lever 2 R*, limit mu F_n: mu is half of
+    mu_r of `elastic_plastic`. Its spring is 8 G a, not to be chosen: stiffer than ours, by 16 G/(E*
+    f mu_r^2) in k_r, f ours. rollingDissipation is C_r/(2 R*)^2.
 A wall has no curvature: R* = R there (BaseInteraction.cc).
 setRotation(false) keeps grains from turning (DPMBase.h).
 """
@@ -23,7 +24,8 @@ from calibration.export.material import rolling_dashpot
 
 TANGENTIAL = 2.0 / 3.0
 SPRING = (
-    "MercuryDPM takes the stiffness of the rolling spring from the shear modulus; it is stiffer than in the runs "
+    "MercuryDPM takes the stiffness of the rolling spring from the shear modulus; it is stiffer "
+    "than in the runs "
     "behind this number."
 )
 
@@ -34,12 +36,14 @@ def shear_modulus(pair):
 
 
 def sliding_dissipation(pair):
-    """setSlidingDissipation [-]: ours is dashpot sqrt(m* 8 G* a), theirs a number times sqrt(m* 8 G a)."""
+    """setSlidingDissipation [-]: ours is dashpot sqrt(m* 8 G* a), theirs a number times sqrt(m* 8 G
+    a)."""
     return pair.dashpot * math.sqrt(TANGENTIAL)
 
 
 def rolling_friction(coefficient):
-    """setRollingFrictionCoefficient for mu_r of `elastic_plastic`: the lever is 2 R* where ours is R*."""
+    """setRollingFrictionCoefficient for mu_r of `elastic_plastic`: the lever is 2 R* where ours is
+    R*."""
     return 0.5 * coefficient
 
 
@@ -56,7 +60,8 @@ def rolling_dissipation(pair, load, ratio):
 
 
 def block(material, conversion, about):
-    """Text of the C++ block. material: `Granulate`; conversion: `Conversion`; about: lines of provenance."""
+    """Text of the C++ block. material: `Granulate`; conversion: `Conversion`; about: lines of
+    provenance."""
     g, e, gw = material, conversion.equivalent, material.grain_wall
     head = header(
         "//",

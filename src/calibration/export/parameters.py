@@ -57,7 +57,8 @@ def calibrated_entries(surface, region, optimum):
 
 
 def fixed_entries(config, factors, bench):
-    """{key: entry} of the factors that were not varied; bench: {factor: level} of the bench tests."""
+    """{key: entry} of the factors that were not varied; bench: {factor: level} of the bench
+    tests."""
     entries = {}
     for f in factors:
         entries[f.key] = {"factor": f.name}

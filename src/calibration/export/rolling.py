@@ -1,26 +1,29 @@
 """The calibrated angle in codes with other laws of rolling friction: which numbers give it there.
 
-The law calibrated with (usually EDEM's constant torque on each grain's own spin) is missing from most codes. Theirs act
-on the relative spin of two grains. With the same number, or with the number that makes the torques equal, their heaps
-are flatter by about ten degrees, because grains that turn together feel nothing. No formula leads from one coefficient
-to the other, so the angle is measured: this engine has both kinds of law.
+The law calibrated with (usually EDEM's constant torque on each grain's own spin) is missing from
+most codes. Theirs act on the relative spin of two grains. With the same number, or with the number
+that makes the torques equal, their heaps are flatter by about ten degrees, because grains that turn
+together feel nothing. No formula leads from one coefficient to the other, so the angle is measured:
+this engine has both kinds of law.
 
 Two paths are searched, everything else staying as it is.
 
 elastic_plastic
-    The rolling friction of grain on grain rises in that law, from less than the calibrated number to so much that
-    grains slide before they roll. Torsion goes with it.
+    The rolling friction of grain on grain rises in that law, from less than the calibrated number
+    to so much that grains slide before they roll. Torsion goes with it.
 no_rotation
-    Grains do not turn at all, and the static friction of grain on grain rises to the calibrated number. Every code can
-    do this, and it means the same in each. Here it is `constant_torque` with more rolling friction than static.
+    Grains do not turn at all, and the static friction of grain on grain rises to the calibrated
+    number. Every code can do this, and it means the same in each. Here it is `constant_torque` with
+    more rolling friction than static.
 
-The angle along a path is made monotone and inverted for the angle that the calibrated law gives. The first path that
-comes to it is taken; a steep heap is beyond the first, as grains that cannot roll on each other still slide, twist and
-turn together. Runs at the point found confirm it. Where no path comes to the angle, the first path's smallest number
-that is as good as its best is taken, and the exports say what is missing.
+The angle along a path is made monotone and inverted for the angle that the calibrated law gives.
+The first path that comes to it is taken; a steep heap is beyond the first, as grains that cannot
+roll on each other still slide, twist and turn together. Runs at the point found confirm it. Where
+no path comes to the angle, the first path's smallest number that is as good as its best is taken,
+and the exports say what is missing.
 
-The paths are run with fewer, larger grains of the same total volume in the same rig (MOST_GRAINS), all laws alike; the
-confirmation also at the study's own scale.
+The paths are run with fewer, larger grains of the same total volume in the same rig (MOST_GRAINS),
+all laws alike; the confirmation also at the study's own scale.
 """
 
 from dataclasses import dataclass
@@ -40,8 +43,8 @@ PATHS = {
     ELASTIC_PLASTIC: (-0.25, 0.0, 0.3333, 0.6667, 1.0),
     NO_ROTATION: (0.25, 0.4, 0.6, 0.8, 1.0),
 }
-"""Path -> places on it, see `place`. `constant_torque_relative` is none of them: LIGGGHTS' `cdt` does not stop at a
-reversal of the spin, and its heaps are flatter than ours."""
+"""Path -> places on it, see `place`. `constant_torque_relative` is none of them: LIGGGHTS' `cdt`
+does not stop at a reversal of the spin, and its heaps are flatter than ours."""
 CALIBRATED = "calibrated"
 COLUMNS = ("path", "scale", "share", "rolling_friction", "static_friction", "seed", "run_id")
 MOST_ROLLING = 5.0  # what a run spec allows
@@ -51,13 +54,13 @@ STIFFNESS_FACTOR, DAMPING_RATIO = 2.25, 0.3
 
 
 def place(path, share, pair):
-    """(rolling friction, static friction) of grain on grain at a place of a path, from the calibrated contact
-    (`ContactSpec`).
+    """(rolling friction, static friction) of grain on grain at a place of a path, from the
+    calibrated contact (`ContactSpec`).
 
-    elastic_plastic: 0 is the calibrated number, 1 the top, with equal ratios between. The top is 2 mu_s: the limit
-    mu_r R* F_n is then mu_s R F_n for equal grains, all that sliding friction can turn a grain with, so that a larger
-    number changes nothing. no_rotation: the share of the calibrated static friction. Rounded, as levels name cached
-    runs.
+    elastic_plastic: 0 is the calibrated number, 1 the top, with equal ratios between. The top is 2
+    mu_s: the limit mu_r R* F_n is then mu_s R F_n for equal grains, all that sliding friction can
+    turn a grain with, so that a larger number changes nothing. no_rotation: the share of the
+    calibrated static friction. Rounded, as levels name cached runs.
     """
     mu, static = pair.rolling_friction, pair.static_friction
     if path == NO_ROTATION:
@@ -67,22 +70,24 @@ def place(path, share, pair):
 
 
 def needs_search(spec):
-    """Whether other codes need other numbers than the calibrated ones of a `RunSpec`: not where theirs is the law
-    calibrated with, where grains roll freely, or where no heap was calibrated, so that there is no angle to keep."""
+    """Whether other codes need other numbers than the calibrated ones of a `RunSpec`: not where
+    theirs is the law calibrated with, where grains roll freely, or where no heap was calibrated, so
+    that there is no angle to keep."""
     free = spec.laws.rolling == "none" or spec.contacts.particle_particle.rolling_friction == 0.0
     return not free and spec.experiment == "heap" and spec.laws.rolling != ELASTIC_PLASTIC
 
 
 def calibrated_spec(config, factors, optimum, seed=None):
-    """Run spec (a mapping) at the calibrated point {factor: level}; the study's first seed unless given."""
+    """Run spec (a mapping) at the calibrated point {factor: level}; the study's first seed unless
+    given."""
     levels = config.fixed | optimum
     keys = {f.key: levels[f.name] for f in factors if f.name in levels}
     return point_spec(config.run, config.experiment, keys, config.seed if seed is None else seed)
 
 
 def coarse(spec):
-    """A heap's run spec (a mapping) with at most MOST_GRAINS larger grains of the same total volume; as it is where
-    these would not pass the funnel."""
+    """A heap's run spec (a mapping) with at most MOST_GRAINS larger grains of the same total
+    volume; as it is where these would not pass the funnel."""
     parsed = parse_spec(spec)
     if parsed.particles.count <= MOST_GRAINS:
         return spec
@@ -154,7 +159,8 @@ def _write(parts, output):
 
 
 def plan_scan(spec, output):
-    """Plan runs of the calibrated law and along each path; spec: calibrated run spec (a mapping)."""
+    """Plan runs of the calibrated law and along each path; spec: calibrated run spec (a
+    mapping)."""
     parts = []
     if needs_search(parse_spec(spec)):
         base = coarse(spec)
@@ -175,7 +181,8 @@ def read_scan(design_file, metric):
 
 @dataclass(frozen=True)
 class Inverse:
-    """Where on a path the angle is: share, and the range that the scan came to [unit of the angle]."""
+    """Where on a path the angle is: share, and the range that the scan came to [unit of the
+    angle]."""
 
     share: float
     reached: bool
@@ -186,9 +193,9 @@ class Inverse:
 def invert(shares, angles, target):
     """`Inverse` of angles (n,) at shares (n,) for a target angle.
 
-    The means at each share are made monotone (running maximum) and interpolated linearly. Below the path's range its
-    start is returned, above it the first share whose mean is within a standard error of the largest; `reached` is then
-    False.
+    The means at each share are made monotone (running maximum) and interpolated linearly. Below the
+    path's range its start is returned, above it the first share whose mean is within a standard
+    error of the largest; `reached` is then False.
     """
     groups = pd.Series(np.asarray(angles, float)).groupby(np.asarray(shares))
     means = groups.mean().sort_index()
@@ -211,7 +218,8 @@ def angles_of(runs, path):
 
 
 def search(scan):
-    """(path taken, {path: Inverse}) of a scan (table with `response`); (None, {}) of an empty one."""
+    """(path taken, {path: Inverse}) of a scan (table with `response`); (None, {}) of an empty
+    one."""
     if scan.empty:
         return None, {}
     own = angles_of(scan, CALIBRATED).mean()
@@ -238,8 +246,9 @@ def plan_confirmation(spec, scan_file, metric, output):
 def conclude(spec, scan, confirmation, validated, margin, unit):
     """The conversion as a mapping for rolling.json.
 
-    spec: calibrated `RunSpec`; scan, confirmation: tables with `response`; validated: (n,) angles of the calibrated law
-    at the study's own scale; margin: difference that does not matter; unit: of both.
+    spec: calibrated `RunSpec`; scan, confirmation: tables with `response`; validated: (n,) angles
+    of the calibrated law at the study's own scale; margin: difference that does not matter; unit:
+    of both.
     """
     pair, (path, found) = spec.contacts.particle_particle, search(scan)
     out = {"law": spec.laws.rolling, "unit": unit, "path": path}

@@ -38,7 +38,8 @@ CONVERTED = {
     "yade.py": yade,
     "mercurydpm.cpp": mercurydpm,
 }
-"""File under exports/ -> module that writes it; these codes may need another rolling law than the calibrated one."""
+"""File under exports/ -> module that writes it; these codes may need another rolling law than the
+calibrated one."""
 CODES = CONVERTED | {"edem.md": edem}
 
 
@@ -80,7 +81,8 @@ def about(config, validation, engine):
     unit, metric = unit_of(config.target.metric), config.target.metric
     return [
         f"Study {config.name}: {metric} measured {validation['measured_mean']:.2f} {unit} "
-        f"({validation['measured_n']} values, sd {validation['measured_sd']:.2f}); the calibrated model gives "
+        f"({validation['measured_n']} values, sd {validation['measured_sd']:.2f}); the calibrated "
+        f"model gives "
         f"{validation['simulated_mean']:.2f} {unit} ({validation['simulated_n']} runs, sd "
         f"{validation['simulated_sd']:.2f}) in the rig and with the grains of calibrated.yaml.",
         f"Engine {engine}. SI units. How each number was converted: docs/howto-export.md.",
@@ -104,9 +106,12 @@ def summary(study, optimum, validation, surface, region, bench):
         "study": config.name,
         "engine": engine_fingerprint(),
         "commands": {
-            "the whole study": f"snakemake -j2 --configfile results/{config.name}/exports/study.yaml",
-            "one run at the calibrated point": f"dem run results/{config.name}/exports/dem.yaml --out heap",
-            "the same angle with the rolling friction of other codes": "snakemake -j2 export_converted "
+            "the whole study": f"snakemake -j2 --configfile "
+            f"results/{config.name}/exports/study.yaml",
+            "one run at the calibrated point": f"dem run results/{config.name}/exports/dem.yaml "
+            f"--out heap",
+            "the same angle with the rolling friction of other codes": "snakemake -j2 "
+            "export_converted "
             f"--configfile results/{config.name}/exports/study.yaml",
         },
         "target": {
@@ -123,7 +128,8 @@ def summary(study, optimum, validation, surface, region, bench):
             "attainable": optimum["attainable"],
             "predicted": optimum["predicted"],
             "confirmation_interval_95": optimum["confirmation_interval"],
-            "note": "One response does not fix several parameters: solution_set is the range of each over all points "
+            "note": "One response does not fix several parameters: solution_set is the range of "
+            "each over all points "
             "that give the measured value, interval_95 its uncertainty with the others held.",
         },
         "parameters": found,
@@ -154,8 +160,9 @@ def export(study, source, output):
 def write_exports(study, source, runs, region, out):
     """Write calibrated.yaml and exports/ into folder `out`, each file atomically.
 
-    source: files `optimum` and `validation`; `fixed`, a list of files with what the bench tests found, none where the
-    configuration's values stand. runs: table of the runs that the surface was fitted to; region: its factors.
+    source: files `optimum` and `validation`; `fixed`, a list of files with what the bench tests
+    found, none where the configuration's values stand. runs: table of the runs that the surface was
+    fitted to; region: its factors.
     """
     config, optimum, validation = study.config, _load(source.optimum), _load(source.validation)
     surface = fit_surface(runs, [f.code for f in region], runs["response"])

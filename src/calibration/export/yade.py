@@ -1,21 +1,24 @@
 """YADE (2023.02a): materials and functors to execute in a script.
 
-Its conventions, from the class reference of the installed version and the source pkg/dem/HertzMindlin.cpp (mirrored at
-github.com/bchareyre/yade-mpi; newer formulas as in the version installed, checked by a test that reads the stiffnesses
-of live contacts):
+Its conventions, from the class reference of the installed version and the source
+pkg/dem/HertzMindlin.cpp (mirrored at github.com/bchareyre/yade-mpi; newer formulas as in the
+version installed, checked by a test that reads the stiffnesses of live contacts):
 
 Ip2_FrictMat_FrictMat_MindlinPhys
-    E* and G* from Young's modulus and Poisson's ratio as here. en: the dashpot of Thornton et al. (2013), Eqs. B6 and
-    B7, for a force that never attracts; `tsuji` here attracts at the end. Each returns its e, so e is carried over.
-    en, es, frictAngle are tables by pair (MatchMaker, frictAngle in radians); krot and eta are single numbers.
-Law2_ScGeom_MindlinPhys_Mindlin, includeMoment=True
-    moment grows by krot times the relative rotation, without a dashpot, up to eta (R1 + R2)/2 F_n: with R* = R/2 of
-    equal grains, eta is half of mu_r of `elastic_plastic`. krot is a constant; there k_r grows with the load. While F_n
-    is cut to zero at the end of an impact the moment has no limit.
+    E* and G* from Young's modulus and Poisson's ratio as here. en: the dashpot of Thornton et al.
+    (2013), Eqs. B6 and B7, for a force that never attracts; `tsuji` here attracts at the end. Each
+    returns its e, so e is carried over. en, es, frictAngle are tables by pair (MatchMaker,
+    frictAngle in radians); krot and eta are single numbers. Law2_ScGeom_MindlinPhys_Mindlin,
+    includeMoment=True
+    moment grows by krot times the relative rotation, without a dashpot, up to eta (R1 + R2)/2 F_n:
+    with R* = R/2 of equal grains, eta is half of mu_r of `elastic_plastic`. krot is a constant;
+    there k_r grows with the load. While F_n is cut to zero at the end of an impact the moment has
+    no limit.
 Ig2_Facet_Sphere_ScGeom
-    a facet counts as a sphere of twice the radius: R* is 2R/3 instead of R, so a grain on a facet is softer by
-    sqrt(2/3), and the lever of eta is 3R/2. The limit of the moment there is set contact by contact (`wallRolling`);
-    the softer contact is left, as the modulus is a softened one anyway.
+    a facet counts as a sphere of twice the radius: R* is 2R/3 instead of R, so a grain on a facet
+    is softer by sqrt(2/3), and the lever of eta is 3R/2. The limit of the moment there is set
+    contact by contact (`wallRolling`); the softer contact is left, as the modulus is a softened one
+    anyway.
 """
 
 import math
@@ -25,12 +28,14 @@ from calibration.export.material import rolling_stiffness
 
 
 def eta(pair, rolling_friction, radii):
-    """eta for mu_r of `elastic_plastic`; radii (2,) [m] as YADE sees them: mu_r R* / ((R1 + R2)/2)."""
+    """eta for mu_r of `elastic_plastic`; radii (2,) [m] as YADE sees them: mu_r R* / ((R1 +
+    R2)/2)."""
     return rolling_friction * pair.radius / (0.5 * sum(radii))
 
 
 SPRING = (
-    "The rolling spring is a constant in YADE, that of a contact under {load:.3g} N, ten grain weights, and has no "
+    "The rolling spring is a constant in YADE, that of a contact under {load:.3g} N, ten grain "
+    "weights, and has no "
     "dashpot. eta is one number for all pairs, so wallRolling() sets the moment of grains on walls."
 )
 HOLD = """def holdGrains():
@@ -73,12 +78,14 @@ def _material(name, material, angle):
 
 
 def block(material, conversion, about):
-    """Text of the script. material: `Granulate`; conversion: `Conversion`; about: lines of provenance."""
+    """Text of the script. material: `Granulate`; conversion: `Conversion`; about: lines of
+    provenance."""
     g, e = material, conversion.equivalent
     gg, gw = g.grain_grain, g.grain_wall
     head = header(
         "#",
-        "YADE 2023.02: execute this in a script, exec(open('yade.py').read()), and use grain, wall, physics, law and "
+        "YADE 2023.02: execute this in a script, exec(open('yade.py').read()), and use grain, "
+        "wall, physics, law and "
         "the engine upkeep.",
         about,
         conversion,

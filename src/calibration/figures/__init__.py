@@ -1,4 +1,5 @@
-"""Figures of the stages; each function returns a matplotlib Figure, `save` writes it atomically as SVG."""
+"""Figures of the stages; each function returns a matplotlib Figure, `save` writes it atomically as
+SVG."""
 
 from calibration.figures.ascent import ascent_path
 from calibration.figures.beside import numerics, scaling, sweep, yield_loci
@@ -11,7 +12,8 @@ from calibration.figures.surface import perturbation, predicted_actual, residual
 
 __all__ = [
     "ANGLE", "BLUE", "GREEN", "GREY", "ORANGE", "STYLE", "Quantity", "ascent_path", "contours",
-    "desirability_contours", "half_normal", "label", "numerics", "pareto", "perturbation", "predicted_actual",
+    "desirability_contours", "half_normal", "label", "numerics", "pareto", "perturbation",
+    "predicted_actual",
     "quantity_of", "residual_panel", "save", "scaling", "signed", "subplots", "surfaces",
     "sweep", "validation", "yield_loci",
 ]  # fmt: skip

@@ -7,7 +7,8 @@ from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, subplots
 
 
 def sweep(levels, response, coefficients, inverse, measured, factor, axis):
-    """Sweep of a bench test with its quadratic and the inverse of the measured value; axis: label of the response."""
+    """Sweep of a bench test with its quadratic and the inverse of the measured value; axis: label
+    of the response."""
     figure, ax = subplots()
     x = np.linspace(min(levels), max(levels), 101)
     ax.plot(x, np.polyval(coefficients, x), color=GREY, label="quadratic fit")
@@ -23,7 +24,8 @@ def sweep(levels, response, coefficients, inverse, measured, factor, axis):
 
 
 def yield_loci(runs, loci, curves, measure, section):
-    """Yield loci at each particle friction, and the slope over the friction with its interval, beside the measured.
+    """Yield loci at each particle friction, and the slope over the friction with its interval,
+    beside the measured.
 
     runs: columns particle_friction, normal_stress_kPa and, for each measure, <measure>_kPa.
     """
@@ -86,7 +88,8 @@ def scaling(table):
 
 
 def numerics(table, quantity=ANGLE):
-    """Difference that each numerical choice makes at each point, with its interval; table as of `compare_variants`."""
+    """Difference that each numerical choice makes at each point, with its interval; table as of
+    `compare_variants`."""
     compared = table[table["difference"].notna()]
     names, points = list(dict.fromkeys(compared["variant"])), list(dict.fromkeys(table["point"]))
     figure, ax = subplots(size=(5.6, 0.32 * len(names) + 1.2))

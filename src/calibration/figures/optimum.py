@@ -13,7 +13,8 @@ LINES = ("#d1711f", "#2f6db5", "#7b4fa3", "#b5363f", "#5b7a1f")  # of the target
 
 
 def contours(surface, region, solution, quantity=ANGLE):
-    """Contours through the chosen point with the solution set drawn in; for three factors also the set itself."""
+    """Contours through the chosen point with the solution set drawn in; for three factors also the
+    set itself."""
     pairs = pairs_of(region)
     whole = len(region) == 3 and solution.attainable
     with plt.rc_context(STYLE):
@@ -60,8 +61,9 @@ def _solution_set(ax, surface, region, solution, quantity):
 
 
 def desirability_contours(surfaces, goals, region, found):
-    """Overall desirability over each pair of factors, the others at the chosen point; a line where a response meets
-    its target. surfaces and goals in the same order; found: `Compromise`. Returns a matplotlib Figure."""
+    """Overall desirability over each pair of factors, the others at the chosen point; a line where
+    a response meets its target. surfaces and goals in the same order; found: `Compromise`. Returns
+    a matplotlib Figure."""
     pairs = pairs_of(region)
     with plt.rc_context(STYLE):
         figure, rows, columns = panel_grid(len(pairs), (4.8, 4.0))

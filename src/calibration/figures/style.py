@@ -38,8 +38,8 @@ def subplots(rows=1, columns=1, size=(5.4, 3.8), **more):
 
 
 def panel_grid(count, size):
-    """Figure and rows, columns of a grid of `count` panels, two a row so that they read on a narrow page; size: inches
-    of one."""
+    """Figure and rows, columns of a grid of `count` panels, two a row so that they read on a narrow
+    page; size: inches of one."""
     columns = min(count, 2)
     rows = -(-count // columns)
     figure = plt.figure(figsize=(size[0] * columns, size[1] * rows), layout="constrained")

@@ -132,7 +132,8 @@ def advice(trials):
     found = [f"{sum(not t.fault for t in trials)} of {len(trials)} coarse heaps stand"]
     if rolled > len(trials) / 4:
         found.append(
-            f"{rolled} rolled off: a plate with a rim (geometry.plate_stl, docs/howto-geometry.md) or a "
+            f"{rolled} rolled off: a plate with a rim (geometry.plate_stl, docs/howto-geometry.md) "
+            f"or a "
             "lower discharge_height_mm keeps them; is your own plate bare?"
         )
     if clogged:

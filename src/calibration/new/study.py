@@ -13,7 +13,8 @@ from calibration.files import replacing
 from calibration.new.heap import FREE_FLOW, MOST
 
 LAWS = {"rolling": "elastic_plastic", "torsion": "marshall"}
-"""Laws of a new material. The engine's default is EDEM's own-spin torque, which holds a heap at rest and
+"""Laws of a new material. The engine's default is EDEM's own-spin torque, which holds a heap at
+rest and
 brakes grains that turn together."""
 CLOGS = 3.0  # grains across an orifice that none pass for long
 _REFUSED = re.compile(r"[^\w\s.,()+/-]|\s\s|^\s|\s$|[\n\t]")
@@ -45,13 +46,15 @@ def check_folder(folder):
 def write_study(folder, values, heap, factors, sizes=None):
     """Write config.yaml, factors.tsv and measured.csv into a new folder and check them.
 
-    values (n,): measured angles [deg]; heap: `Heap` of the laboratory; sizes: `particles.sizes` of a
+    values (n,): measured angles [deg]; heap: `Heap` of the laboratory; sizes: `particles.sizes` of
+    a
     sieve curve. Returns sentences: what was chosen. Raises CalibrationError, with nothing left.
     """
     folder, name = Path(folder), check_folder(folder)
     if heap.orifice_diameter_mm < CLOGS * heap.diameter_mm:
         raise CalibrationError(
-            f"orifice_diameter_mm {heap.orifice_diameter_mm:g}: any funnel clogs; allowed: at least "
+            f"orifice_diameter_mm {heap.orifice_diameter_mm:g}: any funnel clogs; allowed: at "
+            f"least "
             f"{CLOGS:g} times the largest grain ({heap.diameter_mm:g} mm)"
         )
     simulated = heap if sizes else heap.of_at_most(MOST)
@@ -91,14 +94,16 @@ def _choices(heap, simulated):
     if simulated.diameter_mm > heap.diameter_mm:
         ratio = simulated.diameter_mm / heap.diameter_mm
         found.append(
-            f"they are {ratio:.2f} times as large as yours, of the same volume together: {heap.count:,} "
+            f"they are {ratio:.2f} times as large as yours, of the same volume together: "
+            f"{heap.count:,} "
             "would take too long (run.particles in config.yaml)"
         )
     across = heap.orifice_diameter_mm / heap.diameter_mm
     if across < FREE_FLOW:
         wider = FREE_FLOW * heap.diameter_mm
         found.append(
-            f"warning: the orifice is {across:.1f} grains wide and may clog; {wider:.3g} mm would not, "
+            f"warning: the orifice is {across:.1f} grains wide and may clog; {wider:.3g} mm would "
+            f"not, "
             "nor would a lifted cylinder"
         )
     return found
@@ -114,10 +119,11 @@ def _configuration(folder, name, heap, factors, sizes):
         if sizes
         else f"diameter_mm: {heap.diameter_mm:g}"
     )
+    configfile = quoted(folder / "config.yaml")
     return f"""\
 # A study of {folder.name}. From the root of the project:
-#   snakemake -n --configfile {quoted(folder / "config.yaml")}    what it would do
-#   snakemake -j2 --configfile {quoted(folder / "config.yaml")}   all of it, and results/{name}/report.html
+#   snakemake -n --configfile {configfile}    what it would do
+#   snakemake -j2 --configfile {configfile}   all of it, and results/{name}/report.html
 #   --config resolution=quick beside it: a quarter of the grains, for a first look
 # config/README.md walks through every key.
 name: {name}
@@ -134,8 +140,9 @@ run: # what all heaps share
   materials:
     particle:
       density_kg_m3: {heap.density_kg_m3:g} # of the grain, not of the bed
-      shear_modulus_Pa: {heap.shear_modulus_Pa:g} # softened, for longer time steps (config/README.md)
-  laws: {{ rolling: {LAWS["rolling"]}, torsion: {LAWS["torsion"]} }} # on the relative spin: they hold in motion too
+      shear_modulus_Pa: {heap.shear_modulus_Pa:g} # softened, for longer time steps
+  # on the relative spin: they hold in motion too
+  laws: {{ rolling: {LAWS["rolling"]}, torsion: {LAWS["torsion"]} }}
   particles: {{ count: {heap.count}, {grain} }}
   geometry:
     orifice_diameter_mm: {heap.orifice_diameter_mm:g}
@@ -147,5 +154,6 @@ run: # what all heaps share
 
 screening: {{ at_least: 3, at_most: 3 }}
 ascent: {{ rule: effects, steps: 5 }}
-validation: {{ groups: 2, replicates: 5, margin: 1.0 }} # margin: a difference in degrees that does not matter
+# margin: a difference in degrees that does not matter
+validation: {{ groups: 2, replicates: 5, margin: 1.0 }}
 """

@@ -99,8 +99,11 @@ def _fitted(path, points, reduced):
         distance = np.arange(len(profile), dtype=float)
         angle = fit_flank(distance, profile, np.inf)
         if not np.isfinite(angle):
-            raise CalibrationError(f"{path}: the {'left' if side < 0 else 'right'} flank is too short to fit; "
-                                   "allowed: a heap with both flanks in the picture")  # fmt: skip
+            which = "left" if side < 0 else "right"
+            raise CalibrationError(
+                f"{path}: the {which} flank is too short to fit; "
+                "allowed: a heap with both flanks in the picture"
+            )
         angles.append(angle)
         ends = _line(distance, profile, angle)
         lines.append(tuple(back(np.array([stations[crest] + side * d, h])) for d, h in ends))

@@ -1,4 +1,5 @@
-"""The answer, before anything else: parameters with their intervals, the validated value, the verdict."""
+"""The answer, before anything else: parameters with their intervals, the validated value, the
+verdict."""
 
 from calibration.figures import label, quantity_of, signed
 from calibration.report.embed import load
@@ -39,8 +40,8 @@ def _limits(study):
 
 
 def _parameters(optimum, region, verdict):
-    """Rows {heading: text} of the calibrated parameters: value, interval with the others held, extent of the solution
-    set, interval of the diagnosis where there is one."""
+    """Rows {heading: text} of the calibrated parameters: value, interval with the others held,
+    extent of the solution set, interval of the diagnosis where there is one."""
     posterior = (verdict or {}).get("calibration", {})
     borders = {f["name"]: (f["low"], f["high"]) for f in region}
     rows = []
@@ -58,7 +59,8 @@ def _parameters(optimum, region, verdict):
 
 
 def _interval(interval, borders):
-    """Words for an interval whose ends may be the borders of the region searched, where the data do not bound it."""
+    """Words for an interval whose ends may be the borders of the region searched, where the data do
+    not bound it."""
     (low, high), (first, last) = interval, borders
     width = last - first
     open_below, open_above = low - first < 1e-6 * width, last - high < 1e-6 * width
@@ -74,7 +76,8 @@ def _validated(v, quantity):
         {
             "name": f"Validated {quantity.name}",
             "value": quantity.value(v["simulated_mean"]),
-            "text": f"measured {quantity.value(v['measured_mean'])}: {v['relative_error_percent']:.2f} % apart, "
+            "text": f"measured {quantity.value(v['measured_mean'])}: "
+            f"{v['relative_error_percent']:.2f} % apart, "
             f"{v['simulated_n']} runs with seeds of their own",
         }
     ]
@@ -99,7 +102,8 @@ def _equivalence(v, quantity):
         {
             "name": "Difference",
             "value": f"{signed(v['difference'])}{quantity.unit}",
-            "text": f"95 % {signed(v['difference_low'])} to {signed(v['difference_high'])}; {word} within "
+            "text": f"95 % {signed(v['difference_low'])} to {signed(v['difference_high'])}; {word} "
+            f"within "
             f"±{v['margin']:g}{quantity.unit}",
             "good": v["equivalent"],
         }
@@ -123,7 +127,8 @@ def _diagnosed(verdict):
 def _notes(optimum, quantity):
     if not optimum["attainable"]:
         return [
-            f"The measured {quantity.value(optimum['target'])} is out of reach in the region searched; the point above "
+            f"The measured {quantity.value(optimum['target'])} is out of reach in the region "
+            f"searched; the point above "
             f"comes nearest, with {quantity.value(optimum['predicted'])} predicted."
         ]
     if "desirability" in optimum:
@@ -133,8 +138,10 @@ def _notes(optimum, quantity):
         ]
     low, high = optimum["confirmation_interval"]
     return [
-        f"The {quantity.name} alone does not fix the parameters: every point of the solution set gives "
+        f"The {quantity.name} alone does not fix the parameters: every point of the solution set "
+        f"gives "
         f"{quantity.value(optimum['target'])}; the point above is the one that the rule "
-        f"“{label(optimum['rule'])}” chose. The mean of {optimum['confirmation_runs']} runs there was expected between "
+        f"“{label(optimum['rule'])}” chose. The mean of {optimum['confirmation_runs']} runs there "
+        f"was expected between "
         f"{quantity.value(low)} and {quantity.value(high)} (95 %)."
     ]

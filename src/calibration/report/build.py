@@ -1,4 +1,5 @@
-"""Collects what a study's stages left and writes it as one self-contained page; parts without files are left out."""
+"""Collects what a study's stages left and writes it as one self-contained page; parts without files
+are left out."""
 
 from pathlib import Path
 
@@ -27,8 +28,10 @@ CARRIED = {
 """File of exports/ -> what it is for."""
 NOT_CONVERTED_MARK = "NOT CONVERTED: rolling friction"
 NOT_CONVERTED = (
-    "LIGGGHTS, LAMMPS, YADE and MercuryDPM have other laws of rolling friction than the one calibrated with: the same "
-    "number gives a flatter heap there. Their blocks say so at their head; snakemake -j2 export_converted searches the "
+    "LIGGGHTS, LAMMPS, YADE and MercuryDPM have other laws of rolling friction than the one "
+    "calibrated with: the same "
+    "number gives a flatter heap there. Their blocks say so at their head; snakemake -j2 "
+    "export_converted searches the "
     "numbers that give the calibrated angle and puts them here."
 )
 
@@ -75,8 +78,9 @@ def _with_heaps(study, stage, quantity, metric):
 
 
 def _exports(study):
-    """Files that carry the parameters elsewhere, or None: what to know of them, and of each what it is, its text for
-    copying and its download. A block with converted rolling friction takes the place of the one without."""
+    """Files that carry the parameters elsewhere, or None: what to know of them, and of each what it
+    is, its text for copying and its download. A block with converted rolling friction takes the
+    place of the one without."""
     folder = study / "exports"
     named = {study / "calibrated.yaml": "Every parameter with its unit, source and interval"}
     for name, text in CARRIED.items():

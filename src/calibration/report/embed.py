@@ -1,4 +1,5 @@
-"""Files turned into pieces of a page that needs no other file: figures, tables, images and downloads."""
+"""Files turned into pieces of a page that needs no other file: figures, tables, images and
+downloads."""
 
 import base64
 import json
@@ -58,7 +59,8 @@ def figure(path, text, data=()):
 
 
 def _inline(path):
-    """An SVG file for use within a page: (its code, its width in points). Ground and ink follow the page."""
+    """An SVG file for use within a page: (its code, its width in points). Ground and ink follow the
+    page."""
     svg = re.sub(r"^.*?(?=<svg)", "", path.read_text(), count=1, flags=re.S)
     svg = re.sub(r"<metadata>.*?</metadata>|<style.*?</style>", "", svg, flags=re.S)
     # ids are unique only within their own file
@@ -77,8 +79,8 @@ def _inline(path):
 def table(path, title, first=None, rows=SHOWN_ROWS, unshown=()):
     """A CSV file as a table with its download.
 
-    first: (column, value) of rows that come first; rows: the most that are shown; unshown: columns that are only in the
-    download, as are the runs' names and the experiment where there is but one.
+    first: (column, value) of rows that come first; rows: the most that are shown; unshown: columns
+    that are only in the download, as are the runs' names and the experiment where there is but one.
     """
     frame = pd.read_csv(path)
     if first and first[0] in frame:

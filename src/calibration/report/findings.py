@@ -45,7 +45,10 @@ def decides(effects, screening, quantity):
         if "contribution_percent" in effects
         else ""
     )
-    text = f"{_name(first['name'])} decides: {_effect(first['effect'], quantity)} over its range{share}."
+    text = (
+        f"{_name(first['name'])} decides: {_effect(first['effect'], quantity)} over its "
+        f"range{share}."
+    )
     others = [n for n in screening["significant"] if n != first["name"]]
     sizes = dict(zip(effects["name"], effects["effect"], strict=True))
     if others:
@@ -69,7 +72,8 @@ def stays_open(optimum, region, quantity):
         return f"{target} bounds every parameter: {', '.join(fixed)}."
     bound = f"; it bounds {', '.join(fixed)}" if fixed else ""
     return (
-        f"{target} alone leaves {' and '.join(parts)} open{bound}. Another measurement (drop, tilted plane, "
+        f"{target} alone leaves {' and '.join(parts)} open{bound}. Another measurement (drop, "
+        f"tilted plane, "
         "shear) decides between the points."
     )
 
@@ -105,7 +109,8 @@ def _fitted(study):
     for odd in surface.get("outliers", []):
         found.append(
             f"Run {odd['run']} of the response surface is odd: its studentised residual is "
-            f"{odd['studentised']:.1f}, where {surface['outlier_limit']:.1f} is the largest expected."
+            f"{odd['studentised']:.1f}, where {surface['outlier_limit']:.1f} is the largest "
+            f"expected."
         )
     s = surface["statistics"]
     lack, predicted = s.get("lack_of_fit_p"), s.get("R2_pred")

@@ -48,8 +48,8 @@ def _left(metrics):
 
 
 def viewer(study, quantity):
-    """JSON for the page's viewer: the validated heap nearest to the mean, and the screening's extremes; None where no
-    heap's state is at hand."""
+    """JSON for the page's viewer: the validated heap nearest to the mean, and the screening's
+    extremes; None where no heap's state is at hand."""
     scenes = [
         scene
         for name, text in _chosen(study, quantity)
@@ -75,7 +75,8 @@ def _chosen(study, quantity):
 
 
 def _scene(run_id, name):
-    """One heap: grains in the order of pouring as 16-bit numbers x, y, z, radius over `scale` [mm]."""
+    """One heap: grains in the order of pouring as 16-bit numbers x, y, z, radius over `scale`
+    [mm]."""
     try:
         run = read_run(Path(result_path(run_id)).parent)
     except DemError:
@@ -99,7 +100,8 @@ def _scene(run_id, name):
 
 
 def _cone(run, plate):
-    """Radius [mm] at which the cone of the run's angle of repose meets the plate: mean of the fitted lines."""
+    """Radius [mm] at which the cone of the run's angle of repose meets the plate: mean of the
+    fitted lines."""
     part = heap_grains(run.position, run.radius, run.velocity, plate)
     position, radius = run.position[part], run.radius[part]
     toes = [

@@ -12,7 +12,8 @@ ALL_ROWS = 10_000  # a table of verdicts is shown whole, in a box that scrolls
 
 
 def section(study, stage, quantity):
-    """The section of a declared stage in the folder of a study, or None where it has not run or has none."""
+    """The section of a declared stage in the folder of a study, or None where it has not run or has
+    none."""
     if stage.name == "diagnosis":
         return diagnosis(study)
     return beside(study, stage) if stage.about else _listed(study, stage, quantity)
@@ -48,7 +49,8 @@ def _listed(study, stage, quantity):
 
 
 def _further(folder, listed):
-    """Figures of further targets, <figure>_<metric>.svg or <metric>.svg, with the files that bear the metric."""
+    """Figures of further targets, <figure>_<metric>.svg or <metric>.svg, with the files that bear
+    the metric."""
     figures = []
     for path in sorted(p for p in folder.glob("*.svg") if p.stem not in listed):
         base = next((n for n in listed if path.stem.startswith(f"{n}_")), None)
@@ -60,7 +62,8 @@ def _further(folder, listed):
 
 
 def beside(study, stage):
-    """The section of what stands beside the chain, made of whatever tables, figures and data its folder holds."""
+    """The section of what stands beside the chain, made of whatever tables, figures and data its
+    folder holds."""
     key = stage.name
     folder = study / key
     figures = sorted(folder.glob("*.svg"))
@@ -102,7 +105,8 @@ def _verb(word, n):
 
 
 def _named(key, path):
-    """Caption of a figure that is not listed above: the file of that name, or its name in plain words."""
+    """Caption of a figure that is not listed above: the file of that name, or its name in plain
+    words."""
     return caption(f"{key}_{path.stem}") or caption(path.stem) or label(path.stem).capitalize()
 
 

@@ -12,7 +12,8 @@ from dem.errors import ResultError
 
 
 def run_times(study, stages):
-    """Table of the runs that are there: stage, run_id, seed, particles, steps, simulated and wall time, engine."""
+    """Table of the runs that are there: stage, run_id, seed, particles, steps, simulated and wall
+    time, engine."""
     rows, store = [], RunStore()
     plans = [t.plans for s in stages.values() for t in s.tasks if t.plans]
     for stage in plans:
@@ -61,7 +62,8 @@ def runs_section(study, stages):
         "key": "runs",
         "title": "Runs, times and seeds",
         "texts": [
-            f"{runs['run_id'].nunique()} runs took {total:.1f} minutes of one core, by engine {engines}. A run that "
+            f"{runs['run_id'].nunique()} runs took {total:.1f} minutes of one core, by engine "
+            f"{engines}. A run that "
             "two stages share was made once."
         ],
         "figures": [],

@@ -1,11 +1,11 @@
 """Dimensional analysis of a particle model enlarged by the length factor h.
 
-Every quantity q of the enlarged model is h**a times the original's. Which exponents are free to choose is a matter of
-dimensions alone: a quantity of the dimension M^m L^l T^t has the exponent m a_M + l a_L + t a_T, so that three held
-quantities of independent dimensions fix all others.
+Every quantity q of the enlarged model is h**a times the original's. Which exponents are free to
+choose is a matter of dimensions alone: a quantity of the dimension M^m L^l T^t has the exponent m
+a_M + l a_L + t a_T, so that three held quantities of independent dimensions fix all others.
 
-Sources: Y. T. Feng, K. Han, D. R. J. Owen and J. Loughran, Engineering Computations 26 (2009) 599-609, for the laws;
-the paper, Eq. 2 to 8 and 15.
+Sources: Y. T. Feng, K. Han, D. R. J. Owen and J. Loughran, Engineering Computations 26 (2009)
+599-609, for the laws; the paper, Eq. 2 to 8 and 15.
 """
 
 from collections.abc import Mapping
@@ -44,7 +44,8 @@ DIMENSIONS: dict[str, tuple[int, int, int]] = {
     "friction": (0, 0, 0),
     "restitution": (0, 0, 0),
 }
-"""Powers of mass, length and time of every quantity known; `rig_length` is the apparatus, `length` the particle."""
+"""Powers of mass, length and time of every quantity known; `rig_length` is the apparatus, `length`
+the particle."""
 
 GROUPS: dict[str, dict[str, float]] = {
     # dimensionless group: powers of its quantities
@@ -67,7 +68,8 @@ GROUPS: dict[str, dict[str, float]] = {
     "rolling-resistance number l_r/L": {"rolling_length": 1, "length": -1},
     "particle to rig L/D": {"length": 1, "rig_length": -1},
 }
-"""Dimensionless groups that a model must keep to behave alike, as powers of the quantities in `DIMENSIONS`."""
+"""Dimensionless groups that a model must keep to behave alike, as powers of the quantities in
+`DIMENSIONS`."""
 
 
 class ScalingError(CalibrationError):
@@ -75,14 +77,16 @@ class ScalingError(CalibrationError):
 
 
 class OverdeterminedError(ScalingError):
-    """Held quantities whose exponents contradict each other; `conflict` names the smallest such set."""
+    """Held quantities whose exponents contradict each other; `conflict` names the smallest such
+    set."""
 
     def __init__(self, conflict: Mapping[str, Fraction], demanded: Fraction):
         self.conflict, self.demanded = dict(conflict), demanded
         *others, last = self.conflict
         said = ", ".join(f"{q} ~ h^{a}" for q, a in self.conflict.items())
         super().__init__(
-            f"the held quantities contradict each other: {said}; given {', '.join(others) or 'no other'}, "
+            f"the held quantities contradict each other: {said}; given "
+            f"{', '.join(others) or 'no other'}, "
             f"{last} must go as h^{demanded}"
         )
 
@@ -99,7 +103,8 @@ class UnderdeterminedError(ScalingError):
 
 @dataclass(frozen=True)
 class Rule:
-    """A scaling rule: `held` maps quantities to their exponents of h, `source` says where it is stated."""
+    """A scaling rule: `held` maps quantities to their exponents of h, `source` says where it is
+    stated."""
 
     name: str
     held: Mapping[str, float]
@@ -125,7 +130,8 @@ def exponent(quantity: str, held: Mapping[str, float]) -> Fraction:
     Parameters
     ----------
     quantity : key of `DIMENSIONS`
-    held : the quantities held, each with its exponent of h (0: unchanged; length 1: enlarged h times)
+    held : the quantities held, each with its exponent of h (0: unchanged; length 1: enlarged h
+    times)
 
     Raises
     ------
@@ -146,19 +152,22 @@ def exponents(held: Mapping[str, float]) -> dict[str, Fraction]:
 
 
 def factors(held: Mapping[str, float], h: float) -> dict[str, float]:
-    """Factor h**exponent of every quantity in `DIMENSIONS` for the length factor `h` > 0; raises as `exponent` does."""
+    """Factor h**exponent of every quantity in `DIMENSIONS` for the length factor `h` > 0; raises as
+    `exponent` does."""
     if not h > 0:
         raise ScalingError(f"the length factor must be above 0, not {h}")
     return {quantity: float(h) ** float(a) for quantity, a in exponents(held).items()}
 
 
 def independent(quantities: list[str]) -> int:
-    """Number of independent dimensions among `quantities` (3 are needed to fix a mechanical model)."""
+    """Number of independent dimensions among `quantities` (3 are needed to fix a mechanical
+    model)."""
     return int(np.linalg.matrix_rank([_dimension(q) for q in quantities])) if quantities else 0
 
 
 def check_consistent(held: Mapping[str, float]) -> None:
-    """Raise `OverdeterminedError`, naming the smallest set of `held` quantities that contradict each other."""
+    """Raise `OverdeterminedError`, naming the smallest set of `held` quantities that contradict
+    each other."""
     held, names = _exact(held), list(held)
     for size in range(1, min(len(names), 4) + 1):  # four quantities always depend on one another
         for subset in combinations(names, size):
@@ -176,7 +185,8 @@ def group_exponents(settings: Mapping[str, float]) -> pd.DataFrame:
 
     Parameters
     ----------
-    settings : exponent of h actually given to each quantity a group of `GROUPS` needs (see `settings_of`)
+    settings : exponent of h actually given to each quantity a group of `GROUPS` needs (see
+    `settings_of`)
 
     Returns
     -------
@@ -193,10 +203,11 @@ def group_exponents(settings: Mapping[str, float]) -> pd.DataFrame:
 
 
 def settings_of(rule: Rule, unscaled: tuple[str, ...] = ()) -> dict[str, Fraction]:
-    """Exponents a simulation is set up with: the rule's, save that each quantity in `unscaled` keeps its value.
+    """Exponents a simulation is set up with: the rule's, save that each quantity in `unscaled`
+    keeps its value.
 
-    Real gravity, a measured surface energy or the laboratory's funnel are not scaled because a rule asks for it:
-    naming them in `unscaled` shows with `group_exponents` what that breaks.
+    Real gravity, a measured surface energy or the laboratory's funnel are not scaled because a rule
+    asks for it: naming them in `unscaled` shows with `group_exponents` what that breaks.
     """
     settings = exponents(rule.held)
     unknown = set(unscaled) - set(settings)
@@ -208,7 +219,8 @@ def settings_of(rule: Rule, unscaled: tuple[str, ...] = ()) -> dict[str, Fractio
 
 
 def damping_ratio_exponent(stiffness: float, damping: float, mass: float) -> Fraction:
-    """Exponent of the damping ratio c / (2 sqrt(k m)), which alone sets the restitution of a linear contact."""
+    """Exponent of the damping ratio c / (2 sqrt(k m)), which alone sets the restitution of a linear
+    contact."""
     return Fraction(damping) - (Fraction(stiffness) + Fraction(mass)) / 2
 
 
@@ -234,7 +246,8 @@ def _dimension(quantity: str) -> tuple[int, int, int]:
 def _combination(target: tuple[int, int, int], quantities: list[str]) -> list[Fraction] | None:
     """Powers of `quantities` whose product has the dimension `target`; None where there are none.
 
-    Gauss-Jordan elimination in exact fractions; a quantity that adds no new dimension gets the power 0.
+    Gauss-Jordan elimination in exact fractions; a quantity that adds no new dimension gets the
+    power 0.
     """
     columns = [_dimension(q) for q in quantities] + [target]
     rows = [[Fraction(column[i]) for column in columns] for i in range(3)]

@@ -1,8 +1,8 @@
 """Runs that test the scaling claim: a heap and a drop enlarged by a rule, grain and rig alike.
 
-The unit in the name of a run spec's key says which quantity it is, so one table turns a rule into a run spec. Gravity
-is the Earth's in every run: a rule that would have it scaled is tried as the paper applies it, with everything else
-scaled. The number of grains is the same at every scale.
+The unit in the name of a run spec's key says which quantity it is, so one table turns a rule into a
+run spec. Gravity is the Earth's in every run: a rule that would have it scaled is tried as the
+paper applies it, with everything else scaled. The number of grains is the same at every scale.
 """
 
 from itertools import product
@@ -44,15 +44,18 @@ NOT_SCALED = ("output", "seed")  # what is written, not what is simulated
 
 
 def quantity_of(key):
-    """Quantity of `scaling.DIMENSIONS` that a run spec's key holds, by its unit; None for a number without one."""
+    """Quantity of `scaling.DIMENSIONS` that a run spec's key holds, by its unit; None for a number
+    without one."""
     endings = [u for u in UNITS if key.endswith(u)]
     return UNITS[max(endings, key=len)] if endings else None
 
 
 def enlarged(run, experiment, rule, h):
-    """The run spec `run` (a mapping without experiment and seed), defaults put in, enlarged h times by `rule`.
+    """The run spec `run` (a mapping without experiment and seed), defaults put in, enlarged h times
+    by `rule`.
 
-    Raises ScalingError for a mesh, which has no key to scale; SpecError as `dem.spec.parse_spec` does.
+    Raises ScalingError for a mesh, which has no key to scale; SpecError as `dem.spec.parse_spec`
+    does.
     """
     spec = parse_spec(point_spec(run, experiment, {}, 1)).model_dump(mode="json")
     factor = factors(rule.held, h)
@@ -82,7 +85,8 @@ def round_off(value):
 
 
 def base_run(config, experiment, cohesive):
-    """The run spec at scale 1, without experiment and seed; the study's own cohesion is left out of it."""
+    """The run spec at scale 1, without experiment and seed; the study's own cohesion is left out of
+    it."""
     section = config.scaling
     run = bench_run(config, getattr(section, experiment))
     laws = run.get("laws", {}) | {"cohesion": "none"}
@@ -92,7 +96,8 @@ def base_run(config, experiment, cohesive):
 
 
 def seeds_of(section, experiment, cohesive, h):
-    """Number of runs of a case: the slope over the scales hangs on those at both ends; cohesive heaps scatter more."""
+    """Number of runs of a case: the slope over the scales hangs on those at both ends; cohesive
+    heaps scatter more."""
     if experiment == "drop":
         return section.drop_seeds
     if h not in (section.factors[0], section.factors[-1]):
@@ -102,7 +107,8 @@ def seeds_of(section, experiment, cohesive, h):
 
 
 def plan_scaling(study, source, output):
-    """Plan every experiment under every rule and scale, without and with cohesion, with all seeds."""
+    """Plan every experiment under every rule and scale, without and with cohesion, with all
+    seeds."""
     config, tables, specs = study.config, [], {}
     section = given(config, "scaling", "scaling")
     cases = product(EXPERIMENTS, RULES, (False, True), section.factors)

@@ -1,7 +1,9 @@
-"""What one contact does when it is enlarged: mass, weight, force, stiffness and damping, measured in the engine.
+"""What one contact does when it is enlarged: mass, weight, force, stiffness and damping, measured
+in the engine.
 
-A grain is pressed into a plate by a fixed share of its radius, at rest and with a small speed, and the force on the
-plate is read. The exponents of these quantities are what the paper's Eqs. 4 to 6 and 15 state.
+A grain is pressed into a plate by a fixed share of its radius, at rest and with a small speed, and
+the force on the plate is read. The exponents of these quantities are what the paper's Eqs. 4 to 6
+and 15 state.
 """
 
 import numpy as np
@@ -18,7 +20,8 @@ SPEED = 1e-3  # of the overlap over the Rayleigh time step: small beside the ela
 
 
 def probe(run):
-    """Mass [kg], weight, force [N], stiffness [N/m] and damping coefficient [kg/s] of a grain on the plate.
+    """Mass [kg], weight, force [N], stiffness [N/m] and damping coefficient [kg/s] of a grain on
+    the plate.
 
     `run` is a run spec of the drop, without experiment and seed.
     """
@@ -38,7 +41,8 @@ def probe(run):
 
 
 def _force(spec, radius, overlap, speed):
-    """Force on the plate [N], the grain's mass [kg] and the time step [s]; speed of approach [m/s]."""
+    """Force on the plate [N], the grain's mass [kg] and the time step [s]; speed of approach
+    [m/s]."""
     walls = WallSet().body("plate", material=WALL).plane((0, 0, 0), (0, 0, 1))
     sim = build_simulation(spec, walls, gravity=(0.0, 0.0, 0.0))
     sim.add_particles([[0.0, 0.0, radius - overlap]], radius, velocity=[[0.0, 0.0, -speed]])

@@ -1,8 +1,9 @@
-"""The scaling claim of 1.2 judged: angle of repose and rebound against scale, and each statement of the paper.
+"""The scaling claim of 1.2 judged: angle of repose and rebound against scale, and each statement of
+the paper.
 
-A quantity that a rule keeps has the same value at every scale. A difference is said to be kept where its 95 % interval
-lies within the margin that does not matter, changed where the interval leaves out zero and part of it lies beyond the
-margin, and undecided otherwise.
+A quantity that a rule keeps has the same value at every scale. A difference is said to be kept
+where its 95 % interval lies within the margin that does not matter, changed where the interval
+leaves out zero and part of it lies beyond the margin, and undecided otherwise.
 """
 
 from dataclasses import asdict, dataclass
@@ -53,7 +54,8 @@ class Statement:
 
 
 def response_table(design, metrics, margins, alpha=0.05):
-    """Table, a row a case and scale: mean, sd, interval, difference from the first scale with interval, change.
+    """Table, a row a case and scale: mean, sd, interval, difference from the first scale with
+    interval, change.
 
     design : columns experiment, rule, cohesive, scale, left_in_funnel (grains, heaps only)
     metrics : (n,) response of each run
@@ -79,8 +81,8 @@ def response_table(design, metrics, margins, alpha=0.05):
 
 
 def difference(first, values, margin, alpha=0.05):
-    """Difference of the samples values (n,) and first (m,) with its Welch interval, and whether it is kept, changed or
-    undecided, as columns of `response_table`."""
+    """Difference of the samples values (n,) and first (m,) with its Welch interval, and whether it
+    is kept, changed or undecided, as columns of `response_table`."""
     apart = float(values.mean() - first.mean())
     if values.var() + first.var() == 0.0:  # runs without scatter differ exactly or not at all
         low = high = apart
@@ -98,8 +100,8 @@ def judge(low, high, margin):
 
 
 def trend(scale, response, alpha=0.05):
-    """(change, low, high) of the responses (n,) from the smallest to the largest scale (n,), by a line over log2 of the
-    scale through all runs."""
+    """(change, low, high) of the responses (n,) from the smallest to the largest scale (n,), by a
+    line over log2 of the scale through all runs."""
     octaves = np.log2(np.asarray(scale, float))
     fit, span = stats.linregress(octaves, response), float(np.ptp(octaves))
     half = float(stats.t.ppf(1 - alpha / 2, len(octaves) - 2) * fit.stderr) * span
@@ -108,7 +110,8 @@ def trend(scale, response, alpha=0.05):
 
 
 def response_statements(runs, margins):
-    """A statement a case: does the response keep its value over the scales? One trend, so that one test judges it.
+    """A statement a case: does the response keep its value over the scales? One trend, so that one
+    test judges it.
 
     runs : columns experiment, rule, cohesive, scale, response
     """
@@ -147,13 +150,16 @@ def response_statements(runs, margins):
 
 
 def exponent_statements(measured):
-    """The paper's exponents beside those measured in the engine, enlarged by the paper's own rule."""
+    """The paper's exponents beside those measured in the engine, enlarged by the paper's own
+    rule."""
     claims = (
         ("eq4.mass", "Eq. 4", "The mass factor is h", 1, "mass"),
         ("eq5.mass", "Eq. 5", "The mass factor is h^3", 3, "mass"),
-        ("eq6.force", "Eq. 6", "The force factor is h^2 (contact, same relative overlap)", 2, "force"),
+        ("eq6.force", "Eq. 6", "The force factor is h^2 (contact, same relative overlap)", 2,
+        "force"),
         ("eq2.weight", "Eqs. 2, 6", "The weight has the factor of every force, h^2", 2, "weight"),
-        ("section121.stiffness", "1.2.1", "The contact stiffness goes as the diameter", 1, "stiffness"),
+        ("section121.stiffness", "1.2.1", "The contact stiffness goes as the diameter", 1,
+        "stiffness"),
         ("section122.stiffness", "1.2.2", "k_n over R^2 is constant", 2, "stiffness"),
         ("section122.damping", "1.2.2", "c_n over R^2 is constant", 2, "damping_coefficient"),
     )  # fmt: skip
@@ -169,7 +175,8 @@ def exponent_statements(measured):
 
 
 def theory_statements():
-    """What follows from the dimensions alone: Eq. 4's contradiction and the modulus under real gravity."""
+    """What follows from the dimensions alone: Eq. 4's contradiction and the modulus under real
+    gravity."""
     try:
         check_consistent({"length": 1, "mass": 1, "density": 0})
         contradiction = None
@@ -181,26 +188,32 @@ def theory_statements():
     broken = "; ".join(table.group[~table.kept])
     return [
         Statement(
-            "eq4.consistent", "Eq. 4", "Length, mass and density scale as h, h and 1", None, None, None, None,
+            "eq4.consistent", "Eq. 4", "Length, mass and density scale as h, h and 1", None, None,
+            None, None,
             FAILS if contradiction else HOLDS,
-            f"Eq. 4 {'contradicts itself: ' + contradiction if contradiction else 'is consistent'}.",
+            f"Eq. 4 "
+            f"{'contradicts itself: ' + contradiction if contradiction else 'is consistent'}.",
         ),
         Statement(
-            "eq8.modulus", "Eq. 8", "Young's modulus is unchanged (velocity kept)", 0, kept, kept, kept,
+            "eq8.modulus", "Eq. 8", "Young's modulus is unchanged (velocity kept)", 0, kept, kept,
+            kept,
             HOLDS if kept == 0 else FAILS,
             f"With velocity and density kept, Young's modulus goes as h^{kept}.",
         ),
         Statement(
-            "eq8.modulus.gravity", "Eq. 8", "Young's modulus is unchanged where gravity acts", 0, needed, needed,
+            "eq8.modulus.gravity", "Eq. 8", "Young's modulus is unchanged where gravity acts", 0,
+            needed, needed,
             needed, HOLDS if needed == 0 else FAILS,
-            f"Where gravity is the Earth's at every scale, Young's modulus must go as h^{needed}; unchanged it breaks "
+            f"Where gravity is the Earth's at every scale, Young's modulus must go as h^{needed}; "
+            f"unchanged it breaks "
             f"{broken}.",
         ),
     ]  # fmt: skip
 
 
 def drop_statements(design, config):
-    """The exponents of impact speed and restitution over the scale, by a line through the logarithms of all drops."""
+    """The exponents of impact speed and restitution over the scale, by a line through the
+    logarithms of all drops."""
     drops = design[(design["experiment"] == "drop") & ~design["cohesive"]]
     drops = drops[drops["rule"] == PAPER_RULE.name]
     out = []
@@ -211,15 +224,18 @@ def drop_statements(design, config):
         found, low, high = log_slope(drops["scale"], read_metric(drops["run_id"], metric))
         verdict = HOLDS if low - EXACT <= printed <= high + EXACT else FAILS
         sentence = (
-            f"The {metric.rsplit('_m_s', 1)[0].replace('_', ' ')} of the drop, its rig enlarged alike, goes as "
-            f"h^{found:.2f} (95 %: {low:.2f} to {high:.2f}); printed h^{printed}: the statement {verdict}."
+            f"The {metric.rsplit('_m_s', 1)[0].replace('_', ' ')} of the drop, its rig enlarged "
+            f"alike, goes as "
+            f"h^{found:.2f} (95 %: {low:.2f} to {high:.2f}); printed h^{printed}: the statement "
+            f"{verdict}."
         )
         out.append(Statement(name, "1.2.2", text, printed, found, low, high, verdict, sentence))
     return out
 
 
 def log_slope(scale, value, alpha=0.05):
-    """(exponent, low, high) of a power law through values (n,) > 0 at scales (n,), by a line through the logarithms."""
+    """(exponent, low, high) of a power law through values (n,) > 0 at scales (n,), by a line
+    through the logarithms."""
     fit = stats.linregress(np.log(np.asarray(scale, float)), np.log(np.asarray(value, float)))
     half = float(stats.t.ppf(1 - alpha / 2, len(scale) - 2) * fit.stderr)
     return float(fit.slope), float(fit.slope) - half, float(fit.slope) + half

@@ -1,4 +1,5 @@
-"""The stages of a study: each file of this folder declares one, with its neighbours where they belong together.
+"""The stages of a study: each file of this folder declares one, with its neighbours where they
+belong together.
 
 A stage is added by a file here, and the functions that it names.
 """
@@ -16,8 +17,8 @@ __all__ = [
 
 
 def load_stages(*names):
-    """{name: Stage} in the order of the report, declared in modules or in all modules of packages; this one unless
-    given."""
+    """{name: Stage} in the order of the report, declared in modules or in all modules of packages;
+    this one unless given."""
     found = [stage for name in names or (OWN,) for stage in _declared(import_module(name))]
     return {stage.name: stage for stage in sorted(found, key=lambda stage: stage.place)}
 

@@ -1,4 +1,5 @@
-"""The tests on the laboratory's bench as virtual experiments: tilted plane, drop and direct shear."""
+"""The tests on the laboratory's bench as virtual experiments: tilted plane, drop and direct
+shear."""
 
 from calibration.stages.stage import PLANNED, Figure, Runs, Stage, Task
 

@@ -1,4 +1,5 @@
-"""Export: calibrated.yaml, and input for other codes, with the rolling friction that their laws need."""
+"""Export: calibrated.yaml, and input for other codes, with the rolling friction that their laws
+need."""
 
 from calibration.config import Config
 from calibration.stages.stage import PLANNED, Figure, Runs, Stage, Task, bench_values
@@ -68,7 +69,8 @@ STAGES = (
             ),
             Task(
                 f"{MODULE}:export_converted",
-                "export: input for other codes, with the rolling friction that gives the angle there",
+                "export: input for other codes, with the rolling friction that gives the angle "
+                "there",
                 reads=READS,
                 inputs=OPTIMUM
                 | {

@@ -8,8 +8,10 @@ STAGES = (
         title="What the numerical choices cost",
         category="Numerics",
         place=11,
-        about="Difference that resolution, time step, stiffness and rolling law make, with its 95 % interval: "
-        "a choice whose interval holds zero, or that stays within the spread from seed to seed, does not "
+        about="Difference that resolution, time step, stiffness and rolling law make, with its 95 "
+        "% interval: "
+        "a choice whose interval holds zero, or that stays within the spread from seed to seed, "
+        "does not "
         "matter here.",
         tasks=(
             Task(

@@ -1,4 +1,5 @@
-"""What a stage declares of itself; the workflow's rules, the report and the progress are made from it.
+"""What a stage declares of itself; the workflow's rules, the report and the progress are made from
+it.
 
 A declaration names functions as "module:function", so that reading all declarations loads none of
 the libraries that the functions need.
@@ -16,7 +17,8 @@ TARGETS = ("target", "further_targets")
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure among a task's outputs: its caption is workflow/report/<caption>.rst, `numbers` are the
+    """A figure among a task's outputs: its caption is workflow/report/<caption>.rst, `numbers` are
+    the
     files beside it that hold what it shows."""
 
     file: str
@@ -40,7 +42,8 @@ class Runs:
 
 
 def bench_values(study):
-    """An input of all plans of heaps: what the bench tests found, where the configuration takes it from there."""
+    """An input of all plans of heaps: what the bench tests found, where the configuration takes it
+    from there."""
     return [f"{study.folder}/bench/fixed.json"] if study.config.fixed_from == "bench" else []
 
 
@@ -49,10 +52,13 @@ class Task:
     """One rule of the workflow; the function bears the rule's name.
 
     function: "module:function", called with (study, inputs, outputs); reads: sections of the
-    configuration that it may read; inputs: {name: file below the study's folder, `Runs`, or a function
+    configuration that it may read; inputs: {name: file below the study's folder, `Runs`, or a
+    function
     of the study that gives paths}; outputs: {name: file below the study's folder, `Figure` or
-    `PerTarget`}; plans: folder of the plan that it writes; batches: processes that share these runs,
-    or a function of the study, a job a run where None; failures: "refused" or "kept"; needs: keys that
+    `PerTarget`}; plans: folder of the plan that it writes; batches: processes that share these
+    runs,
+    or a function of the study, a job a run where None; failures: "refused" or "kept"; needs: keys
+    that
     must be given; cheap: it takes seconds and is not sent to a cluster.
     """
 

@@ -135,7 +135,8 @@ def steepest_path(factors, start, step, steps):
             value = round(start[f.name] + k * step[f.name], 9)
             if not f.low - 1e-9 <= value <= f.high + 1e-9:
                 raise CalibrationError(
-                    f"step {k + 1} of the ascent takes {f.name} to {value:g}, outside {f.low:g} to {f.high:g}"
+                    f"step {k + 1} of the ascent takes {f.name} to {value:g}, outside {f.low:g} to "
+                    f"{f.high:g}"
                 )
             row[f.code], row[f.name] = f.coded(value), value
         rows.append(row)

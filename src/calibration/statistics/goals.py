@@ -1,4 +1,5 @@
-"""What is asked of an optimum: the rules that choose one point of many, and the goals of responses."""
+"""What is asked of an optimum: the rules that choose one point of many, and the goals of
+responses."""
 
 from dataclasses import dataclass
 
@@ -12,8 +13,8 @@ GOALS = ("target", "maximise", "minimise")
 
 @dataclass(frozen=True)
 class Goal:
-    """What is wanted of one response: 'target', 'maximise' or 'minimise' between low and high; weight shapes the
-    ramp."""
+    """What is wanted of one response: 'target', 'maximise' or 'minimise' between low and high;
+    weight shapes the ramp."""
 
     kind: str
     low: float
@@ -32,13 +33,15 @@ class Goal:
         inside = self.target is not None and self.low < self.target < self.high
         if self.kind == "target" and not inside:
             raise CalibrationError(
-                f"a goal's target must lie between {self.low:g} and {self.high:g}, not at {self.target}"
+                f"a goal's target must lie between {self.low:g} and {self.high:g}, not at "
+                f"{self.target}"
             )
         if self.weight <= 0 or self.importance <= 0:
             raise CalibrationError("a goal's weight and importance must be above 0")
 
     def desirability(self, y):
-        """0 to 1 of responses y (Derringer and Suich 1980, Journal of Quality Technology 12:214)."""
+        """0 to 1 of responses y (Derringer and Suich 1980, Journal of Quality Technology
+        12:214)."""
         y = np.asarray(y, float)
         if self.kind == "maximise":
             d = (y - self.low) / (self.high - self.low)

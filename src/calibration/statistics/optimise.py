@@ -1,4 +1,5 @@
-"""Solving response surfaces for targets: the whole set of solutions, the chosen point, desirability."""
+"""Solving response surfaces for targets: the whole set of solutions, the chosen point,
+desirability."""
 
 from dataclasses import dataclass
 
@@ -15,8 +16,8 @@ TOLERANCE = 1e-6  # of the target, or of 1 where the target is smaller
 
 @dataclass(frozen=True)
 class Solution:
-    """Points (m, factors) in coded levels whose prediction is the target, the one that was chosen, and the set's
-    extent: low and high (factors,)."""
+    """Points (m, factors) in coded levels whose prediction is the target, the one that was chosen,
+    and the set's extent: low and high (factors,)."""
 
     target: float
     attainable: bool
@@ -29,12 +30,14 @@ class Solution:
 
 
 def solve(surface, target, rule="closest_to_centre", seed=1, point=None):
-    """All points of the cube [-1, 1]^k where `surface` predicts `target`, and one of them chosen by `rule`.
+    """All points of the cube [-1, 1]^k where `surface` predicts `target`, and one of them chosen by
+    `rule`.
 
-    The set is a surface in the cube. It is sampled where random lines through the cube cross it; its extent and the
-    chosen point are then refined on the set itself. Where the target is out of reach, the point of nearest
-    prediction is returned and `attainable` is False. point: (factors,) coded levels for the rule `closest_to_point`.
-    Raises CalibrationError for an unknown rule or a missing point.
+    The set is a surface in the cube. It is sampled where random lines through the cube cross it;
+    its extent and the chosen point are then refined on the set itself. Where the target is out of
+    reach, the point of nearest prediction is returned and `attainable` is False. point: (factors,)
+    coded levels for the rule `closest_to_point`. Raises CalibrationError for an unknown rule or a
+    missing point.
     """
     merit = _merit(surface, rule, point)
     points = _crossings(surface, target, len(surface.codes), seed)
@@ -70,8 +73,8 @@ def _merit(surface, rule, point):
 def _crossings(surface, target, k, seed):
     """Points where chords of the cube cross the target; exact for a quadratic along a line.
 
-    The chords run through pairs of quasi-random points from face to face, so that the set is met up to the faces.
-    """
+    The chords run through pairs of quasi-random points from face to face, so that the set is met up
+    to the faces."""
     pairs = 2.0 * qmc.Sobol(2 * k, seed=seed).random(CANDIDATES) - 1.0
     a, b = _chord(pairs[:, :k], pairs[:, k:])
     fa, fm, fb = (surface.predict(p) - target for p in (a, 0.5 * (a + b), b))
@@ -103,7 +106,8 @@ def _chord(a, b):
 
 
 def _refine(surface, target, start, merit):
-    """The point of least merit on the solution set, searched from `start`, which is kept where that fails."""
+    """The point of least merit on the solution set, searched from `start`, which is kept where that
+    fails."""
     found = optimize.minimize(
         lambda x: float(merit(x[None])[0]),
         start,
@@ -144,9 +148,11 @@ def _nearest(surface, target, seed):
 
 
 def solution_mesh(surface, target, resolution=41):
-    """Solution set of a model of three factors as a triangle mesh: vertices (n, 3) in coded levels, triangles (m, 3).
+    """Solution set of a model of three factors as a triangle mesh: vertices (n, 3) in coded levels,
+    triangles (m, 3).
 
-    Empty arrays where the target is out of reach. Raises CalibrationError for another number of factors.
+    Empty arrays where the target is out of reach. Raises CalibrationError for another number of
+    factors.
     """
     if len(surface.codes) != 3:
         raise CalibrationError("only the solution set of three factors is a mesh")
@@ -185,8 +191,8 @@ NEARLY = 0.95  # of the best desirability: points that are as good for practical
 
 @dataclass(frozen=True)
 class Compromise:
-    """The most desirable point (factors,), its desirability, and what comes near: points (m, factors) of at least
-    NEARLY of it and their extent low, high (factors,). All in coded levels."""
+    """The most desirable point (factors,), its desirability, and what comes near: points (m,
+    factors) of at least NEARLY of it and their extent low, high (factors,). All in coded levels."""
 
     chosen: np.ndarray
     desirability: float
@@ -196,14 +202,16 @@ class Compromise:
 
 
 def compromise(surfaces, goals, seed=1):
-    """The point of the cube [-1, 1]^k with the largest overall desirability and the region around it.
+    """The point of the cube [-1, 1]^k with the largest overall desirability and the region around
+    it.
 
     Raises CalibrationError where no point is acceptable in all responses at once.
     """
     chosen, best = most_desirable(surfaces, goals, seed)
     if not best > 0.0:
         raise CalibrationError(
-            "no point of the region is acceptable in all targets at once; widen their low and high, or move the region"
+            "no point of the region is acceptable in all targets at once; widen their low and "
+            "high, or move the region"
         )
     sample = 2.0 * qmc.Sobol(len(chosen), seed=seed).random(CANDIDATES) - 1.0
     near = sample[overall_desirability(surfaces, goals, sample) >= NEARLY * best]

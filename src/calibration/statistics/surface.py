@@ -190,7 +190,8 @@ def fit_surface(design, codes, response, terms=None, alpha=0.05):
     df, sse = n - p, float(residual @ residual)
     if sse == 0.0:
         raise CalibrationError(
-            "the responses follow the model exactly: nothing scatters, so nothing can be tested or bounded"
+            "the responses follow the model exactly: nothing scatters, so nothing can be tested or "
+            "bounded"
         )
     sigma2 = sse / df
     leverage = np.einsum("ij,jk,ik->i", x, inverse, x)
@@ -254,7 +255,8 @@ def reduced_surface(design, codes, response, alpha=0.1):
 
 
 def parameter_interval(surface, target, point, k, alpha=0.05, target_se=0.0, target_df=np.inf):
-    """(low, high) in coded levels of factor k around the optimum `point` (factors,), the others held.
+    """(low, high) in coded levels of factor k around the optimum `point` (factors,), the others
+    held.
 
     The stretch around the point on which the surface's mean may be the target, which is itself a
     mean with the standard error `target_se` on `target_df` degrees of freedom (an inverse

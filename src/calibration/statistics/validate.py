@@ -1,4 +1,5 @@
-"""Comparison of replicate runs at the optimum with the measurement: difference, interval, t test, equivalence test."""
+"""Comparison of replicate runs at the optimum with the measurement: difference, interval, t test,
+equivalence test."""
 
 from dataclasses import asdict, dataclass
 
@@ -12,8 +13,8 @@ from calibration.errors import CalibrationError
 class Comparison:
     """Simulated against measured; angles or any other unit.
 
-    groups_p, groups_differ: whether the groups of simulated values differ; None for one group or one value a group.
-    """
+    groups_p, groups_differ: whether the groups of simulated values differ; None for one group or
+    one value a group."""
 
     simulated_mean: float
     simulated_sd: float
@@ -45,15 +46,16 @@ class Comparison:
 def compare(simulated, measured, margin, alpha=0.05):
     """Compare simulated (groups, replicates) with measured (n,) values.
 
-    All simulated values count as independent. Runs that differ in their seed alone are, whatever their group, and
-    groups_p tests it: one-way analysis of variance between groups against within. Where groups_differ (at alpha), the
-    intervals are too narrow.
+    All simulated values count as independent. Runs that differ in their seed alone are, whatever
+    their group, and groups_p tests it: one-way analysis of variance between groups against within.
+    Where groups_differ (at alpha), the intervals are too narrow.
 
-    The interval of the difference and the tests are Welch's, of unequal variances. The equivalence test is two
-    one-sided tests against +-margin (Schuirmann 1987, Journal of Pharmacokinetics and Biopharmaceutics 15:657): its p
-    is the larger of the two, below alpha means equivalent, which is the same as the 1 - 2 alpha interval of the
-    difference (equivalence_low to equivalence_high) lying within the margin. Raises CalibrationError for missing
-    values, fewer than two on a side, no scatter at all, or a margin that is not positive.
+    The interval of the difference and the tests are Welch's, of unequal variances. The equivalence
+    test is two one-sided tests against +-margin (Schuirmann 1987, Journal of Pharmacokinetics and
+    Biopharmaceutics 15:657): its p is the larger of the two, below alpha means equivalent, which is
+    the same as the 1 - 2 alpha interval of the difference (equivalence_low to equivalence_high)
+    lying within the margin. Raises CalibrationError for missing values, fewer than two on a side,
+    no scatter at all, or a margin that is not positive.
     """
     groups = np.atleast_2d(np.asarray(simulated, float))
     s, m = groups.ravel(), np.asarray(measured, float).ravel()
@@ -70,10 +72,13 @@ def compare(simulated, measured, margin, alpha=0.05):
     between, within = variance_components(groups)
     p = _groups_p(groups)
     return Comparison(
-        float(s.mean()), float(s.std(ddof=1)), len(s), float(m.mean()), float(m.std(ddof=1)), len(m),
+        float(s.mean()), float(s.std(ddof=1)), len(s), float(m.mean()), float(m.std(ddof=1)),
+        len(m),
         difference, difference - half, difference + half, 100.0 * abs(difference) / float(m.mean()),
-        float(t), float(2 * stats.t.sf(abs(t), df)), margin, float(one_sided), bool(one_sided < alpha),
-        difference - narrow, difference + narrow, between, within, p, None if p is None else p < alpha,
+        float(t), float(2 * stats.t.sf(abs(t), df)), margin, float(one_sided),
+        bool(one_sided < alpha),
+        difference - narrow, difference + narrow, between, within, p,
+        None if p is None else p < alpha,
     )  # fmt: skip
 
 
@@ -96,7 +101,8 @@ def _check(simulated, measured, margin):
 
 
 def variance_components(groups):
-    """Standard deviations between and within groups (g, r) by the method of moments; zero where negative."""
+    """Standard deviations between and within groups (g, r) by the method of moments; zero where
+    negative."""
     groups = np.atleast_2d(groups)
     r = groups.shape[1]
     within = groups.var(axis=1, ddof=1).mean() if r > 1 else 0.0
@@ -105,7 +111,8 @@ def variance_components(groups):
 
 
 def _groups_p(groups):
-    """p of the F test that groups (g, r) have one mean; None where there is nothing to test it with."""
+    """p of the F test that groups (g, r) have one mean; None where there is nothing to test it
+    with."""
     g, r = groups.shape
     within = groups.var(axis=1, ddof=1).mean() if r > 1 else 0.0
     if g < 2 or within == 0.0:

@@ -1,1 +1,2 @@
-"""`dem benchmark`: speed of the engine on the work that it is for, beside other engines on the same work."""
+"""`dem benchmark`: speed of the engine on the work that it is for, beside other engines on the same
+work."""

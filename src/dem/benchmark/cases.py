@@ -41,7 +41,8 @@ def lattice(n, seed=1):
 
 
 def tiled(sim, settle, across):
-    """(positions (n, 3) [m], width [m]) of a bed of equal grains, settled, repeated `across` times both ways."""
+    """(positions (n, 3) [m], width [m]) of a bed of equal grains, settled, repeated `across` times
+    both ways."""
     sim.advance(settle)
     grains = len(sim.position)
     width = box_width(grains)
@@ -51,9 +52,11 @@ def tiled(sim, settle, across):
 
 
 def bed(n=10000, ratio=1.0, precision="mixed", rolling="constant_torque", start=None, stir=STIR):
-    """A box of n grains that have yet to settle; ratio: largest over smallest radius, uniform by number.
+    """A box of n grains that have yet to settle; ratio: largest over smallest radius, uniform by
+    number.
 
-    start: (positions (n, 3) [m], width [m]) in place of the lattice; stir: largest speed along an axis [m/s].
+    start: (positions (n, 3) [m], width [m]) in place of the lattice; stir: largest speed along an
+    axis [m/s].
     """
     rng = np.random.default_rng(2)
     radius = np.full(n, RADIUS) if ratio == 1.0 else RADIUS * rng.uniform(1.0 / ratio, 1.0, n)
@@ -82,7 +85,8 @@ def bed(n=10000, ratio=1.0, precision="mixed", rolling="constant_torque", start=
 
 
 def timed_bed(n=10000, ratio=1.0, settle=SETTLE_STEPS, block=BLOCK, blocks=BLOCKS, **more):
-    """Settle a bed, then time `blocks` stretches of `block` steps; returns the figures of the fastest."""
+    """Settle a bed, then time `blocks` stretches of `block` steps; returns the figures of the
+    fastest."""
     sim = bed(n, ratio, **more)
     sim.advance(settle)
     best, rebuilds = np.inf, sim.rebuilds

@@ -1,4 +1,5 @@
-"""The figure of a benchmark history: speed beside other engines, and cost over the number of grains."""
+"""The figure of a benchmark history: speed beside other engines, and cost over the number of
+grains."""
 
 import csv
 import re
@@ -13,7 +14,8 @@ NAMES = {"liggghts": "LIGGGHTS", "lammps": "LAMMPS", "yade": "YADE"}
 
 
 def draw(history, out):
-    """Draw the latest figures of each case in the CSV `history` to `out`; what was not measured has no panel."""
+    """Draw the latest figures of each case in the CSV `history` to `out`; what was not measured has
+    no panel."""
     latest = {row["case"]: row for row in _read(history)}
     panels = [(panel, found) for panel, read in PANELS if (found := read(latest))]
     if not panels:
@@ -33,7 +35,8 @@ def _read(history):
 
 
 def _rates(latest):
-    """Engine -> million particle-steps per second of the settled bed on one core, of the latest call with peers."""
+    """Engine -> million particle-steps per second of the settled bed on one core, of the latest
+    call with peers."""
     rows = {k.removeprefix("peers: "): r for k, r in latest.items() if k.startswith("peers: ")}
     return {NAMES.get(k, k): float(r["particle_steps_per_s"]) / 1e6 for k, r in rows.items()}
 

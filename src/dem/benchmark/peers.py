@@ -1,8 +1,8 @@
 """Other engines on the same settled bed: LIGGGHTS, LAMMPS and YADE, where they are installed.
 
-Each starts from this engine's settled state (contact history is lost), relaxes, and times three blocks of steps. The
-laws are Hertz with history and rolling resistance as each engine offers it: LIGGGHTS `cdt`, LAMMPS `sds`, YADE's
-rolling moment.
+Each starts from this engine's settled state (contact history is lost), relaxes, and times three
+blocks of steps. The laws are Hertz with history and rolling resistance as each engine offers it:
+LIGGGHTS `cdt`, LAMMPS `sds`, YADE's rolling moment.
 """
 
 import csv
@@ -37,8 +37,8 @@ def _lammps():
 
 
 def run_peers(sim, width, folder):
-    """{engine: particle-steps per second} of the engines found, each on the grains of `sim` in a box `width` [m]
-    wide."""
+    """{engine: particle-steps per second} of the engines found, each on the grains of `sim` in a
+    box `width` [m] wide."""
     folder = Path(folder)
     write_states(sim, width, folder)
     out = {}
@@ -62,7 +62,10 @@ def write_states(sim, width, folder):
             f"{i + 1} 1 {2 * r[i]:.9e} 1210 " + " ".join(f"{q:.9e}" for q in x[i])
             for i in range(sim.n)
         )
-        text = f"settled bed\n\n{sim.n} atoms\n1 atom types\n\n{box}\n{style}\n\n{rows}\n\nVelocities\n\n{moving}\n"
+        text = (
+            f"settled bed\n\n{sim.n} atoms\n1 atom "
+            f"types\n\n{box}\n{style}\n\n{rows}\n\nVelocities\n\n{moving}\n"
+        )
         (folder / f"bed.{engine}.data").write_text(text)
     with open(folder / "bed.csv", "w", newline="") as stream:
         csv.writer(stream).writerows(np.column_stack([r, x, v, w]).tolist())

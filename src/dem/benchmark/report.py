@@ -24,7 +24,8 @@ ROUNDS = 7
 
 
 def run_benchmark(cases, peers, as_json, record):
-    """Run the named cases, print a table or JSON, and append to the history file `record` if one is given."""
+    """Run the named cases, print a table or JSON, and append to the history file `record` if one is
+    given."""
     compile_engine()
     rows = []
     for case in cases:
@@ -71,7 +72,8 @@ def _scaling():
 
 
 def _million():
-    """Memory and speed of a settled bed of a million grains: a hundred settled beds side by side, walls taken out."""
+    """Memory and speed of a settled bed of a million grains: a hundred settled beds side by side,
+    walls taken out."""
     start = tiled(bed(10_000), SETTLE_STEPS, 10)
     figures = timed_bed(1_000_000, settle=1500, block=50, start=start, stir=0.0)
     return [{"case": "settled bed of 1000000", **figures}]
@@ -101,9 +103,11 @@ def _cores():
 
 
 def _processes(count):
-    """Wall time of the slowest of `count` processes, each timing a bed [s]; start-up is not counted."""
+    """Wall time of the slowest of `count` processes, each timing a bed [s]; start-up is not
+    counted."""
     code = (
-        "import time; from dem.benchmark.cases import bed; s = bed(); s.advance(12000); t = time.time();"
+        "import time; from dem.benchmark.cases import bed; s = bed(); s.advance(12000); t = "
+        "time.time();"
         " s.advance(12000); print(time.time() - t)"
     )
     running = [
@@ -125,8 +129,8 @@ CASES = {
 
 
 def peer_rows():
-    """This engine and the others on one settled bed, in one call, with ratios. Raises DemError when none is
-    installed."""
+    """This engine and the others on one settled bed, in one call, with ratios. Raises DemError when
+    none is installed."""
     sim = bed()
     sim.advance(SETTLE_STEPS)
     block, best = 5000, float("inf")

@@ -17,8 +17,8 @@ ROLES = {
 }
 """What a law can do in a contact -> the arguments of the kernel that does it, in SI units.
 
-normal      elastic force [N], stiffness S_n [N/m], contact radius [m], deepest overlap so far [m], adhesion that loads
-            friction beside the force [N]
+normal      elastic force [N], stiffness S_n [N/m], contact radius [m], deepest overlap so far [m],
+            adhesion that loads friction beside the force [N]
 damped      normal force with its dashpot [N], deepest overlap so far [m]
 attraction  attractive force [N]             reach       largest gap [m] that a neck or bridge spans
 limit       largest tangential force [N]     tangential  force and new spring force, each (3,) [N]
@@ -26,10 +26,11 @@ rolling     torque and new spring moment on the relative spin, each (3,) [N m]
 resistance  size of a torque against each own spin [N m]
 torsion     torque about the normal and new spring moment [N m]
 
-overlap [m], negative across a gap; r_eff, m_eff: effective radius [m] and mass [kg]; grain: radius [m] of the sphere
-on a wall, harmonic mean radius of two; v_n [m/s], positive where the spheres part; normal: repulsive force [N];
-unloading: contact radius over that of the last step, at most 1; inertia: reduced, about the centres [kg m2]; p: the
-constants of the pair of materials (`dem.contact.properties`).
+overlap [m], negative across a gap; r_eff, m_eff: effective radius [m] and mass [kg]; grain: radius
+[m] of the sphere on a wall, harmonic mean radius of two; v_n [m/s], positive where the spheres
+part; normal: repulsive force [N]; unloading: contact radius over that of the last step, at most 1;
+inertia: reduced, about the centres [kg m2]; p: the constants of the pair of materials
+(`dem.contact.properties`).
 """
 
 
@@ -48,10 +49,10 @@ def _as_it_is(value, grain):
 class Parameter:
     """A constant of a law in a run spec's `law_parameters`.
 
-    key: its name with the unit; name: that in `ContactParameters`, in SI units; limits: pydantic's gt, ge, lt, le;
-    default: what it is unless given, None where it must be given; wall: whether grains on walls have their own, as
-    wall_<key>, one of the two being enough; unset: value where a pair of materials has none; to_si: (value, `Grain`) ->
-    SI value.
+    key: its name with the unit; name: that in `ContactParameters`, in SI units; limits: pydantic's
+    gt, ge, lt, le; default: what it is unless given, None where it must be given; wall: whether
+    grains on walls have their own, as wall_<key>, one of the two being enough; unset: value where a
+    pair of materials has none; to_si: (value, `Grain`) -> SI value.
     """
 
     key: str
@@ -72,15 +73,17 @@ def _none(contact):
 class Law:
     """A law as its file declares it.
 
-    slot, name: as in a run spec's `laws`; equation, source: a line each, for the documentation; kernels: role -> kernel
-    (ROLES); parameters: what it needs in `law_parameters`; constants: names of what its kernels read of `p` beyond
-    young, shear, friction and rolling; values: `ContactParameters` -> {constant: value}; only_with: slot -> names of
-    the laws it can be combined with, any where a slot is missing; not_with: slot -> those it cannot; default: whether a
-    spec has it unless another is named; remembers: what it keeps from step to step; longest_step: (`ContactParameters`,
-    mass of the smallest grain [kg], its longest step by the Rayleigh time [s]) -> longest step [s], None where that of
-    the Rayleigh time will do; edem: EDEM's name of the same law; holds_at_rest: why a result holds for heaps at rest
-    alone, empty where it holds in motion; left_out: what to say in an export that does not carry it, empty where each
-    does or says itself.
+    slot, name: as in a run spec's `laws`; equation, source: a line each, for the documentation;
+    kernels: role -> kernel (ROLES); parameters: what it needs in `law_parameters`; constants: names
+    of what its kernels read of `p` beyond young, shear, friction and rolling; values:
+    `ContactParameters` -> {constant: value}; only_with: slot -> names of the laws it can be
+    combined with, any where a slot is missing; not_with: slot -> those it cannot; default: whether
+    a spec has it unless another is named; remembers: what it keeps from step to step; longest_step:
+    (`ContactParameters`, mass of the smallest grain [kg], its longest step by the Rayleigh time
+    [s]) -> longest step [s], None where that of the Rayleigh time will do; edem: EDEM's name of the
+    same law; holds_at_rest: why a result holds for heaps at rest alone, empty where it holds in
+    motion; left_out: what to say in an export that does not carry it, empty where each does or says
+    itself.
     """
 
     slot: str

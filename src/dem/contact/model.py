@@ -1,12 +1,13 @@
 """The contact: one law from each slot, put together.
 
-Everything here is written for floats and for lanes. `contact_force` knows a contact only by its overlap, normal and
-relative motion; `pair_contact` and `wall_contact` work these out for two spheres and for a sphere on a wall.
+Everything here is written for floats and for lanes. `contact_force` knows a contact only by its
+overlap, normal and relative motion; `pair_contact` and `wall_contact` work these out for two
+spheres and for a sphere on a wall.
 
 History of a contact, dem.lanes.FIELDS numbers:
     0-2 tangential spring force [N]     3-5 rolling spring moment [N m]
-    6   contact radius at the last step [m], that of a neck too; BRIDGE while a liquid bridge spans a gap; 0 when there
-        is no contact
+    6   contact radius at the last step [m], that of a neck too; BRIDGE while a liquid bridge spans
+        a gap; 0 when there is no contact
     7   deepest overlap so far [m]      8   torsion spring moment about the normal [N m]
 """
 
@@ -32,7 +33,8 @@ INERTIA = 0.4  # of a solid sphere, in m r^2
 
 @law
 def is_active(codes, p, overlap, r_eff, grain, radius_before):
-    """Whether a contact transmits force: it touches, or a neck or bridge made by an earlier touch still holds.
+    """Whether a contact transmits force: it touches, or a neck or bridge made by an earlier touch
+    still holds.
 
     grain: radius [m] of the sphere on a wall, harmonic mean radius of two spheres.
     """
@@ -45,7 +47,8 @@ def is_active(codes, p, overlap, r_eff, grain, radius_before):
 
 @law
 def normal_force(codes, p, overlap, r_eff, grain, m_eff, v_n, deepest):
-    """Normal force, the part of it that loads the contact, contact radius, stiffness S_n and deepest overlap."""
+    """Normal force, the part of it that loads the contact, contact radius, stiffness S_n and
+    deepest overlap."""
     elastic, stiffness, radius, deepest, adhesion = normal(codes, p, overlap, r_eff, deepest)
     pressed = maximum(overlap, 0.0)
     force, deepest = damped(codes, p, elastic, stiffness, pressed, r_eff, m_eff, v_n, deepest)
@@ -56,11 +59,13 @@ def normal_force(codes, p, overlap, r_eff, grain, m_eff, v_n, deepest):
 
 @law
 def contact_force(codes, p, dt, overlap, n, r_eff, grain, m_eff, inertia, velocity, spin, history):
-    """Force and torque of rolling and torsion on the first body of a contact, and the contact's new history.
+    """Force and torque of rolling and torsion on the first body of a contact, and the contact's new
+    history.
 
-    overlap [m]; n (3,) unit normal from the second body to the first; r_eff R* [m]; grain: radius [m] of the sphere on
-    a wall, harmonic mean radius of two spheres; velocity (3,) of the first relative to the second at the contact
-    [m/s]; spin (3,) omega_1 - omega_2 [rad/s]; inertia I1 I2/(I1+I2) [kg m2]; history (FIELDS,).
+    overlap [m]; n (3,) unit normal from the second body to the first; r_eff R* [m]; grain: radius
+    [m] of the sphere on a wall, harmonic mean radius of two spheres; velocity (3,) of the first
+    relative to the second at the contact [m/s]; spin (3,) omega_1 - omega_2 [rad/s]; inertia I1
+    I2/(I1+I2) [kg m2]; history (FIELDS,).
     Returns force (3,) [N], torque (3,) [N m], load [N], history (FIELDS,).
     """
     active = is_active(codes, p, overlap, r_eff, grain, history[6])
@@ -100,7 +105,8 @@ def contact_force(codes, p, dt, overlap, n, r_eff, grain, m_eff, inertia, veloci
 
 @law
 def pair_overlap(separation, r_i, r_j):
-    """Overlap of two spheres [m] and the distance of their centres [m]; separation (3,) is exact to float64.
+    """Overlap of two spheres [m] and the distance of their centres [m]; separation (3,) is exact to
+    float64.
 
     (reach^2 - d^2) / (reach + d): the difference of two nearly equal lengths is taken in float64.
     """
@@ -122,9 +128,9 @@ def pair_is_active(codes, p, overlap, r_i, r_j, radius_before):
 def pair_contact(codes, p, dt, separation, distance, overlap, first, second, history):
     """Two spheres in contact.
 
-    separation (3,): position of the first minus the second [m]; distance, overlap: of `pair_overlap` [m]; first, second
-    (8,): velocity, spin, radius, mass. Returns the force columns (8,) for each sphere (force, torque, rolling
-    resistance, load) and the new history (FIELDS,).
+    separation (3,): position of the first minus the second [m]; distance, overlap: of
+    `pair_overlap` [m]; first, second (8,): velocity, spin, radius, mass. Returns the force columns
+    (8,) for each sphere (force, torque, rolling resistance, load) and the new history (FIELDS,).
     """
     r_i, m_i, r_j, m_j = first[6], first[7], second[6], second[7]
     inverse = 1.0 / distance
@@ -170,8 +176,8 @@ def pair_contact(codes, p, dt, separation, distance, overlap, first, second, his
 def wall_contact(codes, p, dt, overlap, n, wall_velocity, wall_spin, particle, history):
     """A sphere on a wall, which counts as a sphere of infinite radius and mass.
 
-    wall_velocity (3,) at the contact point [m/s]; wall_spin (3,) [rad/s]. Returns the force columns (8,) on the
-    sphere and the new history (FIELDS,).
+    wall_velocity (3,) at the contact point [m/s]; wall_spin (3,) [rad/s]. Returns the force columns
+    (8,) on the sphere and the new history (FIELDS,).
     """
     radius, mass = particle[6], particle[7]
     arm = radius - overlap

@@ -1,4 +1,5 @@
-"""What a force law may know of the two materials in contact, and the choice of laws; both are fixed for a run."""
+"""What a force law may know of the two materials in contact, and the choice of laws; both are fixed
+for a run."""
 
 from collections import namedtuple
 
@@ -14,11 +15,13 @@ PairProperties = namedtuple(
     (*BASE, *dict.fromkeys(name for one in every_law() for name in one.constants)),
     module=__name__,
 )
-PairProperties.__doc__ = """Constants of a pair of materials and of the chosen laws, in SI units; those of others are 0.
+PairProperties.__doc__ = """Constants of a pair of materials and of the chosen laws.
 
-young: effective Young's modulus E*, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]; shear: effective shear modulus G*,
-1/G* = (2 - nu1)/G1 + (2 - nu2)/G2 [Pa]; friction, rolling: coefficients of static and rolling friction [-]; then what
-the laws declare.
+SI units; the constants of other laws are 0.
+
+young: effective Young's modulus E*, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]; shear: effective
+shear modulus G*, 1/G* = (2 - nu1)/G1 + (2 - nu2)/G2 [Pa]; friction, rolling: coefficients of static
+and rolling friction [-]; then what the laws declare.
 """
 
 N_PROPERTIES = len(PairProperties._fields)
@@ -34,10 +37,9 @@ def _properties_of():
     columns = ", ".join(f"t[{k}]" for k in range(N_PROPERTIES))
     scope = {"PairProperties": PairProperties, "__name__": __name__}
     exec(compile(_SOURCE.format(columns=columns), "<properties_of>", "exec"), scope)
-    scope[
-        "properties_of"
-    ].__doc__ = "Row `pair` of table (n_pairs, N_PROPERTIES) float64 as named properties."
-    return law(scope["properties_of"])
+    function = scope["properties_of"]
+    function.__doc__ = "Row `pair` of table (n_pairs, N_PROPERTIES) float64 as named properties."
+    return law(function)
 
 
 properties_of = _properties_of()

@@ -13,7 +13,8 @@ class _Choice:
     """One law in each slot, by name."""
 
     def codes(self):
-        """Integer codes for the kernels. Raises ValueError on an unknown name or a pair that cannot be combined."""
+        """Integer codes for the kernels. Raises ValueError on an unknown name or a pair that cannot
+        be combined."""
         for clash in self.clashes():
             raise ValueError("{0} {1} goes with {2} {4}, not {3}".format(*clash))
         return LawCodes(*(CODES[slot][getattr(self, slot)] for slot in SLOTS))
@@ -66,7 +67,8 @@ class Material:
 
 
 def _law_fields():
-    """(name, type, default) of what the laws' parameters are called in SI units; some are those of several laws."""
+    """(name, type, default) of what the laws' parameters are called in SI units; some are those of
+    several laws."""
     fields = {
         p.name: (
             p.name,
@@ -91,13 +93,15 @@ ContactParameters = make_dataclass(
     frozen=True,
     namespace={
         "__module__": __name__,
-        "__doc__": "What a pair of materials adds to the two materials; SI units. Unused laws ignore their entries.",
+        "__doc__": "What a pair of materials adds to the two materials; SI units. Unused laws "
+        "ignore their entries.",
     },
 )
 
 
 def pair_properties(laws, a, b, contact):
-    """Compile two `Material`s and their `ContactParameters` into `PairProperties` for the chosen `Laws`."""
+    """Compile two `Material`s and their `ContactParameters` into `PairProperties` for the chosen
+    `Laws`."""
     young = 1.0 / (
         (1.0 - a.poisson_ratio**2) / a.young_modulus + (1.0 - b.poisson_ratio**2) / b.young_modulus
     )
@@ -116,7 +120,8 @@ def pair_properties(laws, a, b, contact):
 
 
 def attraction_reach(laws, properties, radius):
-    """Largest gap [m] at which this pair of materials still attracts, for grains up to radius [m]."""
+    """Largest gap [m] at which this pair of materials still attracts, for grains up to radius
+    [m]."""
     return max(
         (
             one.kernels["reach"].py_func(properties, radius, radius)

@@ -1,7 +1,8 @@
-"""Virtual experiments: one file each, which defines `EXPERIMENT` (`dem.experiments.declare`); nothing else lists them.
+"""Virtual experiments: one file each, which defines `EXPERIMENT` (`dem.experiments.declare`);
+nothing else lists them.
 
-Folders of further files are named in the environment variable DEM_EXPERIMENTS, with the system's separator of paths.
-"""
+Folders of further files are named in the environment variable DEM_EXPERIMENTS, with the system's
+separator of paths."""
 
 import importlib
 import importlib.util
@@ -20,7 +21,8 @@ FOLDERS = "DEM_EXPERIMENTS"
 
 @cache
 def experiments():
-    """{name: Experiment} of every file beside this one and in the folders of DEM_EXPERIMENTS, in order of names.
+    """{name: Experiment} of every file beside this one and in the folders of DEM_EXPERIMENTS, in
+    order of names.
 
     Raises DemError for a folder that is not there and for a file that declares no new experiment.
     """
@@ -41,7 +43,8 @@ def experiment_of(spec):
 
 
 def outside_files():
-    """Paths of the files in the folders of DEM_EXPERIMENTS. Raises DemError for a folder that is not there."""
+    """Paths of the files in the folders of DEM_EXPERIMENTS. Raises DemError for a folder that is
+    not there."""
     files = []
     for folder in filter(None, os.environ.get(FOLDERS, "").split(os.pathsep)):
         if not Path(folder).is_dir():
@@ -52,7 +55,8 @@ def outside_files():
 
 @cache
 def source_outside(name):
-    """Path of the file outside the package that declares an experiment; None for one of the package's own."""
+    """Path of the file outside the package that declares an experiment; None for one of the
+    package's own."""
     for path in outside_files():
         if _declared_in(path).name == name:
             return path

@@ -14,7 +14,8 @@ LOOK = 0.01  # between looks at the energy [s]
 
 
 def sites_in_circle(radius, reach, rng):
-    """Places (k, 2) within a circle where grains of half length `reach` do not touch, in random order."""
+    """Places (k, 2) within a circle where grains of half length `reach` do not touch, in random
+    order."""
     line = np.arange(-radius + reach, radius, PITCH * reach)
     x, y = (v.ravel() for v in np.meshgrid(line, line, indexing="ij"))
     inside = np.hypot(x, y) < radius - 1.05 * reach
@@ -32,7 +33,8 @@ def sites_in_rectangle(low, high, reach, rng):
 
 
 def fill(sim, spec, radii, sites, bottom, reach, rng, order=(0, 1, 2)):
-    """Make grains of `radii` (n,) at the sites, layer on layer above `bottom`, and throw them about.
+    """Make grains of `radii` (n,) at the sites, layer on layer above `bottom`, and throw them
+    about.
 
     order: axes of space that the sites' two and the height are.
     """
@@ -57,7 +59,8 @@ def advance_for(sim, duration):
 
 
 def motion(sim):
-    """Energy of motion, spins left out, over what lifts every grain by its radius [-]: loose grains may spin on."""
+    """Energy of motion, spins left out, over what lifts every grain by its radius [-]: loose grains
+    may spin on."""
     mass, velocity = sim.mass, sim.velocity
     energy = 0.5 * float((mass * (velocity * velocity).sum(1)).sum())
     return energy / (GRAVITY * float((mass * sim.radius).sum()))
@@ -74,7 +77,8 @@ def settle(sim, limit, threshold=1e-4):
 
 
 def solid_fraction(position, radius, core, low, high):
-    """Share of the volume of a core, a cylinder of radius `core` about z between two heights, that grains fill.
+    """Share of the volume of a core, a cylinder of radius `core` about z between two heights, that
+    grains fill.
 
     A grain counts whole where its centre is inside.
     """
@@ -85,7 +89,8 @@ def solid_fraction(position, radius, core, low, high):
 
 
 def surface_profile(along, height, radius, low, high, bins):
-    """Middles (bins,) of strips of low..high, and the highest top of a grain in each; nan where there is none."""
+    """Middles (bins,) of strips of low..high, and the highest top of a grain in each; nan where
+    there is none."""
     edges = np.linspace(low, high, bins + 1)
     strip = np.digitize(along, edges) - 1
     top = np.full(bins, np.nan)

@@ -1,8 +1,9 @@
-"""Bulk density, poured and tapped: grains fall into a cylinder; it is then dropped from a small height again and again.
+"""Bulk density, poured and tapped: grains fall into a cylinder; it is then dropped from a small
+height again and again.
 
-Both densities are those of the mass below a level a little under the surface over the cylinder's volume to there, as a
-vessel that is struck off flat gives them. The solid fraction is that of the core, without the order at walls and floor.
-"""
+Both densities are those of the mass below a level a little under the surface over the cylinder's
+volume to there, as a vessel that is struck off flat gives them. The solid fraction is that of the
+core, without the order at walls and floor."""
 
 import math
 
@@ -32,7 +33,8 @@ class BulkDensityGeometry(Part):
 
 
 def check(spec):
-    """The vessel must be wide enough for grains to lie at random and the bed deep enough for a core."""
+    """The vessel must be wide enough for grains to lie at random and the bed deep enough for a
+    core."""
     g, largest = spec.geometry, longest_mm(spec)
     if g.vessel_diameter_mm < LEAST_WIDTH * largest:
         allowed = f"at least {LEAST_WIDTH:g} of the largest grain ({largest:g} mm)"
@@ -41,7 +43,8 @@ def check(spec):
     depth = 1e3 * spec.particles.count * grain_volume(spec) / (0.6 * area)
     if depth < LEAST_WIDTH * largest:
         allowed = (
-            f"at most {g.vessel_diameter_mm * math.sqrt(depth / (LEAST_WIDTH * largest)):.3g}: the grains "
+            f"at most {g.vessel_diameter_mm * math.sqrt(depth / (LEAST_WIDTH * largest)):.3g}: the "
+            f"grains "
             f"would lie only {depth:.3g} mm deep; or more grains"
         )
         refuse("vessel_diameter_mm", spec, allowed)

@@ -1,7 +1,9 @@
-"""Confined compression and unconfined strength: a lid presses grains in a square box; then the walls are taken away.
+"""Confined compression and unconfined strength: a lid presses grains in a square box; then the
+walls are taken away.
 
-The lid comes down at a steady speed until it carries the load (oedometer). With the walls gone it goes on pressing; the
-most that it carries then is the unconfined strength, which is nil for grains that do not attract each other.
+The lid comes down at a steady speed until it carries the load (oedometer). With the walls gone it
+goes on pressing; the most that it carries then is the unconfined strength, which is nil for grains
+that do not attract each other.
 """
 
 import math
@@ -56,7 +58,8 @@ def check(spec):
         refuse("box_height_mm", spec, f"at least {solid / LOOSE:.3g}, which the grains need")
     if g.box_height_mm - g.lid_travel_mm > solid / DENSE:
         allowed = (
-            f"at least {g.box_height_mm - solid / DENSE:.3g}: the bed is {solid / DENSE:.3g} mm deep "
+            f"at least {g.box_height_mm - solid / DENSE:.3g}: the bed is {solid / DENSE:.3g} mm "
+            f"deep "
             "and the lid cannot reach it"
         )
         refuse("lid_travel_mm", spec, allowed)
@@ -163,7 +166,8 @@ class _Press:
         return (sim.wall_impulse("lid")[2] - before) / (sim.time - start) / self.area
 
     def down_to(self, load, lowest):
-        """Heights [m] of the lid, in the middle of each look, and stresses [Pa] until it carries `load`."""
+        """Heights [m] of the lid, in the middle of each look, and stresses [Pa] until it carries
+        `load`."""
         heights, stresses = [], [0.0]
         while stresses[-1] < load:
             before = self.sim.wall_origin("lid")[2]
@@ -172,7 +176,8 @@ class _Press:
             heights.append(0.5 * (before + after))
             if after < lowest:
                 raise MeasureError(
-                    f"the lid came to the end of its travel at {1e-3 * stresses[-1]:.3g} kPa: raise "
+                    f"the lid came to the end of its travel at {1e-3 * stresses[-1]:.3g} kPa: "
+                    f"raise "
                     "geometry.lid_travel_mm"
                 )
         return np.array(heights), np.array(stresses[1:])

@@ -1,7 +1,9 @@
-"""What an experiment says of itself. One file defines `EXPERIMENT`; all tables, schemas and words are made from it.
+"""What an experiment says of itself. One file defines `EXPERIMENT`; all tables, schemas and words
+are made from it.
 
-The run spec's schema, the study's metrics, the diagnosis' quantities and levers, the command's templates and checks,
-the figures' labels and the reference pages ask these objects; nothing else lists the experiments.
+The run spec's schema, the study's metrics, the diagnosis' quantities and levers, the command's
+templates and checks, the figures' labels and the reference pages ask these objects; nothing else
+lists the experiments.
 """
 
 from collections.abc import Callable
@@ -14,7 +16,8 @@ from dem.units import UNITS
 
 
 def unit_of(metric):
-    """(name without the unit, unit as written behind a number) of a metric, whose name ends in its unit."""
+    """(name without the unit, unit as written behind a number) of a metric, whose name ends in its
+    unit."""
     for ending, unit in UNITS.items():
         if metric.endswith(ending):
             return metric.removesuffix(ending), unit if unit == "°" else f" {unit}"
@@ -25,8 +28,8 @@ def unit_of(metric):
 class Metric:
     """A number that a run gives; the unit is in the name (angle_of_repose_deg).
 
-    meaning: for the reference page. least, most: what is physically possible; a run beyond is refused. target: whether
-    a study can be calibrated to it.
+    meaning: for the reference page. least, most: what is physically possible; a run beyond is
+    refused. target: whether a study can be calibrated to it.
     """
 
     name: str
@@ -88,7 +91,8 @@ class Share(Plain):
 
 @dataclass(frozen=True)
 class LogShare(Plain):
-    """A quantity below a lever, as a rebound below the drop height, emulated as the logarithm of their ratio."""
+    """A quantity below a lever, as a rebound below the drop height, emulated as the logarithm of
+    their ratio."""
 
     lever: str
     least: float
@@ -105,10 +109,12 @@ class LogShare(Plain):
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a laboratory measures with the experiment: its column's text, unit, limits, and the words for a sentence.
+    """What a laboratory measures with the experiment: its column's text, unit, limits, and the
+    words for a sentence.
 
-    relative: whether its spread goes with its value; that of an angle does not. below: a lever that it cannot exceed.
-    scale: how it is transformed for an emulator, so that a nearly linear rest is learned.
+    relative: whether its spread goes with its value; that of an angle does not. below: a lever that
+    it cannot exceed. scale: how it is transformed for an emulator, so that a nearly linear rest is
+    learned.
     """
 
     name: str
@@ -125,8 +131,8 @@ class Quantity:
 class Lever:
     """What a laboratory sets: limits, words and unit for a sentence, and its place in a run spec.
 
-    place: (part, key); None where it belongs to the measurement and not to the simulated model. needed: whether a
-    measurement must state it.
+    place: (part, key); None where it belongs to the measurement and not to the simulated model.
+    needed: whether a measurement must state it.
     """
 
     least: float
@@ -155,20 +161,24 @@ class Experiment:
     geometry : `Part` with the keys of a run spec's `geometry`
     run : run(spec, context) -> {metric: number}; context is a `dem.run.RunContext`
     metrics : `Metric` of each number that a run gives
-    defaults : {part: {key: default}} of a run spec where the experiment's own differ from the schema's
+    defaults : {part: {key: default}} of a run spec where the experiment's own differ from the
+    schema's
     check : check(spec) raises SpecError for a geometry that cannot be run
-    prepare : prepare(spec) raises DemError for files that the geometry names and that cannot be used (meshes)
-    advice : advice(spec) -> sentences about what is valid but risky
-    impact_speed : impact_speed(spec) -> highest speed [m/s] at which grains are expected to hit, None where none falls
-    least_steps : time steps in the shortest contact below which a run is warned of
+    prepare : prepare(spec) raises DemError for files that the geometry names and that cannot be
+    used (meshes) advice : advice(spec) -> sentences about what is valid but risky
+    impact_speed : impact_speed(spec) -> highest speed [m/s] at which grains are expected to hit,
+    None where none falls least_steps : time steps in the shortest contact below which a run is
+    warned of
     elongated : whether grains may be bonded pairs
     poured : whether grains never lie twice alike, so that runs scatter from seed to seed
     resumes : whether a run that was cut off goes on from its checkpoint
     walls : walls(spec) -> `WallSet` for pictures; None without a rig to be drawn
-    heap_plate : heap_plate(spec) -> radius [m] of the disc that a heap stands on at the end; None without a heap
-    quantity : what a laboratory measures; None where the diagnosis does not know the experiment
-    levers : {column: Lever} beside the grain's diameter and the scale factor, which every experiment has
-    mechanisms : names of the catalogue's mechanisms that show on it, beside those that name it themselves
+    heap_plate : heap_plate(spec) -> radius [m] of the disc that a heap stands on at the end; None
+    without a heap quantity : what a laboratory measures; None where the diagnosis does not know the
+    experiment
+    levers : {column: Lever} beside the grain's diameter and the scale factor, which every
+    experiment has mechanisms : names of the catalogue's mechanisms that show on it, beside those
+    that name it themselves
     """
 
     name: str
@@ -197,7 +207,8 @@ class Experiment:
         return tuple(m.name for m in self.metrics if m.target)
 
     def perform(self, spec, context):
-        """The metrics of a run. Raises MeasureError for one that is missing or physically impossible."""
+        """The metrics of a run. Raises MeasureError for one that is missing or physically
+        impossible."""
         found = self.run(spec, context)
         known = {m.name: m for m in self.metrics}
         if set(found) != set(known):

@@ -1,9 +1,9 @@
 """The drop test: single grains fall onto a plate and the height of their rebound is read.
 
-Several grains fall at once, far apart, so that they never meet; each starts a little higher than the last, by a
-fraction of what it travels in one time step at impact, so that their contacts begin at different moments within a
-step. The scatter of their rebounds is then what the time step costs. Heights are those of the lowest point above the
-plate, as on the bench.
+Several grains fall at once, far apart, so that they never meet; each starts a little higher than
+the last, by a fraction of what it travels in one time step at impact, so that their contacts begin
+at different moments within a step. The scatter of their rebounds is then what the time step costs.
+Heights are those of the lowest point above the plate, as on the bench.
 """
 
 import math
@@ -74,8 +74,8 @@ def run(spec, context):
 def _longest_fall(sim, height):
     """Time [s] within which the grains of `sim` have fallen by `height` [m].
 
-    In air the time in vacuum and that of the whole height at terminal speed add up to more than the fall takes.
-    """
+    In air the time in vacuum and that of the whole height at terminal speed add up to more than the
+    fall takes."""
     fall = math.sqrt(2.0 * height / GRAVITY)
     density, viscosity = sim.model.air
     if density > 0.0:
@@ -85,10 +85,12 @@ def _longest_fall(sim, height):
 
 
 def _follow(sim, radius, limit, output_interval, context):
-    """Highest point after the first impact of each grain: by energy at any time, and at output instants only.
+    """Highest point after the first impact of each grain: by energy at any time, and at output
+    instants only.
 
-    The apex by energy is z + v^2/2g while the grain rises freely; with air drag the true apex is the largest z, so the
-    larger of the heights reached is kept and the energy estimate is used only in vacuum.
+    The apex by energy is z + v^2/2g while the grain rises freely; with air drag the true apex is
+    the largest z, so the larger of the heights reached is kept and the energy estimate is used only
+    in vacuum.
     Raises MeasureError when a grain has not come down within `limit` [s].
     """
     n = sim.n
@@ -118,7 +120,8 @@ def _follow(sim, radius, limit, output_interval, context):
         context.frame(sim)
     if not (landed | bounced).all():
         raise MeasureError(
-            f"a grain has not reached the plate after {sim.time:.3g} s; is it too light to fall in this air?"
+            f"a grain has not reached the plate after {sim.time:.3g} s; is it too light to fall in "
+            f"this air?"
         )
     return np.maximum(highest, 0.0), np.maximum(sampled, 0.0)
 

@@ -1,8 +1,9 @@
-"""A rotating drum with a horizontal axis: the angle of the moving surface over the speed of rotation.
+"""A rotating drum with a horizontal axis: the angle of the moving surface over the speed of
+rotation.
 
-The drum turns about the z axis, and gravity points along -y. In the rolling regime a thin layer flows down the surface
-and the bed below turns with the drum as a solid; the regimes go with the Froude number w^2 R / g (Mellmann 2001, Powder
-Technology 118:251).
+The drum turns about the z axis, and gravity points along -y. In the rolling regime a thin layer
+flows down the surface and the bed below turns with the drum as a solid; the regimes go with the
+Froude number w^2 R / g (Mellmann 2001, Powder Technology 118:251).
 """
 
 import math
@@ -45,7 +46,8 @@ def _filling(spec):
 
 
 def check(spec):
-    """Grains must lie at random between wall and ends, in one layer at least, and leave room to flow."""
+    """Grains must lie at random between wall and ends, in one layer at least, and leave room to
+    flow."""
     g, largest = spec.geometry, longest_mm(spec)
     if g.drum_diameter_mm < LEAST_DIAMETER * largest:
         allowed = f"at least {LEAST_DIAMETER:g} of the largest grain ({largest:g} mm)"
@@ -72,7 +74,8 @@ def advice(spec):
     if froude < 0.1:
         return []
     return [
-        f"geometry.rotation_rate_deg_s gives a Froude number of {froude:.2g}; from 0.1 on grains are "
+        f"geometry.rotation_rate_deg_s gives a Froude number of {froude:.2g}; from 0.1 on grains "
+        f"are "
         "thrown and the surface has no angle"
     ]
 
@@ -149,8 +152,8 @@ def _turn(sim, duration, context, begin, share):
 
 
 def _look(sim, radius, diameter, rate):
-    """Slope of the surface [deg], angle of the centre of mass from the vertical [deg], and the spin of the passive
-    bed over the drum's."""
+    """Slope of the surface [deg], angle of the centre of mass from the vertical [deg], and the spin
+    of the passive bed over the drum's."""
     position, velocity, mass = sim.position, sim.velocity, sim.mass
     x, y = position[:, 0], position[:, 1]
     along, top = bed.surface_profile(x, y, sim.radius, -CHORD * radius, CHORD * radius, STRIPS)

@@ -1,7 +1,8 @@
-"""The funnel heap (injection method): grains fall through a funnel onto a disc and their angle of repose is measured.
+"""The funnel heap (injection method): grains fall through a funnel onto a disc and their angle of
+repose is measured.
 
-Grains are made in the funnel's mouth at the given rate, run out through the orifice, and what passes the rim of the
-plate falls away. The run ends when the heap is at rest.
+Grains are made in the funnel's mouth at the given rate, run out through the orifice, and what
+passes the rim of the plate falls away. The run ends when the heap is at rest.
 """
 
 import math
@@ -22,18 +23,20 @@ setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 GRAVITY = 9.81
 MIN_ORIFICE_RATIO = 3.0  # orifice over largest grain; below it any funnel clogs
 FREE_FLOW_RATIO = 5.0
-"""Orifice over largest grain below which arches stop the flow at times (Zuriguel et al. 2005, Physical Review E
-71:051303)."""
+"""Orifice over largest grain below which arches stop the flow at times (Zuriguel et al. 2005,
+Physical Review E 71:051303)."""
 MOUTH_ABOVE_RIM = 0.010  # where grains are made, above the funnel's rim [m]
 MOST_LEFT = 0.05
-"""Share of the grains that may stay in the funnel: a heap of 5 % less volume is 2 % lower and as steep."""
+"""Share of the grains that may stay in the funnel: a heap of 5 % less volume is 2 % lower and as
+steep."""
 
 LEAST_COVERAGE = 0.25
-"""Share of the plate that must lie under grains: that of a heap of half the plate's diameter. Below, they lie about."""
+"""Share of the plate that must lie under grains: that of a heap of half the plate's diameter.
+Below, they lie about."""
 
 C_BEVERLOO, K_BEVERLOO, PACKING = 0.58, 1.4, 0.6
-"""Beverloo, Leniger and van de Velde (1961), Chemical Engineering Science 15:260, smooth grains; and the solid fraction
-above the orifice."""
+"""Beverloo, Leniger and van de Velde (1961), Chemical Engineering Science 15:260, smooth grains;
+and the solid fraction above the orifice."""
 
 LOOSE = 0.5  # solid fraction of grains that have just rained into a funnel, at the least
 NEAR_CAPACITY = 0.3  # feed within this share of the capacity: heaps come in two kinds
@@ -44,7 +47,8 @@ JITTER = (
 
 
 class HeapGeometry(Part):
-    """Funnel and plate (section 2.2.2 of the paper; flank and mouth of the funnel are not given there)."""
+    """Funnel and plate (section 2.2.2 of the paper; flank and mouth of the funnel are not given
+    there)."""
 
     orifice_diameter_mm: float = field(20.0, "orifice of the funnel", gt=0)
     plate_diameter_mm: float = field(80.0, "base plate", gt=0)
@@ -95,7 +99,10 @@ def _check_fill(spec):
     room = math.pi / 3.0 * (high**3 - low**3) / slope  # [mm3]
     fits = int(LOOSE * 1e-9 * room / grain_volume(spec))
     if spec.particles.count > fits:
-        allowed = f"at most {fits}, which the closed funnel takes, or a wider geometry.funnel_top_diameter_mm"
+        allowed = (
+            f"at most {fits}, which the closed funnel takes, or a wider "
+            f"geometry.funnel_top_diameter_mm"
+        )
         raise SpecError("particles.count", spec.particles.count, allowed)
 
 
@@ -105,7 +112,8 @@ def impact_speed(spec):
 
 
 def capacity(spec):
-    """Grains per second that the orifice passes, by Beverloo: C rho_b sqrt(g) (D - k d)^(5/2) over a grain's mass.
+    """Grains per second that the orifice passes, by Beverloo: C rho_b sqrt(g) (D - k d)^(5/2) over
+    a grain's mass.
 
     d is the diameter of the mean grain; 0 where the orifice is narrower than k d.
     """
@@ -126,9 +134,12 @@ def advice(spec):
     passes, feed = capacity(spec), g.generation_rate_per_s
     if g.feed == "rain" and abs(passes / feed - 1.0) < NEAR_CAPACITY:
         found.append(
-            f"the orifice passes about {passes:.0f} grains/s by Beverloo and {feed:.0f} are made: within "
-            f"{NEAR_CAPACITY:.0%} the funnel packs in some runs and not in others, and the angles differ; lower "
-            f"geometry.generation_rate_per_s below {(1 - NEAR_CAPACITY) * passes:.0f}, or set geometry.feed: opened"
+            f"the orifice passes about {passes:.0f} grains/s by Beverloo and {feed:.0f} are made: "
+            f"within "
+            f"{NEAR_CAPACITY:.0%} the funnel packs in some runs and not in others, and the angles "
+            f"differ; lower "
+            f"geometry.generation_rate_per_s below {(1 - NEAR_CAPACITY) * passes:.0f}, or set "
+            f"geometry.feed: opened"
         )
     return found
 
@@ -151,7 +162,8 @@ class Rig:
         self.closed_meshes = g.meshes == "closed"
 
     def walls(self):
-        """Plate and funnel, as analytic surfaces or as the meshes that the spec names [mm in the file]."""
+        """Plate and funnel, as analytic surfaces or as the meshes that the spec names [mm in the
+        file]."""
         walls = builder.WallSet().body("plate", material=setup.WALL)
         if self.plate_stl:
             walls.mesh(*read_stl(self.plate_stl, 1e-3, self.closed_meshes))
@@ -241,8 +253,8 @@ class Flow:
         self.record.append([sim.time, made, grains_above(sim, rig.orifice_height)])
 
     def metrics(self):
-        """Most grains in the funnel at once, time of the last that left it [s], and the mean rate [1/s] at which the
-        middle four fifths of those that left did so."""
+        """Most grains in the funnel at once, time of the last that left it [s], and the mean rate
+        [1/s] at which the middle four fifths of those that left did so."""
         time, made, held = np.array(self.record, float).T
         out = made - held
         total = out[-1]
@@ -259,8 +271,8 @@ class Flow:
 
 
 def pour(spec, context):
-    """Build the heap described by `spec` and let it come to rest; returns the simulation, the rig, the grains
-    spilled and the `Flow`."""
+    """Build the heap described by `spec` and let it come to rest; returns the simulation, the rig,
+    the grains spilled and the `Flow`."""
     rig = Rig(spec.geometry)
     rng = np.random.default_rng(spec.seed)
     sim = setup.build_simulation(spec, rig.walls())
@@ -320,16 +332,18 @@ def _refuse_clogged(spec, sim, rig, unmade=0):
     missing = f" and {unmade} could not be made" if unmade else ""
     raise RefusedStateError(
         "clogged",
-        f"the funnel is clogged: after {sim.time:.1f} s {stuck} of {spec.particles.count} grains stand in it{missing}; "
-        "widen geometry.orifice_diameter_mm, make the grains smaller, or give numerics.max_time_s more",
+        f"the funnel is clogged: after {sim.time:.1f} s {stuck} of {spec.particles.count} grains "
+        f"stand in it{missing}; "
+        "widen geometry.orifice_diameter_mm, make the grains smaller, or give numerics.max_time_s "
+        "more",
     )
 
 
 def run(spec, context):
     """Pour the heap described by `spec` and measure it; returns the metrics of `EXPERIMENT`.
 
-    Raises RefusedStateError where the funnel is clogged or the plate is not covered, MeasureError where no heap stands.
-    """
+    Raises RefusedStateError where the funnel is clogged or the plate is not covered, MeasureError
+    where no heap stands."""
     sim, rig, spilled, flow = pour(spec, context)
     context.finish(sim)
     left = grains_above(sim, rig.orifice_height - 2e-3)
@@ -342,8 +356,10 @@ def run(spec, context):
     if covered < LEAST_COVERAGE:
         raise RefusedStateError(
             "uncovered",
-            f"the plate is not covered: grains lie on {covered:.0%} of it, {LEAST_COVERAGE:.0%} at least are needed; "
-            "more grains, a smaller geometry.plate_diameter_mm, or a lower geometry.discharge_height_mm",
+            f"the plate is not covered: grains lie on {covered:.0%} of it, {LEAST_COVERAGE:.0%} at "
+            f"least are needed; "
+            "more grains, a smaller geometry.plate_diameter_mm, or a lower "
+            "geometry.discharge_height_mm",
         )
     return (
         metrics

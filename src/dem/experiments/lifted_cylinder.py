@@ -1,6 +1,8 @@
-"""The lifted cylinder: grains rest in an open cylinder on a plate; it is lifted and they spread to a heap.
+"""The lifted cylinder: grains rest in an open cylinder on a plate; it is lifted and they spread to
+a heap.
 
-Angle, height and coverage are measured as those of the funnel heap; what runs off the plate is lost.
+Angle, height and coverage are measured as those of the funnel heap; what runs off the plate is
+lost.
 """
 
 import numpy as np
@@ -34,7 +36,10 @@ def check(spec):
         allowed = f"at least {LEAST_WIDTH:g} of the largest grain ({largest:g} mm)"
         refuse("cylinder_diameter_mm", spec, allowed)
     if g.plate_diameter_mm < g.cylinder_diameter_mm + 4.0 * largest:
-        allowed = f"at least {g.cylinder_diameter_mm + 4.0 * largest:g}: the cylinder and four of the largest grain"
+        allowed = (
+            f"at least {g.cylinder_diameter_mm + 4.0 * largest:g}: the cylinder and four of "
+            f"the largest grain"
+        )
         refuse("plate_diameter_mm", spec, allowed)
 
 
@@ -77,7 +82,8 @@ def _walls(radius, top, plate):
 
 
 def _lift(sim, spec, context, depth):
-    """Lift the cylinder clear of the grains and wait until they rest; returns the grains that ran off."""
+    """Lift the cylinder clear of the grains and wait until they rest; returns the grains that ran
+    off."""
     speed, lost = 1e-3 * spec.geometry.lift_speed_mm_s, 0
     start, clear = sim.time, 1.2 * depth / speed
     sim.move_wall("cylinder", velocity=(0.0, 0.0, speed))

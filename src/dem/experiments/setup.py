@@ -1,4 +1,5 @@
-"""From a run spec to a simulation: materials, laws, time step and grain sizes. Units become SI here."""
+"""From a run spec to a simulation: materials, laws, time step and grain sizes. Units become SI
+here."""
 
 import math
 
@@ -13,7 +14,8 @@ from dem.timescales import rayleigh_time
 
 
 def add_grains(sim, spec, position, radius, velocity, rng):
-    """Add grains with the volume of spheres of `radius` (k,) [m]: these, or bonded pairs turned at random.
+    """Add grains with the volume of spheres of `radius` (k,) [m]: these, or bonded pairs turned at
+    random.
 
     position (k, 3) of the centres [m], velocity (k, 3) [m/s].
     """
@@ -40,7 +42,8 @@ def add_grains(sim, spec, position, radius, velocity, rng):
 
 
 def time_step_of(spec):
-    """Time step [s]: as given, or the chosen fraction of the Rayleigh time of the smallest grain."""
+    """Time step [s]: as given, or the chosen fraction of the Rayleigh time of the smallest
+    grain."""
     if spec.numerics.time_step_s is not None:
         return spec.numerics.time_step_s
     m = spec.materials.particle
@@ -51,7 +54,8 @@ def time_step_of(spec):
 
 
 def build_simulation(spec, walls, gravity=(0.0, 0.0, -9.81)):
-    """A `Simulation` with the spec's materials, laws and numerics, the given walls and no particles."""
+    """A `Simulation` with the spec's materials, laws and numerics, the given walls and no
+    particles."""
     numerics, contacts = spec.numerics, contact_parameters(spec)
     pair = contacts[PARTICLE, PARTICLE]
     air = None if spec.laws.drag == "none" else Air(pair.air_density, pair.air_viscosity)

@@ -1,10 +1,12 @@
-"""Direct shear in a ring: a trough of grains turns under a lid that carries the normal load and holds still.
+"""Direct shear in a ring: a trough of grains turns under a lid that carries the normal load and
+holds still.
 
-A ring closes on itself, so no grain is pinched between the halves of a box and the sheared length has no end. Vanes
-on the lid and on the floor keep the grains from slipping there; the shear zone forms below the lid's vanes. The
-shear stress is the torque on the lid over its area's first moment (Schulze 2008, Powders and Bulk Solids, section
-4.2). As on the bench, the sample is compacted, sheared to steady state under the pre-shear load, relieved, and
-sheared under the test load; the peak is the point of the yield locus.
+A ring closes on itself, so no grain is pinched between the halves of a box and the sheared length
+has no end. Vanes on the lid and on the floor keep the grains from slipping there; the shear zone
+forms below the lid's vanes. The shear stress is the torque on the lid over its area's first moment
+(Schulze 2008, Powders and Bulk Solids, section 4.2). As on the bench, the sample is compacted,
+sheared to steady state under the pre-shear load, relieved, and sheared under the test load; the
+peak is the point of the yield locus.
 """
 
 import math
@@ -118,7 +120,8 @@ class _Ring:
             walls.rectangle(centre, 0.999 * half * out, (0.0, 0.0, 0.5 * (high - low)))
 
     def _fill(self, spec, radii, r, rng):
-        """Rings of grains, layer on layer, above the floor's vanes; returns the height of the lid [m]."""
+        """Rings of grains, layer on layer, above the floor's vanes; returns the height of the lid
+        [m]."""
         pitch = 2.1 * r
         site = []
         for ring in np.arange(self.inner + 1.05 * r, self.outer - 1.0 * r, pitch):
@@ -151,8 +154,8 @@ class _Ring:
                 break
 
     def shear(self, path):
-        """Turn the trough so that the mean radius travels `path` [m]; returns shear stress (STRETCHES,) and normal
-        stress [kPa]."""
+        """Turn the trough so that the mean radius travels `path` [m]; returns shear stress
+        (STRETCHES,) and normal stress [kPa]."""
         sim, speed = self.sim, self.rate * 0.5 * (self.inner + self.outer)
         steps = max(round(path / speed / sim.time_step / STRETCHES), 1)
         sim.move_wall("trough", spin=(0.0, 0.0, self.rate))

@@ -1,8 +1,8 @@
 """The tilted plane: four bonded grains rest on a plate that tilts until they slide.
 
-The plate turns at a steady rate about one of its edges. The bonded grains are one rigid body and cannot roll.
-Sliding is seen, as on the bench, once they have moved a given distance along the plate; the angle is read at that
-moment.
+The plate turns at a steady rate about one of its edges. The bonded grains are one rigid body and
+cannot roll. Sliding is seen, as on the bench, once they have moved a given distance along the
+plate; the angle is read at that moment.
 """
 
 import math
@@ -47,14 +47,16 @@ def check(spec):
 
 def advice(spec):
     """A cluster that may tip before it slides."""
-    # tangent of the least tilt at which the weight leaves the square on which the cluster of four stands
+    # tangent of the least tilt at which the weight leaves the square on which the cluster of four
+    # stands
     spacing = spec.geometry.spacing_mm
     limit = 1.0 if spacing is None else 1e-3 * spacing / mean_radius(spec)
     friction = spec.contacts.particle_wall.static_friction
     if friction < limit:
         return []
     return [
-        f"contacts.particle_wall.static_friction is {friction:g}; from {limit:.2g} on the cluster may tip "
+        f"contacts.particle_wall.static_friction is {friction:g}; from {limit:.2g} on the cluster "
+        f"may tip "
         "before it slides and the angle is not that of friction: raise geometry.spacing_mm"
     ]
 
@@ -75,7 +77,8 @@ def run(spec, context):
 
 
 def _cluster(radius, spacing, rng):
-    """Centres (4, 3) of a square of touching or spaced grains, turned at random in the plane of the plate."""
+    """Centres (4, 3) of a square of touching or spaced grains, turned at random in the plane of the
+    plate."""
     half = 0.5 * spacing
     turn = rng.uniform(0.0, 2.0 * math.pi)
     corner = turn + math.pi / 4.0 + np.arange(4) * math.pi / 2.0

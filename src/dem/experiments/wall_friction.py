@@ -1,8 +1,9 @@
-"""Wall friction after Jenike: grains in a ring, pressed by a lid, rest on a plate that slides away under them.
+"""Wall friction after Jenike: grains in a ring, pressed by a lid, rest on a plate that slides away
+under them.
 
-The ring holds them back; the plate feels their weight and the lid's load, and friction. Friction over normal force on
-the plate is the wall friction, whatever the ring carries (Schulze 2008, Powders and Bulk Solids, section 4.3; ASTM
-D6128).
+The ring holds them back; the plate feels their weight and the lid's load, and friction. Friction
+over normal force on the plate is the wall friction, whatever the ring carries (Schulze 2008,
+Powders and Bulk Solids, section 4.3; ASTM D6128).
 """
 
 import math
@@ -33,7 +34,8 @@ class WallFrictionGeometry(Part):
 
 
 def check(spec):
-    """The ring must hold grains side by side, and the bed must reach the lid with two layers at least."""
+    """The ring must hold grains side by side, and the bed must reach the lid with two layers at
+    least."""
     g, largest = spec.geometry, longest_mm(spec)
     if g.ring_diameter_mm < LEAST_WIDTH * largest:
         refuse(
@@ -43,7 +45,10 @@ def check(spec):
         )
     layers = spec.particles.count * largest**2 / g.ring_diameter_mm**2
     if layers < 2.0:
-        allowed = f"at most {largest * math.sqrt(0.5 * spec.particles.count):.3g}: two layers of grains, or more grains"
+        allowed = (
+            f"at most {largest * math.sqrt(0.5 * spec.particles.count):.3g}: two layers of "
+            f"grains, or more grains"
+        )
         refuse("ring_diameter_mm", spec, allowed)
 
 

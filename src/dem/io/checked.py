@@ -51,8 +51,8 @@ def write_checked_arrays(path, arrays):
 
 
 def read_checked_arrays(path):
-    """{name: array} of a file that `write_checked_arrays` wrote. Raises OSError, and ValueError for a file that is not
-    as it was written."""
+    """{name: array} of a file that `write_checked_arrays` wrote. Raises OSError, and ValueError for
+    a file that is not as it was written."""
     size = os.stat(path).st_size - DIGEST
     with open(path, "rb") as stream:
         stream.seek(max(size, 0))

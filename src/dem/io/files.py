@@ -8,7 +8,8 @@ import numpy as np
 
 
 def replace_file(path, write):
-    """Write a file by write(stream) under another name and put it in the place of `path`, all or nothing."""
+    """Write a file by write(stream) under another name and put it in the place of `path`, all or
+    nothing."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name}.{os.getpid()}.partial")

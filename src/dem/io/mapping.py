@@ -12,8 +12,8 @@ LARGEST = 100_000  # values of a file, those that it repeats by aliases counted 
 def read_mapping(path):
     """(data, lines): content of a YAML file and {dotted key: line number, from 1}.
 
-    Raises SpecError for a file that cannot be read, is not YAML, gives a key twice (YAML would keep the last in
-    silence), or multiplies by aliases.
+    Raises SpecError for a file that cannot be read, is not YAML, gives a key twice (YAML would keep
+    the last in silence), or multiplies by aliases.
     """
     try:
         text = Path(path).read_text(encoding="utf-8")
@@ -53,7 +53,8 @@ def parse_mapping(text, path):
 
 
 def _size(node, known, above):
-    """Number of values below a node; `known` {id: size} counts what is shared once, `above` finds endless aliases."""
+    """Number of values below a node; `known` {id: size} counts what is shared once, `above` finds
+    endless aliases."""
     if id(node) in above:
         raise ValueError("an alias holds itself")
     if id(node) not in known:
@@ -66,7 +67,8 @@ def _size(node, known, above):
 
 
 def line_of(key, lines):
-    """Line of a dotted key, or of the nearest key above it that the file holds; None where it holds none."""
+    """Line of a dotted key, or of the nearest key above it that the file holds; None where it holds
+    none."""
     parts = key.split(".")
     while parts and ".".join(parts) not in lines:
         parts.pop()
@@ -74,7 +76,8 @@ def line_of(key, lines):
 
 
 def _collect(path, node, prefix, lines, above):
-    """Fill `lines` from the mappings below `node`; `above`: nodes on the way here, against endless aliases."""
+    """Fill `lines` from the mappings below `node`; `above`: nodes on the way here, against endless
+    aliases."""
     if not isinstance(node, yaml.MappingNode) or id(node) in above:
         return
     seen = {}

@@ -1,7 +1,9 @@
-"""A size distribution from a table: a sieve curve, whose classes are filled evenly, or single sizes.
+"""A size distribution from a table: a sieve curve, whose classes are filled evenly, or single
+sizes.
 
-The table is a CSV file with the column `diameter_mm` and one of two others: `passing_percent`, the share that passes
-each sieve (from 0 to 100, ascending), or `fraction`, the share of grains of exactly that size.
+The table is a CSV file with the column `diameter_mm` and one of two others: `passing_percent`, the
+share that passes each sieve (from 0 to 100, ascending), or `fraction`, the share of grains of
+exactly that size.
 """
 
 import csv
@@ -15,7 +17,8 @@ DIAMETER, PASSING, FRACTION = "diameter_mm", "passing_percent", "fraction"
 
 
 def read_sizes(path, by):
-    """{by, diameters_mm, fractions} and for a sieve curve `upper_diameters_mm` of a table; by: number or mass.
+    """{by, diameters_mm, fractions} and for a sieve curve `upper_diameters_mm` of a table; by:
+    number or mass.
 
     Raises SpecError naming line, value and what is allowed.
     """

@@ -15,8 +15,8 @@ def read_stl(path, scale=1.0, closed=False):
     """Vertices (v, 3) [m] and triangles (t, 3) of an STL file.
 
     scale: metres per unit of the file; closed: demand that every edge has two triangles.
-    Raises MeshError for a file that is not STL, not finite, has a triangle without area, or is open where it must
-    not be.
+    Raises MeshError for a file that is not STL, not finite, has a triangle without area, or is open
+    where it must not be.
     """
     path = Path(path)
     try:
@@ -102,6 +102,7 @@ def _check_closed(path, triangles):
     if (count != 2).any():
         raise MeshError(
             path,
-            f"is not closed: {int((count != 2).sum())} edges do not have two triangles; grains leak through a hole. "
+            f"is not closed: {int((count != 2).sum())} edges do not have two triangles; grains "
+            f"leak through a hole. "
             "geometry.meshes: open is for surfaces that are meant to have free edges",
         )

@@ -1,4 +1,5 @@
-"""Frames that ParaView opens: grains as points with radius, velocity and number; walls as surfaces."""
+"""Frames that ParaView opens: grains as points with radius, velocity and number; walls as
+surfaces."""
 
 import os
 from pathlib import Path
@@ -11,7 +12,8 @@ from dem.walls.geometry import PLANE, RECTANGLE, REVOLVED, TRIANGLE
 
 
 def grain_points(position, radius, velocity, tag):
-    """`pyvista.PolyData` of grains; position, velocity (n, 3), radius, tag (n,). Glyph by `radius` to see spheres."""
+    """`pyvista.PolyData` of grains; position, velocity (n, 3), radius, tag (n,). Glyph by `radius`
+    to see spheres."""
     if not len(position):
         return pv.PolyData()  # fields without values are refused
     points = pv.PolyData(np.asarray(position, float))
@@ -46,7 +48,8 @@ def write_frame(path, sim):
 
 
 def write_walls(path, walls):
-    """Write the walls of a `WallSet` to one .vtp file; False when there is nothing bounded to draw."""
+    """Write the walls of a `WallSet` to one .vtp file; False when there is nothing bounded to
+    draw."""
     origins = {b["name"]: np.asarray(b["origin"], float) for b in walls.bodies}
     parts = []
     for kind, parameters, body in walls.elements:

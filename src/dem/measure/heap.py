@@ -1,9 +1,10 @@
 """Angle of repose of a heap of spheres on a disc, in the two ways that are in use.
 
-Silhouette: the heap is seen from the side, as a protractor would; a line is laid along each flank of its outline.
-Radial surface: the height of the surface at each radius, averaged over the azimuth, and one line along its flank.
-Both lines are least-squares fits over the part of the flank between 20 and 80 % of the heap's height: the rounded
-top and the toe, where single grains lie about, are left out.
+Silhouette: the heap is seen from the side, as a protractor would; a line is laid along each flank
+of its outline. Radial surface: the height of the surface at each radius, averaged over the azimuth,
+and one line along its flank. Both lines are least-squares fits over the part of the flank between
+20 and 80 % of the heap's height: the rounded top and the toe, where single grains lie about, are
+left out.
 """
 
 import numpy as np
@@ -23,8 +24,8 @@ MIN_HEIGHT = 1.5  # mean diameters of the spheres: less is a layer, not a heap
 def measure_heap(position, radius, velocity, plate_radius, grain=None):
     """Metrics of a heap; position, velocity (n, 3) [m], [m/s], radius (n,) [m], plate_radius [m].
 
-    grain (n,): which grain each sphere is part of; each is one unless given. Angles and height are those of the
-    surface of the spheres.
+    grain (n,): which grain each sphere is part of; each is one unless given. Angles and height are
+    those of the surface of the spheres.
     Raises MeasureError when no heap stands on the plate.
     """
     position, radius, velocity = (np.asarray(a, float) for a in (position, radius, velocity))
@@ -52,8 +53,8 @@ def measure_heap(position, radius, velocity, plate_radius, grain=None):
 
 
 def _supported(position, radius, candidate):
-    """Leave out what hangs above the heap (grains in the funnel): a gap in height larger than four grains ends the
-    heap."""
+    """Leave out what hangs above the heap (grains in the funnel): a gap in height larger than four
+    grains ends the heap."""
     order = np.flatnonzero(candidate)
     order = order[np.argsort(position[order, 2])]
     z = position[order, 2]
@@ -64,10 +65,11 @@ def _supported(position, radius, candidate):
 
 
 def fit_flank(distance, height, limit):
-    """Slope angle [deg] of the flank of a profile height(distance), both (m,) [m], or nan where there is no flank.
+    """Slope angle [deg] of the flank of a profile height(distance), both (m,) [m], or nan where
+    there is no flank.
 
-    The flank begins at the last place above 80 % of the height and ends at the first below 20 %, within `limit`.
-    """
+    The flank begins at the last place above 80 % of the height and ends at the first below 20 %,
+    within `limit`."""
     top = float(np.nanmax(height))
     inside = distance <= limit
     above = np.flatnonzero(inside & (height > UPPER * top))
@@ -81,7 +83,8 @@ def fit_flank(distance, height, limit):
 
 
 def outline(across, z, radius, stations):
-    """Height (m,) of the outline of discs at `across`, z, radius (n,), at stations (m,); 0 where there is none. [m]"""
+    """Height (m,) of the outline of discs at `across`, z, radius (n,), at stations (m,); 0 where
+    there is none. [m]"""
     height = np.zeros(len(stations))
     step = stations[1] - stations[0]
     first = np.ceil((across - radius - stations[0]) / step).astype(int)
@@ -95,7 +98,8 @@ def outline(across, z, radius, stations):
 
 
 def silhouette_angles(position, radius, plate_radius):
-    """Flank angles (2 * VIEWS,) [deg], two from each view. Raises MeasureError when fewer than half have a flank."""
+    """Flank angles (2 * VIEWS,) [deg], two from each view. Raises MeasureError when fewer than half
+    have a flank."""
     step = 0.25 * float(np.mean(radius))
     stations = np.arange(0.0, plate_radius, step)
     angles = []
@@ -127,7 +131,8 @@ def surface(position, radius, plate_radius):
 
 
 def coverage(position, radius, plate_radius):
-    """Share of the plate that lies under grains whose centre is above it and at most four radii high or in the heap.
+    """Share of the plate that lies under grains whose centre is above it and at most four radii
+    high or in the heap.
 
     From the surface on `AZIMUTHS` rays, each station weighted by its distance from the axis.
     """
@@ -158,6 +163,7 @@ def _valid(angles, what):
     good = angles[np.isfinite(angles)]
     if len(good) < max(len(angles) // 2, 2):
         raise MeasureError(
-            f"no heap: {len(angles) - len(good)} of {len(angles)} flanks of the {what} are too short"
+            f"no heap: {len(angles) - len(good)} of {len(angles)} flanks of the {what} are too "
+            f"short"
         )
     return good

@@ -1,4 +1,5 @@
-"""Pictures of finished runs: images, animations and files for ParaView. Needs no display and no OpenGL."""
+"""Pictures of finished runs: images, animations and files for ParaView. Needs no display and no
+OpenGL."""
 
 from dem.render.animation import animate
 from dem.render.export import export_vtk

@@ -22,8 +22,8 @@ RING = np.radians(np.arange(0.0, 361.0, 5.0))
 def animate(run, path, width=480, colour="auto", frames_per_s=20.0, progress=None):
     """Write the pour of a `FinishedRun` of a heap to `path` (.gif, .webp or .png), atomically.
 
-    width: [px]; progress: called with the share that is done. Raises DemError without frames or for another suffix.
-    """
+    width: [px]; progress: called with the share that is done. Raises DemError without frames or for
+    another suffix."""
     if path.suffix not in FORMATS:
         raise DemError(
             f"{path}: is no animation that can be written; allowed: {', '.join(FORMATS)}"
@@ -35,7 +35,8 @@ def animate(run, path, width=480, colour="auto", frames_per_s=20.0, progress=Non
     files = run.frames
     if len(files) < 2:
         raise DemError(
-            f"{run.folder}: has no frames to animate; `dem run SPEC --out {run.folder} --frames 0.02` writes them"
+            f"{run.folder}: has no frames to animate; `dem run SPEC --out {run.folder} --frames "
+            f"0.02` writes them"
         )
     states = [_state(f) for f in files] + [(run.position, run.radius, run.velocity, run.tag)]
     quantity = colour_by(colour, run.radius, states[len(states) // 2][2])

@@ -12,7 +12,8 @@ LABELS = {
 
 
 def colour_by(choice, radius, velocity):
-    """The quantity that `choice` comes to: auto is size where sizes differ, speed where grains move, else order."""
+    """The quantity that `choice` comes to: auto is size where sizes differ, speed where grains
+    move, else order."""
     if choice != "auto":
         return choice
     if np.ptp(radius) > 1e-6 * radius.max():
@@ -38,7 +39,8 @@ def colours_of(quantity, values, limits):
 
 
 def draw_bar(draw, quantity, limits, at, size, font, ink):
-    """Draw the colour bar with its label and its ends at (x, y) [px], `size` (width, height) [px]."""
+    """Draw the colour bar with its label and its ends at (x, y) [px], `size` (width, height)
+    [px]."""
     (x, y), (width, height) = at, size
     ramp = colours_of(quantity, np.linspace(0.0, 1.0, width), (0.0, 1.0))
     for k, colour in enumerate(ramp):

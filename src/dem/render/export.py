@@ -7,10 +7,11 @@ from dem.io.vtk import grain_points, write_walls
 
 
 def export_vtk(run, path=None):
-    """Write the last state of a `FinishedRun` as points with radius, velocity, speed and id (glyph them by `radius`).
+    """Write the last state of a `FinishedRun` as points with radius, velocity, speed and id (glyph
+    them by `radius`).
 
-    The file is `path`, or final.vtp in the run's folder; the rig's walls, where the experiment has some to draw, are
-    written beside it, to <name>_walls.vtp. Returns the paths.
+    The file is `path`, or final.vtp in the run's folder; the rig's walls, where the experiment has
+    some to draw, are written beside it, to <name>_walls.vtp. Returns the paths.
     """
     path = Path(path) if path else run.folder / "final.vtp"
     path.parent.mkdir(parents=True, exist_ok=True)

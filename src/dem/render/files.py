@@ -13,7 +13,8 @@ from dem.spec import parse_spec
 
 @dataclass(frozen=True)
 class FinishedRun:
-    """A finished run: its spec, its metrics and its last state; position, velocity (n, 3), radius, tag (n,), SI."""
+    """A finished run: its spec, its metrics and its last state; position, velocity (n, 3), radius,
+    tag (n,), SI."""
 
     folder: Path
     spec: object
@@ -30,7 +31,8 @@ class FinishedRun:
 
 
 def read_run(folder):
-    """`FinishedRun` of a folder that `dem run` wrote. Raises DemError when the run is not finished or not whole."""
+    """`FinishedRun` of a folder that `dem run` wrote. Raises DemError when the run is not finished
+    or not whole."""
     folder = Path(folder)
     try:
         result = read_result(folder)

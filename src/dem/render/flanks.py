@@ -1,4 +1,5 @@
-"""The lines that the angle of repose was read from, as segments that can be drawn over the silhouette."""
+"""The lines that the angle of repose was read from, as segments that can be drawn over the
+silhouette."""
 
 from dataclasses import dataclass
 
@@ -11,7 +12,8 @@ VIEWS = 36
 
 @dataclass(frozen=True)
 class Flank:
-    """A fitted flank: its angle [deg] and its ends (2,) [m], distance from the axis (signed) and height."""
+    """A fitted flank: its angle [deg] and its ends (2,) [m], distance from the axis (signed) and
+    height."""
 
     angle_deg: float
     begin: tuple
@@ -29,8 +31,8 @@ def heap_grains(position, radius, velocity, plate_radius):
 def fitted_flanks(position, radius, plate_radius, azimuth):
     """The flanks left and right, each a `Flank` or None, of the silhouette seen at `azimuth` [deg].
 
-    Both angles are `dem.measure.heap.fit_flank`'s; the line runs through the mean of the points it was fitted to.
-    """
+    Both angles are `dem.measure.heap.fit_flank`'s; the line runs through the mean of the points it
+    was fitted to."""
     turn = np.radians(azimuth)
     across = position[:, 0] * np.cos(turn) + position[:, 1] * np.sin(turn)
     stations = np.arange(0.0, plate_radius, 0.25 * float(np.mean(radius)))

@@ -24,8 +24,8 @@ FORMATS = {
 def draw_run(run, width=800, colour="auto", azimuth=None, elevation=0.0):
     """`PIL.Image` of a `FinishedRun`, `width` [px] wide; angles of the view [deg].
 
-    A heap seen from the side (elevation 0) has its fitted flanks drawn; unless `azimuth` is given it is seen from where
-    its two flanks come nearest to the run's angle of repose.
+    A heap seen from the side (elevation 0) has its fitted flanks drawn; unless `azimuth` is given
+    it is seen from where its two flanks come nearest to the run's angle of repose.
     """
     plate = plate_of(run.spec)
     heap = plate is not None
@@ -68,7 +68,8 @@ def paint(view, position, radius, colour, plate_radius=None):
 
 
 def pixel(view, across, height, toward=0.0):
-    """Column and row of the point at signed distances from the axis [m] across the view and towards the viewer."""
+    """Column and row of the point at signed distances from the axis [m] across the view and towards
+    the viewer."""
     right, _, _ = view.axes
     away = np.array([right[1], -right[0], 0.0])
     column, row, _ = view.project(across * right + toward * away + [0.0, 0.0, height])
@@ -81,7 +82,8 @@ def font_of(width):
 
 
 def save_image(image, path):
-    """Write an image to `path`, atomically. Raises DemError for a suffix that is none of FORMATS."""
+    """Write an image to `path`, atomically. Raises DemError for a suffix that is none of
+    FORMATS."""
     if path.suffix not in FORMATS:
         raise DemError(f"{path}: is no image that can be written; allowed: {', '.join(FORMATS)}")
     path.parent.mkdir(parents=True, exist_ok=True)

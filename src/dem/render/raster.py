@@ -1,7 +1,8 @@
 """Spheres into pixels: an orthographic depth buffer in NumPy, with light, shadow and occlusion.
 
-Written here rather than left to OpenGL, so that images come out the same on a cluster's node without display, driver
-or Mesa. Rows of pixels run downwards; depth grows towards the viewer, in pixels.
+Written here rather than left to OpenGL, so that images come out the same on a cluster's node
+without display, driver or Mesa. Rows of pixels run downwards; depth grows towards the viewer, in
+pixels.
 """
 
 from dataclasses import dataclass, replace
@@ -18,8 +19,8 @@ NOBODY = -1  # owner of a pixel that no sphere covers
 
 @dataclass(frozen=True)
 class View:
-    """Where the viewer stands: azimuth, elevation [deg]; scale [px/m]; `centre` (3,) [m] is in the middle of
-    `width` x `height` pixels."""
+    """Where the viewer stands: azimuth, elevation [deg]; scale [px/m]; `centre` (3,) [m] is in the
+    middle of `width` x `height` pixels."""
 
     azimuth: float
     elevation: float
@@ -49,7 +50,8 @@ class View:
 
 
 def cover(view, position, radius):
-    """Depth (height, width) [px], -inf where there is nothing, and the index of the sphere that is seen."""
+    """Depth (height, width) [px], -inf where there is nothing, and the index of the sphere that is
+    seen."""
     column, row, z = view.project(position)
     r = view.scale * np.asarray(radius)
     depth = np.full((view.height, view.width), -np.inf)
@@ -72,8 +74,8 @@ def cover(view, position, radius):
 def shade(view, position, radius, colour, plate_radius=None):
     """Lit spheres, and the disc z = 0 of `plate_radius` [m] where one is given.
 
-    colour (n, 3) in 0..1. Returns colours (height, width, 3) and the covered share (height, width) of each pixel.
-    """
+    colour (n, 3) in 0..1. Returns colours (height, width, 3) and the covered share (height, width)
+    of each pixel."""
     depth, owner = cover(view, position, radius)
     normal, albedo = np.zeros((*depth.shape, 3)), np.ones((*depth.shape, 3))
     hit = owner != NOBODY

@@ -1,4 +1,5 @@
-"""Walls as Python sees them: named rigid bodies made of planes, surfaces of revolution, rectangles and meshes."""
+"""Walls as Python sees them: named rigid bodies made of planes, surfaces of revolution, rectangles
+and meshes."""
 
 import numpy as np
 
@@ -10,7 +11,8 @@ from dem.walls.state import new_walls
 class WallSet:
     """A collection of wall bodies, each with a name, a material and a motion. All lengths in m.
 
-    Elements are given in the frame of their body, whose origin is `origin` and which starts unrotated.
+    Elements are given in the frame of their body, whose origin is `origin` and which starts
+    unrotated.
     """
 
     def __init__(self):
@@ -29,9 +31,9 @@ class WallSet:
     ):
         """Begin a new body; elements added next belong to it. Returns self.
 
-        velocity [m/s] of the origin, spin [rad/s] about it. free: dict with mass [kg], axis (3,), load [N] along the
-        axis and optionally drag [N s/m]: the body then moves along the axis by its load, its weight and the particles.
-        """
+        velocity [m/s] of the origin, spin [rad/s] about it. free: dict with mass [kg], axis (3,),
+        load [N] along the axis and optionally drag [N s/m]: the body then moves along the axis by
+        its load, its weight and the particles."""
         if any(b["name"] == name for b in self.bodies):
             raise ValueError(f"there is already a wall body named {name!r}")
         self.bodies.append(
@@ -118,7 +120,8 @@ class WallSet:
         return [(k, list(p), self.bodies[b]["name"]) for k, p, b, _ in self._elements]
 
     def compile(self, material_names):
-        """Arrays for the kernels. Raises ValueError for a material that is not among `material_names`."""
+        """Arrays for the kernels. Raises ValueError for a material that is not among
+        `material_names`."""
         walls = new_walls(len(self._elements), len(self.bodies))
         for k, b in enumerate(self.bodies):
             if b["material"] not in material_names:

@@ -72,9 +72,11 @@ def _bounds(walls, e, low, high):
 def find_wall_contacts(
     n, particles, walls, allowance, reach, cell_size, dims, first_cell, low, start, contacts, found
 ):
-    """List the candidate contacts, sorted by particle; returns their number (see `find_pairs` for too little room).
+    """List the candidate contacts, sorted by particle; returns their number (see `find_pairs` for
+    too little room).
 
-    allowance (b,) is what each body may travel [m]; found (m, 2) int32 is scratch as long as the list's room.
+    allowance (b,) is what each body may travel [m]; found (m, 2) int32 is scratch as long as the
+    list's room.
     """
     count = 0
     box_low, box_high = np.empty(3), np.empty(3)
@@ -130,7 +132,8 @@ def _sort_by_particle(n, found, count, contacts):
 def _measure(particles, walls, contacts, count, scratch):
     """Closest point and distance of every candidate.
 
-    One flat loop over plain arrays: named tuples in nested control flow cost numba a reference count each.
+    One flat loop over plain arrays: named tuples in nested control flow cost numba a reference
+    count each.
     """
     position, particle, element = particles.position, contacts.particle, contacts.element
     bodies, kind, parameters = walls.body, walls.kind, walls.parameters
@@ -158,9 +161,9 @@ def wall_forces(
 ):
     """Add the wall forces to the particles and to the bodies.
 
-    table: properties of pairs; kind_of (materials, materials): rows of it. Contacts that act are collected on a stage
-    until WIDTH of one kind are together. Returns a contact whose overlap exceeds overlap_limit * radius, or -1.
-    """
+    table: properties of pairs; kind_of (materials, materials): rows of it. Contacts that act are
+    collected on a stage until WIDTH of one kind are together. Returns a contact whose overlap
+    exceeds overlap_limit * radius, or -1."""
     walls.force[:] = 0.0
     walls.torque[:] = 0.0
     _measure(particles, walls, contacts, count, scratch)
@@ -250,7 +253,8 @@ def _staged_contact(codes, p, dt, geometry, wall, particle, history):
 
 @njit(error_model="numpy")
 def _staged_forces_lanes(codes, p, dt, stage, waiting):
-    """All lanes at once; lanes beyond `waiting` hold an earlier contact, whose result nobody reads."""
+    """All lanes at once; lanes beyond `waiting` hold an earlier contact, whose result nobody
+    reads."""
     columns, history = _staged_contact(
         codes,
         p,
@@ -268,7 +272,8 @@ def _staged_forces_lanes(codes, p, dt, stage, waiting):
 def _column(block, lane):
     b = block
     return (
-        b[0, lane], b[1, lane], b[2, lane], b[3, lane], b[4, lane], b[5, lane], b[6, lane], b[7, lane],
+        b[0, lane], b[1, lane], b[2, lane], b[3, lane], b[4, lane], b[5, lane], b[6, lane], b[7,
+        lane],
         b[8, lane],
     )  # fmt: skip
 
@@ -288,7 +293,8 @@ def _staged_forces_plain(codes, p, dt, stage, waiting):
 
 
 def staged_forces(codes, p, dt, stage, waiting):
-    """Contact law of the staged contacts: blocks 0-3 of the stage in, force columns (4) and history (5) out."""
+    """Contact law of the staged contacts: blocks 0-3 of the stage in, force columns (4) and history
+    (5) out."""
     raise NotImplementedError("compiled code only")
 
 

@@ -2,8 +2,8 @@
 
 An element is a row of numbers:
     PLANE     point (3), normal (3): solid behind the plane
-    REVOLVED  r0, z0, r1, z1: the segment from (r0, z0) to (r1, z1), turned about the z axis; a disc with its rim, a
-    ring,
+    REVOLVED  r0, z0, r1, z1: the segment from (r0, z0) to (r1, z1), turned about the z axis; a disc
+    with its rim, a ring,
               a cylinder or a frustum
     RECTANGLE centre (3), half edge u (3), half edge v (3)
     TRIANGLE  corners a (3), b (3), c (3)
@@ -21,7 +21,8 @@ _leaf = njit(forceinline=True, error_model="numpy")
 
 @_leaf
 def closest_point(kind, e, x, y, z):
-    """Closest point of element `e` to (x, y, z) and the signed distance to it, negative only behind a plane."""
+    """Closest point of element `e` to (x, y, z) and the signed distance to it, negative only behind
+    a plane."""
     if kind == PLANE:
         d = (x - e[0]) * e[3] + (y - e[1]) * e[4] + (z - e[2]) * e[5]
         return x - d * e[3], y - d * e[4], z - d * e[5], d
@@ -59,7 +60,8 @@ def _on_rectangle(e, x, y, z):
 
 @_leaf
 def _on_triangle(e, x, y, z):
-    """Voronoi regions of a triangle; Ericson (2005), Real-Time Collision Detection, section 5.1.5."""
+    """Voronoi regions of a triangle; Ericson (2005), Real-Time Collision Detection, section
+    5.1.5."""
     abx, aby, abz = e[3] - e[0], e[4] - e[1], e[5] - e[2]
     acx, acy, acz = e[6] - e[0], e[7] - e[1], e[8] - e[2]
     apx, apy, apz = x - e[0], y - e[1], z - e[2]

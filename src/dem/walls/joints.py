@@ -1,10 +1,12 @@
-"""Where elements of one body meet: one contact in each place where the body's surface is closest to the grain.
+"""Where elements of one body meet: one contact in each place where the body's surface is closest to
+the grain.
 
-Every element gives its own closest point. One that lies on another element whose closest point is nearer is no local
-minimum of the distance to the body: along that element the surface comes nearer still. So a seam, an edge or a corner
-counts once, or not at all beside a face, whatever elements meet in it and however they are cut; and a contact that
-passes from one element to its neighbour takes its history along. Hu, Hu, Liu, Chen (2013), Powder Technology 241:98,
-sort the contacts of conforming meshes to the same end by shared edges.
+Every element gives its own closest point. One that lies on another element whose closest point is
+nearer is no local minimum of the distance to the body: along that element the surface comes nearer
+still. So a seam, an edge or a corner counts once, or not at all beside a face, whatever elements
+meet in it and however they are cut; and a contact that passes from one element to its neighbour
+takes its history along. Hu, Hu, Liu, Chen (2013), Powder Technology 241:98, sort the contacts of
+conforming meshes to the same end by shared edges.
 """
 
 import math
@@ -20,7 +22,8 @@ ALONG = 1.0 - 1e-6  # cosine between normals: beyond it one point is straight be
 
 @njit(cache=True, error_model="numpy")
 def resolve_joints(particles, walls, contacts, count, scratch):
-    """Put all but the local minima of the distance to each body out of reach; `scratch` as left by the measuring."""
+    """Put all but the local minima of the distance to each body out of reach; `scratch` as left by
+    the measuring."""
     particle, element, body = contacts.particle, contacts.element, walls.body
     kinetic, history, distance = particles.kinetic, contacts.history, scratch.distance
     lo = 0
@@ -68,8 +71,9 @@ def _in_body(particles, walls, contacts, k):
 
 @inlined
 def _is_covered(walls, contacts, lo, hi, k, scratch, radius, x, y, z):
-    """Whether the closest point of contact k lies on an element that is closer to the grain at (x, y, z), or straight
-    behind one; of elements that are closest in the same point the first counts."""
+    """Whether the closest point of contact k lies on an element that is closer to the grain at (x,
+    y, z), or straight behind one; of elements that are closest in the same point the first
+    counts."""
     distance, p = scratch.distance, scratch.point[k]
     for q in range(lo, hi):
         if q == k or not (distance[q] < distance[k] or (distance[q] == distance[k] and q < k)):

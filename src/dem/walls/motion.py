@@ -1,4 +1,5 @@
-"""Motion of the walls' bodies: prescribed, or free along one axis under a load (the lid of a shear box)."""
+"""Motion of the walls' bodies: prescribed, or free along one axis under a load (the lid of a shear
+box)."""
 
 import math
 
@@ -24,7 +25,8 @@ def rotate(rotation, wx, wy, wz, dt):
 
 @njit(cache=True)
 def move_bodies(walls, gravity, dt, allowance):
-    """Advance all bodies by one step; True when one has travelled further than its allowance (b,) [m]."""
+    """Advance all bodies by one step; True when one has travelled further than its allowance (b,)
+    [m]."""
     stale = False
     for b in range(len(walls.mass)):
         v, w, axis = walls.velocity[b], walls.spin[b], walls.axis[b]

@@ -8,7 +8,8 @@ from dem.walls.geometry import N_PARAMETERS
 
 
 class Walls(NamedTuple):
-    """Wall elements (e of them), each in the frame of its body (b of them). All real numbers are float64, SI."""
+    """Wall elements (e of them), each in the frame of its body (b of them). All real numbers are
+    float64, SI."""
 
     kind: np.ndarray
     """(e,) int32, see `dem.walls.geometry`."""
@@ -27,7 +28,8 @@ class Walls(NamedTuple):
     spin: np.ndarray
     """(b, 3) angular velocity about the origin [rad/s]."""
     mass: np.ndarray
-    """(b,) [kg]; 0: the motion is prescribed. Otherwise the body moves freely along `axis` under its load."""
+    """(b,) [kg]; 0: the motion is prescribed. Otherwise the body moves freely along `axis` under
+    its load."""
     axis: np.ndarray
     """(b, 3) unit vector of free motion."""
     load: np.ndarray
@@ -47,7 +49,8 @@ class Walls(NamedTuple):
     extent: np.ndarray
     """(b,) largest distance of a wall point from the body's origin that counts for `travel` [m]."""
     unbounded: np.ndarray
-    """(b,) bool: a plane is among its elements, so that `extent` is as far as there are particles."""
+    """(b,) bool: a plane is among its elements, so that `extent` is as far as there are
+    particles."""
 
 
 def new_walls(elements, bodies):

@@ -1,8 +1,9 @@
 """How large an effect is on a plan of measurements, and the strength that makes it so large.
 
-The size is what the base model cannot take up: on noise-free data of the plan with the effect in them, the largest
-distance of a setting from the fitted base model, in standard errors of that setting. A moderate effect is one of
-`MODERATE`: a tenth of a rebound that is known to 1 %, two degrees of a sliding angle that is known to 0.2°.
+The size is what the base model cannot take up: on noise-free data of the plan with the effect in
+them, the largest distance of a setting from the fitted base model, in standard errors of that
+setting. A moderate effect is one of `MODERATE`: a tenth of a rebound that is known to 1 %, two
+degrees of a sliding angle that is known to 0.2°.
 """
 
 import numpy as np
@@ -17,8 +18,9 @@ STEPS = 161
 
 
 def sizes(emulated, conditions, name, coded):
-    """Size (k,) of an effect at k coded strengths, the base parameters at their ranges' centre; the chi-square (k,) of
-    the fitted base model; and whether its parameters lie within their ranges (k,)."""
+    """Size (k,) of an effect at k coded strengths, the base parameters at their ranges' centre; the
+    chi-square (k,) of the fitted base model; and whether its parameters lie within their ranges
+    (k,)."""
     model = emulated.model(conditions, [name])
     theta = np.tile(model.prior_mean, (len(coded), 1))
     theta[:, -1] = coded
@@ -32,17 +34,19 @@ def sizes(emulated, conditions, name, coded):
 
 
 def _error(emulated, experiment, levers, value):
-    """Standard errors (k,) of values (k,) measured under one condition, with their scatter from run to run."""
+    """Standard errors (k,) of values (k,) measured under one condition, with their scatter from run
+    to run."""
     taught = emulated.emulators[experiment, BASE]
     by_z = inverse(experiment, forward(experiment, value, levers), levers)[1]
     return standard_error(experiment, value, np.abs(by_z) * taught.scatter)
 
 
 def strength_at(emulated, conditions, name, wanted):
-    """(strength in its unit, size): the weakest of the wanted size, or where none is so large the one that fits worst.
+    """(strength in its unit, size): the weakest of the wanted size, or where none is so large the
+    one that fits worst.
 
-    One that leaves the base parameters within their ranges comes before one that does not: there the range, too, tells
-    that something is wrong.
+    One that leaves the base parameters within their ranges comes before one that does not: there
+    the range, too, tells that something is wrong.
     """
     strength = emulated.catalogue[name].strength
     coded = strength.rising(STEPS)

@@ -1,4 +1,5 @@
-"""Test data with a hidden effect: the real engine at other seeds, another time step and other base parameters."""
+"""Test data with a hidden effect: the real engine at other seeds, another time step and other base
+parameters."""
 
 import itertools
 import zlib
@@ -14,14 +15,15 @@ from diagnosis.settings import condition_spec, parameters_of
 
 GRAVITY = 9.81
 NOISE = {"drop": 0.02, "tilt": 0.4, "shear": 0.03, "heap": 1.0}
-"""Standard deviation of one reading: a share of the value where that is its quantity's way, else in its unit."""
+"""Standard deviation of one reading: a share of the value where that is its quantity's way, else in
+its unit."""
 
 REPLICATES = {"drop": 5, "tilt": 5, "shear": 4, "heap": 5}
 """Readings of a condition; of a poured experiment each is a run of its own."""
 
 STEP = {"drop": 0.8, "heap": 0.8}
-"""Time step over that of the diagnosis, 1.25 elsewhere: a coarser one would itself be an effect, on a flat heap of up
-to a degree and a half."""
+"""Time step over that of the diagnosis, 1.25 elsewhere: a coarser one would itself be an effect, on
+a flat heap of up to a degree and a half."""
 
 FILM_S, FAST_FILM_S = 0.04, 0.01  # 25 and 100 frames a second
 DROPS = [
@@ -30,7 +32,8 @@ DROPS = [
         for d in (1.0, 2.0, 4.0)
         for h in (50.0, 110.0, 250.0)
     ],
-    # the lower rebounds once more with an ordinary camera: free of charge, and it shows what the camera does
+    # the lower rebounds once more with an ordinary camera: free of charge, and it shows what the
+    # camera does
     *[
         ("drop", {"drop_height_mm": h, "particle_diameter_mm": d, "output_interval_s": FILM_S})
         for d in (1.0, 2.0, 4.0)
@@ -54,12 +57,13 @@ HEAPS = [
     for at in itertools.product((0, 1, -1), repeat=3)
     if sum(k != 0 for k in at) != 2 and at[1:] != (-1, 1)
 ]
-"""A face-centred composite design: centre, faces and corners; the centre first. Not the two corners in which the fewest
-grains fall deepest: they splash, and what is left is no heap."""
+"""A face-centred composite design: centre, faces and corners; the centre first. Not the two corners
+in which the fewest grains fall deepest: they splash, and what is left is no heap."""
 
 SHEARS = [("shear", {"normal_stress_kPa": s}) for s in (0.5, 0.65, 0.85, 1.2, 2.5)]
 PLANS = {"grains": DROPS + TILTS, "heap": DROPS + HEAPS, "shear": SHEARS + HEAPS}
-"""What a laboratory measures that wants to tell mechanisms apart: each lever at its ends and between."""
+"""What a laboratory measures that wants to tell mechanisms apart: each lever at its ends and
+between."""
 
 ALIKE = {
     ("viscoelastic_restitution", "plastic_restitution"): (
@@ -94,9 +98,10 @@ def draw(
 ):
     """(measurements, truth): data with `effects` {name: strength in its unit} switched on.
 
-    The base parameters are drawn from the middle 60 % of their ranges by `point`, the noise of each condition by `seed`
-    (that of the point unless given) and the effects. A condition that the engine cannot measure, a funnel that clogs,
-    is missing from the data, as it would be in a laboratory. truth says what was drawn.
+    The base parameters are drawn from the middle 60 % of their ranges by `point`, the noise of each
+    condition by `seed` (that of the point unless given) and the effects. A condition that the
+    engine cannot measure, a funnel that clogs, is missing from the data, as it would be in a
+    laboratory. truth says what was drawn.
     """
     factors = parameters_of(settings, factors_file, list(settings.experiments))
     rng = np.random.default_rng([point, 20_011])
@@ -136,13 +141,15 @@ def _hide(spec, experiment, catalogue, strengths):
 
 
 def _noise(seed, experiment, levers, strengths):
-    """Random numbers of one condition: the same whatever else is measured, others for other effects."""
+    """Random numbers of one condition: the same whatever else is measured, others for other
+    effects."""
     label = repr((experiment, sorted(levers.items()), sorted(strengths.items())))
     return np.random.default_rng([*seed, zlib.crc32(label.encode())])
 
 
 def _read(experiment, levers, values, rng, frame_factor):
-    """Mean and spread of noisy readings; frame_factor times the frame interval is what the camera really had."""
+    """Mean and spread of noisy readings; frame_factor times the frame interval is what the camera
+    really had."""
     n = REPLICATES[experiment]
     sample = np.resize(values, n) + _spread(experiment, np.mean(values)) * rng.standard_normal(n)
     if experiment == "drop" and frame_factor:
@@ -166,7 +173,8 @@ def standard_error(experiment, value, scatter=0.0):
 
 
 def outlier(measurements, seed):
-    """The measurements with one replicate of one setting six standard deviations off; mean and sd follow."""
+    """The measurements with one replicate of one setting six standard deviations off; mean and sd
+    follow."""
     rng = np.random.default_rng([seed, 3])
     k = int(rng.integers(len(measurements)))
     m = measurements[k]
@@ -180,5 +188,6 @@ def outlier(measurements, seed):
 
 
 def understated(measurements, seed=None, factor=2.0):
-    """The measurements with their spreads stated smaller than they are: the noise is twice what it claims to be."""
+    """The measurements with their spreads stated smaller than they are: the noise is twice what it
+    claims to be."""
     return [replace(m, sd=m.sd / factor) for m in measurements]

@@ -8,12 +8,14 @@ from diagnosis.identify import decide, weigh
 from diagnosis.verdict import findings
 
 DECOYS = {"outlier": hidden.outlier, "understated": hidden.understated}
-"""Data without an effect that look as if there were one: how they are made of good ones and a seed."""
+"""Data without an effect that look as if there were one: how they are made of good ones and a
+seed."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One data set to diagnose; `point` decides its base parameters, `seed` its noise, `bench` what is measured.
+    """One data set to diagnose; `point` decides its base parameters, `seed` its noise, `bench` what
+    is measured.
 
     strength: size of each effect over that of a moderate one (`effect.MODERATE`).
     """
@@ -54,7 +56,8 @@ class Laboratory:
         return plan
 
     def strength(self, case, name):
-        """(strength in its unit, size) of an effect whose size on the case's plan is that share of a moderate one."""
+        """(strength in its unit, size) of an effect whose size on the case's plan is that share of
+        a moderate one."""
         plan = self.plan(case)
         key = repr(plan), name, case.strength
         if key not in self._strengths:
@@ -103,7 +106,8 @@ class Laboratory:
         return {"hidden": " + ".join(strengths), "size": round(size, 2)}
 
     def _scores(self, case):
-        """Scores of a case; those of the last data set are kept, for it may come again with a smaller catalogue."""
+        """Scores of a case; those of the last data set are kept, for it may come again with a
+        smaller catalogue."""
         data = replace(case, case=case.case if case.case in DECOYS else "")
         if self._last[0] != data:
             measured = self.measure(case)
@@ -113,7 +117,8 @@ class Laboratory:
         return self._last[1]
 
     def resolve(self, case, further=2):
-        """Diagnose too little data, add the measurement that the diagnosis asks for, up to `further` times."""
+        """Diagnose too little data, add the measurement that the diagnosis asks for, up to
+        `further` times."""
         measured = self.measure(case)
         found = self.identify(measured, case.seed)
         row = judge(case, found) | self._hidden(case)

@@ -40,7 +40,8 @@ def page(table, rates):
     ]
     lines += [
         "",
-        "| hidden | moderate strength | size [standard errors] | named first | at half the size | taken out of the "
+        "| hidden | moderate strength | size [standard errors] | named first | at half the size | "
+        "taken out of the "
         "catalogue: identified |",
         "|---|---|---|---|---|---|",
     ]

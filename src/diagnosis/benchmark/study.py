@@ -1,9 +1,11 @@
-"""The benchmark of the diagnosis: hidden effects, nulls, decoys, pairs and unknown causes, all through the engine.
+"""The benchmark of the diagnosis: hidden effects, nulls, decoys, pairs and unknown causes, all
+through the engine.
 
-Every case simulates its data with the real engine (`hidden.draw`) and diagnoses them with the emulators; the truth is
-looked at only when the verdict is there. Base parameters are drawn for a number of points; cases at one point share the
-runs of the experiments that their effects do not touch, and have readings and noise of their own. A finished case is
-kept under the content of all that decides it, so an interrupted benchmark goes on where it was.
+Every case simulates its data with the real engine (`hidden.draw`) and diagnoses them with the
+emulators; the truth is looked at only when the verdict is there. Base parameters are drawn for a
+number of points; cases at one point share the runs of the experiments that their effects do not
+touch, and have readings and noise of their own. A finished case is kept under the content of all
+that decides it, so an interrupted benchmark goes on where it was.
 """
 
 import hashlib
@@ -46,8 +48,8 @@ MECHANISMS = {
     "heap": ("cohesion", "rolling_law", "grain_shape", "size_bias"),
     "shear": ("uncounted_load",),
 }
-"""Bench -> the mechanisms that are hidden on it: single grains that drop and slide, heaps beside drops or beside a
-shear cell."""
+"""Bench -> the mechanisms that are hidden on it: single grains that drop and slide, heaps beside
+drops or beside a shear cell."""
 
 PAIRS = (
     ("viscoelastic_restitution", "tilt_detection_lag"),
@@ -66,7 +68,8 @@ SHOW = ("figure.py", "figures.py", "page.py")
 
 
 def cases(first=FIRST):
-    """All cases, the cheap re-uses after the data they re-use; `first` moves all seeds and points to others."""
+    """All cases, the cheap re-uses after the data they re-use; `first` moves all seeds and points
+    to others."""
     out = [Case("no effect", (), 0.0, s, s % NULL_POINTS) for s in range(NULLS)]
     out += _hidden_cases("grains")
     out += [replace(c, case=k) for k in DECOYS for c in out[: NULLS // 2]]
@@ -100,7 +103,8 @@ def _hidden_cases(bench):
 
 
 def summarise(table):
-    """Rates with their 95 % Wilson intervals: power by mechanism and strength, false alarms, decoys, pairs."""
+    """Rates with their 95 % Wilson intervals: power by mechanism and strength, false alarms,
+    decoys, pairs."""
     rows = []
 
     def add(name, hits):
@@ -143,7 +147,8 @@ def summarise(table):
 
 
 def _add_undecided(add, table):
-    """Data on which two mechanisms look alike: at first not told apart, then with what the diagnosis asked for."""
+    """Data on which two mechanisms look alike: at first not told apart, then with what the
+    diagnosis asked for."""
     add("too little data: ambiguous", table["verdict"] == "ambiguous")
     sure = table["verdict"] == "identified"
     right = table["outcome"] == table["truth"]
@@ -212,7 +217,8 @@ def run_cases(some, config, settings, source, folder):
 
 
 def _key(config, settings, plan_file):
-    """What decides every case beside the case: engine, code, settings, run spec, factors and emulator runs."""
+    """What decides every case beside the case: engine, code, settings, run spec, factors and
+    emulator runs."""
     modules = sorted(Path(__file__).parents[1].rglob("*.py"))
     files = [path for path in modules if path.name not in SHOW]
     parts = [f.read_text() for f in [*files, Path(config.factors), Path(plan_file)]]

@@ -1,11 +1,12 @@
-"""The catalogue of mechanisms: each module beside this one defines `MECHANISM`; nothing else lists them.
+"""The catalogue of mechanisms: each module beside this one defines `MECHANISM`; nothing else lists
+them.
 
 A study may add a folder of its own (`diagnosis.catalogue`), each file of which does the same.
 
-A mechanism of the engine has `apply(spec, strength)`, which returns a run spec with its law switched on. One of the
-measurement has in addition `observe(value, condition, strength)`: what would have been read in place of the true
-value (arrays or floats; condition is the mapping of levers); its `apply` is what the engine's own model of the
-instrument does, used to make test data.
+A mechanism of the engine has `apply(spec, strength)`, which returns a run spec with its law
+switched on. One of the measurement has in addition `observe(value, condition, strength)`: what
+would have been read in place of the true value (arrays or floats; condition is the mapping of
+levers); its `apply` is what the engine's own model of the instrument does, used to make test data.
 """
 
 import importlib
@@ -56,7 +57,8 @@ class Strength:
         return self.high - self.low + 0.0 * coded
 
     def rising(self, steps):
-        """Coded strengths (steps,) from the weakest to the end of the range that is farthest from it."""
+        """Coded strengths (steps,) from the weakest to the end of the range that is farthest from
+        it."""
         start = self.coded(self.low if self.off is None else self.off)
         return np.linspace(start, 0.0 if start > 0.5 else 1.0, steps)
 
@@ -65,8 +67,8 @@ class Strength:
 class Mechanism:
     """One thing that a model may be missing.
 
-    multiplies: a lever, where the mechanism is the base model with that lever times the strength and nothing else.
-    law: (slot, state) of the free law (`diagnosis.laws`) that it is a case of.
+    multiplies: a lever, where the mechanism is the base model with that lever times the strength
+    and nothing else. law: (slot, state) of the free law (`diagnosis.laws`) that it is a case of.
     """
 
     name: str
@@ -82,7 +84,8 @@ class Mechanism:
 
 
 def set_law(spec, slot, law, **parameters):
-    """Run spec (a mapping) with one law chosen and its parameters set; the given one is left as it was."""
+    """Run spec (a mapping) with one law chosen and its parameters set; the given one is left as it
+    was."""
     return spec | {
         "laws": spec.get("laws", {}) | {slot: law},
         "law_parameters": spec.get("law_parameters", {}) | parameters,
@@ -95,16 +98,18 @@ def set_part(spec, part, **values):
 
 
 def coarse(spec):
-    """Factor by which the grains of a run spec (a mapping) are coarser than those that they stand for.
+    """Factor by which the grains of a run spec (a mapping) are coarser than those that they stand
+    for.
 
-    A force that is proportional to the radius is multiplied by it: force over area, and with it the ratio of cohesion
-    to the weight of a heap in the same rig, is then that of the finer grains.
+    A force that is proportional to the radius is multiplied by it: force over area, and with it the
+    ratio of cohesion to the weight of a heap in the same rig, is then that of the finer grains.
     """
     return spec.get("particles", {}).get("scale_factor", 1.0)
 
 
 def load_catalogue(without=(), folder=None):
-    """{name: Mechanism} of every module beside this one and of every file in `folder`, without those named.
+    """{name: Mechanism} of every module beside this one and of every file in `folder`, without
+    those named.
 
     Raises ConfigError for a folder that is not there and for a file that defines no new mechanism.
     """

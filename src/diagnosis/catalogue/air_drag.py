@@ -19,7 +19,8 @@ def apply(spec, strength):
 
 MECHANISM = Mechanism(
     name="air_drag",
-    description="air slows small grains in long drops, which looks like a restitution that falls with speed",
+    description="air slows small grains in long drops, which looks like a restitution that falls "
+    "with speed",
     source="Schiller, Naumann (1933), Zeitschrift des VDI 77:318",
     experiments=("drop",),
     levers=("drop_height_mm", "particle_diameter_mm"),

@@ -17,7 +17,8 @@ def apply(spec, strength):
 
 
 def observe(value, condition, strength):
-    """Rebound [mm] as read: less the mean deficit g dt^2 / 24 of an apex at a random phase between frames."""
+    """Rebound [mm] as read: less the mean deficit g dt^2 / 24 of an apex at a random phase between
+    frames."""
     interval = strength * condition.get("output_interval_s", 0.0)
     return np.maximum(value - 1e3 * GRAVITY * interval * interval / 24.0, 1e-3)
 

@@ -8,9 +8,10 @@ VOLUME_FRACTION = 0.005
 def apply(spec, strength):
     """Bridges of a fixed volume; the strength is the surface tension times the wetting.
 
-    Coarse grains get more of it, so that the tensile stress is kept. The plate of the drop test is wet too: there a wet
-    grain is told from a dry one (Gollwitzer, Rehberg, Kruelle, Huang (2012), Phys. Rev. E 86:011303). The funnel and
-    the shear cell stay dry, since grains that stick to a funnel do not leave it.
+    Coarse grains get more of it, so that the tensile stress is kept. The plate of the drop test is
+    wet too: there a wet grain is told from a dry one (Gollwitzer, Rehberg, Kruelle, Huang (2012),
+    Phys. Rev. E 86:011303). The funnel and the shear cell stay dry, since grains that stick to a
+    funnel do not leave it.
     """
     wet_plate = {"wall_liquid_volume_fraction": VOLUME_FRACTION}
     return set_law(
@@ -25,7 +26,8 @@ def apply(spec, strength):
 
 MECHANISM = Mechanism(
     name="liquid_bridge",
-    description="water bridges hold grains together and slow their rebound; small grains stand steeper, bounce lower",
+    description="water bridges hold grains together and slow their rebound; small grains stand "
+    "steeper, bounce lower",
     source="Willett, Adams, Johnson, Seville (2000), Langmuir 16:9396",
     experiments=("shear", "heap", "drop"),
     levers=("normal_stress_kPa", "particle_diameter_mm", "drop_height_mm"),

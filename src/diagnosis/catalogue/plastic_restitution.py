@@ -10,7 +10,8 @@ def apply(spec, strength):
 
 MECHANISM = Mechanism(
     name="plastic_restitution",
-    description="restitution falls as the inverse fourth root of speed, above the speed at which the contact yields",
+    description="restitution falls as the inverse fourth root of speed, above the speed at which "
+    "the contact yields",
     source="Thornton (1997), J. Appl. Mech. 64:383",
     experiments=("drop",),
     levers=("drop_height_mm",),

@@ -14,7 +14,8 @@ def apply(spec, strength):
 
 MECHANISM = Mechanism(
     name="rolling_law",
-    description="grains at rest are held by a rolling spring, as angular ones are; a constant torque lets them creep",
+    description="grains at rest are held by a rolling spring, as angular ones are; a constant "
+    "torque lets them creep",
     source="Ai, Chen, Rotter, Ooi (2011), Powder Technol. 206:269",
     experiments=("heap", "shear"),
     levers=("normal_stress_kPa", "particle_diameter_mm"),

@@ -10,7 +10,8 @@ def apply(spec, strength):
 
 MECHANISM = Mechanism(
     name="size_bias",
-    description="the stated diameter is off by a factor; shows where the rig is small against the grains",
+    description="the stated diameter is off by a factor; shows where the rig is small against the "
+    "grains",
     source="sieving passes grains by their second largest dimension",
     experiments=("heap",),
     levers=("particle_diameter_mm", "discharge_height_mm"),

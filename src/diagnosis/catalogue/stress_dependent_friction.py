@@ -18,7 +18,8 @@ def apply(spec, strength):
 
 MECHANISM = Mechanism(
     name="stress_dependent_friction",
-    description="friction falls as a power of the load; the yield locus is curved and small grains slide later",
+    description="friction falls as a power of the load; the yield locus is curved and small grains "
+    "slide later",
     source="Archard (1957), Proc. R. Soc. A 243:190",
     experiments=("tilt", "shear"),
     levers=("particle_diameter_mm", "normal_stress_kPa"),

@@ -17,7 +17,8 @@ def apply(spec, strength):
 
 
 def observe(value, condition, strength):
-    """Angle [deg] read `strength` mm after the start of sliding, while the plate goes on turning."""
+    """Angle [deg] read `strength` mm after the start of sliding, while the plate goes on
+    turning."""
     rate = math.radians(condition.get("tilt_rate_deg_s", DEFAULT_RATE))
     slip = 1e-3 * np.maximum(strength, 0.0)
     cosine = np.cos(np.radians(np.minimum(value, 89.0)))
@@ -26,8 +27,10 @@ def observe(value, condition, strength):
 
 MECHANISM = Mechanism(
     name="tilt_detection_lag",
-    description="the plate turns on before sliding is seen; the excess grows as the tilt rate to the power 2/3",
-    source="uniform acceleration g cos(theta) w t of a grain on a plate turning at w: slip g cos(theta) w t^3 / 6",
+    description="the plate turns on before sliding is seen; the excess grows as the tilt rate to "
+    "the power 2/3",
+    source="uniform acceleration g cos(theta) w t of a grain on a plate turning at w: slip g "
+    "cos(theta) w t^3 / 6",
     experiments=("tilt",),
     levers=("tilt_rate_deg_s",),
     strength=Strength("slip when seen", "mm", 0.0, 4.0),

@@ -5,11 +5,14 @@ from dem.timescales import rayleigh_time
 from diagnosis.catalogue import Mechanism, Strength
 
 RADIUS = 0.5e-3  # of the grain in whose Rayleigh time the step is counted [m]
-DROPS = 100  # what a coarse step costs depends on where in a step the contact begins: so many phases are averaged
+# what a coarse step costs depends on where in a step the contact begins: so many phases are
+# averaged
+DROPS = 100
 
 
 def apply(spec, strength):
-    """The same time step at every condition, as one setting of a code gives; at most what the engine takes."""
+    """The same time step at every condition, as one setting of a code gives; at most what the
+    engine takes."""
     parsed = parse_spec(spec)
     grain = parsed.materials.particle
     material = grain.density_kg_m3, grain.shear_modulus_Pa, grain.poisson_ratio
@@ -26,7 +29,8 @@ def apply(spec, strength):
 MECHANISM = Mechanism(
     name="under_resolved_contact",
     description="too few time steps in a contact change its restitution, most for small grains",
-    source="integration error of the damped contact; falls with the time step, which no effect of nature does",
+    source="integration error of the damped contact; falls with the time step, which no effect of "
+    "nature does",
     experiments=("drop",),
     levers=("particle_diameter_mm", "drop_height_mm"),
     strength=Strength("time step over the Rayleigh time of 1 mm", "1", 0.03, 0.36),

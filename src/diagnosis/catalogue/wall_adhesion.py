@@ -10,7 +10,8 @@ def apply(spec, strength):
 
 MECHANISM = Mechanism(
     name="wall_adhesion",
-    description="grains stick to the plate; small ones slide later by the inverse square of their diameter",
+    description="grains stick to the plate; small ones slide later by the inverse square of their "
+    "diameter",
     source="Johnson, Kendall, Roberts (1971), Proc. R. Soc. A 324:301",
     experiments=("tilt", "drop"),
     levers=("particle_diameter_mm", "drop_height_mm"),

@@ -1,8 +1,9 @@
 """Which law the readings show: held-out scores of the family, and what chance makes of them.
 
-The statistic is the gain of the best law of the whole family over none in predicting whole levels that were left out.
-Its chance comes from data simulated from the fit without a law, errors between settings, batches and levels included. A
-rival is ruled out where data made by it let the best law lead by as much in less than 5 % of cases.
+The statistic is the gain of the best law of the whole family over none in predicting whole levels
+that were left out. Its chance comes from data simulated from the fit without a law, errors between
+settings, batches and levels included. A rival is ruled out where data made by it let the best law
+lead by as much in less than 5 % of cases.
 """
 
 from dataclasses import dataclass, field
@@ -44,7 +45,8 @@ def centre_of(readings, nuisance):
 
 
 def trial(readings, known=(), replicates=199, seed=0):
-    """`Trial` of every free law and of the catalogue's curves (`known`, functions of readings and centre)."""
+    """`Trial` of every free law and of the catalogue's curves (`known`, functions of readings and
+    centre)."""
     nuisance = nuisance_of(readings)
     centre = centre_of(readings, nuisance)
     laws = {law.name: law for law in applicable(readings)}
@@ -93,7 +95,8 @@ def chance(tried):
 
 
 def ruled_out(tried, best, rival, replicates=99, seed=0):
-    """p that data of the rival's own fit let the best lead by as much as here; by simulation from the rival."""
+    """p that data of the rival's own fit let the best lead by as much as here; by simulation from
+    the rival."""
     gains = tried.gains
     lead = gains[best] - gains[rival]
     if lead > FAR:

@@ -1,11 +1,12 @@
 """Named forms of a free law, with one number each, and the test between them.
 
-Forms that multiply are 1 at the middle of the plan's states (u = state over that), so that level and shape do not
-trade against each other. Forms that add are the weight of their slot times a power of u. Sources: a viscous contact
-1 - e ~ v^(1/5) (Brilliantov and others 1996, Phys. Rev. E 53:5382), yielding v^(-1/4) (Johnson 1985, Contact
-Mechanics, 11.5), a fixed loss of energy (Thornton and Ning 1998, Powder Technol. 99:154), a film 1 - St_c/St (Davis,
-Serayssol, Hinch 1986, J. Fluid Mech. 163:479), an elastic plate (Zener 1941, Phys. Rev. 59:669), contact adhesion ~ d
-and its work ~ d^(4/3) (Johnson, Kendall, Roberts 1971, Proc. R. Soc. A 324:301).
+Forms that multiply are 1 at the middle of the plan's states (u = state over that), so that level
+and shape do not trade against each other. Forms that add are the weight of their slot times a power
+of u. Sources: a viscous contact 1 - e ~ v^(1/5) (Brilliantov and others 1996, Phys. Rev. E
+53:5382), yielding v^(-1/4) (Johnson 1985, Contact Mechanics, 11.5), a fixed loss of energy
+(Thornton and Ning 1998, Powder Technol. 99:154), a film 1 - St_c/St (Davis, Serayssol, Hinch 1986,
+J. Fluid Mech. 163:479), an elastic plate (Zener 1941, Phys. Rev. 59:669), contact adhesion ~ d and
+its work ~ d^(4/3) (Johnson, Kendall, Roberts 1971, Proc. R. Soc. A 324:301).
 """
 
 from dataclasses import dataclass
@@ -17,7 +18,8 @@ from diagnosis.laws.mixed import Candidate, draw, evaluate
 from diagnosis.laws.slots import scaled
 
 LADDER = np.geomspace(0.003, 0.8, 36)
-"""Changes of the logarithm over half the range of the states that a form is tried at, in both directions."""
+"""Changes of the logarithm over half the range of the states that a form is tried at, in both
+directions."""
 
 LEAST = 0.02  # of a factor; below it a form has no meaning any more
 RULED_OUT = 0.02
@@ -25,7 +27,8 @@ RULED_OUT = 0.02
 
 @dataclass(frozen=True)
 class Form:
-    """factor(u, k) that multiplies the coefficient, and its text with {c}, {k}, {s}, {m} and {unit} to fill in."""
+    """factor(u, k) that multiplies the coefficient, and its text with {c}, {k}, {s}, {m} and {unit}
+    to fill in."""
 
     name: str
     factor: object
@@ -37,14 +40,16 @@ MULTIPLIES = (
     Form("power", lambda u, k: u**k, "{c} ({s}/{m})^{k:.3g}"),
     Form("exponential", lambda u, k: np.exp(k * (u - 1.0)), "{c} exp({k:.3g} ({s}/{m} - 1))"),
     Form("logarithm", lambda u, k: 1.0 + k * np.log(u), "{c} (1 {k:+.3g} ln({s}/{m}))"),
-    Form("fifth root", lambda u, k: 1.0 + k * (u**0.2 - 1.0), "{c} (1 {k:+.3g} (({s}/{m})^0.2 - 1))"),
+    Form("fifth root", lambda u, k: 1.0 + k * (u**0.2 - 1.0),
+    "{c} (1 {k:+.3g} (({s}/{m})^0.2 - 1))"),
     Form("inverse", lambda u, k: 1.0 + k * (1.0 / u - 1.0), "{c} (1 {k:+.3g} ({m}/{s} - 1))"),
     Form(
         "fixed loss of energy",
         lambda u, k: np.sqrt(np.maximum(1.0 + k * (u**-2.0 - 1.0), 0.0)),
         "{c} sqrt(1 {k:+.3g} (({m}/{s})^2 - 1))",
     ),
-    Form("power 3/2", lambda u, k: 1.0 + k * (u**1.5 - 1.0), "{c} (1 {k:+.3g} (({s}/{m})^1.5 - 1))"),
+    Form("power 3/2", lambda u, k: 1.0 + k * (u**1.5 - 1.0),
+    "{c} (1 {k:+.3g} (({s}/{m})^1.5 - 1))"),
 )  # fmt: skip
 ONSETS = np.geomspace(0.4, 2.5, 36)
 THRESHOLD = Form(
@@ -55,9 +60,11 @@ THRESHOLD = Form(
 
 ADDS = {
     ("attraction", "drop"): {"work ~ d^2": 0.0, "work ~ d^(4/3)": -2 / 3, "work ~ d": -1.0},
-    ("attraction", "tilt"): {"force ~ d^2": 0.0, "force ~ d": -1.0, "force alike for all sizes": -2.0},
+    ("attraction", "tilt"): {"force ~ d^2": 0.0, "force ~ d": -1.0,
+    "force alike for all sizes": -2.0},
     ("attraction", "shear"): {"stress ~ 1/d": 0.0, "stress ~ 1/d^2": -1.0},
-    ("reading", "size"): {"a share of the diameter": 0.0, "diameter squared": 1.0, "root of the diameter": -0.5},
+    ("reading", "size"): {"a share of the diameter": 0.0, "diameter squared": 1.0,
+    "root of the diameter": -0.5},
     ("reading", "interval"): {"square of the interval": 0.0, "the interval": -1.0},
     ("reading", "rate"): {"rate^(2/3)": 0.0, "a fixed delay": 1 / 3, "rate^2": 4 / 3},
     ("drag", "size"): {"C_D constant": 0.0, "C_D ~ Re^(-1/2)": -0.5, "C_D ~ 1/Re": -1.0},
@@ -66,7 +73,8 @@ ADDS = {
 
 
 def forms_of(law, readings, centre, known=()):
-    """{name: Candidate} of the named forms of one free law; `known` {name: Candidate} of its slot and state join."""
+    """{name: Candidate} of the named forms of one free law; `known` {name: Candidate} of its slot
+    and state join."""
     own = _added(law, readings, centre) if law.weight else _multiplied(law, readings)
     return own | dict(known)
 
@@ -127,8 +135,8 @@ def _added(law, readings, centre):
 def compare(tried, candidates, replicates=99, seed=0):
     """[{form, lead, p, ruled_out}] by likelihood, best first, and {name: Fitted}.
 
-    lead: nats of likelihood behind the best. p: share of data made by the form's own fit on which the best form leads
-    by as much.
+    lead: nats of likelihood behind the best. p: share of data made by the form's own fit on which
+    the best form leads by as much.
     """
     readings, nuisance, centre = tried.readings, tried.nuisance, tried.centre
     log = readings.log[None]

@@ -1,4 +1,5 @@
-"""What the free laws say of measurements: outliers, the law, its band and name, and how large other errors are."""
+"""What the free laws say of measurements: outliers, the law, its band and name, and how large other
+errors are."""
 
 from dataclasses import dataclass, field, replace
 
@@ -21,7 +22,8 @@ UNIT = {"speed": "m/s", "size": "mm", "rate": "°/s", "load": "kPa", "interval":
 
 @dataclass
 class Found:
-    """verdict: adequate, identified, discovered or ambiguous; law: the mapping of `verdict.json`, or None."""
+    """verdict: adequate, identified, discovered or ambiguous; law: the mapping of `verdict.json`,
+    or None."""
 
     verdict: str
     causes: list
@@ -76,7 +78,8 @@ def _law_or_misfit(out, tried, best, seed):
     if held["beyond_band"] > DOES_NOT_FIT:
         out.verdict, out.causes = "unexplained", []
         out.reason = (
-            f"the law below is the best of those tried and does not fit: levels that were left out are missed by "
+            f"the law below is the best of those tried and does not fit: levels that were left out "
+            f"are missed by "
             f"{held['beyond_band']:.1f} of its own standard errors"
         )
     return out
@@ -85,9 +88,9 @@ def _law_or_misfit(out, tried, best, seed):
 def held_out(tried):
     """How left-out levels are missed: {settings, before, after, beyond_band}.
 
-    before, after: root mean square miss in standard errors of the readings, without and with a law that is chosen and
-    fitted anew without the level. beyond_band: the same with the law, in units of what it says of its own error there.
-    """
+    before, after: root mean square miss in standard errors of the readings, without and with a law
+    that is chosen and fitted anew without the level. beyond_band: the same with the law, in units
+    of what it says of its own error there."""
     readings, misses = tried.readings, []
     for levels in readings.folds.values():
         for index in levels if len(levels) > 2 else []:
@@ -106,7 +109,8 @@ def held_out(tried):
 
 
 def _miss(candidate, fit, others, index, readings):
-    """Misses (k,) of the settings `index` by what the others predict: in errors of the readings, and in all errors."""
+    """Misses (k,) of the settings `index` by what the others predict: in errors of the readings,
+    and in all errors."""
     z, precision = _state(candidate, fit, others)
     _, slope = to_space(candidate.space, readings.log, others.centre)
     covariance = np.linalg.inv(precision[np.ix_(index, index)])
@@ -119,7 +123,8 @@ def _miss(candidate, fit, others, index, readings):
 
 
 def predictions(tried):
-    """Places (n,) among the measurements and the readings (n,) that the best law fitted to all predicts there."""
+    """Places (n,) among the measurements and the readings (n,) that the best law fitted to all
+    predicts there."""
     best = max(tried.gains, key=tried.gains.get)
     log = tried.readings.log[None]
     mean, _ = posterior(
@@ -144,7 +149,8 @@ def sentence_of(law):
     verb = "falls" if last["value"] < first["value"] else "rises"
     subject = what or f"what {law['slot']} adds to the reading"
     return (
-        f"The {subject} {verb} from {first['value']:.3g}{unit} at a {state} of {first['state']:.3g} {own} to "
+        f"The {subject} {verb} from {first['value']:.3g}{unit} at a {state} of "
+        f"{first['state']:.3g} {own} to "
         f"{last['value']:.3g}{unit} at {last['state']:.3g} {own}."
     )
 
@@ -166,7 +172,8 @@ def _ranking(tried, alpha):
 
 
 def scatter_of(tried, fit=None):
-    """[{experiment, of, sd}] of the errors shared by or between settings, as shares, of the fit without a law."""
+    """[{experiment, of, sd}] of the errors shared by or between settings, as shares, of the fit
+    without a law."""
     fit = fit or tried.base_fit
     words = {"settings": "settings"}
     return [
@@ -180,11 +187,12 @@ def scatter_of(tried, fit=None):
     ]
 
 
-# --- single settings at odds with all others ------------------------------------------------------------------------
+# --- single settings at odds with all others ------------------------------------------------------
 
 
 def _set_aside(readings, measurements):
-    """Readings without single settings that neither a constant nor the best law predicts, and what was set aside."""
+    """Readings without single settings that neither a constant nor the best law predicts, and what
+    was set aside."""
     gone = []
     for _ in range(max(1, int(MOST_OUTLIERS * len(readings.log)))):
         worst = _worst(readings)
@@ -234,7 +242,8 @@ def _state(candidate, fit, tried):
 
 
 def _distance(readings, place):
-    """How far a setting lies from what the others predict [sd]: under none, and under the law that they show best."""
+    """How far a setting lies from what the others predict [sd]: under none, and under the law that
+    they show best."""
     unknown = readings.error.copy()
     unknown[place] = 30.0 * np.median(readings.error) + 1.0
     others = trial(replace(readings, error=unknown), replicates=0)
@@ -247,7 +256,7 @@ def _distance(readings, place):
     return float(min(found))
 
 
-# --- the law --------------------------------------------------------------------------------------------------------
+# --- the law --------------------------------------------------------------------------------------
 
 
 def _name(out, tried, best, seed):
@@ -270,7 +279,10 @@ def _name(out, tried, best, seed):
         out.causes = [n for n in (best, *[r["law"] for r in rivals]) if n in known]
     elif candidate.catalogue and beats and (left == [best] or free is None):
         out.verdict, out.causes = "identified", [best]
-        out.reason = "predicts left-out levels better than every other law, the free one of its slot included"
+        out.reason = (
+            "predicts left-out levels better than every other law, the free one of its slot "
+            "included"
+        )
     elif len(left) == 1 and left[0] in own and tried.gains[left[0]] >= tried.gains[free.name]:
         out.verdict, out.causes = "identified", left
         out.reason = "no other form of this law fits, and it predicts better than the free one"
@@ -283,7 +295,8 @@ def _name(out, tried, best, seed):
 
 
 def _once(left, candidates, fits, tried):
-    """The forms without those that are the same curve here as a mechanism of the catalogue, which lends its name."""
+    """The forms without those that are the same curve here as a mechanism of the catalogue, which
+    lends its name."""
     curve = {}
     for name in left:
         c = candidates[name]
@@ -307,8 +320,8 @@ def _free_of(tried, candidate):
 
 
 def _rivals(tried, best, candidate, free, seed):
-    """[{law, slot, state, behind, p}] of other slots and states that simulation does not rule out, but for those that
-    are the same function of the levers of this plan."""
+    """[{law, slot, state, behind, p}] of other slots and states that simulation does not rule out,
+    but for those that are the same function of the levers of this plan."""
     gains, out = tried.gains, []
     others = [
         n
@@ -374,12 +387,13 @@ def unit_of(law, experiment):
 
 
 def curve(law, tried):
-    """[{state, value, low, high}] along the state, and the range {state: [low, high]} that the settings cover.
+    """[{state, value, low, high}] along the state, and the range {state: [low, high]} that the
+    settings cover.
 
     The band holds the whole curve in 95 % of cases.
 
-    Restitution and friction are told as such. Terms that add are told in the reading's unit: what they add to it. All
-    variances of the grid take part, by their likelihood.
+    Restitution and friction are told as such. Terms that add are told in the reading's unit: what
+    they add to it. All variances of the grid take part, by their likelihood.
     """
     readings, levers = tried.readings, tried.readings.levers
     x, middle, half = scaled(law, levers) if law.coordinate else (np.zeros(len(readings.log)), 0, 0)
@@ -424,7 +438,8 @@ def _told(law, tried, at):
 
 
 def _average(law, tried, x, at):
-    """Mean (m,) and covariance (m, m) of the curve at scaled states, averaged over the grid of variances."""
+    """Mean (m,) and covariance (m, m) of the curve at scaled states, averaged over the grid of
+    variances."""
     readings, nuisance, centre = tried.readings, tried.nuisance, tried.centre
     candidate = tried.candidates[law.name]
     z, slope = to_space(law.space, readings.log, centre)

@@ -1,7 +1,9 @@
-"""The catalogue's mechanisms as curves over the settings of one experiment, from the engine's own contacts.
+"""The catalogue's mechanisms as curves over the settings of one experiment, from the engine's own
+contacts.
 
-A curve is what the mechanism at one strength does to the logarithm of the reading, its base coefficient chosen so that
-the mean over the settings is that of the data. Settings of one grain size share a simulation.
+A curve is what the mechanism at one strength does to the logarithm of the reading, its base
+coefficient chosen so that the mean over the settings is that of the data. Settings of one grain
+size share a simulation.
 """
 
 from functools import lru_cache
@@ -25,7 +27,8 @@ NO_COEFFICIENT = {"viscoelastic_restitution"}
 
 
 def known_curves(catalogue, spec_of):
-    """A function of readings and centre that gives {name: Candidate} of every mechanism of the experiment.
+    """A function of readings and centre that gives {name: Candidate} of every mechanism of the
+    experiment.
 
     spec_of: (experiment, levers) -> run spec (a mapping) of a condition.
     """
@@ -65,7 +68,8 @@ def _candidate(mechanism, readings, centre, spec_of):
 
 
 def _curve(mechanism, coded, readings, centre, spec_of):
-    """(n,) logarithms less the centre at a coded strength, or None where no coefficient meets the data's mean."""
+    """(n,) logarithms less the centre at a coded strength, or None where no coefficient meets the
+    data's mean."""
     strength = float(mechanism.strength.natural(coded))
     if mechanism.observe is not None:
         true = from_log(readings.experiment, centre, readings.levers)
@@ -92,12 +96,14 @@ def _curve(mechanism, coded, readings, centre, spec_of):
 
 
 def _on_lattice(log, low, high):
-    """A coefficient near exp(log) that other data sets have, too, so that its contacts are computed once."""
+    """A coefficient near exp(log) that other data sets have, too, so that its contacts are computed
+    once."""
     return float(np.clip(np.exp(LATTICE * round(log / LATTICE)), low, high))
 
 
 def _engine(mechanism, strength, coefficient, value, readings, spec_of):
-    """(n,) logarithms of what the engine reads with the mechanism at a strength and the coefficient at a value."""
+    """(n,) logarithms of what the engine reads with the mechanism at a strength and the coefficient
+    at a value."""
     levers = readings.levers
     sizes = levers.get("particle_diameter_mm", np.full(len(readings.log), np.nan))
     out = np.empty(len(sizes))

@@ -1,10 +1,12 @@
-"""Likelihoods and held-out scores of linear mixed models over a grid of their variances, for many data sets at once.
+"""Likelihoods and held-out scores of linear mixed models over a grid of their variances, for many
+data sets at once.
 
-z = mean + level + law + shared errors + noise, all Gaussian. The law is a Gaussian process over its state, or one
-of a family of curves. Errors between settings, between batches and instruments and between the levels of a lever have
-standard deviations of their own, estimated by maximum posterior on a grid (the prior is half Cauchy in units of
-the measurements' error). With P the inverse covariance, a fold G is predicted from the rest with covariance (P_GG)^-1
-and residual (P_GG)^-1 (P z)_G: Rasmussen and Williams (2006), Gaussian Processes for Machine Learning, 5.4.2.
+z = mean + level + law + shared errors + noise, all Gaussian. The law is a Gaussian process over its
+state, or one of a family of curves. Errors between settings, between batches and instruments and
+between the levels of a lever have standard deviations of their own, estimated by maximum posterior
+on a grid (the prior is half Cauchy in units of the measurements' error). With P the inverse
+covariance, a fold G is predicted from the rest with covariance (P_GG)^-1 and residual (P_GG)^-1 (P
+z)_G: Rasmussen and Williams (2006), Gaussian Processes for Machine Learning, 5.4.2.
 """
 
 from dataclasses import dataclass
@@ -13,7 +15,8 @@ from itertools import combinations
 import numpy as np
 
 TIMES = (1.5, 4.0, 10.0)
-"""Standard deviations of a shared error that are tried, in units of the median error of a setting; and none."""
+"""Standard deviations of a shared error that are tried, in units of the median error of a setting;
+and none."""
 
 USUAL = 2.0  # scale of their prior, in the same unit
 LEVEL_SD = 1.5  # prior sd of the level's logarithm
@@ -22,7 +25,8 @@ JITTER = 1e-10
 
 @dataclass(frozen=True)
 class Nuisance:
-    """Grid of the shared errors: covariance (g, n, n), log prior (g,), and the sds of each {name: (g,)}."""
+    """Grid of the shared errors: covariance (g, n, n), log prior (g,), and the sds of each {name:
+    (g,)}."""
 
     covariance: np.ndarray
     prior: np.ndarray
@@ -55,8 +59,9 @@ def nuisance_of(readings):
 class Candidate:
     """One law to be tried, in the space where it is linear.
 
-    space: "log", "linear" or "angle" (see `to_space`). covariance: (h, n, n) of the law at h smoothnesses, with log
-    prior (h,); mean: (k, n) curves, one of which holds, with log prior (k,). label says what a k is.
+    space: "log", "linear" or "angle" (see `to_space`). covariance: (h, n, n) of the law at h
+    smoothnesses, with log prior (h,); mean: (k, n) curves, one of which holds, with log prior (k,).
+    label says what a k is.
     """
 
     name: str
@@ -76,8 +81,8 @@ class Candidate:
 def to_space(space, log, centre):
     """z (..., n) and dz/dlog in the space of a candidate, of logarithms less `centre`.
 
-    log: the logarithm itself; linear: the reading over its centre, less 1; angle: the sliding angle over its centre.
-    """
+    log: the logarithm itself; linear: the reading over its centre, less 1; angle: the sliding angle
+    over its centre."""
     rest = log - centre
     if space == "log":
         return rest, np.ones_like(rest)
@@ -90,8 +95,9 @@ def to_space(space, log, centre):
 
 @dataclass(frozen=True)
 class Fitted:
-    """Of r data sets: likelihood and held-out score (r,) in the space of the logarithms, by_fold {lever: (r, levels)},
-    and the best places (r,) on the grids of nuisance, smoothness and curve."""
+    """Of r data sets: likelihood and held-out score (r,) in the space of the logarithms, by_fold
+    {lever: (r, levels)}, and the best places (r,) on the grids of nuisance, smoothness and
+    curve."""
 
     likelihood: np.ndarray
     score: np.ndarray
@@ -102,7 +108,8 @@ class Fitted:
 
 
 def evaluate(candidate, readings, nuisance, log, centre, folds=None):
-    """`Fitted` of the candidate to data sets of logarithms (r, n); the spread is that at their mean."""
+    """`Fitted` of the candidate to data sets of logarithms (r, n); the spread is that at their
+    mean."""
     z, slope = to_space(candidate.space, log, centre)
     weight = slope.mean(0)
     precision, logdet = _precisions(candidate, nuisance, weight)
@@ -137,7 +144,8 @@ def _precisions(candidate, nuisance, weight):
 
 
 def _held_out(precision, z, slope, grid, folds):
-    """Score (r,): mean over levers of the log densities of whole levels, each predicted from the others."""
+    """Score (r,): mean over levers of the log densities of whole levels, each predicted from the
+    others."""
     by_fold = {lever: np.zeros((len(z), len(levels))) for lever, levels in folds.items()}
     for g in np.unique(grid):
         rows = np.flatnonzero(grid == g)
@@ -157,7 +165,8 @@ def _held_out(precision, z, slope, grid, folds):
 
 
 def posterior(candidate, readings, nuisance, fitted, log, centre, row=0):
-    """Mean (n,) and covariance (n, n) of level and law together at the settings, in the candidate's space."""
+    """Mean (n,) and covariance (n, n) of level and law together at the settings, in the candidate's
+    space."""
     z, slope = to_space(candidate.space, log[row], centre)
     shared = nuisance.covariance[fitted.nuisance[row]] * (slope[:, None] * slope[None, :])
     own = candidate.covariance[fitted.smooth[row]] + candidate.level**2
@@ -167,7 +176,8 @@ def posterior(candidate, readings, nuisance, fitted, log, centre, row=0):
 
 
 def draw(candidate, nuisance, fitted, log, centre, readings, replicates, rng):
-    """Data sets (replicates, n) of logarithms: what the fit says, with shared errors and noise drawn anew."""
+    """Data sets (replicates, n) of logarithms: what the fit says, with shared errors and noise
+    drawn anew."""
     mean, _ = posterior(candidate, readings, nuisance, fitted, log, centre)
     smooth = from_space(candidate.space, mean, centre)
     root = np.linalg.cholesky(nuisance.covariance[fitted.nuisance[0]])

@@ -1,8 +1,9 @@
-"""The readings of one experiment as the free laws see them: logarithms, their errors, and what settings share.
+"""The readings of one experiment as the free laws see them: logarithms, their errors, and what
+settings share.
 
-A reading is taken as the logarithm of what the law multiplies: rebound height, tangent of the sliding angle, shear
-stress. There an error of a laboratory is a share of the value, and a constant restitution or friction is one level.
-"""
+A reading is taken as the logarithm of what the law multiplies: rebound height, tangent of the
+sliding angle, shear stress. There an error of a laboratory is a share of the value, and a constant
+restitution or friction is one level."""
 
 from dataclasses import dataclass
 
@@ -22,9 +23,10 @@ SHAPE = {"drop": "drop_height_mm", "shear": "normal_stress_kPa"}
 class Readings:
     """n settings of one experiment.
 
-    rows: (n,) their places among the measurements; levers: {name: (n,)}, nan where not set; log: (n,) logarithm of
-    the reading over its shape; error: (n,) standard error of that; groups: {name: (n,) codes} of what settings share,
-    levels of levers included; folds: {lever: [indices of a level]}.
+    rows: (n,) their places among the measurements; levers: {name: (n,)}, nan where not set; log:
+    (n,) logarithm of the reading over its shape; error: (n,) standard error of that; groups: {name:
+    (n,) codes} of what settings share, levels of levers included; folds: {lever: [indices of a
+    level]}.
     """
 
     experiment: str
@@ -46,7 +48,8 @@ class Readings:
 
 
 def readings_of(measurements, experiment, defaults=None):
-    """`Readings` of one experiment's measurements; `defaults` {lever: value} where a row leaves a lever empty."""
+    """`Readings` of one experiment's measurements; `defaults` {lever: value} where a row leaves a
+    lever empty."""
     rows = np.array([i for i, m in enumerate(measurements) if m.experiment == experiment])
     own = [measurements[i] for i in rows]
     set_ = dict.fromkeys(name for m in own for name in m.levers)

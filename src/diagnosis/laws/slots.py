@@ -1,8 +1,10 @@
-"""The free laws that are tried: a slot, the state that it depends on, and how the law enters the reading.
+"""The free laws that are tried: a slot, the state that it depends on, and how the law enters the
+reading.
 
-`restitution` and `friction` multiply, so that the logarithm gains a curve of the state. `attraction`, `reading` and
-`drag` add a term: a weight of the levers, by which a law of the simplest kind acts, times a curve of the state that is
-1 for that kind. `load` and `size` are errors of what was set. A state is a power product of the levers.
+`restitution` and `friction` multiply, so that the logarithm gains a curve of the state.
+`attraction`, `reading` and `drag` add a term: a weight of the levers, by which a law of the
+simplest kind acts, times a curve of the state that is 1 for that kind. `load` and `size` are errors
+of what was set. A state is a power product of the levers.
 """
 
 from collections.abc import Callable
@@ -17,7 +19,8 @@ SIZES = np.array([0.01, 0.03, 0.09, 0.27, 0.8])
 """Sizes of a law that are tried: change of the logarithm over half the range of its state."""
 
 BENDS = (0.0, 0.3, 1.0)
-"""Share of that change that is free to bend: none is a straight line over the logarithm of the state."""
+"""Share of that change that is free to bend: none is a straight line over the logarithm of the
+state."""
 
 LENGTH = 0.8  # correlation length of the bend, over a range from -1 to 1
 
@@ -26,8 +29,9 @@ LENGTH = 0.8  # correlation length of the bend, over a range from -1 to 1
 class FreeLaw:
     """One slot with one state in one experiment.
 
-    coordinate: levers -> positive state (n,), None for a constant; weight: (levers, centre (n,) of logarithms) -> (n,)
-    of an added term, None where the law multiplies; sign: of the added term, 0 for either.
+    coordinate: levers -> positive state (n,), None for a constant; weight: (levers, centre (n,) of
+    logarithms) -> (n,) of an added term, None where the law multiplies; sign: of the added term, 0
+    for either.
     same: other (slot, state) that are the same function of the levers of this experiment.
     """
 
@@ -219,7 +223,8 @@ def applicable(readings):
 
 
 def scaled(law, levers):
-    """Coordinate (n,) of a law's state, its logarithm over the plan from -1 to 1, with middle and half range."""
+    """Coordinate (n,) of a law's state, its logarithm over the plan from -1 to 1, with middle and
+    half range."""
     value = np.log(np.maximum(law.coordinate(levers), 1e-12))
     low, high = value.min(), value.max()
     return (
@@ -235,7 +240,8 @@ def bend(x, y):
 
 
 def kernel(law, levers, centre, at=None):
-    """Covariances (h, m, m) of the law's term at `at` (levers of m places; the settings unless given)."""
+    """Covariances (h, m, m) of the law's term at `at` (levers of m places; the settings unless
+    given)."""
     weight = law.weight(levers, centre) if law.weight else np.ones(len(centre))
     x = scaled(law, levers)[0] if law.coordinate else np.zeros(len(centre))
     line = np.ones((len(x), len(x))) if law.weight else np.outer(x, x)

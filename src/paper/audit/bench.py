@@ -13,7 +13,8 @@ from paper.audit.verdict import Recomputed, claim_check, number, table_check
 
 @dataclass(frozen=True)
 class Sweep:
-    """A bench test's simulated sweep: where its parameter, response, fit and measured value stand."""
+    """A bench test's simulated sweep: where its parameter, response, fit and measured value
+    stand."""
 
     table: str
     parameter: str
@@ -67,7 +68,8 @@ def printed_coefficients(paper: Paper, sweep: Sweep) -> list[Printed]:
 
 
 def readings(paper: Paper, name: str) -> float | None:
-    """Mean of readings_<name>.csv, None where the paper does not print them and no such file was added."""
+    """Mean of readings_<name>.csv, None where the paper does not print them and no such file was
+    added."""
     file = f"readings_{name}"
     return float(paper.numbers(file, "value")["value"].mean()) if paper.has(file) else None
 
@@ -83,7 +85,8 @@ def group_count(paper: Paper, claim: Claim) -> Recomputed:
     n = len(points(paper, _sweep(claim))[0])
     return Recomputed(
         n,
-        disagrees=f"The table has {n} groups: the text describes another set of runs than it prints.",
+        disagrees=f"The table has {n} groups: the text describes another set of runs than it "
+        f"prints.",
     )
 
 
@@ -94,7 +97,8 @@ def range_ends(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         value,
         exact=True,
-        disagrees=f"The table ends at {value:g}: the fit says nothing about the stated rest of the range.",
+        disagrees=f"The table ends at {value:g}: the fit says nothing about the stated rest of the "
+        f"range.",
     )
 
 
@@ -140,7 +144,8 @@ def coefficients(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
                 claim,
                 Recomputed(
                     float(value),
-                    disagrees=f"{sweep.where} is not the least-squares fit of the printed table; it misses a "
+                    disagrees=f"{sweep.where} is not the least-squares fit of the printed table; "
+                    f"it misses a "
                     f"point by up to {deviation:.2f} {sweep.unit}. Fit the table.",
                 ),
             )
@@ -155,7 +160,8 @@ def fit_r2(paper: Paper, claim: Claim) -> Recomputed:
     )
     return Recomputed(
         best,
-        disagrees=f"The best quadratic reaches {best:.4f} and the printed curve {curve:.4f}: the printed R2 belongs "
+        disagrees=f"The best quadratic reaches {best:.4f} and the printed curve {curve:.4f}: the "
+        f"printed R2 belongs "
         "to neither.",
     )
 
@@ -196,7 +202,8 @@ def direct(paper: Paper, claim: Claim) -> Recomputed:
         value, law = float(np.sqrt(measured / paper.value("drop_height"))), "sqrt(h/H)"
     return Recomputed(
         value,
-        disagrees=f"The definition, {law}, gives {value:.3f} with no simulation; the difference is the error of the "
+        disagrees=f"The definition, {law}, gives {value:.3f} with no simulation; the difference is "
+        f"the error of the "
         "simulated test, which the calibrated value now carries.",
     )
 
@@ -209,7 +216,8 @@ def confirmation_error(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         value,
         agrees="The confirming runs are as close as stated.",
-        disagrees=f"The confirming runs miss the measurement by {value:.1f} %, not {claim.printed} %: the calibrated "
+        disagrees=f"The confirming runs miss the measurement by {value:.1f} %, not {claim.printed} "
+        f"%: the calibrated "
         "value is not confirmed to the stated accuracy.",
     )
 
@@ -223,7 +231,8 @@ def between_neighbours(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         f"{low:g} to {high:g}",
         holds=bool(low <= number(claim).value <= high),
-        disagrees=f"The runs at {at:g} lie outside what the table gives on either side of it ({low:g} to {high:g} "
+        disagrees=f"The runs at {at:g} lie outside what the table gives on either side of it "
+        f"({low:g} to {high:g} "
         f"{sweep.unit}): scatter or settings differ between the sweep and its confirmation.",
     )
 
@@ -232,7 +241,8 @@ def between_neighbours(paper: Paper, claim: Claim) -> Recomputed:
 def mean_of_readings(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         readings(paper, claim.id.replace(".", "_")),
-        unknown="The five readings are not printed: neither the mean nor its scatter can be checked.",
+        unknown="The five readings are not printed: neither the mean nor its scatter can be "
+        "checked.",
     )
 
 
@@ -279,7 +289,8 @@ def tangents(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
             claim,
             Recomputed(
                 float(np.tan(np.radians(angle))),
-                disagrees=f"The block slides {abs(late):.2f} deg {'after' if late > 0 else 'before'} the angle that "
+                disagrees=f"The block slides {abs(late):.2f} deg "
+                f"{'after' if late > 0 else 'before'} the angle that "
                 "its friction allows: an error of the simulated test or of its reading.",
             ),
         )
@@ -296,13 +307,17 @@ def _yield_locus(paper: Paper) -> np.ndarray | None:
 @claim_check("shear.slope", "shear.intercept")
 def yield_locus(paper: Paper, claim: Claim) -> Recomputed:
     locus = _yield_locus(paper)
-    unknown = "The points of the yield locus are not printed: neither the line nor its interval can be checked."
+    unknown = (
+        "The points of the yield locus are not printed: neither the line nor its interval "
+        "can be checked."
+    )
     if claim.id == "shear.slope":
         return Recomputed(None if locus is None else float(locus[0]), unknown=unknown)
     share = _intercept_share(paper)
     return Recomputed(
         None if locus is None else float(locus[1]),
-        unknown=f"{unknown} At the foot of the heap the intercept is {share:.0%} of the frictional strength, which a "
+        unknown=f"{unknown} At the foot of the heap the intercept is {share:.0%} of the frictional "
+        f"strength, which a "
         "contact law without cohesion leaves out.",
     )
 
@@ -330,6 +345,7 @@ def yield_friction(paper: Paper, claim: Claim) -> Recomputed:
 def particle_friction(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         readings(paper, "particle_shear_slope"),
-        unknown="The slope is a property of the bulk, which grain friction, shape and rolling make together; only a "
+        unknown="The slope is a property of the bulk, which grain friction, shape and rolling make "
+        "together; only a "
         "simulated shear test with that grain friction can say whether the two are equal.",
     )

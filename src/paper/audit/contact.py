@@ -1,4 +1,5 @@
-"""A sphere's impact on a plate: Hertz contact with constant-restitution damping, integrated with few steps."""
+"""A sphere's impact on a plate: Hertz contact with constant-restitution damping, integrated with
+few steps."""
 
 import numpy as np
 
@@ -12,7 +13,8 @@ def effective_modulus(shear_a: float, poisson_a: float, shear_b: float, poisson_
 
 
 def contact_time(radius: float, density: float, modulus: float, speed: float) -> float:
-    """Duration [s] of a sphere's elastic impact on a plate: `radius` [m], `density` [kg/m3], E* [Pa], `speed` [m/s]."""
+    """Duration [s] of a sphere's elastic impact on a plate: `radius` [m], `density` [kg/m3], E*
+    [Pa], `speed` [m/s]."""
     mass = 4 / 3 * np.pi * radius**3 * density
     stiffness = 4 / 3 * modulus * np.sqrt(radius)
     overlap = (5 * mass * speed**2 / (4 * stiffness)) ** 0.4
@@ -22,7 +24,8 @@ def contact_time(radius: float, density: float, modulus: float, speed: float) ->
 def rayleigh_time(
     radius: float, density: float, shear_modulus: float, poisson_ratio: float
 ) -> float:
-    """Rayleigh time [s] of a sphere, pi R sqrt(rho/G) / (0.1631 nu + 0.8766), as EDEM defines it."""
+    """Rayleigh time [s] of a sphere, pi R sqrt(rho/G) / (0.1631 nu + 0.8766), as EDEM defines
+    it."""
     return float(
         np.pi * radius * np.sqrt(density / shear_modulus) / (0.1631 * poisson_ratio + 0.8766)
     )
@@ -31,9 +34,9 @@ def rayleigh_time(
 def stepped_restitution(restitution: np.ndarray, steps: float, phases: int = 200) -> np.ndarray:
     """Rebound over impact speed when a contact is integrated with few steps.
 
-    In units of the speed, m* and the Hertz stiffness: x'' = -x^(3/2) - 2 sqrt(5/6) beta sqrt(S) x', S = (3/2) sqrt(x),
-    attractive end kept; semi-implicit Euler, `steps` time steps in the elastic contact's duration. The first step ends
-    anywhere in the contact: `phases` evenly spaced starts.
+    In units of the speed, m* and the Hertz stiffness: x'' = -x^(3/2) - 2 sqrt(5/6) beta sqrt(S) x',
+    S = (3/2) sqrt(x), attractive end kept; semi-implicit Euler, `steps` time steps in the elastic
+    contact's duration. The first step ends anywhere in the contact: `phases` evenly spaced starts.
 
     Parameters
     ----------

@@ -1,4 +1,5 @@
-"""Fits of the printed tables under the names that the paper gives their terms ("1", "A", "AB", "A2")."""
+"""Fits of the printed tables under the names that the paper gives their terms ("1", "A", "AB",
+"A2")."""
 
 from collections.abc import Mapping
 
@@ -32,7 +33,8 @@ def quadratic_matrix(levels: np.ndarray) -> np.ndarray:
 def fit_quadratic(
     levels: np.ndarray, response: np.ndarray, terms: tuple[str, ...] = tuple(TERMS)
 ) -> Surface:
-    """Regression of `response` (n,) on coded `levels` (n, 3) with `terms`; raises as `fit_surface` does."""
+    """Regression of `response` (n,) on coded `levels` (n, 3) with `terms`; raises as `fit_surface`
+    does."""
     return fit_surface(
         pd.DataFrame(levels, columns=CODES), CODES, response, [TERMS[t] for t in terms]
     )
@@ -63,7 +65,8 @@ def r_squared(y: np.ndarray, predicted: np.ndarray) -> float:
 
 
 def inverse_quadratic(curve: np.ndarray, y: float, low: float, high: float) -> float:
-    """The x where the quadratic (highest power first) is y: the root nearest the middle of low..high; nan if none."""
+    """The x where the quadratic (highest power first) is y: the root nearest the middle of
+    low..high; nan if none."""
     roots = np.roots(np.asarray(curve, float) - [0.0, 0.0, y])
     real = roots[np.isreal(roots)].real
     return float(real[np.argmin(np.abs(real - (low + high) / 2))]) if len(real) else float("nan")

@@ -49,7 +49,8 @@ def measured_mean(paper: Paper, claim: Claim) -> Recomputed:
     mean = float(_angles(paper).angle_deg.mean())
     return Recomputed(
         mean,
-        disagrees=f"The target of the calibration is {mean:.2f} deg; far inside the spread of the readings, but every "
+        disagrees=f"The target of the calibration is {mean:.2f} deg; far inside the spread of the "
+        f"readings, but every "
         "relative error in the paper is counted from the printed value.",
     )
 
@@ -73,7 +74,8 @@ def measured_group_means(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
 def group_means(
     paper: Paper, readings: pd.DataFrame, table: str, what: str
 ) -> Iterator[tuple[Claim, Recomputed]]:
-    """Printed means of the groups of `readings` (columns group, angle_deg) of a table such as "Table 1"."""
+    """Printed means of the groups of `readings` (columns group, angle_deg) of a table such as
+    "Table 1"."""
     name = f"table{int(table.split()[1]):02d}"
     means = readings.groupby("group").angle_deg.mean()
     printed = paper.text(f"{name}_printed_means", "group", "mean")
@@ -96,7 +98,8 @@ def _sieve_sum(row: tuple[Printed, ...]) -> Recomputed:
     return Recomputed(
         total,
         half_width=sum(x.half_unit for x in row),
-        disagrees=f"{abs(total - 100):.1f} % of the sample {gap}: the size distribution of this group cannot be used "
+        disagrees=f"{abs(total - 100):.1f} % of the sample {gap}: the size distribution of this "
+        f"group cannot be used "
         "without normalising it.",
     )
 
@@ -149,11 +152,16 @@ def particle_density(paper: Paper, claim: Claim) -> Recomputed:
         paper.value("loosest_packing"),
         paper.value("densest_packing"),
     )
-    packed = f"{'a' if low <= share <= high else 'not a'} packing fraction of loose grains ({low} to {high})"
+    packed = (
+        f"{'a' if low <= share <= high else 'not a'} packing fraction of loose grains ({low} "
+        f"to {high})"
+    )
     return Recomputed(
         crystal,
-        disagrees=f"The printed figure is {share:.2f} of the NaCl crystal's {crystal:.0f} kg/m3, {packed}, and "
-        f"{abs(printed / brine - 1):.0%} from the saturated brine's {brine:.0f}: a bulk figure, not a grain's. Grains "
+        disagrees=f"The printed figure is {share:.2f} of the NaCl crystal's {crystal:.0f} kg/m3, "
+        f"{packed}, and "
+        f"{abs(printed / brine - 1):.0%} from the saturated brine's {brine:.0f}: a bulk figure, "
+        f"not a grain's. Grains "
         f"of {printed:.0f} in a heap make it {1 / share:.1f} times too light.",
     )
 
@@ -167,7 +175,8 @@ def brine_volume(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         voids,
         holds=float(claim.printed) >= voids,
-        disagrees=f"{mass_g:.0f} g of salt leave {voids:.0f} mL of voids even in random close packing: the brine made "
+        disagrees=f"{mass_g:.0f} g of salt leave {voids:.0f} mL of voids even in random close "
+        f"packing: the brine made "
         "from the stated water cannot cover the grains, and the volume read is the bulk's.",
     )
 
@@ -187,7 +196,8 @@ def units(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
 
 
 def _unit_dimension(unit: str) -> tuple[int, ...] | None:
-    """Powers of mass, length and time of a unit such as "kg m-3"; None where a part of it is not known."""
+    """Powers of mass, length and time of a unit such as "kg m-3"; None where a part of it is not
+    known."""
     total = [0, 0, 0]
     for token in unit.split():
         name = token.rstrip("-0123456789") or token
@@ -223,6 +233,7 @@ def steel(paper: Paper, claim: Claim) -> Recomputed:
 def salt_poisson_ratio(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         None if paper.optional("salt_poisson_ratio") is None else "calibrated",
-        unknown="No test, fit or table of the paper yields the salt's Poisson ratio (Table 4 has none); the value "
+        unknown="No test, fit or table of the paper yields the salt's Poisson ratio (Table 4 has "
+        "none); the value "
         "used in the simulations must be guessed.",
     )

@@ -22,7 +22,8 @@ NO_MODULUS = "The paper prints no shear modulus for the salt: its time step cann
 def salt_constants(paper: Paper) -> tuple[float, float] | None:
     """Shear modulus [Pa] and Poisson ratio of the salt.
 
-    settings.csv's where it has them; else Section 1.1's if the density beside them is the salt's; else None.
+    settings.csv's where it has them; else Section 1.1's if the density beside them is the salt's;
+    else None.
     """
     shear, poisson = paper.optional("salt_shear_modulus_Pa"), paper.optional("salt_poisson_ratio")
     if shear is not None and poisson is not None:
@@ -53,7 +54,8 @@ def _rayleigh(paper: Paper, claim: Claim, radius: float) -> Recomputed:
         limit,
         holds=share < 1,
         agrees=f"{share:.0%} of the Rayleigh time; 20 to 40 % is usual.",
-        disagrees=f"{share:.0%} of the Rayleigh time: with the stated modulus the integration is not stable. The "
+        disagrees=f"{share:.0%} of the Rayleigh time: with the stated modulus the integration is "
+        f"not stable. The "
         "simulations must have used a softer salt or larger grains.",
     )
 
@@ -79,7 +81,8 @@ def _contact(paper: Paper, claim: Claim, radius: float) -> Recomputed:
         duration,
         holds=steps > 1,
         agrees=f"{steps:.1f} steps in the contact; some 20 are needed for the nominal restitution.",
-        disagrees=f"{steps:.2f} steps in the contact: the impact falls between two steps, and the rebound is not the "
+        disagrees=f"{steps:.2f} steps in the contact: the impact falls between two steps, and the "
+        f"rebound is not the "
         "nominal restitution's.",
     )
 
@@ -89,7 +92,8 @@ def _law_heights(paper: Paper) -> np.ndarray:
 
 
 def stepped_heights(paper: Paper, steps: float) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest rebound [mm] that `steps` steps in a contact give each row of Table 9, (n,) each."""
+    """Lowest and highest rebound [mm] that `steps` steps in a contact give each row of Table 9,
+    (n,) each."""
     band = stepped_restitution(points(paper, SWEEPS["drop"])[0], steps) ** 2 * paper.value(
         "drop_height"
     )
@@ -97,14 +101,16 @@ def stepped_heights(paper: Paper, steps: float) -> tuple[np.ndarray, np.ndarray]
 
 
 def heights_within(paper: Paper, steps: float) -> np.ndarray:
-    """Which heights of Table 9 lie among those that `steps` steps in a contact can give, (n,) bool."""
+    """Which heights of Table 9 lie among those that `steps` steps in a contact can give, (n,)
+    bool."""
     (low, high), (_, printed) = stepped_heights(paper, steps), points(paper, SWEEPS["drop"])
     return (low <= printed) & (printed <= high)
 
 
 def _count_within(paper: Paper, steps: float) -> str:
     low, high = stepped_heights(paper, steps)
-    return f"{heights_within(paper, steps).sum()} at N = {steps:g} (ranges {np.mean(high - low):.1f} mm wide)"
+    count, width = heights_within(paper, steps).sum(), np.mean(high - low)
+    return f"{count} at N = {steps:g} (ranges {width:.1f} mm wide)"
 
 
 @claim_check("table09.law")
@@ -119,8 +125,10 @@ def heights_on_law(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         int(on),
         agrees="The simulated test reproduces its own restitution.",
-        disagrees="The simulated rebound is not the restitution put in. Heights inside the range that N steps in a "
-        f"contact give, by the step in which it begins: {counts}. The sweep calibrates the time step as much as the "
+        disagrees="The simulated rebound is not the restitution put in. Heights inside the range "
+        "that N steps in a "
+        f"contact give, by the step in which it begins: {counts}. The sweep calibrates the time "
+        f"step as much as the "
         "restitution.",
     )
 
@@ -145,7 +153,8 @@ def heights(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
             claim,
             Recomputed(
                 float(law),
-                disagrees=f"{cell.value / law - 1:+.1%} against e^2 H; {', '.join(steps) or 'neither 3, 3.5 nor 4'} "
+                disagrees=f"{cell.value / law - 1:+.1%} against e^2 H; "
+                f"{', '.join(steps) or 'neither 3, 3.5 nor 4'} "
                 "steps in a contact can give it.",
             ),
         )
@@ -157,6 +166,7 @@ def generation(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         needed,
         holds=needed <= number(claim).value,
-        agrees=f"Generation ends after {needed:g} s; the time left is for the outflow and the heap to settle.",
+        agrees=f"Generation ends after {needed:g} s; the time left is for the outflow and the heap "
+        f"to settle.",
         disagrees="The simulation ends before all particles are generated.",
     )

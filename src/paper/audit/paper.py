@@ -11,7 +11,8 @@ from paper.audit.printed import Printed
 
 
 class AuditInputError(CalibrationError):
-    """A folder of printed tables that lacks something or holds something unreadable; the message says where."""
+    """A folder of printed tables that lacks something or holds something unreadable; the message
+    says where."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,8 @@ class Paper:
         return (self.folder / f"{name}.csv").is_file()
 
     def text(self, name: str, *columns: str) -> pd.DataFrame:
-        """The table `name`.csv as printed; raises AuditInputError where it, or one of `columns`, is missing."""
+        """The table `name`.csv as printed; raises AuditInputError where it, or one of `columns`, is
+        missing."""
         path = self.folder / f"{name}.csv"
         if name not in self._texts:
             if not path.is_file():
@@ -63,7 +65,8 @@ class Paper:
         )
 
     def printed(self, name: str, column: str) -> list[Printed]:
-        """The cells of a column with their printed digits; raises AuditInputError at a cell that is no number."""
+        """The cells of a column with their printed digits; raises AuditInputError at a cell that is
+        no number."""
         parsed = []
         for row, text in enumerate(self.text(name, column)[column], start=1):
             number = Printed.parse(text)
@@ -87,7 +90,8 @@ class Paper:
         }
 
     def scalar_text(self, name: str) -> str:
-        """The printed text of a single figure of scalars.csv, settings.csv or reference_values.csv."""
+        """The printed text of a single figure of scalars.csv, settings.csv or
+        reference_values.csv."""
         if name not in self._scalars:
             raise AuditInputError(
                 f"{self.folder / 'scalars.csv'} and settings.csv: no row named {name}"

@@ -11,7 +11,8 @@ _NUMBER = re.compile(
 
 @dataclass(frozen=True)
 class Printed:
-    """A printed number: its value, half a unit in its last printed place, and its relation ('', '<' or '>')."""
+    """A printed number: its value, half a unit in its last printed place, and its relation ('', '<'
+    or '>')."""
 
     text: str
     value: float
@@ -38,7 +39,8 @@ class Printed:
 
 
 def propagate(f: Callable[[Sequence[float]], float], inputs: Sequence[Printed]) -> float:
-    """Largest change of `f(values)` when each input moves by half a unit in its last printed place, to first order."""
+    """Largest change of `f(values)` when each input moves by half a unit in its last printed place,
+    to first order."""
     values = [x.value for x in inputs]
     centre = f(values)
     moved = ([*values[:i], x.value + x.half_unit, *values[i + 1 :]] for i, x in enumerate(inputs))

@@ -26,7 +26,8 @@ def citations(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
             claim,
             Recomputed(
                 row.cites if row.cites in right else (named[0] if named else "nothing printed"),
-                disagrees=f"A wrong reference: {row.cites} shows another thing. Read {named[0] if named else 'none'}.",
+                disagrees=f"A wrong reference: {row.cites} shows another thing. Read "
+                f"{named[0] if named else 'none'}.",
             ),
         )
 

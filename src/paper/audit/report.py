@@ -76,12 +76,14 @@ def _html(table: pd.DataFrame) -> str:
         for row in table.to_dict("records")
     )
     style = (
-        "body{font:14px sans-serif}table{border-collapse:collapse}td,th{border:1px solid #ccc;padding:3px 6px;"
+        "body{font:14px sans-serif}table{border-collapse:collapse}td,th{border:1px solid "
+        "#ccc;padding:3px 6px;"
         "text-align:left;vertical-align:top}tr.disagrees{background:#fbe3df}tr.not_computable{background:#eee}"
     )
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>Audit</title>'
         f"<style>{style}</style></head>\n"
         f"<body><h1>Audit of the printed figures</h1><p>{counts(table)}</p>\n"
-        f"<table><thead><tr>{cells(HEAD.values(), 'th')}</tr></thead><tbody>\n{rows}\n</tbody></table></body></html>\n"
+        f"<table><thead><tr>{cells(HEAD.values(), 'th')}</tr></thead><tbody>\n{rows}\n"
+        "</tbody></table></body></html>\n"
     )

@@ -1,4 +1,5 @@
-"""Tables 11 and 12 and Eq. 28: the Box-Behnken design, its analysis of variance, the regression and the optimum."""
+"""Tables 11 and 12 and Eq. 28: the Box-Behnken design, its analysis of variance, the regression and
+the optimum."""
 
 from collections.abc import Iterator
 
@@ -33,7 +34,8 @@ def printed_levels(paper: Paper) -> np.ndarray:
 
 
 def box_behnken(runs: int) -> np.ndarray:
-    """The three-factor Box-Behnken design of `runs` runs: 12 midpoints of edges, the rest at the centre, (runs, 3)."""
+    """The three-factor Box-Behnken design of `runs` runs: 12 midpoints of edges, the rest at the
+    centre, (runs, 3)."""
     return np.asarray(pyDOE3.bbdesign(3, center=runs - EDGES), float)
 
 
@@ -71,8 +73,10 @@ def design_rank(paper: Paper, claim: Claim) -> Recomputed:
     verdicts = [judge(*cell)["verdict"] for cell in anova_cells(paper)]
     return Recomputed(
         rank,
-        disagrees=f"As printed the model is rank-deficient ({rank} of {terms.shape[1]}): no regression of the printed "
-        f"table exists. With Box-Behnken levels, taken here, {verdicts.count(AGREES)} of {len(verdicts)} figures "
+        disagrees=f"As printed the model is rank-deficient ({rank} of {terms.shape[1]}): no "
+        f"regression of the printed "
+        f"table exists. With Box-Behnken levels, taken here, {verdicts.count(AGREES)} of "
+        f"{len(verdicts)} figures "
         "of Table 12 come out to their digits.",
     )
 
@@ -83,7 +87,8 @@ def misprints(paper: Paper, claim: Claim) -> Recomputed:
     runs = paper.text(DESIGN, "run").run[wrong]
     return Recomputed(
         int(wrong.sum()),
-        disagrees=f"Runs {', '.join(runs)} are misprinted; anyone who repeats the printed design runs other points.",
+        disagrees=f"Runs {', '.join(runs)} are misprinted; anyone who repeats the printed design "
+        f"runs other points.",
     )
 
 
@@ -94,7 +99,8 @@ def rotatable(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         float(ratio),
         exact=True,
-        disagrees="The design is Box-Behnken and not rotatable: the prediction's variance depends on the direction "
+        disagrees="The design is Box-Behnken and not rotatable: the prediction's variance depends "
+        "on the direction "
         "from the centre. The abstract's name for it is wrong, the analysis is not affected.",
     )
 
@@ -122,7 +128,8 @@ def anova_cells(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
 
 @table_check
 def headings(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
-    """Which of two columns is df times the other, by the majority of the rows with more than one df."""
+    """Which of two columns is df times the other, by the majority of the rows with more than one
+    df."""
     name = "table12_box_behnken_anova"
     rows = [
         (Printed.parse(r.sum_sq), float(r.df), Printed.parse(r.mean_sq))
@@ -151,8 +158,10 @@ def headings(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
             claim,
             Recomputed(
                 heading,
-                disagrees=f"The headings are swapped: df times mean square is the sum of squares, in "
-                f"{max(forward, backward)} of {len(rows)} rows, only when this column is read as {heading}.",
+                disagrees=f"The headings are swapped: df times mean square is the sum of squares, "
+                f"in "
+                f"{max(forward, backward)} of {len(rows)} rows, only when this column is read as "
+                f"{heading}.",
             ),
         )
 
@@ -218,13 +227,15 @@ def significant_terms(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         " ".join(found) or "none",
         holds=set(said) == set(found),
-        disagrees=f"{shown}: the text contradicts Table 12. Do not rank the interactions by the text.",
+        disagrees=f"{shown}: the text contradicts Table 12. Do not rank the interactions by the "
+        f"text.",
     )
 
 
 @claim_check("fig9a.trend", "fig9b.trend")
 def trend(paper: Paper, claim: Claim) -> Recomputed:
-    """Sign of the slope along one axis over the square of X and that axis, the other axis at its centre."""
+    """Sign of the slope along one axis over the square of X and that axis, the other axis at its
+    centre."""
     b = coefficients(model(paper))
     x, other = np.meshgrid(np.linspace(-1, 1, 101), np.linspace(-1, 1, 101))
     if claim.id.startswith("fig9a"):
@@ -237,7 +248,8 @@ def trend(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         value,
         agrees=f"The regression rises over {share:.0%} of the square.",
-        disagrees=f"The regression falls with the {name} over {1 - share:.0%} of the square: turning this knob as the "
+        disagrees=f"The regression falls with the {name} over {1 - share:.0%} of the square: "
+        f"turning this knob as the "
         "text says moves the angle the wrong way.",
     )
 
@@ -266,7 +278,8 @@ def printed_equation(paper: Paper) -> dict[str, Printed]:
 
 @table_check
 def equation_coefficients(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
-    """Against the full model and the model of the printed terms alone; the one that comes nearer counts."""
+    """Against the full model and the model of the printed terms alone; the one that comes nearer
+    counts."""
     printed = printed_equation(paper)
     kept = tuple(term for term in ALL_TERMS if term in printed)
     full, reduced = (
@@ -289,7 +302,8 @@ def equation_coefficients(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
             claim,
             Recomputed(
                 float(nearer[term]),
-                disagrees=f"Not the regression of Table 11, whether all ten terms are fitted ({full[term]:.3f}) or "
+                disagrees=f"Not the regression of Table 11, whether all ten terms are fitted "
+                f"({full[term]:.3f}) or "
                 f"only those printed ({reduced[term]:.3f}). Use the regression, not Eq. 28.",
             ),
         )
@@ -304,7 +318,8 @@ def equation_terms(paper: Paper, claim: Claim) -> Recomputed:
         " ".join(t for t in TERMS if t in significant),
         printed=" ".join(t for t in TERMS if t in kept),
         holds=not lost and not idle,
-        disagrees=f"Significant but dropped: {', '.join(lost) or 'none'}; kept without being significant: "
+        disagrees=f"Significant but dropped: {', '.join(lost) or 'none'}; kept without being "
+        f"significant: "
         f"{', '.join(idle) or 'none'}.",
     )
 
@@ -347,7 +362,8 @@ def optimum_of_equation(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         value,
         half_width=propagate(predict, list(printed.values())) + _setting_rounding(paper, values),
-        disagrees=f"Eq. 28 misses the target by {abs(value - target):.2f} deg at the optimum: the optimum was not "
+        disagrees=f"Eq. 28 misses the target by {abs(value - target):.2f} deg at the optimum: the "
+        f"optimum was not "
         "found with Eq. 28 as printed.",
     )
 
@@ -370,8 +386,10 @@ def optimum_of_regression(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         _predict(paper, equation, [s.value for s in _optimum(paper)]),
         half_width=_setting_rounding(paper, equation),
-        agrees=f"The optimum is this regression's, but not the only one: {len(near) / len(cube):.0%} of the design "
-        f"region comes within the validation's error of the target ({ranges}). One angle does not fix three "
+        agrees=f"The optimum is this regression's, but not the only one: "
+        f"{len(near) / len(cube):.0%} of the design "
+        f"region comes within the validation's error of the target ({ranges}). One angle does not "
+        f"fix three "
         "parameters.",
         disagrees="The regression misses the target at the stated optimum.",
     )

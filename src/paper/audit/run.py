@@ -32,8 +32,10 @@ COLUMNS = (
 )
 
 ORDER = (
-    "section11 eq4 eq5 eq6 eq2 eq8 section121 eq9 eq15 section122 table01 table02 table03 heap table04 table05 table06 "
-    "table07 table08 eq21 tilt table09 eq23 drop shear table10 ascent section235 table11 eq28 table12 model "
+    "section11 eq4 eq5 eq6 eq2 eq8 section121 eq9 eq15 section122 table01 table02 table03 heap "
+    "table04 table05 table06 "
+    "table07 table08 eq21 tilt table09 eq23 drop shear table10 ascent section235 table11 eq28 "
+    "table12 model "
     "interaction fig9a fig9b conclusion optimum table13 validation labels reference"
 ).split()
 """First parts of the claims' ids in the order of the paper."""
@@ -48,13 +50,14 @@ def run_audit(folder: str | Path) -> pd.DataFrame:
 
     Returns
     -------
-    DataFrame, a row a claim, columns `COLUMNS`. `tolerance` is half a unit in the last printed place plus what the
-    rounding of printed inputs adds, in the claim's unit; empty where the verdict is no such comparison. `verdict` is
-    agrees, disagrees or not_computable.
+    DataFrame, a row a claim, columns `COLUMNS`. `tolerance` is half a unit in the last printed
+    place plus what the rounding of printed inputs adds, in the claim's unit; empty where the
+    verdict is no such comparison. `verdict` is agrees, disagrees or not_computable.
 
     Raises
     ------
-    AuditInputError : a missing file, column or row, a cell that is no number, a claim that no check knows
+    AuditInputError : a missing file, column or row, a cell that is no number, a claim that no check
+    knows
     """
     paper = Paper(folder)
     rows = [judge(claim, found) for claim, found in _findings(paper)]
@@ -77,7 +80,8 @@ def _findings(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
     unknown = set(paper.claims) ^ set(CLAIM_CHECKS)
     if unknown:
         raise AuditInputError(
-            f"{paper.folder / 'claims.csv'}: claims and checks differ in {', '.join(sorted(unknown))}"
+            f"{paper.folder / 'claims.csv'}: claims and checks differ in "
+            f"{', '.join(sorted(unknown))}"
         )
     for claim in paper.claims.values():
         found = CLAIM_CHECKS[claim.id](paper, claim)

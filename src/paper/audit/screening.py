@@ -45,7 +45,8 @@ def twice(paper: Paper, claim: Claim) -> Recomputed:
     ratios = (_ranges(paper).high / _ranges(paper).low).round(6)
     return Recomputed(
         int((ratios == 2).sum()),
-        disagrees=f"High over low is {', '.join(f'{r:.2f}' for r in ratios)} (A to G): effects measured over such "
+        disagrees=f"High over low is {', '.join(f'{r:.2f}' for r in ratios)} (A to G): effects "
+        f"measured over such "
         "unlike ranges cannot be compared per unit of the parameter.",
     )
 
@@ -74,7 +75,8 @@ def coded(paper: Paper, claim: Claim) -> Recomputed:
     )
     return Recomputed(
         sum(c not in (-1, 1) for c in cells),
-        disagrees=f"{shown} {what}: coded and natural levels are mixed, and a regression of the column as printed "
+        disagrees=f"{shown} {what}: coded and natural levels are mixed, and a regression of the "
+        f"column as printed "
         "gives a wrong coefficient of E.",
     )
 
@@ -106,7 +108,8 @@ def significant(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         " ".join(found),
         holds=set(claim.printed.split()) == set(found),
-        agrees=f"The choice of the three factors follows from the runs; the next smallest p is {smallest:.3f}.",
+        agrees=f"The choice of the three factors follows from the runs; the next smallest p is "
+        f"{smallest:.3f}.",
         disagrees="The factors carried on to the ascent are not those that the runs single out.",
     )
 
@@ -151,7 +154,8 @@ def ascent_start(paper: Paper, claim: Claim) -> dict[str, Recomputed]:
 
 @claim_check("ascent.step_y", "ascent.step_z")
 def ascent_step(paper: Paper, claim: Claim) -> Recomputed:
-    """The step of an axis that goes with X's when both follow the screening's coefficients per coded unit."""
+    """The step of an axis that goes with X's when both follow the screening's coefficients per
+    coded unit."""
     axis = claim.id[-1].upper()
     slope = screening(paper).table.set_index("code").effect / 2
     half = (_ranges(paper).high - _ranges(paper).low) / 2
@@ -162,7 +166,8 @@ def ascent_step(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         float(step),
         printed=printed.text,
-        disagrees=f"{axis} moves {abs(printed.value / step):.1f} times as far as steepest ascent asks: the path is "
+        disagrees=f"{axis} moves {abs(printed.value / step):.1f} times as far as steepest ascent "
+        f"asks: the path is "
         "not the steepest one, and the optimum found along it depends on that choice.",
     )
 
@@ -187,14 +192,16 @@ def ascent_best(paper: Paper, claim: Claim) -> Recomputed:
     printed_gap, gap = gaps
     return Recomputed(
         int(table.level[error.idxmin()]),
-        agrees=f"It is {printed_gap:.2f} deg nearer to the printed target than the next level, and {gap:.2f} deg to "
+        agrees=f"It is {printed_gap:.2f} deg nearer to the printed target than the next level, and "
+        f"{gap:.2f} deg to "
         "the mean of Table 1: the runs' scatter could turn this choice.",
     )
 
 
 @claim_check("ascent.low", "ascent.high")
 def ascent_levels(paper: Paper, claim: Claim) -> Recomputed:
-    """The level of Table 10 whose values the coding of Table 11 uses; X gives the sense (Y falls as X rises)."""
+    """The level of Table 10 whose values the coding of Table 11 uses; X gives the sense (Y falls as
+    X rises)."""
     end = claim.id.split(".")[1]
     coding = paper.numbers("table11_coding", "low", "high").set_axis(
         paper.text("table11_coding", "factor").factor
@@ -214,5 +221,6 @@ def ascent_levels(paper: Paper, claim: Claim) -> Recomputed:
     )
     return Recomputed(
         int(match.iloc[0]) if len(match) else "none",
-        disagrees=f"Table 11's coding is that of another level than the text's ({span}): follow the coding.",
+        disagrees=f"Table 11's coding is that of another level than the text's ({span}): follow "
+        f"the coding.",
     )

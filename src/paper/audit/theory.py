@@ -1,4 +1,5 @@
-"""Section 1.2: the scaling statements, held against dimensional analysis (`calibration.scaling.dimensions`)."""
+"""Section 1.2: the scaling statements, held against dimensional analysis
+(`calibration.scaling.dimensions`)."""
 
 from collections.abc import Iterator
 from itertools import product
@@ -17,7 +18,8 @@ REAL_GRAVITY = dimensions.GRAVITY_RULE.held
 def independent(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         dimensions.independent(["length", "mass", "density"]),
-        disagrees="Mass is density times length cubed: the three fix two dimensions and leave time open. The factor of "
+        disagrees="Mass is density times length cubed: the three fix two dimensions and leave time "
+        "open. The factor of "
         "time must be stated; the paper's Eq. 6 and 8 need it to be h.",
     )
 
@@ -44,7 +46,8 @@ def weight(paper: Paper, claim: Claim) -> Recomputed:
     needed = dimensions.exponent("acceleration", RULE)
     return Recomputed(
         int(dimensions.exponent("force", REAL_GRAVITY)),
-        disagrees=f"Under real gravity the weight goes as h^3 and not as the contact forces: Eq. 2 fails for a heap, a "
+        disagrees=f"Under real gravity the weight goes as h^3 and not as the contact forces: Eq. 2 "
+        f"fails for a heap, a "
         f"silo or a screw unless gravity is scaled by h^{needed}. Broken: {_broken()}.",
     )
 
@@ -67,7 +70,8 @@ def modulus(paper: Paper, claim: Claim) -> Recomputed:
 def modulus_adapts(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         "adapts" if dimensions.exponent("modulus", RULE) else "is unchanged",
-        disagrees="Contradicts Eq. 8: the modulus is kept. Under gravity-consistent scaling it would go as "
+        disagrees="Contradicts Eq. 8: the modulus is kept. Under gravity-consistent scaling it "
+        "would go as "
         f"h^{dimensions.exponent('modulus', REAL_GRAVITY)}.",
     )
 
@@ -120,7 +124,8 @@ def invariant_ratio(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         power,
         exact=True,
-        disagrees=f"{group} keeps {quantity.replace('_', ' ')} over R^{power:g}, as the same sentence then says.",
+        disagrees=f"{group} keeps {quantity.replace('_', ' ')} over R^{power:g}, as the same "
+        f"sentence then says.",
     )
 
 
@@ -135,7 +140,8 @@ def restitution(paper: Paper, claim: Claim) -> Recomputed:
     return Recomputed(
         float(ratio),
         exact=True,
-        disagrees=f"It is the damping coefficient c_n that goes as R^{c:g}. The restitution depends on c/(2 sqrt(k m)) "
+        disagrees=f"It is the damping coefficient c_n that goes as R^{c:g}. The restitution "
+        f"depends on c/(2 sqrt(k m)) "
         f"alone and goes as R^{ratio}: it is not recalibrated for the particle's size.",
     )
 
@@ -151,5 +157,6 @@ def contact_signs(paper: Paper, claim: Claim) -> Recomputed:
     ]
     return Recomputed(
         " ".join(decaying),
-        disagrees="With the printed signs the overlap grows without bound: a misprint, which Eq. 13 and 14 carry on.",
+        disagrees="With the printed signs the overlap grows without bound: a misprint, which Eq. "
+        "13 and 14 carry on.",
     )

@@ -32,26 +32,30 @@ def replicates(paper: Paper, claim: Claim) -> Recomputed:
     n = len(_runs(paper))
     return Recomputed(
         n,
-        disagrees=f"Table 13 has {n} angles: its rows are groups, and the text counts groups as runs.",
+        disagrees=f"Table 13 has {n} angles: its rows are groups, and the text counts groups as "
+        f"runs.",
     )
 
 
 @claim_check("validation.repeats")
 def repeats(paper: Paper, claim: Claim) -> Recomputed:
-    """Chance of at least the printed number of equal neighbours in a group, for independent normal angles."""
+    """Chance of at least the printed number of equal neighbours in a group, for independent normal
+    angles."""
     runs = _runs(paper)
     neighbours = runs.groupby("group").angle_deg.diff().dropna()
     equal = int((neighbours.abs() < 1e-9).sum())
     resolution = 2 * max(
         cell.half_unit for cell in paper.printed(RUNS, "angle_deg") if "." in cell.text
     )
-    # Two readings of N(m, s) fall on the same step of the scale with the density of their difference at 0.
+    # Two readings of N(m, s) fall on the same step of the scale with the density of their
+    # difference at 0.
     chance_each = min(1.0, resolution / (2 * np.sqrt(np.pi) * runs.angle_deg.std()))
     chance = float(stats.binom.sf(equal - 1, len(neighbours), chance_each))
     return Recomputed(
         chance,
         agrees=f"{equal} of {len(neighbours)} neighbours are equal.",
-        disagrees=f"{equal} of {len(neighbours)} neighbouring angles are equal to the last digit: repeated entries, so "
+        disagrees=f"{equal} of {len(neighbours)} neighbouring angles are equal to the last digit: "
+        f"repeated entries, so "
         "the table holds fewer independent runs than values and its scatter is understated.",
     )
 
@@ -73,7 +77,10 @@ def t_test(paper: Paper, claim: Claim) -> Recomputed:
     low, high = welch.confidence_interval()
     return Recomputed(
         float(welch.pvalue),
-        agrees=f"Welch over all readings; p = {groups.pvalue:.2f} over group means. No difference shown is not "
-        f"equality: the 95 % interval of simulated minus measured is {low:+.2f} to {high:+.2f} deg.",
-        disagrees=f"The angles differ: the 95 % interval of simulated minus measured is {low:+.2f} to {high:+.2f} deg.",
+        agrees=f"Welch over all readings; p = {groups.pvalue:.2f} over group means. No difference "
+        f"shown is not "
+        f"equality: the 95 % interval of simulated minus measured is {low:+.2f} to {high:+.2f} "
+        f"deg.",
+        disagrees=f"The angles differ: the 95 % interval of simulated minus measured is {low:+.2f} "
+        f"to {high:+.2f} deg.",
     )

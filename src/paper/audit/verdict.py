@@ -17,8 +17,9 @@ class Recomputed:
 
     value : number, text, or None where the printed tables do not determine it
     half_width : what the rounding of printed inputs adds to the tolerance, in the claim's unit
-    exact : a setting or an exponent, which has no rounding (a count, given as int, is exact without saying so)
-    holds : whether the claim holds, where that is not equality with `value` within the tolerance
+    exact : a setting or an exponent, which has no rounding (a count, given as int, is exact without
+    saying so) holds : whether the claim holds, where that is not equality with `value` within the
+    tolerance
     printed : the printed text, where it stands in a table and not in claims.csv
     agrees, disagrees, unknown : the consequence for each verdict
     """
@@ -37,7 +38,8 @@ Check = Callable[[Paper, Claim], "Recomputed | Mapping[str, Recomputed]"]
 TableCheck = Callable[[Paper], Iterator[tuple[Claim, Recomputed]]]
 
 CLAIM_CHECKS: dict[str, Check] = {}
-"""Checks of the claims in claims.csv by id. A mapping stands for several rows, its keys ending their ids."""
+"""Checks of the claims in claims.csv by id. A mapping stands for several rows, its keys ending
+their ids."""
 TABLE_CHECKS: list[TableCheck] = []
 """Checks that take their claims from the printed cells of a table."""
 

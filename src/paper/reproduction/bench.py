@@ -26,11 +26,13 @@ TESTS = {
     # stage: table, file, column, equation, unit; scalars: measured, factor, confirming mean,
     # coefficients
     "tilt": (
-        "Table 8", "table08_inclined_plane", "angle_deg", "Eq. 21", "deg", "measured_inclined_plane_angle",
+        "Table 8", "table08_inclined_plane", "angle_deg", "Eq. "
+        "21", "deg", "measured_inclined_plane_angle",
         "salt_steel_static_friction", "simulated_tilt_angle", "eq21_coefficients",
     ),
     "drop": (
-        "Table 9", "table09_drop_test", "rebound_height_mm", "Eq. 23", "mm", "measured_rebound_height",
+        "Table 9", "table09_drop_test", "rebound_height_mm", "Eq. "
+        "23", "mm", "measured_rebound_height",
         "salt_steel_restitution", "simulated_rebound_at_0.421", "eq23_coefficients",
     ),
 }  # fmt: skip
@@ -165,12 +167,14 @@ def _shear(paper, study):
     locus = nearest[summary["measure"]]
     place = Place("Eq. 26", "shear.intercept", "intercept of the yield locus", "kPa", study.name)
     yield within(
-        place, paper.scalar("yield_locus_intercept"), locus["intercept_kPa"], *locus["intercept_interval_kPa"],
+        place, paper.scalar("yield_locus_intercept"), locus["intercept_kPa"],
+        *locus["intercept_interval_kPa"],
         f"95 % interval of our locus at particle friction {nearest['particle_friction']:g}",
         margins.SHARE * _shear_stress(paper, study),
     )  # fmt: skip
     place = Place(
-        "Eq. 27", "shear.friction", "particle friction for the measured slope", "1", study.name, headline=True
+        "Eq. 27", "shear.friction", "particle friction for the measured slope", "1", study.name,
+        headline=True
     )  # fmt: skip
     if found["inverse"] is None:
         low, high = found["swept"]

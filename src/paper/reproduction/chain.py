@@ -208,7 +208,8 @@ def _statistics(paper, study):
     for key in STATISTICS:
         unit = "%" if key == "CV_percent" else "1"
         place = Place(
-            "Table 12", f"table12.{key}", names.get(key, "adequate precision"), unit, study.name, key != "R2_adj"
+            "Table 12", f"table12.{key}", names.get(key, "adequate "
+            "precision"), unit, study.name, key != "R2_adj"
         )  # fmt: skip
         low, high = np.quantile(draws[key], (ALPHA, 1.0 - ALPHA))
         basis = "90 % interval of our statistic, drawn from our fit and its residuals"
@@ -238,7 +239,8 @@ def _optimum(paper, study):
     predicted = float(ours.predict(np.array([point]))[0])
     low, high = (float(x[0]) for x in ours.confirmation_interval([point], 25, 2 * ALPHA))
     place = Place(
-        "3.1", "optimum.angle", "angle at the paper's optimum, by our surface", "deg", study.name, headline=True
+        "3.1", "optimum.angle", "angle at the paper's optimum, by our surface", "deg", study.name,
+        headline=True
     )  # fmt: skip
     yield within(place, angle, predicted, low, high, "90 % interval of the mean of 25 runs there")
     optimum = study.summary("optimise", "optimum")
@@ -279,11 +281,13 @@ def _validation(paper, study):
         True,
     )
     yield means(
-        place, paper.scalar("validated_angle_of_repose"), found["simulated_mean"], found["simulated_sd"],
+        place, paper.scalar("validated_angle_of_repose"), found["simulated_mean"],
+        found["simulated_sd"],
         found["simulated_n"], float(theirs.std(ddof=1)), theirs.size,
     )  # fmt: skip
     place = Place(
-        "Table 13", f"table13.sd.{study.name}", "standard deviation of the validated angles", "deg", study.name, True
+        "Table 13", f"table13.sd.{study.name}", "standard deviation of the validated angles", "deg",
+        study.name, True
     )  # fmt: skip
     yield spreads(
         place, float(theirs.std(ddof=1)), theirs.size, found["simulated_sd"], found["simulated_n"]

@@ -1,4 +1,5 @@
-"""Tables 1 to 5 and Eq. 16: the paper's measurements recomputed, and its settings beside the ones in use here."""
+"""Tables 1 to 5 and Eq. 16: the paper's measurements recomputed, and its settings beside the ones
+in use here."""
 
 from calibration.factors import read_factors
 from paper.reproduction.rows import (
@@ -115,5 +116,6 @@ def _table_5(paper, config):
 
 
 def simulated_sd(paper):
-    """Scatter of the paper's own runs at one point [deg]: standard deviation of the 25 angles of Table 13."""
+    """Scatter of the paper's own runs at one point [deg]: standard deviation of the 25 angles of
+    Table 13."""
     return float(paper.numbers("table13_validation", "angle_deg")["angle_deg"].std(ddof=1))

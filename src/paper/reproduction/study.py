@@ -24,7 +24,8 @@ class Study:
         return pd.read_csv(path) if path.is_file() else None
 
     def seed_spread(self):
-        """(sd, n) of the angle between seeds at one point: validation, else the response surface's centre; or None."""
+        """(sd, n) of the angle between seeds at one point: validation, else the response surface's
+        centre; or None."""
         validation = self.summary("validation")
         if validation:
             return validation["simulated_sd"], validation["simulated_n"]

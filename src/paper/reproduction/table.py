@@ -22,9 +22,11 @@ from paper.reproduction.study import Study
 
 PAPER = "data/paper"
 ORDER = (
-    *(f"Eq. {n}" for n in range(1, 16)), "1.2", "Table 1", "Table 2", "Eq. 16", "Table 3", "Table 4", "Table 5",
+    *(f"Eq. {n}" for n in range(1, 16)), "1.2", "Table 1", "Table 2", "Eq. 16", "Table 3",
+    "Table 4", "Table 5",
     "Table 6", "Table 7", "Eq. 20", "Table 8", "Eq. 21", "Eq. 22", "Table 9", "Eq. 23",
-    *(f"Eq. {n}" for n in range(24, 28)), "Table 10", "Table 11", "Eq. 28", "Table 12", "3.1", "Table 13", "3.2",
+    *(f"Eq. {n}" for n in range(24, 28)), "Table 10", "Table 11", "Eq. 28", "Table 12", "3.1",
+    "Table 13", "3.2",
 )  # fmt: skip
 """Items in the order of the paper."""
 WHOLE = {"Table 6": "deg", "Table 8": "deg", "Table 9": "mm", "Table 10": "deg", "Table 11": "deg"}

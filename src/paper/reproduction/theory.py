@@ -78,7 +78,8 @@ def _identity(place, name):
     sides = [IDENTITIES[name](1e-3, 1210.0, ratio) for ratio in (0.5, 1.0, 2.0, 4.0)]
     same = all(np.allclose(a, b, rtol=1e-12) for a, b in sides)
     return absent(
-        place, "=", EQUIVALENT if same else DIFFERENT, "both sides computed at size ratios 0.5 to 4",
+        place, "=", EQUIVALENT if same else DIFFERENT,
+        "both sides computed at size ratios 0.5 to 4",
         "equal" if same else "not equal",
     )  # fmt: skip
 

@@ -1,12 +1,14 @@
-"""Laws of nature and of laboratories in closed form: what a measurement would read, knowing nothing of this project.
+"""Laws of nature and of laboratories in closed form: what a measurement would read, knowing nothing
+of this project.
 
-A law gives the true rebound [mm] of a drop or the true sliding angle [deg] from the levers, with one strength that is
-0 where it does nothing. `table` scales the strength until the largest distance of a setting from the best constant
-(restitution, friction) is so many standard errors, adds noise, and writes rows of the measurements' format.
+A law gives the true rebound [mm] of a drop or the true sliding angle [deg] from the levers, with
+one strength that is 0 where it does nothing. `table` scales the strength until the largest distance
+of a setting from the best constant (restitution, friction) is so many standard errors, adds noise,
+and writes rows of the measurements' format.
 
-Each law says in `right` which (slot, state) name it. Where two are the same function of the levers for every plan,
-both are right: a rebound e^2 (H - c) is a sticking speed as well as a reading that is off by a length; the load of a
-grain on a plate is a function of its size alone.
+Each law says in `right` which (slot, state) name it. Where two are the same function of the levers
+for every plan, both are right: a rebound e^2 (H - c) is a sticking speed as well as a reading that
+is off by a length; the load of a grain on a plate is a function of its size alone.
 """
 
 import math
@@ -47,8 +49,9 @@ def speed(h_mm):
 
 @dataclass(frozen=True)
 class Law:
-    """value(levers, strength) -> true reading (n,); levers are arrays (n,). curve(levers, strength): what the law
-    says of its own slot (restitution, friction), None where it says another thing."""
+    """value(levers, strength) -> true reading (n,); levers are arrays (n,). curve(levers,
+    strength): what the law says of its own slot (restitution, friction), None where it says another
+    thing."""
 
     name: str
     experiment: str
@@ -96,18 +99,21 @@ BY_RATE = (("friction", ("rate",)), ("reading", ("rate",)))
 
 
 def _yielding(x, k):
-    """Constant up to a speed, falling as v^(-1/4) above it (Johnson 1985, Contact Mechanics, 11.5)."""
+    """Constant up to a speed, falling as v^(-1/4) above it (Johnson 1985, Contact Mechanics,
+    11.5)."""
     onset = 3.0 * math.exp(-4.0 * k)
     return np.minimum(1.0, (_v(x) / onset) ** -0.25)
 
 
 def _sticking(x, k):
-    """e0 sqrt(1 - (v_s/v)^2): each impact pays a fixed energy (Thornton and Ning 1998, Powder Technol. 99:154)."""
+    """e0 sqrt(1 - (v_s/v)^2): each impact pays a fixed energy (Thornton and Ning 1998, Powder
+    Technol. 99:154)."""
     return np.sqrt(np.clip(1.0 - (k / _v(x)) ** 2, 1e-4, 1.0))
 
 
 def _in_air(x, k):
-    """Fall and rise against Newton's drag of C_D = 0.44, air k times as dense; restitution constant."""
+    """Fall and rise against Newton's drag of C_D = 0.44, air k times as dense; restitution
+    constant."""
     e, d, h = 0.72, 1e-3 * _d(x), 1e-3 * x["drop_height_mm"]
     terminal = 4.0 * DENSITY * d * G / (3.0 * 0.44 * AIR * max(k, 1e-9))  # squared
     impact = terminal * -np.expm1(-2.0 * G * h / terminal)
@@ -115,7 +121,8 @@ def _in_air(x, k):
 
 
 def _wet_drop(x, k):
-    """A pull ~ d^2 over a fixed range costs energy ~ d^2 of a mass ~ d^3: a height ~ 1/d is lost."""
+    """A pull ~ d^2 over a fixed range costs energy ~ d^2 of a mass ~ d^3: a height ~ 1/d is
+    lost."""
     return np.maximum(0.72**2 * x["drop_height_mm"] - k * 20.0 / _d(x), 1e-2)
 
 
@@ -143,7 +150,8 @@ LAWS = (
         lambda x, k: np.maximum(
             0.72**2 * x["drop_height_mm"] - 1e3 * G * k * x["output_interval_s"] ** 2, 1e-2),
         None, ("apex_sampling",)),
-    _friction("logarithm of the rate", BY_RATE, lambda x, k: 1.0 + k * np.log(x["tilt_rate_deg_s"])),
+    _friction("logarithm of the rate", BY_RATE, lambda x,
+    k: 1.0 + k * np.log(x["tilt_rate_deg_s"])),
     _friction("power of the load", BY_SIZE, lambda x, k: (_d(x) / 2.0) ** (-3.0 * k),
               names=("stress_dependent_friction",)),
     _friction("rises with size", BY_SIZE, lambda x, k: 1.0 + k * _d(x)),
@@ -198,7 +206,8 @@ def distance(law, x, k):
 
 
 def strength(law, x, size):
-    """The strength at which the law is `size` standard errors large; its largest where it is never so large."""
+    """The strength at which the law is `size` standard errors large; its largest where it is never
+    so large."""
     ladder = np.geomspace(1e-6, 1.0, 60) * law.most
     reach = np.array([distance(law, x, k) for k in ladder])
     if reach.max() < size:

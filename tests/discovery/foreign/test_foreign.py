@@ -1,7 +1,9 @@
-"""Laws of strangers: the diagnosis names slot and state of laws that no file of the project holds, and no other.
+"""Laws of strangers: the diagnosis names slot and state of laws that no file of the project holds,
+and no other.
 
-The data sets are closed forms with noise (`strangers`). Default: one set of four laws, two nulls and an outlier. Slow:
-all laws at ten standard errors and all nulls, with the rates that are asked of them.
+The data sets are closed forms with noise (`strangers`). Default: one set of four laws, two nulls
+and an outlier. Slow: all laws at ten standard errors and all nulls, with the rates that are asked
+of them.
 """
 
 import numpy as np

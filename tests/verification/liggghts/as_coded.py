@@ -1,8 +1,9 @@
-"""This engine's beds and heaps with the tangential spring and the relative torque as LIGGGHTS codes them, to tell
-conventions from faults.
+"""This engine's beds and heaps with the tangential spring and the relative torque as LIGGGHTS codes
+them, to tell conventions from faults.
 
-`python -m liggghts.as_coded OUT` writes the metrics of both as JSON. The laws are exchanged before anything is
-compiled; NUMBA_CACHE_DIR must name a folder of its own, or the engine's cache would hold the other laws.
+`python -m liggghts.as_coded OUT` writes the metrics of both as JSON. The laws are exchanged before
+anything is compiled; NUMBA_CACHE_DIR must name a folder of its own, or the engine's cache would
+hold the other laws.
 """
 
 import os
@@ -19,15 +20,17 @@ from . import cases
 
 @law
 def torque(p, n, spin, normal, stiffness, unloading, r_eff, inertia, spring, dt):
-    """Torque on the first sphere (3,) [N m]: over the whole relative spin, and not limited to what stops it."""
+    """Torque on the first sphere (3,) [N m]: over the whole relative spin, and not limited to what
+    stops it."""
     whole = sqrt(dot(spin, spin)) + relative.TINY
     return scale(-p.rolling * normal * r_eff / whole, reject(spin, n)), spring
 
 
 @law
 def tangential_force(p, n, v_t, stiffness, contact_radius, radius_before, m_eff, spring, limit, dt):
-    """Tangential force and spring force (3,) [N] of a stretched length: the force follows the stiffness also while the
-    contact loads. Friction limits the spring alone, and the dashpot acts where it holds."""
+    """Tangential force and spring force (3,) [N] of a stretched length: the force follows the
+    stiffness also while the contact loads. Friction limits the spring alone, and the dashpot acts
+    where it holds."""
     along = 8.0 * p.shear * contact_radius
     grown = contact_radius / maximum(radius_before, mindlin.TINY)
     spring = subtract(scale(grown, reject(spring, n)), scale(along * dt, v_t))

@@ -1,4 +1,5 @@
-"""The cases that both engines run, and the quantities that are read from either's final state by the same code."""
+"""The cases that both engines run, and the quantities that are read from either's final state by
+the same code."""
 
 import numpy as np
 from scenes import SALT, floor, make
@@ -22,7 +23,8 @@ CONTACTS = {
     "relative": ("constant_torque_relative", FRICTION, ROLLING),
     "elastic-plastic": ("elastic_plastic", FRICTION, ROLLING),
 }
-"""Name -> rolling law, sliding and rolling friction of contacts whose forces are compared at one instant."""
+"""Name -> rolling law, sliding and rolling friction of contacts whose forces are compared at one
+instant."""
 OVERLAP = 0.01  # of R*
 IMPACTS = {
     "sliding friction alone": ("constant_torque_relative", FRICTION, 0.0),
@@ -44,7 +46,8 @@ HEAPS = {
     "relative, 0.46": ("constant_torque_relative", 0.46),
     "elastic-plastic, 0.46": ("elastic_plastic", 0.46),
 }
-"""Name -> rolling law and rolling friction between grains: for equal grains the torque of our default law at 0.23."""
+"""Name -> rolling law and rolling friction between grains: for equal grains the torque of our
+default law at 0.23."""
 OWN_SPIN = {
     "own spin, 0.46": ("constant_torque", 0.46),
     "own spin, 0.23": ("constant_torque", 0.23),
@@ -77,11 +80,12 @@ def sites(n):
 
 
 def pairs(law, contact, gap, speed, spin, dt, seed=7):
-    """PAIRS of grains of 1 to 3 mm, and SINGLES over the floor, moving at random; returns the simulation and the width.
+    """PAIRS of grains of 1 to 3 mm, and SINGLES over the floor, moving at random; returns the
+    simulation and the width.
 
-    gap: between the surfaces over R*, negative for an overlap; speed: each pair's (normal, tangential) relative
-    velocity [m/s], approaching; spin: largest of each grain's three [rad/s]. The firsts of the pairs come first, then
-    the singles, then the seconds.
+    gap: between the surfaces over R*, negative for an overlap; speed: each pair's (normal,
+    tangential) relative velocity [m/s], approaching; spin: largest of each grain's three [rad/s].
+    The firsts of the pairs come first, then the singles, then the seconds.
     """
     rng = np.random.default_rng(seed)
     place, width = sites(PAIRS + SINGLES)
@@ -102,7 +106,8 @@ def pairs(law, contact, gap, speed, spin, dt, seed=7):
 
 
 def contacts(name):
-    """Overlapping pairs of the case in CONTACTS: simulation, width [m], rolling law and contact parameters."""
+    """Overlapping pairs of the case in CONTACTS: simulation, width [m], rolling law and contact
+    parameters."""
     law, friction, rolling = CONTACTS[name]
     parameters = contact_parameters(rolling, friction)
     # so short a step that a spring that starts from nothing adds nothing
@@ -110,7 +115,8 @@ def contacts(name):
 
 
 def impacts(name):
-    """Pairs about to touch of the case in IMPACTS: simulation, width [m], rolling law and contact parameters."""
+    """Pairs about to touch of the case in IMPACTS: simulation, width [m], rolling law and contact
+    parameters."""
     law, friction, rolling = IMPACTS[name]
     parameters = contact_parameters(rolling, friction)
     speed = (IMPACT_SPEED, 0.5 * IMPACT_SPEED)
@@ -125,7 +131,8 @@ def bed(seed, n, steps):
 
 
 def heap_spec(law, rolling, seed, count=2500, diameter_mm=3.1748):
-    """The paper's optimum with coarse grains, as the quick profile has them, under another rolling law."""
+    """The paper's optimum with coarse grains, as the quick profile has them, under another rolling
+    law."""
     extra = {}
     if law == "elastic_plastic":
         extra = {
@@ -174,7 +181,8 @@ def state_of(dump):
 
 
 def rest_ratio(velocity, spin, radius, gravity=9.81):
-    """Kinetic energy of motion and of spin, each over the energy that lifts every grain by its radius [-]."""
+    """Kinetic energy of motion and of spin, each over the energy that lifts every grain by its
+    radius [-]."""
     lift = gravity * (radius**4).sum()
     motion = 0.5 * (radius**3 * (velocity**2).sum(axis=1)).sum()
     turning = 0.2 * (radius**5 * (spin**2).sum(axis=1)).sum()
@@ -189,7 +197,8 @@ def coordination(position, radius):
 
 
 def packing(position, radius, width, low, high):
-    """Solid fraction between the heights low and high [m] of a box: the spheres' share, cut by both planes."""
+    """Solid fraction between the heights low and high [m] of a box: the spheres' share, cut by both
+    planes."""
 
     def below(z):
         cap = np.clip(z - position[:, 2] + radius, 0.0, 2.0 * radius)
@@ -213,7 +222,8 @@ def measure_bed(state, width):
 
 
 def measure_pile(state, spec):
-    """Metrics of a heap by `dem.measure.heap`, with coordination and rest of the grains on the plate."""
+    """Metrics of a heap by `dem.measure.heap`, with coordination and rest of the grains on the
+    plate."""
     position, velocity, spin, radius = state
     rig = heap.Rig(spec.geometry)
     on_plate = (position[:, 2] > 0.0) & (position[:, 2] < 0.5 * rig.orifice_height)

@@ -1,4 +1,5 @@
-"""LIGGGHTS as a peer: run one of the input decks beside this file and read the state that it leaves."""
+"""LIGGGHTS as a peer: run one of the input decks beside this file and read the state that it
+leaves."""
 
 import re
 import shutil
@@ -21,9 +22,11 @@ ROLLING = {"constant_torque_relative": "cdt", "elastic_plastic": "epsd"}
 """Our name of a rolling law -> theirs."""
 
 STIFFNESS_FACTOR = 1.5
-"""LIGGGHTS takes k_r = 2.25 k (mu_r R*)^2 with the secant stiffness k = F/overlap, 2/3 of the tangent S_n of ours."""
+"""LIGGGHTS takes k_r = 2.25 k (mu_r R*)^2 with the secant stiffness k = F/overlap, 2/3 of the
+tangent S_n of ours."""
 DAMPING_RATIO = 0.3 / np.sqrt(1.4 / 0.4)
-"""Of the rolling springs in the recorded runs, about the contact point; 0.3 about the centre of a grain."""
+"""Of the rolling springs in the recorded runs, about the contact point; 0.3 about the centre of a
+grain."""
 
 
 def available():
@@ -32,7 +35,8 @@ def available():
 
 
 def run(deck, folder, variables):
-    """Run `deck` in `folder`; returns the version and the dumped states, a list of {column: (n,) array}.
+    """Run `deck` in `folder`; returns the version and the dumped states, a list of {column: (n,)
+    array}.
 
     Raises RuntimeError with the end of LIGGGHTS' own words when it fails.
     """
@@ -95,7 +99,8 @@ def run_bed(sim, width, folder, steps):
 
 
 def run_heap(spec, folder, seed, time):
-    """The heap that `spec` describes, poured from another seed (prime, above 10000), at `time` [s]."""
+    """The heap that `spec` describes, poured from another seed (prime, above 10000), at `time`
+    [s]."""
     rig = Rig(spec.geometry)
     write_meshes(rig, folder)
     version, states = run("heap.in", folder, heap_variables(spec, rig, seed, time))
@@ -103,7 +108,8 @@ def run_heap(spec, folder, seed, time):
 
 
 def heap_variables(spec, rig, seed, time):
-    """What `heap.in` leaves open; grains are made layer by layer as in `dem.experiments.heap.Source`."""
+    """What `heap.in` leaves open; grains are made layer by layer as in
+    `dem.experiments.heap.Source`."""
     particle, wall = material_of(spec.materials.particle), material_of(spec.materials.wall)
     pair, side = spec.contacts.particle_particle, spec.contacts.particle_wall
     radius, dt = 0.5e-3 * spec.particles.diameter_mm, time_step_of(spec)
@@ -142,7 +148,8 @@ def heap_variables(spec, rig, seed, time):
 
 
 def write_meshes(rig, folder):
-    """plate.stl and funnel.stl [m]: the rig's surfaces of revolution, and the collar above the funnel."""
+    """plate.stl and funnel.stl [m]: the rig's surfaces of revolution, and the collar above the
+    funnel."""
     plate, top = rig.plate_radius, rig.rim_height
     disc = [(plate, 0.0), (0.5 * plate, 0.0), (0.0, 0.0)]
     flank = [(rig.orifice_radius, rig.orifice_height), (rig.mouth_radius, top)]
@@ -151,7 +158,8 @@ def write_meshes(rig, folder):
 
 
 def revolve(profile):
-    """Vertices (v, 3) and triangles (t, 3) of the line through (radius, z) points, turned about z."""
+    """Vertices (v, 3) and triangles (t, 3) of the line through (radius, z) points, turned about
+    z."""
     turn = 2.0 * np.pi * np.arange(SIDES) / SIDES
     rings = [
         np.column_stack([r * np.cos(turn), r * np.sin(turn), 0 * turn + z]) for r, z in profile

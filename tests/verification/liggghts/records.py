@@ -1,4 +1,5 @@
-"""What LIGGGHTS gave: tables and the places of the grains in its last heaps, kept beside the input decks."""
+"""What LIGGGHTS gave: tables and the places of the grains in its last heaps, kept beside the input
+decks."""
 
 import numpy as np
 import pandas as pd
@@ -22,7 +23,8 @@ def write(name, rows, version):
 
 
 def add_heap(row, position, version):
-    """Put one heap into heaps.csv, and the places (n, 3) [m] of its grains, to a micrometre, beside it."""
+    """Put one heap into heaps.csv, and the places (n, 3) [m] of its grains, to a micrometre, beside
+    it."""
     case, seed = row["case"], row["seed"]
     path = FOLDER / "heaps.csv"
     old = pd.read_csv(path) if path.exists() else pd.DataFrame(columns=["case", "seed"])

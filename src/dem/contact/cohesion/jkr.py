@@ -2,14 +2,15 @@
 
 overlap = a^2/R* - sqrt(4 pi g a / E*),   F = 4 E* a^3 / (3 R*) - 4 sqrt(pi g E*) a^(3/2),
 g surface energy per surface, so that the pull-off force is 3 pi g R*.
-Johnson, Kendall, Roberts (1971), Proc. R. Soc. A 324:301. With s = sqrt(a) the first equation is a quartic in s.
-"""
+Johnson, Kendall, Roberts (1971), Proc. R. Soc. A 324:301. With s = sqrt(a) the first equation is a
+quartic in s."""
 
 from dem.arithmetic import law, maximum, sqrt
 from dem.contact.law import Law, Parameter
 
 ITERATIONS = 8
-TINY = 1e-12  # keeps a surface without energy from dividing by zero; far below any length or its root here
+# keeps a surface without energy from dividing by zero; far below any length or its root here
+TINY = 1e-12
 
 
 @law
@@ -29,17 +30,19 @@ def _slope(p):
 
 @law
 def reach(p, r_eff):
-    """Largest gap [m] that a neck spans: minus the least overlap of the quartic, at s^3 = c R*/4."""
+    """Largest gap [m] that a neck spans: minus the least overlap of the quartic, at s^3 = c
+    R*/4."""
     c = _slope(p)
     return 0.75 * c * _cube_root(0.25 * c * r_eff)
 
 
 @law
 def contact_radius(p, overlap, r_eff):
-    """Contact radius a [m] on the stable branch, by Newton's method from above (the quartic is convex there).
+    """Contact radius a [m] on the stable branch, by Newton's method from above (the quartic is
+    convex there).
 
-    Beyond the reach, where the quartic has no root, it is that at the reach: lanes without contact pass through here.
-    """
+    Beyond the reach, where the quartic has no root, it is that at the reach: lanes without contact
+    pass through here."""
     c = _slope(p)
     overlap = maximum(overlap, -reach(p, r_eff))
     s = sqrt(sqrt(r_eff * maximum(overlap, 0.0))) + _cube_root(c * r_eff)
@@ -64,7 +67,8 @@ def pull_off(p, r_eff):
 
 @law
 def normal(p, overlap, r_eff, deepest):
-    """In place of the normal law: force, stiffness, contact radius, deepest overlap and what loads friction beside."""
+    """In place of the normal law: force, stiffness, contact radius, deepest overlap and what loads
+    friction beside."""
     radius = contact_radius(p, overlap, r_eff)
     elastic = normal_force(p, radius, r_eff)
     return elastic, 2.0 * p.young * radius, radius, deepest, 2.0 * pull_off(p, r_eff)

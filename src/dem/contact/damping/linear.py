@@ -1,7 +1,7 @@
 """Linear dashpot: F = k overlap - 2 beta sqrt(k m*) v_n, beta = -ln e / sqrt(ln^2 e + pi^2).
 
-With a linear spring an impact is half a period of a damped oscillator and returns e at any speed. The force may pull at
-the end of the contact, as in `tsuji`.
+With a linear spring an impact is half a period of a damped oscillator and returns e at any speed.
+The force may pull at the end of the contact, as in `tsuji`.
 """
 
 import math
@@ -33,5 +33,6 @@ LAW = Law(
     constants=("damping",),
     values=lambda contact: {"damping": factor(contact.restitution)},
     only_with={"normal": ("linear",)},
-    left_out="NOT CONVERTED: damping linear; the exported dashpot is that of a Hertz contact, for the same e.",
+    left_out="NOT CONVERTED: damping linear; the exported dashpot is that of a Hertz contact, for "
+    "the same e.",
 )

@@ -1,10 +1,12 @@
 """Elastic, perfectly plastic spheres: restitution falls as v^(-1/4) above the yield speed.
 
-Loading is Hertzian to the overlap at which the pressure in the middle of the contact reaches p_y, then linear,
-F = F_y + pi R* p_y (overlap - overlap_y); unloading and reloading follow a Hertz law of a flattened radius
+Loading is Hertzian to the overlap at which the pressure in the middle of the contact reaches p_y,
+then linear,
+F = F_y + pi R* p_y (overlap - overlap_y); unloading and reloading follow a Hertz law of a flattened
+radius
 R_p = (4 E* / 3 F_m) ((2 F_m + F_y) / (2 pi p_y))^(3/2), with F_m the largest force so far.
-Thornton (1997), Journal of Applied Mechanics 64:383. Below yield the dashpot of `tsuji` gives the base restitution.
-"""
+Thornton (1997), Journal of Applied Mechanics 64:383. Below yield the dashpot of `tsuji` gives the
+base restitution."""
 
 import math
 
@@ -14,10 +16,12 @@ from dem.contact.law import Law, Parameter
 
 
 def yield_pressure(yield_speed, material, radius):
-    """p_y [Pa] of a material of which a sphere of radius [m] yields on a rigid flat from yield_speed [m/s] up.
+    """p_y [Pa] of a material of which a sphere of radius [m] yields on a rigid flat from
+    yield_speed [m/s] up.
 
-    Rigid, so that p_y is of the material alone and the same in all its contacts: E* = E/(1 - nu^2), R* = R, m* = m. At
-    yield the overlap is (pi p_y / 2 E*)^2 R* and the elastic energy (2/5) k overlap^(5/2) equals m* v^2 / 2.
+    Rigid, so that p_y is of the material alone and the same in all its contacts: E* = E/(1 - nu^2),
+    R* = R, m* = m. At yield the overlap is (pi p_y / 2 E*)^2 R* and the elastic energy (2/5) k
+    overlap^(5/2) equals m* v^2 / 2.
     """
     young, density = material.young_modulus / (1.0 - material.poisson_ratio**2), material.density
     mass = 4.0 / 3.0 * math.pi * radius**3 * density
@@ -72,6 +76,7 @@ LAW = Law(
     },
     only_with={"normal": ("hertz",)},
     remembers="the deepest overlap",
-    left_out="NOT CONVERTED: damping plastic, whose restitution depends on the impact speed; the constant "
+    left_out="NOT CONVERTED: damping plastic, whose restitution depends on the impact speed; the "
+    "constant "
     "coefficient of restitution stands in its place.",
 )

@@ -1,8 +1,9 @@
 """Viscous damping without a pull: the force is cut to zero where the dashpot would attract.
 
-The dashpot has the form of `tsuji`; its factor is the one that returns the restitution asked for in spite of the cut.
-Thornton, Cummins, Cleary (2013), Powder Technology 233:30, fit that factor by a polynomial; here it is solved for
-from the equation of motion, which in units of the impact has the restitution as its only parameter.
+The dashpot has the form of `tsuji`; its factor is the one that returns the restitution asked for in
+spite of the cut. Thornton, Cummins, Cleary (2013), Powder Technology 233:30, fit that factor by a
+polynomial; here it is solved for from the equation of motion, which in units of the impact has the
+restitution as its only parameter.
 """
 
 from functools import lru_cache
@@ -14,8 +15,8 @@ from dem.contact.law import Law
 def restitution_of(dashpot):
     """Restitution of x'' = -max(0, x^(3/2) + dashpot sqrt(3/2) x^(1/4) x'), x(0) = 0, x'(0) = 1.
 
-    With force k x^(3/2), S_n = (3/2) k sqrt(x), so the dashpot of the module's equation has this form at m* = k = 1.
-    """
+    With force k x^(3/2), S_n = (3/2) k sqrt(x), so the dashpot of the module's equation has this
+    form at m* = k = 1."""
     from scipy.integrate import (
         solve_ivp,
     )  # here, as reading what a law declares must not load scipy

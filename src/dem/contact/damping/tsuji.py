@@ -3,8 +3,9 @@
 F = (4/3) E* sqrt(R*) overlap^(3/2) - factor sqrt(S_n m*) v_n,   factor = 2 sqrt(5/6) beta(e),
 beta = -ln e / sqrt(ln^2 e + pi^2),   S_n = 2 E* sqrt(R* overlap).
 
-Tsuji, Tanaka, Ishida (1992), Powder Technology 71:239, in the form that EDEM documents. The force may pull at the end
-of the contact; cutting that part off would raise the restitution (0.5 would come out as 0.55).
+Tsuji, Tanaka, Ishida (1992), Powder Technology 71:239, in the form that EDEM documents. The force
+may pull at the end of the contact; cutting that part off would raise the restitution (0.5 would
+come out as 0.55).
 """
 
 import math
@@ -30,7 +31,8 @@ def damped(p, elastic, stiffness, overlap, r_eff, m_eff, v_n, deepest):
 LAW = Law(
     slot="damping",
     name="tsuji",
-    equation="−2√(5/6) β √(S_n m*) v_n, β = −ln e / √(ln² e + π²); may pull at the end, so e is met at any speed",
+    equation="−2√(5/6) β √(S_n m*) v_n, β = −ln e / √(ln² e + π²); may pull at the end, so e is "
+    "met at any speed",
     source="Tsuji et al. (1992)",
     kernels={"damped": damped},
     constants=("damping",),

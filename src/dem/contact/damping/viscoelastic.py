@@ -1,9 +1,10 @@
 """Viscoelastic spheres: 1 - e grows as v^(1/5).
 
-F = k (overlap^(3/2) + (3/2) A sqrt(overlap) d(overlap)/dt),   k = (4/3) E* sqrt(R*), not attractive.
+F = k (overlap^(3/2) + (3/2) A sqrt(overlap) d(overlap)/dt),   k = (4/3) E* sqrt(R*), not
+attractive.
 
-Brilliantov, Spahn, Hertzsch, Poeschel (1996), Physical Review E 53:5382. A is the dissipation time. (3/2) k
-sqrt(overlap) is the contact stiffness S_n, so the dissipative part is -A S_n v_n.
+Brilliantov, Spahn, Hertzsch, Poeschel (1996), Physical Review E 53:5382. A is the dissipation time.
+(3/2) k sqrt(overlap) is the contact stiffness S_n, so the dissipative part is -A S_n v_n.
 """
 
 from dem.arithmetic import law, maximum
@@ -37,6 +38,7 @@ LAW = Law(
         "viscous_time": contact.viscous_time,
     },
     only_with={"normal": ("hertz",)},
-    left_out="NOT CONVERTED: damping viscoelastic, whose restitution depends on the impact speed; the constant "
+    left_out="NOT CONVERTED: damping viscoelastic, whose restitution depends on the impact speed; "
+    "the constant "
     "coefficient of restitution stands in its place.",
 )

@@ -1,7 +1,7 @@
 """Friction that falls with load: mu = mu0 (F / F0)^-n, n <= 1/3.
 
-A Hertz contact whose shear strength is constant over its area gives n = 1/3 (Archard 1957, Proc. R. Soc. A 243:190).
-The yield locus of the bulk is then curved and runs through the origin.
+A Hertz contact whose shear strength is constant over its area gives n = 1/3 (Archard 1957, Proc. R.
+Soc. A 243:190). The yield locus of the bulk is then curved and runs through the origin.
 """
 
 from dem.arithmetic import law, power
@@ -10,7 +10,8 @@ from dem.contact.law import Law, Parameter
 
 @law
 def limit(p, normal):
-    """Largest tangential force [N] under a repulsive normal force [N]: mu0 F0^n F^(1-n), finite at F = 0."""
+    """Largest tangential force [N] under a repulsive normal force [N]: mu0 F0^n F^(1-n), finite at
+    F = 0."""
     share = power(normal / p.friction_reference, 1.0 - p.friction_exponent)
     return p.friction * p.friction_reference * share
 
@@ -41,5 +42,6 @@ LAW = Law(
         "friction_exponent": contact.friction_exponent,
         "friction_reference": contact.friction_reference,
     },
-    left_out="NOT CONVERTED: friction stress_dependent; the coefficient is that without load dependence.",
+    left_out="NOT CONVERTED: friction stress_dependent; the coefficient is that without load "
+    "dependence.",
 )

@@ -1,18 +1,21 @@
-"""Edinburgh elasto-plastic adhesive contact: what was pressed together sticks, the more the harder it was pressed.
+"""Edinburgh elasto-plastic adhesive contact: what was pressed together sticks, the more the harder
+it was pressed.
 
 With n = 3/2 and the deepest overlap d so far, in three branches:
     loading             k1 x^n
     unloading, reload   k2 (x^n - x_p^n),  x_p = (1 - k1/k2)^(1/n) d the plastic overlap
-    parting             -k_adh x^n, once the pull of the second branch has come to f_min = (3/2) pi g a_p
-k1 = (4/3) E* sqrt(R*); plasticity ratio lambda = 1 - k1/k2; g adhesion energy of the contact [J/m2]; a_p = sqrt(R* x_p)
-the contact radius at the plastic overlap, so that the pull grows with the load there was. The second and the third
-branch meet where x^n = x_p^n - f_min/k2, which fixes k_adh; f_min is at most k2 x_p^n/2. Sliding friction is limited by
-mu (F + k_adh x^n), so that what sticks also holds sideways.
+    parting             -k_adh x^n, once the pull of the second branch has come to f_min = (3/2) pi
+    g a_p
+k1 = (4/3) E* sqrt(R*); plasticity ratio lambda = 1 - k1/k2; g adhesion energy of the contact
+[J/m2]; a_p = sqrt(R* x_p) the contact radius at the plastic overlap, so that the pull grows with
+the load there was. The second and the third branch meet where x^n = x_p^n - f_min/k2, which fixes
+k_adh; f_min is at most k2 x_p^n/2. Sliding friction is limited by mu (F + k_adh x^n), so that what
+sticks also holds sideways.
 
-Morrissey (2013), thesis, University of Edinburgh; Thakur, Morrissey, Sun, Chen, Ooi (2014), Granular Matter 16:383.
-Here the exponents of loading and of adhesion are both 3/2 and the constant pull-off force is 0; a reload in the third
-branch goes back along it, where the published law goes up in parallel to the second. Other codes may take another
-radius for the patch.
+Morrissey (2013), thesis, University of Edinburgh; Thakur, Morrissey, Sun, Chen, Ooi (2014),
+Granular Matter 16:383. Here the exponents of loading and of adhesion are both 3/2 and the constant
+pull-off force is 0; a reload in the third branch goes back along it, where the published law goes
+up in parallel to the second. Other codes may take another radius for the patch.
 """
 
 import math
@@ -32,7 +35,8 @@ def normal(p, overlap, r_eff, deepest):
     deepest = maximum(deepest, pressed)
     x, most = pressed * sqrt(pressed), deepest * sqrt(deepest)
     rest = p.plasticity * most
-    # x_p^n = rest, so a_p = sqrt(R*) rest^(1/3); the cube root from the deepest overlap: (lambda^(1/3)) sqrt(deepest)
+    # x_p^n = rest, so a_p = sqrt(R*) rest^(1/3); the cube root from the deepest overlap:
+    # (lambda^(1/3)) sqrt(deepest)
     patch = sqrt(r_eff * deepest) * p.plasticity_root
     pull = minimum(4.71238898038469 * p.adhesion_energy * patch, 0.5 * k2 * rest)
     parting = rest - pull / k2
@@ -83,5 +87,6 @@ LAW = Law(
     },
     remembers="the deepest overlap",
     longest_step=lambda contact, mass, rayleigh: math.sqrt(1.0 - contact.plasticity) * rayleigh,
-    left_out="NOT CONVERTED: normal eepa; the exported contact is elastic with a dashpot and does not stick.",
+    left_out="NOT CONVERTED: normal eepa; the exported contact is elastic with a dashpot and does "
+    "not stick.",
 )

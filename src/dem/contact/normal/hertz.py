@@ -1,4 +1,5 @@
-"""Hertz' elastic contact of two spheres: F = (4/3) E* sqrt(R*) overlap^(3/2), S_n = 2 E* sqrt(R* overlap).
+"""Hertz' elastic contact of two spheres: F = (4/3) E* sqrt(R*) overlap^(3/2), S_n = 2 E* sqrt(R*
+overlap).
 
 Hertz (1882); Johnson (1985), Contact Mechanics, chapter 4.
 """
@@ -9,7 +10,8 @@ from dem.contact.law import Law
 
 @law
 def normal(p, overlap, r_eff, deepest):
-    """Elastic force, stiffness, contact radius, deepest overlap (not its business) and no adhesion."""
+    """Elastic force, stiffness, contact radius, deepest overlap (not its business) and no
+    adhesion."""
     pressed = maximum(overlap, 0.0)
     radius = sqrt(r_eff * pressed)
     stiffness = 2.0 * p.young * radius

@@ -1,4 +1,5 @@
-"""Linear spring: F = k overlap, whatever the size of the spheres; with `linear` damping the linear spring-dashpot.
+"""Linear spring: F = k overlap, whatever the size of the spheres; with `linear` damping the linear
+spring-dashpot.
 
 Cundall, Strack (1979), Geotechnique 29:47. An impact lasts pi/sqrt(k/m* (1 - beta^2)) at any speed.
 """
@@ -23,7 +24,8 @@ def step_of(stiffness, mass):
 
 @law
 def normal(p, overlap, r_eff, deepest):
-    """Elastic force, stiffness, contact radius, deepest overlap (not its business) and no adhesion."""
+    """Elastic force, stiffness, contact radius, deepest overlap (not its business) and no
+    adhesion."""
     pressed = maximum(overlap, 0.0)
     stiffness = p.normal_stiffness + 0.0 * r_eff
     return stiffness * pressed, stiffness, sqrt(r_eff * pressed), deepest, 0.0 * r_eff

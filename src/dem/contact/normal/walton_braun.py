@@ -1,8 +1,8 @@
 """Walton and Braun's hysteretic linear spring: restitution e whatever the speed, without a dashpot.
 
-Loading F = k overlap; unloading and reloading F = k/e^2 (overlap - rest), with the rest overlap (1 - e^2) times the
-deepest so far; no tension. The energy of loading is k d^2/2 and e^2 of it comes back, so that e = sqrt(k/k_unload).
-Walton, Braun (1986), Journal of Rheology 30:949.
+Loading F = k overlap; unloading and reloading F = k/e^2 (overlap - rest), with the rest overlap (1
+- e^2) times the deepest so far; no tension. The energy of loading is k d^2/2 and e^2 of it comes
+back, so that e = sqrt(k/k_unload). Walton, Braun (1986), Journal of Rheology 30:949.
 """
 
 from dem.arithmetic import law, maximum, minimum, sqrt
@@ -46,5 +46,6 @@ LAW = Law(
     },
     remembers="the deepest overlap",
     longest_step=lambda contact, mass, rayleigh: step_of(values(contact)["normal_unloading"], mass),
-    left_out="NOT CONVERTED: normal walton_braun; the exported spring is that of Hertz, with a dashpot for the same e.",
+    left_out="NOT CONVERTED: normal walton_braun; the exported spring is that of Hertz, with a "
+    "dashpot for the same e.",
 )

@@ -1,10 +1,12 @@
-"""Constant directional torque on each particle's own spin: EDEM's standard rolling friction (type A).
+"""Constant directional torque on each particle's own spin: EDEM's standard rolling friction (type
+A).
 
 T_i = -mu_r F_n R_i omega_i / |omega_i|,  with R_i the particle's own radius.
 
-All contacts of a particle oppose the same spin, so a contact hands over only the size of its torque. The step sums the
-sizes and applies them after the other torques, as dry friction: the spin is reduced by at most itself. It is never
-reversed and a sphere at rest stays at rest. Ai, Chen, Rotter, Ooi (2011), Powder Technology 206:269.
+All contacts of a particle oppose the same spin, so a contact hands over only the size of its
+torque. The step sums the sizes and applies them after the other torques, as dry friction: the spin
+is reduced by at most itself. It is never reversed and a sphere at rest stays at rest. Ai, Chen,
+Rotter, Ooi (2011), Powder Technology 206:269.
 The torques of the two spheres are not opposite, so angular momentum is not conserved.
 """
 
@@ -14,7 +16,8 @@ from dem.contact.law import Law
 
 @law
 def resistance(p, normal, radius):
-    """Size of the resisting torque [N m] on a particle of `radius` [m] under a repulsive normal force [N]."""
+    """Size of the resisting torque [N m] on a particle of `radius` [m] under a repulsive normal
+    force [N]."""
     return p.rolling * normal * radius
 
 

@@ -1,8 +1,9 @@
 """Constant directional torque on the relative spin, equal and opposite on the two spheres.
 
-T = -mu_r F_n R* omega_r / |omega_r|, omega_r the tangential part of omega_i - omega_j. It conserves angular momentum.
-The torque is limited to what stops the relative spin within the step. LIGGGHTS' manual describes this law as `cdt`;
-its code divides by the whole relative spin, twist included, and does not stop at reversal.
+T = -mu_r F_n R* omega_r / |omega_r|, omega_r the tangential part of omega_i - omega_j. It conserves
+angular momentum. The torque is limited to what stops the relative spin within the step. LIGGGHTS'
+manual describes this law as `cdt`; its code divides by the whole relative spin, twist included, and
+does not stop at reversal.
 """
 
 from dem.arithmetic import law, minimum, sqrt

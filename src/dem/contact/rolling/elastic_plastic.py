@@ -1,16 +1,17 @@
 """Elastic-plastic spring-dashpot rolling resistance (EPSD, type C).
 
-The spring moment grows by -k_r omega_r dt, k_r = factor S_n (mu_r R*)^2 (factor 2.25: Iwashita and Oda 1998), up to
-mu_r F_n R*; below that limit a dashpot 2 eta_r sqrt(I_c k_r) acts beside it. I_c is about the contact point, (7/5) m
-R^2, reduced for two spheres: eta_r is then the damping ratio of a sphere that rocks without slip. EDEM's type C and
-LIGGGHTS' epsd take it so too. Ai, Chen, Rotter, Ooi (2011), Powder Technology 206:269, model C.
+The spring moment grows by -k_r omega_r dt, k_r = factor S_n (mu_r R*)^2 (factor 2.25: Iwashita and
+Oda 1998), up to mu_r F_n R*; below that limit a dashpot 2 eta_r sqrt(I_c k_r) acts beside it. I_c
+is about the contact point, (7/5) m R^2, reduced for two spheres: eta_r is then the damping ratio of
+a sphere that rocks without slip. EDEM's type C and LIGGGHTS' epsd take it so too. Ai, Chen, Rotter,
+Ooi (2011), Powder Technology 206:269, model C.
 
-The moment is kept while the contact loads and scaled by a/a_before while it unloads, a the contact radius, as the
-tangential spring: k_r goes with a, and a varying stiffness must not create energy.
+The moment is kept while the contact loads and scaled by a/a_before while it unloads, a the contact
+radius, as the tangential spring: k_r goes with a, and a varying stiffness must not create energy.
 
-k_r grows with mu_r^2, and the time step does not know it: beyond a certain mu_r the spring of a grain among its
-neighbours would be stiffer than leapfrog bears, and tremble. There it is held at `limit` I/dt^2; the torque that it
-can reach stays as it is.
+k_r grows with mu_r^2, and the time step does not know it: beyond a certain mu_r the spring of a
+grain among its neighbours would be stiffer than leapfrog bears, and tremble. There it is held at
+`limit` I/dt^2; the torque that it can reach stays as it is.
 """
 
 import math
@@ -24,14 +25,16 @@ CONTACT_POINT = (
     1.4 / 0.4
 )  # moment of inertia of a solid sphere about a point of its surface over that about its centre
 NEIGHBOURS = 8
-"""Contacts of a grain whose rolling springs are at the limit at once; the mean in a packing is 4 to 6."""
+"""Contacts of a grain whose rolling springs are at the limit at once; the mean in a packing is 4 to
+6."""
 
 
 def limit(damping_ratio):
     """Largest k_r dt^2/I of one contact, I reduced about the centres [-].
 
     A spin against those of Z equal neighbours has the frequency w^2 = Z k_r/I and the damping ratio
-    z = sqrt(Z I_c/I) eta_r. Leapfrog with a dashpot that sees the spin of half a step before is stable up to
+    z = sqrt(Z I_c/I) eta_r. Leapfrog with a dashpot that sees the spin of half a step before is
+    stable up to
     w dt = 2 (sqrt(1 + z^2) - z).
     """
     z = math.sqrt(NEIGHBOURS * CONTACT_POINT) * damping_ratio
@@ -42,8 +45,8 @@ def limit(damping_ratio):
 def torque(p, n, spin, normal, stiffness, unloading, r_eff, inertia, spring, dt):
     """Torque on the first sphere and the new spring moment, both (3,) [N m].
 
-    spin: omega_i - omega_j (3,) [rad/s]; normal: repulsive force [N]; stiffness S_n [N/m]; unloading: a/a_before, at
-    most 1 [-]; inertia: I_i I_j / (I_i + I_j) about the centres [kg m2].
+    spin: omega_i - omega_j (3,) [rad/s]; normal: repulsive force [N]; stiffness S_n [N/m];
+    unloading: a/a_before, at most 1 [-]; inertia: I_i I_j / (I_i + I_j) about the centres [kg m2].
     """
     arm = p.rolling * r_eff
     k_r = p.rolling_stiffness * stiffness * arm * arm

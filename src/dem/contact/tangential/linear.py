@@ -1,8 +1,9 @@
 """Linear tangential spring with Coulomb limit: S_t is a fixed share of the normal stiffness.
 
-The spring force grows by -S_t v_t dt, S_t = kappa S_n; a dashpot of the form of the normal one acts beside it, and
-friction limits their sum. kappa 2/7: Silbert et al. (2001), Physical Review E 64:051302. S_n is constant under the
-normal laws that go with it, so nothing is to be scaled while the contact unloads.
+The spring force grows by -S_t v_t dt, S_t = kappa S_n; a dashpot of the form of the normal one acts
+beside it, and friction limits their sum. kappa 2/7: Silbert et al. (2001), Physical Review E
+64:051302. S_n is constant under the normal laws that go with it, so nothing is to be scaled while
+the contact unloads.
 """
 
 from dem.arithmetic import law, minimum, sqrt

@@ -1,9 +1,9 @@
 """Mindlin no-slip tangential spring with Coulomb limit.
 
-The spring force grows by -S_t v_t dt, S_t = 8 G* a, and is scaled by a/a_before while the contact unloads. Keeping the
-force rather than a displacement, and scaling it on unloading, is what keeps a varying stiffness from creating energy
-(Thornton, Cummins, Cleary 2013, Powder Technology 233:30). A dashpot of the same form as the normal one acts beside the
-spring; their sum is limited by friction.
+The spring force grows by -S_t v_t dt, S_t = 8 G* a, and is scaled by a/a_before while the contact
+unloads. Keeping the force rather than a displacement, and scaling it on unloading, is what keeps a
+varying stiffness from creating energy (Thornton, Cummins, Cleary 2013, Powder Technology 233:30). A
+dashpot of the same form as the normal one acts beside the spring; their sum is limited by friction.
 """
 
 from dem.arithmetic import law, maximum, minimum, sqrt
@@ -17,8 +17,8 @@ TINY = 1e-30
 def tangential_force(p, n, v_t, stiffness, contact_radius, radius_before, m_eff, spring, limit, dt):
     """Tangential force on the first sphere and the new spring force, both (3,) [N].
 
-    n unit normal; v_t relative tangential velocity (3,) [m/s]; contact_radius a [m]; spring (3,) [N]; limit [N]; dt
-    [s].
+    n unit normal; v_t relative tangential velocity (3,) [m/s]; contact_radius a [m]; spring (3,)
+    [N]; limit [N]; dt [s].
     """
     tangential = 8.0 * p.shear * contact_radius
     unloading = minimum(contact_radius / maximum(radius_before, TINY), 1.0)
@@ -33,7 +33,8 @@ def tangential_force(p, n, v_t, stiffness, contact_radius, radius_before, m_eff,
 LAW = Law(
     slot="tangential",
     name="mindlin",
-    equation="spring force grows by −8 G* a v_t dt, is scaled by a/a' on unloading, limited by friction",
+    equation="spring force grows by −8 G* a v_t dt, is scaled by a/a' on unloading, limited by "
+    "friction",
     source="Mindlin (1949); Thornton et al. (2013)",
     kernels={"tangential": tangential_force},
     constants=("damping",),
