@@ -1,7 +1,8 @@
 """All planned data sets of strangers, diagnosed with the whole catalogue, and the table of rates.
 
-    python tests/discovery/foreign/rates.py diagnose   goes on where it was cut off
-    python tests/discovery/foreign/rates.py table      writes the table into the documentation
+    python tests/discovery/foreign/rates.py diagnose       goes on where it was cut off
+    python tests/discovery/foreign/rates.py diagnose 0 2   every second set, for two at once
+    python tests/discovery/foreign/rates.py table          writes the table into the documentation
 
 A set that has been diagnosed stands in KEPT and is not drawn again; delete its row, or the file, to
 have it diagnosed anew.
@@ -13,6 +14,7 @@ import tempfile
 import time
 from collections import Counter
 from dataclasses import astuple, dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +22,8 @@ import pandas as pd
 import strangers
 import yaml
 
-from diagnosis.benchmark.study import wilson
 from diagnosis import contacts
+from diagnosis.benchmark.study import wilson
 from diagnosis.catalogue import load_catalogue
 from diagnosis.measurements import read_measurements
 from diagnosis.settings import read_settings
@@ -118,29 +120,37 @@ def judged(item, found, drawn, seconds):
     }
 
 
-def diagnose(kept=KEPT):
-    """Diagnose the planned sets that `kept` does not hold yet; a row is written as it is found."""
-    settings = read_settings(ROOT / "config/diagnosis.yaml")
+@cache
+def _study():
+    """Settings, base run spec and catalogue of the shipped study."""
     base = yaml.safe_load((ROOT / "config/config.yaml").read_text())["run"]
-    catalogue = load_catalogue()
+    return read_settings(ROOT / "config/diagnosis.yaml"), base, load_catalogue()
+
+
+def diagnosed(item):
+    """The row of a planned set, read from a file as a user's table is."""
+    drawn, start = item.draw(), time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "measurements.csv"
+        drawn.table.to_csv(path, index=False)
+        measurements = read_measurements(path)
+    found = contacts.discovered(measurements, *_study())
+    return judged(item, found, drawn, time.perf_counter() - start)
+
+
+def diagnose(part=0, parts=1, kept=KEPT):
+    """Diagnose every `parts`-th planned set that `kept` lacks; a row is written as it is found."""
     done = set()
     if kept.exists():
         rows = pd.read_csv(kept, keep_default_na=False)
         done = {(r["name"], float(r["size"]), int(r["seed"])) for _, r in rows.iterrows()}
-    for item in planned():
+    for item in planned()[part::parts]:
         if (item.name, item.size, item.seed) in done:
             continue
-        drawn, start = item.draw(), time.perf_counter()
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "measurements.csv"
-            drawn.table.to_csv(path, index=False)
-            measurements = read_measurements(path)
-        found = contacts.discovered(measurements, settings, base, catalogue)
-        row = judged(item, found, drawn, time.perf_counter() - start)
-        new = not kept.exists()
+        row = diagnosed(item)
         with kept.open("a", newline="") as file:
             writer = csv.DictWriter(file, list(row))
-            if new:
+            if not file.tell():
                 writer.writeheader()
             writer.writerow(row)
         print(row, flush=True)
@@ -197,4 +207,5 @@ def write_table(kept=KEPT, page=PAGE):
 
 
 if __name__ == "__main__":
-    {"diagnose": diagnose, "table": write_table}[sys.argv[1]]()
+    what, *parts = sys.argv[1:]
+    {"diagnose": diagnose, "table": write_table}[what](*map(int, parts))
