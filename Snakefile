@@ -1,5 +1,5 @@
-# The paper's study: the workflow, and what concerns the paper alone. A study that names none of it in `supplements` sees
-# nothing of it.
+# The paper's study: the workflow, and what concerns the paper alone. A study that names none of it
+# in `supplements` sees nothing of it.
 SUPPLEMENTS = ["paper.stages"]
 
 

@@ -2,7 +2,6 @@ import os
 import sys
 from pathlib import Path
 
-from calibration.batches import batch_count
 from calibration.campaign import planned_spec, read_plan, result_path
 from calibration.config import given, parse_config, stands_alone
 from calibration.config.as_data import refuse_unasked_code
@@ -12,7 +11,6 @@ from calibration.opening import opening
 from calibration.runner import begin
 from calibration.stages import Figure, PerTarget, Runs, load_stages
 from calibration.study import Study
-from dem.errors import DemError
 from dem.experiments import experiments
 from dem.fingerprint import engine_fingerprint
 
@@ -39,7 +37,7 @@ try:
         refuse_unasked_code(STUDY_OBJECT.config, asked=workflow.config_settings.config)
         print(*opening(STUDY_OBJECT.config), sep="\n", file=sys.stderr)
         begin(STUDY_OBJECT.config, dry_run=workflow.output_settings.dryrun)
-except (CalibrationError, DemError) as error:
+except CalibrationError as error:
     raise WorkflowError(str(error))
 
 SETTINGS = STUDY_OBJECT.config
@@ -67,30 +65,21 @@ def spec_of(name):
 
 
 def batches_of(plan):
-    """Number of processes that share the runs of a plan; None where each is a job of its own."""
+    """Number of processes that share the runs of a plan."""
     count = PLANS[plan].batches
-    if count is None:
-        specs = read_plan(f"{STUDY}/{plan}/plan.json")
-        return batch_count(specs, SETTINGS.runs_per_job)
     return count(STUDY_OBJECT) if callable(count) else count
-
-
-def marks_of(plan):
-    """What the batches of a plan leave when all of their runs are done."""
-    return [f"{STUDY}/{plan}/batches/{n}.json" for n in range(batches_of(plan))]
 
 
 def runs_of(plan):
     """Input function: what shows that all runs of a plan are done."""
     if PLANS[plan].batches:
-        return lambda w: marks_of(plan)
+        return lambda w: [
+            f"{STUDY}/{plan}/batches/{n}.json" for n in range(batches_of(plan))
+        ]
     planned = getattr(checkpoints, PLANS[plan].rule)
-
-    def done(wildcards):
-        names = read_plan(planned.get().output.plan)
-        return marks_of(plan) if batches_of(plan) else [result_path(n) for n in names]
-
-    return done
+    return lambda w: [
+        result_path(name) for name in read_plan(planned.get().output.plan)
+    ]
 
 
 def inputs_of(task):
@@ -142,6 +131,6 @@ def output_of(stage, file):
 
 
 def params_of(task):
-    """What the script needs, and the digest that makes a task stale when code or settings that it uses change."""
+    """What the script needs, and a digest: other code or settings that it uses make it stale."""
     fresh = lambda wildcards: task_digest(task, SETTINGS)
     return {"function": task.function, "reads": list(task.reads), "fresh": fresh}

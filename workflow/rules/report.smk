@@ -31,7 +31,8 @@ rule heaps:
         "../scripts/task.py"
 
 
-# made from whatever stages have finished; `all` makes the chain and the configured supplements first
+# made from whatever stages have finished; `all` makes the chain and the configured supplements
+# first
 rule report:
     input:
         validation=f"{STUDY}/validation/validation.json",
@@ -54,7 +55,8 @@ rule report:
         fresh=lambda w: digest(
             SETTINGS, ["target"], ["calibration.report.build", *DECLARED]
         ),
-        # with its time: the page is written anew when it changes. It is no input, as that would make what nobody asked for
+        # with its time: the page is written anew when it changes. It is no input, as that would
+        # make what nobody asked for
         beside=lambda w: {
             str(path): int(path.stat().st_mtime)
             for name in sorted(ALSO_SHOWN)

@@ -1,5 +1,6 @@
-# named after the engine it stands for: another engine needs another file. (A file that stays and is only out of date would not do:
-# Snakemake 9 does not look at what depends on an outdated job through `ancient` inputs, not even at missing outputs.)
+# named after the engine it stands for: another engine needs another file. (A file that stays and is
+# only out of date would not do: Snakemake 9 does not look at what depends on an outdated job
+# through `ancient` inputs, not even at missing outputs.)
 COMPILED = f"results/runs/engine-{engine_fingerprint()}.compiled"
 
 
@@ -38,7 +39,8 @@ rule dem_run:
         "../scripts/dem_run.py"
 
 
-# runs of a second or two share a process; each is kept under its content, so a second study finds it
+# runs of a second or two share a process; each is kept under its content, so a second study finds
+# it
 rule run_batch:
     input:
         plan=f"{STUDY}/{{plan}}/plan.json",
@@ -48,15 +50,12 @@ rule run_batch:
     log:
         f"{STUDY}/logs/{{plan}}_batch_{{batch}}.log",
     wildcard_constraints:
-        plan="|".join(PLANS),
+        plan="|".join(name for name, task in PLANS.items() if task.batches),
     conda:
         "../envs/calibration.yaml"
     params:
         batches=lambda wildcards: batches_of(wildcards.plan),
-        # runs that could each be a job of its own are told of as such
-        failures=lambda wildcards: (
-            PLANS[wildcards.plan].failures if PLANS[wildcards.plan].batches else "told"
-        ),
+        failures=lambda wildcards: PLANS[wildcards.plan].failures,
     message:
         "{wildcards.plan}: runs, batch {wildcards.batch}"
     script:

@@ -5,7 +5,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 _NUMBER = re.compile(
-    r"^(?P<relation>[<>]?)\s*(?P<mantissa>[+-]?\d+(?:\.(?P<decimals>\d+))?)(?:[eE](?P<power>[+-]?\d+))?$"
+    r"^(?P<relation>[<>]?)\s*(?P<mantissa>[+-]?\d+(?:\.(?P<decimals>\d+))?)"
+    r"(?:[eE](?P<power>[+-]?\d+))?$"
 )
 
 

@@ -76,9 +76,9 @@ def _html(table: pd.DataFrame) -> str:
         for row in table.to_dict("records")
     )
     style = (
-        "body{font:14px sans-serif}table{border-collapse:collapse}td,th{border:1px solid "
-        "#ccc;padding:3px 6px;"
-        "text-align:left;vertical-align:top}tr.disagrees{background:#fbe3df}tr.not_computable{background:#eee}"
+        "body{font:14px sans-serif}table{border-collapse:collapse}"
+        "td,th{border:1px solid #ccc;padding:3px 6px;text-align:left;vertical-align:top}"
+        "tr.disagrees{background:#fbe3df}tr.not_computable{background:#eee}"
     )
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>Audit</title>'
