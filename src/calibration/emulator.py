@@ -1,4 +1,4 @@
-"""A Gaussian process of a response over coded inputs, taught by runs, with its own error by
+"""A Gaussian process of a response over coded inputs, trained by runs, with its own error by
 leave-one-out."""
 
 import warnings

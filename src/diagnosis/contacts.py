@@ -1,5 +1,5 @@
 """The diagnosis of drops and slides alone: each is one contact, which the engine integrates, so
-nothing is taught.
+nothing is trained.
 
 The base model is a constant restitution and a constant friction. What it misses is looked for by
 `diagnosis.laws`."""

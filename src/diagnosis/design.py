@@ -1,4 +1,4 @@
-"""Runs that teach the emulators: a Latin hypercube over parameters, levers and strength for each
+"""Runs that train the emulators: a Latin hypercube over parameters, levers and strength for each
 experiment and law."""
 
 import math

@@ -1,4 +1,4 @@
-"""The emulators of a diagnosis: a Gaussian process for one experiment under one law, taught by DEM
+"""The emulators of a diagnosis: a Gaussian process for one experiment under one law, trained by DEM
 runs.
 
 The response is transformed by what is known of the experiment, so that the process learns a nearly
@@ -13,18 +13,18 @@ import numpy as np
 
 from calibration.emulator import Emulator
 from diagnosis.design import MultipliedLever, inputs_of, multiplied, wanted
-from diagnosis.quantities import POURED, scale_of
+from diagnosis.quantities import POURED, QUANTITIES
 from diagnosis.settings import BASE, catalogue_of, log_span
 
 
 def forward(experiment, value, levers):
     """Transformed response; value in the quantity's unit, levers a mapping of floats or arrays."""
-    return scale_of(experiment).forward(value, levers)
+    return QUANTITIES[experiment].scale.forward(value, levers)
 
 
 def inverse(experiment, z, levers):
     """Value in the quantity's unit and its derivative by z."""
-    return scale_of(experiment).inverse(z, levers)
+    return QUANTITIES[experiment].scale.inverse(z, levers)
 
 
 @dataclass(frozen=True)
@@ -50,11 +50,11 @@ class Multiplied:
         return self.base.correlation(self.lever.moved(x))
 
 
-def teach(rows, metrics, settings, factors):
+def train(rows, metrics, settings, factors):
     """{(experiment, mechanism): Emulator} and a table of their errors.
 
-    rows: of `design.plan`; metrics: {run id: metrics or None}. A run that failed teaches nothing
-    and is counted. Runs of the base model teach a mechanism too, at the strength at which it does
+    rows: of `design.plan`; metrics: {run id: metrics or None}. A run that failed trains nothing
+    and is counted. Runs of the base model train a mechanism too, at the strength at which it does
     nothing. One that multiplies a lever has no emulator but the base model's.
     """
     emulators, table = {}, []
@@ -68,7 +68,7 @@ def teach(rows, metrics, settings, factors):
         off = None if key[1] == BASE else _coded_off(known[key[1]].strength)
         more = [] if off is None else _at_strength(off, finished[key[0], BASE])
         names = inputs_of(settings, factors, *key)
-        emulators[key] = _teach_one(key[0], own, more, metrics, settings, names)
+        emulators[key] = _train_one(key[0], own, more, metrics, settings, names)
         table.append(
             {
                 "experiment": key[0],
@@ -114,7 +114,7 @@ def _coded_off(strength):
     return 0.0 if not strength.log and strength.low == 0.0 else None
 
 
-def _teach_one(experiment, own, more, metrics, settings, names):
+def _train_one(experiment, own, more, metrics, settings, names):
     rows = own + more
     x = np.array([r["inputs"] for r in rows])
     ranges = settings.experiments[experiment].levers

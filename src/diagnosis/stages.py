@@ -12,9 +12,9 @@ from calibration.config import given
 from calibration.factors import read_factors
 from calibration.files import replacing, write_table
 from dem.io.files import write_json
-from diagnosis import contacts, exclusion, figures
+from diagnosis import contacts, figures
 from diagnosis.design import plan
-from diagnosis.emulator import teach
+from diagnosis.emulator import train
 from diagnosis.emulator_files import read_emulators, write_emulators
 from diagnosis.extend import extension_plan, gain, real_values
 from diagnosis.fit import data_of, fit
@@ -59,23 +59,23 @@ def plan_runs(config, settings, output):
 
 
 def emulate(config, settings, source, output):
-    """Teach the emulators with the finished runs; the errors that they own to stand beside them."""
+    """Train the emulators with the finished runs; the errors that they own to stand beside them."""
     _, kinds = load(config, settings)
-    teach_all(settings, parameters_of(settings, config.factors, kinds), source, output)
+    train_all(settings, parameters_of(settings, config.factors, kinds), source, output)
 
 
-def teach_all(settings, factors, source, output):
-    """Write the emulators that a design's finished runs teach, and the table of their errors."""
+def train_all(settings, factors, source, output):
+    """Write the emulators that a design's finished runs train, and the table of their errors."""
     design, specs = (json.loads(Path(f).read_text()) for f in (source.design, source.plan))
-    emulators, table = teach(design, simulate(specs), settings, factors)
+    emulators, table = train(design, simulate(specs), settings, factors)
     write_emulators(output.emulators, emulators)
     write_json(output.errors, table)
 
 
 def _emulated(config, settings, kinds, emulators):
     factors = parameters_of(settings, config.factors, kinds)
-    taught = read_emulators(emulators)
-    return Emulated(taught, settings, factors, catalogue_of(settings, kinds))
+    trained = read_emulators(emulators)
+    return Emulated(trained, settings, factors, catalogue_of(settings, kinds))
 
 
 def calibrate(config, settings, source, output):
@@ -123,7 +123,6 @@ def name_causes(config, settings, source, output):
     found = identify(emulated, measurements, settings.alpha, settings.replicates, settings.seed)
     errors = json.loads(Path(source.errors).read_text())
     verdict = findings(emulated, measurements, found) | {"emulators": errors}
-    verdict["exclusion"] = exclusion.of_mechanisms(found, measurements)
     name = extended_name(found)
     models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
     rows, specs = extension_plan(settings, base_of(config), models, measurements)
@@ -143,7 +142,6 @@ def _diagnose_contacts(config, settings, measurements, kinds, output):
     known = catalogue_of(settings, kinds)
     found = contacts.discovered(measurements, settings, base_of(config), known)
     verdict = contacts.findings(measurements, found, settings, _factors(config))
-    verdict["exclusion"] = exclusion.of_contacts(found.trials, known)
     write_json(output.findings, verdict)
     write_json(output.extension, {"mechanisms": [], "rows": []})
     write_json(output.plan, {})

@@ -1,4 +1,4 @@
-"""A laboratory for the drop test, its emulators taught by the real engine (cached for the
+"""A laboratory for the drop test, its emulators trained by the real engine (cached for the
 session)."""
 
 from pathlib import Path
@@ -11,7 +11,7 @@ from diagnosis.benchmark import hidden
 from diagnosis.benchmark.laboratory import Laboratory
 from diagnosis.catalogue import load_catalogue
 from diagnosis.design import plan as plan_runs
-from diagnosis.emulator import teach
+from diagnosis.emulator import train
 from diagnosis.model import Emulated
 from diagnosis.settings import parameters_of, read_settings
 
@@ -46,7 +46,7 @@ def laboratory(root, changes, mechanisms, plan=hidden.PLANS["grains"]):
     kinds = list(settings.experiments)
     factors = parameters_of(settings, FACTORS, kinds)
     rows, specs = plan_runs(settings, base, factors, catalogue, kinds)
-    emulators, errors = teach(rows, simulate(specs, root), settings, factors)
+    emulators, errors = train(rows, simulate(specs, root), settings, factors)
     emulated = Emulated(emulators, settings, factors, catalogue)
     plans = {"grains": plan}
     return Laboratory(emulated, base, FACTORS, replicates=120, root=root, plans=plans), errors
@@ -59,15 +59,15 @@ def make_laboratory():
 
 
 @pytest.fixture(scope="session")
-def taught(tmp_path_factory):
+def trained(tmp_path_factory):
     """The laboratory and the table of its emulators' errors."""
     return laboratory(tmp_path_factory.mktemp("runs"), SMALL, MECHANISMS, PLAN)
 
 
-@pytest.fixture(scope="session")
-def bench(taught):
+@pytest.fixture(scope="session", name="laboratory")
+def trained_laboratory(trained):
     """`Laboratory` of this session."""
-    return taught[0]
+    return trained[0]
 
 
 @pytest.fixture(scope="session")

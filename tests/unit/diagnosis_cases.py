@@ -6,7 +6,7 @@ from pathlib import Path
 import yaml
 
 from diagnosis.design import plan
-from diagnosis.emulator import teach
+from diagnosis.emulator import train
 from diagnosis.model import Emulated
 from diagnosis.settings import catalogue_of, parameters_of, read_settings
 
@@ -37,11 +37,11 @@ def closed_form(spec):
 
 
 def bench(kinds, changes=None):
-    """`Emulated` of the experiments, its emulators taught by `closed_form`."""
+    """`Emulated` of the experiments, its emulators trained by `closed_form`."""
     settings = read_settings("config/diagnosis.yaml", {"runs_per_input": 6} | (changes or {}))
     known = catalogue_of(settings, kinds)
     factors = parameters_of(settings, FACTORS, kinds)
     rows, specs = plan(settings, BASE, factors, known, kinds)
     metrics = {name: closed_form(spec) for name, spec in specs.items()}
-    emulators, _ = teach(rows, metrics, settings, factors)
+    emulators, _ = train(rows, metrics, settings, factors)
     return Emulated(emulators, settings, factors, known)

@@ -41,10 +41,10 @@ def test_thirty_rows_of_single_grains_get_a_law(table, tmp_path):
     plan = files(design="design.json", plan="plan.json")
     stages.plan_runs(config, settings, plan)
     assert json.loads((tmp_path / "plan.json").read_text()) == {}
-    taught = files(emulators="e.npz", errors="e.json")
-    stages.emulate(config, settings, plan, taught)
+    trained = files(emulators="e.npz", errors="e.json")
+    stages.emulate(config, settings, plan, trained)
     stages.calibrate(
-        config, settings, taught, files(summary="c.json", table="r.csv", residuals="r.svg")
+        config, settings, trained, files(summary="c.json", table="r.csv", residuals="r.svg")
     )
     named = files(
         findings="f.json", extension="x.json", plan="xp.json",
@@ -52,7 +52,7 @@ def test_thirty_rows_of_single_grains_get_a_law(table, tmp_path):
     )  # fmt: skip
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(stages, "catalogue_of", lambda *_: known)
-        stages.name_causes(config, settings, taught, named)
+        stages.name_causes(config, settings, trained, named)
     end = files(verdict="verdict.json", page="diagnosis.md", gain="gain.svg")
     stages.conclude(config, settings, named, end)
     verdict = json.loads((tmp_path / "verdict.json").read_text())

@@ -28,7 +28,7 @@ def emulated():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_run_has_the_parameters_of_its_own_experiment_alone(emulated, kind):
-    """The others stand where they stood when the emulator was taught, or base and gain would be of
+    """The others stand where they stood when the emulator was trained, or base and gain would be of
     another model."""
     model = emulated.model(CONDITIONS)
     theta = np.linspace(-0.9, 0.9, len(model.factors))

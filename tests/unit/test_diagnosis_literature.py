@@ -11,10 +11,8 @@ import yaml
 from calibration.batches import simulate
 from calibration.config import overlay, parse_config
 from diagnosis.design import plan
-from diagnosis.emulator import teach
+from diagnosis.emulator import train
 from diagnosis.identify import identify
-from diagnosis.laws.found import discover
-from diagnosis.measurements import read_measurements
 from diagnosis.model import Emulated
 from diagnosis.settings import catalogue_of, parameters_of, read_settings
 from diagnosis.stages import load
@@ -51,7 +49,7 @@ def test_the_loss_that_grows_with_the_height_is_the_airs(tmp_path):
         parameters_of(settings, config.factors, kinds),
     )
     rows, specs = plan(settings, config.run, factors, known, kinds)
-    emulators, errors = teach(rows, simulate(specs, tmp_path), settings, factors)
+    emulators, errors = train(rows, simulate(specs, tmp_path), settings, factors)
     assert all(e["failed"] == 0 for e in errors)
     found = identify(Emulated(emulators, settings, factors, known), measured, replicates=120)
     assert found.lack_of_fit_p < 0.025, "a constant restitution must fail"
@@ -62,12 +60,3 @@ def test_the_loss_that_grows_with_the_height_is_the_airs(tmp_path):
     assert strength["low"] < 1.0 < strength["high"] or strength["value"] == pytest.approx(
         1, abs=0.4
     )
-
-
-def test_no_law_is_named_that_rests_on_three_settings():
-    """Wet beads of day two: by chance alone a law would be found in 3.5 % of data, and it is the
-    day."""
-    found = discover(read_measurements(FOLDER / "shear_annular_wet_day2.csv"))
-    assert found.p < 0.05
-    assert (found.verdict, found.causes) == ("ambiguous", [])
-    assert "rest on 3 settings" in found.reason

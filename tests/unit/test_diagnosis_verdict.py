@@ -69,8 +69,7 @@ def test_an_intercept_alone_leaves_cohesion_and_an_uncounted_load_in_question(em
 
 
 def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypatch):
-    """From taught emulators to verdict.json and its figures, the real engine replaced by the closed
-    forms."""
+    """From trained emulators to verdict.json and its figures; closed forms replace the engine."""
     from diagnosis_cases import closed_form
 
     measured = shear_of(read_measurements(SHIPPED), 0.084)
@@ -89,10 +88,10 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
 
     plan = files(design="design.json", plan="plan.json")
     stages.plan_runs(config, settings, plan)
-    taught = files(emulators="e.npz", errors="e.json")
-    stages.emulate(config, settings, plan, taught)
+    trained = files(emulators="e.npz", errors="e.json")
+    stages.emulate(config, settings, plan, trained)
     shown = files(summary="calibration.json", table="residuals.csv", residuals="residuals.svg")
-    stages.calibrate(config, settings, taught, shown)
+    stages.calibrate(config, settings, trained, shown)
     named = files(
         findings="findings.json",
         extension="extension.json",
@@ -100,7 +99,7 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
         predictions="predictions.svg",
         ranking="ranking.svg",
     )
-    stages.name_causes(config, settings, taught, named)
+    stages.name_causes(config, settings, trained, named)
     end = files(verdict="verdict.json", page="diagnosis.md", gain="gain.svg")
     stages.conclude(config, settings, named, end)
     verdict = json.loads(at("verdict.json").read_text())

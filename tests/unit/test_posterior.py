@@ -88,13 +88,13 @@ def response(u):
     return 40.0 + 8.0 * u[:, 0] - 3.0 * u[:, 1] + 3.0 * u[:, 0] * u[:, 1]
 
 
-def taught(rng, points=24, repeats=3, sd=0.4):
+def trained(rng, points=24, repeats=3, sd=0.4):
     x = np.repeat(stats.qmc.Sobol(2, seed=rng).random(points + 8)[:points], repeats, axis=0)
     return ScatterEmulator(x, response(x) + rng.normal(0.0, 1.0, len(x)) * sd)
 
 
 def test_the_emulator_finds_mean_and_scatter():
-    emulator = taught(np.random.default_rng(1))
+    emulator = trained(np.random.default_rng(1))
     u = np.random.default_rng(2).random((200, 2))
     mean, variance = emulator.mean(u)
     miss = mean - response(u)

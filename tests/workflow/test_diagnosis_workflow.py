@@ -76,11 +76,11 @@ def test_the_shipped_case_runs_through_and_another_one_re_uses_its_runs(clone):
     for figure in ("residuals", "predictions", "ranking", "gain"):
         assert (folder / f"{figure}.svg").exists()
 
-    taught = set(json.loads((folder / "plan.json").read_text()))
+    trained = set(json.loads((folder / "plan.json").read_text()))
     # a heap that clogs the funnel has no result; the emulator does without it
-    results = {name: clone / "results/runs" / name / "result.json" for name in taught}
+    results = {name: clone / "results/runs" / name / "result.json" for name in trained}
     stamps = {name: path.stat().st_mtime_ns for name, path in results.items() if path.exists()}
-    assert len(stamps) > 0.8 * len(taught)
+    assert len(stamps) > 0.8 * len(trained)
     other = clone / "other.csv"
     lines = (ROOT / "config/measurements.csv").read_text().splitlines()
     other.write_text("\n".join(lines[:-1]) + "\n")
@@ -89,7 +89,7 @@ def test_the_shipped_case_runs_through_and_another_one_re_uses_its_runs(clone):
     )
     assert done.returncode == 0, done.stdout + done.stderr
     again = clone / "results" / "other" / "diagnosis"
-    assert set(json.loads((again / "plan.json").read_text())) == taught
+    assert set(json.loads((again / "plan.json").read_text())) == trained
     assert len(json.loads((again / "verdict.json").read_text())["residuals"]) == 6
     for name, stamp in stamps.items():
         assert (clone / "results/runs" / name / "result.json").stat().st_mtime_ns == stamp

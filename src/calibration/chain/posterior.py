@@ -21,8 +21,8 @@ from calibration.responses import columns, with_responses
 from dem.experiments import experiments
 from dem.io.files import write_json
 
-TAUGHT_WITHIN = 1.5
-"""Coded distance from the region's centre of the runs that teach: a process learns a region better
+TRAINED_WITHIN = 1.5
+"""Coded distance from the region's centre of the runs that train: a process learns a region better
 than its outskirts."""
 LEVEL = 0.95
 
@@ -59,7 +59,7 @@ def analyse_posterior(config, design_files, optimum_file, output):
                 t.metric: {"mean": m.mean, "standard_error": m.se, "discrepancy": m.discrepancy}
                 for t, m in zip(targets, measured, strict=True)
             },
-            "taught_by": len(runs),
+            "trained_by": len(runs),
             "emulator_error": main.emulator.emulator.error,
             "seed_sd": float(main.emulator.scatter(posterior.draws[keep]).mean()),
             "sobol": sobol_indices(lambda x: main.emulator.mean(x)[0], names, config.seed),
@@ -82,7 +82,7 @@ def _runs(config, region, design_files):
     wanted = [*names, "run_id", *columns(config)]
     runs = pd.concat([t[wanted] for t in tables if set(names) <= set(t)], ignore_index=True)
     runs = runs.drop_duplicates("run_id").dropna(subset=["response"])
-    near = np.all([np.abs(f.coded(runs[f.name])) <= TAUGHT_WITHIN for f in region], axis=0)
+    near = np.all([np.abs(f.coded(runs[f.name])) <= TRAINED_WITHIN for f in region], axis=0)
     return runs[near].reset_index(drop=True)
 
 

@@ -36,9 +36,9 @@ def sizes(emulated, conditions, name, coded):
 def _error(emulated, experiment, levers, value):
     """Standard errors (k,) of values (k,) measured under one condition, with their scatter from run
     to run."""
-    taught = emulated.emulators[experiment, BASE]
+    trained = emulated.emulators[experiment, BASE]
     by_z = inverse(experiment, forward(experiment, value, levers), levers)[1]
-    return standard_error(experiment, value, np.abs(by_z) * taught.scatter)
+    return standard_error(experiment, value, np.abs(by_z) * trained.scatter)
 
 
 def strength_at(emulated, conditions, name, wanted):

@@ -31,7 +31,7 @@ from diagnosis.design import plan
 from diagnosis.emulator_files import read_emulators
 from diagnosis.model import Emulated
 from diagnosis.settings import parameters_of, read_settings
-from diagnosis.stages import teach_all
+from diagnosis.stages import train_all
 
 MECHANISMS = {
     "grains": (
@@ -110,7 +110,7 @@ def summarise(table):
     def add(name, hits):
         hits = np.asarray(hits, bool)
         if len(hits):
-            low, high = wilson(int(hits.sum()), len(hits))
+            low, high = _wilson(int(hits.sum()), len(hits))
             rows.append(
                 {"what": name, "share": hits.mean(), "low": low, "high": high, "n": len(hits)}
             )
@@ -161,7 +161,7 @@ def _add_undecided(add, table):
             add(f"ambiguous, and {k} proposed measurements more: identified and right", solved)
 
 
-def wilson(hits, n):
+def _wilson(hits, n):
     """95 % Wilson interval of a share."""
     z = 1.959964
     centre = (hits + z * z / 2) / (n + z * z)
@@ -184,8 +184,8 @@ def plan_runs(config, settings, output):
 
 
 def emulate(config, settings, source, output):
-    """Teach the emulators of all experiments with the finished runs."""
-    teach_all(settings, _factors(config, settings), source, output)
+    """Train the emulators of all experiments with the finished runs."""
+    train_all(settings, _factors(config, settings), source, output)
 
 
 def equip(config, settings, source):

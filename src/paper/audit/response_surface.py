@@ -249,8 +249,7 @@ def trend(paper: Paper, claim: Claim) -> Recomputed:
         value,
         agrees=f"The regression rises over {share:.0%} of the square.",
         disagrees=f"The regression falls with the {name} over {1 - share:.0%} of the square: "
-        f"turning this knob as the "
-        "text says moves the angle the wrong way.",
+        "a change as the text says moves the angle the wrong way.",
     )
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from scenes import SALT, floor, make
 from scipy.spatial import cKDTree
 
-from dem.benchmark import cases as bench
+from dem.benchmark import cases as benchmark
 from dem.contact.registry import ContactParameters, Laws
 from dem.experiments import heap
 from dem.measure.heap import measure_heap
@@ -125,9 +125,9 @@ def impacts(name):
 
 def bed(seed, n, steps):
     """The benchmark's bed of grains that have yet to settle, from a lattice shaken by `seed`."""
-    width = bench.box_width(n)
-    start = bench.lattice(n, seed), width
-    return bench.bed(n, rolling="constant_torque_relative", start=start), width
+    width = benchmark.box_width(n)
+    start = benchmark.lattice(n, seed), width
+    return benchmark.bed(n, rolling="constant_torque_relative", start=start), width
 
 
 def heap_spec(law, rolling, seed, count=2500, diameter_mm=3.1748):
