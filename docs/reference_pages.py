@@ -14,18 +14,13 @@ from pathlib import Path
 from mkdocs.structure.files import File
 
 from calibration.config import METRICS, Config
-from calibration.export.parameters import unit_of
 from calibration.factors import COLUMNS
 from dem.cli import main as dem
 from dem.experiments import experiments
 from dem.spec import GEOMETRY, OPTIONAL, REQUIRED, RunSpec
+from dem.units import unit_of
 
 HEADER = "| key | unit | default | allowed | meaning |\n|---|---|---|---|---|\n"
-
-
-def written(unit):
-    """A unit as a reader knows it; empty for a number without."""
-    return {"1": ""}.get(unit, unit.replace("deg", "°").replace("m3", "m³").replace("m2", "m²"))
 
 
 def allowed(field, definitions):
@@ -91,7 +86,8 @@ def rows(part, definitions, prefix=""):
         items = is_section(field.get("items", {}), definitions)
         meaning = field.get("description", "").replace("|", "\\|")
         what = "list of mappings, keys below" if items else allowed(field, definitions)
-        text += f"| `{prefix}{key}` | {written(unit_of(key))} | {default_of(key, part)} | {what} | {meaning} |\n"
+        cells = (f"`{prefix}{key}`", unit_of(key) or "", default_of(key, part), what, meaning)
+        text += f"| {' | '.join(cells)} |\n"
         if items:
             text += rows(items, definitions, f"{prefix}{key}.N.")
     return text
@@ -102,16 +98,23 @@ def configuration():
     schema = Config.model_json_schema()
     text = "# Configuration of a study\n\n"
     text += (
-        "The keys of `config/config.yaml` and of files like it; [Calibrate your own material](../own-material.md) "
-        "shows them in use. An error names the file, the key, the value and what is allowed.\n\n"
+        "The keys of `config/config.yaml` and of files like it. [Calibrate your own "
+        "material](../own-material.md) shows them in use. An error names the file, the key, the "
+        "value and what is allowed.\n\n"
     )
     text += HEADER + rows(schema, schema["$defs"])
-    text += "\n`N` counts a list's entries from 0. `run` and the `run` of a bench test have the keys of a "
-    text += "[run spec](run_spec.md), without `experiment` and `seed`.\n\n## Metrics\n\n"
-    text += "What `target.metric` can be depends on `experiment`:\n\n| experiment | metrics |\n|---|---|\n"
+    text += (
+        "\n`N` counts a list's entries from 0. `run` and the `run` of a bench test have the keys "
+        "of a [run spec](run_spec.md), without `experiment` and `seed`.\n\n## Metrics\n\n"
+        "What `target.metric` can be depends on `experiment`:\n\n| experiment | metrics |\n"
+        "|---|---|\n"
+    )
     for experiment, names in METRICS.items():
         text += f"| `{experiment}` | {', '.join(f'`{n}`' for n in names)} |\n"
-    text += "\n## Factor table\n\nA tab-separated table, one factor a row, lines that begin with `#` left out: "
+    text += (
+        "\n## Factor table\n\nA tab-separated table, one factor a row, without lines that begin "
+    )
+    text += "with `#`: "
     return text + ", ".join(f"`{c}`" for c in COLUMNS) + ". The description may be missing.\n"
 
 
@@ -121,8 +124,8 @@ def run_spec():
     definitions = schema["$defs"]
     text = "# Run spec\n\n"
     text += (
-        "Everything that determines one run. `dem init --experiment heap` writes it as a commented file. Defaults "
-        "that depend on the experiment are those of the heap.\n\n"
+        "Everything that determines one run. `dem init --experiment heap` writes it as a commented "
+        "file. Defaults that depend on the experiment are those of the heap.\n\n"
     )
     shared = {k: v for k, v in schema["properties"].items() if k != "geometry"}
     text += HEADER + rows(schema | {"properties": shared}, definitions)
@@ -133,7 +136,7 @@ def run_spec():
         text += "\n| metric | unit | meaning | a study's target |\n|---|---|---|---|\n"
         for m in experiments()[experiment].metrics:
             target = "yes" if m.target else "no"
-            text += f"| `{m.name}` | {m.unit.strip()} | {m.meaning} | {target} |\n"
+            text += f"| `{m.name}` | {unit_of(m.name) or ''} | {m.meaning} | {target} |\n"
     text += "\n## Which law needs what\n\n| law | needs | may take |\n|---|---|---|\n"
     for slot, law in [*REQUIRED, *(key for key in OPTIONAL if key not in REQUIRED)]:
         needs = " and ".join(

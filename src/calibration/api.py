@@ -12,8 +12,8 @@ from calibration import study
 from calibration.config import overlay, parse_config, stands_alone
 from calibration.errors import CalibrationError, ConfigError
 from calibration.stages import load_stages
-from dem.experiments.declare import unit_of
 from dem.io.mapping import read_mapping
+from dem.units import unit_of
 
 DEFAULT = Path("config/config.yaml")
 IN_THE_TARGET_S_UNIT = ("response", "response_sd", "effect")
@@ -69,7 +69,7 @@ class Study(study.Study):
 
     def _unit(self, column):
         named = self.config.target.metric if column in IN_THE_TARGET_S_UNIT else column
-        return unit_of(named)[1].strip()
+        return unit_of(named)
 
     def _repr_html_(self):
         rows = [(s.title, self.summary(s.name)) for s in load_stages().values()]

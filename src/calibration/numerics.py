@@ -59,4 +59,4 @@ def numerics(study, source, output):
     metric = study.config.target.metric
     table = compare_variants(pd.read_csv(source.design), metric).round(3)
     write_table(table, output.table)
-    figures.save(figures.numerics(table, figures.quantity_of(metric)), output.figure)
+    figures.save(figures.numerics(table, figures.response_of(metric)), output.figure)

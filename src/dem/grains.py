@@ -96,8 +96,3 @@ def grain_volume(spec):
     else:
         cube = float((number_fractions(p.sizes) * _mean_power(p.sizes, 3)).sum())
     return np.pi / 6.0 * 1e-9 * p.scale_factor**3 * cube
-
-
-def grain_mass(spec):
-    """Mean mass [kg] of a grain, by number."""
-    return spec.materials.particle.density_kg_m3 * grain_volume(spec)

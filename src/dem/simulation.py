@@ -8,6 +8,7 @@ import numpy as np
 
 from dem import neighbours as nb
 from dem.clusters_setup import build_clusters, drop_clusters
+from dem.constants import DOWN
 from dem.contact.registry import Laws, attraction_reach, pair_properties
 from dem.errors import BlowUpError
 from dem.lanes import WIDTH
@@ -75,7 +76,7 @@ class Simulation:
         *,
         laws=None,
         time_step,
-        gravity=(0.0, 0.0, -9.81),
+        gravity=DOWN,
         precision="mixed",
         walls=None,
         air=None,
@@ -516,10 +517,6 @@ class Simulation:
     def candidate_pairs(self):
         """Number of pairs that the list holds, touching or not."""
         return self._pair_count
-
-    def wall_contact_count(self):
-        """Number of contacts with walls."""
-        return int((self._walls_list.history[: self._wall_count, 6] != 0.0).sum())
 
     def wall_force(self, name):
         """Force of the particles on a wall body at the last step (3,) [N]."""

@@ -36,7 +36,7 @@ UNITS = {
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _WITH_UNIT = re.compile(rf"\s*({NUMBER})\s*([^\s,.'].*?)?\s*\Z")
 _POWER = re.compile(r"(?<=[A-Za-zµμ°)])(-?\d)")
-_SUPERSCRIPT = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+_ON_THE_LINE = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _SPELLED = re.compile(r"[A-Za-zµμ°%\"][A-Za-zµμ°%/*·^()\d\s.⁻⁰¹²³⁴⁵⁶⁷⁸⁹-]*|1\s*/\s*[A-Za-zµμ]+")
 
 
@@ -49,6 +49,22 @@ def unit_of(key):
     """Unit that a key ends in (`density_kg_m3` -> `kg/m³`; `diameters_mm` too), None where it ends
     in none."""
     return next((unit for ending, unit in UNITS.items() if key.endswith(ending)), None)
+
+
+def without_unit(key):
+    """A key without the unit at its end (`angle_of_repose_deg` -> `angle_of_repose`)."""
+    ending = next((ending for ending in UNITS if key.endswith(ending)), "")
+    return key.removesuffix(ending)
+
+
+def behind(unit):
+    """A unit as it is written behind a number: `°` without a space, nothing for None or ""."""
+    return unit if unit == "°" else f" {unit}" if unit else ""
+
+
+def in_ascii(unit):
+    """A unit as files for other programs have it: `kg/m3`, `deg`, `Pa s`; `1` for None."""
+    return (unit or "1").translate(_ON_THE_LINE).replace("·", " ").replace("°", "deg")
 
 
 def in_unit(text, unit):
@@ -134,7 +150,7 @@ def _convert(number, own, unit):
 
 def _spelled(unit):
     """A unit as the library reads it: powers by `**`, products by `*`."""
-    text = unit.translate(_SUPERSCRIPT).replace("·", "*").replace("^", "").replace('"', "inch")
+    text = unit.translate(_ON_THE_LINE).replace("·", "*").replace("^", "").replace('"', "inch")
     return _POWER.sub(r"**\1", text)
 
 

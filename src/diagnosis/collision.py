@@ -3,12 +3,13 @@ spec.
 
 The fall and the rise are free flights, so only the contact is stepped through, for grains of one
 size at many speeds at once. The same engine, laws and time step as in a run of the experiment:
-nothing is taught and nothing interpolated."""
+nothing is trained and nothing interpolated."""
 
 import math
 
 import numpy as np
 
+from dem.constants import DOWN, GRAVITY
 from dem.drag import apply_drag
 from dem.experiments.setup import build_simulation
 from dem.grains import mean_radius
@@ -19,7 +20,6 @@ from dem.state import new_particles
 from dem.timescales import hertz_contact_time
 from dem.walls.builder import WallSet
 
-GRAVITY = 9.81
 STEP = {"rayleigh_fraction": 0.01, "precision": "double"}
 COARSE = {"rayleigh_fraction": 0.2, "precision": "double"}
 """Of a bounce, whose restitution must be resolved; of a slide, which asks for the force at rest
@@ -44,7 +44,7 @@ def rebounds(spec, heights):
     return 1e3 * np.maximum(place + _rise(own, radius, speed, air), 0.0)
 
 
-def _plate(spec, gravity=(0.0, 0.0, -GRAVITY)):
+def _plate(spec, gravity=DOWN):
     walls = WallSet().body("plate", material=WALL).plane((0, 0, 0), (0, 0, 1))
     return build_simulation(spec, walls, gravity)
 

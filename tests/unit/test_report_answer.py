@@ -11,7 +11,7 @@ import yaml
 from browser import browse, find_browser
 
 from calibration.factors import Factor
-from calibration.figures import quantity_of
+from calibration.figures import response_of
 from calibration.report import build
 from calibration.report.block import block
 from calibration.report.findings import findings
@@ -20,7 +20,7 @@ from calibration.stages import load_stages
 from calibration.statistics.design import box_behnken
 from calibration.statistics.surface import fit_surface
 
-ANGLE = quantity_of("angle_of_repose_deg")
+ANGLE = response_of("angle_of_repose_deg")
 REGION = [Factor(c, f"factor_{c.lower()}", f"k.{c}", 0.0, 2.0) for c in "ABC"]
 TARGET = 30.0
 

@@ -14,7 +14,7 @@ from calibration.scaling.dimensions import (
     ScalingError,
     exponents,
 )
-from calibration.scaling.plan import UNITS, base_run, enlarged, plan_scaling, quantity_of
+from calibration.scaling.plan import HELD_IN, base_run, enlarged, plan_scaling, quantity_of
 from calibration.scaling.probe import measured_exponents
 from calibration.study import Study
 from dem.spec import GEOMETRY, LawParameters, Numerics, Particles
@@ -39,7 +39,7 @@ def repository(monkeypatch, request):
 
 
 def test_units_name_known_quantities():
-    assert set(UNITS.values()) <= set(DIMENSIONS)
+    assert set(HELD_IN.values()) <= set(DIMENSIONS)
 
 
 @pytest.mark.parametrize("model", [LawParameters, Numerics, Particles, *GEOMETRY.values()])

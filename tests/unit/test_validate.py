@@ -12,7 +12,7 @@ from statsmodels.stats.weightstats import CompareMeans, DescrStatsW, ttost_ind
 
 from calibration.chain.validation import sentences
 from calibration.errors import CalibrationError
-from calibration.figures import quantity_of
+from calibration.figures import response_of
 from calibration.statistics.validate import compare, variance_components
 
 PAPER = Path(__file__).parents[2] / "data" / "paper"
@@ -98,7 +98,7 @@ def test_the_page_says_whether_the_values_count_as_independent(simulated, measur
     apart = simulated + 3.0 * np.arange(5)[:, None]
     for values, word in ((simulated, "count as independent"), (apart, "too narrow")):
         found = compare(values, measured, 1.0).as_dict()
-        sentence = sentences(found, quantity_of("angle_of_repose_deg"))[1]
+        sentence = sentences(found, response_of("angle_of_repose_deg"))[1]
         assert word in sentence
         assert f"p = {found['groups_p']:.2g}" in sentence
 

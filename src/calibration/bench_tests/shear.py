@@ -204,6 +204,6 @@ def _sentence(config, found):
     )
 
 
-def sentences(summary, quantity):
+def sentences(summary, response):
     """What came out, for the report."""
     return [summary["sentence"]]

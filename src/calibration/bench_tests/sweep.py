@@ -19,6 +19,7 @@ from calibration.factors import factor_of
 from calibration.files import write_table
 from dem.io.files import write_json
 from dem.spec import parse_spec
+from dem.units import behind, in_ascii, unit_of
 
 
 @dataclass(frozen=True)
@@ -30,20 +31,15 @@ class Sweep:
     metric: str
     spread: str
     repeats: str
-    unit: str
-    axis: str
 
 
 SWEEPS = {
     "tilt": Sweep(
         "contacts.particle_wall.static_friction", "sliding_angle_deg", "sliding_angle_sd_deg",
-        "trials", "deg",
-        "sliding angle [°]",
+        "trials",
     ),
     "drop": Sweep(
         "contacts.particle_wall.restitution", "rebound_height_mm", "rebound_height_sd_mm", "drops",
-        "mm",
-        "rebound height [mm]",
     ),
 }  # fmt: skip
 
@@ -114,8 +110,9 @@ def analyse_sweep(study, test, source, output):
     confirm = pd.read_csv(source.confirmation)
     confirmed = np.array(read_metric(confirm["run_id"], sweep.metric))
     write_table(runs, output.runs)
+    axis = figures.response_of(sweep.metric).axis
     figure = figures.sweep(
-        runs[factor], runs["response"], coefficients, level, section.measured, factor, sweep.axis
+        runs[factor], runs["response"], coefficients, level, section.measured, factor, axis
     )
     figures.save(figure, output.figure)
     write_json(
@@ -123,7 +120,7 @@ def analyse_sweep(study, test, source, output):
         {
             "factor": factor,
             "measured": section.measured,
-            "unit": sweep.unit,
+            "unit": in_ascii(unit_of(sweep.metric)),
             "quadratic": [float(c) for c in coefficients],
             "R2": r2,
             "inverse": level,
@@ -174,9 +171,9 @@ plan_tilt, plan_tilt_confirmation, tilt = _tasks("tilt")
 plan_drop, plan_drop_confirmation, drop = _tasks("drop")
 
 
-def sentences(summary, quantity):
+def sentences(summary, response):
     """What came out, for the report."""
-    unit = "°" if summary["unit"] == "deg" else f" {summary['unit']}"
+    unit = behind({"deg": "°"}.get(summary["unit"], summary["unit"]))
     return [
         f"The measured {summary['measured']:g}{unit} gives {summary['inverse']:.3f}; runs there "
         f"gave "

@@ -52,8 +52,8 @@ def analyse_ascent(config, design_file, output):
     best = nearest(runs)
     used = [f for f in factors if f.name in runs]
     write_table(runs, output.runs)
-    quantity = figures.quantity_of(config.target.metric)
-    figures.save(figures.ascent_path(runs, used, target, int(best["run"]), quantity), output.path)
+    response = figures.response_of(config.target.metric)
+    figures.save(figures.ascent_path(runs, used, target, int(best["run"]), response), output.path)
     write_json(
         output.summary,
         {
@@ -76,10 +76,10 @@ def ascent(study, source, output):
     analyse_ascent(study.config, source.design, output)
 
 
-def sentences(summary, quantity):
+def sentences(summary, response):
     """What came out, for the report."""
-    path = ", ".join(quantity.value(v) for v in summary["responses"])
+    path = ", ".join(response.value(v) for v in summary["responses"])
     return [
         f"Along the path: {path}. Point {summary['step']} comes nearest to the measured "
-        f"{quantity.value(summary['target'])} and becomes the centre of the response surface."
+        f"{response.value(summary['target'])} and becomes the centre of the response surface."
     ]

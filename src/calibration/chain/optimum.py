@@ -102,8 +102,8 @@ def _optimise_one(config, surface, region, output):
     wanted, error = float(measured.mean()), float(measured.std(ddof=1) / np.sqrt(len(measured)))
     solution = solve(surface, wanted, rules.rule, config.seed, point)
     _write_points(solution.points, region, output.solutions)
-    quantity = figures.quantity_of(config.target.metric)
-    figures.save(figures.contours(surface, region, solution, quantity), output.contours)
+    response = figures.response_of(config.target.metric)
+    figures.save(figures.contours(surface, region, solution, response), output.contours)
     intervals = [
         parameter_interval(surface, wanted, solution.chosen, k, 0.05, error, len(measured) - 1)
         for k in range(len(region))

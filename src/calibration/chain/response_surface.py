@@ -58,11 +58,11 @@ def analyse_response_surface(config, design_file, region_file, output):
     write_table(surface.coefficients, output.coefficients)
     write_table(surface.anova, output.anova)
     write_table(surface.diagnostics.assign(run=runs["run"].to_numpy()), output.diagnostics)
-    quantity = figures.quantity_of(config.target.metric)
-    figures.save(figures.predicted_actual(surface, quantity), output.predicted)
-    figures.save(figures.residual_panel(surface, quantity), output.residuals)
-    figures.save(figures.perturbation(surface, region, quantity), output.perturbation)
-    figures.save(figures.surfaces(surface, region, quantity), output.surfaces)
+    response = figures.response_of(config.target.metric)
+    figures.save(figures.predicted_actual(surface, response), output.predicted)
+    figures.save(figures.residual_panel(surface, response), output.residuals)
+    figures.save(figures.perturbation(surface, region, response), output.perturbation)
+    figures.save(figures.surfaces(surface, region, response), output.surfaces)
     beside = _beside(runs, [f.code for f in region], "response", surface)
     left_out = {"left_out": without_response(every)}
     write_json(output.summary, _description(surface, region) | beside | left_out)
@@ -73,8 +73,8 @@ def analyse_response_surface(config, design_file, region_file, output):
         except CalibrationError as error:
             raise CalibrationError(f"further target {target.metric}: {error}") from None
         write_json(path, _description(other, region))
-        quantity = figures.quantity_of(target.metric)
-        figures.save(figures.surfaces(other, region, quantity), figure)
+        response = figures.response_of(target.metric)
+        figures.save(figures.surfaces(other, region, response), figure)
 
 
 def _beside(runs, codes, column, surface):
@@ -138,11 +138,11 @@ def response_surface(study, source, output):
     analyse_response_surface(study.config, source.design, source.region, output)
 
 
-def sentences(summary, quantity):
+def sentences(summary, response):
     """What came out, for the report."""
     s = summary["statistics"]
     return [
-        f"{quantity.name.capitalize()} = {summary['equation_coded']} in coded levels.",
+        f"{response.name.capitalize()} = {summary['equation_coded']} in coded levels.",
         f"R² {s['R2']:.3f}, adjusted {s['R2_adj']:.3f}, predicted {s['R2_pred']:.3f}; "
         f"CV {s['CV_percent']:.2f} %; adequate precision {s['adequate_precision']:.1f}; "
         f"lack of fit p = {s['lack_of_fit_p']:.2g}.",

@@ -51,10 +51,10 @@ def analyse_screening(config, design_file, output):
     write_table(result.anova, output.anova)
     for target, path, figure in further_files(config, output):
         _write_further(screened[target.metric], names, target, rules.alpha, path, figure)
-    quantity = figures.quantity_of(config.target.metric)
-    figures.save(figures.half_normal(table, codes, quantity), output.half_normal)
+    response = figures.response_of(config.target.metric)
+    figures.save(figures.half_normal(table, codes, response), output.half_normal)
     limits = result.t_limit, result.bonferroni_limit, rules.alpha
-    figures.save(figures.pareto(table, *limits, quantity), output.pareto)
+    figures.save(figures.pareto(table, *limits, response), output.pareto)
     summary = {
         "factors": [names[c] for c in codes],
         "why": {names[c]: words for c, words in reasons.items()},
@@ -111,7 +111,7 @@ def _write_further(result, names, target, alpha, path, figure):
     effects = result.table.assign(name=result.table["code"].map(names))
     write_table(effects, path)
     limits = result.t_limit, result.bonferroni_limit, alpha
-    figures.save(figures.pareto(effects, *limits, figures.quantity_of(target.metric)), figure)
+    figures.save(figures.pareto(effects, *limits, figures.response_of(target.metric)), figure)
 
 
 # as the workflow calls them
@@ -122,7 +122,7 @@ def screening(study, source, output):
     analyse_screening(study.config, source.design, output)
 
 
-def sentences(summary, quantity):
+def sentences(summary, response):
     """What came out, for the report."""
     found = ", ".join(figures.label(n) for n in summary["significant"]) or "none"
     going = ", ".join(figures.label(n) for n in summary["factors"])

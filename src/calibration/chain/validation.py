@@ -63,8 +63,8 @@ def _compare(groups, config, target, margin, figure):
     """Comparison of groups (g, r) with the measurement of a target, for JSON; draws it."""
     measured = read_target(config, target)
     result = compare(groups, measured, margin, config.validation.alpha)
-    quantity = figures.quantity_of(target.metric)
-    figures.save(figures.validation(groups, measured, result, quantity), figure)
+    response = figures.response_of(target.metric)
+    figures.save(figures.validation(groups, measured, result, response), figure)
     return result.as_dict()
 
 
@@ -85,15 +85,15 @@ def validation(study, source, output):
     analyse_validation(study.config, source.design, output)
 
 
-def sentences(summary, quantity):
+def sentences(summary, response):
     """What came out, for the report."""
     further = [
-        f"{figures.quantity_of(metric).name.capitalize()}: "
-        f"{_difference(found, figures.quantity_of(metric))}"
+        f"{figures.response_of(metric).name.capitalize()}: "
+        f"{_difference(found, figures.response_of(metric))}"
         for metric, found in summary.get("further", {}).items()
         if "difference" in found
     ]
-    return [_difference(summary, quantity), *_independence(summary), *further]
+    return [_difference(summary, response), *_independence(summary), *further]
 
 
 def _independence(summary):
@@ -113,11 +113,11 @@ def _independence(summary):
     ]
 
 
-def _difference(found, quantity):
+def _difference(found, response):
     word = "equivalent" if found["equivalent"] else "not shown to be equivalent"
     apart, low, high = (figures.signed(found[f"difference{end}"]) for end in ("", "_low", "_high"))
     return (
-        f"Difference {apart}{quantity.unit} (95 % {low} to {high}); {word} within "
-        f"±{found['margin']:g}{quantity.unit} "
+        f"Difference {apart}{response.unit} (95 % {low} to {high}); {word} within "
+        f"±{found['margin']:g}{response.unit} "
         f"(p = {found['equivalence_p']:.2g}); t test p = {found['t_p']:.2g}."
     )

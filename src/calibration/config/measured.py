@@ -6,7 +6,7 @@ from calibration.errors import CalibrationError, ConfigError
 from calibration.plausible import plausible_numbers
 from calibration.statistics.goals import Goal
 from calibration.tables import read_table, summary
-from dem.units import unit_of
+from dem.units import behind, unit_of
 
 
 def read_target(config, target=None):
@@ -34,8 +34,7 @@ def read_back(config):
     found = []
     for target in (config.target, *config.further_targets):
         if target.file is not None:
-            how, unit = read_table(target.file).how, unit_of(target.metric) or ""
-            unit = unit if unit in ("", "°") else f" {unit}"
+            how, unit = read_table(target.file).how, behind(unit_of(target.metric))
             text = summary(read_target(config, target), unit, how)
             found.append(f"{target.file}, {target.column}: {text}")
     return found

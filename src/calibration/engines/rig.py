@@ -9,7 +9,8 @@ import numpy as np
 from calibration.engines import EngineError
 from calibration.export.conversion import Conversion
 from calibration.export.header import left_out
-from calibration.export.material import GRAVITY, granulate
+from calibration.export.material import granulate
+from dem.constants import GRAVITY
 from dem.experiments.heap import LOST_BELOW, Rig
 from dem.experiments.setup import time_step_of
 from dem.grains import mean_radius, number_fractions

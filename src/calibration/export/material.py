@@ -4,13 +4,13 @@ effective constants."""
 import math
 from dataclasses import dataclass
 
+from dem.constants import GRAVITY
 from dem.contact.registry import Laws, Material, pair_properties
 from dem.experiments.setup import time_step_of
 from dem.grains import mean_radius
 from dem.materials import contact_parameters, material_of
 from dem.spec import RunSpec
 
-GRAVITY = 9.81
 TYPICAL_LOAD = 10.0
 """Normal force of a typical contact in a heap, in grain weights: the pressure half-way down, rho g
 h/2, on d^2 is h/(2d) = 10 weights for a heap that is twenty grains high. Only stiffnesses of

@@ -8,31 +8,9 @@ import yaml
 
 from calibration.statistics.surface import parameter_interval
 from dem.spec import RunSpec
+from dem.units import in_ascii, unit_of
 
 PARTS = ("materials", "contacts", "laws", "law_parameters", "particles", "geometry", "numerics")
-UNITS = {
-    "_kg_m3": "kg/m3",
-    "_J_m3": "J/m3",
-    "_J_m2": "J/m2",
-    "_N_m": "N/m",
-    "_Pa_s": "Pa s",
-    "_deg_s": "deg/s",
-    "_mm_s": "mm/s",
-    "_m_s": "m/s",
-    "_per_s": "1/s",
-    "_deg": "deg",
-    "_kPa": "kPa",
-    "_Pa": "Pa",
-    "_mm": "mm",
-    "_N": "N",
-    "_s": "s",
-}
-"""Ending of a key -> unit; the longer endings first."""
-
-
-def unit_of(key):
-    """Unit that a key's name ends in; "1" for a number without."""
-    return next((unit for ending, unit in UNITS.items() if key.endswith(ending)), "1")
 
 
 def calibrated_entries(surface, region, optimum):
@@ -95,7 +73,7 @@ def entries(spec, run, calibrated, fixed, published, names):
                 continue
             entry = {"value": value}
             if not isinstance(value, str):
-                entry["unit"] = unit_of(key)
+                entry["unit"] = in_ascii(unit_of(key))
             if note:
                 entry["description"] = note
             source = "the configuration's run spec" if _given(run, key) else "default of the engine"

@@ -17,7 +17,6 @@ from calibration.export.parameters import (
     fixed_entries,
     published_values,
     to_yaml,
-    unit_of,
 )
 from calibration.export.rolling import (
     calibrated_spec,
@@ -31,6 +30,7 @@ from calibration.statistics.surface import fit_surface
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 from dem.spec import parse_spec
+from dem.units import in_ascii, unit_of
 
 CONVERTED = {
     "liggghts.in": liggghts,
@@ -71,14 +71,14 @@ def export_rolling(study, source, output):
         read_scan(source.confirmation, metric),
         pd.read_csv(source.validation)["response"],
         config.validation.margin,
-        unit_of(metric),
+        in_ascii(unit_of(metric)),
     )
     write_json(output.rolling, found)
 
 
 def about(config, validation, engine):
     """Lines of provenance for the head of each file."""
-    unit, metric = unit_of(config.target.metric), config.target.metric
+    unit, metric = in_ascii(unit_of(config.target.metric)), config.target.metric
     return [
         f"Study {config.name}: {metric} measured {validation['measured_mean']:.2f} {unit} "
         f"({validation['measured_n']} values, sd {validation['measured_sd']:.2f}); the calibrated "
@@ -116,13 +116,13 @@ def summary(study, optimum, validation, surface, region, bench):
         },
         "target": {
             "metric": metric,
-            "unit": unit_of(metric),
+            "unit": in_ascii(unit_of(metric)),
             "file": config.target.file,
             "measured_mean": validation["measured_mean"],
             "measured_sd": validation["measured_sd"],
             "measured_n": validation["measured_n"],
         },
-        "validated": _validated(validation, unit_of(metric)),
+        "validated": _validated(validation, in_ascii(unit_of(metric))),
         "solution": {
             "rule": optimum["rule"],
             "attainable": optimum["attainable"],

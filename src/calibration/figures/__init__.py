@@ -3,17 +3,38 @@ SVG."""
 
 from calibration.figures.ascent import ascent_path
 from calibration.figures.beside import numerics, scaling, sweep, yield_loci
+from calibration.figures.labels import ANGLE, Response, label, response_of, signed
 from calibration.figures.optimum import contours, desirability_contours
-from calibration.figures.quantity import ANGLE, Quantity, label, quantity_of, signed
 from calibration.figures.replicates import validation
 from calibration.figures.screening import half_normal, pareto
 from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, save, subplots
 from calibration.figures.surface import perturbation, predicted_actual, residual_panel, surfaces
 
 __all__ = [
-    "ANGLE", "BLUE", "GREEN", "GREY", "ORANGE", "STYLE", "Quantity", "ascent_path", "contours",
-    "desirability_contours", "half_normal", "label", "numerics", "pareto", "perturbation",
+    "ANGLE",
+    "BLUE",
+    "GREEN",
+    "GREY",
+    "ORANGE",
+    "STYLE",
+    "Response",
+    "ascent_path",
+    "contours",
+    "desirability_contours",
+    "half_normal",
+    "label",
+    "numerics",
+    "pareto",
+    "perturbation",
     "predicted_actual",
-    "quantity_of", "residual_panel", "save", "scaling", "signed", "subplots", "surfaces",
-    "sweep", "validation", "yield_loci",
+    "residual_panel",
+    "response_of",
+    "save",
+    "scaling",
+    "signed",
+    "subplots",
+    "surfaces",
+    "sweep",
+    "validation",
+    "yield_loci",
 ]  # fmt: skip

@@ -1,10 +1,10 @@
 """The path of steepest ascent."""
 
-from calibration.figures.quantity import ANGLE, label
+from calibration.figures.labels import ANGLE, label
 from calibration.figures.style import BLUE, ORANGE, subplots
 
 
-def ascent_path(runs, factors, target, best, quantity=ANGLE):
+def ascent_path(runs, factors, target, best, response=ANGLE):
     """Response along the path with the target."""
     figure, ax = subplots()
     ax.errorbar(
@@ -15,7 +15,7 @@ def ascent_path(runs, factors, target, best, quantity=ANGLE):
         marker="o",
         capsize=3,
     )
-    ax.axhline(target, color=ORANGE, lw=1.2, label=f"measured {quantity.value(target)}")
+    ax.axhline(target, color=ORANGE, lw=1.2, label=f"measured {response.value(target)}")
     row = runs[runs["run"] == best].iloc[0]
     ax.scatter(
         [best],
@@ -29,7 +29,7 @@ def ascent_path(runs, factors, target, best, quantity=ANGLE):
     names = ["\n".join(f"{r[f.name]:.3g}" for f in factors) for _, r in runs.iterrows()]
     ax.set_xticks(runs["run"], names)
     ax.set(
-        ylabel=quantity.axis,
+        ylabel=response.axis,
         xlabel="\n".join(f"{i + 1}. line: {label(f.name)}" for i, f in enumerate(factors)),
     )
     ax.legend(frameon=False)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from calibration.figures.quantity import ANGLE, label
+from calibration.figures.labels import ANGLE, label
 from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, subplots
 
 
@@ -87,7 +87,7 @@ def scaling(table):
     return figure
 
 
-def numerics(table, quantity=ANGLE):
+def numerics(table, response=ANGLE):
     """Difference that each numerical choice makes at each point, with its interval; table as of
     `compare_variants`."""
     compared = table[table["difference"].notna()]
@@ -101,6 +101,6 @@ def numerics(table, quantity=ANGLE):
     ax.axvline(0.0, color=GREY, lw=1)
     ax.set_yticks(range(len(names)), names, fontsize=8)
     ax.invert_yaxis()
-    ax.set_xlabel(f"difference of the {quantity.name}{quantity.brackets}, 95 % interval")
+    ax.set_xlabel(f"difference of the {response.name}{response.brackets}, 95 % interval")
     ax.legend(frameon=False, fontsize=8, title="point", title_fontsize=8, loc="upper left")
     return figure

@@ -3,8 +3,8 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
+from calibration.figures.labels import ANGLE, label
 from calibration.figures.planes import label_3d, pairs_of, plane
-from calibration.figures.quantity import ANGLE, label
 from calibration.figures.style import ORANGE, STYLE, panel_grid
 from calibration.statistics.goals import overall_desirability
 from calibration.statistics.optimise import solution_mesh
@@ -12,7 +12,7 @@ from calibration.statistics.optimise import solution_mesh
 LINES = ("#d1711f", "#2f6db5", "#7b4fa3", "#b5363f", "#5b7a1f")  # of the targets, in their order
 
 
-def contours(surface, region, solution, quantity=ANGLE):
+def contours(surface, region, solution, response=ANGLE):
     """Contours through the chosen point with the solution set drawn in; for three factors also the
     set itself."""
     pairs = pairs_of(region)
@@ -24,18 +24,18 @@ def contours(surface, region, solution, quantity=ANGLE):
             figure, rows, columns = panel_grid(len(pairs), (4.1, 3.5))
         for n, (i, j) in enumerate(pairs):
             ax = figure.add_subplot(rows, columns, n + 1)
-            _contour(ax, surface, region, i, j, solution, quantity)
+            _contour(ax, surface, region, i, j, solution, response)
         if whole:
             ax = figure.add_subplot(2, 2, 4, projection="3d")
-            _solution_set(ax, surface, region, solution, quantity)
+            _solution_set(ax, surface, region, solution, response)
     return figure
 
 
-def _contour(ax, surface, region, i, j, solution, quantity):
+def _contour(ax, surface, region, i, j, solution, response):
     a, b, levels = plane(region, i, j, at=solution.chosen)
     y = surface.predict(levels).reshape(a.shape)
     filled = ax.contourf(a, b, y, 12, cmap="viridis", alpha=0.85)
-    ax.figure.colorbar(filled, ax=ax, label=quantity.axis, shrink=0.9)
+    ax.figure.colorbar(filled, ax=ax, label=response.axis, shrink=0.9)
     if y.min() < solution.target < y.max():
         ax.contour(a, b, y, [solution.target], colors="white", linewidths=4.5)
         ax.contour(a, b, y, [solution.target], colors=ORANGE, linewidths=2.5)
@@ -45,7 +45,7 @@ def _contour(ax, surface, region, i, j, solution, quantity):
     ax.grid(False)
 
 
-def _solution_set(ax, surface, region, solution, quantity):
+def _solution_set(ax, surface, region, solution, response):
     """The surface of all points that give the target, in natural levels."""
     vertices, triangles = solution_mesh(surface, solution.target)
     if len(triangles):
@@ -57,7 +57,7 @@ def _solution_set(ax, surface, region, solution, quantity):
     ax.plot(*chosen, "o", color="white", mec="black", ms=9, zorder=10)
     ax.set(**{f"{axis}lim": (f.low, f.high) for axis, f in zip("xyz", region, strict=True)})
     label_3d(ax, *(label(f.name) for f in region))
-    ax.set_title(f"all points that give {quantity.value(solution.target)}", fontsize=9)
+    ax.set_title(f"all points that give {response.value(solution.target)}", fontsize=9)
 
 
 def desirability_contours(surfaces, goals, region, found):

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from calibration.figures.quantity import ANGLE
+from calibration.figures.labels import ANGLE
 from calibration.figures.style import BLUE, ORANGE, subplots
 
 
-def validation(groups, measured, result, quantity=ANGLE):
+def validation(groups, measured, result, response=ANGLE):
     """Replicates by group beside the measurement, with means and the equivalence margin."""
     figure, ax = subplots()
     for g, values in enumerate(groups):
@@ -28,7 +28,7 @@ def validation(groups, measured, result, quantity=ANGLE):
         [*range(1, len(groups) + 1), place],
         [*(f"group {g + 1}" for g in range(len(groups))), "measured"],
     )
-    simulated, aim = (quantity.value(v) for v in (result.simulated_mean, result.measured_mean))
+    simulated, aim = (response.value(v) for v in (result.simulated_mean, result.measured_mean))
     means = f"simulated {simulated}, measured {aim}"
-    ax.set(ylabel=quantity.axis, title=f"{means}: {result.relative_error_percent:.2f} % apart")
+    ax.set(ylabel=response.axis, title=f"{means}: {result.relative_error_percent:.2f} % apart")
     return figure

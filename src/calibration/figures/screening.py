@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from calibration.figures.quantity import ANGLE, label
+from calibration.figures.labels import ANGLE, label
 from calibration.figures.style import BLUE, GREY, ORANGE, subplots
 
 
-def half_normal(table, chosen, quantity=ANGLE):
+def half_normal(table, chosen, response=ANGLE):
     """Half-normal plot of absolute effects; `chosen` codes stand out."""
     figure, ax = subplots()
     size, score = table["effect"].abs(), table["half_normal_score"]
@@ -21,7 +21,7 @@ def half_normal(table, chosen, quantity=ANGLE):
     line = np.array([0.0, float(score.max()) / slope])
     ax.plot(line, slope * line, color=GREY, lw=1)
     ax.set(
-        xlabel=f"|effect|{quantity.brackets}",
+        xlabel=f"|effect|{response.brackets}",
         ylabel="half-normal quantile",
         xlim=(0, 1.45 * size.max()),
         ylim=(0, 1.15 * score.max()),
@@ -30,7 +30,7 @@ def half_normal(table, chosen, quantity=ANGLE):
     return figure
 
 
-def pareto(table, t_limit, bonferroni_limit, alpha=0.05, quantity=ANGLE):
+def pareto(table, t_limit, bonferroni_limit, alpha=0.05, response=ANGLE):
     """Pareto chart of absolute effects with the limits of significance at level alpha."""
     figure, ax = subplots()
     order = table.reindex(table["effect"].abs().sort_values().index)
@@ -52,5 +52,5 @@ def pareto(table, t_limit, bonferroni_limit, alpha=0.05, quantity=ANGLE):
             fontsize=8,
             va="bottom",
         )
-    ax.set(xlabel=f"|effect|{quantity.brackets}\nblue raises the {quantity.name}, orange lowers it")
+    ax.set(xlabel=f"|effect|{response.brackets}\nblue raises the {response.name}, orange lowers it")
     return figure

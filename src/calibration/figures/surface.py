@@ -4,12 +4,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy import stats
 
+from calibration.figures.labels import ANGLE, label
 from calibration.figures.planes import label_3d, pairs_of, plane
-from calibration.figures.quantity import ANGLE, label
 from calibration.figures.style import BLUE, GREY, STYLE, panel_grid, subplots
 
 
-def predicted_actual(surface, quantity=ANGLE):
+def predicted_actual(surface, response=ANGLE):
     """Predicted against simulated response."""
     figure, ax = subplots(size=(4.2, 4.0))
     d = surface.diagnostics
@@ -19,16 +19,16 @@ def predicted_actual(surface, quantity=ANGLE):
         max(d["actual"].max(), d["predicted"].max()),
     ]
     ax.plot(ends, ends, color=GREY, lw=1)
-    unit = quantity.brackets
+    unit = response.brackets
     ax.set(
-        xlabel=f"simulated {quantity.name}{unit}",
+        xlabel=f"simulated {response.name}{unit}",
         ylabel=f"predicted by the quadratic model{unit}",
         aspect="equal",
     )
     return figure
 
 
-def residual_panel(surface, quantity=ANGLE):
+def residual_panel(surface, response=ANGLE):
     """Normal plot of residuals, residuals against prediction and run, and Cook's distance."""
     d = surface.diagnostics
     figure, ax = subplots(2, 2, size=(7.2, 5.8))
@@ -38,7 +38,7 @@ def residual_panel(surface, quantity=ANGLE):
     ax[0, 0].plot(q, q, color=GREY, lw=1)
     ax[0, 0].set(xlabel="externally studentised residual", ylabel="normal quantile")
     for panel, x, name in (
-        (ax[0, 1], d["predicted"], f"predicted{quantity.brackets}"),
+        (ax[0, 1], d["predicted"], f"predicted{response.brackets}"),
         (ax[1, 0], d["run"], "run"),
     ):
         panel.scatter(x, d["externally_studentised"], color=BLUE)
@@ -52,7 +52,7 @@ def residual_panel(surface, quantity=ANGLE):
     return figure
 
 
-def perturbation(surface, region, quantity=ANGLE):
+def perturbation(surface, region, response=ANGLE):
     """Response along each factor with the others at the centre."""
     figure, ax = subplots()
     x = np.linspace(-1, 1, 81)
@@ -60,12 +60,12 @@ def perturbation(surface, region, quantity=ANGLE):
         levels = np.zeros((len(x), len(region)))
         levels[:, k] = x
         ax.plot(x, surface.predict(levels), label=f"{factor.code}  {label(factor.name)}")
-    ax.set(xlabel="distance from the centre, coded", ylabel=quantity.axis)
+    ax.set(xlabel="distance from the centre, coded", ylabel=response.axis)
     ax.legend(frameon=False)
     return figure
 
 
-def surfaces(surface, region, quantity=ANGLE):
+def surfaces(surface, region, response=ANGLE):
     """Response surfaces of all pairs of factors, the others at the centre."""
     pairs = pairs_of(region)
     with plt.rc_context(STYLE):
@@ -75,5 +75,5 @@ def surfaces(surface, region, quantity=ANGLE):
             a, b, levels = plane(region, i, j, resolution=31)
             y = surface.predict(levels).reshape(a.shape)
             ax.plot_surface(a, b, y, cmap="viridis", alpha=0.9)
-            label_3d(ax, label(region[i].name), label(region[j].name), quantity.axis)
+            label_3d(ax, label(region[i].name), label(region[j].name), response.axis)
     return figure

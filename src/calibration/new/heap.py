@@ -3,16 +3,14 @@
 import math
 from dataclasses import dataclass, replace
 
-from scipy.constants import g as GRAVITY
-
+from dem.constants import GRAVITY
+from dem.experiments.heap import C_BEVERLOO, K_BEVERLOO, PACKING
 from dem.timescales import rayleigh_time
 
-PACKING = 0.6  # share of the volume of a poured bed that is grain
 SPILL = 1.3  # grains poured over grains of a full cone: some roll off
 MOST = 10_000
 FEWEST = 300
 FREE_FLOW = 5.0  # grains across an orifice that does not clog
-BEVERLOO_C, BEVERLOO_K = 0.58, 1.4  # Beverloo, Leniger, van de Velde (1961), Chem. Eng. Sci. 15:260
 SETTLING = 1.5  # s after the last grain has left the funnel
 
 
@@ -44,8 +42,8 @@ class Heap:
         1961)."""
         d, opening = 1e-3 * self.diameter_mm, 1e-3 * self.orifice_diameter_mm
         mass = math.pi / 6 * d**3 * self.density_kg_m3
-        clear = max(opening - BEVERLOO_K * d, 0.1 * d)
-        rate = BEVERLOO_C * PACKING * self.density_kg_m3 * math.sqrt(GRAVITY) * clear**2.5
+        clear = max(opening - K_BEVERLOO * d, 0.1 * d)
+        rate = C_BEVERLOO * PACKING * self.density_kg_m3 * math.sqrt(GRAVITY) * clear**2.5
         return rate / mass
 
     @property

@@ -1,7 +1,7 @@
 """The answer, before anything else: parameters with their intervals, the validated value, the
 verdict."""
 
-from calibration.figures import label, quantity_of, signed
+from calibration.figures import label, response_of, signed
 from calibration.report.embed import load
 from dem.advice import limits_of
 from dem.spec import load_spec
@@ -14,22 +14,22 @@ MEANING = {
 }
 
 
-def answer(study, quantity):
+def answer(study, response):
     """Mapping for the page: `parameters` (rows of the table), `tiles` and `notes`."""
     optimum = load(study / "optimise" / "optimum.json")
     region = load(study / "response_surface" / "region.json") or []
     validation = load(study / "validation" / "validation.json")
     verdict = load(study / "diagnosis" / "verdict.json")
     tiles = [
-        *(_validated(validation, quantity) if validation else []),
-        *(_equivalence(validation, quantity) if validation else []),
+        *(_validated(validation, response) if validation else []),
+        *(_equivalence(validation, response) if validation else []),
         *(_further(validation) if validation else []),
         *(_diagnosed(verdict) if verdict else []),
     ]
     return {
         "parameters": _parameters(optimum, region, verdict) if optimum else [],
         "tiles": tiles,
-        "notes": [*(_notes(optimum, quantity) if optimum else []), *_limits(study)],
+        "notes": [*(_notes(optimum, response) if optimum else []), *_limits(study)],
     }
 
 
@@ -71,12 +71,12 @@ def _interval(interval, borders):
     return f"above {low:.4g}" if open_above else f"{low:.4g} to {high:.4g}"
 
 
-def _validated(v, quantity):
+def _validated(v, response):
     return [
         {
-            "name": f"Validated {quantity.name}",
-            "value": quantity.value(v["simulated_mean"]),
-            "text": f"measured {quantity.value(v['measured_mean'])}: "
+            "name": f"Validated {response.name}",
+            "value": response.value(v["simulated_mean"]),
+            "text": f"measured {response.value(v['measured_mean'])}: "
             f"{v['relative_error_percent']:.2f} % apart, "
             f"{v['simulated_n']} runs with seeds of their own",
         }
@@ -87,24 +87,24 @@ def _further(v):
     """A tile of each further target: beside its measurement where it has one."""
     tiles = []
     for metric, found in v.get("further", {}).items():
-        quantity = quantity_of(metric)
+        response = response_of(metric)
         if "measured_mean" in found:
-            tiles += [_validated(found, quantity)[0] | {"good": found["equivalent"]}]
+            tiles += [_validated(found, response)[0] | {"good": found["equivalent"]}]
         else:
-            value = quantity.value(found["simulated_mean"])
-            tiles += [{"name": quantity.name.capitalize(), "value": value, "text": "not measured"}]
+            value = response.value(found["simulated_mean"])
+            tiles += [{"name": response.name.capitalize(), "value": value, "text": "not measured"}]
     return tiles
 
 
-def _equivalence(v, quantity):
+def _equivalence(v, response):
     word = "equivalent" if v["equivalent"] else "not shown to be equivalent"
     return [
         {
             "name": "Difference",
-            "value": f"{signed(v['difference'])}{quantity.unit}",
+            "value": f"{signed(v['difference'])}{response.unit}",
             "text": f"95 % {signed(v['difference_low'])} to {signed(v['difference_high'])}; {word} "
             f"within "
-            f"±{v['margin']:g}{quantity.unit}",
+            f"±{v['margin']:g}{response.unit}",
             "good": v["equivalent"],
         }
     ]
@@ -124,12 +124,12 @@ def _diagnosed(verdict):
     ]
 
 
-def _notes(optimum, quantity):
+def _notes(optimum, response):
     if not optimum["attainable"]:
         return [
-            f"The measured {quantity.value(optimum['target'])} is out of reach in the region "
+            f"The measured {response.value(optimum['target'])} is out of reach in the region "
             f"searched; the point above "
-            f"comes nearest, with {quantity.value(optimum['predicted'])} predicted."
+            f"comes nearest, with {response.value(optimum['predicted'])} predicted."
         ]
     if "desirability" in optimum:
         return [
@@ -138,10 +138,10 @@ def _notes(optimum, quantity):
         ]
     low, high = optimum["confirmation_interval"]
     return [
-        f"The {quantity.name} alone does not fix the parameters: every point of the solution set "
+        f"The {response.name} alone does not fix the parameters: every point of the solution set "
         f"gives "
-        f"{quantity.value(optimum['target'])}; the point above is the one that the rule "
+        f"{response.value(optimum['target'])}; the point above is the one that the rule "
         f"“{label(optimum['rule'])}” chose. The mean of {optimum['confirmation_runs']} runs there "
         f"was expected between "
-        f"{quantity.value(low)} and {quantity.value(high)} (95 %)."
+        f"{response.value(low)} and {response.value(high)} (95 %)."
     ]

@@ -5,7 +5,7 @@ import yaml
 from calibration.figures import label
 from dem.errors import DemError
 from dem.spec import load_spec
-from dem.units import unit_of
+from dem.units import unit_of, without_unit
 
 ORDER = (
     "contacts.particle_particle",
@@ -43,16 +43,12 @@ def block(study):
 
 def _row(place, key, entry):
     name = key.removeprefix(f"{place}.")
-    unit = unit_of(name)
-    ending = next(
-        (e for e in ("_kg_m3", "_Pa", "_mm", "_deg", "_J_m2", "_J_m3") if name.endswith(e)), ""
-    )
     value = entry["value"]
     return {
         "where": PLACES[place],
-        "parameter": label(name.removesuffix(ending)).replace("poisson", "Poisson's"),
+        "parameter": label(without_unit(name)).replace("poisson", "Poisson's"),
         "value": f"{value:.4g}" if isinstance(value, float) else label(str(value)),
-        "unit": unit or "",
+        "unit": unit_of(name) or "",
         "how it is known": _source(entry),
     }
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from jinja2 import Environment, PackageLoader
 
-from calibration.figures import quantity_of
+from calibration.figures import response_of
 from calibration.files import replacing
 from calibration.report.answer import answer
 from calibration.report.block import block
@@ -42,7 +42,7 @@ def build(study, out, stages, metric="angle_of_repose_deg"):
     stages: {name: Stage} in the order of the page; metric: what was calibrated.
     """
     study, out = Path(study), Path(out)
-    quantity = quantity_of(metric)
+    response = response_of(metric)
     environment = Environment(
         loader=PackageLoader("calibration.report", "."),
         autoescape=True,
@@ -51,30 +51,30 @@ def build(study, out, stages, metric="angle_of_repose_deg"):
     )
     page = environment.get_template("page.html.j2").render(
         name=study.name,
-        answer=answer(study, quantity),
+        answer=answer(study, response),
         block=block(study),
-        findings=findings(study, quantity),
-        profiler=profiler(study, quantity),
-        viewer=viewer(study, quantity),
-        parts=_parts(study, stages, quantity, metric),
+        findings=findings(study, response),
+        profiler=profiler(study, response),
+        viewer=viewer(study, response),
+        parts=_parts(study, stages, response, metric),
         exports=_exports(study),
     )
     with replacing(out) as partial:
         partial.write_text(page)
 
 
-def _parts(study, stages, quantity, metric):
+def _parts(study, stages, response, metric):
     """Sections in the order of reading, the runs last."""
-    parts = [_with_heaps(study, stage, quantity, metric) for stage in stages.values()]
+    parts = [_with_heaps(study, stage, response, metric) for stage in stages.values()]
     return [p for p in (*parts, runs_section(study, stages)) if p]
 
 
-def _with_heaps(study, stage, quantity, metric):
+def _with_heaps(study, stage, response, metric):
     """A stage with the pictures of its runs, where it has some."""
-    part = section(study, stage, quantity)
+    part = section(study, stage, response)
     if not part or not stage.pictured:
         return part
-    return part | {"gallery": gallery(study, stage.pictured, quantity, metric)}
+    return part | {"gallery": gallery(study, stage.pictured, response, metric)}
 
 
 def _exports(study):

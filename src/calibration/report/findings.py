@@ -9,7 +9,7 @@ WIDE = 0.9  # of the region searched: a parameter that the target leaves open
 POOR = 0.5  # predicted R2 below which a surface predicts little
 
 
-def findings(study, quantity):
+def findings(study, response):
     """[(heading, text)] for the page's first screen; only what the study's files hold."""
     screening = load(study / "screening" / "screening.json")
     optimum = load(study / "optimise" / "optimum.json")
@@ -17,11 +17,11 @@ def findings(study, quantity):
     found = []
     effects = _effects(study)
     if screening and effects is not None:
-        found.append(("What decides", decides(effects, screening, quantity)))
+        found.append(("What decides", decides(effects, screening, response)))
     if optimum and region:
-        found.append(("What stays open", stays_open(optimum, region, quantity)))
+        found.append(("What stays open", stays_open(optimum, region, response)))
     if screening or optimum:
-        wrong = [*_screened(screening, quantity), *_fitted(study), *_judged(study, quantity)]
+        wrong = [*_screened(screening, response), *_fitted(study), *_judged(study, response)]
         text = " ".join(wrong) or "Nothing that these runs show."
         found.append(("What is wrong", text))
     return found
@@ -36,7 +36,7 @@ def _effects(study):
     return table.sort_values("effect", key=abs, ascending=False)
 
 
-def decides(effects, screening, quantity):
+def decides(effects, screening, response):
     """The largest effect with its share of the screening's scatter, and the other significant
     ones."""
     first = effects.iloc[0]
@@ -46,18 +46,18 @@ def decides(effects, screening, quantity):
         else ""
     )
     text = (
-        f"{_name(first['name'])} decides: {_effect(first['effect'], quantity)} over its "
+        f"{_name(first['name'])} decides: {_effect(first['effect'], response)} over its "
         f"range{share}."
     )
     others = [n for n in screening["significant"] if n != first["name"]]
     sizes = dict(zip(effects["name"], effects["effect"], strict=True))
     if others:
-        named = ", ".join(f"{label(n)} ({_effect(sizes[n], quantity)})" for n in others)
+        named = ", ".join(f"{label(n)} ({_effect(sizes[n], response)})" for n in others)
         return f"{text} Also significant: {named}."
     return f"{text} No other effect is significant at p < {screening['alpha']:g}."
 
 
-def stays_open(optimum, region, quantity):
+def stays_open(optimum, region, response):
     """The parameters that the target does not fix within the region searched."""
     borders = {f["name"]: (f["low"], f["high"]) for f in region}
     parts, fixed = [], []
@@ -67,7 +67,7 @@ def stays_open(optimum, region, quantity):
             parts.append(f"{label(name)} ({low:.3g} to {high:.3g}, all of the region searched)")
         else:
             fixed.append(f"{label(name)} to {low:.3g} to {high:.3g}")
-    target = quantity.value(optimum["target"])
+    target = response.value(optimum["target"])
     if not parts:
         return f"{target} bounds every parameter: {', '.join(fixed)}."
     bound = f"; it bounds {', '.join(fixed)}" if fixed else ""
@@ -78,7 +78,7 @@ def stays_open(optimum, region, quantity):
     )
 
 
-def _screened(screening, quantity):
+def _screened(screening, response):
     """A factor that went on in the place of a larger one."""
     if not screening:
         return []
@@ -89,8 +89,8 @@ def _screened(screening, quantity):
     largest = max(left, key=lambda n: abs(left[n]))
     smaller = [n for n in on if n in effects and abs(effects[n]) < abs(left[largest])]
     return [
-        f"{_name(n)} ({_effect(effects[n], quantity)}) went on, though {label(largest)} "
-        f"({_effect(left[largest], quantity)}) is larger{_why(screening, n)}."
+        f"{_name(n)} ({_effect(effects[n], response)}) went on, though {label(largest)} "
+        f"({_effect(left[largest], response)}) is larger{_why(screening, n)}."
         for n in smaller
     ]
 
@@ -121,14 +121,14 @@ def _fitted(study):
     return found
 
 
-def _judged(study, quantity):
+def _judged(study, response):
     """What validation and diagnosis object to."""
     v, found = load(study / "validation" / "validation.json"), []
     if v and not v["equivalent"]:
         found.append(
-            f"The validated heaps differ by {signed(v['difference'])}{quantity.unit} (95 % "
+            f"The validated heaps differ by {signed(v['difference'])}{response.unit} (95 % "
             f"{signed(v['difference_low'])} to {signed(v['difference_high'])}): not shown to be "
-            f"equivalent within ±{v['margin']:g}{quantity.unit}."
+            f"equivalent within ±{v['margin']:g}{response.unit}."
         )
     verdict = load(study / "diagnosis" / "verdict.json")
     if verdict and verdict["verdict"] != "adequate":
@@ -141,5 +141,5 @@ def _name(name):
     return label(name)[0].upper() + label(name)[1:]
 
 
-def _effect(value, quantity):
-    return f"{signed(value)}{quantity.unit}"
+def _effect(value, response):
+    return f"{signed(value)}{response.unit}"

@@ -19,7 +19,7 @@ from dem.render.image import plate_of
 LEVELS = 65535  # of a coordinate, 16 bits
 
 
-def gallery(study, key, quantity, metric):
+def gallery(study, key, response, metric):
     """Pictures of a stage's runs, [{uri, text}], in the order of its design."""
     tables = [p for name in ("runs", "design") if (p := study / key / f"{name}.csv").exists()]
     pictures = []
@@ -28,7 +28,7 @@ def gallery(study, key, quantity, metric):
         if path.exists():
             metrics = _metrics(row["run_id"])
             found = row.get("response", metrics.get(metric))
-            value = "" if found is None else f": {quantity.value(found)}"
+            value = "" if found is None else f": {response.value(found)}"
             text = f"run {row['run']}{value}{_left(metrics)}"
             pictures.append({"uri": uri(path), "text": text})
     return pictures
@@ -47,18 +47,18 @@ def _left(metrics):
     return f", {count} grains left in the funnel" if count else ""
 
 
-def viewer(study, quantity):
+def viewer(study, response):
     """JSON for the page's viewer: the validated heap nearest to the mean, and the screening's
     extremes; None where no heap's state is at hand."""
     scenes = [
         scene
-        for name, text in _chosen(study, quantity)
+        for name, text in _chosen(study, response)
         if (scene := _scene(name, text)) is not None
     ]
     return json.dumps(scenes) if scenes else None
 
 
-def _chosen(study, quantity):
+def _chosen(study, response):
     """(run_id, name) of the heaps to show."""
     chosen = []
     for stage, picks in (("validation", "middle"), ("screening", "extremes")):
@@ -70,7 +70,7 @@ def _chosen(study, quantity):
         at = [(y - y.mean()).abs().idxmin()] if picks == "middle" else [y.idxmin(), y.idxmax()]
         names = ["calibrated"] if picks == "middle" else ["lowest of the screening", "highest"]
         for k, name in zip(at, names, strict=True):
-            chosen.append((runs.loc[k, "run_id"], f"{name}, {quantity.value(y[k])}"))
+            chosen.append((runs.loc[k, "run_id"], f"{name}, {response.value(y[k])}"))
     return chosen
 
 

@@ -4,22 +4,22 @@ from pathlib import Path
 
 import pandas as pd
 
-from calibration.figures import label, quantity_of
+from calibration.figures import label, response_of
 from calibration.report.embed import caption, download, figure, load, table
 from calibration.stages import resolve
 
 ALL_ROWS = 10_000  # a table of verdicts is shown whole, in a box that scrolls
 
 
-def section(study, stage, quantity):
+def section(study, stage, response):
     """The section of a declared stage in the folder of a study, or None where it has not run or has
     none."""
     if stage.name == "diagnosis":
         return diagnosis(study)
-    return beside(study, stage) if stage.about else _listed(study, stage, quantity)
+    return beside(study, stage) if stage.about else _listed(study, stage, response)
 
 
-def _listed(study, stage, quantity):
+def _listed(study, stage, response):
     """The section of a stage of which the declaration lists the tables."""
     folder = study / stage.name
     own = [f for f in stage.figures if f.file.startswith(f"{stage.name}/")]
@@ -38,7 +38,7 @@ def _listed(study, stage, quantity):
     if not stage.tables or (not drawn and not shown):
         return None
     summary = load(folder / f"{stage.name}.json")
-    texts = resolve(stage.sentences)(summary, quantity) if summary and stage.sentences else []
+    texts = resolve(stage.sentences)(summary, response) if summary and stage.sentences else []
     return {
         "key": stage.name,
         "title": stage.title,
@@ -55,7 +55,7 @@ def _further(folder, listed):
     for path in sorted(p for p in folder.glob("*.svg") if p.stem not in listed):
         base = next((n for n in listed if path.stem.startswith(f"{n}_")), None)
         metric = path.stem.removeprefix(f"{base}_")
-        text = f"{quantity_of(metric).name.capitalize()}: {caption(base or folder.name)}"
+        text = f"{response_of(metric).name.capitalize()}: {caption(base or folder.name)}"
         data = sorted(p for p in folder.glob(f"*{metric}*") if p.suffix != ".svg")
         figures.append(figure(path, text, [*data, folder / "runs.csv"]))
     return figures

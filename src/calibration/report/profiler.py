@@ -13,7 +13,7 @@ from calibration.statistics.surface import fit_surface
 from calibration.tables import read_written
 
 
-def profiler(study, quantity):
+def profiler(study, response):
     """JSON of factors, terms, coefficients and their covariance, or None where no surface was
     fitted.
 
@@ -49,8 +49,8 @@ def profiler(study, quantity):
             "covariance": (surface.sigma2 * surface.inverse).tolist(),
             "t": float(stats.t.ppf(0.975, surface.df)) if surface.df > 0 else None,
             "target": optimum["target"],
-            "unit": quantity.unit,
-            "name": quantity.name,
+            "unit": response.unit,
+            "name": response.name,
         }
     )
     return text.replace("<", "\\u003c")  # nothing in a name ends the script

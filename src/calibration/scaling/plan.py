@@ -14,25 +14,27 @@ from calibration.campaign import write_plan
 from calibration.config import bench_run, given, overlay, point_spec
 from calibration.scaling.dimensions import RULES, ScalingError, factors
 from dem.spec import OPTIONAL, REQUIRED, parse_spec
+from dem.units import unit_of
 
 EXPERIMENTS = ("heap", "drop")
-UNITS = {
-    # ending of a key: quantity; the longest ending that fits counts
-    "_kg_m3": "density",
-    "_Pa": "modulus",
-    "_kPa": "stress",
-    "_J_m3": "cohesion_energy_density",
-    "_J_m2": "surface_energy",
-    "_N_m": "surface_energy",
-    "_N": "force",
-    "_Pa_s": "viscosity",
-    "_m_s": "velocity",
-    "_mm_s": "velocity",
-    "_mm": "length",
-    "_per_s": "angular_velocity",
-    "_deg_s": "angular_velocity",
-    "_s": "time",
+HELD_IN = {
+    "kg/m³": "density",
+    "Pa": "modulus",
+    "kPa": "stress",
+    "J/m³": "cohesion_energy_density",
+    "J/m²": "surface_energy",
+    "N/m": "surface_energy",
+    "N": "force",
+    "Pa·s": "viscosity",
+    "m/s": "velocity",
+    "mm/s": "velocity",
+    "mm": "length",
+    "1/s": "angular_velocity",
+    "°/s": "angular_velocity",
+    "s": "time",
 }
+"""Unit of a run spec's key -> the quantity of `scaling.DIMENSIONS` that the key holds."""
+
 COHESION = {
     name
     for (slot, _), groups in REQUIRED.items()
@@ -46,8 +48,7 @@ NOT_SCALED = ("output", "seed")  # what is written, not what is simulated
 def quantity_of(key):
     """Quantity of `scaling.DIMENSIONS` that a run spec's key holds, by its unit; None for a number
     without one."""
-    endings = [u for u in UNITS if key.endswith(u)]
-    return UNITS[max(endings, key=len)] if endings else None
+    return HELD_IN.get(unit_of(key))
 
 
 def enlarged(run, experiment, rule, h):

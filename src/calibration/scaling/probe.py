@@ -8,6 +8,7 @@ and 15 state.
 
 import numpy as np
 
+from dem.constants import GRAVITY
 from dem.experiments.setup import build_simulation
 from dem.grains import mean_radius
 from dem.materials import WALL
@@ -26,14 +27,14 @@ def probe(run):
     `run` is a run spec of the drop, without experiment and seed.
     """
     spec = parse_spec(run | {"experiment": "drop", "numerics": {"precision": "double"}})
-    radius, gravity = mean_radius(spec), 9.81
+    radius = mean_radius(spec)
     force, mass, step = _force(spec, radius, OVERLAP * radius, 0.0)
     more = _force(spec, radius, OVERLAP * radius * (1.0 + STRETCH), 0.0)[0]
     speed = SPEED * OVERLAP * radius / step
     moving = _force(spec, radius, OVERLAP * radius, speed)[0]
     return {
         "mass": mass,
-        "weight": mass * gravity,
+        "weight": mass * GRAVITY,
         "force": force,
         "stiffness": (more - force) / (STRETCH * OVERLAP * radius),
         "damping_coefficient": (moving - force) / speed,

@@ -29,9 +29,9 @@ from calibration.scaling.dimensions import (
 from calibration.scaling.plan import base_run, enlarged
 from calibration.scaling.probe import measured_exponents
 from dem.io.files import write_json
+from dem.units import in_ascii, unit_of
 
 RESPONSE = {"heap": "angle_of_repose_deg", "drop": "effective_restitution"}
-UNIT = {"heap": "deg", "drop": "1"}
 HOLDS, FAILS, UNDECIDED = "holds", "fails", "undecided"
 KEPT, CHANGED = "kept", "changed"
 VERDICT = {KEPT: HOLDS, CHANGED: FAILS, UNDECIDED: UNDECIDED}
@@ -72,7 +72,7 @@ def response_table(design, metrics, margins, alpha=0.05):
             row = {"experiment": experiment, "rule": rule, "cohesive": bool(cohesive)}
             row |= {"scale": float(scale), "n": len(values), "mean": values.mean()}
             row |= {"sd": values.std(ddof=1), "low": values.mean() - half}
-            row |= {"high": values.mean() + half, "unit": UNIT[experiment]}
+            row |= {"high": values.mean() + half, "unit": in_ascii(unit_of(RESPONSE[experiment]))}
             row |= {"left_in_funnel": group["left_in_funnel"].mean()}
             if scale != case["scale"].iloc[0]:
                 row |= difference(first, values, margins[experiment], alpha)

@@ -56,9 +56,10 @@ class Task:
     function
     of the study that gives paths}; outputs: {name: file below the study's folder, `Figure` or
     `PerTarget`}; plans: folder of the plan that it writes; batches: processes that share these
-    runs, or a function of the study, as many as the cost of a run asks for where None; failures:
-    "refused" or "kept"; needs: keys that must be given; cheap: it takes seconds and is not sent to
-    a cluster.
+    runs,
+    or a function of the study, a job a run where None; failures: "refused" or "kept"; needs: keys
+    that
+    must be given; cheap: it takes seconds and is not sent to a cluster.
     """
 
     function: str
@@ -101,7 +102,7 @@ class Stage:
 
     place: order on the page, of which the whole number is the category of snakemake's own report;
     tables: (file without suffix, title); sentences: "module:function" that gives lines of text from
-    the stage's summary and the quantity; about: a line for a stage whose folder is shown as it is,
+    the stage's summary and the response; about: a line for a stage whose folder is shown as it is,
     without the columns `unshown` {table: columns}; pictured: the plan whose heaps are
     shown; category: in snakemake's own report, the title unless given.
     """

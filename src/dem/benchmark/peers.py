@@ -15,10 +15,11 @@ from pathlib import Path
 
 import numpy as np
 
+from dem.constants import GRAVITY
+
 RELAX, BLOCK = 6000, 3000
-FEWER = {
-    "yade": 6
-}  # YADE runs this many times fewer steps: it needs minutes for what the others do in seconds
+# YADE runs this many times fewer steps: it needs minutes for what the others do in seconds
+FEWER = {"yade": 6}
 
 
 def available():
@@ -45,6 +46,7 @@ def run_peers(sim, width, folder):
     for name in available():
         relax, block = (steps // FEWER.get(name, 1) for steps in (RELAX, BLOCK))
         variables = {"width": f"{width:.9e}", "relax": str(relax), "block": str(block)}
+        variables["gravity"] = str(GRAVITY)
         out[name] = sim.n * block / min(RUNNERS[name](folder, variables))
     return out
 
@@ -101,7 +103,7 @@ def _run_lammps(folder, variables):
 
 
 def _run_yade(folder, variables):
-    arguments = [variables[k] for k in ("width", "relax", "block")]
+    arguments = [variables[k] for k in ("width", "relax", "block", "gravity")]
     text = _run(["yade", "-j1", "-n", "-x", _input("bed.yade.py"), *arguments], folder, "yade")
     return [float(s) for s in re.findall(r"block seconds (\S+)", text)]
 

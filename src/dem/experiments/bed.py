@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
+from dem.constants import GRAVITY
 from dem.experiments.setup import add_grains
 from dem.linear import slope
 
-GRAVITY = 9.81
 SHAKE = 0.3  # speed of the grains when they are made [m/s]: it breaks the lattice
 PITCH = 2.15  # between grains when they are made, in reaches
 LOOK = 0.01  # between looks at the energy [s]

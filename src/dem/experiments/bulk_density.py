@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from dem.constants import GRAVITY
 from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse
 from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
 from dem.lazy import lazily
@@ -82,7 +83,7 @@ def run(spec, context):
 
 def _tap(sim, height):
     """Raise the vessel and let it fall; it stops dead, the grains do not."""
-    fall = math.sqrt(2.0 * height / bed.GRAVITY)
+    fall = math.sqrt(2.0 * height / GRAVITY)
     sim.move_wall("vessel", velocity=(0.0, 0.0, LIFT_SPEED))
     bed.advance_for(sim, height / LIFT_SPEED)
     sim.move_wall("vessel", velocity=(0.0, 0.0, -height / fall))

@@ -12,16 +12,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dem.errors import MeasureError, SpecError
-from dem.units import UNITS
-
-
-def unit_of(metric):
-    """(name without the unit, unit as written behind a number) of a metric, whose name ends in its
-    unit."""
-    for ending, unit in UNITS.items():
-        if metric.endswith(ending):
-            return metric.removesuffix(ending), unit if unit == "°" else f" {unit}"
-    return metric, ""
 
 
 @dataclass(frozen=True)
@@ -37,16 +27,6 @@ class Metric:
     least: float = -np.inf
     most: float = np.inf
     target: bool = True
-
-    @property
-    def words(self):
-        """Name for a sentence or an axis."""
-        return unit_of(self.name)[0].replace("_", " ")
-
-    @property
-    def unit(self):
-        """Unit as written behind a number."""
-        return unit_of(self.name)[1]
 
 
 class Plain:

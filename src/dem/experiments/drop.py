@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from dem.constants import GRAVITY
 from dem.errors import MeasureError
 from dem.experiments.declare import Experiment, Lever, LogShare, Metric, Quantity
 from dem.grains import mean_radius
@@ -20,7 +21,6 @@ from dem.timescales import hertz_contact_time
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 drag = lazily("dem.drag")
 
-GRAVITY = 9.81
 LEAST_REBOUND = 1e-4  # of the drop height; a grain that sticks has no logarithm
 
 

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from dem.constants import GRAVITY
 from dem.errors import MeasureError, SpecError
 from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse
 from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
@@ -82,7 +83,7 @@ def advice(spec):
 
 def _froude(spec):
     rate = math.radians(spec.geometry.rotation_rate_deg_s)
-    return rate**2 * 0.5e-3 * spec.geometry.drum_diameter_mm / 9.81
+    return rate**2 * 0.5e-3 * spec.geometry.drum_diameter_mm / GRAVITY
 
 
 def run(spec, context):
@@ -94,7 +95,7 @@ def run(spec, context):
         largest_reach(spec),
     )
     rate = math.radians(g.rotation_rate_deg_s)
-    sim = setup.build_simulation(spec, _walls(radius, width), gravity=(0.0, -bed.GRAVITY, 0.0))
+    sim = setup.build_simulation(spec, _walls(radius, width), gravity=(0.0, -GRAVITY, 0.0))
     radii = draw_radii(spec, spec.particles.count, rng)
     _fill(sim, spec, radii, radius, width, reach, rng)
     bed.settle(sim, spec.numerics.max_time_s)

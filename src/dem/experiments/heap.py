@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from dem.constants import GRAVITY
 from dem.errors import RefusedStateError, SpecError
 from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse
 from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
@@ -20,7 +21,6 @@ from dem.part import Part, field
 
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 
-GRAVITY = 9.81
 MIN_ORIFICE_RATIO = 3.0  # orifice over largest grain; below it any funnel clogs
 FREE_FLOW_RATIO = 5.0
 """Orifice over largest grain below which arches stop the flow at times (Zuriguel et al. 2005,

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from dem.constants import DOWN, GRAVITY
 from dem.dumbbell import moments, sphere_radius
 from dem.grains import smallest_radius
 from dem.linear import length
@@ -53,7 +54,7 @@ def time_step_of(spec):
     return spec.numerics.rayleigh_fraction * rayleigh
 
 
-def build_simulation(spec, walls, gravity=(0.0, 0.0, -9.81)):
+def build_simulation(spec, walls, gravity=DOWN):
     """A `Simulation` with the spec's materials, laws and numerics, the given walls and no
     particles."""
     numerics, contacts = spec.numerics, contact_parameters(spec)
@@ -73,7 +74,7 @@ def build_simulation(spec, walls, gravity=(0.0, 0.0, -9.81)):
     )
 
 
-def rest_energy(sim, gravity=9.81):
+def rest_energy(sim):
     """Kinetic energy in units of the energy that lifts every grain by its radius [-]."""
     radius, mass = sim.radius, sim.mass
-    return sim.kinetic_energy() / max(float((mass * radius).sum()) * gravity, 1e-300)
+    return sim.kinetic_energy() / max(float((mass * radius).sum()) * GRAVITY, 1e-300)

@@ -14,6 +14,7 @@ import math
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from dem.constants import GRAVITY
 from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, Share, refuse
 from dem.grains import draw_radii, largest_reach, longest_mm
 from dem.lazy import lazily
@@ -21,7 +22,6 @@ from dem.part import Part, field
 
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 
-GRAVITY = 9.81
 VANES = 24
 RAMP = 0.04  # duration of a change of load [s]
 STRETCHES = 50  # the shear path is cut into so many means

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from dem.constants import GRAVITY
 from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, Share, refuse
 from dem.grains import draw_radii, largest_reach, longest_mm
 from dem.lazy import lazily
@@ -96,7 +97,7 @@ def _press(sim, force):
     # the lid follows the grains but does not bounce on them
     walls.drag[lid] = 100.0 * grains
     walls.origin[lid, 2] = float((sim.position[:, 2] + sim.radius).max())
-    weight = grains * bed.GRAVITY
+    weight = grains * GRAVITY
     for part in np.linspace(0.0, 1.0, RAMP + 1)[1:]:
         sim.move_wall("lid", load=weight - part * force)
         bed.advance_for(sim, 4e-3)

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from calibration.batches import named, simulate
+from dem.constants import GRAVITY
 from dem.spec import parse_spec
 from diagnosis.measurements import Measurement
 from diagnosis.quantities import POURED, QUANTITIES
 from diagnosis.settings import condition_spec, parameters_of
 
-GRAVITY = 9.81
 NOISE = {"drop": 0.02, "tilt": 0.4, "shear": 0.03, "heap": 1.0}
 """Standard deviation of one reading: a share of the value where that is its quantity's way, else in
 its unit."""

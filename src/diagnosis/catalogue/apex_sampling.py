@@ -2,9 +2,8 @@
 
 import numpy as np
 
+from dem.constants import GRAVITY
 from diagnosis.catalogue import Mechanism, Strength
-
-GRAVITY = 9.81
 
 
 def apply(spec, strength):

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
+from dem.constants import GRAVITY
 from diagnosis.catalogue import Mechanism, Strength
 
-GRAVITY = 9.81
 DEFAULT_RATE = 5.0
 
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dem.constants import GRAVITY
 from diagnosis.laws.mixed import Candidate
 
-GRAVITY = 9.81
 SIZES = np.array([0.01, 0.03, 0.09, 0.27, 0.8])
 """Sizes of a law that are tried: change of the logarithm over half the range of its state."""
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from dem.benchmark.peers import write_states
+from dem.constants import GRAVITY
 from dem.experiments.heap import LOST_BELOW, Rig
 from dem.experiments.setup import time_step_of
 from dem.io.stl import write_stl
@@ -94,6 +95,7 @@ def run_bed(sim, width, folder, steps):
     deck = resources.files("dem.benchmark") / "inputs" / "bed.liggghts.in"
     block = steps // 4  # the deck relaxes and then times three blocks
     numbers = {"deck": deck, "width": f"{width:.9e}", "relax": steps - 3 * block, "block": block}
+    numbers["gravity"] = GRAVITY
     version, states = run("bed.in", folder, numbers)
     return version, states[-1]
 

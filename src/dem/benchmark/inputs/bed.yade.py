@@ -1,10 +1,14 @@
-"""Settled bed in YADE: relax, then three timed blocks. Arguments: width [m], steps to relax, steps a block."""
+"""Settled bed in YADE: relax, then three timed blocks.
+
+Arguments: width [m], steps to relax, steps a block, gravity [m/s2].
+"""
 
 import csv
 import sys
 import time
 
-width, relax, block = float(sys.argv[-3]), int(sys.argv[-2]), int(sys.argv[-1])
+width, gravity = float(sys.argv[-4]), float(sys.argv[-1])
+relax, block = int(sys.argv[-3]), int(sys.argv[-2])
 salt = O.materials.append(
     FrictMat(young=2.5e7, poisson=0.25, frictionAngle=atan(0.5), density=1210)
 )
@@ -22,7 +26,7 @@ O.engines = [
         [Ip2_FrictMat_FrictMat_MindlinPhys(en=0.544, krot=1e-4, eta=0.23)],
         [Law2_ScGeom_MindlinPhys_Mindlin(includeMoment=True)],
     ),
-    NewtonIntegrator(gravity=(0, 0, -9.81), damping=0.0),
+    NewtonIntegrator(gravity=(0, 0, -gravity), damping=0.0),
 ]
 O.dt = 7.5e-6
 O.run(relax, True)

@@ -5,6 +5,8 @@ g surface energy per surface, so that the pull-off force is 3 pi g R*.
 Johnson, Kendall, Roberts (1971), Proc. R. Soc. A 324:301. With s = sqrt(a) the first equation is a
 quartic in s."""
 
+from math import pi
+
 from dem.arithmetic import law, maximum, sqrt
 from dem.contact.law import Law, Parameter
 
@@ -25,7 +27,7 @@ def _cube_root(x):
 @law
 def _slope(p):
     """sqrt(4 pi g / E*), the factor of s in the quartic."""
-    return sqrt(12.566370614359172 * p.cohesion / p.young)
+    return sqrt(4.0 * pi * p.cohesion / p.young)
 
 
 @law
@@ -55,14 +57,14 @@ def contact_radius(p, overlap, r_eff):
 @law
 def normal_force(p, radius, r_eff):
     """Elastic and adhesive force together [N], positive where repulsive."""
-    adhesive = 4.0 * sqrt(3.141592653589793 * p.cohesion * p.young) * radius * sqrt(radius)
+    adhesive = 4.0 * sqrt(pi * p.cohesion * p.young) * radius * sqrt(radius)
     return (4.0 / 3.0) * p.young * radius * radius * radius / r_eff - adhesive
 
 
 @law
 def pull_off(p, r_eff):
     """Pull-off force 3 pi g R* [N]."""
-    return 9.42477796076938 * p.cohesion * r_eff
+    return 3.0 * pi * p.cohesion * r_eff
 
 
 @law

@@ -23,11 +23,9 @@ def attraction(p, overlap, r_eff, grain):
     """Attractive force [N] at an effective radius R* and a grain's radius r [m]; the gap is zero
     while they touch."""
     radius = 2.0 * r_eff
-    volume = 4.1887902047863905 * p.liquid * grain * grain * grain
+    volume = 4.0 / 3.0 * math.pi * p.liquid * grain * grain * grain
     gap = maximum(-overlap, 0.0) * sqrt(radius / volume)
-    return (
-        6.283185307179586 * radius * p.cohesion * p.wetting / (1.0 + 1.05 * gap + 2.5 * gap * gap)
-    )
+    return 2.0 * math.pi * radius * p.cohesion * p.wetting / (1.0 + 1.05 * gap + 2.5 * gap * gap)
 
 
 @law

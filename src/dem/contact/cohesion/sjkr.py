@@ -3,6 +3,8 @@
 k is the cohesion energy density [J/m3]. The attraction ends where the spheres part.
 """
 
+from math import pi
+
 from dem.arithmetic import law, maximum
 from dem.contact.law import Law, Parameter
 
@@ -10,7 +12,7 @@ from dem.contact.law import Law, Parameter
 @law
 def attraction(p, overlap, r_eff, grain):
     """Attractive force [N]."""
-    return p.cohesion * 3.141592653589793 * r_eff * maximum(overlap, 0.0)
+    return p.cohesion * pi * r_eff * maximum(overlap, 0.0)
 
 
 LAW = Law(

@@ -15,5 +15,4 @@ LAW = Law(
     name="none",
     equation="no dashpot",
     kernels={"damped": damped},
-    constants=("damping",),
 )

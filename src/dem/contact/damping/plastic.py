@@ -35,15 +35,14 @@ def damped(p, elastic, stiffness, overlap, r_eff, m_eff, v_n, deepest):
     """Hysteretic force less the dashpot [N] and the new deepest overlap [m]."""
     p_y = p.yield_pressure
     k = (4.0 / 3.0) * p.young * sqrt(r_eff)
-    ratio = 1.5707963267948966 * p_y / p.young
+    ratio = 0.5 * math.pi * p_y / p.young
     yield_overlap = ratio * ratio * r_eff
     yield_force = k * yield_overlap * sqrt(yield_overlap)
     deepest = maximum(deepest, overlap)
     flow = maximum(deepest - yield_overlap, 0.0)
-    largest = yield_force + 3.141592653589793 * r_eff * p_y * flow
-    contact_area = (2.0 * largest + yield_force) / (
-        6.283185307179586 * p_y
-    )  # squared contact radius at unloading
+    largest = yield_force + math.pi * r_eff * p_y * flow
+    # squared contact radius at unloading
+    contact_area = (2.0 * largest + yield_force) / (2.0 * math.pi * p_y)
     flattened = (4.0 / 3.0) * p.young / largest * contact_area * sqrt(contact_area)
     recovered = contact_area / flattened  # elastic part of the deepest overlap
     left = maximum(overlap - (deepest - recovered), 0.0)

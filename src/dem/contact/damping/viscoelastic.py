@@ -32,7 +32,7 @@ LAW = Law(
             limits={"gt": 0},
         ),
     ),
-    constants=("damping", "viscous_time"),
+    constants=("viscous_time",),
     values=lambda contact: {
         "damping": factor(contact.restitution),  # of the tangential spring
         "viscous_time": contact.viscous_time,

@@ -38,7 +38,7 @@ def normal(p, overlap, r_eff, deepest):
     # x_p^n = rest, so a_p = sqrt(R*) rest^(1/3); the cube root from the deepest overlap:
     # (lambda^(1/3)) sqrt(deepest)
     patch = sqrt(r_eff * deepest) * p.plasticity_root
-    pull = minimum(4.71238898038469 * p.adhesion_energy * patch, 0.5 * k2 * rest)
+    pull = minimum(1.5 * math.pi * p.adhesion_energy * patch, 0.5 * k2 * rest)
     parting = rest - pull / k2
     adhesion = pull / maximum(parting, TINY) * x
     elastic = k2 * (x - rest)

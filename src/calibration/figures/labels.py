@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from dem.experiments.declare import unit_of
+from dem.units import behind, unit_of, without_unit
 
 
 def label(name):
@@ -16,7 +16,7 @@ def signed(value):
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Response:
     """What a study calibrates, for labels: its name and its unit as written behind a number."""
 
     name: str
@@ -37,10 +37,9 @@ class Quantity:
         return f"{x:.2f}°" if self.unit == "°" else f"{x:.4g}{self.unit}"
 
 
-def quantity_of(metric):
-    """`Quantity` of a run's metric, whose name ends in its unit (angle_of_repose_deg)."""
-    name, unit = unit_of(metric)
-    return Quantity(label(name), unit)
+def response_of(metric):
+    """`Response` of a run's metric, whose name ends in its unit (angle_of_repose_deg)."""
+    return Response(label(without_unit(metric)), behind(unit_of(metric)))
 
 
-ANGLE = quantity_of("angle_of_repose_deg")
+ANGLE = response_of("angle_of_repose_deg")

@@ -26,9 +26,9 @@ from calibration.statistics.validate import compare
     ],
 )
 def test_a_metrics_name_gives_its_unit(metric, axis, value):
-    quantity = figures.quantity_of(metric)
-    assert quantity.axis == axis
-    assert quantity.value(45.26) == value
+    response = figures.response_of(metric)
+    assert response.axis == axis
+    assert response.value(45.26) == value
 
 
 def texts(figure):
@@ -37,7 +37,7 @@ def texts(figure):
 
 
 def test_no_figure_of_another_metric_speaks_of_degrees():
-    quantity = figures.quantity_of("rebound_height_mm")
+    response = figures.response_of("rebound_height_mm")
     region = [Factor(c, f"factor_{c}", f"k{c}", 0.0, 1.0) for c in "ABC"]
     design = box_behnken(region)
     noise = np.random.default_rng(0).normal(size=len(design))
@@ -56,15 +56,15 @@ def test_no_figure_of_another_metric_speaks_of_degrees():
     )
     groups, measured = 40 + noise[:6].reshape(2, 3), 40 + noise[6:12]
     drawn = [
-        figures.half_normal(effects, ["B"], quantity),
-        figures.pareto(effects, 2.0, 2.5, quantity=quantity),
-        figures.ascent_path(path, region, 40.0, 2, quantity),
-        figures.predicted_actual(surface, quantity),
-        figures.residual_panel(surface, quantity),
-        figures.perturbation(surface, region, quantity),
-        figures.surfaces(surface, region, quantity),
-        figures.contours(surface, region, solve(surface, 40.0), quantity),
-        figures.validation(groups, measured, compare(groups, measured, 1.0), quantity),
+        figures.half_normal(effects, ["B"], response),
+        figures.pareto(effects, 2.0, 2.5, response=response),
+        figures.ascent_path(path, region, 40.0, 2, response),
+        figures.predicted_actual(surface, response),
+        figures.residual_panel(surface, response),
+        figures.perturbation(surface, region, response),
+        figures.surfaces(surface, region, response),
+        figures.contours(surface, region, solve(surface, 40.0), response),
+        figures.validation(groups, measured, compare(groups, measured, 1.0), response),
     ]
     for figure in drawn:
         assert "°" not in texts(figure)
