@@ -64,16 +64,29 @@ def cost_ahead(config):
     return f"a run of {count} grains takes about {memory_mb(count):.0f} MB of memory{_time(spec)}"
 
 
-def _time(spec):
+def run_seconds(spec):
+    """Time of one run [s] of one core, estimated from its spec (a mapping); None for an experiment
+    that pours no grains."""
+    return _seconds(parse_spec(spec))
+
+
+def _seconds(spec):
     rate = getattr(spec.geometry, "generation_rate_per_s", None)
-    if rate is None:
-        return ""
+    if rate is None or spec.engine is not None:
+        return None
     from dem.experiments.setup import time_step_of  # loads the engine
 
     poured = spec.particles.count / rate
     # half of the grains on average while they are poured, all of them while they come to rest
     steps = (0.5 * poured + 0.7) / time_step_of(spec)
-    hours = spec.particles.count * steps / GRAIN_STEPS_PER_S / 3600.0
+    return spec.particles.count * steps / GRAIN_STEPS_PER_S
+
+
+def _time(spec):
+    seconds = _seconds(spec)
+    if seconds is None:
+        return ""
+    hours = seconds / 3600.0
     shown = f"{60 * hours:.2g} minutes" if hours < 2 else f"{hours:.2g} hours"
     return f" and about {shown} of one core"
 

@@ -5,14 +5,46 @@ Each run is still kept under the content of its spec and skipped where its resul
 a batch that was cut off goes on where it stopped.
 """
 
+from math import ceil
+
 from calibration import engines
+from calibration.ahead import run_seconds
 from calibration.campaign import read_plan, run_id
 from calibration.errors import CalibrationError
+from calibration.runner import run_each
 from calibration.store import ROOT, RunStore
 from dem.errors import PHYSICAL, StoppedError
 from dem.io.files import write_json
 from dem.results import write_failure
 from dem.spec import parse_spec
+
+START_S = 4.0
+"""What a job of the workflow takes of one core before its first run [s]; measured."""
+
+ADDED_S, ADDED_SHARE = 0.05, 0.02
+"""What the start may add to a run: seconds, or a share of the run's own time if that is more."""
+
+LEAST_JOBS = 8
+"""Jobs that a plan is parted into at least, so that the cores end together."""
+
+
+def runs_per_job(specs, chosen=None):
+    """Number of runs {name: spec} of a plan that share a process: `chosen`, or as many as make the
+    start of a process cost little beside them. One where a run takes minutes, where the plan has
+    few runs, or where nobody knows what a run takes."""
+    if chosen:
+        return chosen
+    seconds = run_seconds(next(iter(specs.values()))) if specs else None
+    if seconds is None:
+        return 1
+    wanted = ceil(START_S / max(ADDED_S, ADDED_SHARE * seconds))
+    return max(1, min(wanted, len(specs) // LEAST_JOBS))
+
+
+def batch_count(specs, chosen=None):
+    """Number of processes that make the runs of a plan; None where each run is a job of its own."""
+    size = runs_per_job(specs, chosen)
+    return None if size == 1 else ceil(len(specs) / size)
 
 
 def run_batch(plan_file, batch, batches, done, failures="refused", root=ROOT):
@@ -21,15 +53,28 @@ def run_batch(plan_file, batch, batches, done, failures="refused", root=ROOT):
     failures: "refused" raises CalibrationError naming the runs that failed and why, after the
     others have been done; "kept" lists them in `done`, for who can do without them. What the
     machine did to a run is refused in either case."""
-    specs = read_plan(plan_file)
-    names = sorted(specs)[batch::batches]
-    found = simulate({n: specs[n] for n in names}, root, note=lambda text: print(text, flush=True))
+    specs = share_of(plan_file, batch, batches)
+    found = simulate(specs, root, note=lambda text: print(text, flush=True))
     failed = [name for name, metrics in found.items() if metrics is None]
     if failed and failures == "refused":
         store = RunStore(root)
         lines = [f"{n}: {(store.failure(n) or {}).get('error', '')}" for n in failed]
         raise CalibrationError(f"{len(failed)} runs of {plan_file} failed\n" + "\n".join(lines))
-    write_json(done, {"runs": names, "failed": failed})
+    write_json(done, {"runs": list(specs), "failed": failed})
+
+
+def run_told_batch(plan_file, batch, batches, done, log, config, root=ROOT):
+    """The same for runs that could each be a job of its own: each has its log and its message, and
+    the job ends with status 1 after them where one failed; see `run_each`."""
+    specs = share_of(plan_file, batch, batches)
+    run_each(specs, log, config, root)
+    write_json(done, {"runs": list(specs), "failed": []})
+
+
+def share_of(plan_file, batch, batches):
+    """{run id: spec} of every `batches`-th run of a plan, from number `batch` on."""
+    specs = read_plan(plan_file)
+    return {name: specs[name] for name in sorted(specs)[batch::batches]}
 
 
 def simulate(specs, root=ROOT, note=lambda text: None):

@@ -181,35 +181,36 @@ def points_of(name, config):
     return found
 
 
-def progress(config):
+def progress(config, store=None):
     """(done, todo, mean): a text 'stage finished/total' for each stage, the runs left, and the mean
     wall time [s] of those finished, None before the first. As the store's index has it: no result
     is read."""
     done, todo, walls = [], 0, []
-    store = RunStore()
+    store = store or RunStore()
     for stage in STAGES:
         names = read_plan(f"results/{config.name}/{stage}/plan.json")
         finished = [e for n in names if (e := store.known(n)) and is_current(e["engine"])]
-        total = len(names) or expected_runs(config)[stage]
+        total = len(names) or expected_runs(config, stage)
         done.append(f"{stage} {len(finished)}/{total}")
         todo += total - len(finished)
         walls += [e["wall_time_s"] for e in finished if e["wall_time_s"] is not None]
     return done, todo, sum(walls) / len(walls) if walls else None
 
 
-def expected_runs(config):
-    """Number of runs of each stage before it has been planned."""
-    # takes half a second to load, which a run need not wait for once all stages are planned
+def expected_runs(config, stage):
+    """Number of runs of a stage before it has been planned."""
+    # take half a second to load, which a run need not wait for once all stages are planned
     from calibration.statistics.composite import surface_design
     from calibration.statistics.screening_design import screening_design
 
-    factors = read_factors(config.factors)
-    screening, surface = config.screening, config.response_surface
-    going_on = factors[: screening.at_most]
+    if stage == "screening":
+        return len(screening_design(read_factors(config.factors), config.screening))
+    if stage == "response_surface":
+        surface = config.response_surface
+        going_on = read_factors(config.factors)[: config.screening.at_most]
+        return len(surface_design(going_on, surface.centre_runs, surface.replicates))
     return {
-        "screening": len(screening_design(factors, screening)),
         "ascent": config.ascent.steps,
-        "response_surface": len(surface_design(going_on, surface.centre_runs, surface.replicates)),
         "candidate": config.optimise.candidate_runs,
         "validation": config.validation.groups * config.validation.replicates,
-    }
+    }[stage]

@@ -13,8 +13,8 @@ from calibration import engines
 from calibration.campaign import points_of, progress
 from calibration.config import Config
 from calibration.files import replacing
-from calibration.store import RunStore
-from dem.errors import DemError, MeasureError, RefusedStateError
+from calibration.store import ROOT, RunStore
+from dem.errors import DemError, MeasureError, RefusedStateError, StoppedError
 from dem.io.files import write_arrays
 from dem.results import STATE, write_result
 from dem.spec import parse_spec
@@ -35,8 +35,35 @@ def run_logged(spec, out, log, config):
     A failed run says which points of which designs need it, why it failed, the likely cause and
     where its log is, keeps its spec beside the log, and ends the job with status 1.
     """
+    store = RunStore(Path(out).parent)
+    if _fault(spec, Path(out).name, log, Config.model_validate(config), store):
+        sys.exit(1)
+
+
+def run_each(specs, log, config, root=ROOT):
+    """Make runs {name: spec} one after another in this process, each as `run_logged` does with its
+    log in its own folder; those that are there are not made again. `log` says of each how it ended.
+    A run that fails does not stop the others, but ends the job with status 1 after them."""
+    config, store, failed = Config.model_validate(config), RunStore(root), 0
+    Path(log).parent.mkdir(parents=True, exist_ok=True)
+    with open(log, "w", buffering=1) as stream:
+        for name, spec in specs.items():
+            if store.current(name):
+                stream.write(f"{name} was there\n")
+                continue
+            error = _fault(spec, name, store.folder(name) / "run.log", config, store)
+            stream.write(f"{name} failed: {error}\n" if error else f"{name} done\n")
+            failed += bool(error)
+            if isinstance(error, StoppedError):
+                break
+    if failed:
+        sys.exit(1)
+
+
+def _fault(spec, name, log, config, store):
+    """Make one run; what went wrong, which has been told, or None."""
+    out = store.folder(name)
     started = time.time()
-    config = Config.model_validate(config)
     Path(log).parent.mkdir(parents=True, exist_ok=True)
     repeat = Path(log).with_name("failed.yaml")
     with open(log, "w") as stream:
@@ -52,9 +79,9 @@ def run_logged(spec, out, log, config):
 
         try:
             result = _made(spec, out, note)
-            RunStore(Path(out).parent).entry(Path(out).name)
+            store.entry(name)
         except Exception as error:
-            message = failure(error, spec, Path(out).name, config)
+            message = failure(error, spec, name, config)
             stream.write(f"{message}\n")
             if not isinstance(error, DemError):
                 traceback.print_exc(file=stream)
@@ -63,10 +90,11 @@ def run_logged(spec, out, log, config):
             print(
                 f"{message}\n  log:    {log}\n  repeat: dem run {repeat} --out DIR", file=sys.stderr
             )
-            sys.exit(1)
+            return error
         stream.write(f"done: {result['metrics']}\n")
     repeat.unlink(missing_ok=True)
-    report_sometimes(config)
+    report_sometimes(config, store)
+    return None
 
 
 def _made(spec, out, note):
@@ -121,7 +149,7 @@ def begin(config, dry_run):
     report(config)
 
 
-def report_sometimes(config):
+def report_sometimes(config, store):
     """`report`, unless one of the jobs has just done so: in a long campaign of short runs it would
     cost more than they do."""
     stamp = Path(f"results/{config.name}/.reported")
@@ -132,12 +160,13 @@ def report_sometimes(config):
         pass  # the first
     stamp.parent.mkdir(parents=True, exist_ok=True)
     stamp.touch()
-    report(config)
+    report(config, store)
 
 
-def report(config):
-    """Print how far the campaign is; the runs of stages not yet planned are counted as expected."""
-    done, todo, mean = progress(config)
+def report(config, store=None):
+    """Print how far the campaign is; the runs of stages not yet planned are counted as expected.
+    store: the `RunStore` of who has one open."""
+    done, todo, mean = progress(config, store)
     cores = int(os.environ.get("CAMPAIGN_CORES", 1))
     unit = "core" if cores == 1 else "cores"
     left = (

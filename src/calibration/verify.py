@@ -172,11 +172,32 @@ def before_planning(config, dry_run, results="results"):
             stale += 1
             if not dry_run:
                 store.set_aside(fault.run)
+    for folder in {p.parent for p in (Path(results) / config.name).glob("**/plan.json")}:
+        _forget_batches(folder, store)
     if stale:
         said.append(
             f"{stale} runs of {config.name} were made by another engine; they are made again"
         )
     return said
+
+
+def _forget_batches(folder, store):
+    """Delete the marks of batches in a stage's folder that lack a run which they name."""
+    for mark in sorted(folder.glob("batches/*.json")):
+        try:
+            named = json.loads(mark.read_text())["runs"]
+        except (OSError, ValueError, KeyError, TypeError):
+            named = [""]
+        if not all(_there(store, name) for name in named):
+            mark.unlink()
+
+
+def _there(store, name):
+    """Whether a run is finished or kept as failed, undamaged."""
+    try:
+        return bool(store.entry(name))
+    except ResultError:
+        return (store.folder(name) / FAILED).exists()
 
 
 def hold(results):

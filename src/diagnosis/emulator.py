@@ -13,18 +13,18 @@ import numpy as np
 
 from calibration.emulator import Emulator
 from diagnosis.design import MultipliedLever, inputs_of, multiplied, wanted
-from diagnosis.quantities import POURED, QUANTITIES
+from diagnosis.quantities import POURED, scale_of
 from diagnosis.settings import BASE, catalogue_of, log_span
 
 
 def forward(experiment, value, levers):
     """Transformed response; value in the quantity's unit, levers a mapping of floats or arrays."""
-    return QUANTITIES[experiment].scale.forward(value, levers)
+    return scale_of(experiment).forward(value, levers)
 
 
 def inverse(experiment, z, levers):
     """Value in the quantity's unit and its derivative by z."""
-    return QUANTITIES[experiment].scale.inverse(z, levers)
+    return scale_of(experiment).inverse(z, levers)
 
 
 @dataclass(frozen=True)

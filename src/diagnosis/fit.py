@@ -69,7 +69,7 @@ def fit(model, data, starts=STARTS):
 
 def _best(model, data, modes):
     """Of several modes (b, p) the one of each data set that fits best."""
-    costs = [_misfit(model, data, theta) for theta in modes]
+    costs = [misfit(model, data, theta) for theta in modes]
     return np.stack(modes)[np.argmin(costs, axis=0), np.arange(len(data.value))]
 
 
@@ -77,7 +77,7 @@ def _sd(data, emulator):
     return np.sqrt(data.error**2 + emulator**2)
 
 
-def _misfit(model, data, theta):
+def misfit(model, data, theta):
     """Twice the negative log posterior (b,), up to a constant, with the spread at theta itself."""
     value, emulator = model.predict(theta)
     sd = _sd(data, emulator)

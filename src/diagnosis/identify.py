@@ -14,6 +14,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from diagnosis.fit import Data, data_of, fit, moderated_sd
+from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.settings import BASE
 
 CLOSE = 2.0  # nats; causes this close to the best are not told apart (odds of about 7 to 1)
@@ -228,6 +229,7 @@ def _settle(out, scores, singles):
             out.verdict, out.causes = pair
             out.reason = "no single mechanism fits; these two together do"
             _doubt_a_rough_emulator(out, key_of(pair[1]))
+            _doubt_few_settings(out, scores)
             return
         out.verdict = "unexplained"
         out.reason = f"{best} helps most, but the data still contradict it"
@@ -240,6 +242,21 @@ def _settle(out, scores, singles):
         else "these predict left-out settings about equally well"
     )
     _doubt_a_rough_emulator(out, best)
+    _doubt_few_settings(out, scores)
+
+
+def _doubt_few_settings(out, scores):
+    """Turn `identified` into `ambiguous` where the experiments that show the cause have few
+    settings."""
+    for name in out.causes if out.verdict == "identified" else ():
+        shown = scores.emulated.catalogue[name].experiments
+        settings = sum(m.experiment in shown for m in scores.measurements)
+        if settings < LEAST_SETTINGS:
+            out.verdict = "ambiguous"
+            out.reason = (
+                f"{name} would rest on {settings} settings; of fewer than {LEAST_SETTINGS} an "
+                "error from one setting to the next is not told from a cause"
+            )
 
 
 def _doubt_a_rough_emulator(out, name):

@@ -18,6 +18,9 @@ SHARED = ("batch", "instrument")
 
 COLUMNS = ("experiment", "quantity", "value", "unit", "sd", "n", *LEVERS, *SHARED, "note")
 LEAST_CONDITIONS = 3
+LEAST_SETTINGS = 5
+"""Of the experiments that a cause shows on, for it to be named: of fewer the errors between them
+cannot be known, and a day of another humidity looks like a law."""
 
 
 @dataclass(frozen=True)

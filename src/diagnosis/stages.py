@@ -12,7 +12,7 @@ from calibration.config import given
 from calibration.factors import read_factors
 from calibration.files import replacing, write_table
 from dem.io.files import write_json
-from diagnosis import contacts, figures
+from diagnosis import contacts, exclusion, figures
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.emulator_files import read_emulators, write_emulators
@@ -123,6 +123,7 @@ def name_causes(config, settings, source, output):
     found = identify(emulated, measurements, settings.alpha, settings.replicates, settings.seed)
     errors = json.loads(Path(source.errors).read_text())
     verdict = findings(emulated, measurements, found) | {"emulators": errors}
+    verdict["exclusion"] = exclusion.of_mechanisms(found, measurements)
     name = extended_name(found)
     models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
     rows, specs = extension_plan(settings, base_of(config), models, measurements)
@@ -142,6 +143,7 @@ def _diagnose_contacts(config, settings, measurements, kinds, output):
     known = catalogue_of(settings, kinds)
     found = contacts.discovered(measurements, settings, base_of(config), known)
     verdict = contacts.findings(measurements, found, settings, _factors(config))
+    verdict["exclusion"] = exclusion.of_contacts(found.trials, known)
     write_json(output.findings, verdict)
     write_json(output.extension, {"mechanisms": [], "rows": []})
     write_json(output.plan, {})

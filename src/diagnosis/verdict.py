@@ -107,6 +107,7 @@ def page(verdict):
         *_law(verdict),
         *_scatter(verdict),
         *_ranking(verdict),
+        *_exclusion(verdict),
         *_parameters(verdict),
         *_gain(verdict),
         *_further(verdict),
@@ -225,6 +226,35 @@ def _ranking(verdict):
     if idle:
         lines += ["", f"No gain: {', '.join(idle)}."]
     return [*lines, "", "![Gain of each mechanism](ranking.svg)", ""]
+
+
+def _exclusion(verdict):
+    """How strong each mechanism and how steep each law can be at most."""
+    lines, open_ = [], []
+    for row in verdict.get("exclusion") or []:
+        name = label(row["mechanism"]) if "mechanism" in row else _law_name(row)
+        sides = [
+            f"{side} {_amount(row[side], row['unit'])}"
+            for side in ("below", "above")
+            if row[side] is not None
+        ]
+        if sides:
+            lines.append(f"| {name} | {row['of']} | {' and '.join(sides)} |")
+        else:
+            open_.append(name)
+    head = ["## What these data exclude, at 95 %", "", "| | of | excluded |", "|---|---|---|"]
+    out = [*head, *lines, ""] if lines else []
+    if open_:
+        out += [f"Nothing is excluded within the range that is tried: {', '.join(open_)}.", ""]
+    return out
+
+
+def _law_name(row):
+    return f"{row['slot']} of {' and '.join(row['state'])}"
+
+
+def _amount(value, unit):
+    return f"{100 * value:+.2g} %" if unit == "share" else f"{value:.3g} {unit}".removesuffix(" 1")
 
 
 def _parameters(verdict):

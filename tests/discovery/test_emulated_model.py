@@ -7,7 +7,7 @@ from scipy.optimize import minimize
 
 from diagnosis.catalogue import Strength, load_catalogue
 from diagnosis.design import MultipliedLever, inputs_of
-from diagnosis.emulator import Emulator, Multiplied
+from diagnosis.emulator import Emulator, Multiplied, forward, inverse
 from diagnosis.fit import Data, fit, moderated_sd
 from diagnosis.measurements import Measurement
 from diagnosis.model import Emulated
@@ -217,3 +217,16 @@ def test_errors_are_alike_at_settings_that_are_alike():
     assert found == pytest.approx(found.T)
     assert found[0, 1] > 0.8
     assert abs(found[0, 2]) < found[0, 1]
+
+
+def test_a_quantity_known_to_a_share_of_itself_is_learned_in_its_logarithm():
+    """Poured density declares no scale; a stress goes with its load, an angle stays as it is."""
+    value = np.array([1.5, 400.0])
+    z = forward("bulk_density", value, {})
+    assert z == pytest.approx(np.log(value))
+    back, slope = inverse("bulk_density", z, {})
+    assert back == pytest.approx(value)
+    assert slope == pytest.approx(value)
+    assert forward("heap", value, {}) == pytest.approx(value)
+    levers = {"normal_stress_kPa": np.array([2.0, 4.0])}
+    assert forward("shear", value, levers) == pytest.approx([0.75, 100.0])

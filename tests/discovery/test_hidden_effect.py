@@ -31,7 +31,6 @@ def test_a_hidden_effect_is_named_first_and_the_test_fails_without_it(laboratory
     assert named_first(laboratory, data, name, without=[name]) == 0
 
 
-@pytest.mark.xfail(reason="12 of 16 were adequate when last counted; 95 % are asked", strict=False)
 def test_base_data_are_adequate(laboratory, drops):
     data = [measure(laboratory, drops, point) for point in range(8)]
     verdicts = [laboratory.identify(d, 3).verdict for d in data]

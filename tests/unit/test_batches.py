@@ -2,13 +2,32 @@
 why."""
 
 import json
+from pathlib import Path
 
 import pytest
+import yaml
 
-from calibration.batches import run_batch
+from calibration import engines
+from calibration.ahead import run_seconds
+from calibration.batches import (
+    ADDED_S,
+    ADDED_SHARE,
+    LEAST_JOBS,
+    START_S,
+    batch_count,
+    run_batch,
+    run_told_batch,
+    runs_per_job,
+)
 from calibration.campaign import run_id
+from calibration.config import parse_config
 from calibration.errors import CalibrationError
+from calibration.store import RunStore
+from calibration.verify import before_planning
+from dem.errors import MeasureError, StoppedError
 from dem.io.files import write_json
+
+ROOT = Path(__file__).parents[2]
 
 DROP = {"experiment": "drop", "geometry": {"drop_height_mm": 5.0, "drops": 1}}
 
@@ -40,3 +59,112 @@ def test_a_failed_run_is_named_with_its_reason(tmp_path):
     assert (tmp_path / "runs" / run_id(DROP) / "result.json").exists()
     run_batch(plan, 0, 1, tmp_path / "done.json", "kept", root=tmp_path / "runs")
     assert json.loads((tmp_path / "done.json").read_text())["failed"] == [run_id(bad)]
+
+
+HEAP = {
+    "experiment": "heap",
+    "particles": {"count": 1250, "diameter_mm": 4.0},
+    "geometry": {"generation_rate_per_s": 1250, "orifice_diameter_mm": 28},
+}
+FULL = {"experiment": "heap", "geometry": {"generation_rate_per_s": 2000}}
+
+
+def many(spec, count):
+    return {str(n): spec | {"seed": n} for n in range(count)}
+
+
+def test_the_start_of_a_process_adds_little_to_a_short_run():
+    specs = many(HEAP, 10_000)
+    size, seconds = runs_per_job(specs), run_seconds(HEAP)
+    assert START_S / size <= max(ADDED_S, ADDED_SHARE * seconds)
+    assert START_S / (size - 1) > max(ADDED_S, ADDED_SHARE * seconds)
+    assert batch_count(specs) == -(-len(specs) // size)
+
+
+@pytest.mark.parametrize(
+    "specs",
+    [many(HEAP, 2 * LEAST_JOBS - 1), many(FULL, 10_000), many(DROP, 10_000), {}],
+    ids=["few", "minutes a run", "of unknown cost", "none"],
+)
+def test_a_run_is_a_job_of_its_own(specs):
+    assert runs_per_job(specs) == 1
+    assert batch_count(specs) is None
+
+
+def test_the_configuration_may_say_how_many_runs_share_a_process():
+    assert batch_count(many(DROP, 10), 4) == 3
+    assert batch_count(many(HEAP, 10_000), 1) is None
+
+
+@pytest.fixture
+def study(tmp_path, monkeypatch):
+    """A screening of three drops, one of which cannot be made: settings and {name: spec}."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("config", "data"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    config = parse_config(yaml.safe_load((ROOT / "config/config.yaml").read_text()))
+    specs = {run_id(s): s for s in (DROP | {"seed": n} for n in range(3))}
+    plan_of(tmp_path / "results" / config.name / "screening", specs.values())
+    return config, specs
+
+
+def test_a_batch_goes_on_after_a_run_that_failed_and_tells_of_it(study, monkeypatch, capsys):
+    config, specs = study
+    settings = config.model_dump(mode="json")
+    plan = f"results/{config.name}/screening/plan.json"
+    true, bad = engines.make, sorted(specs)[1]
+
+    def make(spec, out, *arguments, **options):
+        if out.name == bad:
+            raise MeasureError("no heap")
+        return true(spec, out, *arguments, **options)
+
+    monkeypatch.setattr(engines, "make", make)
+    with pytest.raises(SystemExit):
+        run_told_batch(plan, 0, 1, "done.json", "batch.log", settings)
+    assert f"run {bad} failed: no heap" in capsys.readouterr().err
+    made = [n for n in sorted(specs) if RunStore().current(n)]
+    assert made == [n for n in sorted(specs) if n != bad]
+    assert not Path("done.json").exists()
+    assert "no heap" in Path(f"results/runs/{bad}/run.log").read_text()
+    assert Path(f"results/runs/{bad}/failed.yaml").exists()
+    monkeypatch.setattr(engines, "make", true)
+    run_told_batch(plan, 0, 1, "done.json", "batch.log", settings)
+    assert Path("batch.log").read_text().count("was there") == 2
+    assert json.loads(Path("done.json").read_text())["runs"] == sorted(specs)
+
+
+def test_a_batch_that_is_asked_to_stop_begins_no_further_run(study, monkeypatch):
+    config, _ = study
+    began = []
+
+    def stopped(spec, out, *_, **__):
+        began.append(out.name)
+        raise StoppedError("stopped at 0 %")
+
+    monkeypatch.setattr(engines, "make", stopped)
+    with pytest.raises(SystemExit):
+        run_told_batch(
+            f"results/{config.name}/screening/plan.json", 0, 1, "done.json", "batch.log",
+            config.model_dump(mode="json"),
+        )  # fmt: skip
+    assert len(began) == 1
+
+
+@pytest.mark.parametrize("damage", ["removed", "changed"])
+def test_the_mark_of_a_batch_falls_with_one_of_its_runs(study, damage):
+    config, specs = study
+    folder = Path(f"results/{config.name}/screening")
+    mark = folder / "batches" / "0.json"
+    run_told_batch(
+        folder / "plan.json", 0, 1, mark, "batch.log", config.model_dump(mode="json")
+    )  # fmt: skip
+    before_planning(config, dry_run=True)
+    assert mark.exists()
+    result = Path("results/runs") / sorted(specs)[2] / "result.json"
+    if damage == "removed":
+        result.unlink()
+    else:
+        result.write_text(result.read_text().replace("seed", "sead", 1))
+    before_planning(config, dry_run=True)
+    assert not mark.exists()

@@ -13,6 +13,8 @@ from calibration.config import overlay, parse_config
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.identify import identify
+from diagnosis.laws.found import discover
+from diagnosis.measurements import read_measurements
 from diagnosis.model import Emulated
 from diagnosis.settings import catalogue_of, parameters_of, read_settings
 from diagnosis.stages import load
@@ -60,3 +62,12 @@ def test_the_loss_that_grows_with_the_height_is_the_airs(tmp_path):
     assert strength["low"] < 1.0 < strength["high"] or strength["value"] == pytest.approx(
         1, abs=0.4
     )
+
+
+def test_no_law_is_named_that_rests_on_three_settings():
+    """Wet beads of day two: by chance alone a law would be found in 3.5 % of data, and it is the
+    day."""
+    found = discover(read_measurements(FOLDER / "shear_annular_wet_day2.csv"))
+    assert found.p < 0.05
+    assert (found.verdict, found.causes) == ("ambiguous", [])
+    assert "rest on 3 settings" in found.reason

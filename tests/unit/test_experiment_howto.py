@@ -157,5 +157,4 @@ def test_a_study_screens_and_diagnoses_it_without_another_file(folder):
     assert "wall_friction" in json.dumps(effects)
     verdict = json.loads((folder / "results/thrown/diagnosis/verdict.json").read_text())
     assert verdict["verdict"] == "adequate"
-    [friction] = [p for p in verdict["calibration"]["parameters"] if p["name"] == "wall_friction"]
-    assert friction["value"] == pytest.approx(0.5, rel=0.05)
+    assert verdict["calibration"]["wall_friction"]["value"] == pytest.approx(0.5, rel=0.05)

@@ -65,7 +65,7 @@ def test_the_campaign_goes_on_when_runs_fail(tmp_path):
     for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
         (tmp_path / name).symlink_to(ROOT / name)
     rows = [
-        ("A", "grains", "particles.count", 5, 1250),
+        ("A", "grains", "particles.count", 5, 1255),
         ("B", "rolling", "contacts.particle_particle.rolling_friction", 0.2, 0.3),
         ("C", "friction", "contacts.particle_particle.static_friction", 0.6, 0.7),
     ]
@@ -75,7 +75,11 @@ def test_the_campaign_goes_on_when_runs_fail(tmp_path):
     study = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
     rules = {key: study[key] for key in ("target", "run", "measurements") if key in study}
     rules["run"]["particles"]["diameter_mm"] = 4.0
-    rules |= {"name": "half", "factors": "factors.tsv", "screening": {"runs": 4}}
+    rules |= {
+        "name": "half",
+        "factors": "factors.tsv",
+        "screening": {"kind": "plackett_burman", "runs": 4},
+    }
     (tmp_path / "half.yaml").write_text(yaml.safe_dump(rules))
     command = [sys.executable, "-m", "snakemake", "-j2", "--configfile", "half.yaml"]
     done = subprocess.run(

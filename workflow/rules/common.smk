@@ -2,6 +2,7 @@ import os
 import sys
 from pathlib import Path
 
+from calibration.batches import batch_count
 from calibration.campaign import planned_spec, read_plan, result_path
 from calibration.config import given, parse_config, stands_alone
 from calibration.config.as_data import refuse_unasked_code
@@ -11,6 +12,7 @@ from calibration.opening import opening
 from calibration.runner import begin
 from calibration.stages import Figure, PerTarget, Runs, load_stages
 from calibration.study import Study
+from dem.errors import DemError
 from dem.experiments import experiments
 from dem.fingerprint import engine_fingerprint
 
@@ -37,7 +39,7 @@ try:
         refuse_unasked_code(STUDY_OBJECT.config, asked=workflow.config_settings.config)
         print(*opening(STUDY_OBJECT.config), sep="\n", file=sys.stderr)
         begin(STUDY_OBJECT.config, dry_run=workflow.output_settings.dryrun)
-except CalibrationError as error:
+except (CalibrationError, DemError) as error:
     raise WorkflowError(str(error))
 
 SETTINGS = STUDY_OBJECT.config
@@ -65,21 +67,30 @@ def spec_of(name):
 
 
 def batches_of(plan):
-    """Number of processes that share the runs of a plan."""
+    """Number of processes that share the runs of a plan; None where each is a job of its own."""
     count = PLANS[plan].batches
+    if count is None:
+        specs = read_plan(f"{STUDY}/{plan}/plan.json")
+        return batch_count(specs, SETTINGS.runs_per_job)
     return count(STUDY_OBJECT) if callable(count) else count
+
+
+def marks_of(plan):
+    """What the batches of a plan leave when all of their runs are done."""
+    return [f"{STUDY}/{plan}/batches/{n}.json" for n in range(batches_of(plan))]
 
 
 def runs_of(plan):
     """Input function: what shows that all runs of a plan are done."""
     if PLANS[plan].batches:
-        return lambda w: [
-            f"{STUDY}/{plan}/batches/{n}.json" for n in range(batches_of(plan))
-        ]
+        return lambda w: marks_of(plan)
     planned = getattr(checkpoints, PLANS[plan].rule)
-    return lambda w: [
-        result_path(name) for name in read_plan(planned.get().output.plan)
-    ]
+
+    def done(wildcards):
+        names = read_plan(planned.get().output.plan)
+        return marks_of(plan) if batches_of(plan) else [result_path(n) for n in names]
+
+    return done
 
 
 def inputs_of(task):

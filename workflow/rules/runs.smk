@@ -50,12 +50,15 @@ rule run_batch:
     log:
         f"{STUDY}/logs/{{plan}}_batch_{{batch}}.log",
     wildcard_constraints:
-        plan="|".join(name for name, task in PLANS.items() if task.batches),
+        plan="|".join(PLANS),
     conda:
         "../envs/calibration.yaml"
     params:
         batches=lambda wildcards: batches_of(wildcards.plan),
-        failures=lambda wildcards: PLANS[wildcards.plan].failures,
+        # runs that could each be a job of its own are told of as such
+        failures=lambda wildcards: (
+            PLANS[wildcards.plan].failures if PLANS[wildcards.plan].batches else "told"
+        ),
     message:
         "{wildcards.plan}: runs, batch {wildcards.batch}"
     script:

@@ -1,11 +1,14 @@
-from calibration.batches import run_batch
+from calibration.batches import run_batch, run_told_batch
 from calibration.jobs import logged
 
-with logged(snakemake.log[0]):
-    run_batch(
-        snakemake.input.plan,
-        int(snakemake.wildcards.batch),
-        snakemake.params.batches,
-        snakemake.output.done,
-        snakemake.params.failures,
-    )
+share = (
+    snakemake.input.plan,
+    int(snakemake.wildcards.batch),
+    snakemake.params.batches,
+    snakemake.output.done,
+)
+if snakemake.params.failures == "told":
+    run_told_batch(*share, snakemake.log[0], snakemake.config)
+else:
+    with logged(snakemake.log[0]):
+        run_batch(*share, snakemake.params.failures)

@@ -344,6 +344,13 @@ class Config(_Part):
         description="quick and test pour fewer, larger grains of the same volume, under a name of "
         "their own",
     )
+    runs_per_job: int | None = Field(
+        None,
+        ge=1,
+        le=100_000,
+        description="runs that one process makes after another; unless given, so many that "
+        "starting it costs little beside them",
+    )
     screening: ScreeningConfig = ScreeningConfig()
     ascent: AscentConfig = AscentConfig()
     response_surface: SurfaceConfig = SurfaceConfig()

@@ -56,10 +56,9 @@ class Task:
     function
     of the study that gives paths}; outputs: {name: file below the study's folder, `Figure` or
     `PerTarget`}; plans: folder of the plan that it writes; batches: processes that share these
-    runs,
-    or a function of the study, a job a run where None; failures: "refused" or "kept"; needs: keys
-    that
-    must be given; cheap: it takes seconds and is not sent to a cluster.
+    runs, or a function of the study, as many as the cost of a run asks for where None; failures:
+    "refused" or "kept"; needs: keys that must be given; cheap: it takes seconds and is not sent to
+    a cluster.
     """
 
     function: str

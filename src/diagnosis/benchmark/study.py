@@ -110,7 +110,7 @@ def summarise(table):
     def add(name, hits):
         hits = np.asarray(hits, bool)
         if len(hits):
-            low, high = _wilson(int(hits.sum()), len(hits))
+            low, high = wilson(int(hits.sum()), len(hits))
             rows.append(
                 {"what": name, "share": hits.mean(), "low": low, "high": high, "n": len(hits)}
             )
@@ -161,7 +161,7 @@ def _add_undecided(add, table):
             add(f"ambiguous, and {k} proposed measurements more: identified and right", solved)
 
 
-def _wilson(hits, n):
+def wilson(hits, n):
     """95 % Wilson interval of a share."""
     z = 1.959964
     centre = (hits + z * z / 2) / (n + z * z)

@@ -10,6 +10,7 @@ from diagnosis.laws.forms import compare, forms_of
 from diagnosis.laws.mixed import from_space, posterior, to_space
 from diagnosis.laws.readings import FREE, from_log, readings_of
 from diagnosis.laws.slots import BENDS, SIZES, bend, scaled
+from diagnosis.measurements import LEAST_SETTINGS
 
 OUTLYING = 5.0  # predictive standard deviations at which a single setting is set aside
 MOST_OUTLIERS = 0.1  # share of settings
@@ -75,7 +76,14 @@ def _law_or_misfit(out, tried, best, seed):
     out = _name(out, tried, best, seed)
     out.law["held_out"] = held = held_out(tried)
     out.law["sentence"] = sentence_of(out.law)
-    if held["beyond_band"] > DOES_NOT_FIT:
+    settings = len(tried.readings.log)
+    if settings < LEAST_SETTINGS:
+        out.verdict, out.causes = "ambiguous", []
+        out.reason = (
+            f"the law below would rest on {settings} settings; of fewer than {LEAST_SETTINGS} an "
+            "error from one setting to the next is not told from a law"
+        )
+    elif held["beyond_band"] > DOES_NOT_FIT:
         out.verdict, out.causes = "unexplained", []
         out.reason = (
             f"the law below is the best of those tried and does not fit: levels that were left out "

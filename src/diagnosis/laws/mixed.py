@@ -111,18 +111,10 @@ def evaluate(candidate, readings, nuisance, log, centre, folds=None):
     """`Fitted` of the candidate to data sets of logarithms (r, n); the spread is that at their
     mean."""
     z, slope = to_space(candidate.space, log, centre)
-    weight = slope.mean(0)
-    precision, logdet = _precisions(candidate, nuisance, weight)
+    precision, logdet = _precisions(candidate, nuisance, slope.mean(0))
     shape = len(nuisance.prior), len(candidate.prior)
-    prior = (nuisance.prior[:, None] + candidate.prior[None, :]).ravel()
     jacobian = np.log(np.abs(slope)).sum(1)
-    pz = precision @ z.T  # (g, n, r)
-    quadratic = (z.T * pz).sum(1)
-    pm = candidate.mean @ precision  # (g, k, n)
-    cross = pm @ z.T
-    own = (pm * candidate.mean).sum(2)
-    value = -0.5 * (quadratic[:, None] - 2.0 * cross + own[..., None] + logdet[:, None, None])
-    value += prior[:, None, None] + candidate.mean_prior[None, :, None]
+    value = _densities(candidate, nuisance, z, precision, logdet)
     flat = value.reshape(-1, len(z))
     best = flat.argmax(0)
     grid, curve = np.divmod(best, len(candidate.mean))
@@ -132,6 +124,25 @@ def evaluate(candidate, readings, nuisance, log, centre, folds=None):
     place = np.unravel_index(grid, shape)
     likelihood = flat[best, np.arange(len(z))] + constant
     return Fitted(likelihood, score, place[0], place[1], curve, by_fold)
+
+
+def _densities(candidate, nuisance, z, precision, logdet):
+    """Log densities (g, k, r) of z (r, n) at every place of the grid and with every curve, priors
+    included, up to a constant."""
+    prior = (nuisance.prior[:, None] + candidate.prior[None, :]).ravel()
+    quadratic = (z.T * (precision @ z.T)).sum(1)
+    pm = candidate.mean @ precision  # (g, k, n)
+    own = (pm * candidate.mean).sum(2)
+    value = -0.5 * (quadratic[:, None] - 2.0 * pm @ z.T + own[..., None] + logdet[:, None, None])
+    return value + prior[:, None, None] + candidate.mean_prior[None, :, None]
+
+
+def profile(candidate, readings, nuisance, log, centre):
+    """Log likelihood (k,) of one data set, log (1, n), with each of the candidate's curves, at the
+    best variances for that curve; up to a constant."""
+    z, slope = to_space(candidate.space, log, centre)
+    precision, logdet = _precisions(candidate, nuisance, slope.mean(0))
+    return _densities(candidate, nuisance, z, precision, logdet).max(0)[:, 0]
 
 
 def _precisions(candidate, nuisance, weight):

@@ -1,0 +1,117 @@
+"""What the data exclude: how strong each mechanism, and how steep each free law, can be at most.
+
+The strength is held at one value after the other and everything else is fitted to the data. A value
+is excluded where twice the logarithm of the likelihood lies so far below that of the best one that
+chance goes beyond it in 5 % of cases (likelihood ratio of one parameter, one-sided: Wilks 1938,
+Ann. Math. Stat. 9:60). The prior of the strength takes no part.
+"""
+
+import copy
+
+import numpy as np
+from scipy.stats import chi2
+
+from diagnosis.fit import data_of, fit, misfit
+from diagnosis.laws.forms import LADDER
+from diagnosis.laws.mixed import Candidate, profile
+from diagnosis.laws.slots import scaled
+from diagnosis.settings import BASE
+
+PROBABILITY = 0.95
+FALL = float(chi2.ppf(2.0 * PROBABILITY - 1.0, 1))
+"""Of twice the log likelihood, at which a value on one side of the best is excluded."""
+
+STRENGTHS = 17
+
+
+def of_mechanisms(found, measurements):
+    """[{mechanism, ...}] of every single mechanism of an `Identification`, by the emulators."""
+    data, out = data_of(measurements), []
+    scale = float(found.fits[BASE].scale[0]) if found.verdict == "adequate" else 1.0
+    for name, model in found.models.items():
+        if name == BASE or len(model.mechanisms) != 1:
+            continue
+        coded = np.linspace(0.0, 1.0, STRENGTHS)
+        cost = np.array([_held(model, data, c) for c in coded]) / scale**2
+        out.append(_of_mechanism(model.mechanisms[0], coded, cost))
+    return out
+
+
+def _held(model, data, coded):
+    """Twice the negative log posterior of the best fit with the strength held at `coded`."""
+    held = copy.copy(model)
+    held.low, held.high = model.low.copy(), model.high.copy()
+    held.prior_mean = model.prior_mean.copy()
+    for bound in (held.low, held.high, held.prior_mean):
+        bound[-1] = coded
+    return float(misfit(held, data, fit(held, data, (coded,)).theta)[0])
+
+
+def of_contacts(tried, catalogue):
+    """[{mechanism, ...}] and then [{slot, state, ...}] of single contacts, from their `Trial`s."""
+    out = []
+    for trial in tried.values():
+        log = trial.readings.log[None]
+        for name, candidate in trial.candidates.items():
+            if candidate.catalogue:
+                cost = -2.0 * profile(candidate, trial.readings, trial.nuisance, log, trial.centre)
+                out.append(_of_mechanism(catalogue[name], candidate.label, cost))
+    return out + [row for trial in tried.values() for row in _of_laws(trial)]
+
+
+def _of_mechanism(mechanism, coded, cost):
+    """A row of a mechanism from the costs (k,) at its coded strengths (k,)."""
+    strength = mechanism.strength
+    off = strength.coded(strength.low if strength.off is None else strength.off)
+    low, high = _allowed(coded, cost)
+    # on the side of no effect nothing can be excluded that the data do not show
+    below = low if low is not None and off > coded[0] else None
+    above = high if high is not None and off < coded[-1] else None
+    row = {"mechanism": mechanism.name, "of": strength.name, "unit": strength.unit}
+    return row | {
+        side: None if end is None else float(strength.natural(end))
+        for side, end in (("below", below), ("above", above))
+    }
+
+
+def _of_laws(trial):
+    """Rows of the free laws that are a straight line over the logarithm of their state.
+
+    The numbers are the change of the coefficient from the least to the largest state, as a share.
+    """
+    out = []
+    power = 2.0 if trial.readings.experiment == "drop" else 1.0
+    for law in trial.laws.values():
+        if law.weight is not None or law.coordinate is None:
+            continue
+        x = scaled(law, trial.readings.levers)[0]
+        ends = np.concatenate([-LADDER[::-1], [0.0], LADDER])
+        n, k = len(x), len(ends)
+        curves = power * ends[:, None] * x
+        line = Candidate(
+            law.name, law.slot, law.state, law.space, np.zeros((1, n, n)), np.zeros(1), curves,
+            np.zeros(k), ends,
+        )  # fmt: skip
+        log = trial.readings.log[None]
+        cost = -2.0 * profile(line, trial.readings, trial.nuisance, log, trial.centre)
+        sides = (None if e is None else float(np.expm1(2.0 * e)) for e in _allowed(ends, cost))
+        row = {"slot": law.slot, "state": list(law.state), "of": "change over the plan's states"}
+        out.append(row | {"unit": "share"} | dict(zip(("below", "above"), sides, strict=True)))
+    return out
+
+
+def _allowed(at, cost):
+    """(low, high): ends of what is not excluded among ascending values (k,); None where that is
+    the end of the values."""
+    rise = cost - cost.min()
+    inside = np.flatnonzero(rise <= FALL)
+    first, last = inside[0], inside[-1]
+    low = None if first == 0 else _crossing(at[first - 1 : first + 1], rise[first - 1 : first + 1])
+    high = None if last == len(at) - 1 else _crossing(at[last : last + 2], rise[last : last + 2])
+    return low, high
+
+
+def _crossing(at, rise):
+    """Where between two values the rise meets FALL."""
+    share = (FALL - rise[0]) / (rise[1] - rise[0])
+    return float(at[0] + share * (at[1] - at[0]))

@@ -1,0 +1,211 @@
+"""All planned data sets of strangers, diagnosed with the whole catalogue, and the table of rates.
+
+    python tests/discovery/foreign/rates.py diagnose       goes on where it was cut off
+    python tests/discovery/foreign/rates.py diagnose 0 2   every second set, for two at once
+    python tests/discovery/foreign/rates.py table          writes the table into the documentation
+
+A set that has been diagnosed stands in KEPT and is not drawn again; delete its row, or the file, to
+have it diagnosed anew.
+"""
+
+import csv
+import sys
+import tempfile
+import time
+from collections import Counter
+from dataclasses import astuple, dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import strangers
+import yaml
+
+from diagnosis import contacts
+from diagnosis.benchmark.study import wilson
+from diagnosis.catalogue import load_catalogue
+from diagnosis.measurements import read_measurements
+from diagnosis.settings import read_settings
+
+ROOT = Path(__file__).parents[3]
+KEPT = ROOT / "results/reference/discovery/foreign.csv"
+PAGE = ROOT / "docs/diagnosis-benchmark.md"
+BEGIN, END = "<!-- foreign -->\n", "<!-- end of foreign -->"
+DRAWS = {5.0: 1, 10.0: 2, 20.0: 1}
+"""Standard errors that a law is large -> data sets of each law."""
+
+NULL_DRAWS = 4
+FIRST_SEED = 100
+"""Draws from 100 on were never looked at while the method was made."""
+
+LAWS = {law.name: law for law in strangers.LAWS}
+VERDICTS = ("adequate", "identified", "discovered", "ambiguous", "unexplained")
+
+
+@dataclass(frozen=True)
+class Planned:
+    """One data set to be drawn; size 0 is a null."""
+
+    name: str
+    size: float
+    seed: int
+    which: int
+
+    def draw(self):
+        """The `strangers.Set`."""
+        if self.size:
+            return strangers.draw(LAWS[self.name], self.size, self.seed, self.which)
+        return strangers.null(self.name, self.seed, self.which)
+
+
+def planned():
+    """Every set, decided beforehand: all laws at three sizes, all nulls."""
+    laws = [
+        Planned(name, size, FIRST_SEED + k, k)
+        for size, draws in DRAWS.items()
+        for name in LAWS
+        for k in range(draws)
+    ]
+    nulls = [Planned(n, 0.0, FIRST_SEED + k, k) for n in strangers.NULLS for k in range(NULL_DRAWS)]
+    return laws + nulls
+
+
+def right(found, law):
+    """Whether slot and state are those of the stranger's law."""
+    return found.law is not None and (found.law["slot"], tuple(found.law["state"])) in law.right
+
+
+def inside(found, drawn):
+    """Whether the true curve lies in the band over the whole supported range; None where there is
+    no such curve to compare: what an attraction adds is no coefficient."""
+    law = drawn.law
+    if law is None or law.curve is None or law.right[0][0] not in ("restitution", "friction"):
+        return None
+    if not found.law or (found.law["slot"], tuple(found.law["state"])) != law.right[0]:
+        return None
+    return all(_holds(v, drawn, law.right[0][1]) for v in found.law["values"])
+
+
+def _holds(place, drawn, state):
+    x = {k: np.array([np.nanmedian(c)]) for k, c in drawn.levers.items() if not np.isnan(c).all()}
+    if state == ("speed",):
+        x["drop_height_mm"] = np.array([place["state"] ** 2 / (2e-3 * strangers.G)])
+    elif state == ("size",):
+        x["particle_diameter_mm"] = np.array([place["state"]])
+    elif state == ("rate",):
+        x["tilt_rate_deg_s"] = np.array([place["state"]])
+    else:
+        x["particle_diameter_mm"] = place["state"] / strangers.speed(x["drop_height_mm"])
+    true = float(drawn.law.curve(x, drawn.strength)[0])
+    return place["low"] <= true <= place["high"]
+
+
+def judged(item, found, drawn, seconds):
+    """A row of KEPT."""
+    law, causes = drawn.law, found.causes
+    named = causes[0] if found.verdict == "identified" else ""
+    band = inside(found, drawn)
+    return {
+        **dict(zip(("name", "size", "seed", "which"), astuple(item), strict=True)),
+        "verdict": found.verdict,
+        "named": named,
+        "slot": found.law["slot"] if found.law else "",
+        "state": " x ".join(found.law["state"]) if found.law else "",
+        "right": int(law is not None and right(found, law)),
+        "band": "" if band is None else int(band),
+        "wrong_name": int(bool(named) and not (law and named in law.names)),
+        "p": round(found.p, 4),
+        "seconds": round(seconds, 1),
+    }
+
+
+@cache
+def _study():
+    """Settings, base run spec and catalogue of the shipped study."""
+    base = yaml.safe_load((ROOT / "config/config.yaml").read_text())["run"]
+    return read_settings(ROOT / "config/diagnosis.yaml"), base, load_catalogue()
+
+
+def diagnosed(item):
+    """The row of a planned set, read from a file as a user's table is."""
+    drawn, start = item.draw(), time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "measurements.csv"
+        drawn.table.to_csv(path, index=False)
+        measurements = read_measurements(path)
+    found = contacts.discovered(measurements, *_study())
+    return judged(item, found, drawn, time.perf_counter() - start)
+
+
+def diagnose(part=0, parts=1, kept=KEPT):
+    """Diagnose every `parts`-th planned set that `kept` lacks; a row is written as it is found."""
+    done = set()
+    if kept.exists():
+        rows = pd.read_csv(kept, keep_default_na=False)
+        done = {(r["name"], float(r["size"]), int(r["seed"])) for _, r in rows.iterrows()}
+    for item in planned()[part::parts]:
+        if (item.name, item.size, item.seed) in done:
+            continue
+        row = diagnosed(item)
+        with kept.open("a", newline="") as file:
+            writer = csv.DictWriter(file, list(row))
+            if not file.tell():
+                writer.writeheader()
+            writer.writerow(row)
+        print(row, flush=True)
+
+
+def _share(hits, asked):
+    hits = [bool(h) for h in hits]
+    if not hits:
+        return f"not run | {asked} |"
+    low, high = wilson(sum(hits), len(hits))
+    return f"{sum(hits)} of {len(hits)} ({low:.0%} to {high:.0%}) | {asked} |"
+
+
+def table(rows):
+    """Markdown of the rates, and of the verdicts."""
+    laws, nulls = rows[rows["size"] > 0], rows[rows["size"] == 0]
+    lines = ["| | share (95 % interval) | asked |", "|---|---|---|"]
+    for size, own in laws.groupby("size"):
+        asked = "80 %" if size == 10.0 else ""
+        lines.append(f"| {size:g} standard errors: right slot and state | "
+                     + _share(own["right"], asked))  # fmt: skip
+    bands = laws[laws["band"].astype(str) != ""]["band"].astype(float)
+    lines.append("| the true curve in its band | " + _share(bands, "90 %"))
+    lines.append(
+        "| a law: wrong name of the catalogue | " + _share(laws["wrong_name"], "at most 5 %")
+    )
+    lines.append("| no law: adequate | " + _share(nulls["verdict"] == "adequate", "95 %"))
+    lines += ["", "| verdict | " + " | ".join(VERDICTS) + " |", "|---|" + "---|" * len(VERDICTS)]
+    groups = [(f"{s:g} standard errors", g) for s, g in laws.groupby("size")]
+    groups += [(f"no law: {name}", g) for name, g in nulls.groupby("name", sort=False)]
+    for label, group in groups:
+        count = Counter(group["verdict"])
+        lines.append(f"| {label} | " + " | ".join(str(count[v]) for v in VERDICTS) + " |")
+    missed = laws[(laws["right"] == 0) & (laws["size"] >= 10.0)]
+    if len(missed):
+        lines += ["", "Not right at ten or twenty standard errors:", ""]
+        lines += [
+            f"- {r['name']} ({r['size']:g}): {r['verdict']}"
+            + (f", {r['slot']} of {r['state'] or 'none'}" if r["slot"] else "")
+            for _, r in missed.iterrows()
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def shown(page):
+    """The part of the documentation that the table stands in."""
+    return page.split(BEGIN)[1].split(END)[0]
+
+
+def write_table(kept=KEPT, page=PAGE):
+    """Put the table of the kept rows into the documentation."""
+    text = page.read_text()
+    page.write_text(text.replace(shown(text), table(pd.read_csv(kept, keep_default_na=False))))
+
+
+if __name__ == "__main__":
+    what, *parts = sys.argv[1:]
+    {"diagnose": diagnose, "table": write_table}[what](*map(int, parts))

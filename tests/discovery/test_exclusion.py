@@ -1,0 +1,72 @@
+"""Exclusion limits hold the truth as often as they say, and are no wider than the data ask for."""
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from diagnosis import exclusion
+from diagnosis.laws.choose import trial
+from diagnosis.laws.readings import readings_of
+from diagnosis.measurements import Measurement
+
+HEIGHTS, SIZES = (50.0, 80.0, 120.0, 180.0, 250.0), (1.5, 2.0, 3.0, 4.0)
+NOISE, REPLICATES = 0.02, 5
+
+
+def drops(change, rng):
+    """Rebounds whose restitution changes by a share over the range of speeds, along a logarithm."""
+    out = []
+    for h in HEIGHTS:
+        along = np.log(h / HEIGHTS[0]) / np.log(HEIGHTS[-1] / HEIGHTS[0])
+        true = h * 0.7**2 * (1.0 + change) ** (2.0 * along)
+        for d in SIZES:
+            read = true * (1.0 + NOISE * rng.standard_normal(REPLICATES))
+            levers = {"drop_height_mm": h, "particle_diameter_mm": d}
+            out.append(Measurement("drop", read.mean(), read.std(ddof=1), REPLICATES, levers))
+    return out
+
+
+def by_speed(measurements):
+    """The row of restitution over speed."""
+    tried = trial(readings_of(measurements, "drop"), replicates=0)
+    rows = exclusion.of_contacts({"drop": tried}, {})
+    [row] = [r for r in rows if (r["slot"], r["state"]) == ("restitution", ["speed"])]
+    return row
+
+
+def test_the_limits_of_a_slope_hold_the_truth():
+    rng, sets, change = np.random.default_rng(11), 40, -0.03
+    rows = [by_speed(drops(change, rng)) for _ in range(sets)]
+    assert all(r["below"] is not None and r["above"] is not None for r in rows)
+    outside = sum(not r["below"] <= change <= r["above"] for r in rows)
+    # either side misses in 5 %: more than so many of forty have a chance below 1 %
+    assert outside <= binom.ppf(0.99, sets, 0.1)
+    # a straight line by least squares knows the slope of the logarithm to this
+    x = np.repeat(np.log(HEIGHTS) / np.log(HEIGHTS[-1] / HEIGHTS[0]), len(SIZES))
+    error = NOISE / REPLICATES**0.5 / 2.0 / np.sqrt(((x - x.mean()) ** 2).sum())
+    width = np.median([r["above"] - r["below"] for r in rows])
+    assert 0.8 < width / (2.0 * 1.645 * error) < 2.0
+
+
+def test_what_is_told_of_a_strength_follows_its_cost():
+    class Strength:
+        name, unit, low, high, off = "yield speed", "m/s", 0.0, 4.0, 4.0
+
+        def coded(self, natural):
+            return natural / 4.0
+
+        def natural(self, coded):
+            return 4.0 * coded
+
+    class Yielding:
+        name, strength = "plastic", Strength()
+
+    coded = np.linspace(0.0, 1.0, 41)
+    row = exclusion._of_mechanism(Yielding, coded, ((1.0 - coded) / 0.1) ** 2)
+    assert row["above"] is None
+    assert row["below"] == pytest.approx(4.0 * (1.0 - 0.1 * 1.645), rel=0.01)
+
+
+def test_constants_exclude_nothing_beyond_what_was_tried():
+    flat = np.zeros(5)
+    assert exclusion._allowed(np.linspace(0.0, 1.0, 5), flat) == (None, None)
