@@ -14,19 +14,58 @@ spin that is there."""
 
 import math
 
-from numba import njit
+from numba import njit, types
+from numba.extending import overload
+
+from dem.arithmetic import where
+from dem.lanes import angular_square, linear_lanes, load_row, move_row, spread, store_row
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract", "nsz"})
-def advance_particles(n, particles, gravity, dt):
-    """Kick and drift all free particles; True when one has left its skin."""
+@njit(error_model="numpy", fastmath={"contract", "nsz"})
+def _advance_rows(n, particles, gravity, dt):
+    """A particle's velocity and spin at a time, float32 but for the positions."""
+    force, inverse, kinetic, carry = (
+        particles.force,
+        particles.inverse,
+        particles.kinetic,
+        particles.carry,
+    )
+    position, drift, cluster = particles.position, particles.drift, particles.cluster
+    real = types.float32
+    zero, one, h = real(0.0), real(1.0), real(dt)
+    fall = linear_lanes(real(gravity[0] * dt), real(gravity[1] * dt), real(gravity[2] * dt))
+    along = spread(h, zero)
+    stale = False
+    for i in range(n):
+        if cluster[i] >= 0:
+            continue
+        motion, twist = load_row(kinetic, i), h * inverse[i, 1]
+        turn = spread(h * inverse[i, 0], twist) * load_row(force, i) + fall
+        free = motion + turn
+        loss = zero  # share of the spin that the resistance takes
+        most = twist * force[i, 6]
+        if most > zero:
+            square = angular_square(free)
+            # what rests stays so: most grains of a heap need neither root nor division
+            loss = one if most * most >= square else most / math.sqrt(square)
+        taken = spread(zero, loss)
+        gain = turn - taken * free + load_row(carry, i)
+        after = motion + gain
+        stopped = taken >= 1.0
+        store_row(carry, i, where(stopped, 0.0, gain - (after - motion)))
+        after = where(stopped, 0.0, after)
+        store_row(kinetic, i, after)
+        stale |= move_row(position, drift, i, along * after)
+    return stale
+
+
+@njit(error_model="numpy", fastmath={"contract", "nsz"})
+def _advance_plain(n, particles, gravity, dt):
+    """The same, float64 throughout."""
     force, inverse, kinetic = particles.force, particles.inverse, particles.kinetic
     position, drift, carry = particles.position, particles.drift, particles.carry
-    # constants in the precision of the rows: a float64 one would widen every operation
-    real = force.dtype.type
-    zero, one, tiny = real(0.0), real(1.0), real(1e-30)
-    gx, gy, gz = real(gravity[0] * dt), real(gravity[1] * dt), real(gravity[2] * dt)
-    dt = real(dt)
+    zero, one, tiny = 0.0, 1.0, 1e-30
+    gx, gy, gz = gravity[0] * dt, gravity[1] * dt, gravity[2] * dt
     stale = False
     for i in range(n):
         if particles.cluster[i] >= 0:
@@ -57,3 +96,18 @@ def advance_particles(n, particles, gravity, dt):
             carry[i, c] = gain - (w - kinetic[i, c])
             kinetic[i, c] = w
     return stale
+
+
+def advance_particles(n, particles, gravity, dt):
+    """Kick and drift all free particles; True when one has left its skin."""
+    raise NotImplementedError("compiled code only")
+
+
+@overload(advance_particles)
+def _advance_particles(n, particles, gravity, dt):
+    chosen = _advance_rows if particles.types[1].dtype == types.float32 else _advance_plain
+
+    def call(n, particles, gravity, dt):
+        return chosen(n, particles, gravity, dt)
+
+    return call

@@ -402,3 +402,111 @@ def store_block(typingctx, blocks, block, fields):
 inlined = njit(forceinline=True, error_model="numpy")
 """Decorator of a kernel's part that takes named tuples of arrays: a real call would copy kilobytes
 of pointers."""
+
+
+# --- one row at a time ----------------------------------------------------------------------------
+# A particle's motion is one vector too: velocity in lanes 0-2, spin in 3-5, radius and mass beyond.
+
+
+def _row(context, builder, array_type, array, index, vector):
+    """Pointer to row `index` of a (n, k) array whose rows may lie apart, as one vector."""
+    view = context.make_array(array_type)(context, builder, array)
+    stride = cgutils.unpack_tuple(builder, view.strides, 2)[0]
+    raw = builder.bitcast(view.data, ir.IntType(8).as_pointer())
+    start = builder.gep(raw, [builder.mul(index, stride)])
+    return builder.bitcast(start, vector.as_pointer())
+
+
+@intrinsic
+def load_row(typingctx, rows, index):
+    """Row `index` of rows (n, 8) float32, aligned to 32 bytes, as F32."""
+
+    def codegen(context, builder, sig, args):
+        vector = ir.VectorType(ir.FloatType(), WIDTH)
+        load = builder.load(_row(context, builder, sig.args[0], *args, vector))
+        load.align = 4 * WIDTH
+        return load
+
+    return F32(rows, index), codegen
+
+
+@intrinsic
+def store_row(typingctx, rows, index, values):
+    """Store an F32 as row `index` of rows (n, 8) float32, aligned to 32 bytes."""
+
+    def codegen(context, builder, sig, args):
+        vector = ir.VectorType(ir.FloatType(), WIDTH)
+        pointer = _row(context, builder, sig.args[0], *args[:2], vector)
+        builder.store(args[2], pointer).align = 4 * WIDTH
+        return context.get_dummy_value()
+
+    return types.none(rows, index, values), codegen
+
+
+@intrinsic
+def spread(typingctx, linear, angular):
+    """F32 with `linear` in lanes 0-2, `angular` in 3-5 and 0 in 6 and 7; both float32."""
+
+    def codegen(context, builder, sig, args):
+        one, other = (broadcast(builder, a, F32) for a in args)
+        both = _shuffle(builder, one, other, [0, 1, 2, 11, 12, 13, 6, 7])
+        zero = ir.Constant(both.type, [0.0] * WIDTH)
+        return _shuffle(builder, both, zero, [0, 1, 2, 3, 4, 5, 14, 15])
+
+    return F32(linear, angular), codegen
+
+
+@intrinsic
+def linear_lanes(typingctx, x, y, z):
+    """F32 with three float32 in lanes 0-2 and 0 beyond."""
+
+    def codegen(context, builder, sig, args):
+        out = ir.Constant(ir.VectorType(ir.FloatType(), WIDTH), [0.0] * WIDTH)
+        for k, value in enumerate(args):
+            out = builder.insert_element(out, value, ir.Constant(ir.IntType(32), k))
+        return out
+
+    return F32(x, y, z), codegen
+
+
+def _sum_of_squares(builder, values, lanes):
+    total = None
+    for k in lanes:
+        value = builder.extract_element(values, ir.Constant(ir.IntType(32), k))
+        square = builder.fmul(value, value, flags=_CONTRACT)
+        total = builder.fadd(total, square, flags=_CONTRACT) if total else square
+    return total
+
+
+@intrinsic
+def angular_square(typingctx, values):
+    """Sum of the squares of lanes 3-5 of an F32, a float32."""
+
+    def codegen(context, builder, sig, args):
+        return _sum_of_squares(builder, args[0], (3, 4, 5))
+
+    return types.float32(values), codegen
+
+
+@intrinsic
+def move_row(typingctx, position, drift, index, step):
+    """Add lanes 0-2 of the F32 `step`, whose lane 3 is 0, to a row of position (n, 4) float64 and
+    of drift (n, 4) float32; True when the drift's square exceeds its fourth number."""
+
+    def codegen(context, builder, sig, args):
+        four = _shuffle(builder, args[3], args[3], [0, 1, 2, 3])
+        wide, narrow_ = (ir.VectorType(t, 4) for t in (ir.DoubleType(), ir.FloatType()))
+        where_ = _row(context, builder, sig.args[0], args[0], args[2], wide)
+        place = builder.load(where_)
+        place.align = 32
+        moved = builder.fadd(place, builder.fpext(four, wide))
+        builder.store(moved, where_).align = 32
+        where_ = _row(context, builder, sig.args[1], args[1], args[2], narrow_)
+        before = builder.load(where_)
+        before.align = 16
+        after = builder.fadd(before, four)
+        builder.store(after, where_).align = 16
+        limit = builder.extract_element(after, ir.Constant(ir.IntType(32), 3))
+        return builder.fcmp_ordered(">", _sum_of_squares(builder, after, (0, 1, 2)), limit)
+
+    return types.boolean(position, drift, index, step), codegen

@@ -67,6 +67,30 @@ def plan_grids(n, particles, reach, level, cell_size, dims, first_cell, low, att
         first_cell[lv + 1] = first_cell[lv] + cells
 
 
+@njit(cache=True, error_model="numpy")
+def first_not_finite(n, particles):
+    """First row whose position or motion is not a number, or -1."""
+    for i in range(n):
+        total = 0.0 * particles.position[i, 0] + 0.0 * particles.position[i, 1]
+        total += 0.0 * particles.position[i, 2]
+        for c in range(8):
+            total += 0.0 * particles.kinetic[i, c]
+        if total != 0.0:
+            return i
+    return -1
+
+
+@njit(cache=True, error_model="numpy")
+def furthest(n, particles, origin):
+    """Largest distance [m] of a particle's centre from a point (3,)."""
+    most = 0.0
+    for i in range(n):
+        p = particles.position[i]
+        x, y, z = p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]
+        most = max(most, x * x + y * y + z * z)
+    return np.sqrt(most)
+
+
 @inlined
 def cell_of(position, size, dims, low):
     """Cell index of a position (3,) in a grid."""
@@ -112,31 +136,35 @@ def take_values(n, array, order, out):
 
 
 @inlined
-def _scan(i, lo, hi, particles, reach, kind_of, kind, pairs, far, near, distant):
+def _scan(i, lo, hi, particles, reach, kind_of, kind, pairs, far, hits, near, distant):
     """Add pairs of row i with rows lo..hi-1 that are within reach and of material pair `kind`.
 
     Pairs that touch or nearly do go to `pairs`, the others to `far`; near and distant count them.
     """
     position, first, second = particles.position, pairs.first, pairs.second
-    x, y, z = position[i, 0], position[i, 1], position[i, 2]
+    x, y, z, own = position[i, 0], position[i, 1], position[i, 2], reach[i]
+    count = 0
+    for j in range(lo, hi):  # without a branch: one that few pairs take is mispredicted at each
+        dx, dy, dz = position[j, 0] - x, position[j, 1] - y, position[j, 2] - z
+        h = own + reach[j]
+        hits[count] = j
+        count += dx * dx + dy * dy + dz * dz < h * h
     m, r = particles.material[i], particles.kinetic[i, 6]
     capacity = len(first)
-    for j in range(lo, hi):
+    for k in range(count):
+        j = hits[k]
+        if kind_of[m, particles.material[j]] != kind or same_cluster(particles.cluster, i, j):
+            continue
         dx, dy, dz = position[j, 0] - x, position[j, 1] - y, position[j, 2] - z
-        h = reach[i] + reach[j]
-        squared = dx * dx + dy * dy + dz * dz
-        if squared < h * h and kind_of[m, particles.material[j]] == kind:
-            if same_cluster(particles.cluster, i, j):
-                continue
-            touch = NEARLY * (r + particles.kinetic[j, 6])
-            if squared < touch * touch:
-                if near < capacity:
-                    first[near], second[near] = i, j
-                near += 1
-            else:
-                if distant < capacity:
-                    far[distant, 0], far[distant, 1] = i, j
-                distant += 1
+        touch = NEARLY * (r + particles.kinetic[j, 6])
+        if dx * dx + dy * dy + dz * dz < touch * touch:
+            if near < capacity:
+                first[near], second[near] = i, j
+            near += 1
+        else:
+            if distant < capacity:
+                far[distant, 0], far[distant, 1] = i, j
+            distant += 1
     return near, distant
 
 
@@ -147,9 +175,28 @@ def same_cluster(cluster, i, j):
 
 
 @njit(cache=True, error_model="numpy")
+def _searches(cell_size, first_cell, start):
+    """(LEVELS, LEVELS) bool: whether the grains of one level look for those of another. Of two
+    levels that one does which has fewer rows of cells to look through: a few fast or large grains
+    spare all others the search for them."""
+    out = np.zeros((LEVELS, LEVELS), np.bool_)
+    for fine in range(LEVELS):
+        out[fine, fine] = cell_size[fine] > 0.0
+        for coarse in range(fine + 1, LEVELS):
+            if cell_size[fine] > 0.0 and cell_size[coarse] > 0.0:
+                few = start[first_cell[coarse + 1]] - start[first_cell[coarse]]
+                many = start[first_cell[fine + 1]] - start[first_cell[fine]]
+                across = cell_size[coarse] / cell_size[fine] + 2.0
+                upwards = 9.0 * many < across * across * few
+                out[fine, coarse], out[coarse, fine] = upwards, not upwards
+    return out
+
+
+@njit(cache=True, error_model="numpy")
 def find_pairs(
-    n, particles, reach, level, cell_size, dims, first_cell, low, start, kind_of, kinds, pairs, far
-):
+    n, particles, reach, level, cell_size, dims, first_cell, low, start, kind_of, kinds, pairs, far,
+    hits,
+):  # fmt: skip
     """List all pairs within reach, block by block of one kind; rows must be sorted.
 
     kind_of (materials, materials): property row of a pair; kinds: the rows that particles can have;
@@ -159,14 +206,15 @@ def find_pairs(
     not complete and must be made again with more.
     """
     count, capacity = 0, len(pairs.first)
+    searches = _searches(cell_size, first_cell, start)
     for kind in kinds:
         before, distant = count, 0
         for i in range(n):
-            for lv in range(level[i], LEVELS):
-                if cell_size[lv] > 0.0:
+            for lv in range(LEVELS):
+                if searches[level[i], lv]:
                     count, distant = _search_level(
                         i, lv, lv == level[i], particles, reach, cell_size[lv], dims[lv],
-                        first_cell[lv], low, start, kind_of, kind, pairs, far, count, distant,
+                        first_cell[lv], low, start, kind_of, kind, pairs, far, hits, count, distant,
                     )  # fmt: skip
         if count + distant + WIDTH > capacity:
             count += distant + WIDTH
@@ -184,28 +232,33 @@ def find_pairs(
 
 @inlined
 def _search_level(
-    i, lv, own, particles, reach, size, dims, base, low, start, kind_of, kind, pairs, far, near,
-    distant
+    i, lv, own, particles, reach, size, dims, base, low, start, kind_of, kind, pairs, far, hits,
+    near, distant,
 ):  # fmt: skip
-    """Pairs of row i with one level: half of the stencil on its own level, all of it on a coarser
-    one."""
+    """Pairs of row i with its own level, of which the cells that follow its own are enough, or with
+    all cells of another level that its reach can meet."""
     p = particles.position[i]
-    x, y, z = int((p[0] - low[0]) / size), int((p[1] - low[1]) / size), int((p[2] - low[2]) / size)
-    x0, x1 = max(x - 1, 0), min(x + 1, dims[0] - 1)
-    for dz in range(0 if own else -1, 2):
-        if z + dz < 0 or z + dz >= dims[2]:
-            continue
-        for dy in range(0 if own and dz == 0 else -1, 2):
-            if y + dy < 0 or y + dy >= dims[1]:
-                continue
-            row = base + ((z + dz) * dims[1] + y + dy) * dims[0]
+    margin = size if own else reach[i] + 0.5 * size  # half a cell is the level's largest reach
+    x0, x1 = _cells(p[0] - low[0], margin, size, dims[0])
+    y0, y1 = _cells(p[1] - low[1], margin, size, dims[1])
+    z0, z1 = _cells(p[2] - low[2], margin, size, dims[2])
+    y, z = int((p[1] - low[1]) / size), int((p[2] - low[2]) / size)
+    for cz in range(z if own else z0, z1 + 1):
+        for cy in range(y if own and cz == z else y0, y1 + 1):
+            row = base + (cz * dims[1] + cy) * dims[0]
             lo, hi = start[row + x0], start[row + x1 + 1]
-            if own and dz == 0 and dy == 0:
+            if own and cz == z and cy == y:
                 lo = i + 1
             near, distant = _scan(
-                i, lo, hi, particles, reach, kind_of, kind, pairs, far, near, distant
+                i, lo, hi, particles, reach, kind_of, kind, pairs, far, hits, near, distant
             )
     return near, distant
+
+
+@inlined
+def _cells(place, margin, size, cells):
+    """First and last cell of a row of them that place +- margin meets."""
+    return max(int((place - margin) / size), 0), min(int((place + margin) / size), cells - 1)
 
 
 @njit(cache=True)

@@ -115,6 +115,7 @@ class Simulation:
         self._pair_count = self._wall_count = 0
         self._pairs, self._old_pairs = new_pairs(64, precision), new_pairs(64, precision)
         self._far = np.zeros((0, 2), np.int32)
+        self._following = np.zeros(0, np.int64)
         self._make_wall_room(64)
         self._resize_scratch()
 
@@ -263,6 +264,7 @@ class Simulation:
         self._order = np.zeros(rows, np.int64)
         self._new_row = np.zeros(rows, np.int64)
         self._head = np.zeros(rows, np.int64)
+        self._hits = np.zeros(rows, np.int32)
         self._spare = new_particles(self.n, self.precision)
         self._stale = True
 
@@ -294,10 +296,9 @@ class Simulation:
         new_row = self._new_row
         new_row[self._order[:n]] = np.arange(n)
         new_row[n:] = np.arange(n, n + GHOSTS)
-        for b in np.flatnonzero(w.unbounded):
+        for b in np.flatnonzero(w.unbounded & w.spin.any(axis=1)):
             # a turning plane sweeps past a grain the faster the further it is from the axis
-            furthest = length(p.position[:n, :3] - w.origin[b]).max(initial=0.0)
-            w.extent[b] = furthest + reach[:n].max(initial=0.0)
+            w.extent[b] = nb.furthest(n, p, w.origin[b]) + reach[:n].max(initial=0.0)
         speed = length(w.velocity) + length(w.spin) * w.extent
         slack = self.skin.base * float(p.kinetic[:n, 6].min()) if n else 0.0
         self._allowance = np.where((speed > 0) | (w.mass > 0), horizon * speed + slack, 0.0)
@@ -318,7 +319,11 @@ class Simulation:
 
     def _permute(self):
         n, order = self.n, self._order
-        for array, spare in zip(self.particles, self._spare, strict=True):
+        for name, array, spare in zip(
+            self.particles._fields, self.particles, self._spare, strict=True
+        ):
+            if name == "force":  # made anew in each step
+                continue
             take = nb.take_rows if array.ndim == 2 else nb.take_values
             take(n, array, order, spare)
         self.particles, self._spare = self._spare, self.particles
@@ -337,14 +342,15 @@ class Simulation:
             if len(self._far) < len(new.first):
                 self._far = np.zeros((len(new.first), 2), np.int32)
             count = nb.find_pairs(
-                self.n, self.particles, reach, level, *grid, self.kind_of, kinds, new, self._far
-            )
+                self.n, self.particles, reach, level, *grid, self.kind_of, kinds, new, self._far,
+                self._hits,
+            )  # fmt: skip
             if count <= len(new.first):
                 break
             new = new_pairs(int(1.3 * count) + 64, self.precision)
-        nb.carry_history(
-            old, old_count, new, count, new_row, self._head, np.zeros(old_count, np.int64)
-        )
+        if len(self._following) < old_count:
+            self._following = np.zeros(len(old.first), np.int64)
+        nb.carry_history(old, old_count, new, count, new_row, self._head, self._following)
         self._pairs, self._old_pairs, self._pair_count = new, old, count
 
     def _renew_walls(self, reach, grid, new_row, attraction):
@@ -427,10 +433,8 @@ class Simulation:
         )
 
     def _check_finite(self):
-        bad = ~np.isfinite(self.particles.kinetic[: self.n]).all(axis=1)
-        bad |= ~np.isfinite(self.particles.position[: self.n, :3]).all(axis=1)
-        if bad.any():
-            row = int(np.flatnonzero(bad)[0])
+        row = nb.first_not_finite(self.n, self.particles)
+        if row >= 0:
             raise BlowUpError(
                 particle=int(self.particles.tag[row]),
                 time=self.time,

@@ -32,8 +32,8 @@ class Particles(NamedTuple):
     drift: np.ndarray
     """(n, 4) real: displacement since the pair list was built [m]; squared skin [m2]."""
     carry: np.ndarray
-    """(n, 6) real: what rounding has left over of the velocities [m/s], [rad/s]; the next step adds
-    it."""
+    """(n, 8) real: what rounding has left over of the velocities [m/s], [rad/s], which the next
+    step adds; two unused."""
     tag: np.ndarray
     """(n,) int64: number of the particle, in the order of adding."""
     material: np.ndarray
@@ -130,7 +130,7 @@ def new_particles(n, precision):
         aligned((rows, 2), real),
         aligned((rows, 8), real),
         aligned((rows, 4), real),
-        aligned((rows, 6), real),
+        aligned((rows, 8), real),
         np.full(rows, -1, np.int64),
         np.zeros(rows, np.int32),
         np.full(rows, -1, np.int32),

@@ -16,6 +16,8 @@ from scenes import (
     plane_impact,
 )
 
+from dem.run import run
+from dem.spec import parse_spec
 from dem.walls.builder import WallSet
 
 R = 1e-3
@@ -273,3 +275,26 @@ def test_terminal_speed(record):
         "m/s",
         "Schiller and Naumann (1933)",
     )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["elastic_plastic", "constant_torque_relative"])
+def test_a_heap_comes_to_rest_with_torsion(law, tmp_path):
+    """Laws on the relative spin leave a grain on the plate spinning about the vertical: without
+    torsion such a heap runs to the end of its time."""
+    spec = {
+        "experiment": "heap",
+        "laws": {"rolling": law, "torsion": "marshall"},
+        "materials": {"particle": {"shear_modulus_Pa": 3e6}},
+        "particles": {"count": 800, "diameter_mm": 4.0},
+        "geometry": {
+            "generation_rate_per_s": 2000,
+            "orifice_diameter_mm": 30,
+            "plate_diameter_mm": 100,
+            "funnel_top_diameter_mm": 100,
+        },
+        "numerics": {"max_time_s": 6.0},
+    }
+    metrics = run(parse_spec(spec), tmp_path)["metrics"]
+    assert metrics["rest_energy_ratio"] < parse_spec(spec).numerics.rest_energy_ratio
+    assert metrics["rest_time_s"] < 3.0  # twice what the own-spin law takes
