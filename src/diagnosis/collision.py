@@ -32,16 +32,20 @@ SETTLE, SLIP_SPEED, LOOK, LOOKS = 20.0, 0.2, 5, 400
 force, and looks."""
 
 
-def rebounds(spec, heights):
+def rebounds(spec, heights, finer=1.0):
     """Rebound heights (k,) [mm] of the grain of a drop's run spec (a mapping) from heights (k,)
-    [mm]."""
-    own = parse_spec(spec | {"numerics": STEP})
+    [mm], the time step over `finer`."""
+    own = parse_spec(spec | {"numerics": _step(STEP, finer)})
     air = _air(own)
     heights = 1e-3 * np.asarray(heights, float)
     radius = mean_radius(own)
     impact = _fall(own, radius, heights, air)
     place, speed = _bounce(own, radius, impact)
     return 1e3 * np.maximum(place + _rise(own, radius, speed, air), 0.0)
+
+
+def _step(numerics, finer):
+    return numerics | {"rayleigh_fraction": numerics["rayleigh_fraction"] / finer}
 
 
 def _plate(spec, gravity=DOWN):
@@ -120,14 +124,14 @@ def _rise(spec, radius, speed, air):
     return height
 
 
-def sliding_angles(spec, rates):
+def sliding_angles(spec, rates, finer=1.0):
     """Sliding angles (k,) [deg] of the grain of a tilt's run spec (a mapping) at tilt rates (k,)
-    [degrees/s].
+    [degrees/s], the time step over `finer`.
 
     A grain at rest under its weight on the plate is pushed until it slips; the force that holds it
     then over its weight is the friction. On the plate the load is m g cos(theta). The angle is read
     once the spec's slip has been covered."""
-    own = parse_spec(spec | {"numerics": COARSE})
+    own = parse_spec(spec | {"numerics": _step(COARSE, finer)})
     angle = math.atan(friction(own, 0.0))
     for _ in range(2):
         angle = math.atan(friction(own, angle))

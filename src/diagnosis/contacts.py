@@ -7,8 +7,11 @@ The base model is a constant restitution and a constant friction. What it misses
 import numpy as np
 from scipy.stats import chi2
 
+from dem.spec import parse_spec
+from diagnosis import time_step
+from diagnosis.collision import rebounds, sliding_angles
 from diagnosis.laws.found import discover, predictions
-from diagnosis.laws.known import known_curves
+from diagnosis.laws.known import COEFFICIENT, known_curves
 from diagnosis.laws.mixed import LEVEL_SD
 from diagnosis.laws.readings import FREE, from_log, readings_of
 from diagnosis.residuals import trends
@@ -98,6 +101,32 @@ def base(measurements, settings, factors):
         "patterns": trends(rows),
         "residuals": rows,
     }
+
+
+def half_step(measurements, settings, base):
+    """Rows of `diagnosis.time_step.row_of`: the integrated contacts at half their time step."""
+    out = []
+    for i in time_step.middles(measurements):
+        m = measurements[i]
+        log, _ = _level([m], m.experiment, None)
+        name, low, high = COEFFICIENT[m.experiment]
+        spec = condition_spec(base, settings, [], m.experiment, m.levers, {}, settings.seed)
+        pair = spec.get("contacts", {})
+        value = float(np.exp(log / (IN_AIR if m.experiment == "drop" else 1.0)))
+        wall = pair.get("particle_wall", {}) | {name: float(np.clip(value, low, high))}
+        spec = spec | {"contacts": pair | {"particle_wall": wall}}
+        full, half = (_integrated(spec, m, finer) for finer in (1.0, 2.0))
+        error = m.sd / np.sqrt(m.n)
+        out.append(time_step.row_of(m, full, half, 0.0, float(error)))
+    return out
+
+
+def _integrated(spec, measurement, finer):
+    """The reading of one condition by the engine's contact."""
+    if measurement.experiment == "drop":
+        return float(rebounds(spec, [measurement.levers["drop_height_mm"]], finer)[0])
+    rate = parse_spec(spec).geometry.tilt_rate_deg_s
+    return float(sliding_angles(spec, [rate], finer)[0])
 
 
 def with_law(measurements, found):

@@ -12,7 +12,7 @@ from calibration.config import given
 from calibration.factors import read_factors
 from calibration.files import replacing, write_table
 from dem.io.files import write_json
-from diagnosis import contacts, exclusion, figures
+from diagnosis import contacts, exclusion, figures, time_step
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.emulator_files import read_emulators, write_emulators
@@ -127,10 +127,14 @@ def name_causes(config, settings, source, output):
     name = extended_name(found)
     models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
     rows, specs = extension_plan(settings, base_of(config), models, measurements)
+    base_fit = found.fits[BASE].theta[0]
+    steps, more = time_step.plan(
+        settings, base_of(config), found.models[BASE], base_fit, measurements
+    )
     mechanisms = [m.name for m in models["after"].mechanisms] if name else []
     write_json(output.findings, verdict)
-    write_json(output.extension, {"mechanisms": mechanisms, "rows": rows})
-    write_json(output.plan, specs)
+    write_json(output.extension, {"mechanisms": mechanisms, "rows": rows, "steps": steps})
+    write_json(output.plan, specs | more)
     extended = found.fits[name].predicted[0] if name else None
     common.save(
         figures.prediction_figure(verdict["residuals"], extended, name or ""), output.predictions
@@ -144,8 +148,9 @@ def _diagnose_contacts(config, settings, measurements, kinds, output):
     found = contacts.discovered(measurements, settings, base_of(config), known)
     verdict = contacts.findings(measurements, found, settings, _factors(config))
     verdict["exclusion"] = exclusion.of_contacts(found.trials, known)
+    verdict["time_step"] = contacts.half_step(measurements, settings, base_of(config))
     write_json(output.findings, verdict)
-    write_json(output.extension, {"mechanisms": [], "rows": []})
+    write_json(output.extension, {"mechanisms": [], "rows": [], "steps": []})
     write_json(output.plan, {})
     after = contacts.with_law(measurements, found)
     common.save(
@@ -159,8 +164,10 @@ def conclude(config, settings, source, output):
     measurements, kinds = load(config, settings)
     verdict = json.loads(Path(source.findings).read_text())
     extension = json.loads(Path(source.extension).read_text())
+    metrics = simulate(json.loads(Path(source.plan).read_text()))
+    if extension["steps"]:
+        verdict["time_step"] = time_step.check(settings, measurements, extension["steps"], metrics)
     if extension["rows"]:
-        metrics = simulate(json.loads(Path(source.plan).read_text()))
         factors = parameters_of(settings, config.factors, kinds)
         known, values = catalogue_of(settings, kinds), {}
         for label, names in (("before", []), ("after", extension["mechanisms"])):

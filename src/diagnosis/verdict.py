@@ -110,6 +110,7 @@ def page(verdict):
         *_exclusion(verdict),
         *_parameters(verdict),
         *_gain(verdict),
+        *_steps(verdict),
         *_further(verdict),
     ]
     return "\n".join(lines).rstrip() + "\n"
@@ -284,6 +285,20 @@ def _gain(verdict):
     ]
     lines += [f"- {m['sentence']}" for m in verdict.get("moved", {}).values()]
     return [*lines, ""]
+
+
+def _steps(verdict):
+    """Whether half the time step would have changed anything."""
+    lines = []
+    for row in verdict.get("time_step") or []:
+        quantity = QUANTITIES[row["experiment"]]
+        text = (
+            f"- {_capital(quantity.words)}: {row['change']:+.2g} ± {row['uncertain']:.1g} "
+            f"{quantity.unit} of {row['value']:.3g}, {abs(row['change']) / row['error']:.2g} "
+            "standard errors of the measurement"
+        )
+        lines.append(text + (": take a finer step." if row["matters"] else "."))
+    return ["## What half the time step changes", "", *lines, ""] if lines else []
 
 
 def _further(verdict):

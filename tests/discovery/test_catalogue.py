@@ -24,7 +24,6 @@ EXPECTED = {
     "wall_adhesion",
     "tilt_detection_lag",
     "apex_sampling",
-    "under_resolved_contact",
     "size_bias",
     "uncounted_load",
 }

@@ -10,7 +10,6 @@ MECHANISMS = (
     "plastic_restitution",
     "air_drag",
     "apex_sampling",
-    "under_resolved_contact",
     "wall_adhesion",
     "tilt_detection_lag",
     "stress_dependent_friction",
@@ -20,8 +19,7 @@ CHANGES = {
     "experiments": {
         "drop": {
             "runs_per_input": None,
-            "denser": None,
-            "mechanisms": [m for m in MECHANISMS[:6] if m != "apex_sampling"],
+            "mechanisms": [m for m in MECHANISMS[:5] if m != "apex_sampling"],
         },
         "heap": None,
         "shear": None,
@@ -46,7 +44,7 @@ def test_most_hidden_effects_are_named_first_and_hardly_any_is_named_wrongly(bot
             named = found.verdict in ("identified", "ambiguous")
             right += named and found.ranking[0]["mechanism"] == name
             wrong += found.verdict == "identified" and found.causes != [name]
-    assert right >= 12  # of 16
+    assert right >= 11  # of 14
     assert wrong <= 1
 
 

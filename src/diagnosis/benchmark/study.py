@@ -41,7 +41,6 @@ MECHANISMS = {
         "liquid_bridge",
         "wall_adhesion",
         "apex_sampling",
-        "under_resolved_contact",
         "tilt_detection_lag",
         "stress_dependent_friction",
     ),

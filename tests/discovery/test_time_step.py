@@ -1,0 +1,52 @@
+"""Half the time step: a coarse one is found by runs of the real engine, a fine one passes."""
+
+import types
+
+import pytest
+
+from calibration.batches import simulate
+from dem.spec import parse_spec
+from diagnosis import time_step
+from diagnosis.measurements import Measurement
+from diagnosis.settings import condition_spec, read_settings
+
+BASE = {"contacts": {"particle_wall": {"restitution": 0.35}}}
+
+
+def settings(fraction):
+    run = {"numerics": {"rayleigh_fraction": fraction}}
+    return read_settings("config/discovery.yaml", {"experiments": {"drop": {"run": run}}})
+
+
+def rebounds(error):
+    return [
+        Measurement("drop", 0.12 * h, error * 0.12 * h, 1, {"drop_height_mm": h})
+        for h in (5, 20, 80)
+    ]
+
+
+@pytest.mark.parametrize(("fraction", "error", "matters"), [(0.2, 0.01, True), (0.04, 0.5, False)])
+def test_a_step_that_moves_a_rebound_by_more_than_its_error_is_told(
+    fraction, error, matters, tmp_path
+):
+    own = settings(fraction)
+    model = types.SimpleNamespace(factors=[], mechanisms=[])
+    measured = rebounds(error)
+    rows, specs = time_step.plan(own, BASE, model, [], measured)
+    [row] = time_step.check(own, measured, rows, simulate(specs, tmp_path))
+    assert row["levers"] == {"drop_height_mm": 20}
+    assert row["matters"] is matters
+    assert row["half"] == pytest.approx(row["value"] + row["change"])
+    assert row["half"] > row["value"]  # few steps in a contact damp too much
+
+
+def test_half_the_step_is_half_of_either_kind():
+    spec = condition_spec(BASE, settings(0.04), [], "drop", {"drop_height_mm": 20.0}, {}, 1)
+    fixed = spec | {"numerics": {"time_step_s": 1e-6}}
+    assert time_step.halved(spec)["numerics"]["rayleigh_fraction"] == 0.02
+    assert parse_spec(time_step.halved(fixed)).numerics.time_step_s == 5e-7
+
+
+def test_each_experiment_is_checked_at_its_middle_value():
+    tilts = [Measurement("tilt", v, 0.5, 5, {}) for v in (30.0, 40.0, 35.0)]
+    assert time_step.middles([*rebounds(0.01), *tilts]) == [1, 5]
