@@ -33,17 +33,19 @@ def discovered(measurements, settings, base, catalogue):
     def spec_of(experiment, levers):
         return condition_spec(base, settings, [], experiment, levers, {}, settings.seed)
 
-    defaults = {
-        kind: _defaults(settings, kind) for kind in {m.experiment for m in measurements} & set(FREE)
-    }
     return discover(
         measurements,
         [known_curves(catalogue, spec_of)],
         settings.alpha,
         settings.replicates,
         settings.seed,
-        defaults,
+        defaults_of(settings, {m.experiment for m in measurements}),
     )
+
+
+def defaults_of(settings, experiments):
+    """{experiment: {lever: value}} of the levers that rows may leave empty."""
+    return {kind: _defaults(settings, kind) for kind in set(experiments) & set(FREE)}
 
 
 def _defaults(settings, kind):

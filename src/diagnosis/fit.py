@@ -202,4 +202,5 @@ def data_of(measurements):
     """`Data` of one set of measurements."""
     n = np.array([m.n for m in measurements], float)
     value = np.array([m.value for m in measurements])
-    return Data(value[None], (moderated_sd(measurements) / np.sqrt(n))[None])
+    lever = np.array([m.lever_error for m in measurements])
+    return Data(value[None], np.hypot(moderated_sd(measurements) / np.sqrt(n), lever)[None])

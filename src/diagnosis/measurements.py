@@ -2,9 +2,10 @@
 column."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from statistics import fmean, stdev
 
 import pandas as pd
 
@@ -16,7 +17,12 @@ from diagnosis.quantities import LEVERS, QUANTITIES, having, levers_of
 SHARED = ("batch", "instrument")
 """Columns that say which rows share an error; empty where they share none."""
 
-COLUMNS = ("experiment", "quantity", "value", "unit", "sd", "n", *LEVERS, *SHARED, "note")
+ROLES = ("calibrate", "hold out")
+OUTCOMES = ("clogged", "arched", "no_heap", "did_not_slide")
+"""What a test can end with in place of a value."""
+
+FURTHER = ("replicate", "role", "lever_sd", "outcome")
+COLUMNS = ("experiment", "quantity", "value", "unit", "sd", "n", *LEVERS, *SHARED, *FURTHER, "note")
 LEAST_CONDITIONS = 3
 LEAST_SETTINGS = 5
 """Of the experiments that a cause shows on, for it to be named: of fewer the errors between them
@@ -28,7 +34,9 @@ class Measurement:
     """One measured condition: mean of n replicates with their standard deviation, in the quantity's
     unit.
 
-    `line` is where it stands in its file, None where it has none.
+    `line` is where it stands in its file (its first replicate, where these are rows), None where it
+    has none. lever_sd: standard deviation of `proportional`, in its unit; outcome: what the test
+    ended with where it has no value.
     """
 
     experiment: str
@@ -40,6 +48,27 @@ class Measurement:
     line: int | None = field(default=None, compare=False)
     batch: str = ""
     instrument: str = ""
+    replicate: str = ""
+    role: str = ROLES[0]
+    lever_sd: float = 0.0
+    outcome: str = ""
+
+    @property
+    def proportional(self):
+        """The lever that the reading goes with: the needed one, where the quantity is a share of
+        it; else None."""
+        return getattr(QUANTITIES[self.experiment].scale, "lever", None)
+
+    @property
+    def lever_error(self):
+        """Error of the reading from that of its lever, to first order."""
+        return self.lever_sd * self.value / self.levers[self.proportional] if self.lever_sd else 0.0
+
+    @property
+    def condition(self):
+        """What replicates share."""
+        levers = tuple(sorted(self.levers.items()))
+        return self.experiment, levers, self.batch, self.instrument, self.role
 
     @property
     def label(self):
@@ -64,32 +93,82 @@ def raise_faults(faults):
         raise MeasurementErrors(faults)
 
 
+@dataclass(frozen=True)
+class Measured:
+    """All rows of a table: conditions to calibrate on, those held out, tests without a value."""
+
+    fitted: list
+    held_out: list
+    outcomes: list
+
+
 def read_measurements(path):
-    """List of `Measurement`. Raises ConfigError naming file, line and column of every fault, one
-    message a fault."""
+    """List of `Measurement` to calibrate on. Raises ConfigError naming file, line and column of
+    every fault, one message a fault."""
+    return read_all(path).fitted
+
+
+def read_all(path):
+    """`Measured` of a table; raises as `read_measurements`."""
     path = Path(path)
-    faults, seen, out = [], {}, []
+    faults, rows = [], []
     table = read_table(path, lambda header, line: _check_header(path, header, line))
     for line, row in table.rows:
         own = []
-        measured = _measurement(table, row, line, own)
+        rows.append(_measurement(table, row, line, own))
         faults += own
-        if own:
-            continue
-        shared = (measured.batch, measured.instrument)
-        key = (measured.experiment, tuple(sorted(measured.levers.items())), *shared)
-        if key in seen:
-            reason = (
-                f"repeats the condition of line {seen[key]}: give its replicates as one row with "
-                f"n, "
-                "or say in batch or instrument what differs"
-            )
-            faults.append(ConfigError(reason, path=path, line=line, column="experiment"))
-        seen.setdefault(key, line)
-        out.append(measured)
+    rows = _gathered([r for r in rows if r is not None], path, faults)
     raise_faults(faults)
-    _enough(out, path)
+    valued = [r for r in rows if not r.outcome]
+    out = Measured(
+        [r for r in valued if r.role == ROLES[0]],
+        [r for r in valued if r.role != ROLES[0]],
+        [r for r in rows if r.outcome],
+    )
+    _enough(out.fitted, path)
     return out
+
+
+def _gathered(rows, path, faults):
+    """The rows with replicates of a condition made one; faults for conditions that come twice."""
+    out, replicates = {}, {}
+    for row in rows:
+        if row.replicate:
+            replicates.setdefault(row.condition, []).append(row)
+        elif row.condition in out and not row.outcome and not out[row.condition].outcome:
+            reason = (
+                f"repeats the condition of line {out[row.condition].line}: give its replicates as "
+                "one row with n, or each with a name in replicate, or say in batch or instrument "
+                "what differs"
+            )
+            faults.append(ConfigError(reason, path=path, line=row.line, column="experiment"))
+        else:
+            out[row.condition, row.line] = out[row.condition] = row
+    kept = [row for key, row in out.items() if isinstance(key[-1], int)]
+    for condition, own in replicates.items():
+        kept += _mean(own, out.get(condition), path, faults)
+    return sorted(kept, key=lambda m: m.line)
+
+
+def _mean(own, whole, path, faults):
+    """[`Measurement`] of the replicates of one condition."""
+    names, count = [m.replicate for m in own], len(faults)
+    for k, m in enumerate(own):
+        where = {"path": path, "line": m.line, "column": "replicate", "value": m.replicate}
+        if whole is not None:
+            faults.append(ConfigError(f"has its condition's mean in line {whole.line}", **where))
+        elif names.index(m.replicate) != k:
+            first = own[names.index(m.replicate)].line
+            faults.append(ConfigError(f"repeats the replicate of line {first}", **where))
+        elif len(own) == 1:
+            reason = "is the only one of its condition, whose spread cannot be known"
+            allowed = "two replicates or more, or one row with sd and n"
+            faults.append(ConfigError(reason, **where, allowed=allowed))
+    if len(faults) > count:
+        return []
+    values = [m.value for m in own]
+    sd = max(stdev(values), 1e-9 * abs(own[0].value))
+    return [replace(own[0], value=fmean(values), sd=sd, n=len(own), replicate="")]
 
 
 def _enough(measurements, path):
@@ -116,7 +195,7 @@ def _enough(measurements, path):
 def _check_header(path, header, line):
     faults = [
         ConfigError("is missing", path=path, line=line, column=name)
-        for name in COLUMNS[:6]
+        for name in COLUMNS[: 4 if "replicate" in header else 6]
         if name not in header
     ]
     allowed = ", ".join(COLUMNS)
@@ -161,25 +240,79 @@ def _measurement(table, row, line, faults):
             faults.append(error)
             return None
 
+    text = {c: row.get(c) or "" for c in ("note", *SHARED, "replicate")}
+    chosen = _chosen(row, path, line, faults)
     scale = in_unit(f"1 {unit}", q.unit)
-    value, sd = (number(c, least / scale, q.most / scale, unit)
-                 for c, least in (("value", q.least), ("sd", 1e-9)))  # fmt: skip
-    n = number("n", 1, 1e6)
+    beside = "outcome" if chosen["outcome"] else "replicate" if text["replicate"] else None
+    faults += _superfluous(row, beside, path, line)
+    value, sd, n = _reading(row, q, scale, unit, number, beside)
     if n is not None and n != int(n):
         faults.append(
             ConfigError("is not a whole number", path=path, line=line, column="n", value=n)
         )
     levers = _levers(row, kind, path, line, number, faults)
+    lever_sd = _lever_sd(row, q, kind, path, line, number, faults)
     if faults:
         return None
+    if chosen["outcome"]:
+        return Measurement(kind, math.nan, math.nan, int(n), levers, line=line, **text, **chosen)
     value, sd = (value, sd) if unit == q.unit else (scale * value, scale * sd)
     if q.below and value >= levers.get(q.below, math.inf):
         allowed = f"less than {q.below} = {levers[q.below]:g}"
         where = {"path": path, "line": line, "column": "value"}
         faults.append(ConfigError("is too high", value=value, allowed=allowed, **where))
         return None
-    note, batch, instrument = (row.get(c, "") for c in ("note", *SHARED))
-    return Measurement(kind, value, sd, int(n), levers, note, line, batch, instrument)
+    more = text | chosen | {"lever_sd": lever_sd}
+    return Measurement(kind, value, sd, int(n), levers, line=line, **more)
+
+
+def _superfluous(row, beside, path, line):
+    """Faults of cells that mean nothing beside an outcome or in the row of a replicate."""
+    empty = {"outcome": ("value", "sd"), "replicate": ("sd", "n"), None: ()}[beside]
+    return [
+        ConfigError(
+            f"has no meaning beside {beside}", path=path, line=line, column=c, value=row[c],
+            allowed="empty",
+        )
+        for c in empty
+        if row.get(c)
+    ]  # fmt: skip
+
+
+def _reading(row, quantity, scale, unit, number, beside):
+    """(value, sd, n) of a row; a test without a value has a number only, a replicate stands for
+    one."""
+    if beside == "outcome":
+        return math.nan, math.nan, number("n", 1, 1e6) if row.get("n") else 1.0
+    value = number("value", quantity.least / scale, quantity.most / scale, unit)
+    if beside == "replicate":
+        return value, 0.0, 1.0
+    return value, number("sd", 1e-9 / scale, quantity.most / scale, unit), number("n", 1, 1e6)
+
+
+def _chosen(row, path, line, faults):
+    """{role, outcome} of a row; what is not known is a fault."""
+    out = {"role": row.get("role") or ROLES[0], "outcome": row.get("outcome") or ""}
+    for column, allowed in (("role", ROLES), ("outcome", ("", *OUTCOMES))):
+        if out[column] not in allowed:
+            where = {"path": path, "line": line, "column": column, "value": out[column]}
+            known = ", ".join(a or "empty" for a in allowed)
+            faults.append(ConfigError("is not known", **where, allowed=known))
+    return out
+
+
+def _lever_sd(row, quantity, kind, path, line, number, faults):
+    """Standard deviation of the lever that the quantity is a share of; 0 where none is given."""
+    if not row.get("lever_sd"):
+        return 0.0
+    lever = getattr(quantity.scale, "lever", None)
+    if lever is None:
+        where = {"path": path, "line": line, "column": "lever_sd", "value": row["lever_sd"]}
+        known = [k for k, q in QUANTITIES.items() if hasattr(q.scale, "lever")]
+        allowed = f"empty, or a row of {', '.join(known)}"
+        faults.append(ConfigError(f"is not known for {kind}", **where, allowed=allowed))
+        return 0.0
+    return number("lever_sd", 0.0, levers_of(kind)[lever].most, unit_of(lever))
 
 
 def _unit(row, quantity, path, line, faults):
@@ -220,5 +353,6 @@ def to_table(measurements):
         q = QUANTITIES[m.experiment]
         fixed = (m.experiment, q.name, m.value, q.unit, m.sd, m.n)
         rows.append(dict(zip(COLUMNS[:6], fixed, strict=True)) | m.levers | {"note": m.note})
-        rows[-1] |= {name: getattr(m, name) for name in SHARED}
+        rows[-1] |= {name: getattr(m, name) for name in (*SHARED, *FURTHER)}
+        rows[-1]["lever_sd"] = m.lever_sd or ""
     return pd.DataFrame(rows, columns=list(COLUMNS))

@@ -12,14 +12,14 @@ from calibration.config import given
 from calibration.factors import read_factors
 from calibration.files import replacing, write_table
 from dem.io.files import write_json
-from diagnosis import contacts, exclusion, figures, time_step
+from diagnosis import aside, contacts, exclusion, figures, time_step
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.emulator_files import read_emulators, write_emulators
 from diagnosis.extend import extension_plan, gain, real_values
 from diagnosis.fit import data_of, fit
 from diagnosis.identify import identify
-from diagnosis.measurements import read_measurements
+from diagnosis.measurements import read_all
 from diagnosis.model import Emulated
 from diagnosis.residuals import calibration, residual_rows, trends
 from diagnosis.settings import (
@@ -33,12 +33,18 @@ from diagnosis.settings import (
 from diagnosis.verdict import extended_name, findings, page, validate
 
 
+def read(config):
+    """All rows of the study's table of measurements."""
+    return read_all(given(config, "measurements", "diagnose"))
+
+
 def load(config, settings):
     """Measurements, checked against the emulators' range, and the experiments that they need."""
-    measurements = read_measurements(given(config, "measurements", "diagnose"))
+    table = read(config)
+    measurements = table.fitted
     if not contacts.alone(m.experiment for m in measurements):
-        check_range(settings, measurements, config.measurements)
-    check_specs(settings, base_of(config), measurements)
+        check_range(settings, measurements + table.held_out, config.measurements)
+    check_specs(settings, base_of(config), measurements + table.held_out)
     return measurements, list(dict.fromkeys(m.experiment for m in measurements))
 
 
@@ -122,9 +128,14 @@ def name_causes(config, settings, source, output):
     emulated = _emulated(config, settings, kinds, source.emulators)
     found = identify(emulated, measurements, settings.alpha, settings.replicates, settings.seed)
     errors = json.loads(Path(source.errors).read_text())
+    name = extended_name(found)
     verdict = findings(emulated, measurements, found) | {"emulators": errors}
     verdict["exclusion"] = exclusion.of_mechanisms(found, measurements)
-    name = extended_name(found)
+    table = read(config)
+    shown = {"before": ((), found.fits[BASE])}
+    shown |= {"after": (tuple(name.split(" + ")), found.fits[name])} if name else {}
+    verdict["held_out"] = aside.by_emulators(emulated, table.held_out, shown)
+    verdict["remarks"] = aside.remarks(table)
     models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
     rows, specs = extension_plan(settings, base_of(config), models, measurements)
     base_fit = found.fits[BASE].theta[0]
@@ -149,6 +160,11 @@ def _diagnose_contacts(config, settings, measurements, kinds, output):
     verdict = contacts.findings(measurements, found, settings, _factors(config))
     verdict["exclusion"] = exclusion.of_contacts(found.trials, known)
     verdict["time_step"] = contacts.half_step(measurements, settings, base_of(config))
+    table, defaults = read(config), contacts.defaults_of(settings, kinds)
+    verdict["held_out"] = aside.by_contacts(
+        measurements, table.held_out, found.trials, found.law, defaults
+    )
+    verdict["remarks"] = aside.remarks(table)
     write_json(output.findings, verdict)
     write_json(output.extension, {"mechanisms": [], "rows": [], "steps": []})
     write_json(output.plan, {})

@@ -104,12 +104,14 @@ def page(verdict):
         "",
         "![Residuals along each lever](residuals.svg)",
         "",
+        *_remarks(verdict),
         *_law(verdict),
         *_scatter(verdict),
         *_ranking(verdict),
         *_exclusion(verdict),
         *_parameters(verdict),
         *_gain(verdict),
+        *_held_out(verdict),
         *_steps(verdict),
         *_further(verdict),
     ]
@@ -285,6 +287,30 @@ def _gain(verdict):
     ]
     lines += [f"- {m['sentence']}" for m in verdict.get("moved", {}).values()]
     return [*lines, ""]
+
+
+def _remarks(verdict):
+    """What the table's rows cannot tell, by their lines."""
+    lines = [f"- {text}" for text in verdict.get("remarks") or []]
+    return ["## Remarks on the measurements", "", *lines, ""] if lines else []
+
+
+def _held_out(verdict):
+    """The rows that no fit has seen."""
+    rows = verdict.get("held_out") or []
+    head = ["## Rows that were held out", "", "| line | measured | base model | extended model |"]
+    lines = [
+        f"| {r['line']} | {r['measured']:.4g} ± {r['error']:.2g} | {_beside(r, 'before')} "
+        f"| {_beside(r, 'after')} |"
+        for r in rows
+    ]
+    return [*head, "|---|---|---|---|", *lines, ""] if rows else []
+
+
+def _beside(row, label):
+    if row[label] is None:
+        return ""
+    return f"{row[label]:.4g} ({row['miss_' + label]:+.1f} standard errors)"
 
 
 def _steps(verdict):

@@ -1,10 +1,14 @@
 """The table of measurements: good rows are read, each fault is one error with its line and
 column."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from calibration.errors import ConfigError
-from diagnosis.measurements import MeasurementErrors, read_measurements, to_table
+from diagnosis.fit import data_of
+from diagnosis.measurements import MeasurementErrors, read_all, read_measurements, to_table
 from diagnosis.quantities import QUANTITIES
 
 HEADER = "experiment,quantity,value,unit,sd,n,drop_height_mm,tilt_rate_deg_s,output_interval_s,note"
@@ -160,3 +164,80 @@ def test_a_condition_may_stand_once_in_each_batch(tmp_path):
     assert third.instrument == "video"
     with pytest.raises(ConfigError, match="repeats the condition of line 3"):
         read_measurements(write(tmp_path, [*rows, rows[0]], header))
+
+
+FULL = "experiment,quantity,value,unit,sd,n,drop_height_mm,replicate,role,lever_sd,outcome,batch"
+
+
+def drops(*cells):
+    """Rows of drops: value, sd, n, height, replicate, role, lever_sd, outcome, batch."""
+    return [",".join(["drop", "rebound_height", c[0], "mm", *c[1:]]) for c in cells]
+
+
+MEANS = drops(*[(str(h / 7), "1", "5", str(h), "", "", "", "", "") for h in (100, 200, 300)])
+
+
+def test_replicates_as_rows_are_one_condition(tmp_path):
+    rows = drops(
+        ("20", "", "", "150", "a", "", "", "", ""),
+        ("22", "", "", "150", "b", "", "", "", ""),
+        ("24", "", "", "150", "c", "", "", "", ""),
+        ("30", "", "", "150", "a", "", "", "", "two"),
+        ("31", "", "", "150", "b", "", "", "", "two"),
+    )
+    *_, one, two = read_measurements(write(tmp_path, MEANS + rows, FULL))
+    assert (one.value, one.sd, one.n, one.line) == (22.0, 2.0, 3, 6)
+    assert (two.value, two.n, two.batch, two.line) == (30.5, 2, "two", 9)
+
+
+def test_held_out_rows_and_tests_without_a_value_are_apart(tmp_path):
+    rows = drops(
+        ("20", "1", "5", "150", "", "hold out", "", "", ""),
+        ("", "", "3", "160", "", "", "", "clogged", ""),
+    )
+    found = read_all(write(tmp_path, MEANS + rows, FULL))
+    assert [m.line for m in found.fitted] == [3, 4, 5]
+    assert [m.line for m in found.held_out] == [6]
+    [lost] = found.outcomes
+    assert (lost.line, lost.outcome, lost.n) == (7, "clogged", 3)
+
+
+def test_an_uncertain_height_widens_the_error_of_its_rebound(tmp_path):
+    rows = drops(("20", "1", "4", "150", "", "", "3", "", ""))
+    found = read_measurements(write(tmp_path, MEANS + rows, FULL))
+    [plain] = data_of([replace(found[-1], lever_sd=0.0)]).error[0]
+    [error] = data_of(found[-1:]).error[0]
+    # a height known to 2 % makes a rebound of 20 mm uncertain by 0.4 mm
+    assert error == pytest.approx(np.hypot(plain, 0.4))
+
+
+FURTHER_FAULTS = [
+    (("20", "", "", "150", "a", "", "", "", ""), "replicate", "spread cannot be known"),
+    (("20", "1", "", "150", "a", "", "", "", ""), "sd", "no meaning beside replicate"),
+    (("20", "1", "5", "150", "", "spare", "", "", ""), "role", "calibrate, hold out"),
+    (("20", "1", "5", "150", "", "", "", "lost", ""), "outcome", "clogged, arched"),
+    (("20", "", "", "150", "", "", "", "clogged", ""), "value", "no meaning beside outcome"),
+    (("", "1", "5", "150", "", "", "", "", ""), "value", "missing"),
+    (("20", "1", "5", "150", "", "", "-1", "", ""), "lever_sd", "out of range"),
+]
+
+
+@pytest.mark.parametrize(("cells", "column", "says"), FURTHER_FAULTS)
+def test_each_fault_of_the_further_columns_is_said_by_line(tmp_path, cells, column, says):
+    with pytest.raises(ConfigError) as error:
+        read_measurements(write(tmp_path, MEANS + drops(cells), FULL))
+    assert f"line 6, column {column}" in str(error.value)
+    assert says in str(error.value)
+
+
+def test_a_replicate_that_comes_twice_is_said_by_line(tmp_path):
+    twice = [("20", "", "", "150", "a", "", "", "", "")] * 2
+    with pytest.raises(ConfigError, match=r"line 7, .*repeats the replicate of line 6"):
+        read_measurements(write(tmp_path, MEANS + drops(*twice), FULL))
+
+
+def test_a_lever_error_is_refused_where_its_effect_is_not_known(tmp_path):
+    header = HEADER + ",lever_sd"
+    rows = [r + "," for r in GOOD[:2]] + [GOOD[2] + ",1"]
+    with pytest.raises(ConfigError, match=r"line 5, column lever_sd: is not known for tilt"):
+        read_measurements(write(tmp_path, rows, header))

@@ -60,7 +60,7 @@ def readings_of(measurements, experiment, defaults=None):
         if name in LEVERS
     }
     value = np.array([m.value for m in own])
-    error = moderated_sd(own) / np.sqrt([m.n for m in own])
+    error = np.hypot(moderated_sd(own) / np.sqrt([m.n for m in own]), [m.lever_error for m in own])
     log, slope = to_log(experiment, value, levers)
     groups = {}
     for name in ("batch", "instrument"):

@@ -1,0 +1,135 @@
+"""What a table holds beside the settings that are fitted: rows held out, tests without a value, and
+remarks on what the settings cannot tell."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from diagnosis.fit import data_of
+from diagnosis.laws.choose import centre_of
+from diagnosis.laws.mixed import evaluate, from_space, nuisance_of, posterior
+from diagnosis.laws.readings import from_log, readings_of
+from diagnosis.laws.slots import candidate_of, constant
+from diagnosis.quantities import LEVERS, QUANTITIES, levers_of
+
+UNKNOWN = 30.0
+"""Median errors that a reading is given which is to be predicted: it then weighs nothing."""
+
+
+def remarks(measured):
+    """Sentences, each with its lines, on what a `Measured` table cannot tell."""
+    out = []
+    for kind in dict.fromkeys(m.experiment for m in measured.fitted):
+        own = [m for m in measured.fitted if m.experiment == kind]
+        out += _few_levels(kind, own)
+        for name in ("batch", "instrument"):
+            out += _alone(name, own)
+    return out + [
+        f"{_lines([m])}: {m.label} ended {m.outcome.replace('_', ' ')}: it enters no fit."
+        for m in measured.outcomes
+    ]
+
+
+def _few_levels(kind, own):
+    words = QUANTITIES[kind].words
+    levels = {name: {m.levers[name] for m in own if name in m.levers} for name in levers_of(kind)}
+    if max((len(v) for v in levels.values()), default=0) < 2:
+        return [
+            f"{_lines(own)}: the {words} was read at a single level of every lever: its own "
+            "coefficient meets it, whatever else is missing."
+        ]
+    return [
+        f"{_lines(own)}: the {words} was read at two levels of the {LEVERS[name].words}: two "
+        "points are no curve, and only that it changes can be told."
+        for name, found in levels.items()
+        if len(found) == 2
+    ]
+
+
+def _alone(name, own):
+    labels = [getattr(m, name) for m in own]
+    return [
+        f"{_lines([m])}: {name} {label} has no other row: its error is not told from that of the "
+        "setting."
+        for m, label in zip(own, labels, strict=True)
+        if label and labels.count(label) == 1
+    ]
+
+
+def _lines(rows):
+    lines = [str(m.line) for m in rows if m.line is not None]
+    return f"Line{'s' * (len(lines) > 1)} {', '.join(lines)}" if lines else "A setting"
+
+
+def by_emulators(emulated, held_out, fits):
+    """Rows (see `_rows`) of conditions held out, from {names of mechanisms: Fit}."""
+    conditions = [(m.experiment, m.levers) for m in held_out]
+    if not held_out:
+        return []
+    predicted = {
+        label: emulated.model(conditions, names).predict(fitted.theta[:1])
+        for label, (names, fitted) in fits.items()
+    }
+    return _rows(held_out, {k: (v[0][0], v[1][0]) for k, v in predicted.items()})
+
+
+def by_contacts(measurements, held_out, tried, law, defaults):
+    """The same of single contacts: by a constant, and by the free law that was found."""
+    if not held_out:
+        return []
+    shape = len(held_out)
+    before, after = ((np.full(shape, np.nan), np.zeros(shape)) for _ in range(2))
+    for kind in dict.fromkeys(m.experiment for m in held_out):
+        place = [i for i, m in enumerate(held_out) if m.experiment == kind]
+        known = [m for m in measurements if m.experiment == kind]
+        if not known:
+            continue
+        together = known + [held_out[i] for i in place]
+        found = tried[kind].laws if kind in tried else {}
+        own = next((x for x in found.values() if law and _same(x, law, kind)), None)
+        for out, free in ((before, None), (after, own)):
+            value, error = _predicted(kind, together, len(known), free, defaults.get(kind))
+            out[0][place], out[1][place] = value, error
+    return _rows(held_out, {"before": before, "after": after} if law else {"before": before})
+
+
+def _same(free, law, kind):
+    slot, state = law["slot"], tuple(law["state"])
+    return kind == law["experiment"] and (free.slot, free.state) == (slot, state)
+
+
+def _predicted(kind, together, known, free, defaults):
+    """Values and errors of the readings from number `known` on, by the others and a law."""
+    readings = readings_of(together, kind, defaults)
+    error = readings.error.copy()
+    error[known:] = UNKNOWN * np.median(error[:known]) + 1.0
+    readings = replace(readings, error=error)
+    nuisance = nuisance_of(readings)
+    centre = centre_of(readings, nuisance)
+    candidate = candidate_of(free, readings, centre) if free else constant(readings)
+    log = readings.log[None]
+    fitted = evaluate(candidate, readings, nuisance, log, centre)
+    mean, covariance = posterior(candidate, readings, nuisance, fitted, log, centre)
+    value = from_log(kind, from_space(candidate.space, mean, centre), readings.levers)
+    step = 1e-4
+    moved = from_log(kind, from_space(candidate.space, mean + step, centre), readings.levers)
+    sd = np.sqrt(np.maximum(np.diag(covariance), 0.0)) * np.abs(moved - value) / step
+    return value[known:], sd[known:]
+
+
+def _rows(held_out, predicted):
+    """[{experiment, line, levers, measured, error, before, after, miss_before, miss_after}]; after
+    and its miss are null without an extended model. Misses are in errors of reading and prediction
+    together."""
+    out, error = [], data_of(held_out).error[0]
+    for i, m in enumerate(held_out):
+        row = {"experiment": m.experiment, "line": m.line, "levers": m.levers}
+        row |= {"measured": m.value, "error": float(error[i])}
+        for label in ("before", "after"):
+            value, spread = (v[i] for v in predicted.get(label, ([np.nan] * (i + 1),) * 2))
+            good = np.isfinite(value)
+            row[label] = float(value) if good else None
+            miss = (m.value - value) / np.hypot(error[i], spread) if good else None
+            row[f"miss_{label}"] = None if miss is None else float(miss)
+        out.append(row)
+    return out
