@@ -5,12 +5,13 @@ Each run is still kept under the content of its spec and skipped where its resul
 a batch that was cut off goes on where it stopped.
 """
 
+import sys
 from math import ceil
 
 from calibration import engines
 from calibration.ahead import run_seconds
 from calibration.campaign import read_plan, run_id
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, in_words
 from calibration.runner import run_each
 from calibration.store import ROOT, RunStore
 from dem.errors import PHYSICAL, StoppedError
@@ -66,9 +67,12 @@ def run_batch(plan_file, batch, batches, done, failures="refused", root=ROOT):
 def run_told_batch(plan_file, batch, batches, done, log, config, root=ROOT):
     """The same for runs that could each be a job of its own: each has its log and its message, and
     the job ends with status 1 after them where one failed; see `run_each`."""
-    specs = share_of(plan_file, batch, batches)
-    run_each(specs, log, config, root)
-    write_json(done, {"runs": list(specs), "failed": []})
+    try:
+        specs = share_of(plan_file, batch, batches)
+        run_each(specs, log, config, root)
+        write_json(done, {"runs": list(specs), "failed": []})
+    except OSError as error:
+        sys.exit(in_words(error))
 
 
 def share_of(plan_file, batch, batches):

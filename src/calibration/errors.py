@@ -1,5 +1,13 @@
 """Errors at the border: what was wrong, where, and what is allowed."""
 
+import errno
+
+MACHINE = {
+    errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EFBIG, errno.EIO,
+    errno.EMFILE, errno.ENOMEM,
+}  # fmt: skip
+"""What a machine refuses to any program: room, rights, memory."""
+
 
 class CalibrationError(Exception):
     """Base class of everything that is shown to the user as one line."""
@@ -22,6 +30,21 @@ class ConfigError(CalibrationError):
         text += f" (got {value!r:.200})" if value is not None else ""
         text += f"; allowed: {allowed}" if allowed else ""
         super().__init__(text)
+
+
+def of_the_machine(error):
+    """Whether an error is the machine's refusal and no fault of the program or its input."""
+    return isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno in MACHINE)
+
+
+def in_words(error):
+    """The machine's refusal in one line; any other error as it says it, with its kind."""
+    if isinstance(error, MemoryError):
+        return f"there is not enough memory. {error}".strip()
+    if of_the_machine(error):
+        where = f"{error.filename}: " if error.filename else ""
+        return f"{where}{error.strerror}"
+    return f"{type(error).__name__}: {error}"
 
 
 class RankDeficientError(CalibrationError):

@@ -5,7 +5,7 @@ import traceback
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, in_words, of_the_machine
 from calibration.stages import resolve
 from calibration.study import Study
 from dem.errors import DemError
@@ -13,8 +13,8 @@ from dem.errors import DemError
 
 @contextmanager
 def logged(log):
-    """Send what a stage prints to its log; an error of ours ends the job with one line there and on
-    the screen."""
+    """Send what a stage prints to its log; an error of ours, or a refusal of the machine, ends the
+    job with one line there and on the screen."""
     Path(log).parent.mkdir(parents=True, exist_ok=True)
     with open(log, "w") as stream, redirect_stdout(stream), redirect_stderr(stream):
         try:
@@ -23,7 +23,10 @@ def logged(log):
             print(error, file=stream)
             print(error, file=sys.__stderr__)
             sys.exit(1)
-        except Exception:
+        except Exception as error:
+            if of_the_machine(error):
+                print(in_words(error), file=sys.__stderr__)
+                sys.exit(1)
             traceback.print_exc(file=stream)
             raise
 

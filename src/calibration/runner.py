@@ -12,6 +12,7 @@ import yaml
 from calibration import engines
 from calibration.campaign import points_of, progress
 from calibration.config import Config
+from calibration.errors import in_words, of_the_machine
 from calibration.files import replacing
 from calibration.store import ROOT, RunStore
 from dem.errors import DemError, MeasureError, RefusedStateError, StoppedError
@@ -43,7 +44,8 @@ def run_logged(spec, out, log, config):
 def run_each(specs, log, config, root=ROOT):
     """Make runs {name: spec} one after another in this process, each as `run_logged` does with its
     log in its own folder; those that are there are not made again. `log` says of each how it ended.
-    A run that fails does not stop the others, but ends the job with status 1 after them."""
+    A run that fails does not stop the others, but ends the job with status 1 after them; where the
+    machine refuses, or the job is to stop, no further run begins."""
     config, store, failed = Config.model_validate(config), RunStore(root), 0
     Path(log).parent.mkdir(parents=True, exist_ok=True)
     with open(log, "w", buffering=1) as stream:
@@ -54,14 +56,22 @@ def run_each(specs, log, config, root=ROOT):
             error = _fault(spec, name, store.folder(name) / "run.log", config, store)
             stream.write(f"{name} failed: {error}\n" if error else f"{name} done\n")
             failed += bool(error)
-            if isinstance(error, StoppedError):
-                break
+            if isinstance(error, StoppedError) or (error and of_the_machine(error)):
+                break  # the next run would meet the same
     if failed:
         sys.exit(1)
 
 
 def _fault(spec, name, log, config, store):
     """Make one run; what went wrong, which has been told, or None."""
+    try:
+        return _attempt(spec, name, log, config, store)
+    except OSError as error:  # the log itself
+        print(f"run {name}: {in_words(error)}", file=sys.stderr)
+        return error
+
+
+def _attempt(spec, name, log, config, store):
     out = store.folder(name)
     started = time.time()
     Path(log).parent.mkdir(parents=True, exist_ok=True)
@@ -82,14 +92,14 @@ def _fault(spec, name, log, config, store):
             store.entry(name)
         except Exception as error:
             message = failure(error, spec, name, config)
-            stream.write(f"{message}\n")
-            if not isinstance(error, DemError):
-                traceback.print_exc(file=stream)
-            with replacing(repeat) as partial:
-                partial.write_text(yaml.safe_dump(spec, sort_keys=False))
             print(
                 f"{message}\n  log:    {log}\n  repeat: dem run {repeat} --out DIR", file=sys.stderr
             )
+            stream.write(f"{message}\n")
+            if not (isinstance(error, DemError) or of_the_machine(error)):
+                traceback.print_exc(file=stream)
+            with replacing(repeat) as partial:
+                partial.write_text(yaml.safe_dump(spec, sort_keys=False))
             return error
         stream.write(f"done: {result['metrics']}\n")
     repeat.unlink(missing_ok=True)
@@ -114,7 +124,7 @@ def _made(spec, out, note):
 def failure(error, spec, name, config):
     """What a user needs to know of a failed run: the reason, the likely cause and the points that
     need it."""
-    text = str(error) if isinstance(error, DemError) else f"{type(error).__name__}: {error}"
+    text = str(error) if isinstance(error, DemError) else in_words(error)
     lines = [f"run {name} failed: {text}"]
     lines += [f"  likely cause: {cause}" for cause in causes(error, spec)]
     lines += [f"  point:  {point}" for point in points_of(name, config)]

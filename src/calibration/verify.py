@@ -204,13 +204,18 @@ def hold(results):
     """Keep others from working in a folder of results until this process ends. Raises
     CalibrationError where another does."""
     results = Path(results)
-    results.mkdir(parents=True, exist_ok=True)
     lock = FileLock(results / ".lock")
     try:
+        results.mkdir(parents=True, exist_ok=True)
         lock.acquire(timeout=0)
     except Timeout:
         raise CalibrationError(
             f"{results.resolve()}: another call works here; wait for it, or work in another folder"
+        ) from None
+    except OSError as error:
+        raise CalibrationError(
+            f"{results.resolve()}: nothing can be written here ({error.strerror}); make room or "
+            "give the right to write, or work in another folder"
         ) from None
     _held.append(lock)
     sweep_partial(results)

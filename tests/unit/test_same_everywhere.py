@@ -104,7 +104,7 @@ from dem.spec import parse_spec
 
 out = {}
 for name, spec in json.load(sys.stdin).items():
-    for precision in ("mixed", "double"):
+    for precision in sys.argv[1:]:
         with tempfile.TemporaryDirectory() as folder:
             spec["numerics"] = {"precision": precision}
             metrics = run(parse_spec(spec), folder)["metrics"]
@@ -113,6 +113,7 @@ for name, spec in json.load(sys.stdin).items():
         out[f"{name}, {precision}"] = [hashlib.sha256(state).hexdigest(), metrics]
 print(json.dumps(out))
 """
+PRECISIONS = "mixed", "double"
 FUSED = "x86-64-v3"
 """AVX2 and fused multiply-add: Intel since 2013, AMD since 2015."""
 NEWER = (
@@ -133,13 +134,18 @@ def cpu_features():
     return {name for name, found in __cpu_features__.items() if found}
 
 
-def run_all(cache, runs, **environment):
-    """{run: [digest of the last state, metrics]} of runs, both precisions, in a process of its
-    own."""
+def target(name):
+    """What makes numba compile for a processor: a name alone would leave it this machine's
+    features."""
+    return {"NUMBA_CPU_NAME": name, "NUMBA_CPU_FEATURES": ""}
+
+
+def run_all(runs, precisions, **environment):
+    """{run: [digest of the last state, metrics]} of runs in a process of its own."""
     done = subprocess.run(
-        [sys.executable, "-c", RUN_ALL],
+        [sys.executable, "-c", RUN_ALL, *precisions],
         input=json.dumps(runs),
-        env=os.environ | environment | {"NUMBA_CACHE_DIR": str(cache)},
+        env=os.environ | environment,
         capture_output=True,
         text=True,
     )
@@ -147,7 +153,6 @@ def run_all(cache, runs, **environment):
     return json.loads(done.stdout)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="names of x86 processors")
 def test_processors_with_fused_multiplication_agree_to_the_bit(tmp_path):
@@ -156,11 +161,12 @@ def test_processors_with_fused_multiplication_agree_to_the_bit(tmp_path):
     features = cpu_features()
     if not {"AVX2", "FMA3"} <= features:
         pytest.skip("this machine has no fused multiplication")
-    here = run_all(tmp_path / "here", RUNS)
+    here = run_all(RUNS, PRECISIONS)
     there = run_all(
-        tmp_path / "there",
         RUNS,
-        NUMBA_CPU_NAME=FUSED,
+        PRECISIONS,
+        **target(FUSED),
+        NUMBA_CACHE_DIR=str(tmp_path),
         OPENBLAS_CORETYPE="Haswell",
         NPY_DISABLE_CPU_FEATURES=" ".join(name for name in NEWER if name in features),
     )
@@ -186,15 +192,14 @@ def heaps(seeds):
     }
 
 
-@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="names of x86 processors")
 def test_a_processor_without_fused_multiplication_draws_from_the_same_heaps(tmp_path):
     """Other last bits give other heaps; their mean angles agree to 2.5 standard errors, as 99 of
     100 would."""
     runs = heaps(range(12))
-    here = run_all(tmp_path / "here", runs)
-    there = run_all(tmp_path / "there", runs, NUMBA_CPU_NAME="x86-64-v2")
+    here = run_all(runs, ["mixed"])
+    there = run_all(runs, ["mixed"], **target("x86-64-v2"), NUMBA_CACHE_DIR=str(tmp_path))
     assert any(here[name][0] != there[name][0] for name in here), "its code is the same"
     a, b = (
         np.array([metrics["angle_of_repose_deg"] for _, metrics in out.values()])

@@ -6,7 +6,7 @@ from calibration.batches import batch_count
 from calibration.campaign import planned_spec, read_plan, result_path
 from calibration.config import given, parse_config, stands_alone
 from calibration.config.as_data import refuse_unasked_code
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, in_words
 from calibration.fresh import digest, task_digest
 from calibration.opening import opening
 from calibration.runner import begin
@@ -41,6 +41,8 @@ try:
         begin(STUDY_OBJECT.config, dry_run=workflow.output_settings.dryrun)
 except (CalibrationError, DemError) as error:
     raise WorkflowError(str(error))
+except OSError as error:
+    raise WorkflowError(in_words(error))
 
 SETTINGS = STUDY_OBJECT.config
 STUDY = str(STUDY_OBJECT.folder)
