@@ -57,7 +57,6 @@ def test_a_failed_run_names_its_point_its_log_and_the_likely_cause(campaign, cap
     assert not (folder / "result.json").exists()
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_the_campaign_goes_on_when_runs_fail(tmp_path):
     """Half of the heaps have too few grains: each is named, with its log, and the others are

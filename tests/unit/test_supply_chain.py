@@ -1,0 +1,167 @@
+"""What the project is built on: versions that are pinned, bounds that fit them, licences that are
+stated, and no network while a run or a dry run is made."""
+
+import importlib.util
+import json
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+ROOT = Path(__file__).parents[2]
+LOCK = (ROOT / "requirements.lock").read_text()
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+OWN = canonicalize_name(PROJECT["name"])
+
+
+def hook():
+    """docs/licences.py, which no package holds."""
+    spec = importlib.util.spec_from_file_location("licences", ROOT / "docs" / "licences.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+LICENCES = hook()
+PINNED = {canonicalize_name(name): version for name, version in LICENCES.locked().items()}
+
+
+def direct():
+    """Requirements of the project and of its extras."""
+    extras = PROJECT["optional-dependencies"]
+    texts = [*PROJECT["dependencies"], *(text for extra in extras.values() for text in extra)]
+    found = map(Requirement, texts)
+    return [r for r in found if canonicalize_name(r.name) != OWN]
+
+
+def test_the_lock_names_versions_alone():
+    """No address, no host, no option: where packages come from is the user's affair."""
+    for line in LOCK.splitlines():
+        assert re.fullmatch(r"[A-Za-z0-9._-]+==[A-Za-z0-9.!+]+", line), line
+
+
+def test_no_file_of_the_set_up_names_a_registry():
+    files = ["requirements.lock", "pyproject.toml", ".ci/run", "README.md"]
+    for name in files:
+        text = (ROOT / name).read_text()
+        assert not re.search(r"index-url|find-links|trusted-host|pypi\.", text), name
+
+
+@pytest.mark.parametrize("requirement", direct(), ids=lambda r: r.name)
+def test_what_is_required_is_pinned_within_its_bound(requirement):
+    pinned = PINNED.get(canonicalize_name(requirement.name))
+    assert pinned, "is not in requirements.lock"
+    assert pinned in requirement.specifier
+    lower = [s for s in requirement.specifier if s.operator == ">="]
+    assert lower, "has no lower bound"
+
+
+def needed(packages):
+    """Names of packages and of all that they need here, as far as they are installed."""
+    todo, seen = [(p, frozenset()) for p in packages], set()
+    while todo:
+        name, extras = todo.pop()
+        if (name, extras) in seen:
+            continue
+        seen.add((name, extras))
+        try:
+            requires = distribution(name).requires or []
+        except PackageNotFoundError:
+            continue
+        for text in requires:
+            one = Requirement(text)
+            wanted = extras or {""}
+            if one.marker is None or any(one.marker.evaluate({"extra": e}) for e in wanted):
+                todo.append((canonicalize_name(one.name), frozenset(one.extras)))
+    return {name for name, _ in seen}
+
+
+def test_all_that_is_needed_is_pinned():
+    every = needed(canonicalize_name(r.name) for r in direct())
+    unpinned = every - set(PINNED) - {OWN, "pip", "setuptools"}
+    assert not unpinned
+
+
+ALLOWED = re.compile(r"MIT|BSD|0BSD|Apache|ISC|PSF|Python Software|MPL|Mozilla|HPND|Public Domain")
+
+
+@pytest.mark.parametrize("package", LICENCES.locked())
+def test_each_package_states_a_licence_that_lets_everybody_use_it(package):
+    try:
+        stated = LICENCES.licence_of(package)
+    except PackageNotFoundError:
+        pytest.skip("is not installed here")
+    assert ALLOWED.search(stated), stated or "states none"
+
+
+def test_the_page_lists_every_package():
+    page = LICENCES.page()
+    for name, version in LICENCES.locked().items():
+        assert f"| {name} | {version} | " in page
+
+
+BLOCKED = """
+import json, socket, sys
+
+class NoNetwork(Exception):
+    pass
+
+def refuse(event, arguments):
+    if event in ("socket.connect", "socket.getaddrinfo", "socket.sendto"):
+        if event == "socket.getaddrinfo" or arguments[0].family != socket.AF_UNIX:
+            print("asked for the network:", event, arguments[1:], flush=True)
+            sys.stdout.flush()
+            raise NoNetwork(event)
+
+sys.addaudithook(refuse)
+"""
+RUN = """
+from dem.run import run
+from dem.spec import parse_spec
+
+drop = {"experiment": "drop", "geometry": {"drop_height_mm": 5.0, "drops": 1}}
+print(json.dumps(run(parse_spec(drop), sys.argv[1])["metrics"]))
+"""
+PLAN = """
+from snakemake.cli import main
+
+main(["-n", "-j1", "--quiet", "all"])
+"""
+
+
+def without_network(script, *arguments, cwd):
+    return subprocess.run(
+        [sys.executable, "-c", BLOCKED + script, *map(str, arguments)],
+        cwd=cwd, env=dict(os.environ), capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+def test_the_block_blocks(tmp_path):
+    asked = "socket.create_connection(('127.0.0.1', 9), timeout=1)"
+    done = without_network(asked, cwd=tmp_path)
+    assert "asked for the network" in done.stdout
+    assert done.returncode != 0
+
+
+def test_a_run_asks_for_no_network(tmp_path):
+    done = without_network(RUN, tmp_path / "out", cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "asked for the network" not in done.stdout
+    assert json.loads(done.stdout.splitlines()[-1])["rebound_height_mm"] > 0
+
+
+@pytest.mark.slow
+def test_a_dry_run_asks_for_no_network(tmp_path):
+    for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    done = without_network(PLAN, cwd=tmp_path)
+    shown = done.stdout + done.stderr
+    assert done.returncode == 0, shown
+    assert "asked for the network" not in shown
