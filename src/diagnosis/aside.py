@@ -1,19 +1,14 @@
 """What a table holds beside the settings that are fitted: rows held out, tests without a value, and
 remarks on what the settings cannot tell."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from diagnosis.fit import data_of
 from diagnosis.laws.choose import centre_of
 from diagnosis.laws.mixed import evaluate, from_space, nuisance_of, posterior
-from diagnosis.laws.readings import from_log, readings_of
+from diagnosis.laws.readings import from_log, readings_of, unknown
 from diagnosis.laws.slots import candidate_of, constant
 from diagnosis.quantities import LEVERS, QUANTITIES, levers_of
-
-UNKNOWN = 30.0
-"""Median errors that a reading is given which is to be predicted: it then weighs nothing."""
 
 
 def remarks(measured):
@@ -101,9 +96,7 @@ def _same(free, law, kind):
 def _predicted(kind, together, known, free, defaults):
     """Values and errors of the readings from number `known` on, by the others and a law."""
     readings = readings_of(together, kind, defaults)
-    error = readings.error.copy()
-    error[known:] = UNKNOWN * np.median(error[:known]) + 1.0
-    readings = replace(readings, error=error)
+    readings = unknown(readings, np.arange(known, len(together)))
     nuisance = nuisance_of(readings)
     centre = centre_of(readings, nuisance)
     candidate = candidate_of(free, readings, centre) if free else constant(readings)

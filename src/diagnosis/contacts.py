@@ -86,7 +86,7 @@ def findings(measurements, found, settings, factors):
         "scatter": found.scatter,
         "outliers": found.outliers,
         "gain": None,
-        "next_measurement": None,
+        "next_measurement": found.next_setting,
     }
 
 

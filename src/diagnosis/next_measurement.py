@@ -48,13 +48,13 @@ def propose(emulated, measurements, fits, weights, seed=0):
         sds.append(sd)
     means, sds = np.array(means), np.array(sds)
     weight = np.array([weights[n] for n in fits])
-    information = _information(means, sds, weight / weight.sum(), np.random.default_rng(seed))
-    k = int(np.argmax(information))
+    bits = information(means, sds, weight / weight.sum(), np.random.default_rng(seed))
+    k = int(np.argmax(bits))
     kind, levers = conditions[k]
     return {
         "experiment": kind,
         "levers": lever_values(emulated.settings, kind, levers) | levers,
-        "information_bits": float(information[k]),
+        "information_bits": float(bits[k]),
         "predictions": {
             " + ".join(n) or "base": {"value": float(means[i, k]), "sd": float(sds[i, k])}
             for i, n in enumerate(fits)
@@ -87,7 +87,7 @@ def _predictive(model, fitted, conditions, noise, seed):
     return mean, np.sqrt(value.var(0) + (error**2).mean(0) + (noise * mean) ** 2)
 
 
-def _information(means, sds, weight, rng):
+def information(means, sds, weight, rng):
     """Mutual information [bits] (k,) between the model and the value measured at each of k
     conditions."""
     out = np.zeros(means.shape[1])

@@ -14,7 +14,7 @@ from diagnosis_cases import BASE, FACTORS, bench
 
 from diagnosis import stages
 from diagnosis.identify import identify
-from diagnosis.measurements import read_measurements
+from diagnosis.measurements import Measured, read_measurements
 from diagnosis.verdict import SCHEMA, findings, validate
 
 SHIPPED = "config/measurements.csv"
@@ -73,7 +73,7 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
     from diagnosis_cases import closed_form
 
     measured = shear_of(read_measurements(SHIPPED), 0.084)
-    monkeypatch.setattr(stages, "read_measurements", lambda path: measured)
+    monkeypatch.setattr(stages, "read_all", lambda path: Measured(measured, [], []))
     monkeypatch.setattr(
         stages, "simulate", lambda specs: {k: closed_form(s) for k, s in specs.items()}
     )

@@ -1,14 +1,15 @@
 """What the free laws say of measurements: outliers, the law, its band and name, and how large other
 errors are."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from diagnosis.laws.choose import ruled_out, share_above, trial
 from diagnosis.laws.forms import compare, forms_of
 from diagnosis.laws.mixed import from_space, posterior, to_space
-from diagnosis.laws.readings import FREE, from_log, readings_of
+from diagnosis.laws.next_setting import propose
+from diagnosis.laws.readings import FREE, from_log, readings_of, unknown
 from diagnosis.laws.slots import BENDS, SIZES, bend, scaled
 from diagnosis.measurements import LEAST_SETTINGS
 
@@ -37,6 +38,7 @@ class Found:
     trials: dict = field(repr=False)
     threshold: float = 0.0
     reason: str = ""
+    next_setting: dict | None = None
 
 
 def discover(measurements, known=(), alpha=0.05, replicates=199, seed=0, defaults=None):
@@ -102,9 +104,7 @@ def held_out(tried):
     readings, misses = tried.readings, []
     for levels in readings.folds.values():
         for index in levels if len(levels) > 2 else []:
-            unknown = readings.error.copy()
-            unknown[index] = 30.0 * np.median(readings.error) + 1.0
-            others = trial(replace(readings, error=unknown), replicates=0)
+            others = trial(unknown(readings, index), replicates=0)
             (before, _), (after, own) = (
                 _miss(c, f, others, index, readings) for c, f in _contenders(others)
             )
@@ -252,13 +252,12 @@ def _state(candidate, fit, tried):
 def _distance(readings, place):
     """How far a setting lies from what the others predict [sd]: under none, and under the law that
     they show best."""
-    unknown = readings.error.copy()
-    unknown[place] = 30.0 * np.median(readings.error) + 1.0
-    others = trial(replace(readings, error=unknown), replicates=0)
+    others = trial(unknown(readings, [place]), replicates=0)
+    lost = others.readings.error[place]
     found = []
     for candidate, fit in _contenders(others):
         z, precision = _state(candidate, fit, others)
-        variance = 1.0 / precision[place, place] - unknown[place] ** 2 + readings.error[place] ** 2
+        variance = 1.0 / precision[place, place] - lost**2 + readings.error[place] ** 2
         miss = (precision @ z)[place] / precision[place, place]
         found.append(abs(miss) / np.sqrt(max(variance, readings.error[place] ** 2)))
     return float(min(found))
@@ -280,6 +279,9 @@ def _name(out, tried, best, seed):
         forms, fits = compare(tried, candidates, seed=seed)
         left = _once([f["form"] for f in forms if not f["ruled_out"]], candidates, fits, tried)
     out.law = _law(out, tried, candidate, free, left, rivals)
+    if free is not None:
+        tied = [n for n in left if n not in known]
+        out.next_setting = propose(tried, free, tied, [r["law"] for r in rivals], seed)
     beats = free is None or tried.gains.get(best, 0.0) >= tried.gains[free.name]
     if rivals:
         out.verdict = "ambiguous"

@@ -5,7 +5,7 @@ A reading is taken as the logarithm of what the law multiplies: rebound height, 
 sliding angle, shear stress. There an error of a laboratory is a share of the value, and a constant
 restitution or friction is one level."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,6 +45,32 @@ class Readings:
         return _with_levels(
             self.experiment, self.rows[kept], levers, self.log[kept], self.error[kept], groups
         )
+
+
+UNKNOWN = 30.0
+"""Median errors, and one of the logarithm, that a reading is given which is to be predicted: it
+then weighs nothing."""
+
+
+def unknown(readings, index):
+    """The readings with those at `index` given such an error."""
+    error = readings.error.copy()
+    others = np.delete(error, index)
+    error[index] = UNKNOWN * np.median(others) + 1.0
+    return replace(readings, error=error)
+
+
+def with_setting(readings, levers):
+    """The readings with one more at {lever: value}, which weighs nothing."""
+    wider = {n: np.append(v, levers.get(n, np.nan)) for n, v in readings.levers.items()}
+    # a batch or an instrument of its own
+    groups = {
+        n: np.append(v, v.max() + 1) for n, v in readings.groups.items() if n not in readings.levers
+    }
+    log = np.append(readings.log, np.median(readings.log))
+    error, rows = np.append(readings.error, 1.0), np.append(readings.rows, -1)
+    more = _with_levels(readings.experiment, rows, wider, log, error, groups)
+    return unknown(more, [len(log) - 1])
 
 
 def readings_of(measurements, experiment, defaults=None):
