@@ -8,14 +8,15 @@ and its meaning; the factor table's columns and the command's help.
 import contextlib
 import io
 import os
+import posixpath
 import re
 from pathlib import Path
 
 from mkdocs.structure.files import File
 
+from calibration.commands import main as dem
 from calibration.config import METRICS, Config
 from calibration.factors import COLUMNS
-from dem.cli import main as dem
 from dem.experiments import experiments
 from dem.spec import GEOMETRY, OPTIONAL, REQUIRED, RunSpec
 from dem.units import unit_of
@@ -148,12 +149,17 @@ def run_spec():
 
 
 def command():
-    """The page of the `dem` command: its own help."""
+    """The page of the `dem` command: its own help, and that of each of its commands."""
     text = "# The dem command\n\n"
-    for arguments in ([], ["run"], ["check"], ["init"], ["bench"]):
+    for arguments in ([], *([name] for name in commands_of(help_of([])))):
         text += f"## dem {' '.join(arguments)}".rstrip() + "\n\n```text\n" + help_of(arguments)
         text += "```\n\n"
     return text.rstrip() + "\n"
+
+
+def commands_of(text):
+    """Names of the commands that a help text lists, four blanks from the left."""
+    return re.findall(r"^ {4}(\w[\w-]*)(?: |$)", text, re.M)
 
 
 def help_of(arguments):
@@ -174,18 +180,33 @@ def help_of(arguments):
 PAGES = {"configuration.md": configuration, "run_spec.md": run_spec, "command.md": command}
 
 
-KEPT = re.compile(r"\]\(\.\./((?:results/reference|benchmarks)/[^)]+)\)")
-"""Links of pages to kept results, which lie outside docs/."""
+SOURCES = {
+    "own-material.md": "config/README.md",
+    "example-soybean.md": "examples/soybean/README.md",
+    "changelog.md": "CHANGELOG.md",
+}
+"""Page of the site -> the file outside docs/ that it is; there is no second copy."""
+
+KEPT = ("results/reference/", "benchmarks/")
+"""Folders outside docs/ of which the site has a copy of each file that a page links to."""
+
+LINK = re.compile(r"(?<=\]\()([^)#\s]+)")
 
 
 def on_files(files, config):
-    """Add the pages, and the kept results that pages link to, to what lies in docs/ (called by
-    mkdocs)."""
+    """Add the pages, those that lie elsewhere, and the kept results that pages link to, to what
+    lies in docs/ (called by mkdocs)."""
+    docs = Path(config.docs_dir)
     for name, make in PAGES.items():
         files.append(File.generated(config, f"reference/{name}", content=make()))
-    docs = Path(config.docs_dir)
-    linked = {k for page in docs.glob("*.md") for k in KEPT.findall(page.read_text())}
-    for name in sorted(linked):
+    texts = {f"docs/{p.name}": p.read_text("utf-8") for p in sorted(docs.glob("*.md"))}
+    for name, source in SOURCES.items():
+        texts[source] = (docs.parent / source).read_text("utf-8")
+        files.append(File.generated(config, name, content=for_the_site(texts[source], source)))
+    linked = {
+        _resolved(link, place) for place, text in texts.items() for link in LINK.findall(text)
+    }
+    for name in sorted(n for n in linked if n.startswith(KEPT)):
         path = docs.parent / name
         if path.exists():  # where it does not, mkdocs says so at the link
             files.append(File.generated(config, name, abs_src_path=str(path)))
@@ -193,5 +214,27 @@ def on_files(files, config):
 
 
 def on_page_markdown(markdown, page, config, files):
-    """Point links to kept results at the site's own copy (called by mkdocs)."""
-    return KEPT.sub(r"](\1)", markdown) if "/" not in page.file.src_uri else markdown
+    """Point a page's links out of docs/ at the site's own pages and copies (called by mkdocs)."""
+    if "/" in page.file.src_uri or page.file.src_uri in SOURCES:
+        return markdown
+    return for_the_site(markdown, f"docs/{page.file.src_uri}")
+
+
+def for_the_site(markdown, place):
+    """Text of the file `place` (a path in the repository) with its links as the site has them."""
+    return LINK.sub(lambda m: _on_the_site(m[1], place), markdown)
+
+
+def _resolved(link, place):
+    """Path in the repository of a relative link in the file `place`."""
+    return posixpath.normpath(posixpath.join(posixpath.dirname(place), link))
+
+
+def _on_the_site(link, place):
+    if ":" in link:
+        return link
+    path = _resolved(link, place)
+    page = next((name for name, source in SOURCES.items() if source == path), None)
+    if page or path.startswith(KEPT):
+        return page or path
+    return path.removeprefix("docs/") if path.startswith("docs/") else link

@@ -62,3 +62,40 @@ def test_files_that_a_page_names_exist(page):
     )
     missing = [name for name in named if not (ROOT / name.rstrip("/.")).exists()]
     assert not missing
+
+
+SOURCES = {
+    "own-material": "config/README.md",
+    "example-soybean": "examples/soybean/README.md",
+    "changelog": "CHANGELOG.md",
+}
+
+
+@pytest.mark.parametrize(("page", "source"), SOURCES.items())
+def test_a_page_from_elsewhere_has_its_files_text(site, page, source):
+    """There is one copy, which reads on a forge; the site takes it from there."""
+    assert not (ROOT / "docs" / f"{page}.md").exists()
+    text = re.sub(r"<[^>]+>|\s|&para;", "", (site / page / "index.html").read_text())
+    headings = re.findall(r"^#+ ([\w ,:.]+)$", (ROOT / source).read_text(), re.M)
+    assert len(headings) > 2
+    assert not [h for h in headings if h.replace(" ", "") not in text]
+
+
+def test_a_link_to_such_a_file_is_one_to_the_page_of_the_site(site):
+    assert "(../config/README.md)" in (ROOT / "docs/tutorial.md").read_text()
+    assert 'href="../own-material/"' in (site / "tutorial" / "index.html").read_text()
+
+
+def test_the_reference_has_every_command(site):
+    text = (site / "reference" / "command" / "index.html").read_text()
+    for name in ("run", "render", "check", "benchmark", "init", "new", "angle"):
+        assert re.search(rf"usage: dem {name}\b", text), name
+
+
+@pytest.mark.parametrize("page", sorted(p.name for p in ROOT.glob("docs/*.md")))
+def test_a_page_holds_its_text_and_its_links_lead_somewhere_on_a_forge(page):
+    text = (ROOT / "docs" / page).read_text()
+    assert len(text.split()) > 30
+    links = re.findall(r"(?<=\]\()([^)#\s]+)", text)
+    local = [link for link in links if ":" not in link and not link.startswith("reference/")]
+    assert not [link for link in local if not (ROOT / "docs" / link).exists()]

@@ -1,0 +1,239 @@
+"""Every code block of the documentation holds: Python runs, YAML passes the tool's own schema, and
+shell commands exist with the options and files that are named.
+
+A block of output, or a sketch, is marked `text`. Pages with a test of their own that executes their
+blocks are in `EXECUTED`; the generic checks of YAML and shell hold for them as well.
+"""
+
+import ast
+import contextlib
+import importlib.util
+import io
+import re
+import shlex
+import subprocess
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+import yaml
+from snakemake.cli import get_argument_parser
+
+from calibration.commands import main as dem
+from calibration.config import Config, overlay, parse_config
+from calibration.stages import load_stages
+from dem.spec import RunSpec, parse_spec
+
+ROOT = Path(__file__).parents[2]
+PAGES = (
+    "README.md", "config/README.md", "data/*/README.md", "docs/*.md", "examples/*/README.md",
+    "examples/*.md",
+)  # fmt: skip
+FENCE = re.compile(r"^```(\w*)[^\n]*\n(.*?)^```$", re.M | re.S)
+EXECUTED = {
+    "README.md": "tests/workflow/test_notebook.py",
+    "docs/tutorial.md": "tests/workflow/test_tutorial.py",
+    "docs/howto-law.md": "tests/unit/test_laws.py",
+    "docs/howto-experiment.md": "tests/unit/test_experiment_howto.py",
+    "docs/howto-add-a-mechanism.md": "tests/unit/test_diagnosis_howto.py",
+}
+"""Page -> the test that executes its blocks."""
+
+OWN_EXPERIMENTS = {"throw"}  # that docs/howto-experiment.md adds
+MADE = ("peas/", "my_", "heap", "throw", "small", "wrong", "quick.yaml", "five.yaml", "results/")
+"""Beginnings of the names of files that a page's reader makes."""
+
+SHELL = {"cat", "cd", "export", "grep", "head", "rm", "sed", "source"}
+"""Commands of any shell, which are not checked."""
+
+
+def pages():
+    return sorted({p for pattern in PAGES for p in ROOT.glob(pattern)})
+
+
+def blocks(*languages):
+    """Parameters (page, text) of all blocks in these languages."""
+    return [
+        pytest.param(name, text, id=f"{name}:{whole[: m.start()].count(chr(10)) + 1}")
+        for page in pages()
+        for name, whole in [(page.relative_to(ROOT).as_posix(), page.read_text("utf-8"))]
+        for m in FENCE.finditer(whole)
+        for text in [m[2]]
+        if m[1] in languages
+    ]
+
+
+@pytest.mark.parametrize("page", pages(), ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_every_block_says_what_it_is(page):
+    text = page.read_text("utf-8")
+    assert {m[1] for m in FENCE.finditer(text)} <= {"python", "bash", "yaml", "text"}
+    prose = FENCE.sub("", text)
+    assert "```" not in prose, "a fence that does not close"
+    # an indented block would be neither named nor checked
+    assert not re.search(r"\n\n {4}(?![-*\d])", prose)
+
+
+@pytest.mark.parametrize(("page", "test"), EXECUTED.items())
+def test_a_page_that_is_executed_elsewhere_is_read_there(page, test):
+    assert Path(page).name in (ROOT / test).read_text()
+
+
+@pytest.mark.parametrize(("page", "text"), blocks("python"))
+def test_python_runs(page, text, tmp_path):
+    if page in EXECUTED:
+        ast.parse(text)
+        return
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", text],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+
+
+def as_the_reader_has_it(folder, data):
+    """The folder with the project's files and the tables and programs that the block names."""
+    for name in ("config", "data", "examples"):
+        (folder / name).symlink_to(ROOT / name)
+    targets = [data.get("target", {}), *data.get("further_targets", [])]
+    for target in (t for t in targets if "file" in t):
+        (folder / target["file"]).parent.mkdir(exist_ok=True)
+        (folder / target["file"]).write_text(f"{target['column']}\n25.5\n26.5\n")
+    engine = data.get("engine")
+    for name in engine.get("files", []) if isinstance(engine, dict) else []:
+        (folder / name).write_text("")
+    return folder
+
+
+@pytest.mark.parametrize(("page", "text"), blocks("yaml"))
+def test_yaml_passes_the_schema_of_what_it_is(page, text, tmp_path, monkeypatch):
+    data = yaml.safe_load(text)
+    monkeypatch.chdir(as_the_reader_has_it(tmp_path, data))
+    if {"materials", "contacts"} <= set(data):
+        assert set(data) <= set(RunSpec.model_fields)
+        parse_spec(data)
+    elif page != "docs/howto-experiment.md":  # whose test runs both of its blocks
+        assert set(data) <= set(Config.model_fields), "keys of neither a run spec nor a study"
+        salt = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+        if "experiment" in data:  # another one than the heap, with a geometry of its own
+            salt["run"].pop("geometry")
+        parse_config(overlay(salt, data))
+    else:
+        assert set(data) <= set(Config.model_fields)
+
+
+def commands(text):
+    """The commands of a shell block as lists of words; what is written into files is left out."""
+    text = re.sub(r"<<'EOF'\n.*?\nEOF\n", "\n", text, flags=re.S).replace("\\\n", " ")
+    for line in text.splitlines():
+        for part in re.split(r"&&|\|\||\|", line):
+            words = shlex.split(part, comments=True)
+            cut = next((k for k, w in enumerate(words) if w.startswith(">")), len(words))
+            if words:
+                yield words[:cut]
+
+
+@pytest.mark.parametrize(("page", "text"), blocks("bash"))
+def test_commands_exist_with_these_options(page, text):
+    for words in commands(text):
+        program = Path(words[0]).name
+        if program in CHECKS:
+            CHECKS[program](words[1:])
+        else:
+            assert program in SHELL | {"true"}, f"{page}: {program} is checked by nothing"
+
+
+def exists(name):
+    assert name.startswith(MADE) or (ROOT / name).exists(), f"{name} does not exist"
+
+
+def snakemake(words):
+    """All options are snakemake's, the targets are stages or files, the files are there."""
+    stages = load_stages("calibration.stages", "diagnosis.declared", "paper.stages").values()
+    targets = {"report", "all", *(task.rule for stage in stages for task in stage.tasks)}
+    args = get_argument_parser([]).parse_args(words)
+    for name in args.targets:
+        assert name in targets, f"{name} is no stage"
+    for path in [*(args.configfile or []), *(args.profile or [])]:
+        exists(str(path))
+    for setting in args.config or []:
+        assert setting.split("=")[0] in Config.model_fields, setting
+
+
+def dem_command(words):
+    """The subcommand's help lists every option; what is named is there."""
+    assert help_of(words[0]), f"dem {words[0]} does not exist"
+    listed = set(re.findall(r"--?[a-z][\w-]*", help_of(words[0])))
+    for k, word in enumerate(words[1:], 1):
+        if word.startswith("--"):
+            assert word in listed, f"dem {words[0]} has no {word}"
+        elif words[k - 1] == "--experiment":
+            assert word in re.findall(r"\w+", help_of("init")) or word in OWN_EXPERIMENTS
+        elif words[0] in ("run", "check") and k == 1:
+            exists(word)
+
+
+def help_of(name):
+    stream = io.StringIO()
+    with contextlib.redirect_stdout(stream), contextlib.redirect_stderr(io.StringIO()):
+        with contextlib.suppress(SystemExit):
+            dem([name, "--help"])
+    return stream.getvalue()
+
+
+def calibration(words):
+    from calibration.cli import _parser
+
+    _parser().parse_args(words)
+
+
+def pip(words):
+    """Files of constraints and extras exist."""
+    assert words[0] == "install"
+    extras = (ROOT / "pyproject.toml").read_text()
+    for option, value in pairwise(words):
+        if option == "-c":
+            exists(value)
+        if option == "-e" and "[" in value:
+            assert f"\n{value.split('[')[1].rstrip(']')} = [" in extras
+
+
+def python(words):
+    """A module that can be found, or a script that is there."""
+    if words[0] == "-m":
+        assert importlib.util.find_spec(words[1]), words[1]
+    else:
+        exists(words[0])
+
+
+def run_pytest(words):
+    for word in words:
+        if "/" in word:
+            exists(word)
+
+
+CHECKS = {
+    "snakemake": snakemake,
+    "dem": dem_command,
+    "calibration": calibration,
+    "pip": pip,
+    "python": python,
+    "python3": python,
+    "pytest": run_pytest,
+}
+"""Program -> check of the words after it."""
+
+
+def test_the_checks_notice_what_is_wrong():
+    for line in (
+        "dem run heap.yaml --no-such-option",
+        "dem brew heap.yaml",
+        "snakemake -j2 no_such_stage",
+        "snakemake --configfile no/such/file.yaml",
+        "calibration verify --mend",
+        "python -m no_such_module",
+        "pip install -c no.lock -e .",
+    ):
+        [words] = commands(line)
+        with pytest.raises((AssertionError, SystemExit)):
+            CHECKS[words[0]](words[1:])
