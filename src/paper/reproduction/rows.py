@@ -84,24 +84,19 @@ def _row(place, paper, ours, agreement, basis, **numbers):
     return {c: (row | numbers).get(c) for c in COLUMNS}
 
 
+def _judged(place, paper, ours, difference, interval, margin, basis, **numbers):
+    """Row of a difference whose `interval` (low, high) is held against the margin."""
+    low, high = interval
+    numbers |= {"difference": difference, "low": low, "high": high, "margin": margin}
+    return _row(place, paper, ours, verdict(low, high, margin), basis, **numbers)
+
+
 def _decide(place, printed, ours, error, basis, margin=None, **numbers):
     """Row of a difference with `error`, its (standard error, degrees of freedom)."""
-    apart = ours - printed.value
-    low, high = limits(apart, *error)
-    margin = _margin(place, printed, margin)
-    return _row(
-        place,
-        printed.text,
-        ours,
-        verdict(low, high, margin),
-        basis,
-        difference=apart,
-        se=error[0],
-        low=low,
-        high=high,
-        margin=margin,
-        **numbers,
-    )
+    apart, margin = ours - printed.value, _margin(place, printed, margin)
+    interval = limits(apart, *error)
+    numbers |= {"se": error[0]}
+    return _judged(place, printed.text, ours, apart, interval, margin, basis, **numbers)
 
 
 def _margin(place, printed, margin):
@@ -145,19 +140,9 @@ def estimates(place, printed, ours, se, freedom, paper_se=None, margin=None):
 
 def within(place, printed, ours, low, high, basis, margin=None):
     """The paper's value against our own interval [low, high] of at least 90 %."""
-    margin = _margin(place, printed, margin)
-    low, high = low - printed.value, high - printed.value
-    return _row(
-        place,
-        printed.text,
-        ours,
-        verdict(low, high, margin),
-        basis,
-        difference=ours - printed.value,
-        low=low,
-        high=high,
-        margin=margin,
-    )
+    interval = low - printed.value, high - printed.value
+    apart, margin = ours - printed.value, _margin(place, printed, margin)
+    return _judged(place, printed.text, ours, apart, interval, margin, basis)
 
 
 def spreads(place, paper_sd, paper_n, sd, n):
@@ -165,20 +150,9 @@ def spreads(place, paper_sd, paper_n, sd, n):
     for scatter."""
     ratio = sd / paper_sd
     low, high = (ratio / math.sqrt(stats.f.ppf(q, n - 1, paper_n - 1)) for q in (1 - ALPHA, ALPHA))
-    low, high = (low - 1.0) * paper_sd, (high - 1.0) * paper_sd
-    margin = margins.SCATTER_SHARE * paper_sd
-    return _row(
-        place,
-        f"{paper_sd:.3f}",
-        sd,
-        verdict(low, high, margin),
-        f"F interval of {n} and {paper_n} runs",
-        n=n,
-        difference=sd - paper_sd,
-        low=low,
-        high=high,
-        margin=margin,
-    )
+    interval = (low - 1.0) * paper_sd, (high - 1.0) * paper_sd
+    margin, basis = margins.SCATTER_SHARE * paper_sd, f"F interval of {n} and {paper_n} runs"
+    return _judged(place, f"{paper_sd:.3f}", sd, sd - paper_sd, interval, margin, basis, n=n)
 
 
 def exact(place, printed, ours, basis):
@@ -189,55 +163,30 @@ def exact(place, printed, ours, basis):
 
 def whole(place, parts, margin):
     """The mean difference of a table's rows by the paired t interval."""
-    found = _paired(parts)
-    if found is None:
-        return _too_few(place)
-    basis = f"paired t of {found.n} differences"
-    return _row(
-        place,
-        0,
-        found.bias,
-        verdict(found.low, found.high, margin),
-        basis,
-        n=found.n,
-        difference=found.bias,
-        se=found.se,
-        low=found.low,
-        high=found.high,
-        margin=margin,
-    )
+    basis = "paired t of {} differences"
+    return _of_all(place, parts, margin, basis, lambda p: (p.bias, p.se, p.low, p.high))
 
 
 def beyond(place, parts, margin):
     """How much the differences of a table's rows scatter about their mean beyond what single runs
     do."""
-    found = _paired(parts)
-    if found is None:
-        return _too_few(place)
-    basis = f"standard deviation of {found.n} differences less that of the runs, chi-square"
-    return _row(
-        place,
-        0,
-        found.extra,
-        verdict(found.extra_low, found.extra_high, margin),
-        basis,
-        n=found.n,
-        difference=found.extra,
-        low=found.extra_low,
-        high=found.extra_high,
-        margin=margin,
+    basis = "standard deviation of {} differences less that of the runs, chi-square"
+    return _of_all(
+        place, parts, margin, basis, lambda p: (p.extra, None, p.extra_low, p.extra_high)
     )
 
 
-def _paired(parts):
+def _of_all(place, parts, margin, basis, part):
+    """Row of what `part` takes of the differences of a table's rows: value, its standard error or
+    None, and interval."""
     judged = [row for row in parts if row["se"] is not None]
     if len(judged) < 2:
-        return None
-    return paired([row["difference"] for row in judged], [row["se"] for row in judged])
-
-
-def _too_few(place):
-    return absent(place, None, NOT_COMPARABLE, "fewer than two of its values are compared")
+        reason = "fewer than two of its values are compared"
+        return absent(place, None, NOT_COMPARABLE, reason)
+    found = paired([row["difference"] for row in judged], [row["se"] for row in judged])
+    value, se, low, high = part(found)
+    basis, own = basis.format(found.n), {"n": found.n, "se": se}
+    return _judged(place, 0, value, value, (low, high), margin, basis, **own)
 
 
 def words(place, paper, ours, basis):
