@@ -17,6 +17,7 @@ from calibration.errors import CalibrationError
 from calibration.factors import read_factors
 from calibration.files import write_table
 from calibration.store import ROOT, RunStore
+from calibration.tables import read_written
 from dem.errors import ResultError
 from dem.io.checked import digest_of, is_sealed, sealed
 from dem.io.files import write_json
@@ -173,7 +174,7 @@ def points_of(name, config):
     """Sentences that say which points of which designs need the run `name`."""
     factors, found = read_factors(config.factors), []
     for path in sorted(Path(f"results/{config.name}").glob("*/design.csv")):
-        design = pd.read_csv(path)
+        design = read_written(path)
         for row in design[design["run_id"] == name].to_dict("records"):
             levels = ", ".join(f"{f.name} {row[f.name]:g}" for f in factors if f.name in row)
             place = f"run {row['run']} of {len(design)}" if "run" in row else "a run"

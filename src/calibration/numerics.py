@@ -12,6 +12,7 @@ from calibration import figures
 from calibration.campaign import read_metric, write_plan
 from calibration.config import overlay
 from calibration.files import write_table
+from calibration.tables import read_written
 
 
 def plan_numerics(study, source, output):
@@ -57,6 +58,6 @@ def compare_variants(design, metric):
 def numerics(study, source, output):
     """Write the table of differences and its figure."""
     metric = study.config.target.metric
-    table = compare_variants(pd.read_csv(source.design), metric).round(3)
+    table = compare_variants(read_written(source.design), metric).round(3)
     write_table(table, output.table)
     figures.save(figures.numerics(table, figures.response_of(metric)), output.figure)

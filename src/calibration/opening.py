@@ -6,7 +6,7 @@ from dem.spec import parse_spec
 
 
 def opening(config):
-    """Sentences: each table of measured values as it was read, then the engine's warnings.
+    """Sentences: the measured values of each target as they were read, then the engine's warnings.
 
     Raises ConfigError for a table that cannot be read.
     """

@@ -8,9 +8,10 @@ import json
 from functools import cached_property
 from pathlib import Path
 
-from calibration.config import Config, goals, read_target
+from calibration.config import Config, goals, is_measured, read_target
 from calibration.errors import CalibrationError
 from calibration.factors import read_factors
+from calibration.tables import read_written
 
 ALWAYS = ("name",)  # where a study's files are; it decides none of their content
 
@@ -50,10 +51,9 @@ class Results:
 
     def table(self, stage, name):
         """Table `name`.csv of a stage as a data frame, or None."""
-        import pandas as pd  # takes seconds to load, which who only plans need not wait for
 
         path = self.folder / stage / f"{name}.csv"
-        return pd.read_csv(path) if path.is_file() else None
+        return read_written(path) if path.is_file() else None
 
 
 class Study(Results):
@@ -88,8 +88,13 @@ class Study(Results):
         return [self.config.target, *self.config.further_targets]
 
     def measured(self, target=None):
-        """(n,) measured values of a target, of the main one unless given. Raises ConfigError."""
+        """(n,) readings of a target, of the main one unless given, or a `Stated` mean of them.
+        Raises ConfigError."""
         return read_target(self.config, target)
+
+    def is_measured(self, target):
+        """Whether the table of measurements holds a target's quantity. Raises ConfigError."""
+        return is_measured(self.config, target)
 
     def goals(self):
         """What is asked of each target, see `calibration.config.goals`. Raises ConfigError."""

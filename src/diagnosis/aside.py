@@ -3,12 +3,12 @@ remarks on what the settings cannot tell."""
 
 import numpy as np
 
+from calibration.quantities import LEVERS, QUANTITIES, levers_of
 from diagnosis.fit import data_of
 from diagnosis.laws.choose import centre_of
 from diagnosis.laws.mixed import evaluate, from_space, nuisance_of, posterior
 from diagnosis.laws.readings import from_log, readings_of, unknown
 from diagnosis.laws.slots import candidate_of, constant
-from diagnosis.quantities import LEVERS, QUANTITIES, levers_of
 
 
 def remarks(measured):

@@ -13,11 +13,6 @@ def settings(study):
     return SETTINGS
 
 
-def measurements(study):
-    """The table of measured conditions."""
-    return study.config.measurements or []
-
-
 def benchmark_settings(study):
     """The benchmark's settings."""
     return BENCHMARK_SETTINGS
@@ -47,10 +42,10 @@ def _figure(name, caption):
 
 
 def _task(name, message, **more):
-    """A task of the diagnosis: each reads measurements and settings."""
-    inputs = {"settings": settings, "measured": measurements} | more.pop("inputs", {})
+    """A task of the diagnosis: each reads the settings."""
+    inputs = {"settings": settings} | more.pop("inputs", {})
     function, text = f"diagnosis.stages:{name}", f"diagnosis: {message}"
-    return Task(function, text, READS, inputs, needs=("measurements",), **more)
+    return Task(function, text, READS, inputs, **more)
 
 
 DIAGNOSIS = Stage(

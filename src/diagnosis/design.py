@@ -8,8 +8,8 @@ import numpy as np
 from scipy.stats import qmc
 
 from calibration.batches import named
+from calibration.quantities import POURED
 from diagnosis.catalogue import Strength
-from diagnosis.quantities import POURED
 from diagnosis.settings import BASE, condition_spec, log_span
 
 REPEAT = 100_000  # between the seeds of runs that repeat a point

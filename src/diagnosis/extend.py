@@ -4,8 +4,8 @@ to."""
 import numpy as np
 
 from calibration.batches import named
+from calibration.quantities import QUANTITIES
 from diagnosis.fit import Data, data_of, fit, spread_unit
-from diagnosis.quantities import QUANTITIES
 from diagnosis.settings import condition_spec
 
 RESAMPLES = 4000

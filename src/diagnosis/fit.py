@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from diagnosis.quantities import QUANTITIES
+from calibration.quantities import QUANTITIES
 
 STARTS = (0.2, 0.7)
 DESCENTS = 2

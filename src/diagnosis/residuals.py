@@ -4,8 +4,8 @@ pattern."""
 import numpy as np
 from scipy import stats
 
+from calibration.quantities import LEVERS, QUANTITIES
 from diagnosis.design import WIDENED
-from diagnosis.quantities import LEVERS, QUANTITIES
 
 P_TREND = 0.01
 

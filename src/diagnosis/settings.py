@@ -9,12 +9,12 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from calibration.config import Config, overlay
 from calibration.errors import ConfigError
 from calibration.factors import read_factors
+from calibration.measurements import raise_faults
+from calibration.quantities import LEVERS, POURED, QUANTITIES
 from dem.errors import SpecError
 from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
 from diagnosis.catalogue import load_catalogue
-from diagnosis.measurements import raise_faults
-from diagnosis.quantities import LEVERS, POURED, QUANTITIES
 
 BASE = "base"
 """The model without any mechanism, where one is named."""

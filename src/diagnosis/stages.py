@@ -8,7 +8,6 @@ from scipy import stats
 
 from calibration import figures as common
 from calibration.batches import simulate
-from calibration.config import given
 from calibration.factors import read_factors
 from calibration.files import replacing, write_table
 from dem.io.files import write_json
@@ -35,7 +34,7 @@ from diagnosis.verdict import extended_name, findings, page, validate
 
 def read(config):
     """All rows of the study's table of measurements."""
-    return read_all(given(config, "measurements", "diagnose"))
+    return read_all(config.measurements)
 
 
 def load(config, settings):

@@ -7,9 +7,9 @@ import jsonschema
 import numpy as np
 
 from calibration.figures import label
+from calibration.quantities import LEVERS, QUANTITIES
 from diagnosis.identify import key_of
 from diagnosis.next_measurement import propose
-from diagnosis.quantities import LEVERS, QUANTITIES
 from diagnosis.residuals import calibration, moved, residual_rows, trends
 from diagnosis.settings import BASE
 

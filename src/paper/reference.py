@@ -12,6 +12,7 @@ from pathlib import Path
 import pandas as pd
 
 from calibration.errors import CalibrationError
+from calibration.tables import read_written
 from paper.reproduction import counts
 from paper.reproduction.rows import NOT_COMPARABLE
 
@@ -100,7 +101,7 @@ def ascents(study, paper="data/paper"):
     ours, printed = Path(study) / "ascent" / "ascent.json", Path(paper) / PRINTED_ASCENT
     if not (ours.is_file() and printed.is_file()):
         return None
-    angles = pd.read_csv(printed, comment="#")["angle_deg"]
+    angles = read_written(printed, comment="#")["angle_deg"]
     return list(angles), json.loads(ours.read_text())["responses"]
 
 
@@ -149,7 +150,7 @@ def main(study):
     target = Path("results/reference") / Path(study).name
     if Path(study).resolve() != target.resolve():
         keep(study, target)
-    table = pd.read_csv(target / TABLE, dtype={"paper": str})
+    table = read_written(target / TABLE, dtype={"paper": str})
     _put(README, short_block(table, target.name))
     if PAGE.is_file():
         _put(PAGE, block(table, f"../{target / TABLE}", ascents(target)))

@@ -6,6 +6,7 @@ from pathlib import Path
 from calibration.stages import Figure, Stage, Task
 
 TABLES = Path("data/paper")
+SETTINGS = "config/reproduction.yaml"
 
 
 def tables(study):
@@ -16,7 +17,9 @@ def tables(study):
 def beside(study):
     """The validations of the further studies that count beside this one, where they have been
     run."""
-    names = [n for n in study.config.reproduction.beside if n != study.name]
+    from paper.reproduction.settings import read_reproduction
+
+    names = read_reproduction(SETTINGS).beside.get(study.name, ())
     paths = (study.folder.parent / n / "validation" / "validation.json" for n in names)
     return [str(path) for path in paths if path.exists()]
 
@@ -54,9 +57,10 @@ STAGES = (
             Task(
                 "paper.tasks:reproduction",
                 "reproduction: every table and equation of the paper beside this study's values",
-                reads=("run", "factors", "reproduction"),
+                reads=("run", "factors"),
                 inputs={
                     "tables": tables,
+                    "settings": lambda study: SETTINGS,
                     "beside": beside,
                     "validation": "validation/validation.json",
                     "tilt": "tilt/tilt.json",

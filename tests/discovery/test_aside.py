@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from calibration.measurements import Measurement
 from diagnosis import aside
 from diagnosis.contacts import defaults_of
 from diagnosis.laws.found import discover
-from diagnosis.measurements import Measured, Measurement
+from diagnosis.measurements import Measured
 from diagnosis.settings import read_settings
 
 SETTINGS = read_settings("config/diagnosis.yaml")

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from calibration.measurements import Measurement
 from diagnosis.catalogue import Strength, load_catalogue
 from diagnosis.design import MultipliedLever, inputs_of
 from diagnosis.emulator import Emulator, Multiplied, forward, inverse
 from diagnosis.fit import Data, fit, moderated_sd
-from diagnosis.measurements import Measurement
 from diagnosis.model import Emulated
 from diagnosis.settings import BASE, parameters_of, read_settings
 

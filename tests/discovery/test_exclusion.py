@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from calibration.measurements import Measurement
 from diagnosis import exclusion
 from diagnosis.laws.choose import trial
 from diagnosis.laws.readings import readings_of
-from diagnosis.measurements import Measurement
 
 HEIGHTS, SIZES = (50.0, 80.0, 120.0, 180.0, 250.0), (1.5, 2.0, 3.0, 4.0)
 NOISE, REPLICATES = 0.02, 5

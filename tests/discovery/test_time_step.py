@@ -5,9 +5,9 @@ import types
 import pytest
 
 from calibration.batches import simulate
+from calibration.measurements import Measurement
 from dem.spec import parse_spec
 from diagnosis import time_step
-from diagnosis.measurements import Measurement
 from diagnosis.settings import condition_spec, read_settings
 
 BASE = {"contacts": {"particle_wall": {"restitution": 0.35}}}

@@ -10,23 +10,20 @@ import sys
 import tempfile
 import traceback
 from collections import Counter
-from functools import cache
 from pathlib import Path
 
 import numpy as np
-import yaml
 
-from calibration.config import read_target
 from calibration.config.as_data import data_of
-from calibration.config.schema import Config, ScreeningConfig
+from calibration.config.schema import ScreeningConfig
 from calibration.errors import CalibrationError
 from calibration.factors import read_factors
+from calibration.measurements import read_measured
 from calibration.statistics.screening_design import screening_design
 from dem.errors import DemError
 from dem.io.sieve import read_sizes
 from dem.io.stl import read_stl, write_stl
 from dem.spec import load_spec
-from diagnosis.measurements import read_measurements
 from diagnosis.settings import read_settings
 
 ROOT = Path(__file__).parents[2]
@@ -96,16 +93,6 @@ geometry: {orifice_diameter_mm: 20, generation_rate_per_s: 600}
 """
 
 
-@cache
-def _study():
-    return Config.model_validate(yaml.safe_load((ROOT / "config" / "config.yaml").read_text()))
-
-
-def _target(path):
-    target = _study().target.model_copy(update={"file": str(path)})
-    read_target(_study(), target)
-
-
 def _configuration(path):
     with path.open(encoding="utf-8") as stream:  # as snakemake opens it
         data_of(stream)
@@ -117,8 +104,8 @@ def _design(path):
 
 
 READERS = {
-    "target": ("config/measured_angles.csv", _target),
-    "measurements": ("config/measurements.csv", read_measurements),
+    "measurements": ("data/paper/measurements.csv", read_measured),
+    "readings": ("examples/soybean/measured.csv", read_measured),
     "factors": ("config/factors.tsv", read_factors),
     "diagnosis settings": ("config/diagnosis.yaml", read_settings),
     "configuration": ("config/config.yaml", _configuration),

@@ -38,10 +38,24 @@ def config(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     data = yaml.safe_load(Path("examples/soybean/config.yaml").read_text())
     tests = {
-        "tilt": {"measured": 18.0, "levels": [0.2, 0.25, 0.3, 0.35]},
-        "drop": {"measured": 30.0, "levels": [0.4, 0.5, 0.6, 0.7]},
+        "tilt": {"levels": [0.2, 0.25, 0.3, 0.35]},
+        "drop": {"levels": [0.4, 0.5, 0.6, 0.7]},
     }
-    return parse_config(overlay(data, {"bench": tests}))
+    write_measured()
+    return parse_config(overlay(data, {"bench": tests, "measurements": "bench.csv"}))
+
+
+MEASURED = {"tilt": 18.0, "drop": 30.0}
+
+
+def write_measured(drop_heights="150", drop=30.0):
+    """What the laboratory read: a heap's angles, readings of a slide, the mean of rebounds."""
+    header = "experiment,quantity,value,unit,sd,n,drop_height_mm\n"
+    heaps = "".join(f"heap,angle_of_repose,{a},deg,,,\n" for a in (28.0, 29.0))
+    slides = "".join(f"tilt,sliding_angle,{a},deg,,,\n" for a in (17.5, 18.5))
+    heights = drop_heights.split()
+    drops = "".join(f"drop,rebound_height,{drop},mm,1,5,{h}\n" for h in heights)
+    Path("bench.csv").write_text(header + heaps + slides + drops)
 
 
 def answer(plan_file, test):
@@ -64,7 +78,7 @@ def test_a_sweep_finds_the_level_that_gives_the_measured_value(config, test):
     answer(confirmed.plan, test)
     analyse_sweep(study, test, Files(sweep=sweep.design, confirmation=confirmed.design), OUT)
     found = json.loads(Path(OUT.summary).read_text())
-    measured = getattr(config.bench, test).measured
+    measured = MEASURED[test]
     assert found["factor"] == FACTORS[test]
     assert LAWS[test](found["inverse"]) == pytest.approx(measured, rel=1e-6)
     assert found["confirmed_mean"] == pytest.approx(measured, rel=1e-4)
@@ -76,6 +90,7 @@ def test_a_sweep_finds_the_level_that_gives_the_measured_value(config, test):
 
 def test_the_closed_form_takes_the_drop_height_of_the_run(config):
     height = {"bench": {"drop": {"run": {"geometry": {"drop_height_mm": 120.0}}}}}
+    write_measured("120")
     config = parse_config(overlay(config.model_dump(mode="json"), height))
     study, sweep = Study(config), PlanFiles.of("sweep")
     plan_sweep(study, "drop", sweep)
@@ -88,10 +103,27 @@ def test_a_measured_value_outside_the_sweep_is_refused(config):
     sweep = PlanFiles.of("sweep")
     plan_sweep(Study(config), "drop", sweep)
     answer(sweep.plan, "drop")
-    far = config.bench.drop.model_copy(update={"measured": 90.0})
-    bench = config.bench.model_copy(update={"drop": far})
-    study = Study(config.model_copy(update={"bench": bench}))
+    write_measured(drop=90.0)
+    study = Study(config)
     with pytest.raises(CalibrationError, match="gives 90"):
+        plan_confirmation(study, "drop", sweep.design, PlanFiles.of("confirmation"))
+
+
+def test_the_measured_value_is_that_of_the_rigs_own_setting(config):
+    study, sweep = Study(config), PlanFiles.of("sweep")
+    plan_sweep(study, "drop", sweep)
+    answer(sweep.plan, "drop")
+    header, *rows = Path("bench.csv").read_text().splitlines()
+    other = "drop,rebound_height,70,mm,1,5,300"
+    Path("bench.csv").write_text("\n".join([header, other, *rows]) + "\n")
+    plan_confirmation(study, "drop", sweep.design, PlanFiles.of("confirmation"))
+    level = pd.read_csv("confirmation/design.csv")[FACTORS["drop"]][0]
+    assert LAWS["drop"](level) == pytest.approx(30.0, rel=1e-5)
+    write_measured("300")
+    with pytest.raises(CalibrationError, match=r"drop_height_mm.*simulated, 150"):
+        plan_confirmation(study, "drop", sweep.design, PlanFiles.of("confirmation"))
+    Path("bench.csv").write_text("\n".join([header, *rows, rows[-1].replace(",150", ",")]) + "\n")
+    with pytest.raises(CalibrationError, match="drop_height_mm: is needed for drop"):
         plan_confirmation(study, "drop", sweep.design, PlanFiles.of("confirmation"))
 
 

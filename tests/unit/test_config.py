@@ -43,11 +43,10 @@ def data(monkeypatch):
         ({"optimise": {"rule": "closest_to_point"}}, ["optimise.point", "a level"]),
         ({"optimise": {"point": {"salt_salt_restitution": 0.5}}}, ["optimise.point"]),
         ({"optimise": {"point": {"nobody": 0.5}}}, ["optimise.point.nobody"]),
-        ({"target": {"file": "nowhere.csv", "column": "x"}}, ["nowhere.csv", "cannot be read"]),
-        (
-            {"target": {"file": "config/measured_angles.csv", "column": "angle"}},
-            ["target.column", "angle_deg"],
-        ),
+        ({"measurements": "nowhere.csv"}, ["nowhere.csv", "cannot be read"]),
+        ({"target": {"column": "angle"}}, ["target.column", "a row a reading", "`measurements`"]),
+        ({"bench": {"tilt": {"measured": 35.0}}}, ["bench.tilt.measured", "`measurements`"]),
+        ({"reproduction": {"beside": []}}, ["reproduction", "not valid", "screening"]),
         ({"factors": "nowhere.tsv"}, ["nowhere.tsv"]),
         ({"run": {"particles": {"cuont": 5}}}, ["particles.cuont", "count"]),
         ({"run": {"particles": {"count": 10, "diameter_mm": 9.0}}}, ["orifice_diameter_mm"]),
@@ -68,7 +67,7 @@ def test_a_wrong_configuration_is_refused(data, change, words):
         ("validation: { margin: 1.0, replicate: 3 }\n", "mine.yaml", 2),
         ("run:\n  particles:\n    cuont: 5\n", "mine.yaml", 4),
         ("ascent:\n  start: { nobody: 1 }\n", "mine.yaml", 3),
-        ("further_targets:\n  - { metric: height_mm, low: 1, high: 2 }\n", "mine.yaml", 2),
+        ("further_targets:\n  - { metric: heigth_mm, low: 1, high: 2 }\n", "mine.yaml", 2),
     ],
 )
 def test_an_error_names_the_file_and_the_line(data, tmp_path, change, file, line):
@@ -95,7 +94,7 @@ def test_an_error_on_the_command_line_blames_no_file(data):
         parse_config(data | {"seed": -1}, files=["config/config.yaml"])
 
 
-@pytest.mark.parametrize("key", ["name", "factors", "target", "target.file", "target.column"])
+@pytest.mark.parametrize("key", ["name", "factors", "target", "measurements"])
 def test_what_every_stage_needs_has_no_default(data, key):
     *path, last = key.split(".")
     part = data
@@ -161,7 +160,8 @@ def test_a_factor_is_found_by_the_key_it_sets():
 def test_a_factor_that_the_run_spec_refuses_is_named(data, tmp_path, key, low, words):
     path = tmp_path / "factors.tsv"
     path.write_text(f"code\tname\tkey\tlow\thigh\nA\tx\t{key}\t{low}\t0.5\n")
-    study = {"name": "x", "factors": str(path), "run": data["run"], "target": data["target"]}
+    study = {key: data[key] for key in ("run", "target", "measurements")}
+    study |= {"name": "x", "factors": str(path)}
     with pytest.raises(ConfigError) as error:
         parse_config(study)
     for word in [str(path), "x", *words]:

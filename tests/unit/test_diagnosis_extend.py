@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from diagnosis_cases import BASE, bench
 
+from calibration.measurements import Measurement
 from dem.spec import parse_spec
 from diagnosis.extend import real_spec
-from diagnosis.measurements import Measurement
 from diagnosis.settings import combine
 
 KINDS = ["drop", "tilt", "shear", "heap"]

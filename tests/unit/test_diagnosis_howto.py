@@ -9,9 +9,9 @@ import pytest
 from diagnosis_cases import bench
 
 from calibration.errors import ConfigError
+from calibration.measurements import Measurement
 from diagnosis.catalogue import Mechanism, load_catalogue
 from diagnosis.identify import identify
-from diagnosis.measurements import Measurement
 from diagnosis.model import Emulated
 
 PAGE = Path("docs/howto-add-a-mechanism.md")

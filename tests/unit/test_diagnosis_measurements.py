@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from calibration.errors import ConfigError
+from calibration.measurements import MeasurementErrors, to_table
+from calibration.quantities import QUANTITIES
 from diagnosis.fit import data_of
-from diagnosis.measurements import MeasurementErrors, read_all, read_measurements, to_table
-from diagnosis.quantities import QUANTITIES
+from diagnosis.measurements import read_all, read_measurements
 
 HEADER = "experiment,quantity,value,unit,sd,n,drop_height_mm,tilt_rate_deg_s,output_interval_s,note"
 GOOD = [

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from calibration.measurements import Measurement
 from diagnosis import figures
 from diagnosis.extend import gain, run_scatter
-from diagnosis.measurements import Measurement
 from diagnosis.residuals import moved, trends
 
 

@@ -6,8 +6,8 @@ from collections import Counter
 import pytest
 
 from calibration.errors import ConfigError
+from calibration.measurements import Measurement, MeasurementErrors
 from diagnosis.design import inputs_of, plan
-from diagnosis.measurements import Measurement, MeasurementErrors
 from diagnosis.settings import (
     catalogue_of,
     check_range,

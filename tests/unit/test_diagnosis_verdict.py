@@ -17,7 +17,7 @@ from diagnosis.identify import identify
 from diagnosis.measurements import Measured, read_measurements
 from diagnosis.verdict import SCHEMA, findings, validate
 
-SHIPPED = "config/measurements.csv"
+SHIPPED = "data/paper/measurements.csv"
 KINDS = ["heap", "tilt", "drop", "shear"]
 CHANGES = {
     "experiments": {

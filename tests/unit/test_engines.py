@@ -178,12 +178,12 @@ def test_a_table_gives_the_row_of_a_run(tmp_path):
     assert read_row(table, "heap-1") == {"angle_of_repose_deg": 41.5}
     for name, words in (
         ("heap-9", "no row for the run heap-9 yet"),
-        ("heap-3", "line 4, angle_of_repose_deg: '4a' is not a number"),
+        ("heap-3", "line 4, column angle_of_repose_deg: is not a number"),
         ("heap-4", "several lines: 5, 6"),
     ):
         with pytest.raises(engines.EngineError, match=words):
             read_row(table, name)
-    with pytest.raises(engines.EngineError, match="No such file"):
+    with pytest.raises(engines.EngineError, match="no such file"):
         read_row(tmp_path / "none.csv", "heap-1")
 
 

@@ -89,7 +89,7 @@ def test_a_folder_that_is_not_there_is_named(monkeypatch, tmp_path):
 
 
 GENERIC = ("dem/spec.py", "dem/run.py", "dem/advice.py", "dem/template.py", "dem/render")
-GENERIC += ("diagnosis/quantities.py", "diagnosis/measurements.py", "diagnosis/settings.py")
+GENERIC += ("calibration/quantities.py", "calibration/measurements.py", "diagnosis/settings.py")
 GENERIC += ("diagnosis/emulator.py", "diagnosis/design.py", "diagnosis/next_measurement.py")
 GENERIC += ("diagnosis/fit.py", "diagnosis/stages.py", "calibration/figures/labels.py")
 PAPERS_OWN = {"heap", "drop", "tilt", "shear"}
@@ -126,7 +126,7 @@ def test_every_experiment_is_offered(capsys):
 def test_a_study_screens_and_diagnoses_it_without_another_file(folder):
     for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
         (folder / name).symlink_to(ROOT / name)
-    (folder / "study.yaml").write_text(STUDY + DIAGNOSIS + "measurements: measured.csv\n")
+    (folder / "study.yaml").write_text(STUDY + DIAGNOSIS)
     row = "contacts.particle_wall"
     (folder / "factors.tsv").write_text(
         "code\tname\tkey\tlow\thigh\n"
@@ -134,7 +134,6 @@ def test_a_study_screens_and_diagnoses_it_without_another_file(folder):
         f"B\twall_restitution\t{row}.restitution\t0.3\t0.8\n"
         f"C\twall_rolling\t{row}.rolling_friction\t0.1\t0.4\n"
     )
-    (folder / "thrown.csv").write_text("distance_mm\n9.1\n9.3\n9.2\n")
     speeds = np.array([0.12, 0.2, 0.3, 0.4, 0.55])
     stops = 1e3 * speeds**2 / (2.0 * 0.5 * GRAVITY)
     lines = [

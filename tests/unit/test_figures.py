@@ -17,6 +17,7 @@ from calibration.statistics.optimise import solve
 from calibration.statistics.screening import screen, significant
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
+from paper.audit.paper import Paper
 
 ROOT = Path(__file__).parents[2]
 
@@ -160,7 +161,7 @@ def test_validation_shows_every_value():
     simulated = paper("table13_validation.csv").pivot(
         index="group", columns="replicate", values="angle_deg"
     )
-    measured = paper("table01_measured_angle_of_repose.csv")["angle_deg"].to_numpy()
+    measured = Paper(ROOT / "data" / "paper").angles()["angle_deg"].to_numpy()
     result = compare(simulated.to_numpy(), measured, margin=1.0)
     figure = figures.validation(simulated.to_numpy(), measured, result)
     drawn = [c.get_offsets() for c in figure.axes[0].collections if len(c.get_offsets()) > 1]

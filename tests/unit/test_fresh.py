@@ -34,6 +34,7 @@ TILT = {"plan_tilt", "plan_tilt_confirmation", "tilt"}
 DROP = {"plan_drop", "plan_drop_confirmation", "drop"}
 SWEEPS = TILT | DROP | {"bench_parameters"}
 SHEAR, SCALING = {"plan_shear", "shear"}, {"plan_scaling", "scaling"}
+STARTS = {"plan_tilt", "plan_drop"}
 NUMERICS, PAPER = {"plan_numerics", "numerics"}, {"audit", "reproduction"}
 DIAGNOSIS = {name for name in TASKS if name.startswith("diagn")}
 SUITE = {name for name in TASKS if name.startswith("discovery")}
@@ -65,7 +66,9 @@ SECTIONS = [
     ("optimise", "candidate_runs", 9, {"plan_candidate", "candidate", "optimise", "export"}),
     ("bench", "shear", {"replicates": 5}, TILT | DROP | SHEAR | {"export"}),
     ("scaling", "margin_deg", 1.5, SCALING | {"export"}),
-    ("reproduction", "beside", [], {"reproduction", "export"}),
+    ("measurements", None, "examples/soybean/measured.csv",
+     {"screening", "ascent", "response_surface", "candidate", "optimise", "validation"}
+     | {"posterior", "export", "shear"} | {n for n in TILT | DROP if n not in STARTS} | DIAGNOSIS),
     ("published", "names", {"particles.count": "other"}, {"export"}),
     ("target", "low", 30.0, CHAIN | EXPORTS | {"numerics", "posterior"}),
     ("seed", None, 5, PLANS | EXPORTS | {"tilt", "drop", "candidate", "optimise", "posterior"}),

@@ -8,7 +8,14 @@ import yaml
 from calibration.config import parse_config, read_back
 from calibration.errors import ConfigError
 
-MEASURED = "angle_deg\n26.1\n28.4\n27.0\n28.1\n"
+
+def table_of(*values, unit="deg"):
+    """Readings of a heap's angle as the table that a study names."""
+    rows = [f"heap,angle_of_repose,{v},{unit}\n" for v in values]
+    return "experiment,quantity,value,unit\n" + "".join(rows)
+
+
+MEASURED = table_of("26.1", "28.4", "27.0", "28.1")
 HEADER = "code\tname\tkey\tlow\thigh\n"
 FACTORS = (
     HEADER
@@ -19,9 +26,9 @@ FACTORS = (
 CONFIG = """\
 name: wheat
 factors: {folder}/factors.tsv
+measurements: {folder}/{file}
 target:
-  file: {folder}/{file}
-  column: angle_deg
+  metric: angle_of_repose_deg
 fixed:
   grain_friction: 0.5
 run:
@@ -51,23 +58,29 @@ def study(tmp_path, monkeypatch):
     return parse
 
 
-GERMAN = "Versuch;angle_deg\n1;26,1\n2;28,4\n3;27,0\n4;28,1\n"
+GERMAN = MEASURED.replace(",", ";").replace(".", ",").replace("unit", "unit;note")
+GERMAN = GERMAN.replace("deg", "deg;Schüttung")
+
+SEMICOLONS = table_of("26.1", "28.4").replace(",", ";").replace(".", ",")
 
 READ_RIGHTLY = {
     "a sound study under a path with a space and an umlaut": ({}, ""),
-    "decimal commas in one column": ({"measured": MEASURED.replace(".", ",")}, "decimal commas"),
     "semicolons and decimal commas": ({"measured": GERMAN}, "semicolon-separated, decimal commas"),
     "tabs": ({"measured": GERMAN.replace(";", "\t")}, "tab-separated, decimal commas"),
     "Windows line ends": ({"measured": GERMAN.replace("\n", "\r\n")}, "semicolon"),
+    "a unit in the heading": (
+        {"measured": table_of("26.1", "28.4", "27.0", "28.1", unit="").replace("ue", "ue [deg]")},
+        "",
+    ),
     "UTF-16 of a spreadsheet": ({"measured": GERMAN.encode("utf-16")}, "utf-16"),
     "a byte order mark": ({"measured": b"\xef\xbb\xbf" + GERMAN.encode()}, "semicolon"),
     "letters of cp1252": (
-        {"measured": GERMAN.replace("Versuch", "Prüf").encode("cp1252")},
+        {"measured": GERMAN.encode("cp1252")},
         "cp1252",
     ),
     "a comment in front": ({"measured": "# gemessen\n" + MEASURED}, ""),
     "degrees behind the values": (
-        {"measured": MEASURED.replace("\n2", "°\n2").replace("deg°", "deg")},
+        {"measured": table_of("26.1°", "28.4 deg", "27.0°", "28.1")},
         "",
     ),
     "a density in kg per litre, with its unit": (
@@ -97,11 +110,11 @@ KEY = "contacts.particle_particle.static_friction"
 
 REFUSED = {
     "decimal commas between commas": (
-        {"measured": "run,angle_deg\n1,26,1\n2,28,4\n"},
+        {"measured": table_of("26,1", "28,4")},
         ["measured.csv, line 2", "26,1", "26 and 1", "allowed: a cell a column"],
     ),
     "a thousand or a decimal": (
-        {"measured": "angle_deg\n26,125\n28,250\n"},
+        {"measured": SEMICOLONS.replace("26,1", "26,125").replace("28,4", "28,250")},
         ["line 2", "26.125", "26125", "allowed: numbers without a mark"],
     ),
     "commas and points mixed": (
@@ -109,32 +122,32 @@ REFUSED = {
         ["line 2", "26,1", "28.4 on line 3", "allowed: one decimal mark"],
     ),
     "radians": (
-        {"measured": "angle_deg\n0.46\n0.48\n"},
-        ["line 2", "column angle_deg", "'0.46'", "0.46 rad (26.36 °)", "allowed: a plausible"],
+        {"measured": table_of("0.46", "28.4", unit="")},
+        ["line 2", "column value", "'0.46'", "0.46 rad (26.36 °)", "allowed: a plausible"],
     ),
     "a lost decimal point": (
         {"measured": MEASURED.replace("28.4", "284")},
-        ["line 3", "'284'", "28.4 °"],
+        ["line 3", "column value", "284", "0.1 to 89"],
     ),
     "a unit of another kind": (
         {"measured": MEASURED.replace("28.4", "28.4 mm")},
-        ["line 3", "'28.4 mm'", "another kind", "allowed: °"],
+        ["line 3", "'28.4 mm'", "another kind", "allowed: deg"],
     ),
     "a date in place of a number": (
         {"measured": GERMAN.replace("26,1", "26. Jan")},
-        ["line 2", "column angle_deg", "26. Jan", "a date", "allowed: a number"],
+        ["line 2", "column value", "26. Jan", "a date", "allowed: a number"],
     ),
     "words beside a number": (
         {"measured": MEASURED.replace("28.4", "ca. 28")},
-        ["line 3", "column angle_deg", "'ca. 28'"],
+        ["line 3", "column value", "'ca. 28'"],
     ),
-    "a gap": ({"measured": GERMAN.replace("28,4", "")}, ["line 3", "column angle_deg", "is empty"]),
+    "a gap": ({"measured": GERMAN.replace("28,4", "")}, ["line 3", "column value", "is missing"]),
     "no heading": (
         {"measured": "26.1\n28.4\n"},
         ["line 1", "'26.1'", "heading", "allowed: a line of headings"],
     ),
     "an empty file": ({"measured": b""}, ["measured.csv: is empty", "allowed: a line of headings"]),
-    "one value": ({"measured": "angle_deg\n26.1\n"}, ["measured.csv", "at least two values"]),
+    "one value": ({"measured": table_of("26.1")}, ["measured.csv", "at least two values"]),
     "a renamed workbook": (
         {"measured": b"PK\x03\x04", "file": "measured.xlsx"},
         ["measured.xlsx", "no workbook", "allowed: CSV"],
@@ -148,8 +161,27 @@ REFUSED = {
         ["measured.csv: is an old", ".xls", "allowed: CSV"],
     ),
     "a missing column": (
-        {"measured": MEASURED.replace("angle_deg", "angel_deg")},
-        ["measured.csv, line 1", "target.column", "'angle_deg'", "allowed: angel_deg"],
+        {"measured": MEASURED.replace("value", "valeu")},
+        ["measured.csv, line 1", "column value", "is missing", "valeu"],
+    ),
+    "a misspelt quantity": (
+        {"measured": MEASURED.replace("28.4", "28.4").replace("repose,28.4", "reposse,28.4")},
+        ["line 3", "column quantity", "'angle_of_reposse'", "allowed: angle_of_repose, "],
+    ),
+    "a file for each target": (
+        {"config": CONFIG.replace("metric: angle_of_repose_deg", "file: angles.csv")},
+        ["config.yaml, line 5", "target.file", "allowed: a row a reading", "`measurements`"],
+    ),
+    "a mean and its readings": (
+        {
+            "measured": "experiment,quantity,value,unit,sd,n\nheap,angle_of_repose,26,deg,1,5\n"
+            "heap,angle_of_repose,27,deg,,\n"
+        },
+        ["line 3", "repeats the condition of line 2", "each as a row without sd and n"],
+    ),
+    "another setting than is simulated": (
+        {"measured": MEASURED.replace("unit", "unit,particle_diameter_mm").replace("deg", "deg,3")},
+        ["line 2", "particle_diameter_mm", "3", "simulated, 4", "allowed: a row at the setting"],
     ),
     "low and high swapped": (
         {"factors": row(f"A grain_friction {KEY} 0.8 0.2")},

@@ -12,6 +12,7 @@ from calibration.statistics.optimise import solve
 from calibration.statistics.screening import screen, significant
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
+from paper.audit.paper import Paper
 
 TABLES = Path(__file__).parents[2] / "data" / "paper"
 
@@ -95,7 +96,7 @@ def test_validation_of_table_13_against_table_1():
     simulated = table("table13_validation.csv").pivot(
         index="group", columns="replicate", values="angle_deg"
     )
-    measured = table("table01_measured_angle_of_repose.csv")["angle_deg"]
+    measured = Paper(TABLES).angles()["angle_deg"]
     result = compare(simulated.to_numpy(), measured, margin=1.0)
     assert result.simulated_mean == pytest.approx(45.55, abs=0.01)
     assert result.relative_error_percent == pytest.approx(0.6, abs=0.05)

@@ -2,15 +2,13 @@
 within 0.3 degrees."""
 
 import numpy as np
-import pandas as pd
 import pytest
 from PIL import Image
 from scipy import ndimage
 
 from calibration.commands import main
-from calibration.config.measured import read_target
-from calibration.config.schema import Target
 from calibration.errors import CalibrationError
+from calibration.measurements import read_measured
 from calibration.photo import measure_photo
 from dem.measure.heap import fit_flank
 from dem.measure.heap import outline as discs_outline
@@ -122,10 +120,11 @@ def test_the_command_writes_a_table_that_a_study_reads(tmp_path, capsys):
     said = capsys.readouterr().out
     assert "2 values, 2" in said
     assert "mean 27.5" in said
-    target = Target(file=str(out), column="angle_deg")
-    assert read_target(None, target) == pytest.approx([27.0, 28.0], abs=BIAS)
+    table = read_measured(out)
+    (angles,), (heights,) = (table.of("heap", q) for q in ("angle_of_repose", "height"))
+    assert angles.readings == pytest.approx([27.0, 28.0], abs=BIAS)
     wanted = [0.36 * COLUMNS - 0.025 * COLUMNS] * np.tan(np.radians([27.0, 28.0])) / 3.6
-    assert pd.read_csv(out)["height_mm"].to_numpy() == pytest.approx(wanted, rel=0.02)
+    assert heights.readings == pytest.approx(wanted, rel=0.02)
     for n in (0, 1):
         with Image.open(tmp_path / f"{n} ä.fit.png") as shown:
             assert shown.size == (COLUMNS, ROWS)

@@ -192,7 +192,7 @@ def test_the_stage_writes_the_answer(tmp_path, monkeypatch):
     config = SimpleNamespace(
         seed=1,
         experiment="heap",
-        target=SimpleNamespace(metric="angle_of_repose_deg", file="x.csv"),
+        target=SimpleNamespace(metric="angle_of_repose_deg"),
         further_targets=[],
         posterior=PosteriorConfig(draws=60, priors={"second": {"mean": 0.4, "sd": 0.05}}),
     )

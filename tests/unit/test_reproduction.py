@@ -64,7 +64,7 @@ def study(tmp_path):
             (folder / stage).mkdir(parents=True)
         runs.to_csv(folder / "response_surface" / "runs.csv", index=False)
         write_json(folder / "response_surface" / "region.json", region)
-        measured = paper.numbers("table01_measured_angle_of_repose", "angle_deg")["angle_deg"]
+        measured = paper.angles()["angle_deg"]
         found = compare(angles, measured, 1.0).as_dict()
         write_json(folder / "validation" / "validation.json", found)
         return folder

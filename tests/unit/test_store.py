@@ -238,11 +238,8 @@ def study(tmp_path, monkeypatch):
         {
             "name": "meshed",
             "factors": "config/factors.tsv",
-            "target": {
-                "file": "config/measured_angles.csv",
-                "column": "angle_deg",
-                "metric": "angle_of_repose_deg",
-            },
+            "measurements": "data/paper/measurements.csv",
+            "target": {"metric": "angle_of_repose_deg"},
             "run": {"geometry": {"plate_stl": "plate.stl"}},
             "screening": {"design": "table.csv"},
         }

@@ -13,7 +13,9 @@ from statsmodels.stats.weightstats import CompareMeans, DescrStatsW, ttost_ind
 from calibration.chain.validation import sentences
 from calibration.errors import CalibrationError
 from calibration.figures import response_of
+from calibration.statistics.stated import Stated
 from calibration.statistics.validate import compare, variance_components
+from paper.audit.paper import Paper
 
 PAPER = Path(__file__).parents[2] / "data" / "paper"
 
@@ -30,7 +32,7 @@ def simulated():
 
 @pytest.fixture(scope="module")
 def measured():
-    return groups("table01_measured_angle_of_repose.csv")
+    return Paper(PAPER).angles()["angle_deg"].to_numpy().reshape(5, 5)
 
 
 def test_the_papers_means_and_error(simulated, measured):
@@ -62,6 +64,13 @@ def test_equivalent_means_that_the_interval_lies_within_the_margin(simulated, me
     result = compare(simulated, measured, margin)
     inside = -margin < result.equivalence_low and result.equivalence_high < margin
     assert result.equivalent == inside == (result.equivalence_p < 0.05)
+
+
+def test_a_stated_mean_is_compared_as_its_readings_are(simulated, measured):
+    stated = Stated(measured.mean(), measured.std(ddof=1), measured.size)
+    of_readings, of_mean = compare(simulated, measured, 1.0), compare(simulated, stated, 1.0)
+    for name, value in of_readings.as_dict().items():
+        assert of_mean.as_dict()[name] == pytest.approx(value, rel=1e-12), name
 
 
 def test_a_true_difference_is_seen_and_is_not_equivalent(simulated, measured):

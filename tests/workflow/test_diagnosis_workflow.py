@@ -82,7 +82,7 @@ def test_the_shipped_case_runs_through_and_another_one_re_uses_its_runs(clone):
     stamps = {name: path.stat().st_mtime_ns for name, path in results.items() if path.exists()}
     assert len(stamps) > 0.8 * len(trained)
     other = clone / "other.csv"
-    lines = (ROOT / "config/measurements.csv").read_text().splitlines()
+    lines = (ROOT / "data/paper/measurements.csv").read_text().splitlines()
     other.write_text("\n".join(lines[:-1]) + "\n")
     done = snakemake(
         *test_profile, "diagnose", "--config", "measurements=other.csv", "name=other", cwd=clone

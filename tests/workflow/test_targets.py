@@ -83,7 +83,8 @@ def outputs(task, study):
         path = getattr(file, "file", getattr(file, "pattern", file))
         paths[name] = str(study.folder / path)
         if isinstance(file, PerTarget):
-            targets = [t for t in study.config.further_targets if t.file or not file.measured]
+            further = study.config.further_targets
+            targets = [t for t in further if not file.measured or study.is_measured(t)]
             paths[name] = [paths[name].format(t.metric) for t in targets]
     return Files(**paths)
 
@@ -111,17 +112,27 @@ def run_chain(config, count, metrics):
     return {name: run_stage(name, config, count, metrics) for name in chain}
 
 
+def write_measured(measured):
+    """Three readings of each metric."""
+    rows = ["experiment,quantity,value,unit,drop_height_mm"]
+    for metric, mean in measured.items():
+        name, _, unit = metric.rpartition("_")
+        experiment, height = ("drop", 150) if name == "rebound_height" else ("heap", "")
+        values = [mean + shift for shift in (-0.4, 0.0, 0.4)]
+        rows += [f"{experiment},{name},{value},{unit},{height}" for value in values]
+    Path("measured.csv").write_text("\n".join(rows) + "\n")
+
+
 def study(tmp_path, monkeypatch, count, measured, **more):
     monkeypatch.chdir(tmp_path)
     write_factors(Path("factors.tsv"), count)
-    for name, mean in measured.items():
-        values = "\n".join(str(mean + shift) for shift in (-0.4, 0.0, 0.4))
-        Path(f"{name}.csv").write_text(f"value\n{values}\n")
+    write_measured(measured)
     first = next(iter(measured))
     data = {
         "name": "made-up",
         "factors": "factors.tsv",
-        "target": {"file": f"{first}.csv", "column": "value", "metric": first},
+        "measurements": "measured.csv",
+        "target": {"metric": first},
         "run": SMALL,
         "ascent": {"rule": "effects"},
         "response_surface": {"half_width": {"f1": 0.05, "f2": 0.05, "f3": 0.05}},
@@ -174,14 +185,11 @@ def test_a_drop_test_can_be_the_target(tmp_path, monkeypatch):
     assert found["validation"]["simulated_mean"] == pytest.approx(36.0, abs=0.15)
 
 
-FURTHER = {"metric": "height_mm", "file": "height_mm.csv", "low": 8.0, "high": 18.0, "margin": 1.0}
+FURTHER = {"metric": "height_mm", "low": 8.0, "high": 18.0, "margin": 1.0}
 
 
 def both_targets(**further):
-    target = {
-        "file": "angle_of_repose_deg.csv", "column": "value", "metric": "angle_of_repose_deg",
-        "low": 26.0, "high": 46.0,
-    }  # fmt: skip
+    target = {"metric": "angle_of_repose_deg", "low": 26.0, "high": 46.0}
     return {"target": target, "further_targets": [FURTHER | further]}
 
 
@@ -246,17 +254,17 @@ def test_targets_that_exclude_each_other_end_with_a_sentence(tmp_path, monkeypat
     ("change", "words"),
     [
         (
-            {"target": {"metric": "angle", "file": "height_mm.csv", "column": "value"}},
+            {"target": {"metric": "angle"}},
             ["target.metric", "angle_of_repose_deg", "heap"],
         ),
         ({"further_targets": [FURTHER]}, ["target.low", "must be given"]),
         (both_targets(metric="angle_of_repose_deg"), ["further_targets.0.metric", "twice"]),
         (both_targets(goal="best"), ["further_targets.0.goal", "maximise"]),
-        (both_targets(file=None, margin=None), ["further_targets.0.file"]),
+        (both_targets(file="heights.csv"), ["further_targets.0.file", "`measurements`"]),
+        (both_targets(metric="spilled"), ["measured.csv", "quantity spilled"]),
         (both_targets(margin=None), ["further_targets.0.margin"]),
         (both_targets(low=20.0), ["further_targets.0", "below high"]),
         (both_targets(low=14.0), ["further_targets.0", "between 14 and 18"]),
-        (both_targets(column="x"), ["height_mm.csv", "column of height_mm", "value"]),
         (both_targets(wieght=2), ["further_targets.0.wieght", "weight"]),
         ({"experiment": "tilt"}, ["target.metric", "sliding_angle_deg"]),
     ],

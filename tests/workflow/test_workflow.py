@@ -89,13 +89,15 @@ def test_a_cut_off_result_is_missing_and_a_dry_run_says_so(clone, monkeypatch):
 
 
 def test_further_targets_have_files_of_their_own(clone):
-    (clone / "heights.csv").write_text("height_mm\n20\n22\n")
+    rows = (ROOT / "data/paper/measurements.csv").read_text()
+    heights = "".join(f"heap,height,{h},mm,,,,,,\n" for h in (20, 22))
+    (clone / "heights.csv").write_text(rows + heights)
     two = clone / "two.yaml"
     two.write_text(
+        "measurements: heights.csv\n"
         "target: { low: 35, high: 55 }\n"
         "further_targets:\n"
-        "  - { metric: height_mm, file: heights.csv, column: height_mm, low: 10, high: 30, margin: "
-        "2 }\n"
+        "  - { metric: height_mm, low: 10, high: 30, margin: 2 }\n"
         "  - { metric: spilled, goal: minimise, low: 0, high: 2000 }\n"
     )
     files = ("validation/height_mm.svg", "screening/pareto_spilled.svg")

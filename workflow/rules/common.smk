@@ -100,11 +100,7 @@ def inputs_of(task):
     files = {
         "missing": missing(task),
         "factors": SETTINGS.factors if "factors" in task.reads else [],
-        "targets": (
-            [t.file for t in STUDY_OBJECT.targets if t.file]
-            if "target" in task.reads
-            else []
-        ),
+        "measured": SETTINGS.measurements if "measurements" in task.reads else [],
     }
     for name, file in (task.inputs or {}).items():
         if isinstance(file, Runs):
@@ -115,14 +111,17 @@ def inputs_of(task):
 
 
 def missing(task):
-    """Input function without files: refuses a task that lacks a key of the configuration."""
+    """Input function without files: refuses a task that lacks a key of the configuration, or the
+    measured values of the target."""
 
     def check(wildcards):
-        for key in task.needs:
-            try:
+        try:
+            for key in task.needs:
                 given(SETTINGS, key, task.rule)
-            except CalibrationError as error:
-                raise WorkflowError(str(error))
+            if {"target", "measurements"} <= set(task.reads):
+                STUDY_OBJECT.measured()
+        except CalibrationError as error:
+            raise WorkflowError(str(error))
         return []
 
     return check
@@ -135,7 +134,11 @@ def outputs_of(stage, task):
 
 def output_of(stage, file):
     if isinstance(file, PerTarget):
-        targets = [t for t in SETTINGS.further_targets if t.file or not file.measured]
+        targets = [
+            t
+            for t in SETTINGS.further_targets
+            if not file.measured or STUDY_OBJECT.is_measured(t)
+        ]
         return [f"{STUDY}/{file.pattern}".format(t.metric) for t in targets]
     if isinstance(file, Figure):
         caption = f"../report/{file.caption}.rst"

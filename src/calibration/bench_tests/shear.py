@@ -16,15 +16,38 @@ from scipy import stats
 
 from calibration import figures
 from calibration.campaign import read_metric, write_plan
-from calibration.config import bench_run, given, overlay
+from calibration.config import bench_run, given, overlay, read_bench
+from calibration.errors import ConfigError
 from calibration.factors import factor_of
 from calibration.files import write_table
+from calibration.tables import read_written
 from dem.io.files import write_json
 
 KEY = "contacts.particle_particle.static_friction"
 METRICS = {"peak": "shear_stress_kPa", "steady": "steady_shear_stress_kPa"}
 MEASURE = "peak"  # the bench reads the peak of each shear after pre-shear
 GRID = 1001
+LOAD = "normal_stress_kPa"
+DIGITS = 12
+"""Decimals of a measured line: points that were written down from a printed one give it back."""
+
+
+def measured_locus(config):
+    """(slope, intercept [kPa]) of the least-squares line through the measured shear stresses.
+    Raises ConfigError for fewer than two loads."""
+    found = read_bench(config, "shear", METRICS[MEASURE], (LOAD,))
+    loads = [m.levers[LOAD] for m in found]
+    if len(set(loads)) < 2:
+        raise ConfigError(
+            "has one load, through which no yield locus can be drawn",
+            path=config.measurements,
+            line=found[0].line,
+            column=LOAD,
+            value=loads[0],
+            allowed="shear stresses at two normal stresses or more",
+        )
+    line = stats.linregress(loads, [m.value for m in found])
+    return round(float(line.slope), DIGITS), round(float(line.intercept), DIGITS)
 
 
 def plan_shear(study, source, output):
@@ -128,8 +151,8 @@ class SlopeCurve:
 def shear(study, source, output):
     """Yield loci at each friction, the slope over the friction, and what follows for the paper's
     step."""
-    config, runs = study.config, pd.read_csv(source.design)
-    section, factor = config.bench.shear, factor_of(study.factors, KEY).name
+    config, runs = study.config, read_written(source.design)
+    measured, factor = measured_locus(config), factor_of(study.factors, KEY).name
     for name, metric in METRICS.items():
         runs[f"{name}_kPa"] = read_metric(runs["run_id"], metric)
     loci = [
@@ -141,33 +164,31 @@ def shear(study, source, output):
         n: SlopeCurve.fit(runs[factor], runs["normal_stress_kPa"], runs[f"{n}_kPa"])
         for n in METRICS
     }
-    judged = {n: _judge(config, curve, factor) for n, curve in curves.items()}
+    used = config.fixed.get(factor)
+    judged = {n: _judge(curve, used, measured[0]) for n, curve in curves.items()}
     write_table(runs, output.runs)
     drawn = runs.rename(columns={factor: "particle_friction"})
-    figures.save(figures.yield_loci(drawn, loci, curves, MEASURE, section), output.figure)
+    figures.save(figures.yield_loci(drawn, loci, curves, MEASURE, measured), output.figure)
     write_json(
         output.summary,
         {
             "factor": factor,
             "measure": MEASURE,
-            "measured": {
-                "slope": section.measured_slope,
-                "intercept_kPa": section.measured_intercept_kPa,
-            },
+            "measured": {"slope": measured[0], "intercept_kPa": measured[1]},
             "inverse": judged[MEASURE]["inverse"],
             "loci": loci,
             **judged,
-            "sentence": _sentence(config, judged[MEASURE]),
+            "sentence": _sentence(judged[MEASURE], measured[0]),
         },
     )
 
 
-def _judge(config, curve, factor):
-    """The slope at the friction in use, the friction for the measured slope, and whether the
-    paper's step holds."""
-    section, used = config.bench.shear, config.fixed.get(factor, curve.high)
+def _judge(curve, used, measured):
+    """The slope at the friction in use (the highest swept unless given), the friction for the
+    measured slope, and whether the paper's step holds."""
+    used = curve.high if used is None else used
     slope, half = (float(x) for x in curve.at(used))
-    friction, interval = curve.inverse(section.measured_slope)
+    friction, interval = curve.inverse(measured)
     return {
         "particle_friction": used,
         "slope": slope,
@@ -176,13 +197,12 @@ def _judge(config, curve, factor):
         "inverse_interval": interval,
         "swept": [curve.low, curve.high],
         "bulk_slope_equals_particle_friction": bool(abs(slope - used) <= half),
-        "measured_slope_within_interval": bool(abs(slope - section.measured_slope) <= half),
+        "measured_slope_within_interval": bool(abs(slope - measured) <= half),
     }
 
 
-def _sentence(config, found):
+def _sentence(found, measured):
     """What follows for the step from a bulk slope to a particle friction."""
-    measured = config.bench.shear.measured_slope
     low, high = found["slope_interval"]
     text = (
         f"Particle friction {found['particle_friction']:g} gives a yield locus of slope "

@@ -13,10 +13,11 @@ import pandas as pd
 
 from calibration import figures
 from calibration.campaign import read_metric, write_plan
-from calibration.config import bench_run, given, point_spec
-from calibration.errors import CalibrationError
+from calibration.config import bench_run, given, point_spec, read_bench
+from calibration.errors import CalibrationError, ConfigError
 from calibration.factors import factor_of
 from calibration.files import write_table
+from calibration.tables import read_written
 from dem.io.files import write_json
 from dem.spec import parse_spec
 from dem.units import behind, in_ascii, unit_of
@@ -47,6 +48,20 @@ SWEEPS = {
 def swept(study, test):
     """Name of the factor that a test calibrates. Raises ConfigError for a study without it."""
     return factor_of(study.factors, SWEEPS[test].key).name
+
+
+def measured(study, test):
+    """The measured value that a test's sweep is inverted at, of its rig. Raises ConfigError for
+    none, or for several."""
+    found = read_bench(study.config, test, SWEEPS[test].metric)
+    if len(found) > 1:
+        raise ConfigError(
+            f"holds several conditions that the bench test {test} is at",
+            path=study.config.measurements,
+            value=", ".join(f"line {m.line}" for m in found),
+            allowed="one; levers tell them apart",
+        )
+    return found[0].value
 
 
 def rig(study, test):
@@ -81,14 +96,14 @@ def inverse_of(coefficients, target, low, high):
 def fit_sweep(study, test, design_file):
     """Runs with their `response`, coefficients of the quadratic (highest power first), its R2, and
     the level that gives the measured value. Raises CalibrationError where no swept level does."""
-    sweep, section = SWEEPS[test], getattr(study.config.bench, test)
-    runs = pd.read_csv(design_file)
+    sweep = SWEEPS[test]
+    runs = read_written(design_file)
     runs["response"] = read_metric(runs["run_id"], sweep.metric)
     x, y = runs[swept(study, test)].to_numpy(float), runs["response"].to_numpy(float)
     coefficients = np.polyfit(x, y, 2)
     residual = y - np.polyval(coefficients, x)
     r2 = 1.0 - float(residual @ residual) / float(((y - y.mean()) ** 2).sum())
-    return runs, coefficients, r2, inverse_of(coefficients, section.measured, x.min(), x.max())
+    return runs, coefficients, r2, inverse_of(coefficients, measured(study, test), x.min(), x.max())
 
 
 def plan_confirmation(study, test, sweep_file, output):
@@ -102,24 +117,22 @@ def plan_confirmation(study, test, sweep_file, output):
 def analyse_sweep(study, test, source, output):
     """Fit, inverse, confirmation, and the closed form beside them."""
     config, sweep, factor = study.config, SWEEPS[test], swept(study, test)
-    section = getattr(config.bench, test)
+    value = measured(study, test)
     runs, coefficients, r2, level = fit_sweep(study, test, source.sweep)
     runs["response_sd"] = read_metric(runs["run_id"], sweep.spread)
     spec = parse_spec(point_spec(rig(study, test), test, {}, config.seed))
     runs["repeats"] = getattr(spec.geometry, sweep.repeats)
-    confirm = pd.read_csv(source.confirmation)
+    confirm = read_written(source.confirmation)
     confirmed = np.array(read_metric(confirm["run_id"], sweep.metric))
     write_table(runs, output.runs)
     axis = figures.response_of(sweep.metric).axis
-    figure = figures.sweep(
-        runs[factor], runs["response"], coefficients, level, section.measured, factor, axis
-    )
+    figure = figures.sweep(runs[factor], runs["response"], coefficients, level, value, factor, axis)
     figures.save(figure, output.figure)
     write_json(
         output.summary,
         {
             "factor": factor,
-            "measured": section.measured,
+            "measured": value,
             "unit": in_ascii(unit_of(sweep.metric)),
             "quadratic": [float(c) for c in coefficients],
             "R2": r2,
@@ -127,10 +140,8 @@ def analyse_sweep(study, test, source, output):
             "confirmed_n": len(confirmed),
             "confirmed_mean": float(confirmed.mean()),
             "confirmed_sd": float(confirmed.std(ddof=1)) if len(confirmed) > 1 else 0.0,
-            "relative_error_percent": 100.0
-            * abs(float(confirmed.mean()) - section.measured)
-            / section.measured,
-            "closed_form": closed_form(test, section.measured, spec.geometry),
+            "relative_error_percent": 100.0 * abs(float(confirmed.mean()) - value) / value,
+            "closed_form": closed_form(test, value, spec.geometry),
             "closed_form_of": "tan(angle)" if test == "tilt" else "sqrt(rebound / drop height)",
         },
     )

@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import pandas as pd
-
 from calibration import figures
 from calibration.campaign import plan, write_plan
 from calibration.chain.files import load
@@ -18,6 +16,7 @@ from calibration.responses import (
     without_response,
 )
 from calibration.statistics.design import path_from_effects, steepest_path
+from calibration.tables import read_written
 from dem.io.files import write_json
 
 
@@ -46,7 +45,7 @@ def analyse_ascent(config, design_file, output):
     """The path's results and the point nearest to what is wanted, which becomes the region's
     centre."""
     factors = read_factors(config.factors)
-    every = with_responses(pd.read_csv(design_file), config)
+    every = with_responses(read_written(design_file), config)
     runs = judge(with_value(every, "response"), config)
     target = float(read_target(config).mean())
     best = nearest(runs)

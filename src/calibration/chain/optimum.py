@@ -18,6 +18,7 @@ from calibration.responses import columns, with_responses, with_value
 from calibration.statistics.composite import surface_design
 from calibration.statistics.optimise import compromise, solve
 from calibration.statistics.surface import fit_surface, outliers, parameter_interval
+from calibration.tables import read_written
 from dem.io.files import write_json
 
 OUTLIER_REPEATS = 2
@@ -50,8 +51,8 @@ def plan_candidate(study, source, output):
 def augmented_runs(config, runs_file, region, candidate_file):
     """The response surface's runs with those at the candidate added, in the same columns and in the
     levels of `region`; of a region that moved, those that lie in it."""
-    candidate = with_responses(pd.read_csv(candidate_file), config)
-    runs = pd.concat([pd.read_csv(runs_file), candidate], ignore_index=True)
+    candidate = with_responses(read_written(candidate_file), config)
+    runs = pd.concat([read_written(runs_file), candidate], ignore_index=True)
     for f in region:
         runs[f.code] = f.coded(runs[f.name])
     inside = (runs[[f.code for f in region]].abs() <= 1.0 + 1e-6).all(axis=1)
@@ -68,7 +69,7 @@ def _optimise(config, runs_file, region_file, output, candidate_file=None):
     if candidate_file:
         runs = augmented_runs(config, runs_file, region, candidate_file)
     else:
-        runs = pd.read_csv(runs_file)
+        runs = read_written(runs_file)
     used = {c: with_value(runs, c) for c in columns(config)}
     surfaces = [fit_surface(used[c], codes, used[c][c]) for c in columns(config)]
     if config.further_targets:

@@ -6,7 +6,7 @@ import pandas as pd
 
 from calibration.campaign import read_metric
 from calibration.chain.files import read_region
-from calibration.config import read_target
+from calibration.config import is_measured, read_target
 from calibration.errors import CalibrationError
 from calibration.files import write_table
 from calibration.posterior import (
@@ -18,6 +18,7 @@ from calibration.posterior import (
     sobol_indices,
 )
 from calibration.responses import columns, with_responses
+from calibration.tables import read_written
 from dem.experiments import experiments
 from dem.io.files import write_json
 
@@ -39,7 +40,7 @@ def analyse_posterior(config, design_files, optimum_file, output):
     region = read_region(optimum_file)
     runs = _runs(config, region, design_files)
     u = _unit(region, runs)
-    targets = [config.target, *(t for t in config.further_targets if t.file)]
+    targets = [config.target, *(t for t in config.further_targets if is_measured(config, t))]
     measured = [_measured(config, target, runs, u) for target in targets]
     posterior = sample(measured, _prior(config, region), config.seed)
     draws = _natural(region, posterior.draws)
@@ -78,7 +79,7 @@ def analyse_posterior(config, design_files, optimum_file, output):
 def _runs(config, region, design_files):
     """Runs of all designs that hold the region's factors near it and have a response, each once."""
     names = [f.name for f in region]
-    tables = [with_responses(pd.read_csv(file), config) for file in design_files]
+    tables = [with_responses(read_written(file), config) for file in design_files]
     wanted = [*names, "run_id", *columns(config)]
     runs = pd.concat([t[wanted] for t in tables if set(names) <= set(t)], ignore_index=True)
     runs = runs.drop_duplicates("run_id").dropna(subset=["response"])

@@ -3,8 +3,6 @@
 from dataclasses import replace
 from pathlib import Path
 
-import pandas as pd
-
 from calibration import figures
 from calibration.campaign import plan, write_plan
 from calibration.chain.files import further_files, load, read_region
@@ -14,6 +12,7 @@ from calibration.physical import inside, physical_range
 from calibration.responses import with_responses, with_value, without_response
 from calibration.statistics.composite import surface_design
 from calibration.statistics.surface import fit_surface, outlier_limit, outliers, reduced_surface
+from calibration.tables import read_written
 from dem.io.files import write_json
 
 
@@ -51,7 +50,7 @@ def analyse_response_surface(config, design_file, region_file, output):
     named; runs beyond the outlier limit are named, and the fit without them stands beside the one
     of all."""
     region = read_region(region_file)
-    every = with_responses(pd.read_csv(design_file), config)
+    every = with_responses(read_written(design_file), config)
     runs = with_value(every, "response")
     surface = fit_surface(runs, [f.code for f in region], runs["response"])
     write_table(every, output.runs)

@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import pandas as pd
-
 from calibration import figures
 from calibration.campaign import plan, write_plan
 from calibration.chain.files import further_files
@@ -18,6 +16,7 @@ from calibration.responses import (
 )
 from calibration.statistics.screening import screen, significant, why
 from calibration.statistics.screening_design import screening_design
+from calibration.tables import read_written
 from dem.io.files import write_json
 
 
@@ -37,7 +36,7 @@ def analyse_screening(config, design_file, output):
     decide, and the effects of both halves together stand beside them.
     """
     factors = read_factors(config.factors)
-    every = with_responses(pd.read_csv(design_file), config)
+    every = with_responses(read_written(design_file), config)
     rules = config.screening
     runs = every[every["fold"] == 1] if rules.foldover and rules.design else every
     screened = _screened(config, factors, runs)

@@ -8,10 +8,11 @@ import pandas as pd
 from calibration import figures
 from calibration.campaign import plan, write_plan
 from calibration.chain.files import load
-from calibration.config import read_target
+from calibration.config import is_measured, read_target
 from calibration.files import write_table
 from calibration.responses import with_responses, without_response
 from calibration.statistics.validate import compare
+from calibration.tables import read_written
 from dem.io.files import write_json
 
 
@@ -33,19 +34,19 @@ def plan_validation(study, source, output):
 def analyse_validation(config, design_file, output):
     """Compare the replicates with the measurement, and with the further ones where there are
     any."""
-    runs = with_responses(pd.read_csv(design_file), config)
+    runs = with_responses(read_written(design_file), config)
     rules = config.validation
     write_table(runs, output.runs)
     groups = _groups(runs, "response")
     found = _compare(groups, config, config.target, rules.margin, output.figure)
     found["left_out"] = without_response(runs)
     found["group_means"] = [float(v) for v in groups.mean(axis=1)]
-    measured = [t for t in config.further_targets if t.file]
+    measured = [t for t in config.further_targets if is_measured(config, t)]
     drawn = dict(zip([t.metric for t in measured], output.get("further_figures", []), strict=True))
     if config.further_targets:
         found["further"] = {
             t.metric: _compare(_groups(runs, t.metric), config, t, t.margin, drawn[t.metric])
-            if t.file
+            if t in measured
             else _summary(_groups(runs, t.metric))
             for t in config.further_targets
         }

@@ -1,7 +1,13 @@
 """The configuration of a study: schema, checks, its measured values and the run specs that it
 describes."""
 
-from calibration.config.measured import goals, read_back, read_target
+from calibration.config.measured import (
+    goals,
+    is_measured,
+    read_back,
+    read_bench,
+    read_target,
+)
 from calibration.config.parse import given, parse_config, stands_alone
 from calibration.config.schema import METRICS, Config, section_of
 from calibration.config.specs import bench_run, overlay, point_spec
@@ -12,10 +18,12 @@ __all__ = [
     "bench_run",
     "given",
     "goals",
+    "is_measured",
     "overlay",
     "parse_config",
     "point_spec",
     "read_back",
+    "read_bench",
     "read_target",
     "section_of",
     "stands_alone",

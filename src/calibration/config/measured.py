@@ -1,43 +1,60 @@
 """What a study is calibrated to: its measured values and what is asked of each response."""
 
-import numpy as np
-
+from calibration.config.specs import bench_run, point_spec
 from calibration.errors import CalibrationError, ConfigError
-from calibration.plausible import plausible_numbers
+from calibration.matching import agreeing, sample
+from calibration.measurements import read_measured
+from calibration.quantities import quantity_name
 from calibration.statistics.goals import Goal
-from calibration.tables import read_table, summary
+from calibration.statistics.stated import Stated
+from calibration.tables import summary
+from dem.spec import parse_spec
 from dem.units import behind, unit_of
 
 
 def read_target(config, target=None):
-    """(n,) measured values of `target`, of the main one unless given, in the metric's unit. Raises
-    ConfigError."""
-    target = target or config.target
-    table = read_table(target.file)
-    if target.column not in table.header:
-        raise ConfigError(
-            "no such column",
-            path=table.path,
-            line=table.header_line,
-            key="target.column" if target is config.target else f"column of {target.metric}",
-            value=target.column,
-            allowed=", ".join(table.header),
-        )
-    values = plausible_numbers(table, target.column, target.metric)
-    if len(values) < 2:
-        raise ConfigError("needs at least two values to have a spread", path=table.path)
-    return np.array(values)
+    """(n,) readings of `target`, of the main one unless given, in the metric's unit; a `Stated`
+    mean where the table holds nothing else. Raises ConfigError."""
+    return _sample(config, read_measured(config.measurements), target or config.target)
+
+
+def _sample(config, table, target):
+    spec = parse_spec(point_spec(config.run, config.experiment, {}, 1))
+    found = agreeing(table, config.experiment, quantity_name(target.metric), spec)
+    return sample(found, table.path)
+
+
+def is_measured(config, target):
+    """Whether the table of measurements holds the quantity of a target. Raises ConfigError."""
+    table = read_measured(config.measurements)
+    return bool(table.of(config.experiment, quantity_name(target.metric)))
+
+
+def read_bench(config, test, metric, but=()):
+    """The measured conditions of a metric that the rig of a bench test is at; levers in `but` are
+    swept. Raises ConfigError."""
+    run = bench_run(config, getattr(config.bench, test).run)
+    table, spec = read_measured(config.measurements), parse_spec(point_spec(run, test, {}, 1))
+    return agreeing(table, test, quantity_name(metric), spec, but)
 
 
 def read_back(config):
-    """A sentence for each table of measured values: what was read from it. Raises ConfigError."""
-    found = []
+    """A sentence for each measured target: what was read of it. Raises ConfigError."""
+    table, found = read_measured(config.measurements), []
     for target in (config.target, *config.further_targets):
-        if target.file is not None:
-            how, unit = read_table(target.file).how, behind(unit_of(target.metric))
-            text = summary(read_target(config, target), unit, how)
-            found.append(f"{target.file}, {target.column}: {text}")
+        name = quantity_name(target.metric)
+        if table.of(config.experiment, name):
+            unit = behind(unit_of(target.metric))
+            values = _sample(config, table, target)
+            found.append(f"{table.path}, {name}: {_said(values, unit, table.how)}")
     return found
+
+
+def _said(values, unit, how):
+    if not isinstance(values, Stated):
+        return summary(values, unit, how)
+    said = f"{values.value:g}{unit} ± {values.sd:.2g}{unit} (sd), mean of {values.n} values"
+    return f"{said} ({how})"
 
 
 def goals(config, file="config"):

@@ -4,7 +4,7 @@ what is allowed."""
 from pydantic import ValidationError
 
 from calibration import engines
-from calibration.config.measured import goals, read_target
+from calibration.config.measured import goals, is_measured, read_target
 from calibration.config.schema import METRICS, Config, FurtherTarget, section_of
 from calibration.config.specs import bench_run, point_spec
 from calibration.errors import ConfigError
@@ -13,6 +13,16 @@ from calibration.plausible import check_plausible, in_key_units
 from dem.errors import SpecError
 from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
+
+_ROW = "a row a reading in the file that `measurements` names: experiment, quantity, value, unit"
+MOVED = {
+    "file": _ROW,
+    "column": _ROW,
+    "measured": _ROW,
+    "measured_slope": f"{_ROW}, normal_stress_kPa; the slope is that of the line through them",
+    "measured_intercept_kPa": f"{_ROW}, normal_stress_kPa; it is that of the line through them",
+}
+"""Keys that held measured values before there was one table, and what to write in their place."""
 
 
 def parse_config(data, file="configuration", files=(), stages=None):
@@ -100,6 +110,7 @@ def _parse(data, file):
     try:
         config = Config.model_validate(data)
     except ValidationError as error:
+        _refuse_moved(error.errors(), file)
         first = error.errors()[0]
         key = ".".join(str(p) for p in first["loc"])
         if first["type"] == "missing":
@@ -138,11 +149,22 @@ def _parse(data, file):
             value=config.optimise.point,
             allowed="a level for one factor or more, or no point with another rule",
         )
-    _check_targets(config, file)
+    _check_metrics(config, file)
     _check_bench(config, file)
     config = _with_engine(config, file)
     _check_run(config, factors, file)
+    _check_measured(config, file)
     return config
+
+
+def _refuse_moved(errors, file):
+    """Raise ConfigError for the first key that once held measured values."""
+    for error in errors:
+        *_, last = error["loc"]
+        if error["type"] == "extra_forbidden" and last in MOVED:
+            key = ".".join(str(p) for p in error["loc"])
+            reason = "stands in the table of measurements"
+            raise ConfigError(reason, path=file, key=key, allowed=MOVED[last])
 
 
 def _section(loc):
@@ -164,8 +186,8 @@ def _known_keys(loc):
     return "one of the keys " + ", ".join(_section(loc).model_fields)
 
 
-def _check_targets(config, file):
-    """Metrics exist and differ, measured values can be read, and goals make sense."""
+def _check_metrics(config, file):
+    """Metrics exist and differ."""
     metrics = [t.metric for t in (config.target, *config.further_targets)]
     for n, metric in enumerate(metrics):
         key = "target.metric" if n == 0 else f"further_targets.{n - 1}.metric"
@@ -178,18 +200,20 @@ def _check_targets(config, file):
             )
         if metric in metrics[:n]:
             raise ConfigError("stands twice", path=file, key=key, value=metric)
-    read_target(config)
-    for n, target in enumerate(config.further_targets):
-        key = f"further_targets.{n}"
-        if target.file is None and target.goal == "target":
+
+
+def _check_measured(config, file):
+    """Measured values can be read, and goals make sense. A target that was not measured is refused
+    by the stages that use it: a study may have a table for its diagnosis alone."""
+    for n, target in enumerate((config.target, *config.further_targets)):
+        if not is_measured(config, target):
+            continue
+        read_target(config, target)
+        if n and target.margin is None:
             raise ConfigError(
-                "must be given", path=file, key=f"{key}.file", allowed="a table of measured values"
-            )
-        if target.file is not None and target.margin is None:
-            raise ConfigError(
-                "must be given with a file",
+                f"must be given, as {target.metric} was measured",
                 path=file,
-                key=f"{key}.margin",
+                key=f"further_targets.{n - 1}.margin",
                 allowed="a difference that does not matter, in the metric's unit",
             )
     if config.further_targets:

@@ -54,10 +54,9 @@ METRICS = {name: e.targets for name, e in experiments().items()}
 class Target(_Part):
     """What the model is calibrated to."""
 
-    file: str = Field(description="table of measured values, with a header")
-    column: str = Field(description="column of the table")
     metric: str = Field(
-        "angle_of_repose_deg", description="metric of a run that is compared with it"
+        "angle_of_repose_deg",
+        description="metric of a run that is compared with the measured values of its name",
     )
     low: float | None = Field(
         None, description="value at which the desirability is 0; needed where there are several"
@@ -75,10 +74,6 @@ class Target(_Part):
 class FurtherTarget(Target):
     """A second or third response that counts beside the target."""
 
-    file: str | None = Field(
-        None, description="table of measured values, for the goal `target` and the validation"
-    )
-    column: str = Field("value", description="column of the table")
     metric: str = Field(description="metric of a run")
     goal: Literal[GOALS] = Field(
         "target",
@@ -87,7 +82,7 @@ class FurtherTarget(Target):
     low: float = Field(description="desirability 0 here, or 1 with the goal `minimise`")
     high: float = Field(description="desirability 0 here, or 1 with the goal `maximise`")
     margin: Positive | None = Field(
-        None, description="difference that does not matter; needed with a file"
+        None, description="difference that does not matter; needed where it was measured"
     )
 
 
@@ -196,7 +191,6 @@ class ValidationConfig(_Part):
 class SweepConfig(_Part):
     """A bench test that calibrates one factor by a sweep."""
 
-    measured: float = Field(gt=0, description="measured value")
     levels: list[Positive] = Field(min_length=4, description="levels of the factor")
     confirmations: int = Field(5, ge=1, le=50, description="runs at the inverse")
     run: dict = Field({}, description="grains, geometry and numerics of the test")
@@ -211,8 +205,6 @@ class ShearConfig(_Part):
     fixed: dict[str, float] = Field(
         {}, description="factor name: its level in the shear cell, in place of the study's"
     )
-    measured_slope: float = Field(gt=0, description="slope of the measured yield locus")
-    measured_intercept_kPa: float = Field(ge=0, description="its intercept")
     run: dict = Field({}, description="grains, geometry and numerics of the test")
 
 
@@ -281,16 +273,6 @@ class PosteriorConfig(_Part):
     )
 
 
-class ReproductionConfig(_Part):
-    """The table that sets this project's values beside the paper's."""
-
-    beside: list[str] = Field(
-        [],
-        description="names of further studies; one of the paper's own factors is compared point by "
-        "point",
-    )
-
-
 class PublishedConfig(_Part):
     """Values printed elsewhere, which calibrated.yaml sets beside this study's."""
 
@@ -324,15 +306,15 @@ class Config(_Part):
     experiment: Literal[tuple(METRICS)] = Field(
         "heap", description="virtual experiment whose metrics are calibrated"
     )
+    measurements: str = Field(
+        description="table of all that was measured: experiment, quantity, value, unit, levers ..."
+    )
     target: Target
     further_targets: list[FurtherTarget] = Field(
         [], description="further responses; the optimum is then the most desirable point"
     )
     supplements: list[str] = Field(
         [], description="stages that the report waits for beside the chain: tilt, drop, shear ..."
-    )
-    measurements: str | None = Field(
-        None, description="table of measured conditions; the diagnosis needs it"
     )
     fixed: dict[str, float] = Field({}, description="factor name: level while it is not varied")
     fixed_from: Literal["config", "bench"] = Field(
@@ -357,7 +339,6 @@ class Config(_Part):
     optimise: OptimiseConfig = OptimiseConfig()
     bench: BenchConfig = BenchConfig()
     scaling: ScalingConfig | None = Field(None, description="the stage `scaling` needs it")
-    reproduction: ReproductionConfig = ReproductionConfig()
     validation: ValidationConfig = ValidationConfig()
     posterior: PosteriorConfig = PosteriorConfig()
     published: PublishedConfig = PublishedConfig()

@@ -8,13 +8,13 @@ listed; what is
 not a number is an error by line.
 """
 
-import csv
-import math
 from pathlib import Path
 
 from pydantic import Field
 
 from calibration.engines import Engine, EngineError, Settings
+from calibration.errors import ConfigError
+from calibration.tables import read_table
 
 
 class TableSettings(Settings):
@@ -43,7 +43,8 @@ def simulate(spec, folder, entry):
 
 def read_row(path, run_id):
     """{metric: value} of one run in the table of responses. Raises EngineError."""
-    rows = [(line, row) for line, row in _rows(path) if row["run_id"] == run_id]
+    table = _table(path)
+    rows = [(line, row) for line, row in table.rows if row["run_id"] == run_id]
     if not rows:
         raise EngineError(f"{path} has no row for the run {run_id} yet")
     if len(rows) > 1:
@@ -51,31 +52,28 @@ def read_row(path, run_id):
         raise EngineError(f"{path}: the run {run_id} stands in several lines: {lines}")
     line, row = rows[0]
     return {
-        name: _number(path, line, name, text)
+        name: _number(table, line, name, text)
         for name, text in row.items()
-        if name != "run_id" and text not in (None, "")
+        if name != "run_id" and text != ""
     }
 
 
-def _rows(path):
+def _table(path):
+    if not Path(path).is_file():
+        raise EngineError(f"{path}: there is no such file; write the responses there")
     try:
-        with open(path, newline="", encoding="utf-8-sig") as stream:
-            reader = csv.DictReader(stream)
-            if "run_id" not in (reader.fieldnames or ()):
-                raise EngineError(f"{path}, line 1: needs a column run_id")
-            return [(reader.line_num, row) for row in reader]
-    except OSError as error:
-        raise EngineError(f"{path}: {error.strerror}; write the responses there") from None
+        table = read_table(path)
+        table.require("run_id")
+    except ConfigError as error:
+        raise EngineError(str(error)) from None
+    return table
 
 
-def _number(path, line, name, text):
+def _number(table, line, name, text):
     try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise EngineError(f"{path}, line {line}, {name}: {text!r} is not a number")
-    return value
+        return table.number(line, name, text)
+    except ConfigError as error:
+        raise EngineError(str(error)) from None
 
 
 def changed(result, name):

@@ -1,12 +1,10 @@
 """calibrated.yaml: every parameter of the calibrated model with its unit and where it came from."""
 
-import csv
-from pathlib import Path
-
 import numpy as np
 import yaml
 
 from calibration.statistics.surface import parameter_interval
+from calibration.tables import read_table
 from dem.spec import RunSpec
 from dem.units import in_ascii, unit_of
 
@@ -50,8 +48,7 @@ def published_values(tables):
     """{name: (value, where)} of the numbers that the configuration's `published.tables` print."""
     values = {}
     for path, where in tables.items():
-        lines = [x for x in Path(path).read_text().splitlines() if x and not x.startswith("#")]
-        for row in csv.DictReader(lines):
+        for _, row in read_table(path).rows:
             try:
                 value = float(row["value"]) * (1e6 if row["unit"] == "MPa" else 1.0)
             except ValueError:

@@ -35,6 +35,7 @@ import pandas as pd
 from calibration.campaign import read_metric, run_id, write_plan
 from calibration.config import overlay, point_spec
 from calibration.statistics.validate import compare
+from calibration.tables import read_written
 from dem.errors import SpecError
 from dem.spec import parse_spec
 
@@ -175,7 +176,7 @@ def plan_scan(spec, output):
 
 def read_scan(design_file, metric):
     """The design table with the runs' angles in `response`."""
-    design = pd.read_csv(design_file)
+    design = read_written(design_file)
     return design.assign(response=read_metric(design["run_id"], metric))
 
 

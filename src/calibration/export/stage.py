@@ -3,8 +3,6 @@
 import json
 from pathlib import Path
 
-import pandas as pd
-
 from calibration.chain.files import read_region
 from calibration.chain.optimum import augmented_runs
 from calibration.export import edem, lammps, liggghts, mercurydpm, yade
@@ -27,6 +25,7 @@ from calibration.export.rolling import (
 )
 from calibration.files import replacing
 from calibration.statistics.surface import fit_surface
+from calibration.tables import read_written
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 from dem.spec import parse_spec
@@ -69,7 +68,7 @@ def export_rolling(study, source, output):
         parse_spec(_spec(study, source.optimum)),
         read_scan(source.scan, metric),
         read_scan(source.confirmation, metric),
-        pd.read_csv(source.validation)["response"],
+        read_written(source.validation)["response"],
         config.validation.margin,
         in_ascii(unit_of(metric)),
     )
@@ -117,7 +116,7 @@ def summary(study, optimum, validation, surface, region, bench):
         "target": {
             "metric": metric,
             "unit": in_ascii(unit_of(metric)),
-            "file": config.target.file,
+            "file": config.measurements,
             "measured_mean": validation["measured_mean"],
             "measured_sd": validation["measured_sd"],
             "measured_n": validation["measured_n"],

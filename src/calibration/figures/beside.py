@@ -23,11 +23,12 @@ def sweep(levels, response, coefficients, inverse, measured, factor, axis):
     return figure
 
 
-def yield_loci(runs, loci, curves, measure, section):
+def yield_loci(runs, loci, curves, measure, measured):
     """Yield loci at each particle friction, and the slope over the friction with its interval,
     beside the measured.
 
-    runs: columns particle_friction, normal_stress_kPa and, for each measure, <measure>_kPa.
+    runs: columns particle_friction, normal_stress_kPa and, for each measure, <measure>_kPa;
+    measured: slope and intercept [kPa].
     """
     figure, (left, right) = subplots(1, 2, (9.6, 4.2))
     end = 1.05 * runs["normal_stress_kPa"].max()
@@ -40,7 +41,7 @@ def yield_loci(runs, loci, curves, measure, section):
         left.scatter(
             points["normal_stress_kPa"], points[f"{measure}_kPa"], color=drawn.get_color(), s=18
         )
-    slope, intercept = section.measured_slope, section.measured_intercept_kPa
+    slope, intercept = measured
     text = f"measured: {slope:g} x {intercept:+g}"
     left.plot(x, slope * x + intercept, color="black", ls="--", label=text)
     left.set(

@@ -4,17 +4,22 @@ import numpy as np
 
 from calibration.figures.labels import ANGLE
 from calibration.figures.style import BLUE, ORANGE, subplots
+from calibration.statistics.stated import Stated
 
 
 def validation(groups, measured, result, response=ANGLE):
-    """Replicates by group beside the measurement, with means and the equivalence margin."""
+    """Replicates by group beside the measurement, with means and the equivalence margin; measured:
+    readings (n,), or a `Stated` mean, which is drawn with its standard deviation."""
     figure, ax = subplots()
     for g, values in enumerate(groups):
         ax.scatter(np.full(len(values), g + 1), values, color=BLUE, alpha=0.7)
         ax.hlines(values.mean(), g + 0.75, g + 1.25, color=BLUE, lw=2)
     place = len(groups) + 1.5
-    jitter = np.linspace(-0.2, 0.2, len(measured))
-    ax.scatter(place + jitter, measured, color=ORANGE, alpha=0.7)
+    if isinstance(measured, Stated):
+        ax.errorbar([place], [measured.mean()], [measured.std()], color=ORANGE, alpha=0.7)
+    else:
+        jitter = np.linspace(-0.2, 0.2, len(measured))
+        ax.scatter(place + jitter, measured, color=ORANGE, alpha=0.7)
     ax.hlines(measured.mean(), place - 0.35, place + 0.35, color=ORANGE, lw=2)
     ax.axhspan(
         measured.mean() - result.margin,

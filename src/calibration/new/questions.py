@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from calibration.errors import CalibrationError
+from calibration.measurements import read_measured
 from calibration.new.heap import Heap
 from calibration.new.ranges import factors_of, materials
 from calibration.tables import read_table, summary
@@ -115,6 +116,12 @@ def _of_table(path):
     from calibration.plausible import plausible_numbers
 
     table = read_table(path)
+    if "quantity" in table.header:
+        found = read_measured(path).of("heap", "angle_of_repose")
+        if not found or not all(m.readings for m in found):
+            allowed = "rows of heap, angle_of_repose without sd and n"
+            raise CalibrationError(f"{path}: holds no angles; allowed: {allowed}")
+        return [value for m in found for value in m.readings]
     columns = [h for h in table.header if "ang" in h.lower() or table.units.get(h) in ("°", "deg")]
     columns = columns or list(table.header)
     if len(columns) != 1:

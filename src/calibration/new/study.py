@@ -9,13 +9,15 @@ import yaml
 from calibration.config import parse_config
 from calibration.errors import CalibrationError
 from calibration.factors import COLUMNS
-from calibration.files import replacing
+from calibration.files import replacing, write_table
+from calibration.measurements import readings_table
 from calibration.new.heap import FREE_FLOW, MOST
 
 LAWS = {"rolling": "elastic_plastic", "torsion": "marshall"}
 """Laws of a new material. The engine's default is EDEM's own-spin torque, which holds a heap at
 rest and
 brakes grains that turn together."""
+MEASURED = "measured.csv"
 CLOGS = 3.0  # grains across an orifice that none pass for long
 _REFUSED = re.compile(r"[^\w\s.,()+/-]|\s\s|^\s|\s$|[\n\t]")
 
@@ -61,7 +63,8 @@ def write_study(folder, values, heap, factors, sizes=None):
     text = _configuration(folder, name, simulated, factors, sizes)
     folder.mkdir(parents=True)
     try:
-        _write(folder / "measured.csv", "angle_deg\n" + "".join(f"{v:g}\n" for v in values))
+        given = [f"{v:g}" for v in values]
+        write_table(readings_table("heap", "angle_of_repose", given, "deg"), folder / MEASURED)
         write_factors(folder / "factors.tsv", factors)
         _write(folder / "config.yaml", text)
         parse_config(yaml.safe_load(text), files=[folder / "config.yaml"])
@@ -129,10 +132,8 @@ def _configuration(folder, name, heap, factors, sizes):
 name: {name}
 factors: {quoted(folder / "factors.tsv")}
 
-target: # the measured angles
-  file: {quoted(folder / "measured.csv")}
-  column: angle_deg
-  metric: angle_of_repose_deg
+measurements: {quoted(folder / MEASURED)} # all that was measured
+target: {{ metric: angle_of_repose_deg }}
 
 fixed: # a factor's level while it is not varied: the middle of its range
 {fixed}

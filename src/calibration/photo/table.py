@@ -5,6 +5,7 @@ import pandas as pd
 
 from calibration.errors import CalibrationError
 from calibration.files import write_table
+from calibration.measurements import readings_table
 from calibration.photo.measure import measure_photo
 from calibration.photo.show import draw_fit
 from calibration.tables import summary
@@ -20,7 +21,7 @@ def measure_photos(paths, out=None, scale=None, shown=None):
     if out is not None and out.exists():
         raise CalibrationError(f"{out}: exists already")
     per_pixel = _mm_per_pixel(scale) if scale else None
-    photos, lines, rows = [measure_photo(p) for p in paths], [], []
+    photos, lines, heights = [measure_photo(p) for p in paths], [], []
     for photo in photos:
         fit = (shown or photo.path.parent) / f"{photo.path.stem}.fit.png"
         draw_fit(photo, fit)
@@ -30,22 +31,23 @@ def measure_photos(paths, out=None, scale=None, shown=None):
             f"{photo.path.name}: {photo.angle_deg:.2f}° (left {photo.left_deg:.2f}°, right "
             f"{photo.right_deg:.2f}°, camera tilted by {photo.tilt_deg:.1f}°{tall}); see {fit}"
         )
-        rows.append(_row(photo, height))
+        heights.append(height)
     lines.append(summary([p.angle_deg for p in photos], "°"))
     if out is not None:
-        write_table(pd.DataFrame(rows).dropna(axis=1), out)
-        lines.append(f"wrote {out}; target: {{ file: {out}, column: angle_deg }}")
+        write_table(_table(photos, heights), out)
+        lines.append(f"wrote {out}; in a configuration: measurements: {out}")
     return lines
 
 
-def _row(photo, height):
-    return {
-        "photo": photo.path.name,
-        "angle_deg": round(photo.angle_deg, 3),
-        "left_deg": round(photo.left_deg, 3),
-        "right_deg": round(photo.right_deg, 3),
-        "height_mm": None if height is None else round(height, 3),
-    }
+def _table(photos, heights):
+    """The angles, and the heights where they are known, as a table of measurements."""
+    notes = [f"{p.path.name}: left {p.left_deg:.3f}, right {p.right_deg:.3f}" for p in photos]
+    angles = [round(p.angle_deg, 3) for p in photos]
+    table = readings_table("heap", "angle_of_repose", angles, "deg", notes)
+    if None in heights:
+        return table
+    tall = readings_table("heap", "height", [round(h, 3) for h in heights], "mm", notes)
+    return pd.concat([table, tall], ignore_index=True)
 
 
 def _mm_per_pixel(scale):

@@ -7,9 +7,9 @@ import re
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from calibration.figures import label
+from calibration.tables import read_written
 
 CAPTIONS = Path("workflow/report")
 TYPES = {
@@ -82,7 +82,7 @@ def table(path, title, first=None, rows=SHOWN_ROWS, unshown=()):
     first: (column, value) of rows that come first; rows: the most that are shown; unshown: columns
     that are only in the download, as are the runs' names and the experiment where there is but one.
     """
-    frame = pd.read_csv(path)
+    frame = read_written(path)
     if first and first[0] in frame:
         frame = frame.sort_values(first[0], key=lambda v: v != first[1], kind="stable")
     hidden = {"run_id", *unshown}

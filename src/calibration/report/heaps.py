@@ -5,12 +5,12 @@ import json
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from calibration.campaign import result_path
 from calibration.figures import label
 from calibration.report.embed import uri
 from calibration.store import RunStore
+from calibration.tables import read_written
 from dem.errors import DemError, ResultError
 from dem.render import read_run
 from dem.render.flanks import fitted_flanks, heap_grains
@@ -23,7 +23,7 @@ def gallery(study, key, response, metric):
     """Pictures of a stage's runs, [{uri, text}], in the order of its design."""
     tables = [p for name in ("runs", "design") if (p := study / key / f"{name}.csv").exists()]
     pictures = []
-    for row in pd.read_csv(tables[0]).to_dict("records") if tables else []:
+    for row in read_written(tables[0]).to_dict("records") if tables else []:
         path = study / "heaps" / key / f"{row['run_id']}.webp"
         if path.exists():
             metrics = _metrics(row["run_id"])
@@ -65,7 +65,7 @@ def _chosen(study, response):
         path = study / stage / "runs.csv"
         if not path.exists():
             continue
-        runs = pd.read_csv(path)
+        runs = read_written(path)
         y = runs["response"]
         at = [(y - y.mean()).abs().idxmin()] if picks == "middle" else [y.idxmin(), y.idxmax()]
         names = ["calibrated"] if picks == "middle" else ["lowest of the screening", "highest"]

@@ -2,11 +2,10 @@
 
 from pathlib import Path
 
-import pandas as pd
-
 from calibration.figures import label, response_of
 from calibration.report.embed import caption, download, figure, load, table
 from calibration.stages import resolve
+from calibration.tables import read_written
 
 ALL_ROWS = 10_000  # a table of verdicts is shown whole, in a box that scrolls
 
@@ -90,7 +89,7 @@ def _counts(tables):
     """How many rows of a table of verdicts have which."""
     sentences = []
     for path in tables:
-        frame = pd.read_csv(path)
+        frame = read_written(path)
         judged = [column for column in ("verdict", "agreement") if column in frame]
         for column in judged:
             found = frame[column].value_counts()

@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-import pandas as pd
-
+from calibration.tables import read_written
 from dem.render import draw_run, read_run, save_image
 
 WIDTH = 480
@@ -11,6 +10,6 @@ WIDTH = 480
 
 def heaps(study, source, output):
     """Draw each run of a design into the folder that is the only output."""
-    for name in pd.read_csv(source.design)["run_id"].unique():
+    for name in read_written(source.design)["run_id"].unique():
         image = draw_run(read_run(Path("results/runs") / name), width=WIDTH)
         save_image(image, Path(output[0]) / f"{name}.webp")

@@ -8,6 +8,7 @@ from calibration.figures import label
 from calibration.files import csv_text
 from calibration.report.embed import html_of
 from calibration.store import RunStore
+from calibration.tables import read_written
 from dem.errors import ResultError
 
 
@@ -18,7 +19,7 @@ def run_times(study, stages):
     plans = [t.plans for s in stages.values() for t in s.tasks if t.plans]
     for stage in plans:
         design = study / stage / "design.csv"
-        for name in pd.read_csv(design)["run_id"] if design.exists() else []:
+        for name in read_written(design)["run_id"] if design.exists() else []:
             try:
                 rows.append({"stage": stage, "run_id": name} | _row(store.result(name)))
             except ResultError:

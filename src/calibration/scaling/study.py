@@ -28,6 +28,7 @@ from calibration.scaling.dimensions import (
 )
 from calibration.scaling.plan import base_run, enlarged
 from calibration.scaling.probe import measured_exponents
+from calibration.tables import read_written
 from dem.io.files import write_json
 from dem.units import in_ascii, unit_of
 
@@ -243,7 +244,7 @@ def log_slope(scale, value, alpha=0.05):
 
 def scaling(study, source, output):
     """Write the table of responses, the figure and the statements."""
-    config, design = study.config, pd.read_csv(source.design)
+    config, design = study.config, read_written(source.design)
     section = config.scaling
     response = np.empty(len(design))
     for experiment, metric in RESPONSE.items():

@@ -7,7 +7,8 @@ from calibration.stages.stage import PLANNED, Figure, Runs, Stage, Task
 def sweep(test, title, batches, place):
     """A sweep of one parameter, its fit, and runs at the inverse for the measured value."""
     module, confirmation = "calibration.bench_tests.sweep", f"{test}_confirmation"
-    reads, needs = (*PLANNED, "bench"), (f"bench.{test}",)
+    needs = (f"bench.{test}",)
+    reads, compared = (*PLANNED, "bench"), (*PLANNED, "bench", "measurements")
     return Stage(
         name=test,
         title=f"Bench test: {title}",
@@ -25,7 +26,7 @@ def sweep(test, title, batches, place):
             Task(
                 f"{module}:plan_{confirmation}",
                 f"plan the {test} test: runs at the inverse of the fit",
-                reads=reads,
+                reads=compared,
                 needs=needs,
                 inputs={"sweep": f"{test}/design.csv", "runs": Runs(test)},
                 plans=confirmation,
@@ -34,7 +35,7 @@ def sweep(test, title, batches, place):
             Task(
                 f"{module}:{test}",
                 f"{test} test: fit, inverse and confirmation",
-                reads=reads,
+                reads=compared,
                 needs=needs,
                 inputs={
                     "sweep": f"{test}/design.csv",
@@ -73,7 +74,7 @@ STAGES = (
             Task(
                 "calibration.bench_tests.shear:shear",
                 "shear test: yield locus",
-                reads=("factors", "fixed", "bench"),
+                reads=("factors", "fixed", "bench", "run", "measurements"),
                 needs=("bench.shear",),
                 inputs={"design": "shear/design.csv", "runs": Runs("shear")},
                 outputs={

@@ -7,7 +7,7 @@ again, so that what is validated does not rest on how five centre runs happened 
 
 from calibration.stages.stage import PLANNED, TARGETS, Figure, Runs, Stage, Task, bench_values
 
-SOLVED = ("seed", "experiment", "optimise", "validation", *TARGETS)
+SOLVED = ("seed", "optimise", "validation", *TARGETS)
 SURFACE = {"runs": "response_surface/runs.csv", "region": "response_surface/region.json"}
 
 STAGES = (

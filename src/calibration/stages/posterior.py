@@ -19,7 +19,7 @@ STAGES = (
             Task(
                 "calibration.chain.posterior:posterior",
                 "posterior: the parameters as a distribution",
-                reads=("seed", "experiment", "posterior", *TARGETS),
+                reads=("seed", "posterior", *TARGETS),
                 inputs={
                     "optimum": "optimise/optimum.json",
                     "designs": designs,

@@ -12,7 +12,8 @@ from importlib import import_module
 
 PLANNED = ("seed", "experiment", "fixed", "run", "factors")
 """Sections of the configuration that every plan of runs reads."""
-TARGETS = ("target", "further_targets")
+TARGETS = ("target", "further_targets", "measurements", "experiment", "run")
+"""What a stage reads that compares with measured values: they are those at the run's levers."""
 
 
 @dataclass(frozen=True)

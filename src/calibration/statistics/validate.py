@@ -7,6 +7,7 @@ import numpy as np
 from scipy import stats
 
 from calibration.errors import CalibrationError
+from calibration.statistics.stated import Stated
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class Comparison:
 
 
 def compare(simulated, measured, margin, alpha=0.05):
-    """Compare simulated (groups, replicates) with measured (n,) values.
+    """Compare simulated (groups, replicates) with measured (n,) values, or a `Stated` mean of them.
 
     All simulated values count as independent. Runs that differ in their seed alone are, whatever
     their group, and groups_p tests it: one-way analysis of variance between groups against within.
@@ -58,7 +59,9 @@ def compare(simulated, measured, margin, alpha=0.05):
     no scatter at all, or a margin that is not positive.
     """
     groups = np.atleast_2d(np.asarray(simulated, float))
-    s, m = groups.ravel(), np.asarray(measured, float).ravel()
+    s, m = groups.ravel(), measured
+    if not isinstance(m, Stated):
+        m = np.asarray(measured, float).ravel()
     _check(s, m, margin)
     difference = float(s.mean() - m.mean())
     vs, vm = s.var(ddof=1) / len(s), m.var(ddof=1) / len(m)
@@ -88,11 +91,11 @@ def _check(simulated, measured, margin):
             raise CalibrationError(
                 f"{len(values)} {name} value has no spread; two or more are needed"
             )
-        if not np.isfinite(values).all():
+        if not isinstance(values, Stated) and not np.isfinite(values).all():
             raise CalibrationError(
                 f"{name} value {int(np.flatnonzero(~np.isfinite(values))[0]) + 1} is not finite"
             )
-    if np.ptp(simulated) == 0.0 and np.ptp(measured) == 0.0:
+    if np.ptp(simulated) == 0.0 and measured.std() == 0.0:
         raise CalibrationError(
             "neither the simulated nor the measured values scatter; nothing can be tested"
         )

@@ -5,6 +5,7 @@ import difflib
 import math
 import re
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from calibration.errors import ConfigError
@@ -155,14 +156,21 @@ def _header(cells, path, line):
     return names, units
 
 
+def _halves(cells):
+    """The last two neighbours that a decimal comma may have parted, else the last two."""
+    pairs = list(pairwise(cells))[::-1]
+    whole = (p for p in pairs if re.fullmatch(r"[+-]?\d+", p[0]) and p[1].isdecimal())
+    return next(whole, pairs[0])
+
+
 def _fitted(cells, header, separator, path, line):
     """Cells of a row, as many as the header has. Raises ConfigError for cells without heading."""
     value = (separator or ",").join(cells)[:80]
     if len(cells) > len(header):
         reason = f"has {len(cells)} cells under {len(header)} columns"
         if separator == "," and cells[-1]:
-            pair, both = f"{cells[-2]},{cells[-1]}", f"{cells[-2]} and {cells[-1]}"
-            reason += f": is {pair} one number with a decimal comma, or {both}?"
+            left, right = _halves(cells)
+            reason += f": is {left},{right} one number with a decimal comma, or {left} and {right}?"
         allowed = "a cell a column; semicolons or tabs between cells where decimals have commas"
         raise ConfigError(reason, path=path, line=line, value=value, allowed=allowed)
     if any(c and not h for c, h in zip(cells, header, strict=False)):

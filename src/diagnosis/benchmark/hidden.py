@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from calibration.batches import named, simulate
+from calibration.measurements import Measurement
+from calibration.quantities import POURED, QUANTITIES
 from dem.constants import GRAVITY
 from dem.spec import parse_spec
-from diagnosis.measurements import Measurement
-from diagnosis.quantities import POURED, QUANTITIES
 from diagnosis.settings import condition_spec, parameters_of
 
 NOISE = {"drop": 0.02, "tilt": 0.4, "shear": 0.03, "heap": 1.0}

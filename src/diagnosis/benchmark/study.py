@@ -18,6 +18,7 @@ import pandas as pd
 
 from calibration import figures as common
 from calibration.files import replacing, write_table
+from calibration.tables import read_written
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 from diagnosis.benchmark import hidden
@@ -257,7 +258,7 @@ def discovery_benchmark(study, source, output):
 
 def merge(tables, output):
     """Write all cases, the confusion matrix, the rates, their page and the figure."""
-    table = pd.concat([pd.read_csv(t, keep_default_na=False) for t in tables], ignore_index=True)
+    table = pd.concat([read_written(t, keep_default_na=False) for t in tables], ignore_index=True)
     table = table.sort_values(["case", "truth", "strength", "seed"])
     at = table[(table["case"] != "mechanism") | (table["strength"] == 1.0)]
     truth = np.where(at["truth"] == "", at["case"], at["case"] + ": " + at["truth"])

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calibration.quantities import LEVERS
 from diagnosis.fit import moderated_sd
-from diagnosis.quantities import LEVERS
 
 FREE = ("drop", "tilt", "shear")
 """Experiments whose model is one contact, or one ratio of stresses."""

@@ -41,7 +41,7 @@ def intrinsic(paper: Paper, parameter: str) -> Printed:
 
 
 def _angles(paper: Paper):
-    return paper.numbers("table01_measured_angle_of_repose", "group", "angle_deg")
+    return paper.angles()
 
 
 @claim_check("table01.mean")

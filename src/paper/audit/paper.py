@@ -7,7 +7,17 @@ from pathlib import Path
 import pandas as pd
 
 from calibration.errors import CalibrationError
+from calibration.tables import read_written
 from paper.audit.printed import Printed
+
+GROUP = 5
+"""Readings of a group of Table 1, in the order of the print."""
+KEYS = ("experiment", "quantity")
+MEASURED = {
+    "measured_inclined_plane_angle": ("tilt", "sliding_angle"),
+    "measured_rebound_height": ("drop", "rebound_height"),
+}
+"""Name of a single figure -> experiment and quantity of its row in measurements.csv."""
 
 
 class AuditInputError(CalibrationError):
@@ -48,7 +58,7 @@ class Paper:
                 raise AuditInputError(f"{path}: missing")
             # Not pandas' `comment`, which would also cut a "#" inside a sentence.
             head = sum(1 for line in path.read_text("utf-8").splitlines() if line.startswith("#"))
-            self._texts[name] = pd.read_csv(path, skiprows=head, dtype=str, keep_default_na=False)
+            self._texts[name] = read_written(path, skiprows=head, dtype=str, keep_default_na=False)
         table = self._texts[name]
         lacking = [c for c in columns if c not in table.columns]
         if lacking:
@@ -78,20 +88,40 @@ class Paper:
             parsed.append(number)
         return parsed
 
+    def angles(self) -> pd.DataFrame:
+        """Table 1: `group` and `angle_deg` of the 25 measured angles of repose."""
+        table = self.text("measurements", *KEYS, "value")
+        own = (table["experiment"] == "heap") & (table["quantity"] == "angle_of_repose")
+        angles = table.loc[own, "value"].astype(float).reset_index(drop=True)
+        group = angles.index // GROUP + 1
+        return pd.DataFrame({"group": group.astype(float), "angle_deg": angles})
+
+    def _measured(self) -> dict[str, str]:
+        """Printed text of the single measured figures."""
+        table = self.text("measurements", *KEYS, "value")
+        found = {}
+        for name, asked in MEASURED.items():
+            own = list(table.loc[(table[list(KEYS)] == asked).all(axis=1), "value"])
+            if len(own) != 1:
+                path, what = self.folder / "measurements.csv", ", ".join(asked)
+                raise AuditInputError(f"{path}: {len(own)} rows of {what}; allowed: one")
+            found[name] = own[0]
+        return found
+
     @cached_property
     def _scalars(self) -> dict[str, str]:
         files = [
             self.text(name, "name", "value") for name in ("scalars", "settings", "reference_values")
         ]
-        return {
+        return self._measured() | {
             name: value
             for file in files
             for name, value in zip(file["name"], file["value"], strict=True)
         }
 
     def scalar_text(self, name: str) -> str:
-        """The printed text of a single figure of scalars.csv, settings.csv or
-        reference_values.csv."""
+        """The printed text of a single figure of scalars.csv, settings.csv, reference_values.csv or
+        measurements.csv."""
         if name not in self._scalars:
             raise AuditInputError(
                 f"{self.folder / 'scalars.csv'} and settings.csv: no row named {name}"

@@ -184,7 +184,7 @@ def _step(cells: list[Printed]) -> Printed:
 def ascent_best(paper: Paper, claim: Claim) -> Recomputed:
     table = _ascent(paper)
     error = (table.angle_deg - paper.value("measured_angle_of_repose")).abs()
-    target = paper.numbers("table01_measured_angle_of_repose", "angle_deg").angle_deg.mean()
+    target = paper.angles().angle_deg.mean()
     gaps = (
         np.diff(np.sort((table.angle_deg - t).abs()))[0]
         for t in (paper.value("measured_angle_of_repose"), target)

@@ -68,7 +68,7 @@ def relative_error(paper: Paper, claim: Claim) -> Recomputed:
 
 @claim_check("validation.t_test")
 def t_test(paper: Paper, claim: Claim) -> Recomputed:
-    measured = paper.numbers("table01_measured_angle_of_repose", "group", "angle_deg")
+    measured = paper.angles()
     simulated = _runs(paper)
     welch = stats.ttest_ind(simulated.angle_deg, measured.angle_deg, equal_var=False)
     groups = stats.ttest_ind(

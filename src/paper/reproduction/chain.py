@@ -297,7 +297,7 @@ def _validation(paper, study):
 
 def _equivalence(paper, study, found, theirs):
     """Simulated and measured angle by the equivalence test, in the paper's tables and in ours."""
-    measured = paper.numbers("table01_measured_angle_of_repose", "angle_deg")["angle_deg"]
+    measured = paper.angles()["angle_deg"]
     margin = found["margin"]
     said = compare(theirs, measured.to_numpy(), margin).as_dict()
     name = f"simulated and measured angle within {margin:g} deg of each other"

@@ -33,7 +33,7 @@ def rows(paper, config):
 
 
 def _table_1(paper):
-    readings = paper.numbers("table01_measured_angle_of_repose", "group", "angle_deg")
+    readings = paper.angles()
     printed = dict(
         zip(
             paper.text("table01_printed_means")["group"],

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-import pandas as pd
+from calibration.tables import read_written
 
 
 class Study:
@@ -21,7 +21,7 @@ class Study:
     def table(self, stage, name):
         """Table `name`.csv of a stage, or None."""
         path = self.folder / stage / f"{name}.csv"
-        return pd.read_csv(path) if path.is_file() else None
+        return read_written(path) if path.is_file() else None
 
     def seed_spread(self):
         """(sd, n) of the angle between seeds at one point: validation, else the response surface's

@@ -1,0 +1,66 @@
+"""The quantities that are measured and the levers that are set, from what the experiments declare
+of themselves."""
+
+from functools import cache
+from typing import NamedTuple
+
+from dem.experiments import experiments
+from dem.experiments.declare import Lever, unit_of
+
+QUANTITIES = {name: e.quantity for name, e in experiments().items() if e.quantity}
+"""Experiment -> what it measures."""
+
+POURED = {name for name in QUANTITIES if experiments()[name].poured}
+"""Experiments whose runs scatter from seed to seed, because grains never lie twice alike."""
+
+_EVERYWHERE = {
+    "particle_diameter_mm": Lever(
+        1e-3, 100.0, "grain diameter", "mm", ("particles", "diameter_mm")
+    ),
+    "scale_factor": Lever(0.01, 100.0, "scale factor", "", ("particles", "scale_factor")),
+}
+
+
+def levers_of(experiment):
+    """{column: Lever} of an experiment."""
+    return _EVERYWHERE | experiments()[experiment].levers
+
+
+LEVERS = _EVERYWHERE | {c: x for name in QUANTITIES for c, x in levers_of(name).items()}
+"""Lever column -> what it is."""
+
+
+def having(lever):
+    """Experiments that have a lever."""
+    return tuple(name for name in QUANTITIES if lever in levers_of(name))
+
+
+class Measurable(NamedTuple):
+    """A quantity that a table of measurements may hold: the metric of a run that it is compared
+    with, its unit and limits; below: a lever that it cannot exceed."""
+
+    key: str
+    unit: str
+    least: float
+    most: float
+    below: str | None = None
+
+
+def quantity_name(metric):
+    """A metric's name in a table of measurements: without the unit, which has a column."""
+    return unit_of(metric)[0]
+
+
+@cache
+def measurable(experiment):
+    """{name: Measurable} of the metrics of an experiment that something can be compared with."""
+    own, found = QUANTITIES.get(experiment), {}
+    for metric in experiments()[experiment].metrics:
+        if not metric.target:
+            continue
+        name, unit = quantity_name(metric.name), metric.unit.strip()
+        limits = unit, metric.least, metric.most, None
+        if own and own.name == name:
+            limits = own.unit, own.least, own.most, own.below
+        found[name] = Measurable(metric.name, *limits)
+    return found

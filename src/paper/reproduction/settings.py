@@ -1,0 +1,37 @@
+"""The settings of the reproduction: which studies count beside one another."""
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from calibration.errors import ConfigError
+from dem.errors import SpecError
+from dem.io.mapping import read_mapping
+
+
+class ReproductionSettings(BaseModel):
+    """config/reproduction.yaml."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    beside: dict[str, list[str]] = Field(
+        {},
+        description="study: names of further studies; one of the paper's own factors is compared "
+        "point by point where it has been run",
+    )
+
+
+def read_reproduction(path):
+    """`ReproductionSettings` of a YAML file. Raises ConfigError naming file, line and key."""
+    try:
+        data, lines = read_mapping(path)
+    except SpecError as error:
+        raise ConfigError(str(error)) from None
+    try:
+        return ReproductionSettings.model_validate(data)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(p) for p in first["loc"])
+        allowed = "the key beside" if first["type"] == "extra_forbidden" else first["msg"]
+        place = {"path": path, "line": lines.get(key), "key": key}
+        raise ConfigError(
+            "is not valid", value=first.get("input"), allowed=allowed, **place
+        ) from None
