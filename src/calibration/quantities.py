@@ -5,7 +5,8 @@ from functools import cache
 from typing import NamedTuple
 
 from dem.experiments import experiments
-from dem.experiments.declare import Lever, unit_of
+from dem.experiments.declare import Lever
+from dem.units import unit_of, without_unit
 
 QUANTITIES = {name: e.quantity for name, e in experiments().items() if e.quantity}
 """Experiment -> what it measures."""
@@ -48,7 +49,7 @@ class Measurable(NamedTuple):
 
 def quantity_name(metric):
     """A metric's name in a table of measurements: without the unit, which has a column."""
-    return unit_of(metric)[0]
+    return without_unit(metric)
 
 
 @cache
@@ -58,7 +59,7 @@ def measurable(experiment):
     for metric in experiments()[experiment].metrics:
         if not metric.target:
             continue
-        name, unit = quantity_name(metric.name), metric.unit.strip()
+        name, unit = quantity_name(metric.name), unit_of(metric.name) or ""
         limits = unit, metric.least, metric.most, None
         if own and own.name == name:
             limits = own.unit, own.least, own.most, own.below

@@ -101,7 +101,7 @@ class Paper:
         table = self.text("measurements", *KEYS, "value")
         found = {}
         for name, asked in MEASURED.items():
-            own = list(table.loc[(table[list(KEYS)] == asked).all(axis=1), "value"])
+            own = list(table.loc[(table[list(KEYS)] == list(asked)).all(axis=1), "value"])
             if len(own) != 1:
                 path, what = self.folder / "measurements.csv", ", ".join(asked)
                 raise AuditInputError(f"{path}: {len(own)} rows of {what}; allowed: one")
