@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from calibration.measurements import Measurement
 from diagnosis.laws.choose import trial
 from diagnosis.laws.next_setting import propose
 from diagnosis.laws.readings import readings_of, with_setting
-from diagnosis.measurements import Measurement
 
 HEIGHTS, SIZES = (50.0, 75.0, 110.0, 165.0, 250.0), (1.5, 2.0, 3.0)
 POWER = -0.15

@@ -9,13 +9,13 @@ import itertools
 
 import numpy as np
 
+from calibration.quantities import LEVERS
 from diagnosis.laws.choose import centre_of
 from diagnosis.laws.forms import forms_of
 from diagnosis.laws.mixed import evaluate, from_space, nuisance_of, posterior
 from diagnosis.laws.readings import from_log, with_setting
 from diagnosis.laws.slots import candidate_of
 from diagnosis.next_measurement import information
-from diagnosis.quantities import LEVERS
 
 BEYOND = 2.0  # of the plan's range, in either direction
 DECIMALS = 3  # significant, of a lever that is proposed
