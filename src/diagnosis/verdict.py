@@ -7,6 +7,7 @@ import jsonschema
 import numpy as np
 
 from calibration.figures import label
+from calibration.numbers import fixed
 from calibration.quantities import LEVERS, QUANTITIES
 from diagnosis.identify import key_of
 from diagnosis.next_measurement import propose
@@ -225,7 +226,9 @@ def _ranking(verdict):
             for s in r.get("strength", {}).values()
         )
         threshold = f"{r['null_threshold']:.1f}" if "null_threshold" in r else ""
-        lines.append(f"| {label(r['mechanism'])} | {r['gain']:.1f} | {threshold} | {strength} |")
+        lines.append(
+            f"| {label(r['mechanism'])} | {fixed(r['gain'], 1)} | {threshold} | {strength} |"
+        )
     if idle:
         lines += ["", f"No gain: {', '.join(idle)}."]
     return [*lines, "", "![Gain of each mechanism](ranking.svg)", ""]
@@ -265,7 +268,7 @@ def _parameters(verdict):
     lines += ["| parameter | value | 95 % interval | identified |", "|---|---|---|---|"]
     for name, c in verdict["calibration"].items():
         known = "yes" if c["identified"] else "no: the data leave the prior"
-        interval = f"{c['low']:.3f} to {c['high']:.3f}"
+        interval = f"{fixed(c['low'], 3)} to {fixed(c['high'], 3)}"
         lines.append(f"| {label(name)} | {c['value']:.3f} | {interval} | {known} |")
     return [*lines, ""]
 
@@ -279,8 +282,8 @@ def _gain(verdict):
         "## Gain of the extended model, with the real engine on left-out settings",
         "",
         f"Root mean square error in {g['rmse_unit']}: {g['held_out_rmse_before']:.2f} before, "
-        f"{g['held_out_rmse_after']:.2f} after; difference {low:.2f} to {high:.2f} (95 %), "
-        f"{g['settings']} settings.",
+        f"{g['held_out_rmse_after']:.2f} after; difference {fixed(low, 2)} to {fixed(high, 2)} "
+        f"(95 %), {g['settings']} settings.",
         "",
         "![Miss at each left-out setting](gain.svg)",
         "",
@@ -310,7 +313,7 @@ def _held_out(verdict):
 def _beside(row, label):
     if row[label] is None:
         return ""
-    return f"{row[label]:.4g} ({row['miss_' + label]:+.1f} standard errors)"
+    return f"{row[label]:.4g} ({fixed(row['miss_' + label], 1, '+')} standard errors)"
 
 
 def _steps(verdict):

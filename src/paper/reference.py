@@ -12,6 +12,7 @@ from pathlib import Path
 import pandas as pd
 
 from calibration.errors import CalibrationError
+from calibration.numbers import fixed, spread
 from calibration.tables import read_written
 from paper.reproduction import counts
 from paper.reproduction.rows import NOT_COMPARABLE
@@ -28,14 +29,15 @@ KEPT = (
 )
 BEGIN, END = "<!-- results: begin -->", "<!-- results: end -->"
 SHORT = {
-    "table13.mean.{study}": "validated angle of repose [°]; measured 45.26",
+    "table13.mean.{study}": "validated angle of repose [°]; measured {measured}",
     "table07.G.effect": "effect of rolling friction between grains on it [°]",
     "tilt.inverse": "static friction on steel, from the tilted plane",
     "drop.inverse": "restitution on steel, from the drop",
     "shear.slope": "slope of the yield locus",
     "heap.paper.plain": "change of the angle when grain and rig grow fourfold [°]",
 }
-"""Rows of the README: id, where the study's name may stand, and words."""
+"""Rows of the README: id, where the study's name may stand, and words, where the measured mean may
+stand."""
 README, PAGE = Path("README.md"), Path("docs/results.md")
 TABLE = Path("reproduction") / "reproduction.csv"
 ASCENT_ITEM, PRINTED_ASCENT = "Table 10", "table10_steepest_ascent.csv"
@@ -81,8 +83,8 @@ def block(table, link, ascent=None):
     )
 
 
-def short_block(table, study):
-    """Markdown for the README: the six rows of `SHORT`, with intervals."""
+def short_block(table, study, measured):
+    """Markdown for the README: the six rows of `SHORT`, with intervals; measured: mean [°]."""
     head = ("", "paper (EDEM)", "this project", "difference, 90 %", "verdict")
     lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
     rows = table.set_index("id")
@@ -90,6 +92,7 @@ def short_block(table, study):
         row_id = name.format(study=study)
         if row_id in rows.index:
             row = rows.loc[row_id]
+            words = words.format(measured=fixed(measured, 2))
             cells = (words, str(row.paper), _ours(row), _judged(row)[0], row.agreement)
             lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
@@ -116,19 +119,8 @@ def _ours(row):
         return str(row.this_project)
     printed = str(row.paper).partition(".")[2]
     digits = min(len(printed) + 1, 3)
-    spread = "" if pd.isna(row.sd) or row.sd == 0 else f" ± {_spread(row.sd, digits)}"
-    return f"{fixed(value, digits)}{spread}"
-
-
-def fixed(value, digits, sign=""):
-    """A number with so many decimals, a zero without sign."""
-    text = f"{value:{sign}.{digits}f}"
-    return text.lstrip("+-") if float(text) == 0 else text
-
-
-def _spread(sd, digits):
-    """A standard deviation with so many decimals, or with one digit where they would show none."""
-    return f"{sd:.{digits}f}" if round(sd, digits) else f"{sd:.1g}"
+    sd = "" if pd.isna(row.sd) or row.sd == 0 else f" ± {spread(row.sd, digits)}"
+    return f"{fixed(value, digits)}{sd}"
 
 
 def _judged(row):
@@ -150,10 +142,20 @@ def main(study):
     target = Path("results/reference") / Path(study).name
     if Path(study).resolve() != target.resolve():
         keep(study, target)
-    table = read_written(target / TABLE, dtype={"paper": str})
-    _put(README, short_block(table, target.name))
-    if PAGE.is_file():
-        _put(PAGE, block(table, f"../{target / TABLE}", ascents(target)))
+    for page, text in blocks(target).items():
+        if page.is_file():
+            _put(page, text)
+
+
+def blocks(kept):
+    """{page: Markdown between its marks} of the README and the results page, from kept results."""
+    kept = Path(kept)
+    table = read_written(kept / TABLE, dtype={"paper": str})
+    measured = json.loads((kept / "validation" / "validation.json").read_text())["measured_mean"]
+    return {
+        README: short_block(table, kept.name, measured),
+        PAGE: block(table, f"../{kept / TABLE}", ascents(kept)),
+    }
 
 
 def _put(page, text):

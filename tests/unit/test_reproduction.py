@@ -16,7 +16,7 @@ from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED
 from calibration.statistics.validate import compare
 from dem.io.files import write_json
 from paper.audit.paper import Paper
-from paper.reference import BEGIN, END, ascents, block, fixed, main, short_block
+from paper.reference import BEGIN, END, ascents, block, blocks, main, short_block
 from paper.reproduction import counts, reproduce, write_reproduction
 from paper.reproduction import rows as r
 from paper.reproduction.table import ORDER, PAPER
@@ -182,7 +182,7 @@ def test_the_readme_gets_the_rows_that_matter(config, study, tmp_path, monkeypat
     assert "validated angle of repose [°]; measured 45.26 | 45.55 | 45.5" in short
     assert len(short.splitlines()) == 7  # marks, what is around them, head, and what this study has
     committed = pd.read_csv(COMMITTED, dtype={"paper": str})
-    assert len(short_block(committed, "salt").splitlines()) == 8  # head and six rows
+    assert len(short_block(committed, "salt", 45.26).splitlines()) == 8  # head and six rows
     assert "| Table 13 | validated angle of repose [deg] | 45.55 | 45.5" in text
     (link,) = set(re.findall(r"\(([^)]*reproduction\.csv)\)", text))
     assert (tmp_path / "docs" / link).is_file()
@@ -191,17 +191,12 @@ def test_the_readme_gets_the_rows_that_matter(config, study, tmp_path, monkeypat
     assert block(kept, link) in text
 
 
-@pytest.mark.parametrize(
-    ("value", "digits", "sign", "text"),
-    [
-        (-0.0004, 3, "+", "0.000"),
-        (-0.04, 1, "", "0.0"),
-        (0.5, 1, "+", "+0.5"),
-        (-2.5, 1, "", "-2.5"),
-    ],
-)
-def test_no_zero_has_a_sign(value, digits, sign, text):
-    assert fixed(value, digits, sign) == text
+def test_the_pages_show_the_committed_results():
+    """`python -m paper.reference results/reference/salt` changes nothing."""
+    root = COMMITTED.parents[4]
+    for page, text in blocks(root / "results/reference/salt").items():
+        shown = (root / page).read_text().split(BEGIN)[1].split(END)[0]
+        assert shown.strip() == text.replace(f"{root}/", "").replace("../..", "..")
 
 
 def test_the_readme_shows_both_ascents(config, study, tmp_path):

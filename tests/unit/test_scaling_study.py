@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from calibration import figures
+from calibration.numbers import fixed
 from calibration.scaling.study import (
     CHANGED,
     FAILS,
@@ -41,7 +42,7 @@ def test_a_planted_change_of_the_angle_is_found(shift, sd, verdict):
     (statement,) = response_statements(runs, MARGINS)
     assert statement.verdict == verdict
     assert statement.low <= statement.found <= statement.high
-    assert f"{statement.found:+.1f}" in statement.sentence
+    assert fixed(statement.found, 1, "+") in statement.sentence
 
 
 def test_the_table_has_means_and_differences_from_the_first_scale():

@@ -20,6 +20,7 @@ from calibration.config import bench_run, given, overlay, read_bench
 from calibration.errors import ConfigError
 from calibration.factors import factor_of
 from calibration.files import write_table
+from calibration.numbers import fixed
 from calibration.tables import read_written
 from dem.io.files import write_json
 
@@ -207,7 +208,7 @@ def _sentence(found, measured):
     text = (
         f"Particle friction {found['particle_friction']:g} gives a yield locus of slope "
         f"{found['slope']:.2f} "
-        f"(95 %: {low:.2f} to {high:.2f}), measured {measured:g}. "
+        f"(95 %: {fixed(low, 2)} to {fixed(high, 2)}), measured {measured:g}. "
     )
     if found["inverse_interval"] is None:
         return text + "No particle friction in the swept range gives the measured slope."

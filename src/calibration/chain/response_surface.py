@@ -8,6 +8,7 @@ from calibration.campaign import plan, write_plan
 from calibration.chain.files import further_files, load, read_region
 from calibration.errors import CalibrationError
 from calibration.files import write_table
+from calibration.numbers import fixed
 from calibration.physical import inside, physical_range
 from calibration.responses import with_responses, with_value, without_response
 from calibration.statistics.composite import surface_design
@@ -142,7 +143,7 @@ def sentences(summary, response):
     s = summary["statistics"]
     return [
         f"{response.name.capitalize()} = {summary['equation_coded']} in coded levels.",
-        f"R² {s['R2']:.3f}, adjusted {s['R2_adj']:.3f}, predicted {s['R2_pred']:.3f}; "
+        f"R² {s['R2']:.3f}, adjusted {fixed(s['R2_adj'], 3)}, predicted {fixed(s['R2_pred'], 3)}; "
         f"CV {s['CV_percent']:.2f} %; adequate precision {s['adequate_precision']:.1f}; "
         f"lack of fit p = {s['lack_of_fit_p']:.2g}.",
     ]

@@ -10,6 +10,7 @@ from calibration.campaign import plan, write_plan
 from calibration.chain.files import load
 from calibration.config import is_measured, read_target
 from calibration.files import write_table
+from calibration.numbers import signed
 from calibration.responses import with_responses, without_response
 from calibration.statistics.validate import compare
 from calibration.tables import read_written
@@ -116,7 +117,7 @@ def _independence(summary):
 
 def _difference(found, response):
     word = "equivalent" if found["equivalent"] else "not shown to be equivalent"
-    apart, low, high = (figures.signed(found[f"difference{end}"]) for end in ("", "_low", "_high"))
+    apart, low, high = (signed(found[f"difference{end}"]) for end in ("", "_low", "_high"))
     return (
         f"Difference {apart}{response.unit} (95 % {low} to {high}); {word} within "
         f"±{found['margin']:g}{response.unit} "

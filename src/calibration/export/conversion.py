@@ -10,6 +10,7 @@ from calibration.export.rolling import (
     STIFFNESS_FACTOR,
     needs_search,
 )
+from calibration.numbers import fixed
 
 
 @dataclass(frozen=True)
@@ -122,5 +123,6 @@ def _check(a, scale, unit):
         f"Check {where}: {a['mean']:.2f} {unit} ({a['runs']} runs, sd {a['sd']:.2f}) against "
         f"{a['calibrated_law_mean']:.2f} ({a['calibrated_law_runs']} runs, sd "
         f"{a['calibrated_law_sd']:.2f}) with the "
-        f"calibrated law; difference {a['difference']:+.2f}, 95 % {low:+.2f} to {high:+.2f}."
+        f"calibrated law; difference {fixed(a['difference'], 2, '+')}, 95 % "
+        f"{fixed(low, 2, '+')} to {fixed(high, 2, '+')}."
     )

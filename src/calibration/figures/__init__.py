@@ -3,7 +3,7 @@ SVG."""
 
 from calibration.figures.ascent import ascent_path
 from calibration.figures.beside import numerics, scaling, sweep, yield_loci
-from calibration.figures.labels import ANGLE, Response, label, response_of, signed
+from calibration.figures.labels import ANGLE, Response, label, response_of
 from calibration.figures.optimum import contours, desirability_contours
 from calibration.figures.replicates import validation
 from calibration.figures.screening import half_normal, pareto

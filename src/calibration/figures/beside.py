@@ -4,6 +4,7 @@ import numpy as np
 
 from calibration.figures.labels import ANGLE, label
 from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, subplots
+from calibration.numbers import fixed
 
 
 def sweep(levels, response, coefficients, inverse, measured, factor, axis):
@@ -36,7 +37,7 @@ def yield_loci(runs, loci, curves, measure, measured):
     for locus in loci:
         friction, line = locus["particle_friction"], locus[measure]
         points = runs[runs["particle_friction"] == friction]
-        text = f"µ {friction:g}: {line['slope']:.2f} x {line['intercept_kPa']:+.2f}"
+        text = f"µ {friction:g}: {fixed(line['slope'], 2)} x {fixed(line['intercept_kPa'], 2, '+')}"
         (drawn,) = left.plot(x, line["slope"] * x + line["intercept_kPa"], label=text)
         left.scatter(
             points["normal_stress_kPa"], points[f"{measure}_kPa"], color=drawn.get_color(), s=18

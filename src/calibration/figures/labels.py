@@ -2,17 +2,13 @@
 
 from dataclasses import dataclass
 
+from calibration.numbers import fixed
 from dem.units import behind, unit_of, without_unit
 
 
 def label(name):
     """Readable form of a factor's name."""
     return name.replace("_", " ")
-
-
-def signed(value):
-    """A difference to three digits with its sign, a true minus."""
-    return f"{value:+.3g}".replace("-", "−")
 
 
 @dataclass(frozen=True)
@@ -34,7 +30,7 @@ class Response:
 
     def value(self, x):
         """A value with its unit: two decimals of an angle, else four digits."""
-        return f"{x:.2f}°" if self.unit == "°" else f"{x:.4g}{self.unit}"
+        return f"{fixed(x, 2)}°" if self.unit == "°" else f"{x:.4g}{self.unit}"
 
 
 def response_of(metric):

@@ -1,7 +1,8 @@
 """The answer, before anything else: parameters with their intervals, the validated value, the
 verdict."""
 
-from calibration.figures import label, response_of, signed
+from calibration.figures import label, response_of
+from calibration.numbers import signed
 from calibration.report.embed import load
 from dem.advice import limits_of
 from dem.spec import load_spec

@@ -1,7 +1,8 @@
 """The three sentences that matter, made from the results: what decides, what stays open, what is
 wrong."""
 
-from calibration.figures import label, signed
+from calibration.figures import label
+from calibration.numbers import fixed, signed
 from calibration.report.embed import load
 from calibration.tables import read_written
 
@@ -117,7 +118,7 @@ def _fitted(study):
     if lack is not None and lack < 0.05:
         found.append(f"The surface does not follow the heaps (lack of fit p = {lack:.2g}).")
     if predicted is not None and predicted < POOR:
-        found.append(f"The surface predicts little (predicted R² {predicted:.2f}).")
+        found.append(f"The surface predicts little (predicted R² {fixed(predicted, 2)}).")
     return found
 
 

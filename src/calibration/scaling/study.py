@@ -16,6 +16,7 @@ from calibration import figures
 from calibration.campaign import read_metric
 from calibration.errors import CalibrationError
 from calibration.files import write_table
+from calibration.numbers import fixed
 from calibration.scaling.dimensions import (
     GRAVITY_RULE,
     PAPER_RULE,
@@ -131,7 +132,8 @@ def response_statements(runs, margins):
         ]
         sentence = (
             f"Enlarged by the {rule} rule, {how}, the {what} is {', '.join(means)}: over the range "
-            f"{found:+.{digits}f}{unit} (95 %: {low:+.{digits}f} to {high:+.{digits}f}, margin "
+            f"{fixed(found, digits, '+')}{unit} (95 %: {fixed(low, digits, '+')} to "
+            f"{fixed(high, digits, '+')}, margin "
             f"{margins[experiment]:g}), {change}."
         )
         out.append(
@@ -168,7 +170,9 @@ def exponent_statements(measured):
     for name, where, text, printed, quantity in claims:
         found = measured[quantity]
         holds = abs(found - printed) < EXACT
-        said = f"The {quantity.replace('_', ' ')} measured in the engine goes as h^{found:.2f}"
+        said = (
+            f"The {quantity.replace('_', ' ')} measured in the engine goes as h^{fixed(found, 2)}"
+        )
         verdict = HOLDS if holds else FAILS
         sentence = f"{said}; printed h^{printed}: the statement {verdict}."
         out.append(Statement(name, where, text, printed, found, found, found, verdict, sentence))
@@ -227,8 +231,8 @@ def drop_statements(design, config):
         sentence = (
             f"The {metric.rsplit('_m_s', 1)[0].replace('_', ' ')} of the drop, its rig enlarged "
             f"alike, goes as "
-            f"h^{found:.2f} (95 %: {low:.2f} to {high:.2f}); printed h^{printed}: the statement "
-            f"{verdict}."
+            f"h^{fixed(found, 2)} (95 %: {fixed(low, 2)} to {fixed(high, 2)}); printed "
+            f"h^{printed}: the statement {verdict}."
         )
         out.append(Statement(name, "1.2.2", text, printed, found, low, high, verdict, sentence))
     return out

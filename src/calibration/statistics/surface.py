@@ -13,6 +13,7 @@ import pandas as pd
 from scipy import optimize, stats
 
 from calibration.errors import CalibrationError
+from calibration.numbers import fixed
 from calibration.statistics.anova import (
     ANOVA_COLUMNS,
     anova_row,
@@ -140,7 +141,7 @@ class Surface:
 
     def equation(self):
         """The model as text in coded levels."""
-        text = f"{self.beta[0]:.2f}"
+        text = fixed(self.beta[0], 2)
         for t, b in zip(self.terms[1:], self.beta[1:], strict=True):
             text += f" {'+' if b >= 0 else '−'} {abs(b):.2f} {term_name(t)}"
         return text
