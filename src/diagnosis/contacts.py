@@ -184,7 +184,7 @@ def _rows(measurements, levels):
 def _calibration(settings, factors, levels):
     """The base model's coefficients; one beyond the range of the factors' table is said and kept as
     measured."""
-    known, out = {f.name: f for f in factors}, {}
+    known, out = {f.key: f for f in factors}, {}
     for kind, (log, error) in levels.items():
         power = IN_AIR if kind == "drop" else 1.0
         factor = known[settings.experiments[kind].parameters[0]]

@@ -31,7 +31,7 @@ def inputs_of(settings, factors, experiment, mechanism):
     """Names of an emulator's inputs: parameters, levers, and `strength` unless it is the base
     model's."""
     own = settings.experiments[experiment].parameters
-    names = [f.name for f in factors if f.name in own] + list(
+    names = [f.name for f in factors if f.key in own] + list(
         settings.experiments[experiment].levers
     )
     return names if mechanism == BASE else [*names, "strength"]

@@ -51,7 +51,7 @@ class Model:
         self.conditions, self.mechanisms = conditions, mechanisms
         kinds = list(dict.fromkeys(e for e, _ in conditions))
         used = {p for e in kinds for p in settings.experiments[e].parameters}
-        self.factors = [f for f in emulated.factors if f.name in used]
+        self.factors = [f for f in emulated.factors if f.key in used]
         self.names = [f.name for f in self.factors] + [m.name for m in mechanisms]
         self.low = np.array([-WIDENED] * len(self.factors) + [0.0] * len(mechanisms))
         self.high = np.array([WIDENED] * len(self.factors) + [1.0] * len(mechanisms))

@@ -32,7 +32,9 @@ class Experiment(_Part):
     """How one experiment is simulated."""
 
     metric: str = Field(description="metric of a run that the measurement is compared with")
-    parameters: list[str] = Field(min_length=1, description="factors that are calibrated on it")
+    parameters: list[str] = Field(
+        min_length=1, description="keys of the run spec whose factors are calibrated on it"
+    )
     levers: dict[str, Range] = Field(description="lever: least and largest value of the emulator")
     mechanisms: list[str] | None = Field(
         None, description="mechanisms that get emulator runs; all that show on it unless given"
@@ -65,7 +67,7 @@ class Settings(_Part):
     """config/diagnosis.yaml."""
 
     ranges: dict[str, Range] = Field(
-        {}, description="factor: least and largest level, in place of those of the factors' table"
+        {}, description="key: least and largest level, in place of those of its factor in the table"
     )
     catalogue: str | None = Field(None, description="folder with further mechanisms, one file each")
     gain_runs: int = Field(
@@ -108,18 +110,19 @@ def parameters_of(settings, factors_file, experiments):
     """Factors calibrated on any of the experiments, in the order of the factors' table."""
     wanted = {p for e in experiments for p in settings.experiments[e].parameters}
     factors = read_factors(factors_file)
-    known = ", ".join(f.name for f in factors)
-    for key, names in (("parameters", wanted), ("ranges", settings.ranges)):
-        for name in sorted(set(names) - {f.name for f in factors}):
-            raise ConfigError("is no factor", path=factors_file, key=key, value=name, allowed=known)
+    known = ", ".join(f"{f.key} ({f.name})" for f in factors)
+    for part, keys in (("parameters", wanted), ("ranges", settings.ranges)):
+        for key in sorted(set(keys) - {f.key for f in factors}):
+            where = {"path": factors_file, "key": part, "value": key}
+            raise ConfigError("is set by no factor", **where, allowed=known)
     chosen = []
     for f in factors:
-        low, high = settings.ranges.get(f.name, (f.low, f.high))
+        low, high = settings.ranges.get(f.key, (f.low, f.high))
         if low >= high:
             raise ConfigError(
-                "must ascend", key=f"diagnosis.ranges.{f.name}", value=settings.ranges[f.name]
+                "must ascend", key=f"diagnosis.ranges.{f.key}", value=settings.ranges[f.key]
             )
-        if f.name in wanted:
+        if f.key in wanted:
             chosen.append(replace(f, low=low, high=high))
     return chosen
 
@@ -222,7 +225,7 @@ def condition_spec(base, settings, factors, experiment, levers, values, seed):
         ratio = reference / spec["particles"]["diameter_mm"]
         spec["particles"]["count"] = max(round(spec["particles"]["count"] * ratio**3), 50)
     for f in factors:
-        if f.name in values and f.name in settings.experiments[experiment].parameters:
+        if f.name in values and f.key in settings.experiments[experiment].parameters:
             part = spec
             *path, last = f.key.split(".")
             for name in path:

@@ -43,7 +43,7 @@ def test_a_run_has_the_parameters_of_its_own_experiment_alone(emulated, kind):
     fixed = own.run.get("contacts", {})
     for factor, coded in zip(model.factors, theta, strict=True):
         _, pair, name = factor.key.split(".")
-        if factor.name in own.parameters:
+        if factor.key in own.parameters:
             assert found[factor.key] == pytest.approx(factor.natural(coded))
         else:
             assert found.get(factor.key) == fixed.get(pair, {}).get(name)

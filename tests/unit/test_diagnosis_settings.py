@@ -94,11 +94,11 @@ def test_the_heap_stands_in_the_rig_of_the_calibration():
 
 
 def test_ranges_of_factors_can_be_replaced():
-    name = "salt_steel_restitution"
+    name = "contacts.particle_wall.restitution"
     settings = read_settings(FILE, {"ranges": {name: [0.85, 0.99]}})
     [factor] = parameters_of(settings, "config/factors.tsv", ["drop"])
     assert (factor.low, factor.high) == (0.85, 0.99)
-    with pytest.raises(ConfigError, match=r"ranges: is no factor \(got 'gold'\)"):
+    with pytest.raises(ConfigError, match=r"ranges: is set by no factor \(got 'gold'\)"):
         parameters_of(
             read_settings(FILE, {"ranges": {"gold": [0, 1]}}), "config/factors.tsv", ["drop"]
         )
@@ -106,6 +106,16 @@ def test_ranges_of_factors_can_be_replaced():
         parameters_of(
             read_settings(FILE, {"ranges": {name: [1, 0]}}), "config/factors.tsv", ["drop"]
         )
+
+
+@pytest.mark.parametrize("file", ["config/diagnosis.yaml", "config/discovery.yaml"])
+def test_the_settings_are_of_no_study(file):
+    """They find the factors of any study by the keys that these set, and name none."""
+    settings, text = read_settings(file), Path(file).read_text()
+    for table, first in (("config", "salt_steel"), ("examples/soybean", "bean_steel")):
+        factors = parameters_of(settings, f"{table}/factors.tsv", list(settings.experiments))
+        assert {f.name.rpartition("_")[0].rpartition("_")[0] for f in factors} > {first}
+        assert not [f.name for f in factors if f.name in text]
 
 
 @pytest.mark.parametrize(
