@@ -24,7 +24,6 @@ from dem.io.files import write_json
 from dem.results import is_current, run_name
 from dem.spec import parse_spec
 
-STAGES = ("screening", "ascent", "response_surface", "candidate", "validation")
 SEEDS_A_STAGE = 1000
 """Seeds are disjoint between stages: a run that led to a choice must not judge it as well."""
 
@@ -34,14 +33,15 @@ def run_id(spec):
     return run_name(parse_spec(spec))
 
 
-def plan(design, factors, config, experiment=None, stage=None):
+def plan(design, factors, config, experiment=None, seeds=None):
     """Add `seed` and `run_id` to a design table; returns the table and {run_id: spec}. experiment:
-    the study's own unless given; stage: one of STAGES, which has seeds of its own.
+    the study's own unless given; seeds: which thousand of seeds the runs have, from the study's
+    first on unless given.
 
     The n-th occurrence of a point has the n-th seed, so replicates differ. Raises CalibrationError
-    where a point is repeated more often than a stage has seeds.
+    where a point is repeated more often than these.
     """
-    first_seed = config.seed + (SEEDS_A_STAGE * STAGES.index(stage) if stage else 0)
+    first_seed = config.seed + SEEDS_A_STAGE * (seeds or 0)
     experiment = experiment or config.experiment
     used = [f for f in factors if f.name in design]
     seen, rows, specs = {}, [], {}
@@ -51,10 +51,10 @@ def plan(design, factors, config, experiment=None, stage=None):
         point = tuple(sorted(levels.items()))
         seed = first_seed + seen.get(point, 0)
         seen[point] = seen.get(point, 0) + 1
-        if stage and seen[point] > SEEDS_A_STAGE:
+        if seeds is not None and seen[point] > SEEDS_A_STAGE:
             raise CalibrationError(
-                f"the {stage} repeats a point more than {SEEDS_A_STAGE} times, which is as many "
-                f"seeds as it has"
+                f"a point is repeated more than {SEEDS_A_STAGE} times, which is as many seeds as "
+                "a stage has"
             )
         spec = point_spec(config.run, experiment, levels, seed)
         name = run_id(spec)
@@ -180,38 +180,3 @@ def points_of(name, config):
             place = f"run {row['run']} of {len(design)}" if "run" in row else "a run"
             found.append(f"{path.parent.name}, {place}, seed {row['seed']}: {levels}")
     return found
-
-
-def progress(config, store=None):
-    """(done, todo, mean): a text 'stage finished/total' for each stage, the runs left, and the mean
-    wall time [s] of those finished, None before the first. As the store's index has it: no result
-    is read."""
-    done, todo, walls = [], 0, []
-    store = store or RunStore()
-    for stage in STAGES:
-        names = read_plan(f"results/{config.name}/{stage}/plan.json")
-        finished = [e for n in names if (e := store.known(n)) and is_current(e["engine"])]
-        total = len(names) or expected_runs(config, stage)
-        done.append(f"{stage} {len(finished)}/{total}")
-        todo += total - len(finished)
-        walls += [e["wall_time_s"] for e in finished if e["wall_time_s"] is not None]
-    return done, todo, sum(walls) / len(walls) if walls else None
-
-
-def expected_runs(config, stage):
-    """Number of runs of a stage before it has been planned."""
-    # take half a second to load, which a run need not wait for once all stages are planned
-    from calibration.statistics.composite import surface_design
-    from calibration.statistics.screening_design import screening_design
-
-    if stage == "screening":
-        return len(screening_design(read_factors(config.factors), config.screening))
-    if stage == "response_surface":
-        surface = config.response_surface
-        going_on = read_factors(config.factors)[: config.screening.at_most]
-        return len(surface_design(going_on, surface.centre_runs, surface.replicates))
-    return {
-        "ascent": config.ascent.steps,
-        "candidate": config.optimise.candidate_runs,
-        "validation": config.validation.groups * config.validation.replicates,
-    }[stage]

@@ -10,10 +10,11 @@ from pathlib import Path
 import yaml
 
 from calibration import engines
-from calibration.campaign import points_of, progress
+from calibration.campaign import points_of
 from calibration.config import Config
 from calibration.errors import in_words, of_the_machine
 from calibration.files import replacing
+from calibration.progress import progress
 from calibration.store import ROOT, RunStore
 from dem.errors import DemError, MeasureError, RefusedStateError, StoppedError
 from dem.io.files import write_arrays

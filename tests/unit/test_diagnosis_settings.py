@@ -2,6 +2,7 @@
 folder."""
 
 from collections import Counter
+from pathlib import Path
 
 import pytest
 

@@ -3,6 +3,7 @@ without a response."""
 
 import json
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +11,15 @@ import pandas as pd
 import pytest
 import yaml
 
-from calibration.campaign import SEEDS_A_STAGE, STAGES, PlanFiles, plan
+from calibration import progress
+from calibration.campaign import SEEDS_A_STAGE, PlanFiles, plan
 from calibration.chain.optimum import _moved, plan_candidate
 from calibration.config import parse_config
 from calibration.errors import CalibrationError
 from calibration.factors import Factor, read_factors
 from calibration.physical import inside, physical_range
+from calibration.progress import expecting
+from calibration.stages import Stage, Task, load_stages
 from calibration.statistics import surface as surfaces
 from calibration.statistics.composite import central_composite, surface_design
 from calibration.statistics.design import box_behnken
@@ -153,14 +157,41 @@ def test_stages_have_seeds_of_their_own(config_of_salt):
     config, factors = config_of_salt
     row = {"run": 1} | {f.name: f.centre for f in factors}
     seeds = {}
-    for stage in STAGES:
-        table, specs = plan(pd.DataFrame([row] * 30), factors, config, stage=stage)
-        seeds[stage] = set(table["seed"])
+    for task in expecting():
+        block = import_module(task.function.split(":")[0]).SEEDS
+        table, specs = plan(pd.DataFrame([row] * 30), factors, config, seeds=block)
+        seeds[task.plans] = set(table["seed"])
         assert len(specs) == 30
+    assert {min(found) for found in seeds.values()} == {1, 1001, 2001, 3001, 4001}
     every = [seed for found in seeds.values() for seed in found]
-    assert len(every) == len(set(every)) == 30 * len(STAGES)
+    assert len(every) == len(set(every)) == 30 * len(seeds)
     with pytest.raises(CalibrationError, match="seeds"):
-        plan(pd.DataFrame([row] * (SEEDS_A_STAGE + 1)), factors, config, stage="validation")
+        plan(pd.DataFrame([row] * (SEEDS_A_STAGE + 1)), factors, config, seeds=4)
+
+
+def test_a_stage_that_expects_runs_is_counted(config_of_salt, monkeypatch, tmp_path):
+    """The progress has no list of its own: a declared stage appears in it."""
+    config, _ = config_of_salt
+    monkeypatch.setattr(progress, "load_stages", lambda: {s.name: s for s in (*STAGES, POLISH)})
+    for name in ("config", "data"):
+        (tmp_path / name).symlink_to(Path(name).resolve())
+    monkeypatch.chdir(tmp_path)
+    done, todo, mean = progress.progress(config)
+    assert done[-1] == "polish 0/7"
+    assert [text.split()[0] for text in done[:-1]] == [
+        "screening", "ascent", "response_surface", "candidate", "validation",
+    ]  # fmt: skip
+    assert todo == progress.expected_runs(config) == sum(int(d.split("/")[1]) for d in done)
+    assert mean is None
+
+
+STAGES = list(load_stages().values())
+POLISH = Stage(
+    name="polish",
+    title="Polish",
+    place=6.5,
+    tasks=(Task("no.module:plan_polish", "", plans="polish", expected=lambda config: 7),),
+)
 
 
 @pytest.fixture

@@ -19,6 +19,8 @@ from calibration.statistics.design import path_from_effects, steepest_path
 from calibration.tables import read_written
 from dem.io.files import write_json
 
+SEEDS = 1  # which thousand of seeds its runs have; no two stages share one
+
 
 def plan_ascent(study, source, output):
     """Plan the path: as configured where all factors are covered, else along the effects on the
@@ -34,7 +36,7 @@ def plan_ascent(study, source, output):
         start, step = path_from_effects(chosen, effects, config.ascent.steps)
     design = steepest_path(chosen, start, step, config.ascent.steps)
     design["path"] = "configured" if configured else "effects"
-    write_plan(Path(output.plan).parent, *plan(design, factors, config, stage="ascent"))
+    write_plan(Path(output.plan).parent, *plan(design, factors, config, seeds=SEEDS))
 
 
 def _chosen(factors, names):

@@ -23,6 +23,8 @@ from dem.io.files import write_json
 
 OUTLIER_REPEATS = 2
 
+SEEDS = 3  # which thousand of seeds its runs have; no two stages share one
+
 
 def plan_candidate(study, source, output):
     """Plan the runs at the candidate that the response surface alone gives, and repeats of its
@@ -43,7 +45,7 @@ def plan_candidate(study, source, output):
         points = [found["optimum"]] * config.optimise.candidate_runs
         points += [point for point in found.get("repeat", ()) for _ in range(OUTLIER_REPEATS)]
         rows = pd.DataFrame([{"run": k + 1} | point for k, point in enumerate(points)])
-    write_plan(folder, *plan(rows, factors, config, stage="candidate"))
+    write_plan(folder, *plan(rows, factors, config, seeds=SEEDS))
     if "moved_region" in found:
         write_json(region_file, found["moved_region"])
 

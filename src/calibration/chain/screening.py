@@ -19,12 +19,14 @@ from calibration.statistics.screening_design import screening_design
 from calibration.tables import read_written
 from dem.io.files import write_json
 
+SEEDS = 0  # which thousand of seeds its runs have; no two stages share one
+
 
 def plan_screening(study, source, output):
     """Plan the design: the configured table of coded levels, or a generated one."""
     config, factors = study.config, study.factors
     rules = config.screening
-    planned = plan(screening_design(factors, rules), factors, config, stage="screening")
+    planned = plan(screening_design(factors, rules), factors, config, seeds=SEEDS)
     write_plan(Path(output.plan).parent, *planned, inputs=[config.factors, rules.design])
 
 

@@ -16,6 +16,8 @@ from calibration.statistics.validate import compare
 from calibration.tables import read_written
 from dem.io.files import write_json
 
+SEEDS = 4  # which thousand of seeds its runs have; no two stages share one
+
 
 def plan_validation(study, source, output):
     """Plan groups of replicates at the optimum."""
@@ -27,9 +29,7 @@ def plan_validation(study, source, output):
         for g in range(config.validation.groups)
         for r in range(config.validation.replicates)
     ]
-    write_plan(
-        Path(output.plan).parent, *plan(pd.DataFrame(rows), factors, config, stage="validation")
-    )
+    write_plan(Path(output.plan).parent, *plan(pd.DataFrame(rows), factors, config, seeds=SEEDS))
 
 
 def analyse_validation(config, design_file, output):

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import qmc
 
-from calibration.campaign import STAGES, expected_runs
 from calibration.config import overlay, point_spec
 from calibration.factors import read_factors
+from calibration.progress import expected_runs
 from dem.errors import DemError, MeasureError, StoppedError
 from dem.spec import parse_spec
 
@@ -150,7 +150,7 @@ def cost(config, trials, cores=2):
     full, small = config.run["particles"], coarse(config.run)["particles"]
     finer = small["diameter_mm"] / full["diameter_mm"] if "diameter_mm" in small else 1.0
     seconds = np.mean([t.seconds for t in ran]) * full["count"] / small["count"] * finer
-    heaps = sum(expected_runs(config, stage) for stage in STAGES)
+    heaps = expected_runs(config)
     minutes = heaps * seconds / cores / 60
     return f"{heaps} heaps, about {minutes:.0f} minutes on {cores} cores" if minutes >= 1 else (
         f"{heaps} heaps, about {60 * minutes:.0f} seconds on {cores} cores"

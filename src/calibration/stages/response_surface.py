@@ -1,5 +1,6 @@
 """Box-Behnken response surface: a quadratic model of the region."""
 
+from calibration.factors import read_factors
 from calibration.stages.stage import (
     PLANNED,
     TARGETS,
@@ -12,6 +13,15 @@ from calibration.stages.stage import (
 )
 
 FOLDER = "response_surface"
+
+
+def runs(config):
+    """Number of runs of the design, of as many factors as may go on."""
+    from calibration.statistics.composite import surface_design
+
+    rules, going_on = config.response_surface, read_factors(config.factors)
+    region = going_on[: config.screening.at_most]
+    return len(surface_design(region, rules.centre_runs, rules.replicates))
 
 
 STAGES = (
@@ -27,6 +37,7 @@ STAGES = (
                 inputs={"ascent": "ascent/ascent.json", "fixed": bench_values},
                 outputs={"region": f"{FOLDER}/region.json"},
                 plans=FOLDER,
+                expected=runs,
             ),
             Task(
                 "calibration.chain.response_surface:response_surface",

@@ -1,5 +1,6 @@
 """Plackett-Burman screening: which factors matter."""
 
+from calibration.factors import read_factors
 from calibration.stages.stage import (
     PLANNED,
     TARGETS,
@@ -10,6 +11,15 @@ from calibration.stages.stage import (
     Task,
     bench_values,
 )
+
+
+def runs(config):
+    """Number of runs of the design."""
+    # takes half a second to load, which a run need not wait for once the stage is planned
+    from calibration.statistics.screening_design import screening_design
+
+    return len(screening_design(read_factors(config.factors), config.screening))
+
 
 STAGES = (
     Stage(
@@ -26,6 +36,7 @@ STAGES = (
                     "fixed": bench_values,
                 },
                 plans="screening",
+                expected=runs,
             ),
             Task(
                 "calibration.chain.screening:screening",

@@ -59,7 +59,8 @@ class Task:
     `PerTarget`}; plans: folder of the plan that it writes; batches: processes that share these
     runs, or a function of the study, as many as the cost of a run asks for where None; failures:
     "refused" or "kept"; needs: keys that must be given; cheap: it takes seconds and is not sent to
-    a cluster.
+    a cluster; expected: number of runs by the configuration, before they are planned: the progress
+    counts these.
     """
 
     function: str
@@ -72,6 +73,7 @@ class Task:
     failures: str = "refused"
     needs: tuple[str, ...] = ()
     cheap: bool = True
+    expected: Callable | None = None
 
     @property
     def rule(self):

@@ -23,6 +23,7 @@ STAGES = (
                 reads=(*PLANNED, "validation"),
                 inputs={"optimum": "optimise/optimum.json", "fixed": bench_values},
                 plans="validation",
+                expected=lambda config: config.validation.groups * config.validation.replicates,
             ),
             Task(
                 "calibration.chain.validation:validation",
