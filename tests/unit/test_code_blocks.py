@@ -22,8 +22,10 @@ from snakemake.cli import get_argument_parser
 
 from calibration.commands import main as dem
 from calibration.config import Config, overlay, parse_config
+from calibration.quantities import quantity_name
 from calibration.stages import load_stages
 from dem.spec import RunSpec, parse_spec
+from dem.units import in_ascii, unit_of
 
 ROOT = Path(__file__).parents[2]
 PAGES = (
@@ -95,10 +97,17 @@ def as_the_reader_has_it(folder, data):
     """The folder with the project's files and the tables and programs that the block names."""
     for name in ("config", "data", "examples"):
         (folder / name).symlink_to(ROOT / name)
-    targets = [data.get("target", {}), *data.get("further_targets", [])]
-    for target in (t for t in targets if "file" in t):
-        (folder / target["file"]).parent.mkdir(exist_ok=True)
-        (folder / target["file"]).write_text(f"{target['column']}\n25.5\n26.5\n")
+    experiment = data.get("experiment", "heap")
+    lever = "150" if experiment == "drop" else ""
+    metrics = [t["metric"] for t in [data.get("target"), *data.get("further_targets", [])] if t]
+    rows = [
+        f"{experiment},{quantity_name(metric)},{value},{in_ascii(unit_of(metric))},{lever}"
+        for metric in metrics
+        for value in (25.5, 26.5)
+        if unit_of(metric)
+    ]
+    head = "experiment,quantity,value,unit,drop_height_mm"
+    (folder / "measured.csv").write_text("\n".join([head, *rows]) + "\n")
     engine = data.get("engine")
     for name in engine.get("files", []) if isinstance(engine, dict) else []:
         (folder / name).write_text("")
@@ -117,6 +126,8 @@ def test_yaml_passes_the_schema_of_what_it_is(page, text, tmp_path, monkeypatch)
         salt = yaml.safe_load((ROOT / "config/config.yaml").read_text())
         if "experiment" in data:  # another one than the heap, with a geometry of its own
             salt["run"].pop("geometry")
+        if "target" in data:  # the reader's own readings in place of the salt's
+            salt["measurements"] = "measured.csv"
         parse_config(overlay(salt, data))
     else:
         assert set(data) <= set(Config.model_fields)
