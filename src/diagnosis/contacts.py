@@ -14,6 +14,7 @@ from diagnosis.laws.found import discover, predictions
 from diagnosis.laws.known import COEFFICIENT, known_curves
 from diagnosis.laws.mixed import LEVEL_SD
 from diagnosis.laws.readings import FREE, from_log, readings_of
+from diagnosis.power import power
 from diagnosis.residuals import trends
 from diagnosis.settings import condition_spec
 
@@ -26,16 +27,28 @@ def alone(experiments):
     return set(experiments) <= set(CONTACTS)
 
 
-def discovered(measurements, settings, base, catalogue):
-    """`diagnosis.laws.found.Found` of the drops, slides and shear tests among the measurements, or
-    None."""
+def _known(settings, base, catalogue):
+    """The catalogue's curves, as `diagnosis.laws.choose.trial` takes them."""
 
     def spec_of(experiment, levers):
         return condition_spec(base, settings, [], experiment, levers, {}, settings.seed)
 
+    return [known_curves(catalogue, spec_of)]
+
+
+def power_of(measurements, settings, base, catalogue):
+    """Rows of `diagnosis.power.power` for a plan."""
+    kinds = {m.experiment for m in measurements}
+    known, defaults = _known(settings, base, catalogue), defaults_of(settings, kinds)
+    return power(measurements, known, catalogue, settings.alpha, settings.seed, defaults)
+
+
+def discovered(measurements, settings, base, catalogue):
+    """`diagnosis.laws.found.Found` of the drops, slides and shear tests among the measurements, or
+    None."""
     return discover(
         measurements,
-        [known_curves(catalogue, spec_of)],
+        _known(settings, base, catalogue),
         settings.alpha,
         settings.replicates,
         settings.seed,

@@ -126,6 +126,21 @@ DIAGNOSIS = Stage(
 )
 
 
+PLAN = Stage(
+    name="diagnosis_power",
+    title="What a plan of measurements would show",
+    place=6.05,
+    tasks=(
+        _task(
+            "diagnosis_power",
+            "how strong a law must be for this plan to show it",
+            outputs={"power": f"{FOLDER}/power.json", "page": f"{FOLDER}/power.md"},
+            cheap=False,
+        ),
+    ),
+)
+
+
 def _benchmark_task(name, message, **more):
     """A task of the benchmark, which asks nothing of the measurements: its data are effects hidden
     in the engine."""
@@ -189,4 +204,4 @@ SUITE = Stage(
     ),
 )
 
-STAGES = (DIAGNOSIS, SUITE)
+STAGES = (DIAGNOSIS, PLAN, SUITE)

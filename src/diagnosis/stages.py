@@ -8,10 +8,11 @@ from scipy import stats
 
 from calibration import figures as common
 from calibration.batches import simulate
+from calibration.errors import ConfigError
 from calibration.factors import read_factors
 from calibration.files import replacing, write_table
 from dem.io.files import write_json
-from diagnosis import aside, contacts, exclusion, figures, time_step
+from diagnosis import aside, contacts, exclusion, figures, power, time_step
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.emulator_files import read_emulators, write_emulators
@@ -50,6 +51,24 @@ def load(config, settings):
 def base_of(config):
     """The calibration's run spec (a mapping) with the experiment that it was calibrated on."""
     return config.run | {"experiment": config.experiment}
+
+
+def plan_power(config, settings, output):
+    """How strong a law must be for the study's table, its values guesses, to show it."""
+    table = read(config).fitted
+    kinds = list(dict.fromkeys(m.experiment for m in table))
+    if not contacts.alone(kinds):
+        raise ConfigError(
+            "has experiments whose power is not computed",
+            path=config.measurements,
+            value=", ".join(k for k in kinds if k not in contacts.CONTACTS),
+            allowed=f"rows of {' and '.join(contacts.CONTACTS)}",
+        )
+    known = catalogue_of(settings, kinds)
+    rows = contacts.power_of(table, settings, base_of(config), known)
+    write_json(output.power, rows)
+    with replacing(output.page) as partial:
+        partial.write_text(power.page(rows))
 
 
 def plan_runs(config, settings, output):
@@ -204,6 +223,11 @@ def conclude(config, settings, source, output):
 
 def _settings(study, source):
     return read_settings(source.settings, study.config.diagnosis)
+
+
+def diagnosis_power(study, source, output):
+    """See `plan_power`."""
+    plan_power(study.config, _settings(study, source), output)
 
 
 def diagnosis_plan(study, source, output):

@@ -415,7 +415,7 @@ def curve(law, tried):
     root = direction * np.sqrt(np.maximum(size, 0.0))
     wide = np.abs(rng.standard_normal((DRAWS, len(at))) @ root.T / spread).max(1)
     reach = max(float(np.quantile(wide, 0.95)), 1.96) * spread
-    told = _told(law, tried, at)
+    told = told_in(law, tried)
     state = np.exp(middle + half * at)
     values = [
         {"state": float(s), "value": float(told(k, mean[k])),
@@ -428,7 +428,7 @@ def curve(law, tried):
     return values, {name: [float(state[0]), float(state[-1])]} if law.coordinate else {}
 
 
-def _told(law, tried, at):
+def told_in(law, tried):
     """A function of place and value that turns a curve in the law's space into what is told."""
     centre, readings = float(tried.centre[0]), tried.readings
     if law.weight is None:
