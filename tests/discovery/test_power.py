@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from calibration.measurements import Measurement
 from diagnosis.laws.found import discover
-from diagnosis.measurements import Measurement
 from diagnosis.power import POWER, page, power
 
 HEIGHTS, SIZES = (50.0, 80.0, 120.0, 180.0, 250.0), (1.5, 2.0, 3.0, 4.0)
