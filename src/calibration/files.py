@@ -1,11 +1,15 @@
 """Writing files so that nothing half written is ever found under their name."""
 
 import os
+import re
 import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 ABANDONED = 3600.0  # seconds
+PARTIAL = re.compile(r"\.partial\..*|\..*\.partial")
+"""What `replacing` writes to, and what the engine's writers write to."""
+
 FORMULA = ("=", "+", "-", "@")
 
 
@@ -26,7 +30,8 @@ def replacing(path):
 def sweep_abandoned(folder):
     """Delete what writers that were killed have left below a folder: partial files of more than an
     hour."""
-    for partial in Path(folder).rglob(".partial.*"):
+    partials = (p for p in Path(folder).rglob(".*") if PARTIAL.fullmatch(p.name))
+    for partial in partials:
         with suppress(OSError):  # its writer has just finished
             if time.time() - partial.stat().st_mtime > ABANDONED:
                 partial.unlink()

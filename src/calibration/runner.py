@@ -13,11 +13,10 @@ from calibration import engines
 from calibration.campaign import points_of
 from calibration.config import Config
 from calibration.errors import in_words, of_the_machine
-from calibration.files import replacing
 from calibration.progress import progress
 from calibration.store import ROOT, RunStore
 from dem.errors import DemError, MeasureError, RefusedStateError, StoppedError
-from dem.io.files import write_arrays
+from dem.io.files import replace_file, write_arrays
 from dem.results import STATE, write_result
 from dem.spec import parse_spec
 
@@ -99,8 +98,8 @@ def _attempt(spec, name, log, config, store):
             stream.write(f"{message}\n")
             if not (isinstance(error, DemError) or of_the_machine(error)):
                 traceback.print_exc(file=stream)
-            with replacing(repeat) as partial:
-                partial.write_text(yaml.safe_dump(spec, sort_keys=False))
+            text = yaml.safe_dump(spec, sort_keys=False)
+            replace_file(repeat, lambda stream: stream.write(text.encode()))
             return error
         stream.write(f"done: {result['metrics']}\n")
     repeat.unlink(missing_ok=True)

@@ -30,9 +30,10 @@ def test_numbers_and_words_come_back_as_they_were():
     )
 
 
-def test_abandoned_files_go_and_those_being_written_stay(tmp_path):
+@pytest.mark.parametrize("pattern", [".partial.{}.runs.csv", ".screening.json.{}.partial"])
+def test_abandoned_files_go_and_those_being_written_stay(tmp_path, pattern):
     (tmp_path / "a").mkdir()
-    old, new = tmp_path / "a" / ".partial.12.runs.csv", tmp_path / "a" / ".partial.13.runs.csv"
+    old, new = (tmp_path / "a" / pattern.format(number) for number in (12, 13))
     for path in (old, new):
         path.write_text("half")
     os.utime(old, (time.time() - 7200,) * 2)

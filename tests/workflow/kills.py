@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[2]
 READ = ("Snakefile", "workflow", "config", "profiles", "src", "data")
 """What the workflow reads of a checkout."""
 
-MOMENTS = 2.0, 25.0
+MOMENTS = 2.0, 40.0
 """Seconds between two kills: from before snakemake has planned anything to some runs later."""
 
 VICTIMS = ("snakemake", "job", "job", "all")
@@ -154,9 +154,9 @@ def outcome(folder):
 
 
 def left_behind(folder):
-    """Files that only a writer at work may have."""
-    every = [p for p in (folder / "results").rglob("*") if "partial" in p.name]
-    return every + list(folder.glob("results/runs/*/checkpoint.npz"))
+    """Files in the folders of runs that only a writer at work may have."""
+    names = (".*.partial", ".partial.*", "checkpoint.npz", ".lock")
+    return [p for name in names for p in folder.glob(f"results/runs/*/{name}")]
 
 
 def main(folder, kills, seed, targets):

@@ -1,0 +1,74 @@
+"""kill -9 at random moments: what a campaign comes to in the end is what an undisturbed one comes
+to, with nobody to unlock or to clean up."""
+
+import pytest
+from kills import (
+    checkout,
+    disturbed,
+    done,
+    finish,
+    kill,
+    left_behind,
+    outcome,
+    start,
+    wait_for_orphans,
+)
+
+from calibration.verify import faults_of
+
+SEED = 14
+SHORT = {"kills": 8, "targets": ["screening"]}
+WHOLE = {"kills": 50, "targets": []}
+
+
+class Draws:
+    """In place of a generator: always the same victim."""
+
+    def __init__(self, victim):
+        self.victim = victim
+
+    def choice(self, _):
+        return self.victim
+
+    def random(self):
+        return 0.5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(SHORT, id="screening"),
+        # the whole test profile twice, and the time of the kills: half an hour and more
+        pytest.param(WHOLE, id="all", marks=pytest.mark.long),
+    ],
+)
+def test_a_campaign_that_is_killed_ends_as_an_undisturbed_one(tmp_path, case):
+    whole, killed = checkout(tmp_path / "whole"), checkout(tmp_path / "killed")
+    finish(whole, case["targets"])
+    groups = disturbed(killed, case["kills"], SEED, case["targets"])
+    assert wait_for_orphans(groups) == []
+    assert left_behind(killed) == []
+    assert list(faults_of(killed / "results")) == []
+    assert done(killed) == done(whole) > 0
+    expected, found = outcome(whole), outcome(killed)
+    assert sorted(found) == sorted(expected)
+    assert [name for name in expected if found[name] != expected[name]] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("victim", ["snakemake", "job", "all"])
+def test_the_kill_meets_its_victim(tmp_path, victim):
+    """A kill that misses would let the test above pass for nothing."""
+    folder = checkout(tmp_path)
+    process = start(folder, ["audit"])
+    if victim == "job":
+        import psutil
+
+        while not psutil.Process(process.pid).children() and process.poll() is None:
+            pass
+    said, ended = kill(process, Draws(victim))
+    assert ended == (victim != "job")
+    assert said.startswith("a job" if victim == "job" else victim)
+    assert process.wait() != 0
+    assert wait_for_orphans([process.pid]) == []
