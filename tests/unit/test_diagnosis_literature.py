@@ -2,6 +2,7 @@
 finds the air."""
 
 import importlib.util
+import json
 from pathlib import Path
 
 import pandas as pd
@@ -22,11 +23,15 @@ from diagnosis.stages import load
 FOLDER = Path("data/literature")
 
 
-def derived():
-    spec = importlib.util.spec_from_file_location("derive", FOLDER / "derive.py")
+def script(name):
+    spec = importlib.util.spec_from_file_location(name, FOLDER / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    return module.measurements()
+    return module
+
+
+def derived():
+    return script("derive").measurements()
 
 
 def study():
@@ -71,3 +76,17 @@ def test_no_law_is_named_that_rests_on_three_settings():
     assert found.p < 0.05
     assert (found.verdict, found.causes) == ("ambiguous", [])
     assert "rest on 3 settings" in found.reason
+
+
+def test_the_page_shows_the_kept_findings():
+    findings = script("findings")
+    kept = json.loads(findings.KEPT.read_text())
+    assert findings.shown(findings.PAGE.read_text()) == findings.table(kept)
+
+
+@pytest.mark.parametrize(
+    "name", ["shear_annular_wet_day1", pytest.param("table_tennis_ball", marks=pytest.mark.slow)]
+)
+def test_a_kept_finding_comes_out_again(name):
+    findings = script("findings")
+    assert findings.finding(name) == json.loads(findings.KEPT.read_text())[name]

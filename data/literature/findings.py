@@ -1,0 +1,102 @@
+"""What the diagnosis says of each measured set: `python data/literature/findings.py` writes
+findings.json and the table of README.md; with names of sets, those alone are made anew.
+
+Drops are diagnosed with the catalogue, by the engine's own contact; the shear tests by the free
+laws alone, their base model one coefficient of friction and not the simulated cell.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import yaml
+
+from calibration.config import overlay, parse_config
+from diagnosis import contacts
+from diagnosis.catalogue import load_catalogue
+from diagnosis.laws.found import discover
+from diagnosis.measurements import read_measurements
+from diagnosis.settings import read_settings
+
+FOLDER = Path(__file__).parent
+ROOT = FOLDER.parents[1]
+KEPT, PAGE = FOLDER / "findings.json", FOLDER / "README.md"
+BEGIN, END = "<!-- findings -->\n", "<!-- end of findings -->"
+BALLS = {
+    # diameter [mm] and density [kg/m3] by the rules of each game
+    "table_tennis_ball": (40.0, 80.57),
+    "golf_ball_flights": (42.67, 1129.0),
+    "tennis_ball_flights": (66.7, 371.0),
+}
+SHEARS = ("shear_ccgm_coated_beads", "shear_annular_wet_day1", "shear_annular_wet_day2")
+
+
+def finding(name):
+    """A mapping of what the diagnosis says of one set."""
+    measured = read_measurements(FOLDER / f"{name}.csv")
+    found = _of_ball(measured, *BALLS[name]) if name in BALLS else discover(measured)
+    law = found.law or {}
+    return {
+        "settings": len(measured),
+        "verdict": found.verdict,
+        "causes": found.causes,
+        "p": round(found.p, 4),
+        "sentence": law.get("sentence", ""),
+        "tied": [
+            t["form"] or f"{t['slot']} of {' and '.join(t['state']) or 'all settings alike'}"
+            for t in law.get("tied", [])
+        ],
+        "formula": law.get("formula"),
+        "outliers": [o["line"] for o in found.outliers],
+        "scatter": [f"{s['of']} {100 * s['sd']:.2g} %" for s in found.scatter],
+    }
+
+
+def _of_ball(measured, diameter, density):
+    """`Found` of a ball's drops, of its own size and weight."""
+    base = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    grain = {"run": {"materials": {"particle": {"density_kg_m3": density}}}}
+    config = parse_config(overlay(base, grain))
+    run = {"run": {"particles": {"diameter_mm": diameter}}}
+    settings = read_settings(ROOT / "config/diagnosis.yaml", {"experiments": {"drop": run}})
+    return contacts.discovered(measured, settings, config.run, load_catalogue())
+
+
+def table(kept):
+    """Markdown of the kept findings."""
+    lines = ["| set | settings | verdict | p | what is found |", "|---|---|---|---|---|"]
+    for name in (*BALLS, *SHEARS):
+        f = kept[name]
+        verdict = f["verdict"] + (f": {', '.join(f['causes'])}" if f["causes"] else "")
+        parts = [f["sentence"].rstrip(".")]
+        parts += [f"only this form fits: {f['formula']}"] if f["formula"] else []
+        parts += [f"not told from it: {', '.join(f['tied'])}"] if f["tied"] else []
+        parts += [f"set aside: line {', '.join(map(str, f['outliers']))}"] if f["outliers"] else []
+        parts += [f"errors shared by or between {', '.join(f['scatter'])}"] if f["scatter"] else []
+        what = "; ".join(p for p in parts if p).replace("_", " ")
+        lines.append(
+            f"| {name.replace('_', ' ')} | {f['settings']} | {verdict.replace('_', ' ')} "
+            f"| {f['p']:.2g} | {what} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def shown(page):
+    """The part of the page that the table stands in."""
+    return page.split(BEGIN)[1].split(END)[0]
+
+
+def main(names):
+    """Make the findings of the named sets, or of all, and write them down."""
+    kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
+    for name in names or (*BALLS, *SHEARS):
+        kept[name] = finding(name)
+        print(name, kept[name], flush=True)
+        KEPT.write_text(json.dumps(kept, indent=1) + "\n")
+    if set(kept) >= {*BALLS, *SHEARS}:
+        text = PAGE.read_text()
+        PAGE.write_text(text.replace(shown(text), table(kept)))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
