@@ -5,7 +5,6 @@ is a table: the design's columns, `seed`, `experiment`, `run_id`; the specs stan
 plan.json.
 """
 
-import json
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -15,7 +14,7 @@ import pandas as pd
 from calibration.config import point_spec
 from calibration.errors import CalibrationError
 from calibration.factors import read_factors
-from calibration.files import write_table
+from calibration.files import read_json, write_table
 from calibration.store import ROOT, RunStore
 from calibration.tables import read_written
 from dem.errors import ResultError
@@ -97,7 +96,7 @@ def changed_since_planned(folder):
     folder = Path(folder)
     if not (folder / PLANNED).exists():
         return []
-    made = json.loads((folder / PLANNED).read_text())
+    made = read_json(folder / PLANNED)
     if not is_sealed(made):
         raise ValueError(f"{folder / PLANNED}: is damaged")
     own = [(folder / name, digest) for name, digest in made["files"].items()]
@@ -115,7 +114,7 @@ def read_plan(path):
 @lru_cache(maxsize=64)
 def _read_plan(path, _changed):
     """A plan is asked for by each of its runs."""
-    return json.loads(path.read_text())
+    return read_json(path)
 
 
 def planned_spec(study, name):

@@ -1,5 +1,6 @@
 """Writing files so that nothing half written is ever found under their name."""
 
+import json
 import os
 import re
 import time
@@ -35,6 +36,11 @@ def sweep_abandoned(folder):
         with suppress(OSError):  # its writer has just finished
             if time.time() - partial.stat().st_mtime > ABANDONED:
                 partial.unlink()
+
+
+def read_json(path):
+    """Content of a JSON file that a stage wrote."""
+    return json.loads(Path(path).read_text())
 
 
 def write_table(table, path):

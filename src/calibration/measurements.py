@@ -15,7 +15,14 @@ import pandas as pd
 
 from calibration.errors import ConfigError
 from calibration.plausible import AT_ITS_WORD
-from calibration.quantities import LEVERS, QUANTITIES, having, levers_of, measurable
+from calibration.quantities import (
+    LEVERS,
+    QUANTITIES,
+    Condition,
+    having,
+    levers_of,
+    measurable,
+)
 from calibration.tables import read_table
 from dem.units import UnitError, has_unit, in_unit, question, unit_of
 
@@ -75,6 +82,11 @@ class Measurement:
 
     @property
     def condition(self):
+        """The `Condition` that it was measured at."""
+        return Condition(self.experiment, self.levers)
+
+    @property
+    def shared(self):
         """What replicates share."""
         levers = tuple(sorted(self.levers.items()))
         return self.experiment, self.quantity, levers, self.batch, self.instrument, self.role
@@ -139,7 +151,7 @@ def _gathered(rows, path, faults):
     kept, groups = [r for r in rows if r.outcome], {}
     for row in rows:
         if not row.outcome:
-            groups.setdefault(row.condition, []).append(row)
+            groups.setdefault(row.shared, []).append(row)
     for own in groups.values():
         means = [m for m in own if not m.readings]
         faults += [_twice(m, own[0], path) for m in own[1:] if means]

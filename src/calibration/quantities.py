@@ -36,6 +36,13 @@ def having(lever):
     return tuple(name for name in QUANTITIES if lever in levers_of(name))
 
 
+class Condition(NamedTuple):
+    """What is measured or simulated: an experiment, and the levers that are set."""
+
+    experiment: str
+    levers: dict
+
+
 class Measurable(NamedTuple):
     """A quantity that a table of measurements may hold: the metric of a run that it is compared
     with, its unit and limits; below: a lever that it cannot exceed."""

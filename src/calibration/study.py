@@ -4,13 +4,13 @@ The workflow hands one to each stage, narrowed to the sections of the configurat
 declares; in Python `Study("wheat")` opens one from its folder.
 """
 
-import json
 from functools import cached_property
 from pathlib import Path
 
 from calibration.config import Config, goals, is_measured, read_target
 from calibration.errors import CalibrationError
 from calibration.factors import read_factors
+from calibration.files import read_json
 from calibration.tables import read_written
 
 ALWAYS = ("name",)  # where a study's files are; it decides none of their content
@@ -47,7 +47,7 @@ class Results:
         """Summary of a stage as a mapping, or None; `name`: another JSON file of it."""
         names = [name] if name else [stage, "optimum"]
         paths = [self.folder / stage / f"{n}.json" for n in names]
-        return next((json.loads(p.read_text()) for p in paths if p.is_file()), None)
+        return next((read_json(p) for p in paths if p.is_file()), None)
 
     def table(self, stage, name):
         """Table `name`.csv of a stage as a data frame, or None."""
@@ -69,7 +69,7 @@ class Study(Results):
         where given, replace its own."""
         config = Config.model_validate(data)
         for file in bench_files:
-            found = json.loads(Path(file).read_text())["fixed"]
+            found = read_json(file)["fixed"]
             config = config.model_copy(update={"fixed": config.fixed | found})
         return cls(config)
 

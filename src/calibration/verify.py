@@ -15,7 +15,7 @@ from filelock import FileLock, Timeout
 from calibration import engines
 from calibration.campaign import changed_since_planned, read_plan, run_id
 from calibration.errors import CalibrationError
-from calibration.files import sweep_abandoned
+from calibration.files import read_json, sweep_abandoned
 from calibration.store import RunStore
 from dem.errors import DemError, ResultError
 from dem.io.files import sweep_partial
@@ -139,7 +139,7 @@ def _specs(plan):
 def _own_spec(folder):
     """The spec that a result holds, if it is still that of the folder's name."""
     try:
-        spec = json.loads((folder / RESULT).read_text())["spec"]
+        spec = read_json(folder / RESULT)["spec"]
         return spec if run_id(spec) == folder.name else None
     except (OSError, ValueError, KeyError, TypeError, DemError):
         return None
@@ -185,7 +185,7 @@ def _forget_batches(folder, store):
     """Delete the marks of batches in a stage's folder that lack a run which they name."""
     for mark in sorted(folder.glob("batches/*.json")):
         try:
-            named = json.loads(mark.read_text())["runs"]
+            named = read_json(mark)["runs"]
         except (OSError, ValueError, KeyError, TypeError):
             named = [""]
         if not all(_there(store, name) for name in named):

@@ -58,7 +58,7 @@ def _lines(rows):
 
 def by_emulators(emulated, held_out, fits):
     """Rows (see `_rows`) of conditions held out, from {names of mechanisms: Fit}."""
-    conditions = [(m.experiment, m.levers) for m in held_out]
+    conditions = [m.condition for m in held_out]
     if not held_out:
         return []
     predicted = {

@@ -7,6 +7,7 @@ The base model is a constant restitution and a constant friction. What it misses
 import numpy as np
 from scipy.stats import chi2
 
+from calibration.quantities import Condition
 from dem.spec import parse_spec
 from diagnosis import time_step
 from diagnosis.collision import rebounds, sliding_angles
@@ -16,7 +17,6 @@ from diagnosis.laws.mixed import LEVEL_SD
 from diagnosis.laws.readings import FREE, from_log, readings_of
 from diagnosis.power import power
 from diagnosis.residuals import trends
-from diagnosis.settings import condition_spec
 
 CONTACTS = ("drop", "tilt")
 IN_AIR = 2.0  # a rebound is the square of a restitution
@@ -27,28 +27,29 @@ def alone(experiments):
     return set(experiments) <= set(CONTACTS)
 
 
-def _known(settings, base, catalogue):
+def _known(rig, catalogue):
     """The catalogue's curves, as `diagnosis.laws.choose.trial` takes them."""
 
     def spec_of(experiment, levers):
-        return condition_spec(base, settings, [], experiment, levers, {}, settings.seed)
+        return rig.spec(Condition(experiment, levers), rig.settings.seed)
 
     return [known_curves(catalogue, spec_of)]
 
 
-def power_of(measurements, settings, base, catalogue):
+def power_of(measurements, rig, catalogue):
     """Rows of `diagnosis.power.power` for a plan."""
-    kinds = {m.experiment for m in measurements}
-    known, defaults = _known(settings, base, catalogue), defaults_of(settings, kinds)
+    settings, kinds = rig.settings, {m.experiment for m in measurements}
+    known, defaults = _known(rig, catalogue), defaults_of(settings, kinds)
     return power(measurements, known, catalogue, settings.alpha, settings.seed, defaults)
 
 
-def discovered(measurements, settings, base, catalogue):
+def discovered(measurements, rig, catalogue):
     """`diagnosis.laws.found.Found` of the drops, slides and shear tests among the measurements, or
     None."""
+    settings = rig.settings
     return discover(
         measurements,
-        _known(settings, base, catalogue),
+        _known(rig, catalogue),
         settings.alpha,
         settings.replicates,
         settings.seed,
@@ -118,14 +119,14 @@ def base(measurements, settings, factors):
     }
 
 
-def half_step(measurements, settings, base):
+def half_step(measurements, rig):
     """Rows of `diagnosis.time_step.row_of`: the integrated contacts at half their time step."""
     out = []
     for i in time_step.middles(measurements):
         m = measurements[i]
         log, _ = _level([m], m.experiment, None)
         name, low, high = COEFFICIENT[m.experiment]
-        spec = condition_spec(base, settings, [], m.experiment, m.levers, {}, settings.seed)
+        spec = rig.spec(m.condition, rig.settings.seed)
         pair = spec.get("contacts", {})
         value = float(np.exp(log / (IN_AIR if m.experiment == "drop" else 1.0)))
         wall = pair.get("particle_wall", {}) | {name: float(np.clip(value, low, high))}

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.stats import qmc
 
 from calibration.batches import named
-from calibration.quantities import POURED
+from calibration.quantities import POURED, Condition
 from diagnosis.catalogue import Strength
-from diagnosis.settings import BASE, condition_spec, log_span
+from diagnosis.settings import BASE, log_span
 
 REPEAT = 100_000  # between the seeds of runs that repeat a point
 WIDENED = 1.15  # the emulators reach a little beyond the factors' range, so that a fit may
@@ -74,7 +74,7 @@ def multiplied(settings, factors, experiment, mechanism):
     return MultipliedLever(column, math.log(high / low), mechanism.strength)
 
 
-def plan(settings, base, factors, catalogue, experiments):
+def plan(rig, catalogue, experiments):
     """Rows [{experiment, mechanism, inputs in [0, 1], run_ids}], a point each, and {run id: spec}
     of all emulator runs.
 
@@ -85,15 +85,13 @@ def plan(settings, base, factors, catalogue, experiments):
     re-uses the runs; runs that repeat a point differ in their seed, so asking for more of them
     re-uses the first.
     """
-    rows, specs = [], {}
+    rows, specs, settings, factors = [], {}, rig.settings, rig.factors
     for experiment, mechanism in wanted(settings, catalogue, experiments):
         names = inputs_of(settings, factors, experiment, mechanism)
         own = settings.experiments[experiment]
         lever = multiplied(settings, factors, experiment, catalogue.get(mechanism))
         for k, x in enumerate(_points(settings, experiment, mechanism, len(names))):
-            spec = _spec(
-                settings, base, factors, experiment, names, x, catalogue.get(mechanism), 1000 + k
-            )
+            spec = _spec(rig, experiment, names, x, catalogue.get(mechanism), 1000 + k)
             repeats = range(own.repeated.get(mechanism, 1))
             runs = named([spec | {"seed": spec["seed"] + REPEAT * j} for j in repeats])
             specs |= runs
@@ -121,12 +119,13 @@ def _points(settings, experiment, mechanism, inputs):
     return np.round(np.vstack(cubes), 6)
 
 
-def _spec(settings, base, factors, experiment, names, x, mechanism, seed):
+def _spec(rig, experiment, names, x, mechanism, seed):
     at = dict(zip(names, x, strict=True))
-    ranges = settings.experiments[experiment].levers
+    ranges = rig.settings.experiments[experiment].levers
     levers = {n: round(log_span(*ranges[n], at[n]), 6) for n in ranges}
-    values = {f.name: f.natural(coded_factor(float(at[f.name]))) for f in factors if f.name in at}
-    spec = condition_spec(base, settings, factors, experiment, levers, values, seed)
+    varied = [f for f in rig.factors if f.name in at]
+    values = {f.name: f.natural(coded_factor(float(at[f.name]))) for f in varied}
+    spec = rig.spec(Condition(experiment, levers), seed, values)
     if mechanism is None:
         return spec
     return mechanism.apply(spec, round(mechanism.strength.natural(float(at["strength"])), 12))

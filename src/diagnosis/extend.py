@@ -6,7 +6,6 @@ import numpy as np
 from calibration.batches import named
 from calibration.quantities import QUANTITIES
 from diagnosis.fit import Data, data_of, fit, spread_unit
-from diagnosis.settings import condition_spec
 
 RESAMPLES = 4000
 
@@ -20,7 +19,7 @@ def held_out_points(model, measurements):
     return fit(model, Data(np.tile(data.value, (n, 1)), error)).theta
 
 
-def extension_plan(settings, base, models, measurements, seed=90_000):
+def extension_plan(rig, models, measurements, seed=90_000):
     """`gain_runs` runs of each model at the parameters fitted without each setting, at that
     setting.
 
@@ -29,10 +28,8 @@ def extension_plan(settings, base, models, measurements, seed=90_000):
     rows, specs = [], {}
     for label, model in models.items():
         for i, theta in enumerate(held_out_points(model, measurements)):
-            seeds = [seed + i + 1000 * k for k in range(settings.gain_runs)]
-            own = named(
-                [real_spec(settings, base, model, measurements[i], theta, s) for s in seeds]
-            )
+            seeds = [seed + i + 1000 * k for k in range(rig.settings.gain_runs)]
+            own = named([real_spec(rig, model, measurements[i], theta, s) for s in seeds])
             specs |= own
             rows.append(
                 {
@@ -45,13 +42,11 @@ def extension_plan(settings, base, models, measurements, seed=90_000):
     return rows, specs
 
 
-def real_spec(settings, base, model, measurement, theta, seed):
+def real_spec(rig, model, measurement, theta, seed):
     """Run spec of a condition at theta (p,), the engine's laws of the model's mechanisms switched
     on."""
     values = {f.name: f.natural(float(t)) for f, t in zip(model.factors, theta, strict=False)}
-    spec = condition_spec(
-        base, settings, model.factors, measurement.experiment, measurement.levers, values, seed
-    )
+    spec = rig.of(model.factors).spec(measurement.condition, seed, values)
     for k, mechanism in enumerate(model.mechanisms, len(model.factors)):
         if mechanism.observe is None and measurement.experiment in mechanism.experiments:
             spec = mechanism.apply(spec, round(float(mechanism.strength.natural(theta[k])), 12))

@@ -64,8 +64,8 @@ class Scores:
 
     @property
     def conditions(self):
-        """[(experiment, levers)]."""
-        return [(m.experiment, m.levers) for m in self.measurements]
+        """The `Condition` of each measurement."""
+        return [m.condition for m in self.measurements]
 
 
 def identify(emulated, measurements, alpha=0.05, replicates=300, seed=0):
@@ -75,7 +75,7 @@ def identify(emulated, measurements, alpha=0.05, replicates=300, seed=0):
 
 def weigh(emulated, measurements, replicates=300, seed=0):
     """`Scores` of the base model and the whole catalogue."""
-    conditions = [(m.experiment, m.levers) for m in measurements]
+    conditions = [m.condition for m in measurements]
     data = data_of(measurements)
     models = {BASE: emulated.model(conditions)}
     models |= {name: emulated.model(conditions, [name]) for name in emulated.applicable(conditions)}

@@ -6,7 +6,8 @@ import numpy as np
 
 from diagnosis.design import WIDENED, factor_share, inputs_of
 from diagnosis.emulator import inverse
-from diagnosis.settings import BASE, combine, lever_values
+from diagnosis.rig import combine
+from diagnosis.settings import BASE, lever_values
 
 STEP = 1e-3  # of a coded strength and, relative, of a value: for derivatives of readings
 SHARE_BY_CODED = 0.5 / WIDENED  # derivative of `factor_share`

@@ -6,14 +6,13 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from calibration.config import Config, overlay
+from calibration.config import overlay
 from calibration.errors import ConfigError
 from calibration.factors import read_factors
 from calibration.measurements import raise_faults
-from calibration.quantities import LEVERS, POURED, QUANTITIES
+from calibration.quantities import LEVERS, QUANTITIES
 from dem.errors import SpecError
 from dem.io.mapping import read_mapping
-from dem.spec import parse_spec
 from diagnosis.catalogue import load_catalogue
 
 BASE = "base"
@@ -177,18 +176,6 @@ def check_range(settings, measurements, path):
     raise_faults(faults)
 
 
-def check_specs(settings, base, measurements):
-    """Raise ConfigError where an experiment's run spec cannot be run at a measured condition."""
-    for m in measurements:
-        spec = condition_spec(base, settings, [], m.experiment, m.levers, {}, 0)
-        try:
-            parse_spec(spec)
-        except SpecError as error:
-            raise ConfigError(
-                f"{m.label}: {error}", key=f"experiments.{m.experiment}.run"
-            ) from None
-
-
 def _default(settings, experiment, lever):
     part, name = LEVERS[lever].place
     return settings.experiments[experiment].run.get(part, {}).get(name)
@@ -200,61 +187,6 @@ def lever_values(settings, experiment, levers):
         name: levers.get(name, _default(settings, experiment, name))
         for name in settings.experiments[experiment].levers
     }
-
-
-def condition_spec(base, settings, factors, experiment, levers, values, seed):
-    """Run spec (a mapping) of a condition: calibration's spec, experiment's, levers, and factor
-    values {name: value}.
-
-    Of the values only those of the experiment's own parameters count: its emulators know no others.
-    """
-    # the experiment that was calibrated on stands in the calibration's own rig
-    own = base.get("experiment", Config.model_fields["experiment"].default)
-    shared = ("materials", "contacts", *(["geometry"] if experiment == own else []))
-    spec = overlay(
-        {k: v for k, v in base.items() if k in shared}, settings.experiments[experiment].run
-    )
-    spec["laws"] = dict(base.get("laws", {}))
-    spec |= {"experiment": experiment, "seed": int(seed)}
-    reference = spec["particles"].get("diameter_mm")
-    for name, value in levers.items():
-        if name in SIMULATED:
-            part, key = LEVERS[name].place
-            spec.setdefault(part, {})[key] = round(value) if key == "count" else value
-    if experiment in POURED and "particle_count" not in levers:
-        ratio = reference / spec["particles"]["diameter_mm"]
-        spec["particles"]["count"] = max(round(spec["particles"]["count"] * ratio**3), 50)
-    for f in factors:
-        if f.name in values and f.key in settings.experiments[experiment].parameters:
-            part = spec
-            *path, last = f.key.split(".")
-            for name in path:
-                part = part.setdefault(name, {})
-            part[last] = round(float(values[f.name]), 9)
-    return spec
-
-
-def combine(settings, mechanisms, conditions):
-    """Whether the engine can have all of the mechanisms at once in the experiments of conditions
-    [(experiment, levers)]: no two of them in the same slot, and a spec that it takes. Those of the
-    reading go with any."""
-    for experiment, levers in dict(conditions).items():
-        plain = condition_spec({}, settings, [], experiment, levers, {}, 0)
-        spec, taken = plain, set()
-        for m in mechanisms:
-            if m.observe is not None or experiment not in m.experiments:
-                continue
-            strength = m.strength.natural(0.5)
-            slots = {s for s, _ in m.apply(plain, strength)["laws"].items() - plain["laws"].items()}
-            if slots & taken:
-                return False
-            taken |= slots
-            spec = m.apply(spec, strength)
-        try:
-            parse_spec(spec)
-        except SpecError:
-            return False
-    return True
 
 
 def log_span(low, high, share):

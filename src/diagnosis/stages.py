@@ -1,115 +1,69 @@
 """The stages of the diagnosis: each reads its input files and writes its output files."""
 
-import json
-from pathlib import Path
-
 import pandas as pd
 from scipy import stats
 
 from calibration import figures as common
 from calibration.batches import simulate
 from calibration.errors import ConfigError
-from calibration.factors import read_factors
-from calibration.files import replacing, write_table
+from calibration.files import read_json, replacing, write_table
 from dem.io.files import write_json
 from diagnosis import aside, contacts, exclusion, figures, power, time_step
 from diagnosis.design import plan
 from diagnosis.emulator import train
-from diagnosis.emulator_files import read_emulators, write_emulators
+from diagnosis.emulator_files import write_emulators
 from diagnosis.extend import extension_plan, gain, real_values
 from diagnosis.fit import data_of, fit
 from diagnosis.identify import identify
-from diagnosis.measurements import read_all
-from diagnosis.model import Emulated
 from diagnosis.residuals import calibration, residual_rows, trends
-from diagnosis.settings import (
-    BASE,
-    catalogue_of,
-    check_range,
-    check_specs,
-    parameters_of,
-    read_settings,
-)
+from diagnosis.settings import BASE, read_settings
+from diagnosis.setup import Setup
 from diagnosis.verdict import extended_name, findings, page, validate
 
 
-def read(config):
-    """All rows of the study's table of measurements."""
-    return read_all(config.measurements)
-
-
-def load(config, settings):
-    """Measurements, checked against the emulators' range, and the experiments that they need."""
-    table = read(config)
-    measurements = table.fitted
-    if not contacts.alone(m.experiment for m in measurements):
-        check_range(settings, measurements + table.held_out, config.measurements)
-    check_specs(settings, base_of(config), measurements + table.held_out)
-    return measurements, list(dict.fromkeys(m.experiment for m in measurements))
-
-
-def base_of(config):
-    """The calibration's run spec (a mapping) with the experiment that it was calibrated on."""
-    return config.run | {"experiment": config.experiment}
-
-
-def plan_power(config, settings, output):
+def plan_power(setup, output):
     """How strong a law must be for the study's table, its values guesses, to show it."""
-    table = read(config).fitted
-    kinds = list(dict.fromkeys(m.experiment for m in table))
-    if not contacts.alone(kinds):
+    if not setup.of_contacts:
         raise ConfigError(
             "has experiments whose power is not computed",
-            path=config.measurements,
-            value=", ".join(k for k in kinds if k not in contacts.CONTACTS),
+            path=setup.config.measurements,
+            value=", ".join(k for k in setup.kinds if k not in contacts.CONTACTS),
             allowed=f"rows of {' and '.join(contacts.CONTACTS)}",
         )
-    known = catalogue_of(settings, kinds)
-    rows = contacts.power_of(table, settings, base_of(config), known)
+    rows = contacts.power_of(setup.measurements, setup.rig, setup.catalogue)
     write_json(output.power, rows)
     with replacing(output.page) as partial:
         partial.write_text(power.page(rows))
 
 
-def plan_runs(config, settings, output):
+def plan_runs(setup, output):
     """Check the measurements; write the emulators' design and plan."""
-    _, kinds = load(config, settings)
-    # single contacts are integrated, not emulated
-    kinds = [] if contacts.alone(kinds) else kinds
-    factors = parameters_of(settings, config.factors, kinds)
-    rows, specs = plan(settings, base_of(config), factors, catalogue_of(settings, kinds), kinds)
+    rows, specs = plan(setup.rig, setup.catalogue, setup.emulated_kinds)
     write_json(output.design, rows)
     write_json(output.plan, specs)
 
 
-def emulate(config, settings, source, output):
+def emulate(setup, source, output):
     """Train the emulators with the finished runs; the errors that they own to stand beside them."""
-    _, kinds = load(config, settings)
-    train_all(settings, parameters_of(settings, config.factors, kinds), source, output)
+    train_all(setup.settings, setup.rig.factors, source, output)
 
 
 def train_all(settings, factors, source, output):
     """Write the emulators that a design's finished runs train, and the table of their errors."""
-    design, specs = (json.loads(Path(f).read_text()) for f in (source.design, source.plan))
+    design, specs = read_json(source.design), read_json(source.plan)
     emulators, table = train(design, simulate(specs), settings, factors)
     write_emulators(output.emulators, emulators)
     write_json(output.errors, table)
 
 
-def _emulated(config, settings, kinds, emulators):
-    factors = parameters_of(settings, config.factors, kinds)
-    trained = read_emulators(emulators)
-    return Emulated(trained, settings, factors, catalogue_of(settings, kinds))
-
-
-def calibrate(config, settings, source, output):
+def calibrate(setup, source, output):
     """Calibrate the base model on all measurements at once and show where it fails."""
-    measurements, kinds = load(config, settings)
-    if contacts.alone(kinds):
-        _write_calibration(contacts.base(measurements, settings, _factors(config)), output)
+    measurements = setup.measurements
+    if setup.of_contacts:
+        found = contacts.base(measurements, setup.settings, setup.factors)
+        _write_calibration(found, output)
         return
-    emulated = _emulated(config, settings, kinds, source.emulators)
-    model = emulated.model([(m.experiment, m.levers) for m in measurements])
+    model = setup.emulated(source.emulators).model([m.condition for m in measurements])
     fitted = fit(model, data_of(measurements))
     rows = residual_rows(measurements, fitted)
     chi, freedom = float(fitted.chi_square[0]), float(fitted.freedom[0])
@@ -125,10 +79,6 @@ def calibrate(config, settings, source, output):
     _write_calibration(summary | {"residuals": rows}, output)
 
 
-def _factors(config):
-    return read_factors(config.factors)
-
-
 def _write_calibration(summary, output):
     rows = summary.pop("residuals")
     write_json(output.summary, summary)
@@ -137,29 +87,26 @@ def _write_calibration(summary, output):
     common.save(figures.residual_figure(rows), output.residuals)
 
 
-def name_causes(config, settings, source, output):
+def name_causes(setup, source, output):
     """Name the cause, and plan the runs that measure the gain."""
-    measurements, kinds = load(config, settings)
-    if contacts.alone(kinds):
-        _diagnose_contacts(config, settings, measurements, kinds, output)
+    if setup.of_contacts:
+        _diagnose_contacts(setup, output)
         return
-    emulated = _emulated(config, settings, kinds, source.emulators)
+    settings, measurements, table = setup.settings, setup.measurements, setup.table
+    emulated = setup.emulated(source.emulators)
     found = identify(emulated, measurements, settings.alpha, settings.replicates, settings.seed)
-    errors = json.loads(Path(source.errors).read_text())
+    errors = read_json(source.errors)
     name = extended_name(found)
     verdict = findings(emulated, measurements, found) | {"emulators": errors}
     verdict["exclusion"] = exclusion.of_mechanisms(found, measurements)
-    table = read(config)
     shown = {"before": ((), found.fits[BASE])}
     shown |= {"after": (tuple(name.split(" + ")), found.fits[name])} if name else {}
     verdict["held_out"] = aside.by_emulators(emulated, table.held_out, shown)
     verdict["remarks"] = aside.remarks(table)
     models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
-    rows, specs = extension_plan(settings, base_of(config), models, measurements)
+    rows, specs = extension_plan(setup.rig, models, measurements)
     base_fit = found.fits[BASE].theta[0]
-    steps, more = time_step.plan(
-        settings, base_of(config), found.models[BASE], base_fit, measurements
-    )
+    steps, more = time_step.plan(setup.rig, found.models[BASE], base_fit, measurements)
     mechanisms = [m.name for m in models["after"].mechanisms] if name else []
     write_json(output.findings, verdict)
     write_json(output.extension, {"mechanisms": mechanisms, "rows": rows, "steps": steps})
@@ -171,14 +118,14 @@ def name_causes(config, settings, source, output):
     common.save(figures.ranking_figure(verdict), output.ranking)
 
 
-def _diagnose_contacts(config, settings, measurements, kinds, output):
+def _diagnose_contacts(setup, output):
     """The same of single contacts: laws found on the measurements, no runs to make."""
-    known = catalogue_of(settings, kinds)
-    found = contacts.discovered(measurements, settings, base_of(config), known)
-    verdict = contacts.findings(measurements, found, settings, _factors(config))
-    verdict["exclusion"] = exclusion.of_contacts(found.trials, known)
-    verdict["time_step"] = contacts.half_step(measurements, settings, base_of(config))
-    table, defaults = read(config), contacts.defaults_of(settings, kinds)
+    settings, measurements, table = setup.settings, setup.measurements, setup.table
+    found = contacts.discovered(measurements, setup.rig, setup.catalogue)
+    verdict = contacts.findings(measurements, found, settings, setup.factors)
+    verdict["exclusion"] = exclusion.of_contacts(found.trials, setup.catalogue)
+    verdict["time_step"] = contacts.half_step(measurements, setup.rig)
+    defaults = contacts.defaults_of(settings, setup.kinds)
     verdict["held_out"] = aside.by_contacts(
         measurements, table.held_out, found.trials, found.law, defaults
     )
@@ -193,20 +140,18 @@ def _diagnose_contacts(config, settings, measurements, kinds, output):
     common.save(figures.ranking_figure(verdict), output.ranking)
 
 
-def conclude(config, settings, source, output):
+def conclude(setup, source, output):
     """Measure the gain with the finished runs and write verdict.json, its page and figure."""
-    measurements, kinds = load(config, settings)
-    verdict = json.loads(Path(source.findings).read_text())
-    extension = json.loads(Path(source.extension).read_text())
-    metrics = simulate(json.loads(Path(source.plan).read_text()))
+    settings, measurements = setup.settings, setup.measurements
+    verdict, extension = read_json(source.findings), read_json(source.extension)
+    metrics = simulate(read_json(source.plan))
     if extension["steps"]:
         verdict["time_step"] = time_step.check(settings, measurements, extension["steps"], metrics)
     if extension["rows"]:
-        factors = parameters_of(settings, config.factors, kinds)
-        known, values = catalogue_of(settings, kinds), {}
+        values = {}
         for label, names in (("before", []), ("after", extension["mechanisms"])):
             # no prediction is asked of these models: they only carry parameters and laws
-            model = _Carrier(factors, [known[n] for n in names])
+            model = _Carrier(setup.rig.factors, [setup.catalogue[n] for n in names])
             rows = [r for r in extension["rows"] if r["label"] == label]
             values[label] = real_values(settings, model, measurements, rows, metrics)
         verdict["gain"] = gain(measurements, values["before"], values["after"])
@@ -221,38 +166,38 @@ def conclude(config, settings, source, output):
 # as the workflow calls them
 
 
-def _settings(study, source):
-    return read_settings(source.settings, study.config.diagnosis)
+def _setup(study, source):
+    return Setup(study, read_settings(source.settings, study.config.diagnosis))
 
 
 def diagnosis_power(study, source, output):
     """See `plan_power`."""
-    plan_power(study.config, _settings(study, source), output)
+    plan_power(_setup(study, source), output)
 
 
 def diagnosis_plan(study, source, output):
     """See `plan_runs`."""
-    plan_runs(study.config, _settings(study, source), output)
+    plan_runs(_setup(study, source), output)
 
 
 def diagnosis_emulate(study, source, output):
     """See `emulate`."""
-    emulate(study.config, _settings(study, source), source, output)
+    emulate(_setup(study, source), source, output)
 
 
 def diagnosis_calibrate(study, source, output):
     """See `calibrate`."""
-    calibrate(study.config, _settings(study, source), source, output)
+    calibrate(_setup(study, source), source, output)
 
 
 def diagnosis_identify(study, source, output):
     """Name the cause, and plan the runs that measure the gain."""
-    name_causes(study.config, _settings(study, source), source, output)
+    name_causes(_setup(study, source), source, output)
 
 
 def diagnose(study, source, output):
     """Measure the gain with the finished runs, and write the verdict."""
-    conclude(study.config, _settings(study, source), source, output)
+    conclude(_setup(study, source), source, output)
 
 
 class _Carrier:

@@ -38,13 +38,13 @@ def middles(measurements):
     return out
 
 
-def plan(settings, base, model, theta, measurements, seed=95_000):
+def plan(rig, model, theta, measurements, seed=95_000):
     """Rows [{setting, full, half}] with the names of their runs, and {run id: spec}, of the base
     model at theta (p,)."""
     rows, specs = [], {}
     for i in middles(measurements):
-        seeds = [seed + 1000 * k for k in range(settings.gain_runs)]
-        full = [real_spec(settings, base, model, measurements[i], theta, s) for s in seeds]
+        seeds = [seed + 1000 * k for k in range(rig.settings.gain_runs)]
+        full = [real_spec(rig, model, measurements[i], theta, s) for s in seeds]
         runs = {"full": named(full), "half": named([halved(s) for s in full])}
         specs |= runs["full"] | runs["half"]
         rows.append({"setting": i} | {k: list(v) for k, v in runs.items()})

@@ -13,6 +13,7 @@ from diagnosis.catalogue import load_catalogue
 from diagnosis.design import plan as plan_runs
 from diagnosis.emulator import train
 from diagnosis.model import Emulated
+from diagnosis.rig import Rig
 from diagnosis.settings import parameters_of, read_settings
 
 FACTORS = "config/factors.tsv"
@@ -45,11 +46,13 @@ def laboratory(root, changes, mechanisms, plan=hidden.PLANS["grains"]):
     catalogue = {n: m for n, m in load_catalogue().items() if n in mechanisms}
     kinds = list(settings.experiments)
     factors = parameters_of(settings, FACTORS, kinds)
-    rows, specs = plan_runs(settings, base, factors, catalogue, kinds)
+    rows, specs = plan_runs(Rig(settings, base, factors), catalogue, kinds)
     emulators, errors = train(rows, simulate(specs, root), settings, factors)
     emulated = Emulated(emulators, settings, factors, catalogue)
     plans = {"grains": plan}
-    return Laboratory(emulated, base, FACTORS, replicates=120, root=root, plans=plans), errors
+    return Laboratory(
+        emulated, Rig(settings, base, factors), replicates=120, root=root, plans=plans
+    ), errors
 
 
 @pytest.fixture(scope="session")

@@ -4,13 +4,16 @@ of its reading."""
 import numpy as np
 import pytest
 
+from calibration.quantities import Condition
 from dem.run import run
 from dem.spec import parse_spec
 from diagnosis.catalogue import load_catalogue
-from diagnosis.settings import condition_spec, read_settings
+from diagnosis.rig import Rig
+from diagnosis.settings import read_settings
 
 CATALOGUE = load_catalogue()
 SETTINGS = read_settings("config/diagnosis.yaml")
+RIG = Rig(SETTINGS, {})
 LEVERS = {"drop": {"drop_height_mm": 150.0}, "shear": {"normal_stress_kPa": 5.0}}
 EXPECTED = {
     "cohesion",
@@ -40,7 +43,7 @@ def test_each_mechanism_makes_a_valid_spec(name, share):
     mechanism = CATALOGUE[name]
     # an experiment without settings of its own cannot be diagnosed before a user gives them
     for experiment in sorted(set(mechanism.experiments) & set(SETTINGS.experiments)):
-        spec = condition_spec({}, SETTINGS, [], experiment, LEVERS.get(experiment, {}), {}, 1)
+        spec = RIG.spec(Condition(experiment, LEVERS.get(experiment, {})), 1)
         parse_spec(spec)
         before = repr(spec)
         parse_spec(mechanism.apply(spec, mechanism.strength.natural(share)))
@@ -65,7 +68,7 @@ def test_the_longest_grains_pass_the_funnel_at_every_diameter(config):
     settings, shape = read_settings(config), CATALOGUE["grain_shape"]
     for diameter in settings.experiments["heap"].levers["particle_diameter_mm"]:
         lever = {"particle_diameter_mm": diameter}
-        spec = condition_spec({}, settings, [], "heap", lever, {}, 1)
+        spec = Rig(settings, {}).spec(Condition("heap", lever), 1)
         longest = parse_spec(shape.apply(spec, shape.strength.high))
         assert longest.particles.elongation == shape.strength.high
         assert parse_spec(shape.apply(spec, shape.strength.low)) == parse_spec(spec)
@@ -97,9 +100,9 @@ def test_one_that_multiplies_a_lever_is_the_base_model_at_another_lever(name, tm
         }
         levers |= {"particle_count": 200} if "particle_count" in levers else {}
         own, strength = levers[mechanism.multiplies], mechanism.strength.natural(0.8)
-        plain = condition_spec({}, settings, [], experiment, levers, {}, 3)
+        plain = Rig(settings, {}).spec(Condition(experiment, levers), 3)
         moved = {mechanism.multiplies: own * strength}
-        other = condition_spec({}, settings, [], experiment, levers | moved, {}, 3)
+        other = Rig(settings, {}).spec(Condition(experiment, levers | moved), 3)
         for k, spec in enumerate((mechanism.apply(plain, strength), other)):
             metrics.append(run(parse_spec(spec), tmp_path / f"{experiment}{k}")["metrics"])
         assert metrics[-1] == pytest.approx(metrics[-2], rel=1e-12)

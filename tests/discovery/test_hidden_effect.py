@@ -60,7 +60,7 @@ def test_the_verdict_follows_its_schema_and_reads_as_a_page(laboratory, drops):
 
 def test_leverage_gives_the_same_held_out_residuals_as_refits(laboratory, drops):
     data = measure(laboratory, drops, 0)
-    model = laboratory.emulated.model([(m.experiment, m.levers) for m in data])
+    model = laboratory.emulated.model([m.condition for m in data])
     whole = fit(model, data_of(data))
     predicted, _ = model.predict(held_out_points(model, data))
     refitted = (data_of(data).value[0] - np.diag(predicted)) / whole.sd[0]

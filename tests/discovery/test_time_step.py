@@ -6,9 +6,11 @@ import pytest
 
 from calibration.batches import simulate
 from calibration.measurements import Measurement
+from calibration.quantities import Condition
 from dem.spec import parse_spec
 from diagnosis import time_step
-from diagnosis.settings import condition_spec, read_settings
+from diagnosis.rig import Rig
+from diagnosis.settings import read_settings
 
 BASE = {"contacts": {"particle_wall": {"restitution": 0.35}}}
 
@@ -32,7 +34,7 @@ def test_a_step_that_moves_a_rebound_by_more_than_its_error_is_told(
     own = settings(fraction)
     model = types.SimpleNamespace(factors=[], mechanisms=[])
     measured = rebounds(error)
-    rows, specs = time_step.plan(own, BASE, model, [], measured)
+    rows, specs = time_step.plan(Rig(own, BASE), model, [], measured)
     [row] = time_step.check(own, measured, rows, simulate(specs, tmp_path))
     assert row["levers"] == {"drop_height_mm": 20}
     assert row["matters"] is matters
@@ -41,7 +43,7 @@ def test_a_step_that_moves_a_rebound_by_more_than_its_error_is_told(
 
 
 def test_half_the_step_is_half_of_either_kind():
-    spec = condition_spec(BASE, settings(0.04), [], "drop", {"drop_height_mm": 20.0}, {}, 1)
+    spec = Rig(settings(0.04), BASE).spec(Condition("drop", {"drop_height_mm": 20.0}), 1)
     fixed = spec | {"numerics": {"time_step_s": 1e-6}}
     assert time_step.halved(spec)["numerics"]["rayleigh_fraction"] == 0.02
     assert parse_spec(time_step.halved(fixed)).numerics.time_step_s == 5e-7

@@ -8,6 +8,7 @@ import yaml
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.model import Emulated
+from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of, read_settings
 
 FACTORS = "config/factors.tsv"
@@ -41,7 +42,7 @@ def bench(kinds, changes=None):
     settings = read_settings("config/diagnosis.yaml", {"runs_per_input": 6} | (changes or {}))
     known = catalogue_of(settings, kinds)
     factors = parameters_of(settings, FACTORS, kinds)
-    rows, specs = plan(settings, BASE, factors, known, kinds)
+    rows, specs = plan(Rig(settings, BASE, factors), known, kinds)
     metrics = {name: closed_form(spec) for name, spec in specs.items()}
     emulators, _ = train(rows, metrics, settings, factors)
     return Emulated(emulators, settings, factors, known)

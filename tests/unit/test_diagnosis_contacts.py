@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from diagnosis_cases import BASE, FACTORS
 
-from diagnosis import stages
+from diagnosis import setup, stages
 from diagnosis.settings import read_settings
 from diagnosis.verdict import validate
 
@@ -33,28 +33,27 @@ def test_thirty_rows_of_single_grains_get_a_law(table, tmp_path):
     )
     # the engine's own contacts are tested elsewhere
     settings = read_settings("config/diagnosis.yaml", {"replicates": 99})
-    known = {n: m for n, m in stages.catalogue_of(settings, ["drop"]).items() if m.observe}
+    known = {n: m for n, m in setup.catalogue_of(settings, ["drop"]).items() if m.observe}
+    own = setup.Setup(types.SimpleNamespace(config=config), settings)
 
     def files(**names):
         return types.SimpleNamespace(**{k: str(tmp_path / v) for k, v in names.items()})
 
     plan = files(design="design.json", plan="plan.json")
-    stages.plan_runs(config, settings, plan)
+    stages.plan_runs(own, plan)
     assert json.loads((tmp_path / "plan.json").read_text()) == {}
     trained = files(emulators="e.npz", errors="e.json")
-    stages.emulate(config, settings, plan, trained)
-    stages.calibrate(
-        config, settings, trained, files(summary="c.json", table="r.csv", residuals="r.svg")
-    )
+    stages.emulate(own, plan, trained)
+    stages.calibrate(own, trained, files(summary="c.json", table="r.csv", residuals="r.svg"))
     named = files(
         findings="f.json", extension="x.json", plan="xp.json",
         predictions="p.svg", ranking="k.svg",
     )  # fmt: skip
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stages, "catalogue_of", lambda *_: known)
-        stages.name_causes(config, settings, trained, named)
+        patch.setattr(own, "catalogue", known)
+        stages.name_causes(own, trained, named)
     end = files(verdict="verdict.json", page="diagnosis.md", gain="gain.svg")
-    stages.conclude(config, settings, named, end)
+    stages.conclude(own, named, end)
     verdict = json.loads((tmp_path / "verdict.json").read_text())
     validate(verdict)
     law = verdict["law"]

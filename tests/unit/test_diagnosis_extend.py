@@ -8,7 +8,7 @@ from diagnosis_cases import BASE, bench
 from calibration.measurements import Measurement
 from dem.spec import parse_spec
 from diagnosis.extend import real_spec
-from diagnosis.settings import combine
+from diagnosis.rig import Rig, combine
 
 KINDS = ["drop", "tilt", "shear", "heap"]
 LEVERS = {
@@ -33,7 +33,7 @@ def test_a_run_has_the_parameters_of_its_own_experiment_alone(emulated, kind):
     model = emulated.model(CONDITIONS)
     theta = np.linspace(-0.9, 0.9, len(model.factors))
     measured = Measurement(kind, 10.0, 1.0, 5, LEVERS[kind])
-    spec = real_spec(emulated.settings, BASE, model, measured, theta, 1)
+    spec = real_spec(Rig(emulated.settings, BASE), model, measured, theta, 1)
     found = {
         f"contacts.{pair}.{name}": value
         for pair, values in spec.get("contacts", {}).items()
@@ -74,7 +74,7 @@ def test_two_laws_are_offered_together_only_where_the_engine_can_have_both(
         for kind, levers in CONDITIONS:
             measured = Measurement(kind, 10.0, 1.0, 5, levers)
             theta = np.full(len(model.names), 0.5)
-            parse_spec(real_spec(emulated.settings, BASE, model, measured, theta, 1))
+            parse_spec(real_spec(Rig(emulated.settings, BASE), model, measured, theta, 1))
 
 
 def test_a_pair_that_is_not_measured_together_goes_together(emulated):

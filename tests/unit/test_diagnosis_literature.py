@@ -17,6 +17,7 @@ from diagnosis.identify import identify
 from diagnosis.laws.found import discover
 from diagnosis.measurements import read_measurements
 from diagnosis.model import Emulated
+from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of, read_settings
 from diagnosis.stages import load
 
@@ -55,7 +56,7 @@ def test_the_loss_that_grows_with_the_height_is_the_airs(tmp_path):
         catalogue_of(settings, kinds),
         parameters_of(settings, config.factors, kinds),
     )
-    rows, specs = plan(settings, config.run, factors, known, kinds)
+    rows, specs = plan(Rig(settings, config.run, factors), known, kinds)
     emulators, errors = train(rows, simulate(specs, tmp_path), settings, factors)
     assert all(e["failed"] == 0 for e in errors)
     found = identify(Emulated(emulators, settings, factors, known), measured, replicates=120)

@@ -8,12 +8,12 @@ import pytest
 
 from calibration.errors import ConfigError
 from calibration.measurements import Measurement, MeasurementErrors
+from calibration.quantities import Condition
 from diagnosis.design import inputs_of, plan
+from diagnosis.rig import Rig
 from diagnosis.settings import (
     catalogue_of,
     check_range,
-    check_specs,
-    condition_spec,
     parameters_of,
     read_settings,
 )
@@ -80,17 +80,18 @@ def test_a_run_spec_that_the_engine_refuses_is_found_before_any_run():
         FILE, {"experiments": {"drop": {"run": {"numerics": {"rayleigh_fraction": 3.0}}}}}
     )
     with pytest.raises(ConfigError, match=r"experiments\.drop\.run.*rayleigh_fraction"):
-        check_specs(settings, {}, [drop(100.0, 3)])
+        Rig(settings, {}).check([drop(100.0, 3)])
 
 
 def test_the_heap_stands_in_the_rig_of_the_calibration():
     settings = read_settings(FILE)
     base = {"geometry": {"plate_diameter_mm": 60, "generation_rate_per_s": 1}}
-    heap = condition_spec(base, settings, [], "heap", {"particle_diameter_mm": 1.6}, {}, 1)
+    rig = Rig(settings, base)
+    heap = rig.spec(Condition("heap", {"particle_diameter_mm": 1.6}), 1)
     assert heap["geometry"]["plate_diameter_mm"] == 60
     assert heap["geometry"]["generation_rate_per_s"] == 1250
     assert heap["particles"]["count"] == round(1250 * (2.0 / 1.6) ** 3)
-    tilt = condition_spec(base, settings, [], "tilt", {}, {}, 1)
+    tilt = rig.spec(Condition("tilt", {}), 1)
     assert "plate_diameter_mm" not in tilt["geometry"]
 
 
@@ -135,7 +136,7 @@ def test_points_may_be_repeated_and_the_first_runs_are_those_of_one():
         changes = {"experiments": {"drop": {"repeated": repeated, "runs_per_input": 3}}}
         settings = read_settings("config/discovery.yaml", changes)
         factors = parameters_of(settings, "config/factors.tsv", ["drop"])
-        planned.append(plan(settings, {}, factors, catalogue_of(settings, ["drop"]), ["drop"]))
+        planned.append(plan(Rig(settings, {}, factors), catalogue_of(settings, ["drop"]), ["drop"]))
     (once, few), (often, many) = planned
     assert [r["inputs"] for r in once] == [r["inputs"] for r in often]
     assert [r["run_ids"][0] for r in often] == [r["run_ids"][0] for r in once]
@@ -150,7 +151,9 @@ def test_a_mechanism_may_be_taught_by_more_runs_and_counts_are_whole():
     changes = {"experiments": {"drop": {"denser": {"air_drag": 9}, "runs_per_input": 3}}}
     settings = read_settings("config/discovery.yaml", changes)
     factors = parameters_of(settings, "config/factors.tsv", ["drop", "heap"])
-    rows, specs = plan(settings, {}, factors, catalogue_of(settings, ["drop"]), ["drop", "heap"])
+    rows, specs = plan(
+        Rig(settings, {}, factors), catalogue_of(settings, ["drop"]), ["drop", "heap"]
+    )
     runs = Counter((r["experiment"], r["mechanism"]) for r in rows)
     assert runs["drop", "air_drag"] == 9 * 4
     assert runs["drop", "plastic_restitution"] == 3 * 4
@@ -163,7 +166,7 @@ def _planned(changes, mechanism="size_bias"):
     settings = read_settings("config/discovery.yaml", {"experiments": {"heap": heap}})
     factors = parameters_of(settings, "config/factors.tsv", ["heap"])
     known = catalogue_of(settings, ["heap"])
-    rows, specs = plan(settings, {}, factors, known, ["heap"])
+    rows, specs = plan(Rig(settings, {}, factors), known, ["heap"])
     return settings, factors, known, rows, specs
 
 

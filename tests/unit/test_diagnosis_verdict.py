@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from diagnosis_cases import BASE, FACTORS, bench
 
-from diagnosis import stages
+from diagnosis import setup, stages
 from diagnosis.identify import identify
 from diagnosis.measurements import Measured, read_measurements
 from diagnosis.verdict import SCHEMA, findings, validate
@@ -73,7 +73,7 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
     from diagnosis_cases import closed_form
 
     measured = shear_of(read_measurements(SHIPPED), 0.084)
-    monkeypatch.setattr(stages, "read_all", lambda path: Measured(measured, [], []))
+    monkeypatch.setattr(setup, "read_all", lambda path: Measured(measured, [], []))
     monkeypatch.setattr(
         stages, "simulate", lambda specs: {k: closed_form(s) for k, s in specs.items()}
     )
@@ -87,11 +87,12 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
         return types.SimpleNamespace(**{k: str(at(v)) for k, v in names.items()})
 
     plan = files(design="design.json", plan="plan.json")
-    stages.plan_runs(config, settings, plan)
+    own = setup.Setup(types.SimpleNamespace(config=config), settings)
+    stages.plan_runs(own, plan)
     trained = files(emulators="e.npz", errors="e.json")
-    stages.emulate(config, settings, plan, trained)
+    stages.emulate(own, plan, trained)
     shown = files(summary="calibration.json", table="residuals.csv", residuals="residuals.svg")
-    stages.calibrate(config, settings, trained, shown)
+    stages.calibrate(own, trained, shown)
     named = files(
         findings="findings.json",
         extension="extension.json",
@@ -99,9 +100,9 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
         predictions="predictions.svg",
         ranking="ranking.svg",
     )
-    stages.name_causes(config, settings, trained, named)
+    stages.name_causes(own, trained, named)
     end = files(verdict="verdict.json", page="diagnosis.md", gain="gain.svg")
-    stages.conclude(config, settings, named, end)
+    stages.conclude(own, named, end)
     verdict = json.loads(at("verdict.json").read_text())
     validate(verdict)
     assert verdict["gain"]["settings"] == len(measured)

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 import yaml
 
+from calibration.quantities import Condition
 from diagnosis.catalogue import load_catalogue
 from diagnosis.collision import rebounds, sliding_angles
-from diagnosis.settings import condition_spec, read_settings
+from diagnosis.rig import Rig
+from diagnosis.settings import read_settings
 
 HEIGHTS = np.array([60.0, 150.0, 400.0])
 
@@ -20,7 +22,7 @@ def spec(experiment, diameter=2.0, **pair):
     levers = {"particle_diameter_mm": diameter}
     if experiment == "drop":
         levers["drop_height_mm"] = 100.0
-    out = condition_spec(base, settings, [], experiment, levers, {}, 0)
+    out = Rig(settings, base).spec(Condition(experiment, levers), 0)
     return out | {"contacts": {"particle_wall": pair}}
 
 

@@ -4,7 +4,6 @@ Both follow the paper: a sweep of the parameter, a quadratic fit (Eqs. 21, 23), 
 measured value, and runs that confirm it.
 """
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from calibration.campaign import read_metric, write_plan
 from calibration.config import bench_run, given, point_spec, read_bench
 from calibration.errors import CalibrationError, ConfigError
 from calibration.factors import factor_of
-from calibration.files import write_table
+from calibration.files import read_json, write_table
 from calibration.tables import read_written
 from dem.io.files import write_json
 from dem.spec import parse_spec
@@ -158,7 +157,7 @@ def closed_form(test, measured, geometry):
 def bench_parameters(study, source, output):
     """Write {factor: level} that the bench tests found, for the heap's fixed parameters; a test
     without a level adds none."""
-    found = [json.loads(Path(p).read_text()) for p in source]
+    found = [read_json(path) for path in source]
     levels = {f["factor"]: round(f["inverse"], 4) for f in found if f["inverse"] is not None}
     write_json(output.fixed, {"fixed": levels})
 

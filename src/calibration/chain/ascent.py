@@ -4,10 +4,9 @@ from pathlib import Path
 
 from calibration import figures
 from calibration.campaign import plan, write_plan
-from calibration.chain.files import load
 from calibration.config import read_target
 from calibration.factors import read_factors
-from calibration.files import write_table
+from calibration.files import read_json, write_table
 from calibration.responses import (
     judge,
     nearest,
@@ -25,7 +24,7 @@ SEEDS = 1  # which thousand of seeds its runs have; no two stages share one
 def plan_ascent(study, source, output):
     """Plan the path: as configured where all factors are covered, else along the effects on the
     first target; which of its points comes nearest is judged by all targets."""
-    config, factors, screening = study.config, study.factors, load(source.screening)
+    config, factors, screening = study.config, study.factors, read_json(source.screening)
     chosen = _chosen(factors, screening["factors"])
     start, step = config.ascent.start, config.ascent.step
     configured = config.ascent.rule == "configured" and all(

@@ -1,20 +1,13 @@
 """Files that several stages read or write."""
 
-import json
-from pathlib import Path
-
 from calibration.factors import Factor
-
-
-def load(path):
-    """Content of a JSON file."""
-    return json.loads(Path(path).read_text())
+from calibration.files import read_json
 
 
 def read_region(path):
     """Factors with the levels of a region: of region.json, or of an optimum.json the one that it
     was sought in."""
-    content = load(path)
+    content = read_json(path)
     return [Factor(**f) for f in (content["region"] if "region" in content else content)]
 
 

@@ -9,10 +9,10 @@ import pandas as pd
 
 from calibration import figures
 from calibration.campaign import plan, write_plan
-from calibration.chain.files import load, read_region
+from calibration.chain.files import read_region
 from calibration.config import goals, read_target
 from calibration.factors import Factor
-from calibration.files import write_table
+from calibration.files import read_json, write_table
 from calibration.physical import inside, physical_range
 from calibration.responses import columns, with_responses, with_value
 from calibration.statistics.composite import surface_design
@@ -33,7 +33,7 @@ def plan_candidate(study, source, output):
     Where the target lies outside the region, the region moves: the runs are then the design of the
     region that the optimum's summary names, which is recorded beside them.
     """
-    config, factors, found = study.config, study.factors, load(source.optimum)
+    config, factors, found = study.config, study.factors, read_json(source.optimum)
     folder = Path(output.plan).parent
     region_file, rules = folder / "region.json", config.response_surface
     region_file.unlink(missing_ok=True)

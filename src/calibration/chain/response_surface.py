@@ -5,9 +5,9 @@ from pathlib import Path
 
 from calibration import figures
 from calibration.campaign import plan, write_plan
-from calibration.chain.files import further_files, load, read_region
+from calibration.chain.files import further_files, read_region
 from calibration.errors import CalibrationError
-from calibration.files import write_table
+from calibration.files import read_json, write_table
 from calibration.numbers import fixed
 from calibration.physical import inside, physical_range
 from calibration.responses import with_responses, with_value, without_response
@@ -22,7 +22,7 @@ SEEDS = 2  # which thousand of seeds its runs have; no two stages share one
 def plan_response_surface(study, source, output):
     """Plan the Box-Behnken design around the ascent's centre, or the configured one, and record its
     region."""
-    config, factors, ascent = study.config, study.factors, load(source.ascent)
+    config, factors, ascent = study.config, study.factors, read_json(source.ascent)
     varied = [f for f in factors if f.name in ascent["centre"]]
     centre = ascent["centre"] | config.response_surface.centre
     region = [_around(f, centre[f.name], config) for f in varied]

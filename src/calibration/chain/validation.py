@@ -7,9 +7,8 @@ import pandas as pd
 
 from calibration import figures
 from calibration.campaign import plan, write_plan
-from calibration.chain.files import load
 from calibration.config import is_measured, read_target
-from calibration.files import write_table
+from calibration.files import read_json, write_table
 from calibration.numbers import signed
 from calibration.responses import with_responses, without_response
 from calibration.statistics.validate import compare
@@ -22,7 +21,7 @@ SEEDS = 4  # which thousand of seeds its runs have; no two stages share one
 def plan_validation(study, source, output):
     """Plan groups of replicates at the optimum."""
     config, factors = study.config, study.factors
-    optimum = load(source.optimum)["optimum"]
+    optimum = read_json(source.optimum)["optimum"]
     rows = [
         {"run": g * config.validation.replicates + r + 1, "group": g + 1, "replicate": r + 1}
         | optimum

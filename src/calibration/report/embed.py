@@ -2,13 +2,13 @@
 downloads."""
 
 import base64
-import json
 import re
 from pathlib import Path
 
 import numpy as np
 
 from calibration.figures import label
+from calibration.files import read_json
 from calibration.tables import read_written
 
 CAPTIONS = Path("workflow/report")
@@ -26,7 +26,7 @@ ROUNDING = 1e-12  # what is smaller is the rounding error of a zero
 
 def load(path):
     """Content of a JSON file, or None where there is none."""
-    return json.loads(path.read_text()) if path.exists() else None
+    return read_json(path) if path.exists() else None
 
 
 def uri(path):

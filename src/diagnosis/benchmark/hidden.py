@@ -9,10 +9,9 @@ import numpy as np
 
 from calibration.batches import named, simulate
 from calibration.measurements import Measurement
-from calibration.quantities import POURED, QUANTITIES
+from calibration.quantities import POURED, QUANTITIES, Condition
 from dem.constants import GRAVITY
 from dem.spec import parse_spec
-from diagnosis.settings import condition_spec, parameters_of
 
 NOISE = {"drop": 0.02, "tilt": 0.4, "shear": 0.03, "heap": 1.0}
 """Standard deviation of one reading: a share of the value where that is its quantity's way, else in
@@ -87,9 +86,7 @@ ALIKE = {
 
 def draw(
     point,
-    settings,
-    base,
-    factors_file,
+    rig,
     catalogue,
     effects=None,
     seed=None,
@@ -103,21 +100,18 @@ def draw(
     engine cannot measure, a funnel that clogs, is missing from the data, as it would be in a
     laboratory. truth says what was drawn.
     """
-    factors = parameters_of(settings, factors_file, list(settings.experiments))
     rng = np.random.default_rng([point, 20_011])
-    values = {f.name: f.natural(float(rng.uniform(-0.6, 0.6))) for f in factors}
+    values = {f.name: f.natural(float(rng.uniform(-0.6, 0.6))) for f in rig.factors}
     strengths = dict(effects or {})
     measured = []
     for experiment, levers in plan:
         runs = REPLICATES[experiment] if experiment in POURED else 1
         specs = [
-            condition_spec(
-                base, settings, factors, experiment, levers, values, 50_000 + 100 * point + k
-            )
+            rig.spec(Condition(experiment, levers), 50_000 + 100 * point + k, values)
             for k in range(runs)
         ]
         specs = [_hide(_own_step(s), experiment, catalogue, strengths) for s in specs]
-        metric = settings.experiments[experiment].metric
+        metric = rig.settings.experiments[experiment].metric
         read = [m[metric] for m in simulate(named(specs), root).values() if m is not None]
         if len(read) == runs:
             noise = _noise([point if seed is None else seed], experiment, levers, strengths)

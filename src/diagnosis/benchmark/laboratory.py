@@ -36,10 +36,8 @@ class Case:
 class Laboratory:
     """Draws data of the engine and diagnoses them; holds what all cases share."""
 
-    def __init__(
-        self, emulated, base, factors_file, replicates, root="results/runs", plans=hidden.PLANS
-    ):
-        self.emulated, self.base, self.factors_file = emulated, base, factors_file
+    def __init__(self, emulated, rig, replicates, root="results/runs", plans=hidden.PLANS):
+        self.emulated, self.rig = emulated, rig
         self.replicates, self.root, self.plans = replicates, root, plans
         self._last = None, None
         self._strengths = {}
@@ -70,9 +68,7 @@ class Laboratory:
         """Measurements of a case under the given conditions, those of its plan unless given."""
         measured, _ = hidden.draw(
             case.point,
-            self.emulated.settings,
-            self.base,
-            self.factors_file,
+            self.rig,
             load_catalogue(),
             {n: self.strength(case, n)[0] for n in case.effects},
             case.seed,

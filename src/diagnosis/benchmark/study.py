@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures as common
-from calibration.files import replacing, write_table
+from calibration.files import read_json, replacing, write_table
 from calibration.tables import read_written
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
@@ -31,6 +31,7 @@ from diagnosis.declared import SHARDS
 from diagnosis.design import plan
 from diagnosis.emulator_files import read_emulators
 from diagnosis.model import Emulated
+from diagnosis.rig import Rig
 from diagnosis.settings import parameters_of, read_settings
 from diagnosis.stages import train_all
 
@@ -174,11 +175,14 @@ def _factors(config, settings):
     return parameters_of(settings, config.factors, list(settings.experiments))
 
 
+def _rig(config, settings):
+    return Rig(settings, config.run, tuple(_factors(config, settings)))
+
+
 def plan_runs(config, settings, output):
     """Write the design and plan of the emulators of all experiments."""
-    factors = _factors(config, settings)
     kinds = list(settings.experiments)
-    rows, specs = plan(settings, config.run, factors, load_catalogue(), kinds)
+    rows, specs = plan(_rig(config, settings), load_catalogue(), kinds)
     write_json(output.design, rows)
     write_json(output.plan, specs)
 
@@ -192,7 +196,7 @@ def equip(config, settings, source):
     """The `Laboratory` of all benches."""
     emulators = read_emulators(source.emulators)
     emulated = Emulated(emulators, settings, _factors(config, settings), load_catalogue())
-    return Laboratory(emulated, config.run, config.factors, settings.replicates)
+    return Laboratory(emulated, _rig(config, settings), settings.replicates)
 
 
 def run_shard(config, settings, source, shard, shards, folder, table):
@@ -211,7 +215,7 @@ def run_cases(some, config, settings, source, folder):
         if not kept.exists():
             laboratory = laboratory or equip(config, settings, source)
             write_json(kept, laboratory.diagnose(case))
-        out.append(json.loads(kept.read_text()))
+        out.append(read_json(kept))
         print(out[-1], flush=True)
     return out
 

@@ -26,6 +26,7 @@ from diagnosis import contacts
 from diagnosis.benchmark.study import wilson
 from diagnosis.catalogue import load_catalogue
 from diagnosis.measurements import read_measurements
+from diagnosis.rig import Rig
 from diagnosis.settings import read_settings
 
 ROOT = Path(__file__).parents[3]
@@ -122,9 +123,9 @@ def judged(item, found, drawn, seconds):
 
 @cache
 def _study():
-    """Settings, base run spec and catalogue of the shipped study."""
+    """Rig and catalogue of the shipped study."""
     base = yaml.safe_load((ROOT / "config/config.yaml").read_text())["run"]
-    return read_settings(ROOT / "config/diagnosis.yaml"), base, load_catalogue()
+    return Rig(read_settings(ROOT / "config/diagnosis.yaml"), base), load_catalogue()
 
 
 def diagnosed(item):

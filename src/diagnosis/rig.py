@@ -1,0 +1,90 @@
+"""How the conditions of a study are simulated."""
+
+from dataclasses import dataclass, replace
+
+from calibration.config import Config, overlay
+from calibration.errors import ConfigError
+from calibration.quantities import LEVERS, POURED, Condition
+from dem.errors import SpecError
+from dem.spec import parse_spec
+from diagnosis.settings import SIMULATED, Settings
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What turns a `Condition` into a run spec: the settings of the diagnosis, laid over the run
+    spec that was calibrated (`base`), and the factors that are calibrated on any experiment."""
+
+    settings: Settings
+    base: dict
+    factors: tuple = ()
+
+    def of(self, factors):
+        """The same rig with factors."""
+        return replace(self, factors=tuple(factors))
+
+    def spec(self, condition, seed, values=None):
+        """Run spec (a mapping) of a condition: calibration's spec, experiment's, levers, and factor
+        values {name: value}.
+
+        Of the values only those of the experiment's own parameters count: its emulators know no
+        others.
+        """
+        experiment, levers = condition
+        own = self.settings.experiments[experiment]
+        # the experiment that was calibrated on stands in the calibration's own rig
+        calibrated = self.base.get("experiment", Config.model_fields["experiment"].default)
+        shared = ("materials", "contacts", *(["geometry"] if experiment == calibrated else []))
+        spec = overlay({k: v for k, v in self.base.items() if k in shared}, own.run)
+        spec["laws"] = dict(self.base.get("laws", {}))
+        spec |= {"experiment": experiment, "seed": int(seed)}
+        reference = spec["particles"].get("diameter_mm")
+        for name, value in levers.items():
+            if name in SIMULATED:
+                part, key = LEVERS[name].place
+                spec.setdefault(part, {})[key] = round(value) if key == "count" else value
+        if experiment in POURED and "particle_count" not in levers:
+            ratio = reference / spec["particles"]["diameter_mm"]
+            spec["particles"]["count"] = max(round(spec["particles"]["count"] * ratio**3), 50)
+        for f in self.factors:
+            if f.name in (values or {}) and f.key in own.parameters:
+                part = spec
+                *path, last = f.key.split(".")
+                for name in path:
+                    part = part.setdefault(name, {})
+                part[last] = round(float(values[f.name]), 9)
+        return spec
+
+    def check(self, measurements):
+        """Raise ConfigError where an experiment's run spec cannot be run at a measured
+        condition."""
+        for m in measurements:
+            try:
+                parse_spec(self.spec(m.condition, 0))
+            except SpecError as error:
+                key = f"experiments.{m.experiment}.run"
+                raise ConfigError(f"{m.label}: {error}", key=key) from None
+
+
+def combine(settings, mechanisms, conditions):
+    """Whether the engine can have all of the mechanisms at once in the experiments of conditions
+    [(experiment, levers)]: no two of them in the same slot, and a spec that it takes. Those of the
+    reading go with any."""
+    rig = Rig(settings, {})
+    for experiment, levers in dict(conditions).items():
+        plain = rig.spec(Condition(experiment, levers), 0)
+        spec, taken = plain, set()
+        for m in mechanisms:
+            if m.observe is not None or experiment not in m.experiments:
+                continue
+            strength = m.strength.natural(0.5)
+            slots = {s for s, _ in m.apply(plain, strength)["laws"].items() - plain["laws"].items()}
+            if slots & taken:
+                return False
+            taken |= slots
+            spec = m.apply(spec, strength)
+        try:
+            parse_spec(spec)
+        except SpecError:
+            return False
+    return True

@@ -1,0 +1,77 @@
+"""What the stages of a diagnosis share, made once of a study and the settings of the diagnosis."""
+
+from functools import cached_property
+
+from calibration.factors import read_factors
+from diagnosis import contacts
+from diagnosis.emulator_files import read_emulators
+from diagnosis.measurements import read_all
+from diagnosis.model import Emulated
+from diagnosis.rig import Rig
+from diagnosis.settings import catalogue_of, check_range, parameters_of
+
+
+class Setup:
+    """A study's diagnosis before anything has been found: its table of measurements, checked, and
+    how their conditions are simulated.
+
+    study: a `calibration.study.Study`, of which configuration and factors are used; settings:
+    `diagnosis.settings.Settings`.
+    """
+
+    def __init__(self, study, settings):
+        self.config, self.settings = study.config, settings
+
+    @cached_property
+    def table(self):
+        """`Measured` of the study. Raises ConfigError for conditions that no emulator covers or
+        that cannot be run."""
+        table, path = read_all(self.config.measurements), self.config.measurements
+        rows = table.fitted + table.held_out
+        if not contacts.alone(m.experiment for m in table.fitted):
+            check_range(self.settings, rows, path)
+        self._bare.check(rows)
+        return table
+
+    @property
+    def measurements(self):
+        """What is calibrated on."""
+        return self.table.fitted
+
+    @cached_property
+    def kinds(self):
+        """The experiments among the measurements."""
+        return list(dict.fromkeys(m.experiment for m in self.measurements))
+
+    @property
+    def of_contacts(self):
+        """Whether single contacts are integrated, and nothing is emulated."""
+        return contacts.alone(self.kinds)
+
+    @property
+    def emulated_kinds(self):
+        """The experiments that need emulators."""
+        return [] if self.of_contacts else self.kinds
+
+    @cached_property
+    def catalogue(self):
+        """{name: Mechanism}."""
+        return catalogue_of(self.settings, self.kinds)
+
+    @cached_property
+    def rig(self):
+        """`Rig` with the factors that are calibrated on the measurements."""
+        return self._bare.of(parameters_of(self.settings, self.config.factors, self.kinds))
+
+    @property
+    def _bare(self):
+        return Rig(self.settings, self.config.run | {"experiment": self.config.experiment})
+
+    @cached_property
+    def factors(self):
+        """All factors of the study."""
+        return read_factors(self.config.factors)
+
+    def emulated(self, file):
+        """`Emulated` of the emulators in a file."""
+        return Emulated(read_emulators(file), self.settings, self.rig.factors, self.catalogue)
