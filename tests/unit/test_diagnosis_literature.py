@@ -4,6 +4,7 @@ finds the air."""
 import importlib.util
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
@@ -18,8 +19,8 @@ from diagnosis.laws.found import discover
 from diagnosis.measurements import read_measurements
 from diagnosis.model import Emulated
 from diagnosis.rig import Rig
-from diagnosis.settings import catalogue_of, parameters_of, read_settings
-from diagnosis.stages import load
+from diagnosis.settings import read_settings
+from diagnosis.setup import Setup
 
 FOLDER = Path("data/literature")
 
@@ -51,12 +52,9 @@ def test_the_table_is_what_the_intervals_give():
 
 def test_the_loss_that_grows_with_the_height_is_the_airs(tmp_path):
     config, settings = study()
-    measured, kinds = load(config, settings)
-    known, factors = (
-        catalogue_of(settings, kinds),
-        parameters_of(settings, config.factors, kinds),
-    )
-    rows, specs = plan(Rig(settings, config.run, factors), known, kinds)
+    own = Setup(SimpleNamespace(config=config), settings)
+    measured, known, factors = own.measurements, own.catalogue, own.rig.factors
+    rows, specs = plan(Rig(settings, config.run, factors), known, own.kinds)
     emulators, errors = train(rows, simulate(specs, tmp_path), settings, factors)
     assert all(e["failed"] == 0 for e in errors)
     found = identify(Emulated(emulators, settings, factors, known), measured, replicates=120)
