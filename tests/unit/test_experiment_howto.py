@@ -121,6 +121,60 @@ def test_every_experiment_is_offered(capsys):
     assert all(name in text for name in experiments())
 
 
+CLOSED_FORM = """
+import sys
+
+import numpy as np
+import yaml
+
+from calibration.measurements import Measurement
+from dem.spec import parse_spec
+from diagnosis.catalogue import load_catalogue
+from diagnosis.design import plan
+from diagnosis.emulator import train
+from diagnosis.identify import identify
+from diagnosis.model import Emulated
+from diagnosis.settings import parameters_of, read_settings
+
+root, name = sys.argv[1:]
+changes = yaml.safe_load(open("study.yaml"))["diagnosis"]
+settings = read_settings(f"{root}/config/diagnosis.yaml", changes)
+factors = parameters_of(settings, "factors.tsv", ["throw"])
+known = {name: load_catalogue()[name]}
+rows, specs = plan(settings, {}, factors, known, ["throw"])
+rng, metrics = np.random.default_rng(0), {}
+for run, spec in specs.items():
+    own = parse_spec(spec)
+    friction = own.contacts.particle_wall.static_friction
+    friction *= 1.05 if own.laws.friction != "coulomb" else 1.0
+    stop = 1e3 * own.geometry.launch_speed_m_s**2 / (2.0 * friction * 9.81)
+    metrics[run] = {"stopping_distance_mm": stop * (1.0 + 0.002 * rng.standard_normal())}
+emulators, _ = train(rows, metrics, settings, factors)
+measured = []
+for speed in (0.12, 0.2, 0.3, 0.4, 0.55):
+    stop = 1e3 * speed**2 / (2.0 * 0.5 * 9.81)
+    measured.append(Measurement("throw", stop, 0.03 * stop, 5, {"launch_speed_m_s": speed}))
+found = identify(Emulated(emulators, settings, factors, known), measured, replicates=100)
+print(found.verdict, float(np.abs(found.fits["base"].residual).max()))
+"""
+
+
+def test_a_distance_over_two_decades_is_emulated_within_its_error(folder):
+    """Runs are replaced by the closed form: an emulator of the plain distance misses it by 2.8
+    standard errors."""
+    (folder / "study.yaml").write_text(DIAGNOSIS)
+    (folder / "factors.tsv").write_text(
+        "code\tname\tkey\tlow\thigh\n"
+        "A\twall_friction\tcontacts.particle_wall.static_friction\t0.3\t0.8\n"
+    )
+    script = CLOSED_FORM.replace("sys.argv[1:]", repr((str(ROOT), "stress_dependent_friction")))
+    done = command(folder, script)
+    assert done.returncode == 0, done.stderr
+    verdict, miss = done.stdout.split()
+    assert verdict == "adequate"
+    assert float(miss) < 0.5
+
+
 @pytest.mark.long
 @pytest.mark.slow
 def test_a_study_screens_and_diagnoses_it_without_another_file(folder):
