@@ -58,7 +58,8 @@ class Simulation:
     ----------
     materials : dict of str to Material; particles and walls name theirs.
     contacts : dict of (str, str) to ContactParameters; every pair that can meet must be there, in
-    either order. laws : Laws
+        either order
+    laws : Laws
     time_step : [s]
     gravity : (3,) [m/s2]
     precision : 'mixed' (float32 forces, exact separations) or 'double' (float64 throughout)

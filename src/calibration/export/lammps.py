@@ -5,20 +5,23 @@ Its conventions, from the manual's page `pair_style granular` and the sources
 
 gran_sub_mod_normal.cpp
     `hertz k e`: F = k sqrt(R*) overlap^1.5, so k = (4/3) E*. `hertz/material E e nu` makes E* of E
-    and nu by itself, as if both bodies were of one material, at a wall too: a pair of two materials
-    is given by k. gran_sub_mod_damping.cpp, `coeff_restitution`
-    sqrt(3/2) 2 sqrt(5/6) beta sqrt(m* F/overlap), F/overlap = (2/3) S_n: the dashpot of Tsuji et
-al. as here; e is e. gran_sub_mod_tangential.cpp, `mindlin_rescale/force k_t x mu`
-    the spring force grows by k_t a v_t dt and is scaled on unloading, as here: k_t = 8 G*. Its
-    dashpot is x times the normal one, here it is factor sqrt(S_t m*): x = sqrt(S_t/S_n) = 2
-    sqrt(G*/E*).
+    and nu by itself, as if both bodies were of one material, at a wall too. A pair of two materials
+    is therefore given by k.
+gran_sub_mod_damping.cpp, `coeff_restitution`
+    sqrt(3/2) 2 sqrt(5/6) beta sqrt(m* F/overlap), F/overlap = (2/3) S_n. This is the dashpot of
+    Tsuji et al. as here: e is e.
+gran_sub_mod_tangential.cpp, `mindlin_rescale/force k_t x mu`
+    The spring force grows by k_t a v_t dt and is scaled on unloading, as here: k_t = 8 G*. Its
+    dashpot is x times the normal one. Here it is factor sqrt(S_t m*), so
+    x = sqrt(S_t/S_n) = 2 sqrt(G*/E*).
 gran_sub_mod_rolling.cpp, `rolling sds k gamma mu`
-    a force along v = R* (omega_i - omega_j) x n with the lever R*: k = k_r/R*^2, gamma = C_r/R*^2,
+    A force along v = R* (omega_i - omega_j) x n with the lever R*: k = k_r/R*^2, gamma = C_r/R*^2,
     limit mu F_n R*, so mu is mu_r of `elastic_plastic`. k is a constant; there k_r grows with the
     load.
 gran_sub_mod_twisting.cpp, `twisting marshall`
-    spring, dashpot and limit from those of the tangential law: `marshall` here, but for its scaling
-on unloading."""
+    Spring, dashpot and limit from those of the tangential law. This is `marshall` here without its
+    scaling on unloading.
+"""
 
 import math
 

@@ -4,19 +4,19 @@ Its conventions, from the sources of version 3.8.0 (github.com/CFDEMproject/LIGG
 
 normal_model_hertz.h, global_properties.cpp
     E*, G* from Young's modulus and Poisson's ratio of each atom type, Hertz force and the dashpot
-    of Tsuji et al., tangential dashpot alike; the force may attract: the same law as `hertz` with
-    `tsuji` here, the same numbers. tangential_model_history.h
-    keeps the displacement and multiplies it by the stiffness of the moment; here the force is kept
-    and reduced on unloading. There is nothing to convert; the difference shows in oblique impacts
-    only.
+    of Tsuji et al. The tangential dashpot is alike, and the force may attract. This is the law
+    `hertz` with `tsuji` here, with the same numbers.
+tangential_model_history.h
+    It keeps the displacement and multiplies it by the stiffness of the moment. Here the force is
+    kept and reduced on unloading. There is nothing to convert. The difference shows in oblique
+    impacts only.
 rolling_model_epsd3.h
     k_r = rollingStiffness k_n (mu_r R*)^2 with k_n = (4/3) E* a the secant of the Hertz force,
-    where `elastic_plastic` has the tangent 2 E* a: the factor is 3/2 of ours. Dashpot 2 eta sqrt(I
-    k_r) with
-    I = 1.4 m R^2 about the contact point, reduced for two grains, as here: eta is eta. Limit mu_r
-    |F_n| R*; R* = R at a wall.
+    where `elastic_plastic` has the tangent 2 E* a: the factor is 3/2 of ours.
+    Dashpot 2 eta sqrt(I k_r) with I = 1.4 m R^2 about the contact point, reduced for two grains,
+    as here: eta is eta. Limit mu_r |F_n| R*; R* = R at a wall.
 rolling_model_cdt.h
-    not used: the torque is mu_r k_n overlap R* times the part of the relative spin in the contact
+    Not used. The torque is mu_r k_n overlap R* times the part of the relative spin in the contact
     plane over the whole of it, and nothing stops it from turning a spin around within a step, so
     grains at rest shake.
 """

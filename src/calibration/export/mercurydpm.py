@@ -3,16 +3,16 @@
 Its conventions, from the sources (mirrored at github.com/kuwt/MercuryDPM_fork, Kernel/):
 
 HertzianViscoelasticNormalSpecies.cc, HertzianViscoelasticInteraction.cc
-    F = (4/3) E* sqrt(R* overlap) overlap with the effective modulus E* itself (not Young's);
-    dissipation
-    sqrt(5) |ln e|/sqrt(ln^2 e + pi^2) sqrt(m* F/overlap) equals the dashpot of Tsuji et al. as
-here: e is e. MindlinInteraction.cc
-    tangential force (2/3) 8 G a times the displacement, a = sqrt(R* overlap): G is 3/2 of the
+    F = (4/3) E* sqrt(R* overlap) overlap with the effective modulus E* itself (not Young's).
+    The dissipation sqrt(5) |ln e|/sqrt(ln^2 e + pi^2) sqrt(m* F/overlap) equals the dashpot of
+    Tsuji et al. as here: e is e.
+MindlinInteraction.cc
+    Tangential force (2/3) 8 G a times the displacement, a = sqrt(R* overlap): G is 3/2 of the
     effective G* here, where the stiffness is 8 G* a. slidingDissipation multiplies sqrt(m* 8 G a).
 MindlinRollingTorsionInteraction.cc
-    a force along v = 2 R* (omega_i - omega_j) x n with the lever 2 R*, limit mu F_n: mu is half of
-    mu_r of `elastic_plastic`. Its spring is 8 G a, not to be chosen: stiffer than ours, by 16 G/(E*
-    f mu_r^2) in k_r, f ours. rollingDissipation is C_r/(2 R*)^2.
+    A force along v = 2 R* (omega_i - omega_j) x n with the lever 2 R*, limit mu F_n: mu is half of
+    mu_r of `elastic_plastic`. Its spring is always 8 G a, which is stiffer than ours: by
+    16 G/(E* f mu_r^2) in k_r, with our factor f. rollingDissipation is C_r/(2 R*)^2.
 A wall has no curvature: R* = R there (BaseInteraction.cc).
 setRotation(false) keeps grains from turning (DPMBase.h).
 """

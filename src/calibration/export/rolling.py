@@ -3,10 +3,10 @@
 The law calibrated with (usually EDEM's constant torque on each grain's own spin) is missing from
 most codes. Theirs act on the relative spin of two grains. With the same number, or with the number
 that makes the torques equal, their heaps are flatter by about ten degrees, because grains that turn
-together feel nothing. No formula leads from one coefficient to the other, so the angle is measured:
-this engine has both kinds of law.
+together feel nothing. No formula converts one coefficient into the other. The angle is therefore
+measured with this engine, which has both kinds of law.
 
-Two paths are searched, everything else staying as it is.
+Two paths are searched. Everything else stays as it is.
 
 elastic_plastic
     The rolling friction of grain on grain rises in that law, from less than the calibrated number
@@ -17,10 +17,10 @@ no_rotation
     more rolling friction than static.
 
 The angle along a path is made monotone and inverted for the angle that the calibrated law gives.
-The first path that comes to it is taken; a steep heap is beyond the first, as grains that cannot
-roll on each other still slide, twist and turn together. Runs at the point found confirm it. Where
-no path comes to the angle, the first path's smallest number that is as good as its best is taken,
-and the exports say what is missing.
+The first path that reaches this angle is taken. The first path does not reach the angle of a steep
+heap: grains that cannot roll on each other still slide, twist and turn together. Runs at the point
+found confirm it. If no path reaches the angle, the exports take the smallest number of the first
+path that is as good as its best, and they say what is missing.
 
 The paths are run with fewer, larger grains of the same total volume in the same rig (MOST_GRAINS),
 all laws alike; the confirmation also at the study's own scale.

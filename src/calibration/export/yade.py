@@ -8,16 +8,16 @@ Ip2_FrictMat_FrictMat_MindlinPhys
     E* and G* from Young's modulus and Poisson's ratio as here. en: the dashpot of Thornton et al.
     (2013), Eqs. B6 and B7, for a force that never attracts; `tsuji` here attracts at the end. Each
     returns its e, so e is carried over. en, es, frictAngle are tables by pair (MatchMaker,
-    frictAngle in radians); krot and eta are single numbers. Law2_ScGeom_MindlinPhys_Mindlin,
-    includeMoment=True
-    moment grows by krot times the relative rotation, without a dashpot, up to eta (R1 + R2)/2 F_n:
-    with R* = R/2 of equal grains, eta is half of mu_r of `elastic_plastic`. krot is a constant;
-    there k_r grows with the load. While F_n is cut to zero at the end of an impact the moment has
-    no limit.
+    frictAngle in radians); krot and eta are single numbers.
+Law2_ScGeom_MindlinPhys_Mindlin, includeMoment=True
+    The moment grows by krot times the relative rotation, without a dashpot, up to
+    eta (R1 + R2)/2 F_n. With R* = R/2 of equal grains, eta is half of mu_r of `elastic_plastic`.
+    krot is a constant; there k_r grows with the load. While F_n is cut to zero at the end of an
+    impact the moment has no limit.
 Ig2_Facet_Sphere_ScGeom
-    a facet counts as a sphere of twice the radius: R* is 2R/3 instead of R, so a grain on a facet
-    is softer by sqrt(2/3), and the lever of eta is 3R/2. The limit of the moment there is set
-    contact by contact (`wallRolling`); the softer contact is left, as the modulus is a softened one
+    A facet counts as a sphere of twice the radius. R* is 2R/3 instead of R, so a grain on a facet
+    is softer by sqrt(2/3), and the lever of eta is 3R/2. The limit of the moment is set there
+    contact by contact (`wallRolling`). The softer contact stays, since the modulus is softened
     anyway.
 """
 
@@ -28,8 +28,7 @@ from calibration.export.material import rolling_stiffness
 
 
 def eta(pair, rolling_friction, radii):
-    """eta for mu_r of `elastic_plastic`; radii (2,) [m] as YADE sees them: mu_r R* / ((R1 +
-    R2)/2)."""
+    """eta = mu_r R* / ((R1 + R2)/2) for mu_r of `elastic_plastic`; radii (2,) [m] as in YADE."""
     return rolling_friction * pair.radius / (0.5 * sum(radii))
 
 

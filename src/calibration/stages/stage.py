@@ -52,15 +52,18 @@ def bench_values(study):
 class Task:
     """One rule of the workflow; the function bears the rule's name.
 
-    function: "module:function", called with (study, inputs, outputs); reads: sections of the
-    configuration that it may read; inputs: {name: file below the study's folder, `Runs`, or a
-    function
-    of the study that gives paths}; outputs: {name: file below the study's folder, `Figure` or
-    `PerTarget`}; plans: folder of the plan that it writes; batches: processes that share these
-    runs, or a function of the study, as many as the cost of a run asks for where None; failures:
-    "refused" or "kept"; needs: keys that must be given; cheap: it takes seconds and is not sent to
-    a cluster; expected: number of runs by the configuration, before they are planned: the progress
-    counts these.
+    function : "module:function", called with (study, inputs, outputs)
+    message : of the rule
+    reads : sections of the configuration that it may read
+    inputs : {name: file below the study's folder, `Runs`, or a function of the study that gives
+        paths}
+    outputs : {name: file below the study's folder, `Figure` or `PerTarget`}
+    plans : folder of the plan that it writes
+    batches : processes that share these runs, or a function of the study; where None, as many as
+        the cost of a run asks for
+    failures : "refused" or "kept"
+    needs : keys that must be given
+    cheap : it takes seconds and is not sent to a cluster
     """
 
     function: str

@@ -73,17 +73,21 @@ def _none(contact):
 class Law:
     """A law as its file declares it.
 
-    slot, name: as in a run spec's `laws`; equation, source: a line each, for the documentation;
-    kernels: role -> kernel (ROLES); parameters: what it needs in `law_parameters`; constants: names
-    of what its kernels read of `p` beyond young, shear, friction and rolling; values:
-    `ContactParameters` -> {constant: value}; only_with: slot -> names of the laws it can be
-    combined with, any where a slot is missing; not_with: slot -> those it cannot; default: whether
-    a spec has it unless another is named; remembers: what it keeps from step to step; longest_step:
-    (`ContactParameters`, mass of the smallest grain [kg], its longest step by the Rayleigh time
-    [s]) -> longest step [s], None where that of the Rayleigh time will do; edem: EDEM's name of the
-    same law; holds_at_rest: why a result holds for heaps at rest alone, empty where it holds in
-    motion; left_out: what to say in an export that does not carry it, empty where each does or says
-    itself.
+    slot, name : as in a run spec's `laws`
+    equation, source : a line each, for the documentation
+    kernels : role -> kernel (ROLES)
+    parameters : what it needs in `law_parameters`
+    constants : names of what its kernels read of `p` beyond young, shear, friction and rolling
+    values : `ContactParameters` -> {constant: value}
+    only_with : slot -> names of the laws that it can be combined with; any where a slot is missing
+    not_with : slot -> names of the laws that it cannot be combined with
+    default : whether a spec has it unless another is named
+    remembers : what it keeps from step to step
+    longest_step : (`ContactParameters`, mass of the smallest grain [kg], its longest step by the
+        Rayleigh time [s]) -> longest step [s]; None where the Rayleigh time's is short enough
+    edem : EDEM's name of the same law
+    holds_at_rest : why a result holds for heaps at rest alone; empty where it holds in motion
+    left_out : what to say in an export that does not carry it; empty where each does
     """
 
     slot: str

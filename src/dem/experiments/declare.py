@@ -141,24 +141,25 @@ class Experiment:
     geometry : `Part` with the keys of a run spec's `geometry`
     run : run(spec, context) -> {metric: number}; context is a `dem.run.RunContext`
     metrics : `Metric` of each number that a run gives
-    defaults : {part: {key: default}} of a run spec where the experiment's own differ from the
-    schema's
+    defaults : {part: {key: default}} of a run spec where they differ from the schema's
     check : check(spec) raises SpecError for a geometry that cannot be run
-    prepare : prepare(spec) raises DemError for files that the geometry names and that cannot be
-    used (meshes) advice : advice(spec) -> sentences about what is valid but risky
-    impact_speed : impact_speed(spec) -> highest speed [m/s] at which grains are expected to hit,
-    None where none falls least_steps : time steps in the shortest contact below which a run is
-    warned of
+    prepare : prepare(spec) raises DemError for meshes that the geometry names and that cannot be
+        used
+    advice : advice(spec) -> sentences about what is valid but risky
+    impact_speed : impact_speed(spec) -> highest speed [m/s] at which grains are expected to hit;
+        None where none falls
+    least_steps : time steps in the shortest contact below which a run is warned of
     elongated : whether grains may be bonded pairs
-    poured : whether grains never lie twice alike, so that runs scatter from seed to seed
-    resumes : whether a run that was cut off goes on from its checkpoint
+    poured : whether runs scatter from seed to seed, because grains never lie twice alike
+    resumes : whether a run that was cut off continues from its checkpoint
     walls : walls(spec) -> `WallSet` for pictures; None without a rig to be drawn
     heap_plate : heap_plate(spec) -> radius [m] of the disc that a heap stands on at the end; None
-    without a heap quantity : what a laboratory measures; None where the diagnosis does not know the
-    experiment
+        without a heap
+    quantity : what a laboratory measures; None where the diagnosis does not know the experiment
     levers : {column: Lever} beside the grain's diameter and the scale factor, which every
-    experiment has mechanisms : names of the catalogue's mechanisms that show on it, beside those
-    that name it themselves
+        experiment has
+    mechanisms : names of the catalogue's mechanisms that show on it, beside those that name it
+        themselves
     """
 
     name: str

@@ -17,9 +17,8 @@ class Recomputed:
 
     value : number, text, or None where the printed tables do not determine it
     half_width : what the rounding of printed inputs adds to the tolerance, in the claim's unit
-    exact : a setting or an exponent, which has no rounding (a count, given as int, is exact without
-    saying so) holds : whether the claim holds, where that is not equality with `value` within the
-    tolerance
+    exact : a setting or an exponent, which has no rounding; an int, a count, is always exact
+    holds : whether the claim holds, where that is not equality with `value` within the tolerance
     printed : the printed text, where it stands in a table and not in claims.csv
     agrees, disagrees, unknown : the consequence for each verdict
     """

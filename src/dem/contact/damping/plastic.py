@@ -1,10 +1,9 @@
 """Elastic, perfectly plastic spheres: restitution falls as v^(-1/4) above the yield speed.
 
 Loading is Hertzian to the overlap at which the pressure in the middle of the contact reaches p_y,
-then linear,
-F = F_y + pi R* p_y (overlap - overlap_y); unloading and reloading follow a Hertz law of a flattened
-radius
-R_p = (4 E* / 3 F_m) ((2 F_m + F_y) / (2 pi p_y))^(3/2), with F_m the largest force so far.
+then linear, F = F_y + pi R* p_y (overlap - overlap_y). Unloading and reloading follow a Hertz law
+of a flattened radius R_p = (4 E* / 3 F_m) ((2 F_m + F_y) / (2 pi p_y))^(3/2), with F_m the largest
+force so far.
 Thornton (1997), Journal of Applied Mechanics 64:383. Below yield the dashpot of `tsuji` gives the
 base restitution."""
 

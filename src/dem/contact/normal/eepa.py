@@ -4,8 +4,7 @@ it was pressed.
 With n = 3/2 and the deepest overlap d so far, in three branches:
     loading             k1 x^n
     unloading, reload   k2 (x^n - x_p^n),  x_p = (1 - k1/k2)^(1/n) d the plastic overlap
-    parting             -k_adh x^n, once the pull of the second branch has come to f_min = (3/2) pi
-    g a_p
+    parting             -k_adh x^n, once the second branch pulls by f_min = (3/2) pi g a_p
 k1 = (4/3) E* sqrt(R*); plasticity ratio lambda = 1 - k1/k2; g adhesion energy of the contact
 [J/m2]; a_p = sqrt(R* x_p) the contact radius at the plastic overlap, so that the pull grows with
 the load there was. The second and the third branch meet where x^n = x_p^n - f_min/k2, which fixes

@@ -1,17 +1,18 @@
 """Elastic-plastic spring-dashpot rolling resistance (EPSD, type C).
 
-The spring moment grows by -k_r omega_r dt, k_r = factor S_n (mu_r R*)^2 (factor 2.25: Iwashita and
-Oda 1998), up to mu_r F_n R*; below that limit a dashpot 2 eta_r sqrt(I_c k_r) acts beside it. I_c
-is about the contact point, (7/5) m R^2, reduced for two spheres: eta_r is then the damping ratio of
-a sphere that rocks without slip. EDEM's type C and LIGGGHTS' epsd take it so too. Ai, Chen, Rotter,
-Ooi (2011), Powder Technology 206:269, model C.
+The spring moment grows by -k_r omega_r dt up to mu_r F_n R*, with k_r = factor S_n (mu_r R*)^2
+(factor 2.25: Iwashita and Oda 1998). Below that limit a dashpot 2 eta_r sqrt(I_c k_r) acts too.
+I_c is the moment of inertia about the contact point, (7/5) m R^2, reduced for two spheres. eta_r is
+then the damping ratio of a sphere that rocks without slip, as in EDEM's type C and LIGGGHTS' epsd.
+Ai, Chen, Rotter, Ooi (2011), Powder Technology 206:269, model C.
 
-The moment is kept while the contact loads and scaled by a/a_before while it unloads, a the contact
-radius, as the tangential spring: k_r goes with a, and a varying stiffness must not create energy.
+The moment is kept while the contact loads. While it unloads the moment is scaled by a/a_before, a
+the contact radius, like the tangential spring: k_r depends on a, and a varying stiffness must not
+create energy.
 
-k_r grows with mu_r^2, and the time step does not know it: beyond a certain mu_r the spring of a
-grain among its neighbours would be stiffer than leapfrog bears, and tremble. There it is held at
-`limit` I/dt^2; the torque that it can reach stays as it is.
+k_r grows with mu_r^2, and the time step does not depend on it. Beyond a certain mu_r the spring of
+a grain among its neighbours would be stiffer than leapfrog bears, and the grain would tremble.
+There k_r is held at `limit` I/dt^2. The largest torque stays as it is.
 """
 
 import math
