@@ -16,6 +16,7 @@ from diagnosis import contacts
 from diagnosis.catalogue import load_catalogue
 from diagnosis.laws.found import discover
 from diagnosis.measurements import read_measurements
+from diagnosis.rig import Rig
 from diagnosis.settings import read_settings
 
 FOLDER = Path(__file__).parent
@@ -59,7 +60,7 @@ def _of_ball(measured, diameter, density):
     config = parse_config(overlay(base, grain))
     run = {"run": {"particles": {"diameter_mm": diameter}}}
     settings = read_settings(ROOT / "config/diagnosis.yaml", {"experiments": {"drop": run}})
-    return contacts.discovered(measured, settings, config.run, load_catalogue())
+    return contacts.discovered(measured, Rig(settings, config.run), load_catalogue())
 
 
 def table(kept):

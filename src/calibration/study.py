@@ -100,6 +100,12 @@ class Study(Results):
         """What is asked of each target, see `calibration.config.goals`. Raises ConfigError."""
         return goals(self.config)
 
+    def bench_levels(self):
+        """{factor: level} that the bench tests found, where the study takes its levels from
+        them."""
+        found = self.summary("bench", "fixed") if self.config.fixed_from == "bench" else None
+        return found["fixed"] if found else {}
+
     def plan(self, design, experiment=None, run=None, seed=None):
         """The design table (pandas) with seeds and run names, and {run name: spec}; see
         `calibration.campaign.plan`.

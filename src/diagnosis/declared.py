@@ -1,52 +1,62 @@
 """The stages of the diagnosis and of its benchmark, as `calibration.stages` describes them."""
 
+from dataclasses import dataclass
+
 from calibration.stages import Figure, Runs, Stage, Task
 
-FOLDER, EXTENSION, SETTINGS = "diagnosis", "diagnosis/extension", "config/diagnosis.yaml"
-BENCHMARK, BENCHMARK_SETTINGS = "discovery", "config/discovery.yaml"
 SHARDS = 8
-READS = ("experiment", "run", "factors", "diagnosis", "measurements")
+EMULATORS = {"emulators": "emulators.npz", "errors": "emulators.json"}
 
 
-def settings(study):
-    """The diagnosis' own settings."""
-    return SETTINGS
+@dataclass(frozen=True)
+class Part:
+    """What the tasks of a stage share: folder of their files, module of their functions, settings,
+    how their messages begin, and the sections of the configuration that they read."""
+
+    folder: str
+    module: str
+    settings: str
+    words: str
+    reads: tuple
+
+    def task(self, name, message, inputs=None, outputs=None, **more):
+        """A task of which inputs and outputs are named within the folder."""
+        inputs = {"settings": lambda study: self.settings} | self._at(inputs or {})
+        function, text = f"{self.module}:{name}", f"{self.words}: {message}"
+        return Task(function, text, self.reads, inputs, self._at(outputs), **more)
+
+    def _at(self, files):
+        return {k: f"{self.folder}/{f}" if isinstance(f, str) else f for k, f in files.items()}
+
+    def plan(self, name, message, outputs, inputs=None, folder="", **more):
+        """A task that plans runs, of which some may fail."""
+        shared = {"plans": f"{self.folder}{folder}", "batches": self.batches, "failures": "kept"}
+        return self.task(name, message, inputs, outputs, **shared, **more)
+
+    def train(self, name):
+        """The task that trains the emulators with the runs of the plan in the folder."""
+        inputs = {"design": "design.json", "plan": "plan.json", "runs": Runs(self.folder)}
+        return self.task(name, "train the emulators", inputs, EMULATORS, cheap=False)
+
+    def batches(self, study):
+        """Jobs that the emulators' runs are divided into."""
+        from diagnosis.settings import read_settings  # loads the catalogue
+
+        changes = study.config.diagnosis if "diagnosis" in self.reads else None
+        return read_settings(self.settings, changes).batches
+
+    def figure(self, name):
+        """A figure whose caption bears its name."""
+        return Figure(f"{self.folder}/{name}.svg", f"{self.folder}_{name}")
 
 
-def benchmark_settings(study):
-    """The benchmark's settings."""
-    return BENCHMARK_SETTINGS
-
-
-def batches(study):
-    """Jobs that the emulators' runs are divided into."""
-    from diagnosis.settings import read_settings  # loads the catalogue, which only who asks needs
-
-    return read_settings(SETTINGS, study.config.diagnosis).batches
-
-
-def benchmark_batches(study):
-    """The same for the benchmark."""
-    from diagnosis.settings import read_settings
-
-    return read_settings(BENCHMARK_SETTINGS).batches
-
-
-def shards(study):
-    """The tables of the benchmark's cases."""
-    return [f"{study.folder}/{BENCHMARK}/cases/{n}.csv" for n in range(SHARDS)]
-
-
-def _figure(name, caption):
-    return Figure(f"{FOLDER}/{name}.svg", caption)
-
-
-def _task(name, message, **more):
-    """A task of the diagnosis: each reads the settings."""
-    inputs = {"settings": settings} | more.pop("inputs", {})
-    function, text = f"diagnosis.stages:{name}", f"diagnosis: {message}"
-    return Task(function, text, READS, inputs, **more)
-
+OWN = Part(
+    "diagnosis",
+    "diagnosis.stages",
+    "config/diagnosis.yaml",
+    "diagnosis",
+    ("experiment", "run", "factors", "diagnosis", "measurements"),
+)
 
 DIAGNOSIS = Stage(
     name="diagnosis",
@@ -54,151 +64,109 @@ DIAGNOSIS = Stage(
     category="Diagnosis",
     place=6,
     tasks=(
-        _task(
-            "diagnosis_plan",
-            "plan the runs that train the emulators",
-            outputs={"design": f"{FOLDER}/design.json"},
-            plans=FOLDER,
-            batches=batches,
-            failures="kept",
+        OWN.plan(
+            "diagnosis_plan", "plan the runs that train the emulators", {"design": "design.json"}
         ),
-        _task(
-            "diagnosis_emulate",
-            "train the emulators",
-            inputs={
-                "design": f"{FOLDER}/design.json",
-                "plan": f"{FOLDER}/plan.json",
-                "runs": Runs(FOLDER),
-            },
-            outputs={
-                "emulators": f"{FOLDER}/emulators.npz",
-                "errors": f"{FOLDER}/emulators.json",
-            },
-            cheap=False,
-        ),
-        _task(
+        OWN.train("diagnosis_emulate"),
+        OWN.task(
             "diagnosis_calibrate",
             "calibrate the base model and show where it fails",
-            inputs={"emulators": f"{FOLDER}/emulators.npz"},
-            outputs={
-                "summary": f"{FOLDER}/calibration.json",
-                "table": f"{FOLDER}/residuals.csv",
-                "residuals": _figure("residuals", "diagnosis_residuals"),
+            {"emulators": EMULATORS["emulators"]},
+            {
+                "summary": "calibration.json",
+                "table": "residuals.csv",
+                "residuals": OWN.figure("residuals"),
             },
             cheap=False,
         ),
-        _task(
+        OWN.plan(
             "diagnosis_identify",
             "name the cause",
-            inputs={
-                "emulators": f"{FOLDER}/emulators.npz",
-                "errors": f"{FOLDER}/emulators.json",
-            },
-            outputs={
+            {
                 "design": None,
-                "findings": f"{FOLDER}/findings.json",
-                "extension": f"{FOLDER}/extension.json",
-                "predictions": _figure("predictions", "diagnosis_predictions"),
-                "ranking": _figure("ranking", "diagnosis_ranking"),
+                "findings": "findings.json",
+                "extension": "extension.json",
+                "predictions": OWN.figure("predictions"),
+                "ranking": OWN.figure("ranking"),
             },
-            plans=EXTENSION,
-            batches=batches,
-            failures="kept",
+            EMULATORS,
+            folder="/extension",
             cheap=False,
         ),
-        _task(
+        OWN.task(
             "diagnose",
             "the gain of the extended model, and the verdict",
-            inputs={
-                "calibration": f"{FOLDER}/calibration.json",
-                "findings": f"{FOLDER}/findings.json",
-                "extension": f"{FOLDER}/extension.json",
-                "plan": f"{EXTENSION}/plan.json",
-                "runs": Runs(EXTENSION),
+            {
+                "calibration": "calibration.json",
+                "findings": "findings.json",
+                "extension": "extension.json",
+                "plan": "extension/plan.json",
+                "runs": Runs("diagnosis/extension"),
             },
-            outputs={
-                "verdict": f"{FOLDER}/verdict.json",
-                "page": Figure(f"{FOLDER}/diagnosis.md", "diagnosis"),
-                "gain": _figure("gain", "diagnosis_gain"),
+            {
+                "verdict": "verdict.json",
+                "page": Figure("diagnosis/diagnosis.md", "diagnosis"),
+                "gain": OWN.figure("gain"),
             },
         ),
     ),
 )
-
 
 PLAN = Stage(
     name="diagnosis_power",
     title="What a plan of measurements would show",
     place=6.05,
     tasks=(
-        _task(
+        OWN.task(
             "diagnosis_power",
             "how strong a law must be for this plan to show it",
-            outputs={"power": f"{FOLDER}/power.json", "page": f"{FOLDER}/power.md"},
+            outputs={"power": "power.json", "page": "power.md"},
             cheap=False,
         ),
     ),
 )
 
+# it asks nothing of the measurements: its data are effects hidden in the engine
+BENCHMARK = Part(
+    "discovery",
+    "diagnosis.benchmark.study",
+    "config/discovery.yaml",
+    "benchmark of the diagnosis",
+    ("experiment", "run", "factors"),
+)
 
-def _benchmark_task(name, message, **more):
-    """A task of the benchmark, which asks nothing of the measurements: its data are effects hidden
-    in the engine."""
-    inputs = {"settings": benchmark_settings} | more.pop("inputs", {})
-    function = f"diagnosis.benchmark.study:{name}"
-    text = f"benchmark of the diagnosis: {message}"
-    return Task(function, text, ("experiment", "run", "factors"), inputs, **more)
+
+def shards(study):
+    """The tables of the benchmark's cases."""
+    return [f"{study.folder}/{BENCHMARK.folder}/cases/{n}.csv" for n in range(SHARDS)]
 
 
 SUITE = Stage(
-    name=BENCHMARK,
+    name="discovery",
     title="Benchmark of the diagnosis",
     place=6.1,
     tasks=(
-        _benchmark_task(
-            "discovery_plan",
-            "plan the emulators' runs",
-            outputs={"design": f"{BENCHMARK}/design.json"},
-            plans=BENCHMARK,
-            batches=benchmark_batches,
-            failures="kept",
-        ),
-        _benchmark_task(
-            "discovery_emulate",
-            "train the emulators",
-            inputs={
-                "design": f"{BENCHMARK}/design.json",
-                "plan": f"{BENCHMARK}/plan.json",
-                "runs": Runs(BENCHMARK),
-            },
-            outputs={
-                "emulators": f"{BENCHMARK}/emulators.npz",
-                "errors": f"{BENCHMARK}/emulators.json",
-            },
-            cheap=False,
-        ),
+        BENCHMARK.plan("discovery_plan", "plan the emulators' runs", {"design": "design.json"}),
+        BENCHMARK.train("discovery_emulate"),
         # each finished case is kept beside the table, so that an interrupted shard goes on where it
         # was
-        _benchmark_task(
+        BENCHMARK.task(
             "discovery_shard",
             "cases, part {wildcards.shard}",
-            inputs={
-                "plan": f"{BENCHMARK}/plan.json",
-                "emulators": f"{BENCHMARK}/emulators.npz",
-            },
-            outputs={"table": f"{BENCHMARK}/cases/{{shard}}.csv"},
+            {"plan": "plan.json", "emulators": EMULATORS["emulators"]},
+            {"table": "cases/{shard}.csv"},
             cheap=False,
         ),
-        _benchmark_task(
+        BENCHMARK.task(
             "discovery_benchmark",
             "confusion matrix, power, false-alarm rates",
-            inputs={"tables": shards},
-            outputs={
-                "cases": f"{BENCHMARK}/cases.csv",
-                "confusion": f"{BENCHMARK}/confusion.csv",
-                "summary": f"{BENCHMARK}/summary.csv",
-                "page": f"{BENCHMARK}/rates.md",
-                "figure": f"{BENCHMARK}/benchmark.svg",
+            {"tables": shards},
+            {
+                "cases": "cases.csv",
+                "confusion": "confusion.csv",
+                "summary": "summary.csv",
+                "page": "rates.md",
+                "figure": "benchmark.svg",
             },
         ),
     ),

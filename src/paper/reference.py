@@ -4,7 +4,6 @@ paper's: six rows into the README, all that matter into docs/results.md.
 python -m paper.reference results/salt
 """
 
-import json
 import shutil
 import sys
 from pathlib import Path
@@ -12,6 +11,7 @@ from pathlib import Path
 import pandas as pd
 
 from calibration.errors import CalibrationError
+from calibration.files import read_json
 from calibration.numbers import fixed, spread
 from calibration.tables import read_written
 from paper.reproduction import counts
@@ -105,7 +105,7 @@ def ascents(study, paper="data/paper"):
     if not (ours.is_file() and printed.is_file()):
         return None
     angles = read_written(printed, comment="#")["angle_deg"]
-    return list(angles), json.loads(ours.read_text())["responses"]
+    return list(angles), read_json(ours)["responses"]
 
 
 def _ours(row):
@@ -151,7 +151,7 @@ def blocks(kept):
     """{page: Markdown between its marks} of the README and the results page, from kept results."""
     kept = Path(kept)
     table = read_written(kept / TABLE, dtype={"paper": str})
-    measured = json.loads((kept / "validation" / "validation.json").read_text())["measured_mean"]
+    measured = read_json(kept / "validation" / "validation.json")["measured_mean"]
     return {
         README: short_block(table, kept.name, measured),
         PAGE: block(table, f"../{kept / TABLE}", ascents(kept)),

@@ -73,7 +73,7 @@ def config():
 
 @pytest.fixture(scope="module")
 def mapping(config):
-    return stage._spec(Study(config), REFERENCE / "optimise" / "optimum.json")
+    return stage._spec(Study(config, REFERENCE))
 
 
 @pytest.fixture(scope="module")
@@ -512,24 +512,29 @@ def test_the_scan_is_planned_law_by_law_with_new_seeds(mapping, tmp_path):
 @pytest.fixture(scope="module")
 def files(config, tmp_path_factory):
     out = tmp_path_factory.mktemp("export")
-    (out / "rolling.json").write_text(json.dumps(found()))
-    _export(config, out)
-    searched = Files(**INPUTS, rolling=out / "rolling.json")
+    study = _study(config, out, export_confirmation={"rolling.json": found()})
+    _export(study, out)
     written = Files(file=out / "exports" / "converted" / "any")
-    stage.export_converted(Study(config), searched, written)
+    stage.export_converted(study, None, written)
     return out
 
 
-INPUTS = {
-    "optimum": REFERENCE / "optimise" / "optimum.json",
-    "validation": REFERENCE / "validation" / "validation.json",
-}
+def _study(config, out, **more):
+    """The reference study with further files of stages {stage: {file: content}}."""
+    folder = out / "study"
+    folder.mkdir()
+    for name in ("optimise", "validation", "response_surface"):
+        (folder / name).symlink_to(REFERENCE.resolve() / name)
+    for name, files in more.items():
+        (folder / name).mkdir()
+        for file, content in files.items():
+            (folder / name / file).write_text(json.dumps(content))
+    return Study(config, folder)
 
 
-def _export(config, out, **more):
-    runs = pd.read_csv(REFERENCE / "response_surface" / "runs.csv")
+def _export(study, out):
     region = read_region(REFERENCE / "response_surface" / "region.json")
-    stage.write_exports(Study(config), Files(**INPUTS, **more), runs, region, out)
+    stage.write_exports(study, study.table("response_surface", "runs"), region, out)
 
 
 def test_every_parameter_has_value_unit_and_source(files):
@@ -571,9 +576,9 @@ def test_sources_are_told_apart(files):
 
 
 def test_a_level_of_a_bench_test_is_said_to_be_one(config, tmp_path):
-    bench = tmp_path / "fixed.json"
-    bench.write_text(json.dumps({"fixed": {"salt_steel_restitution": 0.4}}))
-    _export(config, tmp_path, fixed=[bench])
+    found = {"fixed.json": {"fixed": {"salt_steel_restitution": 0.4}}}
+    own = config.model_copy(update={"fixed_from": "bench"})
+    _export(_study(own, tmp_path, bench=found), tmp_path)
     found = yaml.safe_load((tmp_path / "calibrated.yaml").read_text())["parameters"]
     assert found["contacts.particle_wall.restitution"]["source"] == "bench test"
     assert found["contacts.particle_wall.static_friction"]["source"] == "fixed by the configuration"

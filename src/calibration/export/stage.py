@@ -1,6 +1,5 @@
 """The stage `export`: plans of its runs, and its files."""
 
-import json
 from pathlib import Path
 
 from calibration.chain.files import read_region
@@ -25,7 +24,6 @@ from calibration.export.rolling import (
 )
 from calibration.files import replacing
 from calibration.statistics.surface import fit_surface
-from calibration.tables import read_written
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 from dem.spec import parse_spec
@@ -42,33 +40,29 @@ calibrated one."""
 CODES = CONVERTED | {"edem.md": edem}
 
 
-def _load(path):
-    return json.loads(Path(path).read_text())
-
-
-def _spec(study, optimum_file):
-    return calibrated_spec(study.config, study.factors, _load(optimum_file)["optimum"])
+def _spec(study):
+    return calibrated_spec(study.config, study.factors, study.summary("optimise")["optimum"])
 
 
 def plan_export_scan(study, source, output):
     """Plan the search for rolling friction in other laws."""
-    plan_scan(_spec(study, source.optimum), output)
+    plan_scan(_spec(study), output)
 
 
 def plan_export_confirmation(study, source, output):
     """Plan the runs that confirm what the search found."""
     metric = study.config.target.metric
-    plan_confirmation(_spec(study, source.optimum), source.scan, metric, output)
+    plan_confirmation(_spec(study), source.scan, metric, output)
 
 
 def export_rolling(study, source, output):
     """Write rolling.json: the conversion of rolling friction."""
     config, metric = study.config, study.config.target.metric
     found = conclude(
-        parse_spec(_spec(study, source.optimum)),
+        parse_spec(_spec(study)),
         read_scan(source.scan, metric),
         read_scan(source.confirmation, metric),
-        read_written(source.validation)["response"],
+        study.table("validation", "runs")["response"],
         config.validation.margin,
         in_ascii(unit_of(metric)),
     )
@@ -153,20 +147,18 @@ def export(study, source, output):
     """Write calibrated.yaml and exports/ beside it, without any run."""
     region = read_region(source.optimum)
     runs = augmented_runs(study.config, source.runs, region, source.candidate)
-    write_exports(study, source, runs, region, Path(output.parameters).parent)
+    write_exports(study, runs, region, Path(output.parameters).parent)
 
 
-def write_exports(study, source, runs, region, out):
+def write_exports(study, runs, region, out):
     """Write calibrated.yaml and exports/ into folder `out`, each file atomically.
 
-    source: files `optimum` and `validation`; `fixed`, a list of files with what the bench tests
-    found, none where the configuration's values stand. runs: table of the runs that the surface was
-    fitted to; region: its factors.
+    runs: table of the runs that the surface was fitted to; region: its factors.
     """
-    config, optimum, validation = study.config, _load(source.optimum), _load(source.validation)
+    config, optimum = study.config, study.summary("optimise")
+    validation = study.summary("validation")
     surface = fit_surface(runs, [f.code for f in region], runs["response"])
-    bench = {k: v for file in source.get("fixed", ()) for k, v in _load(file)["fixed"].items()}
-    mapping = _spec(study, source.optimum)
+    mapping, bench = _spec(study), study.bench_levels()
     lines = _head(config, mapping, validation)
     _write_blocks(CODES, mapping, Conversion(parse_spec(mapping)), lines, Path(out) / "exports")
     head = "".join(f"# {line}\n" for line in lines)
@@ -178,9 +170,9 @@ def write_exports(study, source, runs, region, out):
 
 def export_converted(study, source, output):
     """Write the blocks of codes with other rolling laws, with what the search found."""
-    mapping = _spec(study, source.optimum)
-    conversion = Conversion(parse_spec(mapping), _load(source.rolling))
-    lines = _head(study.config, mapping, _load(source.validation))
+    mapping = _spec(study)
+    conversion = Conversion(parse_spec(mapping), study.summary("export_confirmation", "rolling"))
+    lines = _head(study.config, mapping, study.summary("validation"))
     _write_blocks(CONVERTED, mapping, conversion, lines, Path(output[0]).parent)
 
 

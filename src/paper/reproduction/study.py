@@ -1,27 +1,10 @@
 """What a study's stages have left in its folder."""
 
-import json
-from pathlib import Path
-
-from calibration.tables import read_written
+from calibration.study import Results
 
 
-class Study:
-    """The files of results/<name>; a stage that has not run gives None."""
-
-    def __init__(self, folder):
-        self.folder = Path(folder)
-        self.name = self.folder.name
-
-    def summary(self, stage, name=None):
-        """Summary of a stage as a mapping, or None."""
-        path = self.folder / stage / f"{name or stage}.json"
-        return json.loads(path.read_text()) if path.is_file() else None
-
-    def table(self, stage, name):
-        """Table `name`.csv of a stage, or None."""
-        path = self.folder / stage / f"{name}.csv"
-        return read_written(path) if path.is_file() else None
+class Study(Results):
+    """The results of a study, and what the paper's tables ask of them."""
 
     def seed_spread(self):
         """(sd, n) of the angle between seeds at one point: validation, else the response surface's
