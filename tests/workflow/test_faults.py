@@ -59,7 +59,7 @@ def started(folder):
         return subprocess.Popen(command(), cwd=folder, stdout=log, stderr=log)
 
 
-def waited_for(condition, seconds=120.0):
+def waited_for(condition, seconds=900.0):
     """Whether something happened in time."""
     end = time.monotonic() + seconds
     while not condition() and time.monotonic() < end:
