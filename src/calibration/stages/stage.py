@@ -64,6 +64,7 @@ class Task:
     failures : "refused" or "kept"
     needs : keys that must be given
     cheap : it takes seconds and is not sent to a cluster
+    expected : number of runs by the configuration, before they are planned, for the progress
     """
 
     function: str
