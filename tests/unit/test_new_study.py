@@ -151,6 +151,17 @@ def test_what_is_not_told_is_asked_for():
         answers(given)
 
 
+def test_measured_angles_come_from_a_table_of_measurements(tmp_path):
+    """As `dem angle` writes one; a mean is no list of angles."""
+    path, header = tmp_path / "a.csv", "experiment,quantity,value,unit,sd,n\n"
+    rows = "heap,angle_of_repose,26.1,deg,,\nheap,height,21,mm,,\nheap,angle_of_repose,28.4,deg,,\n"
+    path.write_text(header + rows)
+    assert measured_angles([str(path)]) == [26.1, 28.4]
+    path.write_text(header + "heap,angle_of_repose,27,deg,1,5\n")
+    with pytest.raises(CalibrationError, match="without sd and n"):
+        measured_angles([str(path)])
+
+
 def test_measured_angles_come_from_a_table(tmp_path):
     (tmp_path / "a.csv").write_text("Versuch;angle [°]\n1;26,1\n2;28,4\n")
     assert measured_angles([str(tmp_path / "a.csv")]) == [26.1, 28.4]
