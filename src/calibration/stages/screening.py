@@ -1,4 +1,4 @@
-"""Plackett-Burman screening: which factors matter."""
+"""Screening: which factors matter."""
 
 from calibration.factors import read_factors
 from calibration.stages.stage import (
