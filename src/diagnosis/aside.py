@@ -56,16 +56,21 @@ def _lines(rows):
     return f"Line{'s' * (len(lines) > 1)} {', '.join(lines)}" if lines else "A setting"
 
 
-def by_emulators(emulated, held_out, fits):
-    """Rows (see `_rows`) of conditions held out, from {names of mechanisms: Fit}."""
-    conditions = [m.condition for m in held_out]
-    if not held_out:
-        return []
-    predicted = {
-        label: emulated.model(conditions, names).predict(fitted.theta[:1])
-        for label, (names, fitted) in fits.items()
-    }
-    return _rows(held_out, {k: (v[0][0], v[1][0]) for k, v in predicted.items()})
+def by_emulators(emulated, measurements, held_out, fits):
+    """Rows (see `_rows`) of conditions held out, from {label: (names of mechanisms, Fit)}.
+
+    An experiment of which nothing was fitted has no prediction."""
+    kinds = {m.experiment for m in measurements}
+    place = [i for i, m in enumerate(held_out) if m.experiment in kinds]
+    # the parameters of a model are those of all its experiments
+    together = [(m.experiment, m.levers) for m in measurements + [held_out[i] for i in place]]
+    predicted = {}
+    for label, (names, fitted) in fits.items():
+        value, error = np.full(len(held_out), np.nan), np.zeros(len(held_out))
+        found = emulated.model(together, names).predict(fitted.theta[:1])
+        value[place], error[place] = (v[0, len(measurements) :] for v in found)
+        predicted[label] = value, error
+    return _rows(held_out, predicted) if held_out else []
 
 
 def by_contacts(measurements, held_out, tried, law, defaults):

@@ -101,7 +101,7 @@ def name_causes(setup, source, output):
     verdict["exclusion"] = exclusion.of_mechanisms(found, measurements)
     shown = {"before": ((), found.fits[BASE])}
     shown |= {"after": (tuple(name.split(" + ")), found.fits[name])} if name else {}
-    verdict["held_out"] = aside.by_emulators(emulated, table.held_out, shown)
+    verdict["held_out"] = aside.by_emulators(emulated, measurements, table.held_out, shown)
     verdict["remarks"] = aside.remarks(table)
     models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
     rows, specs = extension_plan(setup.rig, models, measurements)

@@ -6,10 +6,11 @@ import pytest
 from scipy.optimize import minimize
 
 from calibration.measurements import Measurement
+from diagnosis import aside
 from diagnosis.catalogue import Strength, load_catalogue
 from diagnosis.design import MultipliedLever, inputs_of
 from diagnosis.emulator import Emulator, Multiplied, forward, inverse
-from diagnosis.fit import Data, fit, moderated_sd
+from diagnosis.fit import Data, data_of, fit, moderated_sd
 from diagnosis.model import Emulated
 from diagnosis.settings import BASE, parameters_of, read_settings
 
@@ -230,3 +231,19 @@ def test_a_quantity_known_to_a_share_of_itself_is_learned_in_its_logarithm():
     assert forward("heap", value, {}) == pytest.approx(value)
     levers = {"normal_stress_kPa": np.array([2.0, 4.0])}
     assert forward("shear", value, levers) == pytest.approx([0.75, 100.0])
+
+
+def test_rows_held_out_are_predicted_by_the_fit_to_the_others(emulated):
+    """One experiment is held out in part, another has rows that nothing was fitted to."""
+    model = emulated.model(CONDITIONS)
+    value = model.predict(np.array([[0.3, -0.2]]))[0][0]
+    rows = [Measurement(e, v, 0.01 * v, 5, x) for (e, x), v in zip(CONDITIONS, value, strict=True)]
+    fitted, held = rows[:2] + rows[3:], rows[2:3]
+    found = fit(emulated.model([(m.experiment, m.levers) for m in fitted]), data_of(fitted))
+    [row] = aside.by_emulators(emulated, fitted, held, {"before": ((), found)})
+    assert row["before"] == pytest.approx(held[0].value, rel=0.02)
+    assert row["after"] is None
+    drops = [m for m in rows if m.experiment == "drop"]
+    alone = fit(emulated.model([(m.experiment, m.levers) for m in drops]), data_of(drops))
+    [none] = aside.by_emulators(emulated, drops, rows[3:4], {"before": ((), alone)})
+    assert none["before"] is None
