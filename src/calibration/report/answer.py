@@ -3,7 +3,7 @@ verdict."""
 
 from calibration.figures import label, response_of
 from calibration.numbers import signed
-from calibration.report.embed import load
+from calibration.study import Results
 from dem.advice import limits_of
 from dem.spec import load_spec
 
@@ -17,10 +17,10 @@ MEANING = {
 
 def answer(study, response):
     """Mapping for the page: `parameters` (rows of the table), `tiles` and `notes`."""
-    optimum = load(study / "optimise" / "optimum.json")
-    region = load(study / "response_surface" / "region.json") or []
-    validation = load(study / "validation" / "validation.json")
-    verdict = load(study / "diagnosis" / "verdict.json")
+    optimum = Results(study).summary("optimise", "optimum")
+    region = Results(study).summary("response_surface", "region") or []
+    validation = Results(study).summary("validation", "validation")
+    verdict = Results(study).summary("diagnosis", "verdict")
     tiles = [
         *(_validated(validation, response) if validation else []),
         *(_equivalence(validation, response) if validation else []),

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from calibration.figures import label
-from calibration.files import read_json
 from calibration.tables import read_written
 
 CAPTIONS = Path("workflow/report")
@@ -22,11 +21,6 @@ TYPES = {
 SHOWN_ROWS = 60
 LONG_NUMBER = re.compile(r"-?\d+\.\d{5,}(e[+-]?\d+)?")  # computed; printed ones keep their digits
 ROUNDING = 1e-12  # what is smaller is the rounding error of a zero
-
-
-def load(path):
-    """Content of a JSON file, or None where there is none."""
-    return read_json(path) if path.exists() else None
 
 
 def uri(path):

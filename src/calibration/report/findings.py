@@ -3,7 +3,7 @@ wrong."""
 
 from calibration.figures import label
 from calibration.numbers import fixed, signed
-from calibration.report.embed import load
+from calibration.study import Results
 from calibration.tables import read_written
 
 WIDE = 0.9  # of the region searched: a parameter that the target leaves open
@@ -12,9 +12,9 @@ POOR = 0.5  # predicted R2 below which a surface predicts little
 
 def findings(study, response):
     """[(heading, text)] for the page's first screen; only what the study's files hold."""
-    screening = load(study / "screening" / "screening.json")
-    optimum = load(study / "optimise" / "optimum.json")
-    region = load(study / "response_surface" / "region.json")
+    screening = Results(study).summary("screening", "screening")
+    optimum = Results(study).summary("optimise", "optimum")
+    region = Results(study).summary("response_surface", "region")
     found = []
     effects = _effects(study)
     if screening and effects is not None:
@@ -103,7 +103,7 @@ def _why(screening, name):
 
 def _fitted(study):
     """Odd points, lack of fit, and a surface that predicts little."""
-    surface = load(study / "response_surface" / "response_surface.json")
+    surface = Results(study).summary("response_surface", "response_surface")
     if not surface:
         return []
     found = []
@@ -124,14 +124,14 @@ def _fitted(study):
 
 def _judged(study, response):
     """What validation and diagnosis object to."""
-    v, found = load(study / "validation" / "validation.json"), []
+    v, found = Results(study).summary("validation", "validation"), []
     if v and not v["equivalent"]:
         found.append(
             f"The validated heaps differ by {signed(v['difference'])}{response.unit} (95 % "
             f"{signed(v['difference_low'])} to {signed(v['difference_high'])}): not shown to be "
             f"equivalent within ±{v['margin']:g}{response.unit}."
         )
-    verdict = load(study / "diagnosis" / "verdict.json")
+    verdict = Results(study).summary("diagnosis", "verdict")
     if verdict and verdict["verdict"] != "adequate":
         causes = " and ".join(label(c) for c in verdict.get("causes", []))
         found.append(f"The diagnosis: {verdict['verdict']}{f' ({causes})' if causes else ''}.")

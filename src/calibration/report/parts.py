@@ -3,8 +3,9 @@
 from pathlib import Path
 
 from calibration.figures import label, response_of
-from calibration.report.embed import caption, download, figure, load, table
+from calibration.report.embed import caption, download, figure, table
 from calibration.stages import resolve
+from calibration.study import Results
 from calibration.tables import read_written
 
 ALL_ROWS = 10_000  # a table of verdicts is shown whole, in a box that scrolls
@@ -36,7 +37,7 @@ def _listed(study, stage, response):
         drawn += _further(folder, [Path(f.file).stem for f in own])
     if not stage.tables or (not drawn and not shown):
         return None
-    summary = load(folder / f"{stage.name}.json")
+    summary = Results(study).summary(stage.name, stage.name)
     texts = resolve(stage.sentences)(summary, response) if summary and stage.sentences else []
     return {
         "key": stage.name,
@@ -112,7 +113,7 @@ def _named(key, path):
 def diagnosis(study):
     """The section of the diagnosis, or None."""
     folder = study / "diagnosis"
-    verdict = load(folder / "verdict.json")
+    verdict = Results(study).summary("diagnosis", "verdict")
     if not verdict:
         return None
     reason = verdict.get("reason", "").strip().rstrip(".")

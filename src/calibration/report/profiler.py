@@ -8,8 +8,8 @@ from scipy import stats
 
 from calibration.errors import CalibrationError
 from calibration.figures import label
-from calibration.report.embed import load
 from calibration.statistics.surface import fit_surface
+from calibration.study import Results
 from calibration.tables import read_written
 
 
@@ -19,8 +19,8 @@ def profiler(study, response):
 
     The surface is the stage's own, of the runs in its table; the optimum's has more runs.
     """
-    region = load(study / "response_surface" / "region.json")
-    optimum = load(study / "optimise" / "optimum.json")
+    region = Results(study).summary("response_surface", "region")
+    optimum = Results(study).summary("optimise", "optimum")
     path = study / "response_surface" / "runs.csv"
     if not (region and optimum and path.exists()):
         return None
