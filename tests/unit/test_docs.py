@@ -64,6 +64,10 @@ def test_files_that_a_page_names_exist(page):
     assert not missing
 
 
+def test_the_readme_is_a_screen_and_a_half():
+    assert len((ROOT / "README.md").read_text().splitlines()) <= 80
+
+
 SOURCES = {
     "own-material": "config/README.md",
     "example-soybean": "examples/soybean/README.md",

@@ -13,7 +13,6 @@ import numpy as np
 from diagnosis.laws.mixed import draw, evaluate, nuisance_of, to_space
 from diagnosis.laws.slots import applicable, candidate_of, constant
 
-RIVALS = 4  # that are tested against the best by simulation
 FAR = 12.0  # nats behind the best at which a rival is out without a simulation
 
 
