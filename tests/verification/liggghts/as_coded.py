@@ -1,5 +1,5 @@
-"""This engine's beds and heaps with the tangential spring and the relative torque as LIGGGHTS codes
-them, to tell conventions from faults.
+"""This engine's beds and heaps with the springs and the relative torque as LIGGGHTS codes them, to
+tell conventions from faults.
 
 `python -m liggghts.as_coded OUT` writes the metrics of both as JSON. The laws are exchanged before
 anything is compiled; NUMBA_CACHE_DIR must name a folder of its own, or the engine's cache would
@@ -10,6 +10,7 @@ import os
 import sys
 
 import dem.contact.rolling.constant_torque_relative as relative
+import dem.contact.rolling.elastic_plastic as elastic_plastic
 import dem.contact.tangential.mindlin as mindlin
 from dem.arithmetic import law, maximum, minimum, sqrt, where
 from dem.io.files import write_json
@@ -24,6 +25,16 @@ def torque(p, n, spin, normal, stiffness, unloading, r_eff, inertia, spring, dt)
     stops it."""
     whole = sqrt(dot(spin, spin)) + relative.TINY
     return scale(-p.rolling * normal * r_eff / whole, reject(spin, n)), spring
+
+
+scaled = elastic_plastic.torque
+
+
+@law
+def kept_moment(p, n, spin, normal, stiffness, unloading, r_eff, inertia, spring, dt):
+    """The elastic-plastic torque and moment (3,) [N m], the moment kept while the contact unloads,
+    so that the work stored in it grows as the stiffness falls."""
+    return scaled(p, n, spin, normal, stiffness, 1.0, r_eff, inertia, spring, dt)
 
 
 @law
@@ -59,5 +70,6 @@ if __name__ == "__main__":
     if not os.environ.get("NUMBA_CACHE_DIR"):
         sys.exit("set NUMBA_CACHE_DIR to a folder of its own")
     relative.torque, mindlin.tangential_force = torque, tangential_force
+    elastic_plastic.torque = kept_moment
     piles = {case: list(heaps(case)) for case in cases.HEAPS}
     write_json(sys.argv[1], {"beds": list(beds()), "heaps": piles})
