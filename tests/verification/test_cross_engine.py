@@ -224,6 +224,7 @@ def test_settled_bed(record):
     compare(record, BED, "relative, 0.23", PACKING, (), ours, their_beds(), source)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_settled_bed_as_liggghts_codes_it(record, as_coded):
     source = f"{engine_of('beds')}, cdt"
@@ -236,7 +237,7 @@ def our_heaps(case):
     """Metrics and final states of this engine's heaps of a case; two seeds of what is shown and not
     judged."""
     law, rolling = (cases.HEAPS | cases.OWN_SPIN)[case]
-    seeds = cases.SEEDS if case in cases.HEAPS else cases.SEEDS[:2]
+    seeds = cases.HEAP_SEEDS.get(case, cases.SEEDS[:2])
     specs = [cases.heap_spec(law, rolling, seed) for seed in seeds]
     states = [cases.our_heap(spec) for spec in specs]
     return list(map(cases.measure_pile, states, specs)), states
@@ -260,16 +261,15 @@ def their_heaps(case):
     return metrics, states
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_heap_elastic_plastic(record):
-    """The rolling law is the same in both engines but for two factors, which are set; the
-    tangential spring is not, and leaves its trace in the contacts, not in the shape."""
+    """Our elastic-plastic torque beside `epsd`, whose moment does not go down with the stiffness
+    while a contact unloads, and whose tangential spring stretches; with both taken out a later test
+    judges."""
     case, source = "elastic-plastic, 0.46", f"{engine_of('heaps')}, epsd"
     ours, theirs = our_heaps(case)[0], their_heaps(case)[0]
     assert all(m["in_funnel"] == 0 for m in ours + theirs)
-    judged = [key for key in SHAPE if key != "coordination"]
-    compare(record, HEAP, case, SHAPE, judged, ours, theirs, source)
+    compare(record, HEAP, case, SHAPE, (), ours, theirs, source)
 
 
 @pytest.mark.slow
@@ -279,6 +279,7 @@ def test_heap_relative(record):
     compare(record, HEAP, case, SHAPE, (), our_heaps(case)[0], their_heaps(case)[0], source)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("case", cases.HEAPS)
 def test_heap_as_liggghts_codes_it(record, as_coded, case):

@@ -84,8 +84,11 @@ def test_beds(tmp_path, recording):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", cases.PRIMES)
-@pytest.mark.parametrize("case", cases.HEAPS)
+@pytest.mark.parametrize(
+    ("case", "seed"),
+    [(case, seed) for case in cases.HEAPS for seed in cases.PRIMES]
+    + [("elastic-plastic, 0.46", seed) for seed in cases.MORE_PRIMES],
+)
 def test_heaps(tmp_path, recording, case, seed):
     if not recording:
         pytest.skip("a heap takes LIGGGHTS minutes: run with --record-peers")

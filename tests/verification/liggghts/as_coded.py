@@ -61,7 +61,7 @@ def beds():
 
 def heaps(case):
     """Metrics of the heaps of a case of all seeds."""
-    for seed in cases.SEEDS:
+    for seed in cases.HEAP_SEEDS[case]:
         spec = cases.heap_spec(*cases.HEAPS[case], seed)
         yield cases.measure_pile(cases.our_heap(spec), spec)
 
