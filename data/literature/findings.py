@@ -96,7 +96,7 @@ def main(names):
         KEPT.write_text(json.dumps(kept, indent=1) + "\n")
     if set(kept) >= {*BALLS, *SHEARS}:
         text = PAGE.read_text()
-        PAGE.write_text(text.replace(shown(text), table(kept)))
+        PAGE.write_text(text.replace(BEGIN + shown(text) + END, BEGIN + table(kept) + END))
 
 
 if __name__ == "__main__":

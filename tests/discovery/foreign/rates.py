@@ -206,7 +206,8 @@ def shown(page):
 def write_table(kept=KEPT, page=PAGE):
     """Put the table of the kept rows into the documentation."""
     text = page.read_text()
-    page.write_text(text.replace(shown(text), table(pd.read_csv(kept, keep_default_na=False))))
+    new = table(pd.read_csv(kept, keep_default_na=False))
+    page.write_text(text.replace(BEGIN + shown(text) + END, BEGIN + new + END))
 
 
 if __name__ == "__main__":
