@@ -7,6 +7,8 @@ written down when it was planned. Nothing is deleted: what cannot be trusted is 
 
 import json
 import os
+import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -156,6 +158,7 @@ def before_planning(config, dry_run, results="results"):
     if not dry_run:
         hold(results)
         sweep_abandoned(Path(results) / config.name)
+        _date_back(results)
     store, said = RunStore(Path(results) / "runs"), []
     planned, stale = set(), 0
     for plan in sorted((Path(results) / config.name).glob("**/plan.json")):
@@ -179,6 +182,16 @@ def before_planning(config, dry_run, results="results"):
             f"{stale} runs of {config.name} were made by another engine; they are made again"
         )
     return said
+
+
+def _date_back(results):
+    """Give files that are dated in the future the present time: after a clock went back snakemake
+    would refuse all that is made from them."""
+    now = time.time()
+    for path in Path(results).rglob("*"):
+        with suppress(OSError):  # a writer has just replaced it
+            if path.stat().st_mtime > now:
+                os.utime(path, (now, now))
 
 
 def _forget_batches(folder, store):

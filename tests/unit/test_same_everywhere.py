@@ -153,6 +153,7 @@ def run_all(runs, precisions, **environment):
     return json.loads(done.stdout)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="names of x86 processors")
 def test_processors_with_fused_multiplication_agree_to_the_bit(tmp_path):
@@ -192,6 +193,7 @@ def heaps(seeds):
     }
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="names of x86 processors")
 def test_a_processor_without_fused_multiplication_draws_from_the_same_heaps(tmp_path):

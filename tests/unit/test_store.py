@@ -5,6 +5,7 @@ import errno
 import json
 import os
 import shutil
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -323,3 +324,11 @@ def test_two_calls_do_not_work_in_one_folder(names):
 
     with FileLock("results/.lock"), pytest.raises(CalibrationError, match="another call works"):
         before_planning(NO_STUDY, dry_run=False)
+
+
+def test_what_is_dated_in_the_future_gets_the_present_time(names):
+    tomorrow = time.time() + 86_400
+    os.utime(result_of(names[0]), (tomorrow, tomorrow))
+    before_planning(NO_STUDY, dry_run=False)
+    assert result_of(names[0]).stat().st_mtime <= time.time()
+    assert read_metric(names, "rebound_height_mm") == [1.5, 2.5, 3.5]
