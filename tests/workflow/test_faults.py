@@ -137,7 +137,6 @@ def test_a_folder_that_can_only_be_read(undisturbed, mounts, tmp_path):
     assert finished(tmp_path) == undisturbed
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("what", ["results", "results/runs", "results/drops"])
 def test_results_that_are_removed_under_way(undisturbed, tmp_path, what):
     study(tmp_path)
@@ -175,7 +174,6 @@ def test_two_studies_on_one_store(undisturbed, tmp_path):
         assert outcome(folder) == undisturbed
 
 
-@pytest.mark.long
 def test_a_clock_that_goes_back(undisturbed, tmp_path):
     """What has been made so far is dated tomorrow: it stays, and the rest is made."""
     study(tmp_path)
