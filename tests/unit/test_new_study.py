@@ -74,7 +74,8 @@ def test_grains_and_feed_agree_with_closed_forms():
     assert heap.count * math.pi / 6 * 2**3 == pytest.approx(1.3 * 0.6 * cone, rel=1e-3)
     # by hand: rho_b = 726, clear opening 17.2 mm, grain of 5.07 mg
     rate = 0.58 * 726 * math.sqrt(9.81) * 0.0172**2.5 / 5.068e-6
-    assert heap.feed_per_s == pytest.approx(rate, rel=2e-3)
+    # 65 % of what the orifice passes: from 70 % on some heaps pack and some do not
+    assert heap.feed_per_s == pytest.approx(0.65 * rate, rel=2e-3)
     coarser = heap.of_at_most(2000)
     volume = lambda h: h.count * h.diameter_mm**3  # noqa: E731
     assert coarser.count == pytest.approx(2000, rel=0.01)

@@ -11,12 +11,12 @@ from calibration.errors import CalibrationError
 from calibration.factors import COLUMNS
 from calibration.files import replacing, write_table
 from calibration.measurements import readings_table
-from calibration.new.heap import FREE_FLOW, MOST
+from calibration.new.heap import FEED, MOST
+from dem.flow import FREE_FLOW_RATIO
 
 LAWS = {"rolling": "elastic_plastic", "torsion": "marshall"}
 """Laws of a new material. The engine's default is EDEM's own-spin torque, which holds a heap at
-rest and
-brakes grains that turn together."""
+rest and brakes grains that turn together."""
 MEASURED = "measured.csv"
 CLOGS = 3.0  # grains across an orifice that none pass for long
 _REFUSED = re.compile(r"[^\w\s.,()+/-]|\s\s|^\s|\s$|[\n\t]")
@@ -91,8 +91,8 @@ def _write(path, text):
 def _choices(heap, simulated):
     found = [
         f"{simulated.count:,} grains of {simulated.diameter_mm:.3g} mm cover the plate; the funnel "
-        f"passes {simulated.feed_per_s:,.0f} a second (Beverloo 1961) and is empty after "
-        f"{simulated.pouring_s:.1f} s"
+        f"is fed {simulated.feed_per_s:,.0f} a second, {FEED:.0%} of what its orifice passes "
+        f"(Beverloo 1961), for {simulated.pouring_s:.1f} s"
     ]
     if simulated.diameter_mm > heap.diameter_mm:
         ratio = simulated.diameter_mm / heap.diameter_mm
@@ -102,8 +102,8 @@ def _choices(heap, simulated):
             "would take too long (run.particles in config.yaml)"
         )
     across = heap.orifice_diameter_mm / heap.diameter_mm
-    if across < FREE_FLOW:
-        wider = FREE_FLOW * heap.diameter_mm
+    if across < FREE_FLOW_RATIO:
+        wider = FREE_FLOW_RATIO * heap.diameter_mm
         found.append(
             f"warning: the orifice is {across:.1f} grains wide and may clog; {wider:.3g} mm would "
             f"not, "
@@ -150,7 +150,7 @@ run: # what all heaps share
     plate_diameter_mm: {heap.plate_diameter_mm:g}
     discharge_height_mm: {heap.discharge_height_mm:g}
     funnel_top_diameter_mm: {max(heap.plate_diameter_mm, 2 * heap.orifice_diameter_mm):g} # assumed
-    generation_rate_per_s: {heap.feed_per_s:.0f} # what the orifice passes (Beverloo 1961)
+    generation_rate_per_s: {heap.feed_per_s:.0f} # {FEED:.0%} of what the orifice passes
   numerics: {{ max_time_s: {max(12.0, 2 * heap.pouring_s + 5):.3g} }}
 
 screening: {{ at_least: 3, at_most: 3 }}

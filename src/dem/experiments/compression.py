@@ -24,7 +24,6 @@ setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 LEAST_WIDTH = 5.0  # of the largest grain
 LOOK = 1e-4  # path of the lid between looks, over the depth
 MEAN = 20  # looks over which the strength is a mean: single grains that jump do not count
-FAR = -1.0  # height to which the walls are taken [m]
 DENSE, LOOSE = 0.7, 0.5  # solid fractions between which beds of spheres lie
 UPPER = 0.3  # share of the load from which on modulus and exponent are read
 
@@ -95,8 +94,7 @@ def run(spec, context):
     solid = float(4.0 / 3.0 * math.pi * (sim.radius**3).sum()) / (area * heights[-1])
     press.relieve()
     for k in range(4):
-        sim.wall_state.origin[sim.walls.index(f"side{k}"), 2] = FAR
-        sim.move_wall(f"side{k}")
+        setup.take_away(sim, f"side{k}")
     strength = press.strongest(g.unconfined_strain * heights[-1])
     context.finish(sim)
     return found | {

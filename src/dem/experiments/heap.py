@@ -13,6 +13,7 @@ import numpy as np
 from dem.constants import GRAVITY
 from dem.errors import RefusedStateError, SpecError
 from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse
+from dem.flow import C_BEVERLOO, FREE_FLOW_RATIO, LOOSE, beverloo
 from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
 from dem.io.stl import read_stl
 from dem.lazy import lazily
@@ -22,9 +23,6 @@ from dem.part import Part, field
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 
 MIN_ORIFICE_RATIO = 3.0  # orifice over largest grain; below it any funnel clogs
-FREE_FLOW_RATIO = 5.0
-"""Orifice over largest grain below which arches stop the flow at times (Zuriguel et al. 2005,
-Physical Review E 71:051303)."""
 MOUTH_ABOVE_RIM = 0.010  # where grains are made, above the funnel's rim [m]
 MOST_LEFT = 0.05
 """Share of the grains that may stay in the funnel: a heap of 5 % less volume is 2 % lower and as
@@ -34,11 +32,7 @@ LEAST_COVERAGE = 0.25
 """Share of the plate that must lie under grains: that of a heap of half the plate's diameter.
 Below, they lie about."""
 
-C_BEVERLOO, K_BEVERLOO, PACKING = 0.58, 1.4, 0.6
-"""Beverloo, Leniger and van de Velde (1961), Chemical Engineering Science 15:260, smooth grains;
-and the solid fraction above the orifice."""
-
-LOOSE = 0.5  # solid fraction of grains that have just rained into a funnel, at the least
+PACKING = 0.6  # solid fraction above the orifice
 NEAR_CAPACITY = 0.3  # feed within this share of the capacity: heaps come in two kinds
 LOST_BELOW = 0.030  # grains this far below the plate have spilled [m]
 JITTER = (
@@ -118,8 +112,8 @@ def capacity(spec):
     d is the diameter of the mean grain; 0 where the orifice is narrower than k d.
     """
     g = spec.geometry
-    free = 1e-3 * g.orifice_diameter_mm - K_BEVERLOO * 2.0 * mean_radius(spec)
-    return C_BEVERLOO * PACKING * math.sqrt(GRAVITY) * max(free, 0.0) ** 2.5 / grain_volume(spec)
+    volume = beverloo(PACKING, 1e-3 * g.orifice_diameter_mm, 2.0 * mean_radius(spec))
+    return C_BEVERLOO * volume / grain_volume(spec)
 
 
 def advice(spec):
@@ -296,7 +290,8 @@ def pour(spec, context):
         if source.exhausted and setup.rest_energy(sim) < spec.numerics.rest_energy_ratio:
             if not closed:
                 break
-            closed = _open(sim)
+            setup.take_away(sim, "gate")
+            closed = False
         context.progress(
             min(sim.time / expected, 0.99), f"{sim.time:.2f} s, {sim.grain_count} grains"
         )
@@ -316,14 +311,6 @@ def pour(spec, context):
     if not source.exhausted or closed:
         _refuse_clogged(spec, sim, rig, len(source.radii) - source.made)
     return sim, rig, spilled, flow
-
-
-def _open(sim):
-    """Take the gate away at once; False, as the funnel is no longer closed."""
-    gate = sim.walls.index("gate")
-    sim.wall_state.origin[gate, 2] = -1.0  # far below the plate
-    sim.move_wall("gate")
-    return False
 
 
 def _refuse_clogged(spec, sim, rig, unmade=0):

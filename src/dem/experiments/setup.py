@@ -13,6 +13,8 @@ from dem.materials import PARTICLE, WALL, contact_parameters, laws_of, material_
 from dem.simulation import Air, Simulation, SkinPolicy
 from dem.timescales import rayleigh_time
 
+FAR = -1e3  # height at which a wall that was taken away meets nothing [m]
+
 
 def add_grains(sim, spec, position, radius, velocity, rng):
     """Add grains with the volume of spheres of `radius` (k,) [m]: these, or bonded pairs turned at
@@ -72,6 +74,12 @@ def build_simulation(spec, walls, gravity=DOWN):
         overlap_limit=numerics.overlap_limit,
         skin=SkinPolicy(numerics.skin, numerics.skin_horizon),
     )
+
+
+def take_away(sim, name):
+    """Remove a wall at once: far below, where no grain falls."""
+    sim.wall_state.origin[sim.walls.index(name), 2] = FAR
+    sim.move_wall(name)
 
 
 def rest_energy(sim):

@@ -1,0 +1,187 @@
+"""The draw-down box: grains run out of an upper box through a slot in its floor and heap in a lower
+one.
+
+One test gives four numbers: the slope that stays above (shear angle), the slope of the heap below,
+the mass flow and the share that ran out (Roessler, Richter, Katterfeld and Will 2019, Powder
+Technology 343:803). Both boxes are read along x; front and back plates bound them.
+"""
+
+import math
+
+import numpy as np
+
+from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse
+from dem.flow import FREE_FLOW_RATIO, LOOSE
+from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
+from dem.lazy import lazily
+from dem.part import Part, field
+
+bed, outflow = lazily("dem.experiments.bed"), lazily("dem.experiments.outflow")
+setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
+
+LEAST_DEPTH = 3.0  # of the largest grain
+STRIPS = 10  # of each flank
+CALM = 1e-5  # energy of motion at which the grains rest
+
+
+class DrawDownGeometry(Part):
+    """Upper box over lower box, of equal depth between a front and a back plate."""
+
+    upper_width_mm: float = field(60.0, "inner width of the upper box", gt=0)
+    lower_width_mm: float = field(90.0, "inner width of the lower box", gt=0)
+    depth_mm: float = field(12.0, "inner distance of front and back plate", gt=0)
+    slot_width_mm: float = field(16.0, "slot across the middle of the upper floor", gt=0)
+    fall_height_mm: float = field(60.0, "upper floor above the lower one", gt=0)
+
+
+def check(spec):
+    """Grains must pass slot and plates, slopes must stay above, and the heap must fit below."""
+    g, largest = spec.geometry, longest_mm(spec)
+    if g.slot_width_mm < FREE_FLOW_RATIO * largest:
+        least = FREE_FLOW_RATIO * largest
+        allowed = f"at least {least:g}, {FREE_FLOW_RATIO:g} of the largest grain ({largest:g} mm)"
+        refuse("slot_width_mm", spec, f"{allowed}: arches stop a narrower flow")
+    if g.depth_mm < LEAST_DEPTH * largest:
+        refuse("depth_mm", spec, f"at least {LEAST_DEPTH:g} of the largest grain ({largest:g} mm)")
+    if g.upper_width_mm < g.slot_width_mm + 10.0 * largest:
+        least = g.slot_width_mm + 10.0 * largest
+        allowed = f"at least {least:g}: the slot and five of the largest grain on either side"
+        refuse("upper_width_mm", spec, allowed)
+    if g.lower_width_mm < g.slot_width_mm + 10.0 * largest:
+        least = g.slot_width_mm + 10.0 * largest
+        allowed = f"at least {least:g}: the slot and five of the largest grain on either side"
+        refuse("lower_width_mm", spec, allowed)
+    area = 1e-6 * g.upper_width_mm * g.depth_mm
+    deep = 1e3 * spec.particles.count * grain_volume(spec) / (LOOSE * area)
+    if deep < g.slot_width_mm:
+        narrow = g.upper_width_mm * deep / g.slot_width_mm
+        allowed = f"at most {narrow:.3g}: the grains would lie only {deep:.3g} mm deep, less than "
+        refuse("upper_width_mm", spec, f"{allowed}the slot is wide; or more grains")
+    volume = 1e9 * spec.particles.count * grain_volume(spec) / LOOSE
+    if volume > g.lower_width_mm * g.depth_mm * g.fall_height_mm:
+        least = volume / (g.lower_width_mm * g.depth_mm)
+        allowed = f"at least {least:.3g}: the grains would fill the lower box up to the upper floor"
+        refuse("fall_height_mm", spec, allowed)
+
+
+class _Boxes:
+    """Dimensions in SI: x across, y from front to back, z = 0 the lower floor."""
+
+    def __init__(self, geometry):
+        g = geometry
+        self.upper, self.lower = 0.5e-3 * g.upper_width_mm, 0.5e-3 * g.lower_width_mm
+        self.deep, self.slot = 0.5e-3 * g.depth_mm, 0.5e-3 * g.slot_width_mm
+        self.floor = 1e-3 * g.fall_height_mm
+
+    def walls(self, top):
+        """Two floors, four sides, front and back up to `top`, and the gate over the slot."""
+        walls = builder.WallSet().body("boxes", material=setup.WALL)
+        high, ledge = 0.5 * (top - self.floor), 0.5 * (self.upper - self.slot)
+        flat, up = np.array([0.0, self.deep, 0.0]), np.array([0.0, 0.0, 1.0])
+        wide, out = max(self.upper, self.lower), np.array([1.0, 0.0, 0.0])
+        walls.rectangle((0.0, 0.0, 0.0), self.lower * out, flat)
+        for side in (-1.0, 1.0):
+            middle = side * 0.5 * (self.slot + self.upper)
+            walls.rectangle((middle, 0.0, self.floor), ledge * out, flat)
+            walls.rectangle((side * self.upper, 0.0, self.floor + high), flat, high * up)
+            walls.rectangle((side * self.lower, 0.0, 0.5 * self.floor), flat, 0.5 * self.floor * up)
+            walls.rectangle((0.0, side * self.deep, 0.5 * top), wide * out, 0.5 * top * up)
+        gate = walls.body("gate", material=setup.WALL)
+        return gate.rectangle((0.0, 0.0, self.floor), self.slot * out, flat)
+
+
+def run(spec, context):
+    """Fill the upper box, open the slot, and read both slopes when all rest."""
+    boxes, rng = _Boxes(spec.geometry), np.random.default_rng(spec.seed)
+    sim = _filled(spec, boxes, rng)
+    context.progress(0.3, "filled")
+    total = float(sim.mass.sum())
+    setup.take_away(sim, "gate")
+    below, known = boxes.floor - 2.0 * mean_radius(spec), [0.0]
+
+    def leave():
+        now = float(sim.mass[sim.position[:, 2] < below].sum())
+        gone, known[0] = now - known[0], now
+        return gone
+
+    def look(gone):
+        context.progress(0.3 + 0.6 * gone / total, f"{sim.time:.2f} s")
+        context.frame(sim)
+
+    times, masses = outflow.watch(sim, leave, spec.numerics.max_time_s, look)
+    bed.settle(sim, spec.numerics.max_time_s, CALM)
+    context.finish(sim)
+    position, radius = sim.position, sim.radius
+    above = position[:, 2] > boxes.floor
+    edge = mean_radius(spec)
+    stays = boxes.slot + edge, boxes.upper - edge
+    return {
+        "shear_angle_deg": _flanks(position[above], radius[above], *stays, boxes.floor),
+        "heap_angle_deg": -_flanks(position[~above], radius[~above], *_heap(boxes, edge), 0.0),
+        "mass_flow_g_s": 1e3 * outflow.steady_flow(times, masses),
+        "discharged_share": float(masses[-1] / total),
+        "emptying_time_s": outflow.ended(times, masses),
+    }
+
+
+def _filled(spec, boxes, rng):
+    """The upper box with its gate shut and its grains at rest."""
+    reach = largest_reach(spec)
+    radii = draw_radii(spec, spec.particles.count, rng)
+    corner = np.array([boxes.upper, boxes.deep])
+    sites = bed.sites_in_rectangle(-corner, corner, reach, rng)
+    top = bed.highest_site(len(radii), sites, boxes.floor, reach)
+    sim = setup.build_simulation(spec, boxes.walls(top))
+    bed.fill(sim, spec, radii, sites, boxes.floor, reach, rng)
+    bed.settle(sim, spec.numerics.max_time_s)
+    return sim
+
+
+def _heap(boxes, edge):
+    """Where the flanks of the lower heap are read: from a grain beside its crest to the wall."""
+    return 2.0 * edge, boxes.lower - edge
+
+
+def _flanks(position, radius, low, high, floor):
+    """Mean rise [deg] of the surface with the distance from the middle, left and right; 0 where
+    nothing lies.
+
+    Strips that hold no second layer are the foot and left out.
+    """
+    angles = []
+    for side in (-1.0, 1.0):
+        own = side * position[:, 0] > 0.0
+        along, top = bed.surface_profile(
+            side * position[own, 0], position[own, 2], radius[own], low, high, STRIPS
+        )
+        layers = floor + 3.0 * float(radius.mean()) if len(radius) else floor
+        top = np.where(top > layers, top, np.nan)
+        angles.append(bed.profile_angle(along, top))
+    good = [a for a in angles if math.isfinite(a)]
+    return float(np.mean(good)) if good else 0.0
+
+
+EXPERIMENT = Experiment(
+    name="draw_down",
+    title="Draw-down box",
+    geometry=DrawDownGeometry,
+    run=run,
+    metrics=(
+        Metric("shear_angle_deg", "mean slope that stays in the upper box", -90.0, 90.0),
+        Metric("heap_angle_deg", "mean slope of the heap in the lower box", -90.0, 90.0),
+        Metric("mass_flow_g_s", "steady flow through the slot", 0.0),
+        Metric("discharged_share", "of the mass", 0.0, 1.0 + 1e-9),
+        Metric("emptying_time_s", "from the opening until the last grain leaves", 0.0),
+    ),
+    defaults={"particles": {"count": 4000}, "numerics": {"max_time_s": 10.0}},
+    check=check,
+    poured=True,
+    walls=lambda spec: _Boxes(spec.geometry).walls(2e-3 * spec.geometry.fall_height_mm),
+    quantity=Quantity("heap_angle", "deg", 0.1, 89.0, "heap angle", relative=False),
+    levers=COUNT
+    | {
+        "slot_width_mm": Lever(1.0, 1e4, "slot", "mm", ("geometry", "slot_width_mm")),
+        "fall_height_mm": Lever(1.0, 1e4, "fall height", "mm", ("geometry", "fall_height_mm")),
+    },
+    mechanisms=("cohesion", "rolling_law", "size_bias"),
+)

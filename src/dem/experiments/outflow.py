@@ -1,0 +1,51 @@
+"""What leaves a vessel through an opening: mass over time, and the steady flow. All in SI."""
+
+import numpy as np
+
+from dem.errors import MeasureError
+from dem.experiments import bed
+from dem.linear import slope
+
+STEADY = 0.1, 0.6  # shares of the mass that leaves, between which the flow is read
+INTERVAL = 0.01  # between looks at what has left [s]
+QUIET = 0.15  # without a grain leaving, the flow has ended [s]
+
+
+def watch(sim, leave, limit, look):
+    """Times [s] from now on and the mass [kg] that has left by then, until nothing leaves any more.
+
+    leave: leave() -> mass [kg] that has left since the last call; look: look(mass so far) at each.
+    Raises MeasureError where grains still leave after `limit` [s].
+    """
+    times, masses, last, start = [0.0], [0.0], 0.0, sim.time
+    while sim.n and times[-1] - last < QUIET:
+        if times[-1] > limit:
+            raise MeasureError(
+                f"grains still leave after {limit:g} s; give numerics.max_time_s more, widen the "
+                "opening, or take fewer grains"
+            )
+        bed.advance_for(sim, INTERVAL)
+        gone = leave()
+        times.append(sim.time - start)
+        masses.append(masses[-1] + gone)
+        last = times[-1] if gone > 0.0 else last
+        look(masses[-1])
+    return np.array(times), np.array(masses)
+
+
+def steady_flow(times, masses):
+    """Flow [kg/s] between the shares STEADY of the mass that leaves; 0 where nothing does.
+
+    What leaves in a few looks is its mass over its time."""
+    if masses[-1] <= 0.0:
+        return 0.0
+    share = masses / masses[-1]
+    steady = (share > STEADY[0]) & (share < STEADY[1])
+    if steady.sum() > 2:
+        return slope(times[steady], masses[steady])
+    return float(masses[-1] / ended(times, masses))
+
+
+def ended(times, masses):
+    """Time [s] of the first look at which all that leaves has left."""
+    return float(times[int(np.argmax(masses >= masses[-1]))])
