@@ -59,8 +59,7 @@ class Heap:
         return self.count * (self.pouring_s + SETTLING) / step
 
     def of_at_most(self, most):
-        """The same heap of fewer, larger grains; the orifice stays FREE_FLOW_RATIO grains wide where it
-        was."""
+        """The same heap of fewer, larger grains; an orifice of FREE_FLOW_RATIO grains stays so."""
         if self.count <= most:
             return self
         wanted = self.diameter_mm * (self.count / most) ** (1 / 3)
