@@ -42,7 +42,7 @@ def measure(folder, experiment, **parts):
         ("bulk_density", {"particles": {"count": 300}}, "vessel_diameter_mm", "mm deep"),
         ("lifted_cylinder", {"geometry": {"plate_diameter_mm": 30}}, "plate_diameter_mm", "32"),
         ("discharge", {"geometry": {"orifice_diameter_mm": 9}}, "orifice_diameter_mm", "arches"),
-        ("discharge", {"geometry": {"silo_diameter_mm": 40}}, "silo_diameter_mm", "at least 2.5"),
+        ("discharge", {"geometry": {"silo_diameter_mm": 35}}, "silo_diameter_mm", "at least 2.5"),
         ("discharge", {"particles": {"count": 500}}, "silo_diameter_mm", "mm deep"),
         ("draw_down", {"geometry": {"slot_width_mm": 9}}, "slot_width_mm", "arches"),
         ("draw_down", {"geometry": {"depth_mm": 5}}, "depth_mm", "at least 3"),
@@ -153,14 +153,18 @@ ROLLING_FREELY = {"restitution": 0.9, "static_friction": 0.2, "rolling_friction"
 
 @pytest.mark.slow
 def test_a_silo_drains_as_beverloo_says(tmp_path):
-    """Flows through two orifices: C between the published 0.55 and 0.65 of smooth grains, give or
-    take the 5 % to which the bed's density is read, and the flows' ratio within 8 %."""
-    diameter, orifices = 2.0, (14.0, 18.0)
+    """Flows of glass through two orifices: C between the published 0.55 and 0.65, give or take the
+    5 % to which the bed's density is read, and the flows' ratio within 8 %. Friction of glass:
+    Foerster et al. (1994), Physics of Fluids 6:1108; it bounces less here, so that the bed rests
+    sooner."""
+    diameter, orifices = 2.0, (12.0, 16.0)
+    glass = {"restitution": 0.5, "static_friction": 0.092, "rolling_friction": 0.0}
     found = [
         measure(
             tmp_path / str(orifice),
             "discharge",
-            contacts=both(ROLLING_FREELY),
+            contacts=both(glass),
+            materials={"particle": {"shear_modulus_Pa": 1e6}},
             geometry={"orifice_diameter_mm": orifice},
         )
         for orifice in orifices
@@ -190,4 +194,4 @@ def test_spheres_that_roll_freely_leave_the_upper_floor_bare(tmp_path):
 
 def test_a_silo_that_still_flows_has_no_metrics(tmp_path):
     with pytest.raises(MeasureError, match="still leave"):
-        measure(tmp_path, "discharge", particles={"count": 4000}, numerics={"max_time_s": 0.05})
+        measure(tmp_path, "discharge", numerics={"max_time_s": 0.05})

@@ -21,6 +21,7 @@ bed, outflow = lazily("dem.experiments.bed"), lazily("dem.experiments.outflow")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 
 LEAST_WALL = 2.5  # cylinder over orifice: narrower, the wall sets the flow
+LEAST_DEPTH = 2.0  # bed over orifice: lower, the flow goes with the depth
 RINGS = 8  # of the slope that stays
 OUT = 2.0  # mean diameters below the orifice at which a grain has left
 
@@ -28,8 +29,8 @@ OUT = 2.0  # mean diameters below the orifice at which a grain has left
 class DischargeGeometry(Part):
     """Silo: a cylinder on a flat bottom (90 degrees) or on a cone, or a mesh."""
 
-    silo_diameter_mm: float = field(46.0, "inner diameter of the silo", gt=0)
-    orifice_diameter_mm: float = field(18.0, "orifice in the middle of its bottom", gt=0)
+    silo_diameter_mm: float = field(40.0, "inner diameter of the silo", gt=0)
+    orifice_diameter_mm: float = field(16.0, "orifice in the middle of its bottom", gt=0)
     hopper_half_angle_deg: float = field(90.0, "bottom from the vertical; 90 is flat", gt=0, le=90)
     bottom_stl: str | None = field(
         None,
@@ -48,13 +49,13 @@ def check(spec):
     if g.silo_diameter_mm < LEAST_WALL * g.orifice_diameter_mm:
         allowed = f"at least {LEAST_WALL:g} times the orifice ({g.orifice_diameter_mm:g} mm)"
         refuse("silo_diameter_mm", spec, allowed)
-    # the flow must lose its start and its end and still be long: a bed as deep as the orifice
     area = math.pi * (0.5e-3 * g.silo_diameter_mm) ** 2
     depth = 1e3 * spec.particles.count * grain_volume(spec) / (LOOSE * area)
-    if depth < g.orifice_diameter_mm:
-        widest = g.silo_diameter_mm * math.sqrt(depth / g.orifice_diameter_mm)
+    if depth < LEAST_DEPTH * g.orifice_diameter_mm:
+        widest = g.silo_diameter_mm * math.sqrt(depth / (LEAST_DEPTH * g.orifice_diameter_mm))
         allowed = f"at most {widest:.3g}: the grains would lie only {depth:.3g} mm deep, less than "
-        refuse("silo_diameter_mm", spec, f"{allowed}the orifice is wide; or more grains")
+        more = f"{LEAST_DEPTH:g} times the orifice ({g.orifice_diameter_mm:g} mm); or more grains"
+        refuse("silo_diameter_mm", spec, allowed + more)
 
 
 class _Silo:
@@ -187,7 +188,7 @@ EXPERIMENT = Experiment(
         Metric("drained_angle_deg", "slope that stays on a flat bottom", -90.0, 90.0),
         Metric("bulk_density_kg_m3", "of the bed before the opening", 0.0),
     ),
-    defaults={"particles": {"count": 5000}, "numerics": {"max_time_s": 10.0}},
+    defaults={"particles": {"count": 6000}, "numerics": {"max_time_s": 10.0}},
     check=check,
     prepare=lambda spec: _Silo(spec.geometry),  # an unusable mesh is refused here
     poured=True,

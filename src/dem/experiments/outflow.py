@@ -6,7 +6,7 @@ from dem.errors import MeasureError
 from dem.experiments import bed
 from dem.linear import slope
 
-STEADY = 0.1, 0.6  # shares of the mass that leaves, between which the flow is read
+STEADY = 0.1, 0.4  # shares of the mass that leaves, between which the flow is read
 INTERVAL = 0.01  # between looks at what has left [s]
 QUIET = 0.15  # without a grain leaving, the flow has ended [s]
 
