@@ -134,6 +134,7 @@ from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.identify import identify
 from diagnosis.model import Emulated
+from diagnosis.rig import Rig
 from diagnosis.settings import parameters_of, read_settings
 
 root, name = sys.argv[1:]
@@ -141,7 +142,7 @@ changes = yaml.safe_load(open("study.yaml"))["diagnosis"]
 settings = read_settings(f"{root}/config/diagnosis.yaml", changes)
 factors = parameters_of(settings, "factors.tsv", ["throw"])
 known = {name: load_catalogue()[name]}
-rows, specs = plan(settings, {}, factors, known, ["throw"])
+rows, specs = plan(Rig(settings, {}, factors), known, ["throw"])
 rng, metrics = np.random.default_rng(0), {}
 for run, spec in specs.items():
     own = parse_spec(spec)
