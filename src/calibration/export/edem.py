@@ -41,6 +41,10 @@ def block(material, conversion, about):
             ("Rolling friction, type C", "Rolling viscous damping ratio", e.damping_ratio, ""),
             ("", "Factor of the rolling stiffness", e.stiffness_factor, ""),
         ]
+        notes.append(
+            "The numbers of type C are used as they are; here alone the rolling spring's moment "
+            "falls with the stiffness while a contact unloads (docs/howto-export.md)."
+        )
         if e.stiffness_factor != TYPE_C_FACTOR:
             notes.append(
                 f"NOT CONVERTED: the factor of the rolling stiffness, {e.stiffness_factor:g}; EDEM "
