@@ -181,7 +181,7 @@ def test_a_silo_drains_as_beverloo_says(tmp_path):
 def test_what_stays_in_the_draw_down_box_is_steeper_than_what_fell(tmp_path):
     """Roessler et al. (2019) find the shear angle above the angle of repose of the same test."""
     found = measure(tmp_path, "draw_down")
-    assert found["shear_angle_deg"] > found["heap_angle_deg"] > 15.0
+    assert found["shear_angle_deg"] > found["angle_of_repose_deg"] > 15.0
     assert 0.2 < found["discharged_share"] < 0.95
 
 

@@ -76,8 +76,7 @@ def test_a_catalogue_in_a_configuration_file_is_not_run(tmp_path):
 
 
 def test_a_catalogue_is_run_where_the_command_line_says_so():
-    column = {"file": "f", "column": "c", "metric": "m"}
-    study = {"name": "s", "factors": "f", "target": column}
+    study = {"name": "s", "factors": "f", "measurements": "m", "target": {"metric": "a"}}
     study["diagnosis"] = {"catalogue": "mine"}
     config = Config.model_validate(study)
     refuse_unasked_code(config, {"diagnosis": {"catalogue": "mine"}})

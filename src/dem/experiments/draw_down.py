@@ -117,7 +117,7 @@ def run(spec, context):
     stays = boxes.slot + edge, boxes.upper - edge
     return {
         "shear_angle_deg": _flanks(position[above], radius[above], *stays, boxes.floor),
-        "heap_angle_deg": -_flanks(position[~above], radius[~above], *_heap(boxes, edge), 0.0),
+        "angle_of_repose_deg": -_flanks(position[~above], radius[~above], *_heap(boxes, edge), 0.0),
         "mass_flow_g_s": 1e3 * outflow.steady_flow(times, masses),
         "discharged_share": float(masses[-1] / total),
         "emptying_time_s": outflow.ended(times, masses),
@@ -168,7 +168,7 @@ EXPERIMENT = Experiment(
     run=run,
     metrics=(
         Metric("shear_angle_deg", "mean slope that stays in the upper box", -90.0, 90.0),
-        Metric("heap_angle_deg", "mean slope of the heap in the lower box", -90.0, 90.0),
+        Metric("angle_of_repose_deg", "mean slope of the heap in the lower box", -90.0, 90.0),
         Metric("mass_flow_g_s", "steady flow through the slot", 0.0),
         Metric("discharged_share", "of the mass", 0.0, 1.0 + 1e-9),
         Metric("emptying_time_s", "from the opening until the last grain leaves", 0.0),
@@ -177,7 +177,7 @@ EXPERIMENT = Experiment(
     check=check,
     poured=True,
     walls=lambda spec: _Boxes(spec.geometry).walls(2e-3 * spec.geometry.fall_height_mm),
-    quantity=Quantity("heap_angle", "deg", 0.1, 89.0, "heap angle", relative=False),
+    quantity=Quantity("angle_of_repose", "deg", 0.1, 89.0, "angle of repose", relative=False),
     levers=COUNT
     | {
         "slot_width_mm": Lever(1.0, 1e4, "slot", "mm", ("geometry", "slot_width_mm")),
