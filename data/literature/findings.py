@@ -1,8 +1,9 @@
 """What the diagnosis says of each measured set: `python data/literature/findings.py` writes
 findings.json and the table of README.md; with names of sets, those alone are made anew.
 
-Drops are diagnosed with the catalogue, by the engine's own contact; the shear tests by the free
-laws alone, their base model one coefficient of friction and not the simulated cell.
+Balls of known size and weight are diagnosed with the catalogue, by the engine's own contact.
+The others, and the shear tests, by the free laws alone: the base model of a shear test is one
+coefficient of friction and not the simulated cell.
 """
 
 import json
@@ -29,7 +30,19 @@ BALLS = {
     "golf_ball_flights": (42.67, 1129.0),
     "tennis_ball_flights": (66.7, 371.0),
 }
-SHEARS = ("shear_ccgm_coated_beads", "shear_annular_wet_day1", "shear_annular_wet_day2")
+BY_FREE_LAWS = (
+    "rubber_ball_flights",
+    "rubber_ball_two_instruments",
+    "bouncy_ball",
+    "shear_ccgm_coated_beads",
+    "shear_ccgm_two_tests",
+    "shear_annular_wet_day1",
+    "shear_annular_wet_day2",
+    "shear_annular_wet_two_days",
+    "shear_quartz_sand_peak",
+    "shear_quartz_sand_reactivation",
+)
+ALL = (*BALLS, *BY_FREE_LAWS)
 
 
 def finding(name):
@@ -66,7 +79,7 @@ def _of_ball(measured, diameter, density):
 def table(kept):
     """Markdown of the kept findings."""
     lines = ["| set | settings | verdict | p | what is found |", "|---|---|---|---|---|"]
-    for name in (*BALLS, *SHEARS):
+    for name in ALL:
         f = kept[name]
         verdict = f["verdict"] + (f": {', '.join(f['causes'])}" if f["causes"] else "")
         parts = [f["sentence"].rstrip(".")]
@@ -90,11 +103,11 @@ def shown(page):
 def main(names):
     """Make the findings of the named sets, or of all, and write them down."""
     kept = json.loads(KEPT.read_text()) if KEPT.exists() else {}
-    for name in names or (*BALLS, *SHEARS):
+    for name in names or ALL:
         kept[name] = finding(name)
         print(name, kept[name], flush=True)
         KEPT.write_text(json.dumps(kept, indent=1) + "\n")
-    if set(kept) >= {*BALLS, *SHEARS}:
+    if set(kept) >= set(ALL):
         text = PAGE.read_text()
         PAGE.write_text(text.replace(BEGIN + shown(text) + END, BEGIN + table(kept) + END))
 
