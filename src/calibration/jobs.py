@@ -34,9 +34,10 @@ def logged(log):
 def run_task(job):
     """Do what a rule declares: call its function with the study, its inputs and its outputs.
 
-    job: what snakemake hands to a script; its parameters name the function and the sections of the
-    configuration that the function may read.
+    job: what snakemake hands to a script; its parameters name the function, the sections of the
+    configuration that the function may read, and the seeds of the runs that it plans.
     """
     with logged(job.log[0]):
         study = Study.of(job.config, job.input.get("fixed", ()))
-        resolve(job.params.function)(study.reading(job.params.reads), job.input, job.output)
+        study = study.reading(job.params.reads, job.params.get("seeds"))
+        resolve(job.params.function)(study, job.input, job.output)

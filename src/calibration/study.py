@@ -59,9 +59,11 @@ class Results:
 class Study(Results):
     """A study with its configuration; see the module."""
 
-    def __init__(self, config, folder=None):
+    def __init__(self, config, folder=None, seeds=None):
+        """seeds: which thousand of seeds the runs have that a stage plans, see
+        `calibration.stages.Task`."""
         super().__init__(folder or f"results/{config.name}")
-        self.config = config
+        self.config, self.seeds = config, seeds
 
     @classmethod
     def of(cls, data, bench_files=()):
@@ -73,9 +75,10 @@ class Study(Results):
             config = config.model_copy(update={"fixed": config.fixed | found})
         return cls(config)
 
-    def reading(self, sections):
-        """This study for a stage that declares these sections of the configuration."""
-        return type(self)(Sections(self.config, sections), self.folder)
+    def reading(self, sections, seeds=None):
+        """This study for a stage that declares these sections of the configuration and these
+        seeds."""
+        return type(self)(Sections(self.config, sections), self.folder, seeds)
 
     @cached_property
     def factors(self):
@@ -116,4 +119,5 @@ class Study(Results):
 
         changes = {"run": run, "seed": seed}
         changes = {key: value for key, value in changes.items() if value is not None}
-        return plan(design, self.factors, self.config.model_copy(update=changes), experiment)
+        config = self.config.model_copy(update=changes)
+        return plan(design, self.factors, config, experiment, self.seeds)

@@ -1,5 +1,6 @@
 """The stages of the diagnosis and of its benchmark, as `calibration.stages` describes them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from calibration.stages import Figure, Runs, Stage, Task
@@ -10,18 +11,23 @@ EMULATORS = {"emulators": "emulators.npz", "errors": "emulators.json"}
 
 @dataclass(frozen=True)
 class Part:
-    """What the tasks of a stage share: folder of their files, module of their functions, settings,
-    how their messages begin, and the sections of the configuration that they read."""
+    """What the tasks of a stage share: folder of their files, module of their functions, how their
+    messages begin, and the sections of the configuration that they read.
+
+    settings : a function of the study that gives the file of the settings, or none
+    read : a function of the study that gives the settings
+    """
 
     folder: str
     module: str
-    settings: str
     words: str
     reads: tuple
+    settings: Callable
+    read: Callable
 
     def task(self, name, message, inputs=None, outputs=None, **more):
         """A task of which inputs and outputs are named within the folder."""
-        inputs = {"settings": lambda study: self.settings} | self._at(inputs or {})
+        inputs = {"settings": self.settings} | self._at(inputs or {})
         function, text = f"{self.module}:{name}", f"{self.words}: {message}"
         return Task(function, text, self.reads, inputs, self._at(outputs), **more)
 
@@ -40,22 +46,26 @@ class Part:
 
     def batches(self, study):
         """Jobs that the emulators' runs are divided into."""
-        from diagnosis.settings import read_settings  # loads the catalogue
-
-        changes = study.config.diagnosis if "diagnosis" in self.reads else None
-        return read_settings(self.settings, changes).batches
+        return self.read(study).batches
 
     def figure(self, name):
         """A figure whose caption bears its name."""
         return Figure(f"{self.folder}/{name}.svg", f"{self.folder}_{name}")
 
 
+def _own(study):
+    from diagnosis.settings import study_settings  # loads the catalogue
+
+    return study_settings(study.config.diagnosis)
+
+
 OWN = Part(
-    "diagnosis",
-    "diagnosis.stages",
-    "config/diagnosis.yaml",
-    "diagnosis",
-    ("experiment", "run", "factors", "diagnosis", "measurements"),
+    folder="diagnosis",
+    module="diagnosis.stages",
+    words="diagnosis",
+    reads=("experiment", "run", "factors", "diagnosis", "measurements"),
+    settings=lambda study: study.config.diagnosis.get("settings") or [],
+    read=_own,
 )
 
 DIAGNOSIS = Stage(
@@ -126,13 +136,23 @@ PLAN = Stage(
     ),
 )
 
+DISCOVERY = "config/discovery.yaml"
+
+
+def _hidden(study):
+    from diagnosis.settings import read_settings
+
+    return read_settings(DISCOVERY)
+
+
 # it asks nothing of the measurements: its data are effects hidden in the engine
 BENCHMARK = Part(
-    "discovery",
-    "diagnosis.benchmark.study",
-    "config/discovery.yaml",
-    "benchmark of the diagnosis",
-    ("experiment", "run", "factors"),
+    folder="discovery",
+    module="diagnosis.benchmark.study",
+    words="benchmark of the diagnosis",
+    reads=("experiment", "run", "factors"),
+    settings=lambda study: DISCOVERY,
+    read=_hidden,
 )
 
 

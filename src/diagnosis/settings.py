@@ -63,7 +63,7 @@ class Experiment(_Part):
 
 
 class Settings(_Part):
-    """config/diagnosis.yaml."""
+    """How a study's conditions are simulated for the diagnosis, and how it decides."""
 
     ranges: dict[str, Range] = Field(
         {}, description="key: least and largest level, in place of those of its factor in the table"
@@ -73,21 +73,39 @@ class Settings(_Part):
         3, ge=2, le=50, description="runs of the real engine at each left-out setting"
     )
 
-    runs_per_input: int = Field(ge=3, le=100)
-    replicates: int = Field(ge=50, le=10000)
-    alpha: float = Field(gt=0, lt=0.5)
-    batches: int = Field(ge=1, le=64)
-    seed: int = Field(ge=0)
-    experiments: dict[Literal[tuple(QUANTITIES)], Experiment]
+    runs_per_input: int = Field(
+        10, ge=3, le=100, description="emulator runs per parameter, lever and strength"
+    )
+    replicates: int = Field(
+        300, ge=50, le=10000, description="parametric bootstrap under the base model"
+    )
+    alpha: float = Field(
+        0.05, gt=0, lt=0.5, description="chance of a false alarm over the whole catalogue"
+    )
+    batches: int = Field(
+        8, ge=1, le=64, description="jobs that the emulators' runs are divided into"
+    )
+    seed: int = Field(7, ge=0)
+    experiments: dict[Literal[tuple(QUANTITIES)], Experiment] = Field(
+        {}, description="how each experiment that was measured is simulated"
+    )
+
+
+def study_settings(own):
+    """`Settings` of a study from its key `diagnosis`: those of the file that it names as
+    `settings`, the other keys laid over them. Raises ConfigError."""
+    file = own.get("settings")
+    if file is not None and not isinstance(file, str):
+        allowed = "path of a YAML file"
+        raise ConfigError("is no path", key="diagnosis.settings", value=file, allowed=allowed)
+    return read_settings(file, {k: v for k, v in own.items() if k != "settings"})
 
 
 def read_settings(path, changes=None):
-    """`Settings` from YAML with the nested mapping `changes` laid over it; a null takes its key
-    away. Raises ConfigError."""
+    """`Settings` from a YAML file, where there is one, with the nested mapping `changes` laid over
+    it; a null takes its key away. Raises ConfigError."""
     try:
-        data, _ = read_mapping(path)
-        if not isinstance(data, dict):
-            raise ConfigError("is no mapping", path=path, allowed="a YAML mapping of keys")
+        data = _mapping(path) if path else {}
         return Settings.model_validate(_without_nulls(overlay(data, changes or {})))
     except SpecError as error:
         raise ConfigError(str(error)) from None
@@ -97,6 +115,18 @@ def read_settings(path, changes=None):
         raise ConfigError(
             "is not valid", path=path, key=key, value=first.get("input"), allowed=first["msg"]
         ) from None
+
+
+def _mapping(path):
+    """The mapping in a file of settings. Raises ConfigError and SpecError."""
+    data, lines = read_mapping(path)
+    if not isinstance(data, dict):
+        raise ConfigError("is no mapping", path=path, allowed="a YAML mapping of keys")
+    if "catalogue" in data:  # its Python would be run
+        where = {"path": path, "line": lines["catalogue"], "key": "catalogue"}
+        allowed = "on the command line: --config 'diagnosis={catalogue: DIR}'"
+        raise ConfigError("is no key of a file", **where, allowed=allowed)
+    return data
 
 
 def _without_nulls(data):
@@ -147,16 +177,30 @@ def catalogue_of(settings, experiments):
     return known
 
 
+def check_given(settings, measurements, path):
+    """Raise ConfigError for experiments that were measured and that the settings do not describe,
+    one message each."""
+    unknown = {m.experiment: m for m in reversed(measurements)}
+    unknown = {e: m for e, m in unknown.items() if e not in settings.experiments}
+    faults = [
+        ConfigError(
+            f"needs the key diagnosis.experiments.{experiment} for the stage diagnosis",
+            path=path,
+            line=m.line,
+            column="experiment",
+            value=experiment,
+            allowed=", ".join(settings.experiments) or "experiments that the key describes",
+        )
+        for experiment, m in unknown.items()
+    ]
+    raise_faults(faults)
+
+
 def check_range(settings, measurements, path):
     """Raise ConfigError for the conditions outside what the emulators cover, one message each."""
     faults = []
     for m in measurements:
         where = {"path": path, "line": m.line}
-        if m.experiment not in settings.experiments:
-            allowed = ", ".join(settings.experiments)
-            where |= {"column": "experiment", "value": m.experiment, "allowed": allowed}
-            faults.append(ConfigError("has no entry in the diagnosis' settings", **where))
-            continue
         levers = settings.experiments[m.experiment].levers
         for name, value in m.levers.items():
             if name not in SIMULATED:

@@ -8,7 +8,7 @@ from diagnosis.emulator_files import read_emulators
 from diagnosis.measurements import read_all
 from diagnosis.model import Emulated
 from diagnosis.rig import Rig
-from diagnosis.settings import catalogue_of, check_range, parameters_of
+from diagnosis.settings import catalogue_of, check_given, check_range, parameters_of
 
 
 class Setup:
@@ -28,6 +28,7 @@ class Setup:
         that cannot be run."""
         table, path = read_all(self.config.measurements), self.config.measurements
         rows = table.fitted + table.held_out
+        check_given(self.settings, rows, path)
         if not contacts.alone(m.experiment for m in table.fitted):
             check_range(self.settings, rows, path)
         self._bare.check(rows)

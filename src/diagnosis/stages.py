@@ -16,7 +16,7 @@ from diagnosis.extend import extension_plan, gain, real_values
 from diagnosis.fit import data_of, fit
 from diagnosis.identify import identify
 from diagnosis.residuals import calibration, residual_rows, trends
-from diagnosis.settings import BASE, read_settings
+from diagnosis.settings import BASE, study_settings
 from diagnosis.setup import Setup
 from diagnosis.verdict import extended_name, findings, page, validate
 
@@ -166,38 +166,38 @@ def conclude(setup, source, output):
 # as the workflow calls them
 
 
-def _setup(study, source):
-    return Setup(study, read_settings(source.settings, study.config.diagnosis))
+def _setup(study):
+    return Setup(study, study_settings(study.config.diagnosis))
 
 
 def diagnosis_power(study, source, output):
     """See `plan_power`."""
-    plan_power(_setup(study, source), output)
+    plan_power(_setup(study), output)
 
 
 def diagnosis_plan(study, source, output):
     """See `plan_runs`."""
-    plan_runs(_setup(study, source), output)
+    plan_runs(_setup(study), output)
 
 
 def diagnosis_emulate(study, source, output):
     """See `emulate`."""
-    emulate(_setup(study, source), source, output)
+    emulate(_setup(study), source, output)
 
 
 def diagnosis_calibrate(study, source, output):
     """See `calibrate`."""
-    calibrate(_setup(study, source), source, output)
+    calibrate(_setup(study), source, output)
 
 
 def diagnosis_identify(study, source, output):
     """Name the cause, and plan the runs that measure the gain."""
-    name_causes(_setup(study, source), source, output)
+    name_causes(_setup(study), source, output)
 
 
 def diagnose(study, source, output):
     """Measure the gain with the finished runs, and write the verdict."""
-    conclude(_setup(study, source), source, output)
+    conclude(_setup(study), source, output)
 
 
 class _Carrier:

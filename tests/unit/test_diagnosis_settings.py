@@ -5,6 +5,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+import yaml
 
 from calibration.errors import ConfigError
 from calibration.measurements import Measurement, MeasurementErrors
@@ -13,9 +14,11 @@ from diagnosis.design import inputs_of, plan
 from diagnosis.rig import Rig
 from diagnosis.settings import (
     catalogue_of,
+    check_given,
     check_range,
     parameters_of,
     read_settings,
+    study_settings,
 )
 
 FILE = "config/diagnosis.yaml"
@@ -57,22 +60,57 @@ def test_a_bad_setting_is_named(changes, says):
 
 
 def test_conditions_outside_the_emulators_are_named_each_with_line_and_column():
-    settings = read_settings(FILE, {"experiments": {"tilt": None}})
+    settings = read_settings(FILE)
     rows = [
         drop(10.0, 3),
         drop(100.0, 4, particle_diameter_mm=9.0),
         drop(100.0, 5, scale_factor=2.0),
         drop(100.0, 6, output_interval_s=0.01),
-        Measurement("tilt", 30.0, 1.0, 5, {}, "", 7),
     ]
     with pytest.raises(MeasurementErrors) as caught:
         check_range(settings, rows, "m.csv")
     lines = str(caught.value).splitlines()
-    wanted = ["3, column drop_height", "4, column particle_dia", "5, column scale", "7, column exp"]
+    wanted = ["3, column drop_height", "4, column particle_dia", "5, column scale"]
     assert len(lines) == len(wanted)
     for line, where in zip(lines, wanted, strict=True):
         assert line.startswith(f"m.csv, line {where}")
     assert "allowed: 30 to 600" in lines[0]
+
+
+def test_no_material_s_grains_and_rigs_are_a_default():
+    """What was measured must be described by the study; the sentence names key and stage."""
+    rows = [drop(100.0, 3), drop(200.0, 4), Measurement("tilt", 30.0, 1.0, 5, {}, "", 7)]
+    assert study_settings({}).experiments == {}
+    with pytest.raises(MeasurementErrors) as caught:
+        check_given(study_settings({}), rows, "m.csv")
+    first, second = sorted(str(caught.value).splitlines())
+    assert first.startswith("m.csv, line 3, column experiment")
+    assert "diagnosis.experiments.drop for the stage diagnosis" in first
+    assert second.startswith("m.csv, line 7, column experiment")
+    described = study_settings({"settings": FILE, "experiments": {"tilt": None}})
+    with pytest.raises(ConfigError, match=r"line 7.*allowed: drop, shear, heap"):
+        check_given(described, rows, "m.csv")
+
+
+def test_the_salt_s_study_names_its_file_and_lays_its_keys_over_it():
+    own = yaml.safe_load(Path("config/config.yaml").read_text())["diagnosis"]
+    assert study_settings(own) == read_settings(FILE)
+    assert study_settings(own | {"seed": 9}) == read_settings(FILE, {"seed": 9})
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("seed: 3\ncatalogue: theirs\n", r"line 2: catalogue: is no key of a file.*--config"),
+        ("- seed\n", "is no mapping"),
+    ],
+)
+def test_a_file_of_settings_that_cannot_be_used_is_named(text, says, tmp_path):
+    (tmp_path / "own.yaml").write_text(text)
+    with pytest.raises(ConfigError, match=says):
+        study_settings({"settings": str(tmp_path / "own.yaml")})
+    with pytest.raises(ConfigError, match=r"diagnosis\.settings: is no path \(got 3\)"):
+        study_settings({"settings": 3})
 
 
 def test_a_run_spec_that_the_engine_refuses_is_found_before_any_run():

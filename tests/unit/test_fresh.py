@@ -69,6 +69,8 @@ SECTIONS = [
     ("measurements", None, "examples/soybean/measured.csv",
      {"screening", "ascent", "response_surface", "candidate", "optimise", "validation"}
      | {"posterior", "export", "shear"} | {n for n in TILT | DROP if n not in STARTS} | DIAGNOSIS),
+    ("numerics", None, "other.yaml", {"plan_numerics", "export"}),
+    ("diagnosis", "alpha", 0.1, DIAGNOSIS | {"export"}),
     ("published", "names", {"particles.count": "other"}, {"export"}),
     ("target", "low", 30.0, CHAIN | EXPORTS | {"numerics", "posterior"}),
     ("seed", None, 5, PLANS | EXPORTS | {"tilt", "drop", "candidate", "optimise", "posterior"}),

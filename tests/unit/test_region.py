@@ -2,9 +2,10 @@
 without a response."""
 
 import json
+import sys
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -14,7 +15,7 @@ import yaml
 from calibration import progress
 from calibration.campaign import SEEDS_A_STAGE, PlanFiles, plan
 from calibration.chain.optimum import _moved, plan_candidate
-from calibration.config import parse_config
+from calibration.config import Config, parse_config
 from calibration.errors import CalibrationError
 from calibration.factors import Factor, read_factors
 from calibration.physical import inside, physical_range
@@ -158,8 +159,8 @@ def test_stages_have_seeds_of_their_own(config_of_salt):
     row = {"run": 1} | {f.name: f.centre for f in factors}
     seeds = {}
     for task in expecting():
-        block = import_module(task.function.split(":")[0]).SEEDS
-        table, specs = plan(pd.DataFrame([row] * 30), factors, config, seeds=block)
+        study = Study(config).reading(Config.model_fields, task.seeds)
+        table, specs = study.plan(pd.DataFrame([row] * 30))
         seeds[task.plans] = set(table["seed"])
         assert len(specs) == 30
     assert {min(found) for found in seeds.values()} == {1, 1001, 2001, 3001, 4001}
@@ -192,6 +193,14 @@ POLISH = Stage(
     place=6.5,
     tasks=(Task("no.module:plan_polish", "", plans="polish", expected=lambda config: 7),),
 )
+
+
+def test_two_stages_cannot_declare_the_same_seeds(monkeypatch):
+    [task] = POLISH.tasks
+    twice = SimpleNamespace(STAGES=(replace(POLISH, tasks=(replace(task, seeds=0),)),))
+    monkeypatch.setitem(sys.modules, "twice", twice)
+    with pytest.raises(ValueError, match="plan_screening and plan_polish declare the same seeds"):
+        load_stages("calibration.stages", "twice")
 
 
 @pytest.fixture

@@ -100,7 +100,9 @@ def run_stage(name, config, count, metrics):
     answered by formulas. Returns the stage's summary."""
     study = Study(config)
     for task in STAGES[name].tasks:
-        task.load()(study.reading(task.reads), inputs(task, study), outputs(task, study))
+        task.load()(
+            study.reading(task.reads, task.seeds), inputs(task, study), outputs(task, study)
+        )
         if task.plans:
             answer(study.folder / task.plans / "plan.json", count, metrics)
     return study.summary(name)

@@ -149,4 +149,5 @@ def output_of(stage, file):
 def params_of(task):
     """What the script needs, and a digest: other code or settings that it uses make it stale."""
     fresh = lambda wildcards: task_digest(task, SETTINGS)
-    return {"function": task.function, "reads": list(task.reads), "fresh": fresh}
+    params = {"function": task.function, "reads": list(task.reads), "fresh": fresh}
+    return params if task.seeds is None else params | {"seeds": task.seeds}

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from calibration import figures
-from calibration.campaign import plan, write_plan
+from calibration.campaign import write_plan
 from calibration.config import read_target
 from calibration.factors import read_factors
 from calibration.files import read_json, write_table
@@ -17,8 +17,6 @@ from calibration.responses import (
 from calibration.statistics.design import path_from_effects, steepest_path
 from calibration.tables import read_written
 from dem.io.files import write_json
-
-SEEDS = 1  # which thousand of seeds its runs have; no two stages share one
 
 
 def plan_ascent(study, source, output):
@@ -35,7 +33,7 @@ def plan_ascent(study, source, output):
         start, step = path_from_effects(chosen, effects, config.ascent.steps)
     design = steepest_path(chosen, start, step, config.ascent.steps)
     design["path"] = "configured" if configured else "effects"
-    write_plan(Path(output.plan).parent, *plan(design, factors, config, seeds=SEEDS))
+    write_plan(Path(output.plan).parent, *study.plan(design))
 
 
 def _chosen(factors, names):

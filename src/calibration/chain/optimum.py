@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures
-from calibration.campaign import plan, write_plan
+from calibration.campaign import write_plan
 from calibration.chain.files import read_region
 from calibration.config import goals, read_target
 from calibration.factors import Factor
@@ -23,8 +23,6 @@ from dem.io.files import write_json
 
 OUTLIER_REPEATS = 2
 
-SEEDS = 3  # which thousand of seeds its runs have; no two stages share one
-
 
 def plan_candidate(study, source, output):
     """Plan the runs at the candidate that the response surface alone gives, and repeats of its
@@ -33,7 +31,7 @@ def plan_candidate(study, source, output):
     Where the target lies outside the region, the region moves: the runs are then the design of the
     region that the optimum's summary names, which is recorded beside them.
     """
-    config, factors, found = study.config, study.factors, read_json(source.optimum)
+    config, found = study.config, read_json(source.optimum)
     folder = Path(output.plan).parent
     region_file, rules = folder / "region.json", config.response_surface
     region_file.unlink(missing_ok=True)
@@ -45,7 +43,7 @@ def plan_candidate(study, source, output):
         points = [found["optimum"]] * config.optimise.candidate_runs
         points += [point for point in found.get("repeat", ()) for _ in range(OUTLIER_REPEATS)]
         rows = pd.DataFrame([{"run": k + 1} | point for k, point in enumerate(points)])
-    write_plan(folder, *plan(rows, factors, config, seeds=SEEDS))
+    write_plan(folder, *study.plan(rows))
     if "moved_region" in found:
         write_json(region_file, found["moved_region"])
 

@@ -16,8 +16,6 @@ from calibration.statistics.surface import fit_surface, outlier_limit, outliers,
 from calibration.tables import read_written
 from dem.io.files import write_json
 
-SEEDS = 2  # which thousand of seeds its runs have; no two stages share one
-
 
 def plan_response_surface(study, source, output):
     """Plan the Box-Behnken design around the ascent's centre, or the configured one, and record its
@@ -29,7 +27,7 @@ def plan_response_surface(study, source, output):
     rules = config.response_surface
     design = surface_design(region, rules.centre_runs, rules.replicates)
     others = [f for f in factors if f not in varied]
-    table, specs = plan(design, [*region, *others], config, seeds=SEEDS)
+    table, specs = plan(design, [*region, *others], config, seeds=study.seeds)
     write_plan(Path(output.plan).parent, table, specs)
     write_json(output.region, [vars(f) for f in region])
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from calibration import figures
-from calibration.campaign import plan, write_plan
+from calibration.campaign import write_plan
 from calibration.chain.files import further_files
 from calibration.factors import read_factors
 from calibration.files import write_table
@@ -19,14 +19,12 @@ from calibration.statistics.screening_design import screening_design
 from calibration.tables import read_written
 from dem.io.files import write_json
 
-SEEDS = 0  # which thousand of seeds its runs have; no two stages share one
-
 
 def plan_screening(study, source, output):
     """Plan the design: the configured table of coded levels, or a generated one."""
-    config, factors = study.config, study.factors
+    config = study.config
     rules = config.screening
-    planned = plan(screening_design(factors, rules), factors, config, seeds=SEEDS)
+    planned = study.plan(screening_design(study.factors, rules))
     write_plan(Path(output.plan).parent, *planned, inputs=[config.factors, rules.design])
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures
-from calibration.campaign import plan, write_plan
+from calibration.campaign import write_plan
 from calibration.config import is_measured, read_target
 from calibration.files import read_json, write_table
 from calibration.numbers import signed
@@ -15,12 +15,10 @@ from calibration.statistics.validate import compare
 from calibration.tables import read_written
 from dem.io.files import write_json
 
-SEEDS = 4  # which thousand of seeds its runs have; no two stages share one
-
 
 def plan_validation(study, source, output):
     """Plan groups of replicates at the optimum."""
-    config, factors = study.config, study.factors
+    config = study.config
     optimum = read_json(source.optimum)["optimum"]
     rows = [
         {"run": g * config.validation.replicates + r + 1, "group": g + 1, "replicate": r + 1}
@@ -28,7 +26,7 @@ def plan_validation(study, source, output):
         for g in range(config.validation.groups)
         for r in range(config.validation.replicates)
     ]
-    write_plan(Path(output.plan).parent, *plan(pd.DataFrame(rows), factors, config, seeds=SEEDS))
+    write_plan(Path(output.plan).parent, *study.plan(pd.DataFrame(rows)))
 
 
 def analyse_validation(config, design_file, output):

@@ -342,6 +342,11 @@ class Config(_Part):
     validation: ValidationConfig = ValidationConfig()
     posterior: PosteriorConfig = PosteriorConfig()
     published: PublishedConfig = PublishedConfig()
+    numerics: str | None = Field(
+        None, description="YAML file of points and variants; the stage `numerics` needs it"
+    )
     diagnosis: dict = Field(
-        {}, description="laid over config/diagnosis.yaml key by key; null takes a key away"
+        {},
+        description="how each measured experiment is simulated for the diagnosis; `settings` names "
+        "a YAML file, over which the other keys are laid; null takes a key away",
     )

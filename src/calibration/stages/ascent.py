@@ -14,6 +14,7 @@ STAGES = (
                 reads=(*PLANNED, "ascent"),
                 inputs={"screening": "screening/screening.json", "fixed": bench_values},
                 plans="ascent",
+                seeds=1,
                 expected=lambda config: config.ascent.steps,
             ),
             Task(

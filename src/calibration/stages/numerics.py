@@ -17,8 +17,12 @@ STAGES = (
             Task(
                 "calibration.numerics:plan_numerics",
                 "plan the study of resolution, time step, modulus and rolling law",
-                reads=PLANNED,
-                inputs={"variants": lambda study: "config/numerics.yaml", "fixed": bench_values},
+                reads=(*PLANNED, "numerics"),
+                needs=("numerics",),
+                inputs={
+                    "variants": lambda study: study.config.numerics or [],
+                    "fixed": bench_values,
+                },
                 plans="numerics",
             ),
             Task(

@@ -33,6 +33,7 @@ STAGES = (
                 reads=(*PLANNED, "optimise", "response_surface"),
                 inputs={"optimum": "candidate/optimum.json", "fixed": bench_values},
                 plans="candidate",
+                seeds=3,
                 expected=lambda config: config.optimise.candidate_runs,
             ),
             Task(

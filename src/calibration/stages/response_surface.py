@@ -37,6 +37,7 @@ STAGES = (
                 inputs={"ascent": "ascent/ascent.json", "fixed": bench_values},
                 outputs={"region": f"{FOLDER}/region.json"},
                 plans=FOLDER,
+                seeds=2,
                 expected=runs,
             ),
             Task(

@@ -36,6 +36,7 @@ STAGES = (
                     "fixed": bench_values,
                 },
                 plans="screening",
+                seeds=0,
                 expected=runs,
             ),
             Task(

@@ -59,6 +59,8 @@ class Task:
         paths}
     outputs : {name: file below the study's folder, `Figure` or `PerTarget`}
     plans : folder of the plan that it writes
+    seeds : which thousand of seeds its runs have, no other task's; the study's first seeds, which
+        other tasks may have too, where None
     batches : processes that share these runs, or a function of the study; where None, as many as
         the cost of a run asks for
     failures : "refused" or "kept"
@@ -73,6 +75,7 @@ class Task:
     inputs: dict | None = None
     outputs: dict | None = None
     plans: str | None = None
+    seeds: int | None = None
     batches: int | Callable | None = None
     failures: str = "refused"
     needs: tuple[str, ...] = ()

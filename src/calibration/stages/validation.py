@@ -23,6 +23,7 @@ STAGES = (
                 reads=(*PLANNED, "validation"),
                 inputs={"optimum": "optimise/optimum.json", "fixed": bench_values},
                 plans="validation",
+                seeds=4,
                 expected=lambda config: config.validation.groups * config.validation.replicates,
             ),
             Task(
