@@ -16,14 +16,16 @@ class Emulator:
     `error` is the leave-one-out root mean square error in z, hyperparameters held, of the first
     `judged` means (all unless given); `spread` is the sd of z over the design. `scatter` is the sd
     of z from seed to seed, which is part of that error but not of the emulator's mean, where
-    `scatters`; else what looks like noise counts as a wrong mean.
+    `scatters`; else what looks like noise counts as a wrong mean. `noise` is the variance of a run
+    where replicates tell it; few means alone tell little of it, and are followed too closely.
     """
 
-    def __init__(self, x, z, judged=None, scatters=False, runs=None):
+    def __init__(self, x, z, judged=None, scatters=False, runs=None, noise=None):
         x, z = np.asarray(x, float), np.asarray(z, float)
         runs = np.ones(len(z)) if runs is None else np.asarray(runs, float)
         self.mean, self.spread = float(z.mean()), float(z.std()) or 1.0
-        process = _process(x, (z - self.mean) / self.spread, runs)
+        known = None if noise is None else noise / self.spread**2
+        process = _process(x, (z - self.mean) / self.spread, runs, known)
         self.x, self.alpha = x, process.alpha_
         smooth = process.kernel_.k1
         self.scale = smooth.k1.k1.constant_value
@@ -124,17 +126,21 @@ class _Scatter(WhiteKernel):
         if Y is not None:
             return super().__call__(X, Y)
         noise = np.diag(self.noise_level / self.runs)
-        return (noise, noise[:, :, None]) if eval_gradient else noise
+        if not eval_gradient:
+            return noise
+        free = 0 if self.hyperparameter_noise_level.fixed else 1
+        return noise, np.repeat(noise[:, :, None], free, axis=2)
 
 
-def _process(x, z, runs):
+def _process(x, z, runs, noise=None):
     """The fitted Gaussian process: squared exponential with a length an input, a linear trend,
-    noise."""
+    noise; its variance (of z) is fitted too unless given."""
     d = x.shape[1]
+    level, bounds = (1e-3, (1e-8, 1.0)) if noise is None else (noise, "fixed")
     kernel = (
         ConstantKernel(1.0, (1e-3, 1e3)) * RBF(np.full(d, 1.5), (0.15, 30.0))
         + ConstantKernel(1.0, (1e-4, 1e2)) * DotProduct(1.0, (1e-2, 1e2))
-        + _Scatter(1e-3, (1e-8, 1.0), runs)
+        + _Scatter(level, bounds, runs)
     )
     process = GaussianProcessRegressor(kernel, n_restarts_optimizer=1, random_state=0)
     with warnings.catch_warnings():

@@ -23,7 +23,9 @@ AUTOCORRELATIONS = 25
 """Autocorrelation times that the chains must be long: below it emcee's estimate of them is not to
 be trusted."""
 SOBOL_SAMPLES = 4096
-SIGMAS, ENTROPY_GRID = 6.0, 2001
+LEAST_FREEDOM = 8
+"""Degrees of freedom of replicates from which on they tell the scatter: their standard deviation is
+then known to a quarter."""
 
 
 class ScatterEmulator:
@@ -51,7 +53,9 @@ class ScatterEmulator:
         self._log_variance = _log_variance(points, of, y - means[of], runs)
         local = self._variance_of_run(points)
         weights = runs * local.mean() / local
-        self.emulator = Emulator(points, means, scatters=True, runs=weights)
+        told = self._log_variance is not None and len(y) - len(points) >= LEAST_FREEDOM
+        noise = float(local.mean()) if told else None
+        self.emulator = Emulator(points, means, scatters=True, runs=weights, noise=noise)
 
     def mean(self, u):
         """(mean, variance of that mean), (k,) each, at u (k, d)."""
@@ -254,24 +258,3 @@ def sobol_indices(emulator, names, seed=1):
         name: {word: float(found[key][i]) for word, key in columns.items()}
         for i, name in enumerate(names)
     }
-
-
-def expected_information(predicted, error_sd):
-    """Information [nat] that a measurement is expected to give of the parameters.
-
-    predicted: (n,) its expected values at draws of the posterior; error_sd: (n,) or one standard
-    deviation of its error there. It is the entropy of what could be measured less that of the error
-    (Lindley 1956, Annals of Mathematical Statistics 27:986); both are computed, the first of the
-    mixture on a grid.
-    """
-    predicted = np.asarray(predicted, float)
-    sd = np.broadcast_to(np.asarray(error_sd, float), predicted.shape)
-    if not (sd > 0.0).all():
-        raise CalibrationError("an expected measurement needs an error above 0")
-    low, high = (predicted - SIGMAS * sd).min(), (predicted + SIGMAS * sd).max()
-    points = max(ENTROPY_GRID, int(4 * (high - low) / sd.min()) + 1)
-    grid = np.linspace(low, high, points)
-    density = np.mean([stats.norm.pdf(grid, m, s) for m, s in zip(predicted, sd, strict=True)], 0)
-    logs = np.log(np.where(density > 0.0, density, 1.0))
-    entropy = -np.trapezoid(density * logs, grid)
-    return float(max(entropy - np.mean(0.5 * np.log(2.0 * np.pi * np.e * sd**2)), 0.0))

@@ -566,7 +566,7 @@ def test_sources_are_told_apart(files):
     mu = p["contacts.particle_particle.rolling_friction"]
     assert mu["source"] == "calibrated"
     assert mu["value"] == pytest.approx(optimum["optimum"]["salt_salt_rolling_friction"])
-    assert mu["interval_95"][0] < mu["value"] < mu["interval_95"][1]
+    assert mu["interval_95_others_held"][0] < mu["value"] < mu["interval_95_others_held"][1]
     wall = p["contacts.particle_wall.static_friction"]
     assert wall["source"] == "fixed by the configuration"
     assert wall["paper"] == "2.3.2: the same"

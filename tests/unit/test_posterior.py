@@ -10,11 +10,11 @@ import pytest
 from scipy import stats
 
 from calibration.errors import CalibrationError
+from calibration.information import expected_information, expected_spread
 from calibration.posterior import (
     Measured,
     Prior,
     ScatterEmulator,
-    expected_information,
     ranks,
     sample,
     sobol_indices,
@@ -168,27 +168,58 @@ def test_expected_information_of_normal_draws_is_shannons():
         expected_information(q, 0.0)
 
 
+def test_the_expected_spread_of_normal_draws_is_the_closed_form():
+    """A reading of u with error s leaves 1 / sqrt(1 + (sd/s)^2) of its sd, and all of what it does
+    not depend on."""
+    rng = np.random.default_rng(6)
+    draws = rng.normal(0.0, [2.0, 1.0], (4000, 2))
+    left = expected_spread(3.0 + draws[:, 0], 1.0, draws) / draws.std(axis=0)
+    assert left[0] == pytest.approx(1.0 / np.sqrt(5.0), rel=0.06)
+    assert left[1] == pytest.approx(1.0, abs=0.03)
+
+
+def test_replicates_tell_the_scatter_that_few_points_hide():
+    """A chain's own design: 13 points alone, one run 60 times. A process that fits its noise to the
+    points follows each single run; told by the replicates, it does not."""
+    rng, miss = np.random.default_rng(12), []
+    single = stats.qmc.Sobol(2, seed=rng).random(16)[:13]
+    x = np.vstack([single, np.full((60, 2), 0.5)])
+    for _ in range(12):
+        emulator = ScatterEmulator(x, response(x) + rng.normal(0.0, 1.5, len(x)))
+        mean, variance = emulator.mean(single)
+        assert emulator.emulator.scatter == pytest.approx(1.5, rel=0.35)
+        miss.append((mean - response(single)) / np.sqrt(variance))
+    assert 0.5 < np.sqrt(np.mean(np.square(miss))) < 1.4
+
+
 def test_too_few_runs_are_refused():
     x = np.random.default_rng(1).random((4, 2))
     with pytest.raises(CalibrationError, match="4 runs"):
         ScatterEmulator(x, np.arange(4.0))
 
 
-def test_the_stage_writes_the_answer(tmp_path, monkeypatch):
+REGION = [
+    {"code": c, "name": n, "key": f"contacts.{n}", "low": 0.2, "high": 0.6}
+    for c, n in (("A", "first"), ("B", "second"))
+]
+
+
+@pytest.fixture
+def chain(tmp_path, monkeypatch):
+    """A finished chain of two factors in a folder: its angle depends on the first alone, the grains
+    on the plate on the second alone. Returns the configuration and the stage's outputs."""
     from calibration.chain import posterior as stage
     from calibration.config.schema import PosteriorConfig
 
-    region = [
-        {"code": c, "name": n, "key": f"contacts.{n}", "low": 0.2, "high": 0.6}
-        for c, n in (("A", "first"), ("B", "second"))
-    ]
-    (tmp_path / "optimum.json").write_text(json.dumps({"region": region}))
+    optimum = {"region": REGION, "optimum": {"first": 0.4, "second": 0.4}}
+    (tmp_path / "optimum.json").write_text(json.dumps(optimum))
     rng = np.random.default_rng(5)
     levels = np.repeat(0.2 + 0.4 * rng.random((18, 2)), 2, axis=0)
     table = pd.DataFrame(levels, columns=["first", "second"])
     table["run_id"] = [f"heap-{k}" for k in range(len(table))]
     table.to_csv(tmp_path / "design.csv", index=False)
     angle = 30 + 25 * table["first"] + 5 * table["second"] + rng.normal(0, 0.3, len(table))
+    plate = 900 + 400 * table["second"] + rng.normal(0, 8, len(table))
     config = SimpleNamespace(
         seed=1,
         experiment="heap",
@@ -196,15 +227,28 @@ def test_the_stage_writes_the_answer(tmp_path, monkeypatch):
         further_targets=[],
         posterior=PosteriorConfig(draws=60, priors={"second": {"mean": 0.4, "sd": 0.05}}),
     )
-    values = {"angle_of_repose_deg": angle.tolist()}
+    values = {"angle_of_repose_deg": angle.tolist(), "on_plate": plate.tolist()}
     monkeypatch.setattr(stage, "with_responses", lambda t, c: t.assign(response=angle))
     monkeypatch.setattr(
         stage, "read_metric", lambda ids, name, d: values.get(name, [None] * len(ids))
     )
     monkeypatch.setattr(stage, "read_target", lambda c, t: np.array([41.8, 42.2, 41.9, 42.1]))
-    output = SimpleNamespace(summary=tmp_path / "p.json", draws=tmp_path / "draws.csv")
-    stage.analyse_posterior(config, [tmp_path / "design.csv"], tmp_path / "optimum.json", output)
-    found = json.loads(output.summary.read_text())
+    names = {"summary": "p.json"} | {n: f"{n}.csv" for n in ("draws", "parameters", "next")}
+    names |= {n: f"{n}.svg" for n in ("pairs", "pushed", "following")}
+    return config, SimpleNamespace(**{n: tmp_path / file for n, file in names.items()})
+
+
+def analysed(config, output):
+    from calibration.chain.posterior import analyse_posterior
+
+    folder = output.summary.parent
+    analyse_posterior(config, [folder / "design.csv"], folder / "optimum.json", output)
+    return json.loads(output.summary.read_text())
+
+
+def test_the_stage_writes_the_answer(chain):
+    config, output = chain
+    found = analysed(config, output)
     first = found["parameters"]["first"]
     # 30 + 25 x + 5 * 0.4 = 42 at x = 0.4, known as well as the second factor lets it
     assert first["interval"][0] < 0.4 < first["interval"][1]
@@ -212,12 +256,33 @@ def test_the_stage_writes_the_answer(tmp_path, monkeypatch):
     assert first["bounded"]
     assert found["parameters"]["second"]["sd"] == pytest.approx(0.05, rel=0.2)
     assert found["sobol"]["first"]["total"] > 0.8
-    assert found["next_experiment"][0]["metric"] == "angle_of_repose_deg"
+    low, high = found["pushed_forward"]["mean"]
+    first, last = found["pushed_forward"]["run"]
+    assert first < low < 42.0 < high < last
+    assert last - first == pytest.approx(2 * 1.96 * np.hypot(0.3, (high - low) / 3.92), rel=0.35)
     draws = pd.read_csv(output.draws)
     assert len(draws) == 60
     assert draws["predicted"].mean() == pytest.approx(42.0, abs=0.4)
+    for picture in (output.pairs, output.pushed, output.following):
+        assert picture.read_text().count("<path") > 5
     config.posterior.priors["stray"] = config.posterior.priors["second"]
     with pytest.raises(CalibrationError, match="stray"):
-        stage.analyse_posterior(
-            config, [tmp_path / "design.csv"], tmp_path / "optimum.json", output
-        )
+        analysed(config, output)
+
+
+def test_what_is_weighed_tells_what_the_angle_leaves_open(chain):
+    """Five readings of the mass tell the second parameter to 8 / sqrt(5) / 400 = 0.009, of 0.05."""
+    from calibration.chain.posterior_words import sentences
+    from calibration.figures import ANGLE
+
+    found = analysed(*chain)
+    best = found["next_experiment"][0]
+    assert best["metric"] == "on_plate"
+    assert best["second left"] < 0.35
+    again = next(r for r in found["next_experiment"] if r["metric"] == "angle_of_repose_deg")
+    assert again["measured"]
+    assert again["second left"] > 0.8
+    said = " ".join(sentences(found, ANGLE))
+    assert "The mass on the plate" in said
+    assert "5 readings of on plate" in said
+    assert "first 0.3" in said

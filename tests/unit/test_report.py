@@ -27,7 +27,7 @@ STAGES = load_stages("calibration.stages", "diagnosis.declared", "paper.stages")
 OPTIMUM = {
     "optimum": {"c_d": 0.25},
     "solution_set": {"c_d": [0.2, 0.3]},
-    "interval_95": {"c_d": [0.24, 0.31]},
+    "interval_95_others_held": {"c_d": [0.24, 0.31]},
     "attainable": True,
     "target": 45.26,
     "predicted": 45.26,

@@ -99,6 +99,37 @@ def test_odd_points_and_failed_validation_are_said(study):
     assert "The diagnosis: identified (air drag)." in wrong
 
 
+POSTERIOR = {
+    "level": 0.95,
+    "parameters": {
+        "factor_a": {"interval": [0.8, 1.3], "bounded": True},
+        "factor_b": {"interval": [0.05, 1.9], "bounded": False},
+    },
+    "box": {"factor_a": [0.0, 2.0], "factor_b": [0.0, 2.0]},
+    "readings": 5,
+    "next_experiment": [{"metric": "on_plate", "factor_a left": 0.95, "factor_b left": 0.3}],
+}
+
+
+def test_the_answer_is_the_posterior_s_where_it_has_run(study):
+    from calibration.report.answer import answer
+
+    optimum = json.loads((study / "optimise" / "optimum.json").read_text())
+    optimum["interval_95_others_held"] = {f.name: [0.9, 1.1] for f in REGION}
+    write(study / "optimise" / "optimum.json", optimum)
+    held = answer(study, ANGLE)["parameters"][0]
+    assert held["95 % only if the others are right"] == "0.9 to 1.1"
+    write(study / "posterior" / "posterior.json", POSTERIOR)
+    rows = answer(study, ANGLE)["parameters"]
+    assert rows[0]["95 %"] == "0.8 to 1.3"
+    assert rows[1]["95 %"] == "not bounded within 0 to 2"
+    assert not any("the others" in heading for heading in rows[0])
+    found = said(study)["What stays open"]
+    assert "With 95 % probability: factor a 0.8 to 1.3, factor b 0.05 to 1.9." in found
+    assert "do not bound factor b" in found
+    assert "5 readings of on plate are expected to leave 30 % of the spread of factor b" in found
+
+
 def test_a_study_without_faults_says_so(study):
     summary = json.loads((study / "screening" / "screening.json").read_text())
     summary["factors"] = list(summary["effects"])
@@ -110,7 +141,8 @@ def test_the_block_has_every_parameter_and_what_was_held_fixed(study):
     entries = {
         "contacts.particle_wall.restitution": {"value": 0.4, "source": "bench test"},
         "contacts.particle_particle.rolling_friction": {
-            "value": 0.25, "source": "calibrated", "interval_95": [0.2, 0.3],
+            "value": 0.25, "source": "calibrated", "factor": "factor_a",
+            "interval_95_others_held": [0.2, 0.3],
         },
         "materials.particle.shear_modulus_Pa": {"value": 3e6,
         "source": "the configuration's run spec"},
@@ -122,12 +154,16 @@ def test_the_block_has_every_parameter_and_what_was_held_fixed(study):
     rows = {(r["where"], r["parameter"]): r for r in block(study)}
     rolling = rows["grain on grain", "rolling friction"]
     assert rolling["value"] == "0.25"
-    assert rolling["how it is known"] == "calibrated; 95 %, the others held: 0.2 to 0.3"
+    assert rolling["how it is known"] == "calibrated; 95 % only if the others are right: 0.2 to 0.3"
     assert rows["grain on wall", "restitution"]["how it is known"] == "bench test"
     assert rows["grain", "shear modulus"]["unit"] == "Pa"
     assert rows["law", "rolling"]["value"] == "constant torque"
     assert ("law", "cohesion") not in rows
     assert float(rows["simulator", "time step"]["value"]) > 0
+    write(study / "posterior" / "posterior.json", POSTERIOR)
+    rows = {(r["where"], r["parameter"]): r for r in block(study)}
+    known = rows["grain on grain", "rolling friction"]["how it is known"]
+    assert known == "calibrated; 95 %: 0.8 to 1.3"
     build(study, study / "report.html", load_stages())
     assert "The whole block to type in" in (study / "report.html").read_text()
 

@@ -115,7 +115,7 @@ def _optimise_one(config, surface, region, output):
         "target_df": len(measured) - 1,
         "attainable": solution.attainable,
         "rule": solution.rule,
-        "interval_95": {
+        "interval_95_others_held": {
             f.name: [f.natural(x) for x in interval]
             for f, interval in zip(region, intervals, strict=True)
         },

@@ -4,19 +4,14 @@ measured values."""
 import numpy as np
 import pandas as pd
 
+from calibration import figures
 from calibration.campaign import read_metric
 from calibration.chain.files import read_region
 from calibration.config import is_measured, read_target
 from calibration.errors import CalibrationError
-from calibration.files import write_table
-from calibration.posterior import (
-    Measured,
-    Prior,
-    ScatterEmulator,
-    expected_information,
-    sample,
-    sobol_indices,
-)
+from calibration.files import read_json, write_table
+from calibration.information import expected_information, expected_spread
+from calibration.posterior import Measured, Prior, ScatterEmulator, sample, sobol_indices
 from calibration.responses import columns, with_responses
 from calibration.tables import read_written
 from dem.experiments import experiments
@@ -33,9 +28,8 @@ def analyse_posterior(config, design_files, optimum_file, output):
     measure next.
 
     design_files: designs of finished runs (the ascent's, the surface's, the candidate's, the
-    validation's), each with `run_id` and the factors' natural levels. Writes `output.summary`
-    (JSON) and `output.draws` (natural levels with the predicted target). Raises CalibrationError
-    where too few runs have a response.
+    validation's), each with `run_id` and the factors' natural levels. Writes the outputs that the
+    stage declares. Raises CalibrationError where too few runs have a response.
     """
     region = read_region(optimum_file)
     runs = _runs(config, region, design_files)
@@ -43,16 +37,22 @@ def analyse_posterior(config, design_files, optimum_file, output):
     targets = [config.target, *(t for t in config.further_targets if is_measured(config, t))]
     measured = [_measured(config, target, runs, u) for target in targets]
     posterior = sample(measured, _prior(config, region), config.seed)
-    draws = _natural(region, posterior.draws)
-    main = measured[0]
-    draws["predicted"] = main.emulator.mean(posterior.draws)[0]
-    keep = np.linspace(0, len(draws) - 1, min(config.posterior.draws, len(draws))).astype(int)
-    write_table(draws.iloc[keep], output.draws)
+    thinned = np.linspace(0, len(posterior.draws) - 1, _kept(config, posterior)).astype(int)
+    kept, main = posterior.draws[thinned], measured[0]
+    forward = _pushed(main, kept, config.seed)
+    draws = _natural(region, kept).assign(predicted=forward["mean"])
+    parameters = _parameters(region, posterior)
+    following = _next_measurements(config, region, runs, u, kept, main)
+    write_table(draws, output.draws)
+    write_table(_as_table(parameters), output.parameters)
+    write_table(following, output.next)
+    optimum = read_json(optimum_file)["optimum"]
+    _draw(config, region, draws, parameters, optimum, forward, following, output)
     names = [f.name for f in region]
     write_json(
         output.summary,
         {
-            "parameters": _parameters(region, posterior),
+            "parameters": parameters,
             "correlation": np.corrcoef(posterior.draws.T).reshape(len(region), -1).tolist(),
             "level": LEVEL,
             "box": {f.name: [f.low, f.high] for f in region},
@@ -60,9 +60,10 @@ def analyse_posterior(config, design_files, optimum_file, output):
                 t.metric: {"mean": m.mean, "standard_error": m.se, "discrepancy": m.discrepancy}
                 for t, m in zip(targets, measured, strict=True)
             },
+            "pushed_forward": {name: _interval(v) for name, v in forward.items()},
             "trained_by": len(runs),
             "emulator_error": main.emulator.emulator.error,
-            "seed_sd": float(main.emulator.scatter(posterior.draws[keep]).mean()),
+            "seed_sd": float(main.emulator.scatter(kept).mean()),
             "sobol": sobol_indices(lambda x: main.emulator.mean(x)[0], names, config.seed),
             "sampler": {
                 "draws": len(posterior.draws),
@@ -71,9 +72,14 @@ def analyse_posterior(config, design_files, optimum_file, output):
                 "accepted": posterior.accepted,
                 "converged": posterior.converged,
             },
-            "next_experiment": _next_experiment(config, runs, u, posterior.draws[keep], main),
+            "readings": config.posterior.readings,
+            "next_experiment": following.to_dict("records"),
         },
     )
+
+
+def _kept(config, posterior):
+    return min(config.posterior.draws, len(posterior.draws))
 
 
 def _runs(config, region, design_files):
@@ -124,6 +130,20 @@ def _prior(config, region):
     return Prior(mean, sd)
 
 
+def _pushed(main, u, seed):
+    """{mean, run}: (n,) values of the target that the draws u (n, d) expect of many runs, with the
+    emulator's error, and of a single one."""
+    rng = np.random.default_rng(seed)
+    mean, variance = main.emulator.mean(u)
+    many = rng.normal(mean, np.sqrt(variance))
+    return {"mean": many, "run": rng.normal(many, main.emulator.scatter(u))}
+
+
+def _interval(values):
+    tail = 0.5 * (1.0 - LEVEL)
+    return [float(x) for x in np.quantile(values, [tail, 1.0 - tail])]
+
+
 def _parameters(region, posterior):
     """Mean, standard deviation and central interval of every parameter, and whether the box cuts
     it."""
@@ -141,32 +161,62 @@ def _parameters(region, posterior):
     return found
 
 
-def _next_experiment(config, runs, u, draws, main):
+def _as_table(parameters):
+    rows = [
+        {"parameter": name, "mean": p["mean"], "sd": p["sd"]}
+        | {"low": p["interval"][0], "high": p["interval"][1], "bounded": p["bounded"]}
+        for name, p in parameters.items()
+    ]
+    return pd.DataFrame(rows)
+
+
+def _next_measurements(config, region, runs, u, draws, main):
     """What each further measurement is expected to tell, best first: of the metrics that these runs
-    gave already, and of as many more readings of the target as `posterior.readings`."""
-    readings = config.posterior.readings
-    more = _information(main.emulator, draws, readings)
-    found = [{"metric": config.target.metric, "nat": more, "already_measured": True}]
-    used = set(columns(config).values())
+    gave already, and of as many more readings of the target as `posterior.readings`.
+
+    Columns: metric, measured (whether it is a target), low and high that the draws expect of its
+    mean, error of the mean of so many readings, nat, and `<parameter> left`: standard deviation
+    that is expected to remain, over that of today.
+    """
+    used, found = columns(config).values(), []
     for metric in experiments()[config.experiment].metrics:
-        if not metric.target or metric.name in used:
+        if not metric.target:
             continue
-        values = np.array(read_metric(runs["run_id"], metric.name, None), float)
-        has = np.isfinite(values)
-        try:
-            emulator = ScatterEmulator(u[has], values[has])
-            nat = _information(emulator, draws, readings)
-        except CalibrationError:
-            continue  # it does not vary here, so it tells nothing
-        found.append({"metric": metric.name, "nat": nat, "already_measured": False})
-    return sorted(found, key=lambda row: -row["nat"])
+        emulator = main.emulator
+        if metric.name != config.target.metric:
+            values = np.array(read_metric(runs["run_id"], metric.name, None), float)
+            has = np.isfinite(values)
+            try:
+                emulator = ScatterEmulator(u[has], values[has])
+            except CalibrationError:
+                continue  # it does not vary here, so it tells nothing
+        told = _told(region, emulator, draws, config)
+        found.append({"metric": metric.name, "measured": metric.name in used} | told)
+    return pd.DataFrame(found).sort_values("nat", ascending=False, ignore_index=True)
 
 
-def _information(emulator, draws, readings):
-    """Expected information of the mean of so many readings that scatter as runs do, by an emulator
+def _told(region, emulator, draws, config):
+    """What the mean of so many readings that scatter as runs do is expected to tell, by an emulator
     that is itself in error."""
     mean, variance = emulator.mean(draws)
-    return expected_information(mean, np.sqrt(variance + emulator.scatter(draws) ** 2 / readings))
+    error = np.sqrt(variance + emulator.scatter(draws) ** 2 / config.posterior.readings)
+    left = expected_spread(mean, error, draws, config.seed) / draws.std(axis=0)
+    low, high = _interval(mean)
+    return {
+        "low": low,
+        "high": high,
+        "error": float(np.sqrt(np.mean(error**2))),
+        "nat": expected_information(mean, error),
+    } | {f"{f.name} left": float(min(x, 1.0)) for f, x in zip(region, left, strict=True)}
+
+
+def _draw(config, region, draws, parameters, optimum, forward, following, output):
+    response = figures.response_of(config.target.metric)
+    measured = read_target(config, config.target)
+    figures.save(figures.posterior_pairs(region, draws, parameters, optimum), output.pairs)
+    drawn = figures.pushed_forward(forward["mean"], forward["run"], measured, response)
+    figures.save(drawn, output.pushed)
+    figures.save(figures.next_measurements(following), output.following)
 
 
 # as the workflow calls it

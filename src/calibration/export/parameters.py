@@ -21,7 +21,7 @@ def calibrated_entries(surface, region, optimum):
         entry = {
             "source": "calibrated",
             "factor": f.name,
-            "interval_95": [f.natural(low), f.natural(high)],
+            "interval_95_others_held": [f.natural(low), f.natural(high)],
             "region": [f.low, f.high],
             "solution_set": optimum["solution_set"][f.name],
         }

@@ -123,7 +123,9 @@ def summary(study, optimum, validation, surface, region, bench):
             "confirmation_interval_95": optimum["confirmation_interval"],
             "note": "One response does not fix several parameters: solution_set is the range of "
             "each over all points "
-            "that give the measured value, interval_95 its uncertainty with the others held.",
+            "that give the measured value. interval_95_others_held covers 95 % only if the others "
+            "are exactly right; the stage `posterior` gives the interval that covers it whatever "
+            "they are.",
         },
         "parameters": found,
         "not_converted": left_out(spec),

@@ -5,6 +5,7 @@ from calibration.figures.ascent import ascent_path
 from calibration.figures.beside import numerics, scaling, sweep, yield_loci
 from calibration.figures.labels import ANGLE, Response, label, response_of
 from calibration.figures.optimum import contours, desirability_contours
+from calibration.figures.posterior import next_measurements, posterior_pairs, pushed_forward
 from calibration.figures.replicates import validation
 from calibration.figures.screening import half_normal, pareto
 from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, save, subplots
@@ -23,10 +24,13 @@ __all__ = [
     "desirability_contours",
     "half_normal",
     "label",
+    "next_measurements",
     "numerics",
     "pareto",
     "perturbation",
+    "posterior_pairs",
     "predicted_actual",
+    "pushed_forward",
     "residual_panel",
     "response_of",
     "save",

@@ -131,6 +131,7 @@ def _configuration(folder, name, heap, factors, sizes):
 # config/README.md walks through every key.
 name: {name}
 factors: {quoted(folder / "factors.tsv")}
+supplements: [posterior] # the report waits for it: the parameters as a distribution
 
 measurements: {quoted(folder / MEASURED)} # all that was measured
 target: {{ metric: angle_of_repose_deg }}

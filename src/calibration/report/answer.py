@@ -14,6 +14,8 @@ MEANING = {
     "unexplained": "the model fails, and nothing in the catalogue mends it",
 }
 
+OTHERS_HELD = "interval_95_others_held"
+
 
 def answer(study, response):
     """Mapping for the page: `parameters` (rows of the table), `tiles` and `notes`."""
@@ -21,6 +23,7 @@ def answer(study, response):
     region = Results(study).summary("response_surface", "region") or []
     validation = Results(study).summary("validation", "validation")
     verdict = Results(study).summary("diagnosis", "verdict")
+    posterior = Results(study).summary("posterior", "posterior")
     tiles = [
         *(_validated(validation, response) if validation else []),
         *(_equivalence(validation, response) if validation else []),
@@ -28,7 +31,7 @@ def answer(study, response):
         *(_diagnosed(verdict) if verdict else []),
     ]
     return {
-        "parameters": _parameters(optimum, region, verdict) if optimum else [],
+        "parameters": _parameters(optimum, region, verdict, posterior) if optimum else [],
         "tiles": tiles,
         "notes": [*(_notes(optimum, response) if optimum else []), *_limits(study)],
     }
@@ -40,23 +43,39 @@ def _limits(study):
     return limits_of(load_spec(run)) if run.is_file() else []
 
 
-def _parameters(optimum, region, verdict):
-    """Rows {heading: text} of the calibrated parameters: value, interval with the others held,
-    extent of the solution set, interval of the diagnosis where there is one."""
-    posterior = (verdict or {}).get("calibration", {})
+def _parameters(optimum, region, verdict, posterior):
+    """Rows {heading: text} of the calibrated parameters: value, interval of the posterior, or where
+    it has not run the one with the others held; extent of the solution set, interval of the
+    diagnosis where there is one."""
+    diagnosed = (verdict or {}).get("calibration", {})
     borders = {f["name"]: (f["low"], f["high"]) for f in region}
     rows = []
     for name, value in optimum["optimum"].items():
         low, high = optimum["solution_set"][name]
         row = {"parameter": label(name), "calibrated": f"{value:.4g}"}
-        if "interval_95" in optimum:
-            row["95 %, the others held"] = _interval(optimum["interval_95"][name], borders[name])
-        row["over the solution set"] = f"{low:.4g} to {high:.4g}"
         if posterior:
-            p = posterior.get(name)
+            row["95 %"] = _of_posterior(posterior, name)
+        elif OTHERS_HELD in optimum:
+            held = _interval(optimum[OTHERS_HELD][name], borders[name])
+            row["95 % only if the others are right"] = held
+        row["over the solution set"] = f"{low:.4g} to {high:.4g}"
+        if diagnosed:
+            p = diagnosed.get(name)
             row["95 % by all measurements"] = f"{p['low']:.3g} to {p['high']:.3g}" if p else ""
         rows.append(row)
     return rows
+
+
+def _of_posterior(posterior, name):
+    """Words for the interval of a parameter, whatever the others are."""
+    found = posterior["parameters"].get(name)
+    if found is None:
+        return ""
+    if not found["bounded"]:
+        low, high = posterior["box"][name]
+        return f"not bounded within {low:.4g} to {high:.4g}"
+    low, high = found["interval"]
+    return f"{low:.4g} to {high:.4g}"
 
 
 def _interval(interval, borders):

@@ -3,6 +3,7 @@
 import yaml
 
 from calibration.figures import label
+from calibration.study import Results
 from dem.errors import DemError
 from dem.spec import load_spec
 from dem.units import unit_of, without_unit
@@ -32,8 +33,9 @@ def block(study):
     if not path.exists():
         return []
     found = yaml.safe_load(path.read_text("utf-8")).get("parameters", {})
+    posterior = Results(study).summary("posterior", "posterior") or {"parameters": {}}
     rows = [
-        _row(place, key, entry)
+        _row(place, key, entry, posterior["parameters"].get(entry.get("factor")))
         for place in ORDER
         for key, entry in found.items()
         if key.startswith(f"{place}.") and entry["value"] != "none"
@@ -41,7 +43,7 @@ def block(study):
     return rows + _time_step(study)
 
 
-def _row(place, key, entry):
+def _row(place, key, entry, known):
     name = key.removeprefix(f"{place}.")
     value = entry["value"]
     return {
@@ -49,22 +51,27 @@ def _row(place, key, entry):
         "parameter": label(without_unit(name)).replace("poisson", "Poisson's"),
         "value": f"{value:.4g}" if isinstance(value, float) else label(str(value)),
         "unit": unit_of(name) or "",
-        "how it is known": _source(entry),
+        "how it is known": _source(entry, known),
     }
 
 
-def _source(entry):
-    """Words for where a value comes from, with its interval where it was calibrated."""
+def _source(entry, known):
+    """Words for where a value comes from, with its interval where it was calibrated: the
+    posterior's, where `known` has it."""
     if entry["source"] != "calibrated":
         return entry["source"]
-    low, high = entry["interval_95"]
+    if known:
+        low, high = known["interval"]
+        said = f"95 %: {low:.3g} to {high:.3g}" if known["bounded"] else "not bounded by the data"
+        return f"calibrated; {said}"
+    low, high = entry["interval_95_others_held"]
     open_ends = entry.get("not_bounded_by_the_data", [])
     if len(open_ends) == 2:
         return "calibrated; its own interval is not bounded by the data"
     if open_ends:
         side = f"below {high:.3g}" if "low" in open_ends else f"above {low:.3g}"
-        return f"calibrated; 95 %, the others held: {side}"
-    return f"calibrated; 95 %, the others held: {low:.3g} to {high:.3g}"
+        return f"calibrated; 95 % only if the others are right: {side}"
+    return f"calibrated; 95 % only if the others are right: {low:.3g} to {high:.3g}"
 
 
 def _time_step(study):

@@ -1,6 +1,7 @@
 """The three sentences that matter, made from the results: what decides, what stays open, what is
 wrong."""
 
+from calibration.chain.posterior_words import following, known
 from calibration.figures import label
 from calibration.numbers import fixed, signed
 from calibration.study import Results
@@ -19,7 +20,11 @@ def findings(study, response):
     effects = _effects(study)
     if screening and effects is not None:
         found.append(("What decides", decides(effects, screening, response)))
-    if optimum and region:
+    posterior = Results(study).summary("posterior", "posterior")
+    if posterior:
+        text = f"{known(posterior)} {following(posterior, response)}"
+        found.append(("What stays open", text.strip()))
+    elif optimum and region:
         found.append(("What stays open", stays_open(optimum, region, response)))
     if screening or optimum:
         wrong = [*_screened(screening, response), *_fitted(study), *_judged(study, response)]

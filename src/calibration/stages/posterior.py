@@ -1,6 +1,6 @@
 """The parameters as a distribution, from the runs of the chain and the measured values."""
 
-from calibration.stages.stage import TARGETS, Runs, Stage, Task
+from calibration.stages.stage import TARGETS, Figure, Runs, Stage, Task
 
 DESIGNS = ("ascent", "response_surface", "candidate", "validation")
 
@@ -13,7 +13,7 @@ def designs(study):
 STAGES = (
     Stage(
         name="posterior",
-        title="Posterior",
+        title="The parameters as a distribution",
         place=5.1,
         tasks=(
             Task(
@@ -29,9 +29,21 @@ STAGES = (
                 outputs={
                     "summary": "posterior/posterior.json",
                     "draws": "posterior/draws.csv",
+                    "parameters": "posterior/parameters.csv",
+                    "next": "posterior/next.csv",
+                    "pairs": Figure(
+                        "posterior/pairs.svg", "posterior_pairs", ("draws.csv", "posterior.json")
+                    ),
+                    "pushed": Figure("posterior/pushed.svg", "posterior_pushed", ("draws.csv",)),
+                    "following": Figure("posterior/next.svg", "posterior_next", ("next.csv",)),
                 },
                 cheap=False,
             ),
         ),
+        tables=(
+            ("parameters", "Parameters with their 95 % intervals"),
+            ("next", "What each further measurement is expected to tell"),
+        ),
+        sentences="calibration.chain.posterior_words:sentences",
     ),
 )

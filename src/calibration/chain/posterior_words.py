@@ -1,0 +1,114 @@
+"""What the posterior says, in sentences."""
+
+from calibration.figures import label, response_of
+
+TOGETHER = 0.4  # correlation from which on two parameters are said to go together
+TELLS = 0.9  # of today's standard deviation: a measurement that leaves more tells little
+
+
+def sentences(summary, response):
+    """What came out, for the report."""
+    return [
+        s
+        for s in (
+            known(summary),
+            _together(summary),
+            _forward(summary, response),
+            following(summary, response),
+            *_weighed(summary),
+            *_doubts(summary),
+        )
+        if s
+    ]
+
+
+def known(summary):
+    """Which parameters the measurements bound, and which stay as open as the region."""
+    bounded, open_ = [], []
+    for name, p in summary["parameters"].items():
+        low, high = p["interval"]
+        (bounded if p["bounded"] else open_).append(f"{label(name)} {low:.3g} to {high:.3g}")
+    level = f"{summary['level']:.0%}".replace("%", " %")
+    said = f"With {level} probability: {', '.join([*bounded, *open_])}."
+    if open_:
+        names = [label(n) for n, p in summary["parameters"].items() if not p["bounded"]]
+        said += (
+            f" The measurements do not bound {' and '.join(names)}: the interval is that of the "
+            f"region searched."
+        )
+    return said
+
+
+def _together(summary):
+    names, rows = list(summary["parameters"]), summary["correlation"]
+    found = [
+        f"{label(names[i])} and {label(names[j])} ({rows[i][j]:+.2f})"
+        for i in range(len(names))
+        for j in range(i)
+        if abs(rows[i][j]) >= TOGETHER
+    ]
+    if not found:
+        return ""
+    return (
+        f"They are not free of each other; correlated are {', '.join(found)}. Take a row of "
+        f"draws.csv, not one end of each interval."
+    )
+
+
+def _forward(summary, response):
+    mean, run = (summary["pushed_forward"][k] for k in ("mean", "run"))
+    low, high = (response.value(x) for x in mean)
+    first, last = (response.value(x) for x in run)
+    return (
+        f"Over the whole distribution the mean {response.name} is expected between {low} and "
+        f"{high}, that of a single run between {first} and {last}."
+    )
+
+
+def following(summary, response):
+    """The measurement that is expected to tell most, and what it leaves of the parameters."""
+    rows = summary["next_experiment"]
+    if not rows:
+        return ""
+    best = rows[0]
+    left = _left(best)
+    name, share = min(left.items(), key=lambda pair: pair[1])
+    readings = f"{summary['readings']} readings"
+    if share > TELLS:
+        return (
+            f"No measurement of this experiment is expected to tell much: the best, {readings} of "
+            f"{response_of(best['metric']).name}, leaves {share:.0%} of the spread of "
+            f"{label(name)}. Another experiment is needed."
+        ).replace("%", " %")
+    return (
+        f"What pins them down next: {readings} of {response_of(best['metric']).name} are expected "
+        f"to leave {share:.0%} of the spread of {label(name)}."
+    ).replace("%", " %")
+
+
+def _left(row):
+    return {k.removesuffix(" left"): v for k, v in row.items() if k.endswith(" left")}
+
+
+def _weighed(summary):
+    """What the grains on the plate tell: they can be weighed, and are simulated already."""
+    rows = [row for row in summary["next_experiment"] if row["metric"] == "on_plate"]
+    if not rows or rows[0]["measured"]:
+        return []
+    row = rows[0]
+    left = ", ".join(f"{label(n)} {v:.0%}" for n, v in _left(row).items()).replace("%", " %")
+    return [
+        f"The mass on the plate costs a weighing and no run: the distribution expects "
+        f"{row['low']:.0f} to {row['high']:.0f} grains there, {summary['readings']} heaps tell "
+        f"their mean to ±{row['error']:.0f}. Of the spread it would leave {left}."
+    ]
+
+
+def _doubts(summary):
+    sampler = summary["sampler"]
+    if sampler["converged"]:
+        return []
+    return [
+        f"The sampler's chains are short: they are worth {sampler['effective']:.0f} independent "
+        f"draws. The ends of the intervals are uncertain."
+    ]
