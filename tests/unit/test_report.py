@@ -2,17 +2,22 @@
 width."""
 
 import base64
+import html
+import io
 import json
 import re
+import zlib
+from html.parser import HTMLParser
 
 import numpy as np
 import pandas as pd
 import pytest
-from browser import browse, find_browser
 from PIL import Image
 
+from browser import browse, find_browser
 from calibration import figures
 from calibration.report import build
+from calibration.report import sheet as sheet_module
 from calibration.report.answer import _interval
 from calibration.report.build import NOT_CONVERTED_MARK
 from calibration.report.embed import _inline, cell
@@ -140,9 +145,12 @@ def text_of(page):
     )
 
 
+def first_section(page):
+    return text_of(re.search(r"<section.*?</section>", page, flags=re.S)[0])
+
+
 def test_the_answer_comes_first(page):
-    text = text_of(page)
-    answer = text[: text.index("The heap ")]
+    answer = first_section(page)
     for part in ("45.68°", "0.93 % apart", "equivalent within ±1°", "identified", "liquid bridge"):
         assert part in answer
     for part in ("0.25", "0.24 to 0.31", "0.2 to 0.3", "0.21 to 0.27"):
@@ -195,8 +203,88 @@ def test_every_figure_has_a_sentence_and_its_data(page):
         caption = re.search(r"<figcaption>(.*?)</figcaption>", chart, flags=re.S).group(1)
         assert re.search(r"\w+ \w+.*\.", caption)
         assert "download=" in caption
-    data = re.search(r'download="screening_effects.csv" href="data:text/csv;base64,([^"]+)', page)
-    assert base64.b64decode(data.group(1)).decode().startswith("code,effect\nA,1.0")
+    assert unpacked(page, "screening_effects.csv").startswith("code,effect\nA,1.0")
+
+
+def unpacked(page, name):
+    """Text of a file that the page carries."""
+    files = re.search(r'<script id="files"[^>]*>(.*?)</script>', page, flags=re.S).group(1)
+    return zlib.decompress(base64.b64decode(json.loads(files)[name])).decode()
+
+
+def test_every_download_is_in_the_page_once(page):
+    files = json.loads(re.search(r'<script id="files"[^>]*>(.*?)</script>', page).group(1))
+    assert set(re.findall(r'<a download="([^"]+)"', page)) == set(files)
+    assert "data:text" not in page
+
+
+def test_every_chart_has_a_title_and_a_description_for_a_screen_reader(page):
+    charts = re.findall(r'<figure class="chart.*?</figure>', page, flags=re.S)
+    for chart in charts:
+        named = re.search(
+            r'<svg role="img" aria-labelledby="([^"]+)" aria-describedby="([^"]+)"', chart
+        )
+        title, about = (
+            re.search(rf'<(?:title|desc) id="{re.escape(i)}">([^<]+)<', chart).group(1)
+            for i in named.groups()
+        )
+        caption = re.search(r"<figcaption>(.*?)(?: Data:|</figcaption>)", chart, flags=re.S).group(
+            1
+        )
+        assert html.unescape(about) == html.unescape(caption.strip())
+        assert about.startswith(title)
+        assert page.count(f'id="{named.group(1)}"') == 1
+
+
+class Headings(HTMLParser):
+    """Sections by their id, and what the contents point at."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.sections, self.entries, self.inside = [], [], False
+        self.feed(page)
+
+    def handle_starttag(self, tag, attrs):
+        attrs = dict(attrs)
+        if tag == "nav":
+            self.inside = True
+        if tag == "section":
+            self.sections.append(attrs["id"])
+        if tag == "a" and self.inside:
+            self.entries.append(attrs["href"].removeprefix("#"))
+
+    def handle_endtag(self, tag):
+        self.inside = self.inside and tag != "nav"
+
+
+def test_the_contents_name_every_section_in_its_order(page):
+    found = Headings(page)
+    assert found.entries == found.sections
+    assert "heaps" in found.entries
+
+
+def test_one_sheet_shows_every_heap(page, study):
+    (image,) = set(re.findall(r"url\((data:image/webp;base64,[^)]+)\)", page))
+    assert len(re.findall("data:image/webp", page)) == 1
+    with Image.open(io.BytesIO(base64.b64decode(image.partition(",")[2]))) as sheet:
+        assert sheet.size == (3 * 480, 360)
+        places = re.findall(r'aria-label="(run (\d).*?)" style="--x: (\d+); --y: (\d+)"', page)
+        assert len(places) >= 3
+        for _, run, x, y in places:  # each picture has a colour of its own
+            colour = sheet.convert("RGB").getpixel((480 * int(x) + 240, 360 * int(y) + 200))
+            assert colour == pytest.approx((90 * (int(run) - 1), 120, 150), abs=12)
+    shown = re.findall(r'<button type="button" class="heap">.*?aria-label="run (\d)', page)
+    assert shown == ["1", "2", "3"]
+
+
+def test_many_heaps_weigh_no_more_than_a_hundred(tmp_path):
+    files = []
+    for k in range(120):
+        files.append(tmp_path / f"{k}.webp")
+        Image.new("RGB", (480, 300), (2 * k, 120, 150)).save(files[-1])
+    image = sheet_module._drawn(files)
+    with Image.open(io.BytesIO(base64.b64decode(image.partition(",")[2]))) as sheet:
+        assert sheet.width * sheet.height == pytest.approx(100 * 480 * 360, rel=0.01)
 
 
 def test_exports_can_be_copied_and_downloaded(page):
@@ -227,10 +315,10 @@ def test_each_candidate_run_has_its_value(study):
     runs.drop(columns="response").to_csv(study / "candidate" / "design.csv", index=False)
     (study / "heaps" / "candidate").symlink_to(study / "heaps" / "screening")
     build(study, study / "report.html", STAGES)
-    text = text_of((study / "report.html").read_text())
+    page = (study / "report.html").read_text()
     for name in runs["run_id"]:
         result = json.loads((study.parent / "runs" / name / "result.json").read_text())
-        assert f": {result['metrics']['angle_of_repose_deg']:.2f}°, 7 grains left" in text
+        assert f": {result['metrics']['angle_of_repose_deg']:.2f}°, 7 grains left" in page
 
 
 def test_a_label_within_a_figure_keeps_its_digits(tmp_path):
@@ -270,9 +358,9 @@ def test_stages_that_have_not_run_are_left_out(tmp_path):
 
 def test_another_metric_carries_its_own_unit(study):
     build(study, study / "report.html", STAGES, "rebound_height_mm")
-    text = text_of((study / "report.html").read_text())
-    assert "Validated rebound height 45.68 mm" in text
-    assert "°" not in text[: text.index("The heap ")]
+    answer = first_section((study / "report.html").read_text())
+    assert "Validated rebound height 45.68 mm" in answer
+    assert "°" not in answer
 
 
 def test_further_targets_have_their_own_figure_sentence_and_tile(study):
@@ -340,9 +428,10 @@ INK = (
     "getComputedStyle(document.querySelector('figure.chart svg "
     "text')).fill.match(/\\d+/g).map(Number)"
 )
-OVERFLOW = "document.documentElement.scrollWidth - window.innerWidth"
+# against the device's width: window.innerWidth of a phone grows with what overflows
+OVERFLOW = "document.documentElement.scrollWidth"
 ANSWER_OVERFLOW = """Math.max(...[...document.querySelectorAll('.answer td, .answer .tile')].map(
-  cell => cell.getBoundingClientRect().right)) - window.innerWidth"""
+  cell => cell.getBoundingClientRect().right))"""
 DRAWN = """(() => {
   const c = document.querySelector('.viewer canvas');
   document.getElementById('reset').click();
@@ -362,8 +451,8 @@ MIDDLE = """(() => {
 def test_the_page_reads_in_a_browser(tab, page, study, width, scheme):
     address = (study / "report.html").as_uri()
     tab.open(address, width, 844, scheme)
-    assert tab.evaluate(OVERFLOW) <= 0
-    assert tab.evaluate(ANSWER_OVERFLOW) <= 0
+    assert tab.evaluate(OVERFLOW) <= width
+    assert tab.evaluate(ANSWER_OVERFLOW) <= width
     assert tab.complaints() == []
     assert tab.requests() == [address]
     ground, ink = np.mean(tab.evaluate(GROUND)), np.mean(tab.evaluate(INK))
@@ -374,8 +463,9 @@ def test_the_heap_turns_under_the_finger(tab, page, study):
     tab.open((study / "report.html").as_uri(), 390, 844)
     if not tab.evaluate("!!document.querySelector('.viewer canvas')"):
         pytest.skip("the browser draws no WebGL 2 here")
-    assert 0.1 < tab.evaluate(DRAWN) < 0.9
     tab.evaluate("document.querySelector('.viewer').scrollIntoView({block: 'center'})")
+    tab.settle()
+    assert 0.1 < tab.evaluate(DRAWN) < 0.9
     before = tab.screenshot()
     x, y = tab.evaluate(MIDDLE)
     for kind, dx in (("mousePressed", 0), ("mouseMoved", 60), ("mouseReleased", 60)):
@@ -390,3 +480,45 @@ def test_the_heap_turns_under_the_finger(tab, page, study):
         )
     assert tab.screenshot() != before
     assert tab.complaints() == []
+
+
+def test_a_heap_grows_when_it_is_chosen_and_the_next_follows(tab, page, study):
+    tab.open((study / "report.html").as_uri(), 390, 844)
+    tab.evaluate("document.querySelector('button.heap').click()")
+    large = "document.querySelector('dialog p').textContent"
+    assert tab.evaluate(large) == "Screening, run 1: 20.00°, 7 grains left in the funnel"
+    assert tab.evaluate("document.querySelector('dialog .picture').clientWidth") > 250
+    tab.evaluate("document.querySelector('dialog .after').click()")
+    assert tab.evaluate(large).startswith("Screening, run 2: 30.00°")
+    assert (
+        tab.evaluate("document.querySelector('dialog .picture').style.cssText") == "--x: 1; --y: 0;"
+    )
+
+
+def test_a_link_unpacks_its_file(tab, page, study):
+    tab.open((study / "report.html").as_uri(), 390, 844)
+    text = tab.evaluate("unpack('screening_effects.csv').then(blob => blob.text())")
+    assert text == (study / "screening" / "effects.csv").read_text()
+
+
+SHOWN = """(q => [...document.querySelectorAll(q)].filter(e => e.checkVisibility(
+  { contentVisibilityAuto: true })).length)"""
+
+
+def test_paper_shows_everything_once(tab, page, study):
+    """Nothing stays folded. The viewer's box, which paper leaves empty, gives way to a picture."""
+    tab.open((study / "report.html").as_uri(), 1280, 900)
+    tab.call("Emulation.setEmulatedMedia", media="print")
+    tab.evaluate("dispatchEvent(new Event('beforeprint'))")
+    for gone in ("canvas", "nav", "dialog", ".controls", "button.copy"):
+        assert tab.evaluate(f"{SHOWN}('{gone}')") == 0, gone
+    assert tab.evaluate(f"{SHOWN}('#heap .still .picture')") == 1
+    for all_of in ("main section", "main table", "#exports pre", "figure.chart svg"):
+        assert tab.evaluate(f"{SHOWN}('{all_of}')") == len(
+            tab.evaluate(f"[...document.querySelectorAll('{all_of}')].map(e => 1)")
+        )
+    tab.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert tab.evaluate(
+        "[...document.querySelectorAll('main details[open]')].length"
+    ) == page.count("<details open>")
+    tab.call("Emulation.setEmulatedMedia", media="screen")

@@ -1,6 +1,7 @@
 """The pages of a finished study, the workflow's own and Snakemake's: of the test profile, which CI
 has just run."""
 
+import base64
 import json
 import re
 import subprocess
@@ -8,6 +9,8 @@ import sys
 from pathlib import Path
 
 import pytest
+
+from browser import browse, find_browser
 
 ROOT = Path(__file__).parents[2]
 STUDY = ROOT / "results" / "salt-test"
@@ -41,8 +44,58 @@ def test_every_stage_and_every_heap_is_on_the_page(page):
         len(json.loads((STUDY / stage / "plan.json").read_text()))
         for stage in ("screening", "ascent", "response_surface", "candidate", "validation")
     )
-    assert len(re.findall(r'src="data:image/webp', page)) >= planned
-    assert len(page) < 8e6
+    assert len(re.findall(r'<button type="button" class="heap"', page)) >= planned
+    assert len(re.findall("data:image/webp", page)) == 1
+
+
+def test_the_page_is_light_and_needs_nothing_else(page):
+    assert len(page.encode()) < 3e6
+    # addresses appear only as the names of XML vocabularies
+    assert not re.search(r"(src|href|url\()=?.https?:", page.replace("xlink:href", "href"))
+
+
+@pytest.fixture(scope="module")
+def tab(tmp_path_factory):
+    if find_browser() is None:
+        pytest.skip("no Chromium on this machine: the page's look is not checked")
+    with browse(find_browser(), tmp_path_factory.mktemp("browser")) as tab:
+        yield tab
+
+
+LOADED = "performance.getEntriesByType('navigation')[0].loadEventEnd"
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_page_fits_a_phone_and_a_desk(tab, page, width, scheme):
+    address = (STUDY / "report.html").as_uri()
+    tab.open(address, width, 844, scheme)
+    # not against window.innerWidth, which grows on a phone with what overflows
+    assert tab.evaluate("document.documentElement.scrollWidth") <= width
+    assert tab.complaints() == []
+    assert tab.requests() == [address]
+
+
+def test_the_page_is_there_within_a_second(tab, page):
+    times = []
+    for _ in range(5):  # the best of five: others may use the machine
+        tab.open((STUDY / "report.html").as_uri(), 390, 844)
+        times.append(tab.evaluate(LOADED))
+    assert min(times) < 1000.0, f"load event after {times} ms"
+
+
+def test_paper_shows_every_section_and_no_empty_viewer(tab, page):
+    tab.open((STUDY / "report.html").as_uri(), 1280, 844)
+    paper = base64.b64decode(tab.call("Page.printToPDF", printBackground=False)["data"])
+    assert paper.startswith(b"%PDF")
+    assert len(paper) < 6e6
+    assert len(re.findall(rb"/Type\s*/Page\b", paper)) <= 30
+    tab.call("Emulation.setEmulatedMedia", media="print")
+    shown = "[...document.querySelectorAll('%s')].filter(e => e.checkVisibility()).length"
+    assert tab.evaluate(shown % "canvas") == 0
+    assert tab.evaluate(shown % ".still .picture") == 1
+    assert tab.evaluate(shown % "main section") == page.count("<section")
+    tab.call("Emulation.setEmulatedMedia", media="screen")
 
 
 def test_every_figure_of_the_chain_is_on_the_page(page):

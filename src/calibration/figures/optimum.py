@@ -50,9 +50,11 @@ def _solution_set(ax, surface, region, solution, response):
     vertices, triangles = solution_mesh(surface, solution.target)
     if len(triangles):
         natural = [f.natural(vertices[:, k]) for k, f in enumerate(region)]
+        # some thousand faces: as an image they weigh a tenth, and the words stay words
         ax.plot_trisurf(
-            natural[0], natural[1], triangles, natural[2], color=ORANGE, alpha=0.55, linewidth=0
-        )
+            natural[0], natural[1], triangles, natural[2], color=ORANGE, alpha=0.55, linewidth=0,
+            rasterized=True,
+        )  # fmt: skip
     chosen = [[f.natural(float(x))] for f, x in zip(region, solution.chosen, strict=True)]
     ax.plot(*chosen, "o", color="white", mec="black", ms=9, zorder=10)
     ax.set(**{f"{axis}lim": (f.low, f.high) for axis, f in zip("xyz", region, strict=True)})

@@ -1,6 +1,7 @@
 """Collects what a study's stages left and writes it as one self-contained page; parts without files
 are left out."""
 
+import json
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader
@@ -9,12 +10,13 @@ from calibration.figures import response_of
 from calibration.files import replacing
 from calibration.report.answer import answer
 from calibration.report.block import block
-from calibration.report.embed import download
+from calibration.report.embed import download, downloads_of
 from calibration.report.findings import findings
-from calibration.report.heaps import gallery, viewer
+from calibration.report.heaps import viewer
 from calibration.report.parts import section
 from calibration.report.profiler import profiler
 from calibration.report.runs import runs_section
+from calibration.report.sheet import sheet
 
 CARRIED = {
     "edem.md": "EDEM: a table to type in",
@@ -49,6 +51,7 @@ def build(study, out, stages, metric="angle_of_repose_deg"):
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    parts, exports = _parts(study, stages, response), _exports(study)
     page = environment.get_template("page.html.j2").render(
         name=study.name,
         answer=answer(study, response),
@@ -56,25 +59,19 @@ def build(study, out, stages, metric="angle_of_repose_deg"):
         findings=findings(study, response),
         profiler=profiler(study, response),
         viewer=viewer(study, response),
-        parts=_parts(study, stages, response, metric),
-        exports=_exports(study),
+        sheet=sheet(study, stages, response, metric),
+        parts=parts,
+        exports=exports,
+        files=json.dumps(downloads_of(parts, exports)),
     )
     with replacing(out) as partial:
         partial.write_text(page)
 
 
-def _parts(study, stages, response, metric):
+def _parts(study, stages, response):
     """Sections in the order of reading, the runs last."""
-    parts = [_with_heaps(study, stage, response, metric) for stage in stages.values()]
+    parts = [section(study, stage, response) for stage in stages.values()]
     return [p for p in (*parts, runs_section(study, stages)) if p]
-
-
-def _with_heaps(study, stage, response, metric):
-    """A stage with the pictures of its runs, where it has some."""
-    part = section(study, stage, response)
-    if not part or not stage.pictured:
-        return part
-    return part | {"gallery": gallery(study, stage.pictured, response, metric)}
 
 
 def _exports(study):

@@ -3,6 +3,8 @@ downloads."""
 
 import base64
 import re
+import zlib
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -11,27 +13,38 @@ from calibration.figures import label
 from calibration.tables import read_written
 
 CAPTIONS = Path("workflow/report")
-TYPES = {
-    ".csv": "text/csv",
-    ".json": "application/json",
-    ".svg": "image/svg+xml",
-    ".webp": "image/webp",
-    ".md": "text/markdown",
-}
 SHOWN_ROWS = 60
+NARROW = 3  # columns that a phone shows side by side
+CARDS = 12  # rows of a wider table that a phone shows as cards; a longer one moves sideways
 LONG_NUMBER = re.compile(r"-?\d+\.\d{5,}(e[+-]?\d+)?")  # computed; printed ones keep their digits
 ROUNDING = 1e-12  # what is smaller is the rounding error of a zero
 
 
-def uri(path):
-    """A file as a data: address."""
-    kind = TYPES.get(path.suffix, "text/plain;charset=utf-8")
-    return f"data:{kind};base64,{base64.b64encode(path.read_bytes()).decode()}"
+def uri_of(content, kind):
+    """Bytes as a data: address."""
+    return f"data:{kind};base64,{base64.b64encode(content).decode()}"
 
 
 def download(path):
-    """Name and address of a file for a download link."""
-    return {"file": f"{path.parent.name}_{path.name}", "uri": uri(path)}
+    """A file for a download link: see `packed`."""
+    return packed(f"{path.parent.name}_{path.name}", path.read_bytes())
+
+
+def packed(name, content):
+    """A download of the page: its name and its bytes, compressed, for the page to unpack."""
+    return {"file": name, "packed": base64.b64encode(zlib.compress(content, 9)).decode()}
+
+
+def downloads_of(*pieces):
+    """{name: packed bytes} of all downloads in the page's pieces: two links to a file share it."""
+    found = {}
+    for piece in pieces:
+        if isinstance(piece, dict) and "packed" in piece:
+            found[piece["file"]] = piece["packed"]
+        elif isinstance(piece, (dict, list, tuple)):
+            inner = piece.values() if isinstance(piece, dict) else piece
+            found |= downloads_of(*inner)
+    return found
 
 
 def caption(name):
@@ -41,8 +54,13 @@ def caption(name):
 
 
 def figure(path, text, data=()):
-    """An SVG figure with its caption and downloads of the files that hold its numbers."""
+    """An SVG figure with its caption and downloads of the files that hold its numbers.
+
+    A screen reader gets the first sentence of the caption as its title, and all of it as its
+    description.
+    """
     svg, width = _inline(path)
+    svg = _said(svg, f"{path.parent.name}-{path.stem}", text)
     return {
         "svg": svg,
         "caption": text,
@@ -70,6 +88,16 @@ def _inline(path):
     return svg, width
 
 
+def _said(svg, name, text):
+    """An inline figure with a title and a description, which make it one image to a screen
+    reader."""
+    title = re.split(r"(?<=[.:]) ", text, maxsplit=1)[0].rstrip(".:") or name.replace("-", " ")
+    words = f'<title id="{name}-title">{escape(title)}</title>'
+    words += f'<desc id="{name}-desc">{escape(text)}</desc>'
+    role = f'<svg role="img" aria-labelledby="{name}-title" aria-describedby="{name}-desc"'
+    return re.sub(r"<svg([^>]*)>", lambda tag: f"{role}{tag[1]}>{words}", svg, count=1)
+
+
 def table(path, title, first=None, rows=SHOWN_ROWS, unshown=()):
     """A CSV file as a table with its download.
 
@@ -93,11 +121,21 @@ def table(path, title, first=None, rows=SHOWN_ROWS, unshown=()):
 
 
 def html_of(frame):
-    """HTML of a table; numbers to four digits, headings without underscores."""
-    plain = frame.rename(columns=lambda c: str(c).replace("_", " "))
-    return plain.to_html(
-        index=False, border=0, na_rep="", justify="left", formatters=dict.fromkeys(plain, cell)
+    """HTML of a table; numbers to four digits, headings without underscores. A cell has its heading
+    with it, as a short and wide table is shown as cards on a phone."""
+    names = [escape(str(column).replace("_", " ")) for column in frame]
+    head = "".join(f'<th scope="col">{name}</th>' for name in names)
+    rows = "".join(
+        f"<tr>{''.join(_cell(name, value) for name, value in zip(names, row, strict=True))}</tr>\n"
+        for row in frame.itertuples(index=False, name=None)
     )
+    cards = len(names) > NARROW and len(frame) <= CARDS
+    kind = ' class="cards"' if cards else ""
+    return f"<table{kind}><thead><tr>{head}</tr></thead><tbody>\n{rows}</tbody></table>"
+
+
+def _cell(name, value):
+    return f'<td data-label="{name}">{escape(cell(value))}</td>'
 
 
 def cell(value):

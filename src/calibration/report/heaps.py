@@ -1,4 +1,4 @@
-"""The heaps themselves: pictures of each stage's runs, and chosen heaps as data for the viewer."""
+"""Chosen heaps as data for the page's viewer."""
 
 import base64
 import json
@@ -8,10 +8,8 @@ import numpy as np
 
 from calibration.campaign import result_path
 from calibration.figures import label
-from calibration.report.embed import uri
-from calibration.store import RunStore
 from calibration.tables import read_written
-from dem.errors import DemError, ResultError
+from dem.errors import DemError
 from dem.render import read_run
 from dem.render.flanks import fitted_flanks, heap_grains
 from dem.render.image import plate_of
@@ -19,43 +17,18 @@ from dem.render.image import plate_of
 LEVELS = 65535  # of a coordinate, 16 bits
 
 
-def gallery(study, key, response, metric):
-    """Pictures of a stage's runs, [{uri, text}], in the order of its design."""
-    tables = [p for name in ("runs", "design") if (p := study / key / f"{name}.csv").exists()]
-    pictures = []
-    for row in read_written(tables[0]).to_dict("records") if tables else []:
-        path = study / "heaps" / key / f"{row['run_id']}.webp"
-        if path.exists():
-            metrics = _metrics(row["run_id"])
-            found = row.get("response", metrics.get(metric))
-            value = "" if found is None else f": {response.value(found)}"
-            text = f"run {row['run']}{value}{_left(metrics)}"
-            pictures.append({"uri": uri(path), "text": text})
-    return pictures
-
-
-def _metrics(run_id):
-    try:
-        return RunStore().result(run_id)["metrics"]
-    except ResultError:
-        return {}  # the study was moved here without its runs
-
-
-def _left(metrics):
-    """What to say of a heap whose funnel has not run empty."""
-    count = metrics.get("in_funnel", 0)
-    return f", {count} grains left in the funnel" if count else ""
-
-
 def viewer(study, response):
-    """JSON for the page's viewer: the validated heap nearest to the mean, and the screening's
-    extremes; None where no heap's state is at hand."""
-    scenes = [
-        scene
-        for name, text in _chosen(study, response)
-        if (scene := _scene(name, text)) is not None
+    """`scenes`, JSON for the page's viewer: the validated heap nearest to the mean, and the
+    screening's extremes; `first`, the run of the first one. None where no heap's state is at
+    hand."""
+    found = [
+        (run_id, scene)
+        for run_id, text in _chosen(study, response)
+        if (scene := _scene(run_id, text)) is not None
     ]
-    return json.dumps(scenes) if scenes else None
+    if not found:
+        return None
+    return {"scenes": json.dumps([scene for _, scene in found]), "first": found[0][0]}
 
 
 def _chosen(study, response):

@@ -1,12 +1,10 @@
 """Which runs a study is made of: their number, seeds, size and time."""
 
-import base64
-
 import pandas as pd
 
 from calibration.figures import label
 from calibration.files import csv_text
-from calibration.report.embed import html_of
+from calibration.report.embed import html_of, packed
 from calibration.store import RunStore
 from calibration.tables import read_written
 from dem.errors import ResultError
@@ -58,7 +56,6 @@ def runs_section(study, stages):
     ]
     total = runs.drop_duplicates("run_id")["wall_time_s"].sum() / 60.0
     engines = ", ".join(sorted(runs["engine"].unique()))
-    data = base64.b64encode(csv_text(runs).encode()).decode()
     return {
         "key": "runs",
         "title": "Runs, times and seeds",
@@ -75,7 +72,7 @@ def runs_section(study, stages):
                 "rows": len(rows),
                 "shown": len(rows),
                 "open": True,
-                "download": {"file": "runs.csv", "uri": f"data:text/csv;base64,{data}"},
+                "download": packed("runs.csv", csv_text(runs).encode()),
             }
         ],
     }

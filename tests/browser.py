@@ -92,6 +92,10 @@ class Page:
         self.call("Emulation.setEmulatedMedia", features=[feature])
         self.call("Page.navigate", url=address)
         self.wait_for("Page.loadEventFired")
+        self.settle()
+
+    def settle(self):
+        """Wait until what has changed is drawn."""
         self.evaluate(
             "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
         )
