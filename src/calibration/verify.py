@@ -93,12 +93,13 @@ def plan_faults(folder):
 
 
 def _one_of_each_rig(specs):
-    """A run of each rig and sizes of a plan, which may be read from files: what changes one name
-    changes those of the same."""
+    """A run of each rig, sizes and shape of a plan, which may be read from files: what changes one
+    name changes those of the same."""
     seen = {}
     for name, spec in specs.items():
-        sizes = (spec.get("particles") or {}).get("sizes")
-        reads = json.dumps([spec.get("geometry"), sizes], sort_keys=True)
+        grains = spec.get("particles") or {}
+        tables = [grains.get("sizes"), grains.get("clump")]
+        reads = json.dumps([spec.get("geometry"), tables], sort_keys=True)
         seen.setdefault(reads, (name, spec))
     return seen.values()
 

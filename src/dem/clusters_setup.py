@@ -6,20 +6,21 @@ from dem.linear import into_axes, principal_axes
 from dem.state import Clusters
 
 
-def build_clusters(clusters, particles, n, shape, velocity, mass=None, inertia=None):
+def build_clusters(clusters, particles, n, shape, velocity, mass=None, inertia=None, centre=None):
     """Clusters with k more of m spheres each, shape (k, m): the last k m of the n particles, body
     after body.
 
     velocity (k, 3) at the half step [m/s]; mass (k,) [kg], inertia (k, 3, 3) about the centre of
-    mass [kg m2]: of the bodies where the sum over their spheres is not meant. The members' rows get
-    the body's mass, so that damping and contact times are those of the body.
+    mass [kg m2], centre (k, 3) [m]: of the bodies where the sum over their spheres is not meant.
+    The members' rows get the body's mass, so that damping and contact times are those of the body.
     """
     k, m = shape
     rows = np.arange(n - k * m, n)
     position = particles.position[rows, :3].reshape(k, m, 3)
     radius = particles.kinetic[rows, 6].astype(float).reshape(shape)
     own = particles.kinetic[rows, 7].astype(float).reshape(shape)
-    centre = (own[:, :, None] * position).sum(1) / own.sum(1)[:, None]
+    if centre is None:
+        centre = (own[:, :, None] * position).sum(1) / own.sum(1)[:, None]
     arm = position - centre[:, None]
     if mass is None:
         mass, inertia = _sum_of_spheres(own, radius, arm)

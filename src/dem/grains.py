@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dem.clump import shape_of
 from dem.dumbbell import sphere_radius
 
 
@@ -69,18 +70,34 @@ def _spread(low, high, count, by):
     return 1.0 / np.sqrt(low**-2.0 + share * (high**-2.0 - low**-2.0))
 
 
+def spheres_in(clump):
+    """((x, y, z, radius), ...) of a spec's clump [mm]."""
+    return tuple(zip(clump.x_mm, clump.y_mm, clump.z_mm, clump.radius_mm, strict=True))
+
+
+def clump_shape(spec):
+    """`dem.clump.Shape` of the grains; None where they are spheres or pairs."""
+    clump = spec.particles.clump
+    return None if clump is None else shape_of(spheres_in(clump))
+
+
 def smallest_radius(spec):
     """Radius [m] of the smallest sphere that a grain is or is made of."""
-    p = spec.particles
+    p, shape = spec.particles, clump_shape(spec)
     d = p.diameter_mm if p.sizes is None else min(p.sizes.diameters_mm)
-    return sphere_radius(0.5e-3 * d * p.scale_factor, p.elongation)
+    radius = 0.5e-3 * d * p.scale_factor
+    return sphere_radius(radius, p.elongation) if shape is None else shape.smallest * radius
 
 
 def largest_reach(spec):
-    """Half the length [m] of the largest grain, its radius where grains are spheres."""
-    p = spec.particles
+    """Half the length [m] of the largest grain, its radius where grains are spheres; of a clump the
+    distance of its furthest point from its centre."""
+    p, shape = spec.particles, clump_shape(spec)
     d = p.diameter_mm if p.sizes is None else float(classes(p.sizes)[1].max())
-    return p.elongation * sphere_radius(0.5e-3 * d * p.scale_factor, p.elongation)
+    radius = 0.5e-3 * d * p.scale_factor
+    if shape is not None:
+        return shape.reach * radius
+    return p.elongation * sphere_radius(radius, p.elongation)
 
 
 def longest_mm(spec):

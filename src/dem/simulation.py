@@ -187,14 +187,14 @@ class Simulation:
         return tags
 
     def add_clusters(
-        self, position, radius, *, velocity=0.0, mass=None, inertia=None, material=None
+        self, position, radius, *, velocity=0.0, mass=None, inertia=None, centre=None, material=None
     ):
         """Add rigid bodies of bonded spheres.
 
-        position (k, m, 3) [m]; radius (k, m) or scalar [m]; velocity (k, 3) or scalar [m/s]. Mass
-        and inertia of a body are the sums over its spheres, an overlap counted once per sphere,
-        unless mass (k,) [kg] and inertia (k, 3, 3) about the centre of mass [kg m2] are given.
-        Returns the tags (k, m).
+        position (k, m, 3) [m]; radius (k, m) or scalar [m]; velocity (k, 3) or scalar [m/s]. Mass,
+        inertia and centre of mass of a body are the sums over its spheres, an overlap counted once
+        per sphere, unless mass (k,) [kg], inertia (k, 3, 3) about the centre of mass [kg m2] and
+        centre (k, 3) [m] are given. Returns the tags (k, m).
         """
         position = np.asarray(position, float)
         k, m = shape = position.shape[:2]
@@ -208,7 +208,7 @@ class Simulation:
         )
         half_step_ago = velocity - 0.5 * self.time_step * self.gravity
         self.clusters = build_clusters(
-            self.clusters, self.particles, self.n, shape, half_step_ago, mass, inertia
+            self.clusters, self.particles, self.n, shape, half_step_ago, mass, inertia, centre
         )
         return tags.reshape(shape)
 
@@ -482,6 +482,18 @@ class Simulation:
             volume = self.radius**3
             mass *= volume / np.bincount(grain, volume)[grain]
         return mass
+
+    @property
+    def cubed_radius(self):
+        """(n,) cube of the radius of a sphere as large as each sphere's share of its grain [m3]."""
+        cube = self.radius**3
+        if not len(self.clusters.mass):
+            return cube
+        rows = np.argsort(self.particles.tag[: self.n])
+        bonded = self.particles.cluster[rows] >= 0
+        densities = np.array([self.materials[name].density for name in self.material_names])
+        density = densities[self.particles.material[rows]]
+        return np.where(bonded, self.mass / (4.0 / 3.0 * math.pi * density), cube)
 
     @property
     def grain(self):

@@ -12,11 +12,13 @@ from typing import Annotated, Literal, Union
 
 from pydantic import BaseModel, Field, ValidationError, create_model
 
+from dem.clump import fault, shape_of
 from dem.contact.catalogue import LAWS, every_law, groups_needed, keys_allowed
 from dem.dumbbell import MAX_ELONGATION
 from dem.errors import SpecError
 from dem.experiments import experiment_of, experiments, source_outside
-from dem.grains import classes, smallest_radius
+from dem.grains import classes, smallest_radius, spheres_in
+from dem.io.clump import COLUMNS, read_clump
 from dem.io.mapping import line_of, read_mapping
 from dem.io.sieve import read_sizes
 from dem.materials import contact_parameters, laws_of
@@ -129,11 +131,26 @@ class Sizes(Part):
     fractions: list[Annotated[float, Field(ge=0)]] = Field(min_length=1)
 
 
+class Clump(Part):
+    """A grain of several spheres that overlap or touch and move as one body; one entry a sphere."""
+
+    file: str | None = field(None, "table (CSV) in place of the lists, with them as its columns")
+    x_mm: list[float] = Field(min_length=1)
+    y_mm: list[float] = Field(min_length=1)
+    z_mm: list[float] = Field(min_length=1)
+    radius_mm: list[float] = Field(min_length=1)
+
+
 class Particles(Part):
     """The grains."""
 
     count: int = field(10000, "number of grains", ge=1, le=5_000_000)
-    diameter_mm: float = field(2.0, "diameter of mono-sized grains", gt=0)
+    diameter_mm: float = field(
+        2.0,
+        "diameter of mono-sized grains; of a clump, that of the sphere of its volume, and that of "
+        "its file unless given",
+        gt=0,
+    )
     sizes: Sizes | None = field(None, "size distribution in place of one diameter")
     scale_factor: float = field(1.0, "multiplies all diameters", gt=0)
     elongation: float = field(
@@ -142,6 +159,9 @@ class Particles(Part):
         "diameter",
         ge=1,
         le=MAX_ELONGATION,
+    )
+    clump: Clump | None = field(
+        None, "shape of a grain of up to ten spheres in place of one; the diameter sets its size"
     )
 
 
@@ -215,6 +235,7 @@ def parse_spec(data, file=None):
     except UnitError as error:
         raise SpecError(error.key, error.value, str(error), file) from None
     _expand_sizes(data, file)
+    _expand_clump(data)
     kind = data.get("experiment")
     if not isinstance(kind, str) or kind not in GEOMETRY:
         raise SpecError("experiment", kind, ", ".join(GEOMETRY), file)
@@ -326,6 +347,23 @@ def _expand_sizes(data, file):
     data["particles"] = particles | {"sizes": read}
 
 
+def _expand_clump(data):
+    """Put the spheres of a table in place of its name, and their size where no other is given."""
+    particles = data.get("particles")
+    clump = particles.get("clump") if isinstance(particles, dict) else None
+    if not isinstance(clump, dict) or not isinstance(clump.get("file"), str):
+        return
+    for key in COLUMNS:
+        if clump.get(key) is not None:
+            allowed = "nothing beside particles.clump.file"
+            raise SpecError(f"particles.clump.{key}", clump[key], allowed)
+    read = read_clump(clump["file"])
+    own = {}
+    if particles.get("sizes") is None:
+        own["diameter_mm"] = float(f"{2.0 * shape_of(spheres_in(Clump(**read))).scale:.9g}")
+    data["particles"] = own | particles | {"clump": read}
+
+
 def _check_sizes(spec, file):
     s = spec.particles.sizes
     if s is None:
@@ -345,11 +383,26 @@ def _check_sizes(spec, file):
 
 
 def _check_shape(spec, file):
-    elongation = spec.particles.elongation
-    if elongation != 1.0 and not experiment_of(spec).elongated:
-        able = " and ".join(name for name, e in experiments().items() if e.elongated)
-        allowed = f"1 in this experiment; elongated grains are for {able}"
-        raise SpecError("particles.elongation", elongation, allowed, file)
+    p, able = spec.particles, [name for name, e in experiments().items() if e.bonded]
+    bonds = spec.experiment in able
+    if p.elongation != 1.0 and not bonds:
+        allowed = f"1 in this experiment; elongated grains are for {', '.join(able)}"
+        raise SpecError("particles.elongation", p.elongation, allowed, file)
+    if p.clump is None:
+        return
+    if not bonds:
+        allowed = f"nothing in this experiment; clumps are for {', '.join(able)}"
+        raise SpecError("particles.clump", "a clump", allowed, file)
+    if p.elongation != 1.0:
+        raise SpecError("particles.elongation", p.elongation, "1 beside particles.clump", file)
+    for column in COLUMNS:
+        given, wanted = len(getattr(p.clump, column)), len(p.clump.radius_mm)
+        if given != wanted:
+            allowed = f"as many values as particles.clump.radius_mm ({wanted})"
+            raise SpecError(f"particles.clump.{column}", f"{given} values", allowed, file)
+    wrong = fault(spheres_in(p.clump))
+    if wrong:
+        raise SpecError(f"particles.clump, sphere {wrong[0] + 1}", *wrong[1:], file)
 
 
 def _check_time_step(spec, file):
@@ -392,6 +445,8 @@ def canonical(spec):
     the path; whether meshes may be open only where there is one."""
     data = spec.model_dump(mode="json", exclude={"output"})
     geometry = data["geometry"]
+    if spec.particles.clump is None:  # spheres have the name that they had before clumps
+        data["particles"].pop("clump")
     if spec.engine is None:
         data.pop("engine")
     else:  # how long one waits for a result does not change it

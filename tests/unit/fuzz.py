@@ -21,6 +21,7 @@ from calibration.factors import read_factors
 from calibration.measurements import read_measured
 from calibration.statistics.screening_design import screening_design
 from dem.errors import DemError
+from dem.io.clump import read_clump
 from dem.io.sieve import read_sizes
 from dem.io.stl import read_stl, write_stl
 from dem.spec import load_spec
@@ -115,6 +116,7 @@ READERS = {
         b"# a sieve\ndiameter_mm,passing_percent\n1.0,0\n2.0,40\n3.0,100\n",
         lambda p: read_sizes(p, "mass"),
     ),
+    "clump": (b"x_mm,y_mm,z_mm,radius_mm\n0,0,0,1\n1.0,0.2,0,0.8\n-3e-1,0.9,0.5,0.6\n", read_clump),
     "binary mesh": (_mesh(), read_stl),
     "mesh": (ASCII_MESH, lambda p: read_stl(p, closed=True)),
 }

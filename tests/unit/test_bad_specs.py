@@ -100,7 +100,7 @@ CASES = [
     (
         {"experiment": "tilt", "particles": {"elongation": 1.5}},
         "particles.elongation",
-        "1 in this experiment; elongated grains are for heap and ",
+        "1 in this experiment; elongated grains are for bulk_density, ",
     ),
     # two spheres of 4.4 mm / 2^(1/3) in a row
     (

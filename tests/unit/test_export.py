@@ -384,6 +384,12 @@ def test_an_export_says_which_laws_it_leaves_out(mapping):
     assert "1.3 times as long as wide" in told
 
 
+def test_an_export_says_that_clumps_become_spheres(mapping):
+    clump = {"x_mm": [0, 1], "y_mm": [0, 0], "z_mm": [0, 0], "radius_mm": [1, 1]}
+    told = " ".join(stage.left_out(parse_spec(overlay(mapping, {"particles": {"clump": clump}}))))
+    assert "NOT CONVERTED: grains of 2 bonded spheres" in told
+
+
 # --- the search -----------------------------------------------------------------------------------
 
 

@@ -40,6 +40,12 @@ def left_out(spec):
             f"spheres of the same "
             "volume."
         )
+    if spec.particles.clump is not None:
+        number = len(spec.particles.clump.radius_mm)
+        out.append(
+            f"NOT CONVERTED: grains of {number} bonded spheres; these are spheres of the same "
+            "volume."
+        )
     if spec.particles.sizes is not None:
         out.append("The mean grain stands for all sizes where a number depends on the size.")
     return out

@@ -76,15 +76,15 @@ def settle(sim, limit, threshold=1e-4):
     return False
 
 
-def solid_fraction(position, radius, core, low, high):
+def solid_fraction(position, cube, core, low, high):
     """Share of the volume of a core, a cylinder of radius `core` about z between two heights, that
-    grains fill.
+    grains fill; cube (n,): `Simulation.cubed_radius`.
 
-    A grain counts whole where its centre is inside.
+    A sphere counts whole where its centre is inside.
     """
     inside = np.hypot(position[:, 0], position[:, 1]) < core
     inside &= (position[:, 2] > low) & (position[:, 2] < high)
-    volume = 4.0 / 3.0 * math.pi * float((radius[inside] ** 3).sum())
+    volume = 4.0 / 3.0 * math.pi * float(cube[inside].sum())
     return volume / (math.pi * core**2 * (high - low))
 
 

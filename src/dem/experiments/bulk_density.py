@@ -107,7 +107,7 @@ def _packing(sim, spec, radius):
     """Solid fraction of the core."""
     position, edge = _above_floor(sim), EDGE * 2.0 * mean_radius(spec)
     level = float(np.sort(position[:, 2])[int(SURFACE * len(position)) - 1])
-    return bed.solid_fraction(position, sim.radius, radius - edge, edge, level - edge)
+    return bed.solid_fraction(position, sim.cubed_radius, radius - edge, edge, level - edge)
 
 
 EXPERIMENT = Experiment(
@@ -124,6 +124,7 @@ EXPERIMENT = Experiment(
     ),
     defaults={"particles": {"count": 2000}, "numerics": {"max_time_s": 3.0}},
     check=check,
+    bonded=True,
     poured=True,
     quantity=Quantity("poured_density", "kg/m³", 1.0, 3e4, "poured bulk density", relative=True),
     levers=COUNT

@@ -149,7 +149,7 @@ class Experiment:
     impact_speed : impact_speed(spec) -> highest speed [m/s] at which grains are expected to hit;
         None where none falls
     least_steps : time steps in the shortest contact below which a run is warned of
-    elongated : whether grains may be bonded pairs
+    bonded : whether grains may be several bonded spheres, pairs or clumps
     poured : whether runs scatter from seed to seed, because grains never lie twice alike
     resumes : whether a run that was cut off continues from its checkpoint
     walls : walls(spec) -> `WallSet` for pictures; None without a rig to be drawn
@@ -173,7 +173,7 @@ class Experiment:
     advice: Callable = nothing
     impact_speed: Callable | None = None
     least_steps: float = 0.0
-    elongated: bool = False
+    bonded: bool = False
     poured: bool = False
     resumes: bool = False
     walls: Callable | None = None

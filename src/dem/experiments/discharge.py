@@ -93,7 +93,8 @@ def run(spec, context):
     below = -OUT * 2.0 * mean_radius(spec)
 
     def leave():
-        left = sim.position[:, 2] < below
+        grain = sim.grain  # of which a sphere is out, all are
+        left = np.isin(grain, grain[sim.position[:, 2] < below])
         gone = float(sim.mass[left].sum())
         sim.remove(sim.tag[left])
         return gone
@@ -138,7 +139,7 @@ def _bulk_density(sim, spec, silo):
         low = 0.0
         fill = float(sim.mass[position[:, 2] < high].sum())
         return fill / _volume(silo, high)
-    core = bed.solid_fraction(position, sim.radius, silo.radius - edge, low, high)
+    core = bed.solid_fraction(position, sim.cubed_radius, silo.radius - edge, low, high)
     return core * spec.materials.particle.density_kg_m3
 
 
@@ -191,6 +192,7 @@ EXPERIMENT = Experiment(
     defaults={"particles": {"count": 6000}, "numerics": {"max_time_s": 10.0}},
     check=check,
     prepare=lambda spec: _Silo(spec.geometry),  # an unusable mesh is refused here
+    bonded=True,
     poured=True,
     walls=lambda spec: _Silo(spec.geometry).walls(3e-3 * spec.geometry.silo_diameter_mm),
     quantity=Quantity("mass_flow", "g/s", 1e-4, 1e6, "mass flow", relative=True),

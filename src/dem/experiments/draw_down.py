@@ -175,6 +175,7 @@ EXPERIMENT = Experiment(
     ),
     defaults={"particles": {"count": 4000}, "numerics": {"max_time_s": 10.0}},
     check=check,
+    bonded=True,
     poured=True,
     walls=lambda spec: _Boxes(spec.geometry).walls(2e-3 * spec.geometry.fall_height_mm),
     quantity=Quantity("angle_of_repose", "deg", 0.1, 89.0, "angle of repose", relative=False),

@@ -193,6 +193,7 @@ EXPERIMENT = Experiment(
     defaults={"particles": {"count": 1800}, "numerics": {"max_time_s": 1.0}},
     check=check,
     advice=advice,
+    bonded=True,
     poured=True,
     quantity=Quantity("dynamic_angle", "deg", 0.1, 89.0, "dynamic angle", relative=False),
     levers=COUNT

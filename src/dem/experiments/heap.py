@@ -394,7 +394,7 @@ EXPERIMENT = Experiment(
     impact_speed=impact_speed,
     # at 5 the restitution comes out 2 % low (docs/verification.md, steps in a contact)
     least_steps=5,
-    elongated=True,
+    bonded=True,
     poured=True,
     resumes=True,
     walls=lambda spec: Rig(spec.geometry).walls(),

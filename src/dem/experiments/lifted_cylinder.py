@@ -124,7 +124,7 @@ EXPERIMENT = Experiment(
     ),
     defaults={"particles": {"count": 3000}, "numerics": {"max_time_s": 3.0}},
     check=check,
-    elongated=True,
+    bonded=True,
     poured=True,
     walls=lambda spec: _walls(
         0.5e-3 * spec.geometry.cylinder_diameter_mm,

@@ -5,9 +5,10 @@ import math
 
 import numpy as np
 
+from dem.clump import random_turns, turned
 from dem.constants import DOWN, GRAVITY
 from dem.dumbbell import moments, sphere_radius
-from dem.grains import smallest_radius
+from dem.grains import clump_shape, smallest_radius
 from dem.linear import length
 from dem.materials import PARTICLE, WALL, contact_parameters, laws_of, material_of
 from dem.simulation import Air, Simulation, SkinPolicy
@@ -17,15 +18,34 @@ FAR = -1e3  # height at which a wall that was taken away meets nothing [m]
 
 
 def add_grains(sim, spec, position, radius, velocity, rng):
-    """Add grains with the volume of spheres of `radius` (k,) [m]: these, or bonded pairs turned at
-    random.
+    """Add grains with the volume of spheres of `radius` (k,) [m]: these, or bonded pairs or clumps
+    turned at random.
 
     position (k, 3) of the centres [m], velocity (k, 3) [m/s].
     """
-    elongation = spec.particles.elongation
-    if elongation == 1.0:
+    elongation, shape = spec.particles.elongation, clump_shape(spec)
+    if shape is not None and len(shape.radius) > 1:
+        _add_clumps(sim, spec, shape, position, radius, velocity, rng)
+    elif elongation != 1.0:
+        _add_pairs(sim, spec, elongation, position, radius, velocity, rng)
+    else:
         sim.add_particles(position, radius, velocity=velocity)
-        return
+
+
+def _add_clumps(sim, spec, shape, position, radius, velocity, rng):
+    density = spec.materials.particle.density_kg_m3
+    offset, inertia = turned(random_turns(len(radius), rng), shape)
+    sim.add_clusters(
+        position[:, None] + radius[:, None, None] * offset,
+        radius[:, None] * shape.radius,
+        velocity=velocity,
+        mass=4.0 / 3.0 * math.pi * radius**3 * density,
+        inertia=(density * radius**5)[:, None, None] * inertia,
+        centre=position,
+    )
+
+
+def _add_pairs(sim, spec, elongation, position, radius, velocity, rng):
     density = spec.materials.particle.density_kg_m3
     mass = 4.0 / 3.0 * math.pi * radius**3 * density
     a = sphere_radius(radius, elongation)

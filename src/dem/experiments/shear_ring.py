@@ -190,7 +190,7 @@ EXPERIMENT = Experiment(
     ),
     defaults={"numerics": {"rayleigh_fraction": 0.3}},
     check=check,
-    elongated=True,
+    bonded=True,
     poured=True,
     quantity=Quantity(
         "shear_stress",

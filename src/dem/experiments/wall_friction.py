@@ -134,6 +134,7 @@ EXPERIMENT = Experiment(
         "numerics": {"max_time_s": 2.0, "rayleigh_fraction": 0.3},
     },
     check=check,
+    bonded=True,
     poured=True,
     quantity=Quantity(
         "wall_shear_stress",

@@ -6,11 +6,10 @@ share that passes each sieve (from 0 to 100, ascending), or `fraction`, the shar
 exactly that size.
 """
 
-import csv
 from itertools import pairwise
-from pathlib import Path
 
 from dem.errors import SpecError
+from dem.io.table import read_number, read_rows
 
 KEY = "particles.sizes.file"
 DIAMETER, PASSING, FRACTION = "diameter_mm", "passing_percent", "fraction"
@@ -22,41 +21,19 @@ def read_sizes(path, by):
 
     Raises SpecError naming line, value and what is allowed.
     """
-    header, rows = _rows(path)
+    header, rows = read_rows(KEY, path)
     if DIAMETER not in header or (PASSING in header) == (FRACTION in header):
         allowed = f"the columns {DIAMETER} and either {PASSING} or {FRACTION}"
         raise SpecError(KEY, ", ".join(header), allowed, f"{path}, line 1")
     share = PASSING if PASSING in header else FRACTION
     table = [
-        (_number(path, n, r, header, DIAMETER), _number(path, n, r, header, share)) for n, r in rows
+        tuple(read_number(KEY, path, n, r, header, c) for c in (DIAMETER, share)) for n, r in rows
     ]
     lines = [n for n, _ in rows]
     if share == FRACTION:
         diameters, fractions = (list(column) for column in zip(*table, strict=True))
         return {"by": by, "diameters_mm": diameters, "fractions": fractions}
     return {"by": by} | _classes(path, lines, table)
-
-
-def _rows(path):
-    """Header and [(line, cells)]; blank lines and those that begin with # are left out."""
-    try:
-        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError):
-        raise SpecError(KEY, str(path), "a table that can be read") from None
-    kept = [(n, x) for n, x in enumerate(lines, 1) if x.strip() and not x.lstrip().startswith("#")]
-    if len(kept) < 2:
-        raise SpecError(KEY, str(path), "a table with a header and a row at least")
-    cells = [(n, [c.strip() for c in next(csv.reader([x]))]) for n, x in kept]
-    return cells[0][1], cells[1:]
-
-
-def _number(path, line, cells, header, column):
-    place = header.index(column)
-    text = cells[place] if place < len(cells) else ""
-    try:
-        return float(text)
-    except ValueError:
-        raise SpecError(KEY, text, f"a number in {column}", f"{path}, line {line}") from None
 
 
 def _classes(path, lines, table):

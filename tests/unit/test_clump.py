@@ -1,0 +1,324 @@
+"""Clumps, grains of up to ten spheres: mass and inertia of the union, free flight, experiments,
+wrong files."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from dem.clump import random_turns, shape_of, union
+from dem.dumbbell import moments
+from dem.errors import SpecError
+from dem.experiments.setup import add_grains, build_simulation
+from dem.grains import largest_reach, smallest_radius
+from dem.run import run
+from dem.spec import canonical, content_hash, parse_spec
+from dem.walls.builder import WallSet
+
+TRIPLE = "x_mm,y_mm,z_mm,radius_mm\n0,0,0,1\n1.0,0.2,0,0.8\n-0.3,0.9,0.5,0.6\n"
+CUT = 4e-5
+"""Share of volume and inertia that cutting by lines is stated to keep to."""
+
+
+@pytest.fixture
+def triple(tmp_path):
+    """Path of a grain of three spheres without symmetry."""
+    return written(tmp_path, TRIPLE)
+
+
+def written(folder, text):
+    path = folder / "clump.csv"
+    path.write_text(text)
+    return path
+
+
+def spec_of(path, experiment="heap", **parts):
+    """Run spec whose grains are those of a table."""
+    particles = {"clump": {"file": str(path)}} | parts.pop("particles", {})
+    return parse_spec({"experiment": experiment, "particles": particles} | parts)
+
+
+def random_spheres(number, seed):
+    """Centres (number, 3) and radii of spheres that overlap in a chain."""
+    rng = np.random.default_rng(seed)
+    radius, centre = rng.uniform(0.5, 1.0, number), np.zeros((number, 3))
+    for k in range(1, number):
+        out = rng.normal(size=3)
+        step = 0.8 * (radius[k] + radius[k - 1]) / np.linalg.norm(out)
+        centre[k] = centre[k - 1] + step * out
+    return centre, radius
+
+
+def voxels(centre, radius, pitch):
+    """Volume, centre, inertia of a union from the voxels whose middle is inside, and the number of
+    voxels at its surface."""
+    low, high = (centre - radius[:, None]).min(0), (centre + radius[:, None]).max(0)
+    axes = [np.arange(a + 0.37 * pitch, b, pitch) for a, b in zip(low, high, strict=True)]
+    x, y, z = np.meshgrid(*axes, indexing="ij")
+    gap = np.full(x.shape, np.inf)
+    for (a, b, c), r in zip(centre, radius, strict=True):
+        gap = np.minimum(gap, np.sqrt((x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2) - r)
+    place = np.column_stack([v[gap < 0.0] for v in (x, y, z)])
+    middle = place.mean(0)
+    arm = place - middle
+    tensor = (arm**2).sum() * np.eye(3) - arm.T @ arm
+    cell = pitch**3
+    return cell * len(place), middle, cell * tensor, int((np.abs(gap) < 0.5 * pitch).sum())
+
+
+@pytest.mark.parametrize(("number", "seed"), [(2, 1), (3, 2), (5, 3), (7, 4), (10, 5), (10, 6)])
+def test_mass_centre_and_inertia_are_those_of_the_voxels(number, seed):
+    """Each voxel at the surface is wrong by up to half its volume, at random: four standard
+    deviations of their sum are allowed, and what the lines cut wrong."""
+    centre, radius = random_spheres(number, seed)
+    extent = float((centre + radius[:, None]).max() - (centre - radius[:, None]).min())
+    pitch = extent / 150
+    volume, middle, inertia, surface = voxels(centre, radius, pitch)
+    found, where, tensor = union(centre, radius)
+    error = 4.0 * pitch**3 * math.sqrt(surface / 12.0)
+    reach = float((np.linalg.norm(centre - middle, axis=1) + radius).max())
+    assert abs(found - volume) < error + CUT * volume
+    assert np.abs(where - middle).max() < reach * (error / volume + CUT)
+    assert np.abs(tensor - inertia).max() < reach**2 * error + CUT * tensor.max()
+    assert found < 4.0 / 3.0 * math.pi * (radius**3).sum()
+
+
+@pytest.mark.parametrize("elongation", [1.0, 1.3, 1.6, 2.0])
+def test_two_spheres_have_the_closed_form_of_a_pair(elongation):
+    axis = random_turns(1, np.random.default_rng(3))[0, :, 0]
+    h = elongation - 1.0
+    volume, middle, tensor = union(5.0 + np.array([-h * axis, h * axis]), np.ones(2))
+    about, across = moments(1.0, elongation, 1.0)
+    expected = about * np.outer(axis, axis) + across * (np.eye(3) - np.outer(axis, axis))
+    assert volume == pytest.approx(4 / 3 * math.pi * (1 + 1.5 * h - 0.5 * h**3), rel=CUT)
+    assert middle == pytest.approx([5.0, 5.0, 5.0], abs=1e-12)
+    assert tensor == pytest.approx(expected, abs=CUT * across)
+
+
+def test_random_turns_are_rotations_to_all_sides_alike():
+    turn = random_turns(4000, np.random.default_rng(1))
+    assert turn @ turn.transpose(0, 2, 1) == pytest.approx(np.tile(np.eye(3), (4000, 1, 1)))
+    assert np.linalg.det(turn) == pytest.approx(1.0)
+    # each component of an axis is even over -1..1 (Archimedes): its mean and mean square
+    assert np.abs(turn.mean(0)).max() < 4.0 / math.sqrt(3 * 4000)
+    assert np.abs((turn**2).mean(0) - 1 / 3).max() < 4.0 * math.sqrt(4 / 45 / 4000)
+
+
+def flying(path, fraction):
+    """A weightless grain of the table in double precision that turns about no axis of its own."""
+    numerics = {"precision": "double", "rayleigh_fraction": fraction}
+    spec = spec_of(path, numerics=numerics, particles={"diameter_mm": 2.0})
+    sim = build_simulation(spec, WallSet(), gravity=(0.0, 0.0, 0.0))
+    velocity = np.array([[0.2, -0.1, 0.3]])
+    add_grains(sim, spec, np.zeros((1, 3)), np.array([1e-3]), velocity, np.random.default_rng(7))
+    body = sim.clusters
+    # near the middle axis, about which a free body tumbles
+    spin = np.array([300.0, 3000.0, 600.0])
+    body.momentum[0] = body.rotation[0] @ (body.inertia[0] * spin)
+    return sim, spin
+
+
+def tumbled(inertia, spin, time):
+    """Spin in the body's axes after `time`, by Euler's equations."""
+    a, b, c = inertia
+
+    def euler(_, w):
+        return [
+            (b - c) / a * w[1] * w[2],
+            (c - a) / b * w[2] * w[0],
+            (a - b) / c * w[0] * w[1],
+        ]
+
+    return solve_ivp(euler, (0.0, time), spin, rtol=1e-11, atol=1e-9).y[:, -1]
+
+
+def test_a_free_clump_keeps_energy_and_momenta_and_tumbles_as_euler_says(triple):
+    errors = []
+    for fraction, steps in ((0.4, 500), (0.2, 1000), (0.1, 2000), (0.05, 4000)):
+        sim, spin = flying(triple, fraction)
+        body, momentum, energy = sim.clusters, sim.clusters.momentum[0].copy(), []
+        start = sim.kinetic_energy()
+        for _ in range(20):
+            sim.advance(steps // 20)
+            energy.append(abs(sim.kinetic_energy() / start - 1.0))
+        assert np.array_equal(body.momentum[0], momentum)
+        assert body.velocity[0] == pytest.approx([0.2, -0.1, 0.3], rel=1e-15)
+        now = body.rotation[0].T @ momentum / body.inertia[0]
+        exact = tumbled(body.inertia[0], spin, sim.time)
+        assert np.abs(exact - spin).max() > 1000.0, "it does not tumble"
+        errors.append((max(energy), np.abs(now - exact).max()))
+    slopes = np.diff(np.log2(errors), axis=0)
+    assert slopes == pytest.approx(np.full((3, 2), -2.0), abs=0.2)  # second order
+    assert errors[-1][0] < 1e-4
+
+
+def test_a_grain_has_the_mass_of_the_sphere_whose_diameter_it_has(triple):
+    spec = spec_of(triple, particles={"diameter_mm": 2.0})
+    sim = build_simulation(spec, WallSet())
+    radii = np.array([1e-3, 1.5e-3])
+    add_grains(sim, spec, np.array([[0, 0, 0], [0, 0, 0.01]]), radii, 0.0, np.random.default_rng(1))
+    mass = 4.0 / 3.0 * math.pi * radii**3 * spec.materials.particle.density_kg_m3
+    assert sim.clusters.mass == pytest.approx(mass, rel=1e-12)
+    assert sim.cubed_radius.reshape(2, 3).sum(1) == pytest.approx(radii**3, rel=1e-6)
+    # size scales all: moments as the fifth power
+    assert sim.clusters.inertia[1] == pytest.approx(1.5**5 * sim.clusters.inertia[0], rel=1e-9)
+    assert sim.radius[3:] == pytest.approx(1.5 * sim.radius[:3], rel=1e-6)
+    assert (sim.grain_count, list(sim.grain)) == (2, [0, 0, 0, 3, 3, 3])
+    # the centre of mass is where the grain was asked for
+    assert sim.clusters.position == pytest.approx(np.array([[0, 0, 0], [0, 0, 0.01]]), abs=1e-18)
+    out = np.linalg.norm(sim.position[:3], axis=1) + sim.radius[:3]
+    assert out.max() == pytest.approx(largest_reach(spec), rel=1e-6)
+    assert sim.radius[:3].min() == pytest.approx(smallest_radius(spec), rel=1e-6)
+
+
+def test_the_file_gives_the_diameter_unless_another_is_given(triple):
+    rows = np.loadtxt(triple, delimiter=",", skiprows=1)
+    volume = union(rows[:, :3], rows[:, 3])[0]
+    own = spec_of(triple).particles.diameter_mm
+    assert own == pytest.approx(2.0 * (volume / (4.0 / 3.0 * math.pi)) ** (1 / 3), rel=1e-8)
+    assert spec_of(triple, particles={"diameter_mm": 1.5}).particles.diameter_mm == 1.5
+    shape = shape_of(tuple(map(tuple, rows)))
+    assert union(shape.offset, shape.radius)[0] == pytest.approx(4 / 3 * math.pi, rel=CUT)
+
+
+def test_a_run_is_named_after_the_spheres_and_spheres_keep_their_name(triple, tmp_path):
+    (tmp_path / "more").mkdir()
+    same = written(tmp_path / "more", "# scanned on Monday\n" + TRIPLE)
+    assert content_hash(spec_of(triple)) == content_hash(spec_of(same))
+    other = written(tmp_path / "more", TRIPLE.replace("0.8", "0.81"))
+    size = {"diameter_mm": 2.0}
+    assert content_hash(spec_of(triple, particles=size)) != content_hash(
+        spec_of(other, particles=size)
+    )
+    assert "clump" not in canonical(parse_spec({"experiment": "heap"}))
+    again = parse_spec(spec_of(triple).model_dump(mode="json"))
+    assert content_hash(again) == content_hash(spec_of(triple))
+
+
+def test_a_clump_of_one_sphere_is_a_sphere_to_the_bit(tmp_path):
+    one = written(tmp_path, "x_mm,y_mm,z_mm,radius_mm\n0.3,-2,7.1,0.7\n")
+    rig = {"geometry": {"vessel_diameter_mm": 14, "taps": 1}}
+    rig["materials"] = {"particle": {"shear_modulus_Pa": 1e6}}
+    sizes = {"count": 300, "sizes": {"diameters_mm": [1.7, 2.1], "fractions": [0.5, 0.5]}}
+    sphere = parse_spec({"experiment": "bulk_density", "particles": sizes} | rig)
+    clump = spec_of(one, "bulk_density", particles=sizes, **rig)
+    a, b = (run(s, tmp_path / n)["metrics"] for s, n in ((sphere, "a"), (clump, "b")))
+    assert a == b
+    with np.load(tmp_path / "a" / "final.npz") as x, np.load(tmp_path / "b" / "final.npz") as y:
+        for name in x.files:
+            np.testing.assert_array_equal(x[name], y[name], err_msg=name)
+
+
+RIGS = {
+    "bulk_density": ({"count": 350}, {"vessel_diameter_mm": 14, "taps": 1}),
+    "compression": (
+        {"count": 200},
+        {"box_width_mm": 12, "box_height_mm": 30, "lid_travel_mm": 29, "normal_stress_kPa": 5},
+    ),
+    "discharge": ({"count": 1500}, {"silo_diameter_mm": 30, "orifice_diameter_mm": 11.6}),
+    "draw_down": (
+        {"count": 1500},
+        {"upper_width_mm": 38, "lower_width_mm": 60, "depth_mm": 8, "slot_width_mm": 12},
+    ),
+    "drum": (
+        {"count": 400},
+        {
+            "drum_diameter_mm": 40,
+            "drum_width_mm": 9,
+            "rotation_rate_deg_s": 180,
+            "turns": 0.05,
+            "start_turns": 0.1,
+        },
+    ),
+    "heap": (
+        {"count": 400},
+        {"orifice_diameter_mm": 15, "generation_rate_per_s": 2500, "plate_diameter_mm": 40},
+    ),
+    "lifted_cylinder": ({"count": 250}, {"cylinder_diameter_mm": 14, "plate_diameter_mm": 60}),
+    "shear": (
+        {"count": 350},
+        {"preshear_displacement_mm": 0.5, "shear_displacement_mm": 0.5, "outer_diameter_mm": 36},
+    ),
+    "wall_friction": ({"count": 200}, {"ring_diameter_mm": 12, "slide_mm": 1}),
+}
+"""A small rig of each experiment that takes clumps: grains, geometry."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("experiment", RIGS)
+def test_clumps_go_through_every_experiment(triple, tmp_path, experiment):
+    particles, geometry = RIGS[experiment]
+    spec = spec_of(
+        triple,
+        experiment,
+        particles={"diameter_mm": 1.6} | particles,
+        geometry=geometry,
+        contacts={"particle_particle": {"rolling_friction": 0.1}},
+    )
+    found = run(spec, tmp_path)["metrics"]
+    with np.load(tmp_path / "final.npz") as state:
+        assert set(np.unique(state["grain"], return_counts=True)[1]) <= {3}  # no grain is torn
+    for name in ("poured_solid_fraction", "compressed_solid_fraction"):
+        if name in found:
+            assert 0.4 < found[name] < 0.75
+    if experiment == "discharge":
+        # what fell out and what stayed is what was there: no grain counts by its spheres
+        stayed = len(np.unique(np.load(tmp_path / "final.npz")["grain"]))
+        assert found["discharged_share"] == pytest.approx(1.0 - stayed / 1500, abs=1e-6)
+
+
+HEAD = "x_mm,y_mm,z_mm,radius_mm\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (HEAD, ["a row at least"]),
+        (HEAD + "".join(f"{x},0,0,1\n" for x in range(11)), ["line 12", "11 spheres", "1 to 10"]),
+        (HEAD + "0,0,0,1\n3,0,0,1\n", ["line 3", "(3.0, 0.0, 0.0, 1.0)", "touch or overlap"]),
+        (HEAD + "0,0,0,1\n1,0,0,-1\n", ["line 3", "-1.0", "a radius above 0"]),
+        (HEAD + "0,0,0,1\n1,0,0,0\n", ["line 3", "0.0", "a radius above 0"]),
+        (HEAD + "0,0,0,1\n1,x,0,1\n", ["line 3", "'x'", "a number in y_mm"]),
+        (HEAD + "0,0,0,1\n1,0,nan,1\n", ["line 3", "'nan'", "a number in z_mm"]),
+        (HEAD + "0,0,0,1\n1,0,0,inf\n", ["line 3", "'inf'", "a number in radius_mm"]),
+        (HEAD + "0,0,0,1\n1,0,0\n", ["line 3", "''", "a number in radius_mm"]),
+        (HEAD + "0,0,0,1\n0.5,0,0,0.3\n", ["line 3", "not inside another", "in sphere 1"]),
+        (HEAD + "0,0,0,1\n0,0,0,1\n", ["line 3", "not inside another", "in sphere 1"]),
+        (HEAD + "0,0,0,1\n1,0,0,0.05\n", ["line 3", "0.05", "1/10 of the largest"]),
+        (HEAD + "1e300,0,0,1\n", ["line 2", "1e+300", "within 1e+06 mm"]),
+        ("# made by hand\nx,y,z,r\n0,0,0,1\n", ["line 1", "x_mm, y_mm, z_mm, radius_mm"]),
+    ],
+)
+def test_a_wrong_file_is_one_sentence(tmp_path, text, words):
+    with pytest.raises(SpecError) as error:
+        spec_of(written(tmp_path, text))
+    for word in ["particles.clump.file", *words]:
+        assert word in str(error.value)
+
+
+def test_wrong_lists_name_their_key(triple):
+    columns = {c: [0.0] for c in ("x_mm", "y_mm", "z_mm", "radius_mm")}
+    for change, key, words in (
+        ({"radius_mm": [1.0], "y_mm": [0.0, 1.0]}, "particles.clump.y_mm", "(1)"),
+        ({"radius_mm": [-1.0]}, "particles.clump, sphere 1", "above 0"),
+        ({"radius_mm": [1.0], "file": "a.csv"}, "particles.clump.x_mm", "nothing beside"),
+    ):
+        with pytest.raises(SpecError) as error:
+            parse_spec({"experiment": "heap", "particles": {"clump": columns | change}})
+        assert error.value.key == key
+        assert words in error.value.allowed
+
+
+@pytest.mark.parametrize(
+    ("experiment", "more", "key", "words"),
+    [
+        ("tilt", {}, "particles.clump", "clumps are for bulk_density"),
+        ("heap", {"elongation": 1.5}, "particles.elongation", "1 beside particles.clump"),
+    ],
+)
+def test_what_clumps_do_not_go_with_is_refused(triple, experiment, more, key, words):
+    with pytest.raises(SpecError) as error:
+        spec_of(triple, experiment, particles=more)
+    assert error.value.key == key
+    assert words in error.value.allowed
