@@ -7,6 +7,7 @@ The base model is a constant restitution and a constant friction. What it misses
 import numpy as np
 from scipy.stats import chi2
 
+from calibration.figures import parameter_words
 from calibration.quantities import Condition
 from dem.spec import parse_spec
 from diagnosis import time_step
@@ -213,5 +214,6 @@ def _calibration(settings, factors, levels):
             "prior_sd_left": value * error / power / prior,
             "identified": True,
             "at_bound": not factor.low <= value <= factor.high,
+            "words": parameter_words(factor.key),
         }
     return out

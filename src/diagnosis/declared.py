@@ -116,6 +116,7 @@ DIAGNOSIS = Stage(
             {
                 "verdict": "verdict.json",
                 "page": Figure("diagnosis/diagnosis.md", "diagnosis"),
+                "alone": "diagnosis.html",
                 "gain": OWN.figure("gain"),
             },
         ),

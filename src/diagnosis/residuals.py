@@ -4,6 +4,7 @@ pattern."""
 import numpy as np
 from scipy import stats
 
+from calibration.figures import parameter_words
 from calibration.quantities import LEVERS, QUANTITIES
 from diagnosis.design import WIDENED
 
@@ -125,7 +126,7 @@ def moved(before, after):
             "extended": new["value"],
             "shift_percent": float(percent),
             "shift_in_base_sd": float(shift / old["sd"]),
-            "sentence": f"The base calibration had {name.replace('_', ' ')} at {old['value']:.3f} "
+            "sentence": f"The base calibration had {new['words']} at {old['value']:.3f} "
             f"in place of "
             f"{new['value']:.3f}: {abs(percent):.2g} % {side}, {abs(shift / old['sd']):.1f} of its "
             f"stated standard "
@@ -152,5 +153,6 @@ def calibration(model, fitted):
             "prior_sd_left": left,
             "identified": left < 0.5,
             "at_bound": bool(abs(mode) > WIDENED - 0.01),
+            "words": parameter_words(factor.key),
         }
     return out

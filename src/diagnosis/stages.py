@@ -1,5 +1,7 @@
 """The stages of the diagnosis: each reads its input files and writes its output files."""
 
+from pathlib import Path
+
 import pandas as pd
 from scipy import stats
 
@@ -7,6 +9,7 @@ from calibration import figures as common
 from calibration.batches import simulate
 from calibration.errors import ConfigError
 from calibration.files import read_json, replacing, write_table
+from calibration.report.plain import write_page
 from dem.io.files import write_json
 from diagnosis import aside, contacts, exclusion, figures, power, time_step
 from diagnosis.design import plan
@@ -15,6 +18,7 @@ from diagnosis.emulator_files import write_emulators
 from diagnosis.extend import extension_plan, gain, real_values
 from diagnosis.fit import data_of, fit
 from diagnosis.identify import identify
+from diagnosis.last_word import last_word
 from diagnosis.residuals import calibration, residual_rows, trends
 from diagnosis.settings import BASE, study_settings
 from diagnosis.setup import Setup
@@ -156,11 +160,14 @@ def conclude(setup, source, output):
             values[label] = real_values(settings, model, measurements, rows, metrics)
         verdict["gain"] = gain(measurements, values["before"], values["after"])
         verdict["extended_with"] = extension["mechanisms"]
+    verdict = last_word(verdict)
     validate(verdict)
     common.save(figures.gain_figure(verdict["gain"]), output.gain)
     write_json(output.verdict, verdict)
+    text = page(verdict)
     with replacing(output.page) as partial:
-        partial.write_text(page(verdict))
+        partial.write_text(text)
+    write_page("Diagnosis", text, Path(output.page).parent, output.alone)
 
 
 # as the workflow calls them

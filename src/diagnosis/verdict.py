@@ -1,6 +1,7 @@
 """verdict.json: what the diagnosis found, in one documented mapping."""
 
 import json
+import math
 from pathlib import Path
 
 import jsonschema
@@ -97,7 +98,7 @@ def page(verdict):
         "",
         f"**Verdict: {verdict['verdict']}**{_causes(verdict)}. {MEANING[verdict['verdict']]}",
         "",
-        f"{_capital(verdict['reason'])}. {_tests(verdict)}",
+        f"{_capital(verdict['reason'])}. {_odds(verdict)}{_tests(verdict)}",
         "",
         "## What the calibrated model gets wrong",
         "",
@@ -136,6 +137,25 @@ def _tests(verdict):
         f"them would bring up a "
         "mechanism as helpful as the best one here."
     )
+
+
+def _odds(verdict):
+    """How much better the best mechanism predicts what was left out, where it was named."""
+    best = verdict["ranking"][0] if verdict["ranking"] else None
+    if verdict["verdict"] not in ("identified", "ambiguous") or best["gain"] <= LEAST_GAIN:
+        return ""
+    return (
+        f"Settings that were left out are predicted better with {label(best['mechanism'])} than "
+        f"without: the odds are {odds(best['gain'])}. "
+    )
+
+
+def odds(gain):
+    """'400 to 1' for a gain in nats; two digits, and no more than a million."""
+    if gain > math.log(1e6):
+        return "more than 1,000,000 to 1"
+    value = float(f"{math.exp(gain):.2g}")
+    return f"{value:,.0f} to 1" if value >= 10.0 else f"{value:g} to 1"
 
 
 def _chance(p):
@@ -208,12 +228,11 @@ def _ranking(verdict):
         "## Which mechanism would mend it",
         "",
         "The gain says how much better settings are predicted that were left out of the fit, in "
-        "nats: 2 are odds of 7 "
-        f"to 1. Chance alone reaches the threshold in {_chance(verdict['threshold_level'])} of "
-        f"data.",
+        "nats and as odds of a model with the mechanism against one without. Chance alone reaches "
+        f"the threshold in {_chance(verdict['threshold_level'])} of data.",
         "",
-        "| mechanism | gain | threshold | strength (95 % interval) |",
-        "|---|---|---|---|",
+        "| mechanism | gain | odds | threshold | strength (95 % interval) |",
+        "|---|---|---|---|---|",
     ]
     idle = []
     for r in verdict["ranking"]:
@@ -227,7 +246,8 @@ def _ranking(verdict):
         )
         threshold = f"{r['null_threshold']:.1f}" if "null_threshold" in r else ""
         lines.append(
-            f"| {label(r['mechanism'])} | {fixed(r['gain'], 1)} | {threshold} | {strength} |"
+            f"| {label(r['mechanism'])} | {fixed(r['gain'], 1)} | {odds(r['gain'])} | {threshold} "
+            f"| {strength} |"
         )
     if idle:
         lines += ["", f"No gain: {', '.join(idle)}."]
@@ -266,10 +286,10 @@ def _amount(value, unit):
 def _parameters(verdict):
     lines = ["## Calibrated parameters of the base model", ""]
     lines += ["| parameter | value | 95 % interval | identified |", "|---|---|---|---|"]
-    for name, c in verdict["calibration"].items():
+    for c in verdict["calibration"].values():
         known = "yes" if c["identified"] else "no: the data leave the prior"
         interval = f"{fixed(c['low'], 3)} to {fixed(c['high'], 3)}"
-        lines.append(f"| {label(name)} | {c['value']:.3f} | {interval} | {known} |")
+        lines.append(f"| {c['words']} | {c['value']:.3f} | {interval} | {known} |")
     return [*lines, ""]
 
 

@@ -101,7 +101,9 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
         ranking="ranking.svg",
     )
     stages.name_causes(own, trained, named)
-    end = files(verdict="verdict.json", page="diagnosis.md", gain="gain.svg")
+    end = files(
+        verdict="verdict.json", page="diagnosis.md", alone="diagnosis.html", gain="gain.svg"
+    )
     stages.conclude(own, named, end)
     verdict = json.loads(at("verdict.json").read_text())
     validate(verdict)
@@ -113,6 +115,7 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
     for figure in ("residuals", "predictions", "ranking", "gain"):
         assert at(f"{figure}.svg").read_text().count("<svg") == 1
     assert f"**Verdict: {verdict['verdict']}**" in at("diagnosis.md").read_text()
+    assert at("diagnosis.html").read_text().count("<svg role=") == 3
 
 
 def test_the_schema_refuses_what_it_does_not_describe(emulated):

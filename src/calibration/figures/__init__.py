@@ -3,7 +3,14 @@ SVG."""
 
 from calibration.figures.ascent import ascent_path
 from calibration.figures.beside import numerics, scaling, sweep, yield_loci
-from calibration.figures.labels import ANGLE, Response, label, response_of
+from calibration.figures.labels import (
+    ANGLE,
+    PLACES,
+    Response,
+    label,
+    parameter_words,
+    response_of,
+)
 from calibration.figures.optimum import contours, desirability_contours
 from calibration.figures.posterior import next_measurements, posterior_pairs, pushed_forward
 from calibration.figures.replicates import validation
@@ -17,6 +24,7 @@ __all__ = [
     "GREEN",
     "GREY",
     "ORANGE",
+    "PLACES",
     "STYLE",
     "Response",
     "ascent_path",
@@ -26,6 +34,7 @@ __all__ = [
     "label",
     "next_measurements",
     "numerics",
+    "parameter_words",
     "pareto",
     "perturbation",
     "posterior_pairs",

@@ -11,6 +11,28 @@ def label(name):
     return name.replace("_", " ")
 
 
+PLACES = {
+    "contacts.particle_particle": "grain on grain",
+    "contacts.particle_wall": "grain on wall",
+    "materials.particle": "grain",
+    "materials.wall": "wall",
+    "particles": "grains",
+    "laws": "law",
+    "law_parameters": "law's constant",
+}
+"""Part of a run spec -> what a reader calls it."""
+
+
+def parameter_words(key):
+    """What a key of the run spec is called where a study's own name for it would mislead, as in a
+    diagnosis of other grains: 'restitution, grain on wall'."""
+    place = next((p for p in PLACES if key.startswith(f"{p}.")), None)
+    if place is None:
+        return label(without_unit(key))
+    name = label(without_unit(key.removeprefix(f"{place}.")))
+    return f"{name}, {PLACES[place]}"
+
+
 @dataclass(frozen=True)
 class Response:
     """What a study calibrates, for labels: its name and its unit as written behind a number."""

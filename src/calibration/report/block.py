@@ -2,7 +2,7 @@
 
 import yaml
 
-from calibration.figures import label
+from calibration.figures import PLACES, label
 from calibration.study import Results
 from dem.errors import DemError
 from dem.spec import load_spec
@@ -15,15 +15,6 @@ ORDER = (
     "materials.wall",
 )
 ORDER += ("particles", "laws", "law_parameters")
-PLACES = {
-    "contacts.particle_particle": "grain on grain",
-    "contacts.particle_wall": "grain on wall",
-    "materials.particle": "grain",
-    "materials.wall": "wall",
-    "particles": "grains",
-    "laws": "law",
-    "law_parameters": "law's constant",
-}
 
 
 def block(study):

@@ -1,0 +1,98 @@
+"""The diagnosis stands alone: a page of its own in plain words, and the engine's last word."""
+
+import json
+import math
+import re
+from pathlib import Path
+
+import pytest
+
+from calibration.figures import parameter_words
+from calibration.report.plain import write_page
+from diagnosis.last_word import FIT, last_word
+from diagnosis.verdict import odds, page
+
+REFERENCE = Path("results/reference/table-tennis-ball")
+
+
+@pytest.fixture
+def ball():
+    """The recorded verdict of a ball on a floor, with the words that a new one has."""
+    verdict = json.loads((REFERENCE / "verdict.json").read_text())
+    for part in ("calibration", "calibration_extended"):
+        for entry in verdict[part].values():
+            entry["words"] = parameter_words("contacts.particle_wall.restitution")
+    verdict["moved"] = {}
+    return verdict
+
+
+def missing_by(verdict, miss):
+    return verdict | {"gain": verdict["gain"] | {"held_out_rmse_after": miss}}
+
+
+def test_a_named_cause_that_the_engine_does_not_confirm_is_only_the_best_of_those_tried(ball):
+    found = last_word(missing_by(ball, 5.13))
+    assert found["verdict"] == "unexplained"
+    assert found["causes"] == []
+    assert found["best_tried"] == ["air_drag"]
+    text = page(found)
+    assert "Best of those tried, does not fit: with air drag" in text
+    assert "by 5.1 standard errors" in text
+
+
+@pytest.mark.parametrize("miss", [0.0, 1.23, FIT])
+def test_a_cause_that_fits_in_the_engine_stays_named(ball, miss):
+    assert last_word(missing_by(ball, miss))["causes"] == ["air_drag"]
+
+
+def test_what_was_not_named_or_not_run_is_left_as_it_is(ball):
+    for verdict in ("adequate", "unexplained"):
+        changed = missing_by(ball, 9.0) | {"verdict": verdict}
+        assert last_word(changed) == changed
+    assert last_word(ball | {"gain": None})["verdict"] == "identified"
+
+
+@pytest.mark.parametrize(
+    ("gain", "text"),
+    [
+        (0.0, "1 to 1"),
+        (2.0, "7.4 to 1"),
+        (math.log(400.0), "400 to 1"),
+        (math.log(12345.0), "12,000 to 1"),
+        (22.8, "more than 1,000,000 to 1"),
+    ],
+)
+def test_a_gain_is_told_as_odds(gain, text):
+    assert odds(gain) == text
+
+
+def test_the_page_is_one_file_in_plain_words_with_its_own_names(ball, tmp_path):
+    out = tmp_path / "diagnosis.html"
+    write_page("Diagnosis", page(ball), REFERENCE, out)
+    html = out.read_text()
+    text = re.sub(
+        r"\s+", " ", re.sub(r"<style.*?</style>|<svg.*?</svg>|<[^>]+>", " ", html, flags=re.S)
+    )
+    assert "salt" not in text
+    assert "restitution, grain on wall" in text
+    assert "Verdict: identified : air drag." in text
+    assert "the odds are more than 1,000,000 to 1" in text
+    assert html.count('<svg role="img"') == 3  # residuals, ranking and gain
+    tables = [line for line in page(ball).splitlines() if line.startswith("|---")]
+    assert html.count("<table") == len(tables) == 2
+    assert not re.search(r"(src|href|url\()=?.https?:", html.replace("xlink:href", "href"))
+    assert "|" not in text
+    assert "**" not in text
+
+
+@pytest.mark.parametrize(
+    ("key", "words"),
+    [
+        ("contacts.particle_wall.restitution", "restitution, grain on wall"),
+        ("materials.particle.shear_modulus_Pa", "shear modulus, grain"),
+        ("law_parameters.yield_speed_m_s", "yield speed, law's constant"),
+        ("geometry.drop_height_mm", "geometry.drop height"),
+    ],
+)
+def test_a_parameter_is_called_by_its_key(key, words):
+    assert parameter_words(key) == words
