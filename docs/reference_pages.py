@@ -85,12 +85,17 @@ def rows(part, definitions, prefix=""):
             text += rows(section, definitions, f"{prefix}{key}.")
             continue
         items = is_section(field.get("items", {}), definitions)
+        named = is_section(field.get("additionalProperties") or {}, definitions)
         meaning = field.get("description", "").replace("|", "\\|")
-        what = "list of mappings, keys below" if items else allowed(field, definitions)
+        listed = "list of mappings, keys below" if items else None
+        listed = "mapping of names to mappings, keys below" if named else listed
+        what = listed or allowed(field, definitions)
         cells = (f"`{prefix}{key}`", unit_of(key) or "", default_of(key, part), what, meaning)
         text += f"| {' | '.join(cells)} |\n"
         if items:
             text += rows(items, definitions, f"{prefix}{key}.N.")
+        if named:
+            text += rows(named, definitions, f"{prefix}{key}.NAME.")
     return text
 
 
@@ -105,8 +110,9 @@ def configuration():
     )
     text += HEADER + rows(schema, schema["$defs"])
     text += (
-        "\n`N` counts a list's entries from 0. `run` and the `run` of a bench test have the keys "
-        "of a [run spec](run_spec.md), without `experiment` and `seed`.\n\n## Metrics\n\n"
+        "\n`N` counts a list's entries from 0, `NAME` is a name of yours. `run` and the `run` of a "
+        "bench test have the keys of a [run spec](run_spec.md), without `experiment` and "
+        "`seed`.\n\n## Metrics\n\n"
         "What `target.metric` can be depends on `experiment`:\n\n| experiment | metrics |\n"
         "|---|---|\n"
     )

@@ -9,7 +9,7 @@ from itertools import combinations, product
 from math import prod
 
 from calibration.bench_tests.sweep import SWEEPS
-from calibration.config import bench_run, point_spec
+from calibration.config import bench_run, machine_run, point_spec
 from calibration.errors import CalibrationError, ConfigError
 from calibration.factors import read_factors
 from calibration.statistics.screening_design import screening_design
@@ -137,6 +137,9 @@ def _specs_ahead(config, factors):
         for level in section.levels if section else ():
             run = bench_run(config, section.run)
             yield f"bench.{test}.levels", at(run, test, {sweep.key: level})
+    for name, machine in config.push_through.items():
+        run = machine_run(config, machine)
+        yield f"push_through.{name}", at(run, machine.experiment, {})
     shear = config.bench.shear
     if shear:
         run = bench_run(config, shear.run)

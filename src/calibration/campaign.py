@@ -12,6 +12,7 @@ from typing import NamedTuple
 import pandas as pd
 
 from calibration.config import point_spec
+from calibration.config.specs import SEEDS_A_STAGE
 from calibration.errors import CalibrationError
 from calibration.factors import read_factors
 from calibration.files import read_json, write_table
@@ -22,9 +23,6 @@ from dem.io.checked import digest_of, is_sealed, sealed
 from dem.io.files import write_json
 from dem.results import is_current, run_name
 from dem.spec import parse_spec
-
-SEEDS_A_STAGE = 1000
-"""Seeds are disjoint between stages: a run that led to a choice must not judge it as well."""
 
 
 def run_id(spec):

@@ -10,7 +10,7 @@ from calibration.config.measured import (
 )
 from calibration.config.parse import given, parse_config, stands_alone
 from calibration.config.schema import METRICS, Config, section_of
-from calibration.config.specs import bench_run, overlay, point_spec
+from calibration.config.specs import bench_run, machine_run, overlay, point_spec
 
 __all__ = [
     "METRICS",
@@ -19,6 +19,7 @@ __all__ = [
     "given",
     "goals",
     "is_measured",
+    "machine_run",
     "overlay",
     "parse_config",
     "point_spec",

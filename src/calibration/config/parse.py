@@ -1,12 +1,14 @@
 """From a configuration's files to a checked `Config`: an error names file and line, key, value and
 what is allowed."""
 
+import re
+
 from pydantic import ValidationError
 
 from calibration import engines
 from calibration.config.measured import goals, is_measured, read_target
-from calibration.config.schema import METRICS, Config, FurtherTarget, section_of
-from calibration.config.specs import bench_run, point_spec
+from calibration.config.schema import METRICS, Config, FurtherTarget, named_section_of, section_of
+from calibration.config.specs import SEEDS_A_STAGE, bench_run, point_spec
 from calibration.errors import ConfigError
 from calibration.factors import read_factors
 from calibration.plausible import check_plausible, in_key_units
@@ -64,7 +66,7 @@ def given(config, key, stage):
     value = config
     for name in key.split("."):
         value = getattr(value, name)
-    if value is None:
+    if value is None or value == {}:
         raise ConfigError(f"must be given for the stage {stage}", key=key)
     return value
 
@@ -150,6 +152,7 @@ def _parse(data, file):
             allowed="a level for one factor or more, or no point with another rule",
         )
     _check_metrics(config, file)
+    _check_machines(config, file)
     _check_bench(config, file)
     config = _with_engine(config, file)
     _check_run(config, factors, file)
@@ -169,12 +172,15 @@ def _refuse_moved(errors, file):
 
 def _section(loc):
     """The schema that holds the key at a place of pydantic's."""
-    model = Config
+    model, named = Config, None
     for part in loc[:-1]:
-        inside = isinstance(part, int)
-        model = (
-            FurtherTarget if inside else section_of(model.model_fields[part].annotation) or model
-        )
+        if isinstance(part, int):
+            model = FurtherTarget
+        elif named:  # the name that stands before a section's keys
+            model, named = named, None
+        else:
+            annotation = model.model_fields[part].annotation
+            model, named = section_of(annotation) or model, named_section_of(annotation)
     return model
 
 
@@ -184,6 +190,35 @@ def _field(loc):
 
 def _known_keys(loc):
     return "one of the keys " + ", ".join(_section(loc).model_fields)
+
+
+def _check_machines(config, file):
+    """The metrics that are asked of a machine exist, and no more runs than seeds; names are plain
+    words."""
+    for name, machine in config.push_through.items():
+        key, known = f"push_through.{name}", METRICS[machine.experiment]
+        if not re.fullmatch(r"[A-Za-z0-9_-]+", name):
+            allowed = "letters, digits, _ and -"
+            raise ConfigError("is no name", path=file, key=key, value=name, allowed=allowed)
+        for metric in machine.metrics:
+            if metric not in known:
+                allowed = f"for the experiment {machine.experiment}: " + ", ".join(known)
+                raise ConfigError(
+                    "is no metric of it",
+                    path=file,
+                    key=f"{key}.metrics",
+                    value=metric,
+                    allowed=allowed,
+                )
+        runs = machine.draws * machine.replicates
+        if runs > SEEDS_A_STAGE:
+            raise ConfigError(
+                "asks for more runs than there are seeds",
+                path=file,
+                key=f"{key}.draws",
+                value=machine.draws,
+                allowed=f"draws times replicates of at most {SEEDS_A_STAGE}, not {runs}",
+            )
 
 
 def _check_metrics(config, file):

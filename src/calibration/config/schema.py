@@ -1,7 +1,7 @@
 """The schema of a study's configuration: every key with its unit, range, default and meaning."""
 
 from types import UnionType
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -45,6 +45,12 @@ def section_of(annotation):
     parts = get_args(annotation) if isinstance(annotation, UnionType) else (annotation,)
     found = (p for p in parts if isinstance(p, type) and issubclass(p, BaseModel))
     return next(found, None)
+
+
+def named_section_of(annotation):
+    """The schema of the sections in a mapping of names; None for any other key."""
+    parts = get_args(annotation)
+    return section_of(parts[1]) if get_origin(annotation) is dict else None
 
 
 METRICS = {name: e.targets for name, e in experiments().items()}
@@ -273,6 +279,24 @@ class PosteriorConfig(_Part):
     )
 
 
+class PushConfig(_Part):
+    """A machine that is simulated with draws of the posterior."""
+
+    experiment: Literal[tuple(METRICS)] = Field(description="virtual experiment that stands for it")
+    run: dict = Field(
+        {},
+        description="grains, geometry and numerics, laid over the study's run where it is of the "
+        "same experiment, else over its materials and laws",
+    )
+    metrics: list[str] = Field(
+        [], description="metrics that are reported; all of the experiment unless given"
+    )
+    draws: int = Field(20, ge=3, le=300, description="draws of the posterior")
+    replicates: int = Field(
+        2, ge=1, le=20, description="runs with each draw; two tell the seeds' scatter apart"
+    )
+
+
 class PublishedConfig(_Part):
     """Values printed elsewhere, which calibrated.yaml sets beside this study's."""
 
@@ -341,6 +365,9 @@ class Config(_Part):
     scaling: ScalingConfig | None = Field(None, description="the stage `scaling` needs it")
     validation: ValidationConfig = ValidationConfig()
     posterior: PosteriorConfig = PosteriorConfig()
+    push_through: dict[str, PushConfig] = Field(
+        {}, description="machine: how it is simulated with draws of the posterior"
+    )
     published: PublishedConfig = PublishedConfig()
     numerics: str | None = Field(
         None, description="YAML file of points and variants; the stage `numerics` needs it"

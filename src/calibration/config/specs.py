@@ -1,5 +1,8 @@
 """Run specs as mappings: keys set, parts laid over."""
 
+SEEDS_A_STAGE = 1000
+"""Seeds are disjoint between stages: a run that led to a choice must not judge it as well."""
+
 
 def point_spec(base, experiment, levels, seed):
     """Run spec as a mapping: `base` with the keys of `levels` {dotted key: value} set."""
@@ -19,6 +22,14 @@ def bench_run(config, changes):
     grains) laid over."""
     shared = ("materials", "laws", "law_parameters", "engine")
     return overlay({k: v for k, v in config.run.items() if k in shared}, changes)
+
+
+def machine_run(config, machine):
+    """Run spec (a mapping) of a machine of `push_through`: its keys over the study's run where it
+    is of the study's own experiment, else over its materials and laws."""
+    if machine.experiment == config.experiment:
+        return overlay(config.run, machine.run)
+    return bench_run(config, machine.run)
 
 
 def overlay(base, changes):

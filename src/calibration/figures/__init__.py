@@ -13,6 +13,7 @@ from calibration.figures.labels import (
 )
 from calibration.figures.optimum import contours, desirability_contours
 from calibration.figures.posterior import next_measurements, posterior_pairs, pushed_forward
+from calibration.figures.push_through import pushed_through
 from calibration.figures.replicates import validation
 from calibration.figures.screening import half_normal, pareto
 from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, save, subplots
@@ -40,6 +41,7 @@ __all__ = [
     "posterior_pairs",
     "predicted_actual",
     "pushed_forward",
+    "pushed_through",
     "residual_panel",
     "response_of",
     "save",

@@ -1,0 +1,175 @@
+"""Draws pushed through: what the posterior leaves open in another experiment or rig.
+
+Each machine that the configuration names is simulated with draws of the posterior, each draw some
+times. The scatter of its metrics from draw to draw is what the freedom of the parameters costs
+there.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from calibration import figures
+from calibration.campaign import read_metric, write_plan
+from calibration.config import machine_run, point_spec
+from calibration.errors import CalibrationError, ConfigError
+from calibration.files import write_table
+from calibration.matching import agreeing, sample
+from calibration.measurements import read_measured
+from calibration.numbers import fixed
+from calibration.quantities import quantity_name
+from calibration.statistics.nested import nested
+from calibration.tables import read_written
+from dem.experiments import experiments
+from dem.io.files import write_json
+from dem.spec import parse_spec
+
+DECIDES = 0.5
+"""Rank correlation from which on a parameter is said to decide a metric; with 20 draws chance gives
+0.45 in 5 % of cases."""
+
+
+def plan_push_through(study, source, output):
+    """Plan the machines: `draws` rows of the posterior, evenly through its table, each `replicates`
+    times; every run has a seed of its own."""
+    config, tables, specs = study.config, [], {}
+    every = read_written(source.draws)
+    names = [f.name for f in study.factors if f.name in every]
+    for name, machine in config.push_through.items():
+        rows = np.linspace(0, len(every) - 1, min(machine.draws, len(every))).astype(int)
+        run = machine_run(config, machine)
+        for k, levels in enumerate(every.loc[rows, names].to_dict("records")):
+            point = {"machine": name, "draw": k + 1} | levels
+            design = pd.DataFrame([point] * machine.replicates)
+            seed = config.seed + k * machine.replicates
+            table, planned = study.plan(design, machine.experiment, run, seed)
+            tables.append(table)
+            specs |= planned
+    write_plan(Path(output.plan).parent, pd.concat(tables, ignore_index=True), specs)
+
+
+def analyse_push_through(config, design_file, output):
+    """The distribution of each metric of each machine. Writes the outputs that the stage
+    declares."""
+    design = read_written(design_file)
+    runs = [_with_metrics(design, name, m) for name, m in config.push_through.items()]
+    write_table(pd.concat(runs, ignore_index=True), output.runs)
+    rows, drawn = [], []
+    for (name, machine), table in zip(config.push_through.items(), runs, strict=True):
+        parameters = _parameters(table)
+        for metric in metrics_of(machine):
+            row = _row(config, name, machine, metric, table, parameters)
+            rows.append(row)
+            if row["low"] is not None:
+                drawn.append((row, table))
+    found = pd.DataFrame(rows)
+    write_table(found, output.metrics)
+    write_json(output.summary, {"metrics": rows})
+    figures.save(figures.pushed_through(drawn), output.figure)
+
+
+def metrics_of(machine):
+    """The metrics that are reported of a machine."""
+    return machine.metrics or experiments()[machine.experiment].targets
+
+
+def _with_metrics(design, name, machine):
+    table = design[design["machine"] == name].dropna(axis=1, how="all").reset_index(drop=True)
+    for metric in metrics_of(machine):
+        values = read_metric(table["run_id"], metric, None)
+        table[metric] = [np.nan if v is None else float(v) for v in values]
+    return table
+
+
+def _parameters(table):
+    """Columns of the levels that differ from draw to draw."""
+    known = list(table.columns[: list(table.columns).index("seed")])
+    return [c for c in known if c not in ("machine", "draw") and table[c].nunique() > 1]
+
+
+def _row(config, name, machine, metric, table, parameters):
+    """One metric of one machine: mean, its two scatters, the interval of a further run, the
+    parameter that decides, and what was measured."""
+    has = table[table[metric].notna()]
+    row = {"machine": name, "experiment": machine.experiment, "metric": metric}
+    row |= {"runs": len(has), "without": len(table) - len(has)}
+    try:
+        found = nested(has[metric], has["draw"])
+    except CalibrationError:
+        empty = ("mean", "low", "high", "sd_parameters", "sd_seed", "decides", "rank_correlation")
+        return row | dict.fromkeys((*empty, "measured", "within"))
+    limits = next(m for m in experiments()[machine.experiment].metrics if m.name == metric)
+    low, high = max(found.low, limits.least), min(found.high, limits.most)
+    row |= {"mean": found.mean, "low": low, "high": high}
+    row |= {"sd_parameters": found.between_sd, "sd_seed": found.within_sd}
+    row |= _decides(has, metric, parameters)
+    measured = _measured(config, machine, metric)
+    return row | {
+        "measured": measured,
+        "within": None if measured is None else bool(low <= measured <= high),
+    }
+
+
+def _decides(table, metric, parameters):
+    """The parameter with the largest rank correlation over the draws, and that correlation."""
+    means = table.groupby("draw")[[metric, *parameters]].mean()
+    if means[metric].nunique() < 2 or not parameters:
+        return {"decides": None, "rank_correlation": None}
+    found = {p: float(stats.spearmanr(means[p], means[metric]).statistic) for p in parameters}
+    best = max(found, key=lambda p: abs(found[p]))
+    return {"decides": best, "rank_correlation": found[best]}
+
+
+def _measured(config, machine, metric):
+    """Mean of what was measured of the metric at the machine's settings; None where nothing was."""
+    table, quantity = read_measured(config.measurements), quantity_name(metric)
+    if not table.of(machine.experiment, quantity):
+        return None
+    spec = parse_spec(point_spec(machine_run(config, machine), machine.experiment, {}, 1))
+    try:
+        found = agreeing(table, machine.experiment, quantity, spec)
+    except ConfigError:
+        return None  # measured at other settings
+    if len(found) == 1:
+        return float(found[0].value)
+    return float(sample(found, table.path).mean())
+
+
+# as the workflow calls it
+
+
+def push_through(study, source, output):
+    """See `analyse_push_through`."""
+    analyse_push_through(study.config, source.design, output)
+
+
+def sentences(summary, response):
+    """What came out, for the report."""
+    return [_sentence(row) for row in summary["metrics"]]
+
+
+def _sentence(row):
+    metric = figures.response_of(row["metric"])
+    head = f"{figures.label(row['machine'])}: {metric.name}"
+    if row["low"] is None:
+        total = row["runs"] + row["without"]
+        return f"{head}: {row['runs']} of {total} runs gave a value, too few for an interval."
+    said = (
+        f"{head} {metric.value(row['mean'])}; a further run lies between "
+        f"{metric.value(row['low'])} and {metric.value(row['high'])} (95 %)"
+    )
+    if row["sd_seed"] is not None:
+        said += f"; standard deviation {row['sd_parameters']:.2g} from the parameters that stay "
+        said += f"open, {row['sd_seed']:.2g} from seed to seed"
+    said += "."
+    if row["rank_correlation"] is not None and abs(row["rank_correlation"]) >= DECIDES:
+        said += f" {figures.label(row['decides']).capitalize()} decides (rank correlation "
+        said += f"{fixed(row['rank_correlation'], 2, '+')})."
+    if row["measured"] is not None:
+        where = "inside" if row["within"] else "outside"
+        said += f" Measured: {metric.value(row['measured'])}, {where} it."
+    if row["without"]:
+        said += f" {row['without']} runs gave no value."
+    return said

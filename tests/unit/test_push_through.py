@@ -1,0 +1,197 @@
+"""Draws of the posterior in another machine: its intervals hold what they say, and the parts of its
+scatter are told apart."""
+
+import json
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+from calibration.ahead import check_ahead
+from calibration.campaign import read_plan, result_path
+from calibration.chain.push_through import sentences
+from calibration.config import parse_config
+from calibration.errors import CalibrationError, ConfigError
+from calibration.figures import ANGLE
+from calibration.stages import load_stages
+from calibration.statistics.nested import nested
+from calibration.study import Study
+from dem.results import write_result
+from dem.spec import parse_spec
+from stage_files import Files
+
+KEYS = {
+    "rolling": "contacts.particle_particle.rolling_friction",
+    "restitution": "contacts.particle_particle.restitution",
+    "wall": "contacts.particle_wall.static_friction",
+}
+MACHINE = {"experiment": "tilt", "metrics": ["sliding_angle_deg"], "draws": 12, "replicates": 3}
+
+
+def draws_of(n, r, between, within, rng):
+    """Values (n r,) about 10 at n draws, r at each, and the draws' numbers."""
+    value = np.repeat(10.0 + rng.normal(0.0, between, n), r) + rng.normal(0.0, within, n * r)
+    return value, np.repeat(np.arange(n), r)
+
+
+def test_the_two_scatters_are_those_of_the_analysis_of_variance():
+    """Box, Hunter and Hunter (2005), Statistics for Experimenters, 2nd ed., chapter 9, treat the
+    same table; here the closed form: mean squares between b and within w of r runs give
+    sqrt((b - w) / r) and sqrt(w)."""
+    value, of = draws_of(9, 4, 2.0, 1.0, np.random.default_rng(1))
+    table = value.reshape(9, 4)
+    w = table.var(axis=1, ddof=1).mean()
+    b = 4 * table.mean(axis=1).var(ddof=1)
+    found = nested(value, of)
+    assert found.between_sd == pytest.approx(np.sqrt((b - w) / 4))
+    assert found.within_sd == pytest.approx(np.sqrt(w))
+    f, _ = stats.f_oneway(*table)
+    assert b / w == pytest.approx(f)
+    assert (found.draws, found.runs) == (9, 36)
+
+
+@pytest.mark.parametrize(("r", "between", "within"), [(1, 1.0, 0.5), (2, 1.0, 1.0), (3, 0.2, 1.0)])
+def test_the_interval_holds_a_further_run_as_often_as_it_says(r, between, within):
+    """95 % means 94 to 96, over 4000 studies of 12 draws each with a further run of its own."""
+    rng, inside, studies = np.random.default_rng(2), 0, 4000
+    for _ in range(studies):
+        found = nested(*draws_of(12, r, between, within, rng))
+        new = 10.0 + rng.normal(0.0, between) + rng.normal(0.0, within)
+        inside += found.low <= new <= found.high
+    assert 0.94 <= inside / studies <= 0.96
+
+
+def test_draws_without_a_run_and_too_few_of_them():
+    value, of = draws_of(5, 2, 1.0, 0.5, np.random.default_rng(3))
+    assert nested(value[:-1], of[:-1]).draws == 5
+    assert nested([1.0, 2.0, 4.0], [1, 2, 3]).within_sd is None
+    with pytest.raises(CalibrationError, match="2 draws"):
+        nested([1.0, 2.0], [1, 2])
+
+
+def config_of(tmp_path, monkeypatch, **machine):
+    monkeypatch.chdir(tmp_path)
+    rows = [f"{c}\t{n}\t{k}\t0.1\t0.5" for c, (n, k) in zip("ABC", KEYS.items(), strict=True)]
+    Path("factors.tsv").write_text("\n".join(["code\tname\tkey\tlow\thigh", *rows]) + "\n")
+    measured = ["experiment,quantity,value,unit", *(f"heap,angle_of_repose,{v},deg" for v in "345")]
+    measured += [f"tilt,sliding_angle,{v},deg" for v in (19.0, 21.0)]
+    Path("measured.csv").write_text("\n".join(measured) + "\n")
+    data = {
+        "name": "made-up", "seed": 7, "factors": "factors.tsv", "measurements": "measured.csv",
+        "target": {"metric": "angle_of_repose_deg"}, "fixed": {"wall": 0.33},
+        "run": {"particles": {"count": 100, "diameter_mm": 2.0},
+                "geometry": {"generation_rate_per_s": 1000}},
+        "push_through": {"chute": MACHINE | machine},
+    }  # fmt: skip
+    return parse_config(data)
+
+
+def answer(plan, formula):
+    """Write a result of every planned run: formula(spec, rng) -> metrics, None of a run that gave
+    none."""
+    for name, spec in read_plan(plan).items():
+        rng = np.random.default_rng(zlib.crc32(name.encode()))
+        metrics = formula(spec, rng)
+        write_result(Path(result_path(name)).parent, parse_spec(spec), metrics, {}, files=())
+
+
+def pushed(config, formula):
+    """The stage as the workflow calls it, on 60 draws of two parameters; returns its summary."""
+    study = Study(config)
+    rng = np.random.default_rng(4)
+    draws = pd.DataFrame({"rolling": 0.2 + 0.1 * rng.random(60), "restitution": rng.random(60)})
+    folder = study.folder / "posterior"
+    folder.mkdir(parents=True)
+    draws.assign(predicted=40.0).to_csv(folder / "draws.csv", index=False)
+    plan, analysis = load_stages()["push_through"].tasks
+    files = lambda task: {  # noqa: E731
+        n: str(study.folder / getattr(f, "file", f)) for n, f in task.files().items()
+    }
+    source = Files(draws=str(folder / "draws.csv"))
+    plan.load()(study.reading(plan.reads, plan.seeds), source, Files(**files(plan)))
+    answer(study.folder / "push_through" / "plan.json", formula)
+    source = Files(design=files(plan)["design"])
+    analysis.load()(study.reading(analysis.reads), source, Files(**files(analysis)))
+    return study.summary("push_through")
+
+
+def slides(spec, rng):
+    rolling = spec["contacts"]["particle_particle"]["rolling_friction"]
+    return {"sliding_angle_deg": 10.0 + 40.0 * rolling + 0.2 * rng.standard_normal()}
+
+
+def test_another_machine_is_run_with_the_draws(tmp_path, monkeypatch):
+    """40 degrees a unit of a parameter that is uniform over 0.1: 1.15 degrees from draw to draw."""
+    config = config_of(tmp_path, monkeypatch)
+    (row,) = pushed(config, slides)["metrics"]
+    specs = list(read_plan("results/made-up/push_through/plan.json").values())
+    assert len(specs) == 36
+    assert {s["experiment"] for s in specs} == {"tilt"}
+    assert {s["contacts"]["particle_wall"]["static_friction"] for s in specs} == {0.33}
+    assert len({s["seed"] for s in specs}) == 36
+    assert min(s["seed"] for s in specs) == 7 + 5000
+    assert "count" not in specs[0].get("particles", {})  # the heap's grains are not the machine's
+    assert row["mean"] == pytest.approx(20.0, abs=0.8)
+    assert row["sd_parameters"] == pytest.approx(40.0 * 0.1 / np.sqrt(12.0), rel=0.4)
+    assert row["sd_seed"] == pytest.approx(0.2, rel=0.4)
+    assert row["decides"] == "rolling"
+    assert row["rank_correlation"] > 0.9
+    assert row["measured"] == pytest.approx(20.0)
+    assert row["within"]
+    (said,) = sentences({"metrics": [row]}, ANGLE)
+    assert said.startswith("chute: sliding angle 20.")
+    assert "Rolling decides (rank correlation +" in said
+    assert "Measured: 20.00°, inside it." in said
+    table = pd.read_csv("results/made-up/push_through/metrics.csv")
+    assert table.loc[0, "low"] == pytest.approx(row["low"])
+    assert "<path" in Path("results/made-up/push_through/push_through.svg").read_text()
+
+
+def test_runs_without_a_value_are_counted_and_too_few_said(tmp_path, monkeypatch):
+    config = config_of(tmp_path, monkeypatch, draws=4, replicates=1)
+    counted = iter(range(4))
+
+    def some(spec, rng):
+        return slides(spec, rng) if next(counted) < 2 else {}
+
+    (row,) = pushed(config, some)["metrics"]
+    assert (row["runs"], row["without"], row["low"]) == (2, 2, None)
+    assert "2 of 4 runs gave a value, too few" in sentences({"metrics": [row]}, ANGLE)[0]
+    assert json.loads(Path("results/made-up/push_through/push_through.json").read_text())
+
+
+def test_another_rig_of_the_same_experiment_keeps_the_study_s_grains(tmp_path, monkeypatch):
+    machine = {"experiment": "heap", "run": {"geometry": {"feed": "opened"}}, "metrics": []}
+    config = config_of(tmp_path, monkeypatch, **machine, draws=3, replicates=1)
+    found = pushed(config, lambda spec, rng: {"height_mm": 10.0 + rng.standard_normal()})
+    spec = next(iter(read_plan("results/made-up/push_through/plan.json").values()))
+    assert spec["particles"]["count"] == 100
+    assert spec["geometry"] == {"feed": "opened", "generation_rate_per_s": 1000}
+    rows = {row["metric"]: row for row in found["metrics"]}
+    assert rows["height_mm"]["sd_seed"] is None
+    assert rows["angle_of_repose_deg"]["runs"] == 0
+
+
+@pytest.mark.parametrize(
+    ("machine", "words"),
+    [
+        ({"metrics": ["angle_of_repose_deg"]}, ["push_through.chute.metrics", "sliding_angle_deg"]),
+        ({"experiment": "silo"}, ["push_through.chute.experiment", "drum"]),
+        ({"draws": 300, "replicates": 20}, ["push_through.chute.draws", "at most 1000"]),
+        ({"drows": 3}, ["push_through.chute.drows", "draws"]),
+    ],
+)
+def test_a_wrong_machine_is_refused(tmp_path, monkeypatch, machine, words):
+    with pytest.raises(ConfigError) as error:
+        config_of(tmp_path, monkeypatch, **machine)
+    for word in words:
+        assert word in str(error.value)
+
+
+def test_a_machine_that_cannot_be_run_is_refused_before_any_run(tmp_path, monkeypatch):
+    config = config_of(tmp_path, monkeypatch, run={"geometry": {"tilt_rate_deg_s": -5.0}})
+    with pytest.raises(ConfigError, match=r"push_through\.chute"):
+        check_ahead(config)
