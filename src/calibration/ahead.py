@@ -9,7 +9,7 @@ from itertools import combinations, product
 from math import prod
 
 from calibration.bench_tests.sweep import SWEEPS
-from calibration.config import bench_run, machine_run, point_spec
+from calibration.config import bench_run, machine_run, overlay, point_spec
 from calibration.errors import CalibrationError, ConfigError
 from calibration.factors import read_factors
 from calibration.statistics.screening_design import screening_design
@@ -137,6 +137,13 @@ def _specs_ahead(config, factors):
         for level in section.levels if section else ():
             run = bench_run(config, section.run)
             yield f"bench.{test}.levels", at(run, test, {sweep.key: level})
+    rules = config.pour_rate
+    for rate in rules.rates_per_s if rules else ():
+        run = overlay(config.run, {"geometry": {"generation_rate_per_s": rate}})
+        yield "pour_rate.rates_per_s", at(run, config.experiment, {})
+    if rules and rules.opened is not None:
+        run = overlay(config.run, {"geometry": {"feed": "opened"} | rules.opened})
+        yield "pour_rate.opened", at(run, config.experiment, {})
     for name, machine in config.push_through.items():
         run = machine_run(config, machine)
         yield f"push_through.{name}", at(run, machine.experiment, {})

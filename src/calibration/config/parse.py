@@ -153,6 +153,7 @@ def _parse(data, file):
         )
     _check_metrics(config, file)
     _check_machines(config, file)
+    _check_pour_rate(config, file)
     _check_bench(config, file)
     config = _with_engine(config, file)
     _check_run(config, factors, file)
@@ -190,6 +191,13 @@ def _field(loc):
 
 def _known_keys(loc):
     return "one of the keys " + ", ".join(_section(loc).model_fields)
+
+
+def _check_pour_rate(config, file):
+    """Only a heap is poured."""
+    if config.pour_rate and config.experiment != "heap":
+        allowed = "a study of the experiment heap"
+        raise ConfigError("goes with a heap", path=file, key="pour_rate", allowed=allowed)
 
 
 def _check_machines(config, file):

@@ -279,6 +279,20 @@ class PosteriorConfig(_Part):
     )
 
 
+class PourRateConfig(_Part):
+    """Heaps at the optimum, poured at other rates."""
+
+    rates_per_s: list[Positive] = Field(
+        min_length=2, description="grains that are made in a second, one rate after the other"
+    )
+    heaps: int = Field(6, ge=2, le=100, description="heaps at each rate")
+    opened: dict | None = Field(
+        None,
+        description="geometry of a funnel that is filled and then opened, beside these rates; "
+        "without it no such heap",
+    )
+
+
 class PushConfig(_Part):
     """A machine that is simulated with draws of the posterior."""
 
@@ -365,6 +379,7 @@ class Config(_Part):
     scaling: ScalingConfig | None = Field(None, description="the stage `scaling` needs it")
     validation: ValidationConfig = ValidationConfig()
     posterior: PosteriorConfig = PosteriorConfig()
+    pour_rate: PourRateConfig | None = Field(None, description="the stage `pour_rate` needs it")
     push_through: dict[str, PushConfig] = Field(
         {}, description="machine: how it is simulated with draws of the posterior"
     )

@@ -13,6 +13,7 @@ from calibration.figures.labels import (
 )
 from calibration.figures.optimum import contours, desirability_contours
 from calibration.figures.posterior import next_measurements, posterior_pairs, pushed_forward
+from calibration.figures.pour_rate import pour_rate
 from calibration.figures.push_through import pushed_through
 from calibration.figures.replicates import validation
 from calibration.figures.screening import half_normal, pareto
@@ -39,6 +40,7 @@ __all__ = [
     "pareto",
     "perturbation",
     "posterior_pairs",
+    "pour_rate",
     "predicted_actual",
     "pushed_forward",
     "pushed_through",

@@ -1,0 +1,127 @@
+"""Angle over the pour rate: how much the rate at which grains arrive is worth, at the optimum.
+
+The same heap is poured at each rate, and out of a funnel that is filled and then opened. Near the
+rate that the orifice passes, the funnel packs in some runs and not in others.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from calibration import figures
+from calibration.campaign import read_metric, write_plan
+from calibration.config import overlay, point_spec
+from calibration.errors import CalibrationError
+from calibration.files import read_json, write_table
+from calibration.numbers import signed
+from calibration.tables import read_written
+from dem.experiments.heap import capacity
+from dem.grains import grain_volume
+from dem.io.files import write_json
+from dem.spec import parse_spec
+
+OPENED = "opened"
+LEVEL = 0.95
+
+
+def plan_pour_rate(study, source, output):
+    """Plan heaps at the optimum at each rate, and out of the opened funnel where that is asked."""
+    config, optimum = study.config, read_json(source.optimum)["optimum"]
+    rules, tables, specs = config.pour_rate, [], {}
+    rigs = [(f"{rate:g}", {"generation_rate_per_s": rate}) for rate in rules.rates_per_s]
+    if rules.opened is not None:
+        rigs.append((OPENED, {"feed": "opened"} | rules.opened))
+    for rig, geometry in rigs:
+        design = pd.DataFrame([{"rig": rig} | optimum] * rules.heaps)
+        table, planned = study.plan(design, run=overlay(config.run, {"geometry": geometry}))
+        tables.append(table)
+        specs |= planned
+    write_plan(Path(output.plan).parent, pd.concat(tables, ignore_index=True), specs)
+
+
+def analyse_pour_rate(config, design_file, output):
+    """Mean, interval and hold-up of each rig, and what the capacity of the orifice is. Raises
+    CalibrationError where no rig has two heaps with a value."""
+    design = read_written(design_file)
+    for column, metric in (("response", config.target.metric), ("hold_up", "hold_up")):
+        values = read_metric(design["run_id"], metric, None)
+        design[column] = [np.nan if v is None else float(v) for v in values]
+    rows = [_row(rig, heaps) for rig, heaps in design.groupby(design["rig"].astype(str))]
+    table = pd.DataFrame([row for row in rows if row])
+    if table.empty:
+        raise CalibrationError("no rate has two heaps with a value")
+    table = table.sort_values("rate_per_s", na_position="last", ignore_index=True)
+    spec = parse_spec(point_spec(config.run, config.experiment, {}, 1))
+    grain = spec.materials.particle.density_kg_m3 * grain_volume(spec)
+    table["rate_g_s"] = 1e3 * grain * table["rate_per_s"]
+    write_table(design, output.runs)
+    write_table(table, output.table)
+    passes, fed = capacity(spec), spec.geometry.generation_rate_per_s
+    rigs = [{k: None if v != v else v for k, v in r.items()} for r in table.to_dict("records")]
+    found = {"capacity_per_s": passes, "fed_per_s": fed, "grain_g": 1e3 * grain}
+    write_json(output.summary, found | {"rigs": rigs})
+    response = figures.response_of(config.target.metric)
+    figures.save(figures.pour_rate(design, table, passes, fed, response), output.figure)
+
+
+def _row(rig, heaps):
+    """A row of the table, or None of a rig with fewer than two heaps."""
+    values = heaps["response"].dropna()
+    if len(values) < 2:
+        return None
+    sd = float(values.std(ddof=1))
+    reach = float(stats.t.ppf(0.5 + 0.5 * LEVEL, len(values) - 1) * sd / np.sqrt(len(values)))
+    mean = float(values.mean())
+    return {
+        "rig": rig,
+        "rate_per_s": np.nan if rig == OPENED else float(rig),
+        "heaps": len(values),
+        "without": len(heaps) - len(values),
+        "mean": mean,
+        "low": mean - reach,
+        "high": mean + reach,
+        "sd": sd,
+        "hold_up": float(heaps["hold_up"].mean()),
+    }
+
+
+# as the workflow calls it
+
+
+def pour_rate(study, source, output):
+    """See `analyse_pour_rate`."""
+    analyse_pour_rate(study.config, source.design, output)
+
+
+def sentences(summary, response):
+    """What came out, for the report."""
+    rained = [row for row in summary["rigs"] if row["rig"] != OPENED]
+    said = [_range(rained, summary, response)] if len(rained) > 1 else []
+    opened = next((row for row in summary["rigs"] if row["rig"] == OPENED), None)
+    if opened:
+        said.append(
+            f"Out of a funnel that is filled and then opened it is "
+            f"{response.value(opened['mean'])} (95 % {response.value(opened['low'])} to "
+            f"{response.value(opened['high'])})."
+        )
+    share = f"{100 * summary['fed_per_s'] / summary['capacity_per_s']:.0f} %"
+    said.append(
+        f"The orifice passes about {summary['capacity_per_s']:.0f} grains/s (Beverloo); this study "
+        f"feeds {share} of that. A laboratory should state the rate of its pour: "
+        f"{summary['grain_g'] * summary['fed_per_s']:.3g} g/s here."
+    )
+    return said
+
+
+def _range(rows, summary, response):
+    low, high = (pick(rows, key=lambda r: r["mean"]) for pick in (min, max))
+    apart = high["mean"] - low["mean"]
+    error = np.hypot(high["high"] - high["mean"], low["high"] - low["mean"])
+    return (
+        f"Between {rows[0]['rate_per_s']:.0f} and {rows[-1]['rate_per_s']:.0f} grains/s the "
+        f"{response.name} of the same grains differs by up to {signed(apart)}{response.unit} "
+        f"(±{error:.2g}, 95 %): {response.value(low['mean'])} at {low['rate_per_s']:.0f}/s, "
+        f"{response.value(high['mean'])} at {high['rate_per_s']:.0f}/s."
+    )

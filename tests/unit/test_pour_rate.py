@@ -1,0 +1,110 @@
+"""The angle over the pour rate: planned at the optimum, told with its intervals and the orifice's
+capacity."""
+
+import json
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from calibration.ahead import check_ahead
+from calibration.campaign import read_plan, result_path
+from calibration.chain.pour_rate import sentences
+from calibration.config import parse_config
+from calibration.errors import CalibrationError, ConfigError
+from calibration.figures import ANGLE
+from calibration.stages import load_stages
+from calibration.study import Study
+from dem.results import write_result
+from dem.spec import parse_spec
+from stage_files import Files
+
+RULES = {"rates_per_s": [500, 1000, 2000], "heaps": 8, "opened": {"funnel_top_diameter_mm": 90.0}}
+
+
+def config_of(tmp_path, monkeypatch, rules=RULES, **more):
+    monkeypatch.chdir(tmp_path)
+    key = "contacts.particle_particle.rolling_friction"
+    Path("factors.tsv").write_text(f"code\tname\tkey\tlow\thigh\nA\trolling\t{key}\t0.1\t0.5\n")
+    measured = ["experiment,quantity,value,unit", *(f"heap,angle_of_repose,{v},deg" for v in "345")]
+    Path("measured.csv").write_text("\n".join(measured) + "\n")
+    data = {
+        "name": "made-up", "factors": "factors.tsv", "measurements": "measured.csv",
+        "target": {"metric": "angle_of_repose_deg"},
+        "run": {"particles": {"count": 100, "diameter_mm": 2.0},
+                "geometry": {"generation_rate_per_s": 1000}},
+        "pour_rate": rules,
+    }  # fmt: skip
+    return parse_config(data | more)
+
+
+def poured(config, angle):
+    """The stage as the workflow calls it; angle(geometry, rng) is what a heap gives."""
+    study = Study(config)
+    optimum = study.folder / "optimise" / "optimum.json"
+    optimum.parent.mkdir(parents=True)
+    optimum.write_text(json.dumps({"optimum": {"rolling": 0.2}}))
+    plan, analysis = load_stages()["pour_rate"].tasks
+    files = lambda task: {  # noqa: E731
+        n: str(study.folder / getattr(f, "file", f)) for n, f in task.files().items()
+    }
+    plan.load()(
+        study.reading(plan.reads, plan.seeds), Files(optimum=str(optimum)), Files(**files(plan))
+    )
+    for name, spec in read_plan(files(plan)["plan"]).items():
+        value = angle(spec["geometry"], np.random.default_rng(zlib.crc32(name.encode())))
+        metrics = {} if value is None else {"angle_of_repose_deg": value, "hold_up": 3}
+        write_result(Path(result_path(name)).parent, parse_spec(spec), metrics, {}, files=())
+    source = Files(design=files(plan)["design"])
+    analysis.load()(study.reading(analysis.reads), source, Files(**files(analysis)))
+    return study.summary("pour_rate"), read_plan(files(plan)["plan"])
+
+
+def faster_is_steeper(geometry, rng):
+    if geometry.get("feed") == "opened":
+        return 46.0 + 0.3 * rng.standard_normal()
+    return 40.0 + 0.002 * geometry["generation_rate_per_s"] + 0.3 * rng.standard_normal()
+
+
+def test_the_angle_over_the_rate_is_told(tmp_path, monkeypatch):
+    found, plan = poured(config_of(tmp_path, monkeypatch), faster_is_steeper)
+    assert len(plan) == 4 * 8
+    friction = {s["contacts"]["particle_particle"]["rolling_friction"] for s in plan.values()}
+    assert friction == {0.2}
+    rows = {row["rig"]: row for row in found["rigs"]}
+    assert list(rows) == ["500", "1000", "2000", "opened"]
+    for rig, expected in (("500", 41.0), ("1000", 42.0), ("2000", 44.0), ("opened", 46.0)):
+        assert rows[rig]["mean"] == pytest.approx(expected, abs=0.4)
+        assert rows[rig]["low"] < rows[rig]["mean"] < rows[rig]["high"]
+    # 100 grains of 2 mm and the default density make a rate in grams
+    grain = found["grain_g"]
+    assert rows["1000"]["rate_g_s"] == pytest.approx(1000 * grain)
+    said = sentences(found, ANGLE)
+    assert "differs by up to +2.9" in said[0]
+    assert "Out of a funnel that is filled and then opened it is 46." in said[1]
+    assert f"{found['capacity_per_s']:.0f} grains/s (Beverloo)" in said[2]
+    table = pd.read_csv("results/made-up/pour_rate/rates.csv")
+    assert len(table) == 4
+    assert "<path" in Path("results/made-up/pour_rate/pour_rate.svg").read_text()
+
+
+def test_a_rate_without_heaps_is_left_out_and_none_is_an_error(tmp_path, monkeypatch):
+    config = config_of(tmp_path, monkeypatch, {"rates_per_s": [500, 1000], "heaps": 2})
+    slow = lambda g, rng: 40.0 + rng.random() if g["generation_rate_per_s"] == 500 else None  # noqa: E731
+    found, _ = poured(config, slow)
+    assert [row["rig"] for row in found["rigs"]] == ["500"]
+    assert len(sentences(found, ANGLE)) == 1
+    (tmp_path / "other").mkdir()
+    config = config_of(tmp_path / "other", monkeypatch, {"rates_per_s": [500, 1000], "heaps": 2})
+    with pytest.raises(CalibrationError, match="no rate has two heaps"):
+        poured(config, lambda g, rng: None)
+
+
+def test_a_pour_that_cannot_be_is_refused_before_any_run(tmp_path, monkeypatch):
+    with pytest.raises(ConfigError, match="pour_rate"):
+        config_of(tmp_path, monkeypatch, {"rates_per_s": [500]})
+    narrow = RULES | {"opened": {"funnel_top_diameter_mm": 21.0}}
+    with pytest.raises(ConfigError, match=r"pour_rate\.opened"):
+        check_ahead(config_of(tmp_path, monkeypatch, narrow))
