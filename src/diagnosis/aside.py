@@ -2,6 +2,7 @@
 remarks on what the settings cannot tell."""
 
 import numpy as np
+from scipy.special import expit
 
 from calibration.quantities import LEVERS, QUANTITIES, levers_of
 from diagnosis.fit import data_of
@@ -9,10 +10,12 @@ from diagnosis.laws.choose import centre_of
 from diagnosis.laws.mixed import evaluate, from_space, nuisance_of, posterior
 from diagnosis.laws.readings import from_log, readings_of, unknown
 from diagnosis.laws.slots import candidate_of, constant
+from diagnosis.settings import BASE
 
 
-def remarks(measured):
-    """Sentences, each with its lines, on what a `Measured` table cannot tell."""
+def remarks(measured, counted=()):
+    """Sentences, each with its lines, on what a `Measured` table cannot tell; counted: experiments
+    whose tests without a value entered the fits."""
     out = []
     for kind in dict.fromkeys(m.experiment for m in measured.fitted):
         own = [m for m in measured.fitted if m.experiment == kind]
@@ -20,9 +23,29 @@ def remarks(measured):
         for name in ("batch", "instrument"):
             out += _alone(name, own)
     return out + [
-        f"{_lines([m])}: {m.label} ended {m.outcome.replace('_', ' ')}: it enters no fit."
+        f"{_lines([m])}: {m.label} ended {m.outcome.replace('_', ' ')}: it enters no fit, for "
+        "that needs readings of the same experiment and simulated runs that end so."
         for m in measured.outcomes
+        if m.experiment not in counted
     ]
+
+
+def of_outcomes(found, extended=None):
+    """[{experiment, levers, tests, failed, before, after}] of the conditions whose tests ended
+    without a value or with one, in an `Identification`: the chance of none by the base model, and
+    by the extended one or null."""
+    names = {"before": BASE} | ({"after": extended} if extended else {})
+    chance = {
+        label: expit(found.models[n].odds(found.fits[n].theta[:1], slope=False)[0][0])
+        for label, n in names.items()
+    }
+    rows = []
+    for i, (experiment, levers) in enumerate(found.models[BASE].tests):
+        row = {"experiment": experiment, "levers": levers, "tests": int(found.data.tests[i])}
+        row["failed"] = int(found.data.failed[0, i])
+        row |= {k: float(chance[k][i]) if k in chance else None for k in ("before", "after")}
+        rows.append(row)
+    return rows
 
 
 def _few_levels(kind, own):

@@ -66,8 +66,8 @@ def train(rows, metrics, settings, factors):
         if done < 0.5 * planned[key]:
             table.append({"experiment": key[0], "mechanism": key[1], "failed": planned[key]})
             continue
-        off = None if key[1] == BASE else _coded_off(known[key[1]].strength)
-        more = [] if off is None else _at_strength(off, finished[key[0], BASE])
+        off = None if key[1] == BASE else coded_off(known[key[1]].strength)
+        more = [] if off is None else rows_at_strength(off, finished[key[0], BASE])
         names = inputs_of(settings, factors, *key)
         emulators[key] = _train_one(key[0], own, more, metrics, settings, names)
         table.append(
@@ -100,14 +100,14 @@ def _finished(rows, metrics):
     return finished, planned
 
 
-def _at_strength(coded, base):
+def rows_at_strength(coded, base):
     """Rows of the base model as rows of a mechanism at a coded strength; those at levers beyond the
     range left out."""
     inside = [r for r in base if 0.0 <= min(r["inputs"]) and max(r["inputs"]) <= 1.0]
     return [r | {"inputs": [*r["inputs"], coded]} for r in inside]
 
 
-def _coded_off(strength):
+def coded_off(strength):
     """Coded strength at which a mechanism does nothing; None where its range does not reach so
     far."""
     if strength.off is not None:

@@ -12,21 +12,28 @@ from dem.io.checked import read_checked_arrays, write_checked_arrays
 from diagnosis.catalogue import Strength
 from diagnosis.design import MultipliedLever
 from diagnosis.emulator import Emulator, Multiplied
+from diagnosis.failures import Chance
+
+KINDS = {"value": Emulator, "failure": Chance}
+"""What an emulator of the file tells of a test."""
 
 
-def write_emulators(path, emulators):
-    """Write {(experiment, mechanism): Emulator or Multiplied}, atomically and with a checksum."""
+def write_emulators(path, emulators, failures=None):
+    """Write {(experiment, mechanism): Emulator or Multiplied}, and of `Chance` in their place the
+    failures, atomically and with a checksum."""
     arrays, structure = {}, []
-    for number, (key, emulator) in enumerate(emulators.items()):
-        if isinstance(emulator, Multiplied):
-            base = next(k for k, e in emulators.items() if e is emulator.base)
-            structure.append({"key": key, "base": base, "lever": asdict(emulator.lever)})
-            continue
-        values = vars(emulator)
-        held = {k: v for k, v in values.items() if isinstance(v, np.ndarray)}
-        arrays |= {f"{number}.{name}": array for name, array in held.items()}
-        plain = {k: _plain(v) for k, v in values.items() if k not in held}
-        structure.append({"key": key, "values": plain, "arrays": list(held)})
+    for of, group in (("value", emulators), ("failure", failures or {})):
+        for key, emulator in group.items():
+            if isinstance(emulator, Multiplied):
+                base = next(k for k, e in group.items() if e is emulator.base)
+                part = {"key": key, "base": base, "lever": asdict(emulator.lever)}
+                structure.append({"of": of} | part)
+                continue
+            values, number = vars(emulator), len(structure)
+            held = {k: v for k, v in values.items() if isinstance(v, np.ndarray)}
+            arrays |= {f"{number}.{name}": array for name, array in held.items()}
+            plain = {k: _plain(v) for k, v in values.items() if k not in held}
+            structure.append({"of": of, "key": key, "values": plain, "arrays": list(held)})
     text = json.dumps(structure)
     write_checked_arrays(path, arrays | {"structure": np.array(text)})
 
@@ -36,21 +43,21 @@ def _plain(value):
 
 
 def read_emulators(path):
-    """What `write_emulators` wrote. Raises CalibrationError for a file that is not as it was
-    written."""
+    """The emulators and the failures that `write_emulators` wrote. Raises CalibrationError for a
+    file that is not as it was written."""
     try:
         arrays = read_checked_arrays(Path(path))
         structure = json.loads(str(arrays["structure"]))
     except (OSError, ValueError, KeyError) as error:
         raise CalibrationError(f"{path}: holds no emulators ({error})") from None
-    found = {}
+    groups = {of: {} for of in KINDS}
     for number, part in enumerate(structure):
-        key = tuple(part["key"])
+        key, found = tuple(part["key"]), groups[part["of"]]
         if "values" in part:
-            found[key] = emulator = Emulator.__new__(Emulator)
+            found[key] = emulator = object.__new__(KINDS[part["of"]])
             held = {name: arrays[f"{number}.{name}"] for name in part["arrays"]}
             vars(emulator).update(part["values"] | held)
         else:
             lever = part["lever"] | {"strength": Strength(**part["lever"]["strength"])}
             found[key] = Multiplied(found[tuple(part["base"])], MultipliedLever(**lever))
-    return found
+    return groups["value"], groups["failure"]

@@ -11,7 +11,7 @@ import copy
 import numpy as np
 from scipy.stats import chi2
 
-from diagnosis.fit import data_of, fit, misfit
+from diagnosis.fit import fit, misfit
 from diagnosis.laws.forms import LADDER
 from diagnosis.laws.mixed import Candidate, profile
 from diagnosis.laws.slots import scaled
@@ -24,9 +24,9 @@ FALL = float(chi2.ppf(2.0 * PROBABILITY - 1.0, 1))
 STRENGTHS = 17
 
 
-def of_mechanisms(found, measurements):
+def of_mechanisms(found):
     """[{mechanism, ...}] of every single mechanism of an `Identification`, by the emulators."""
-    data, out = data_of(measurements), []
+    data, out = found.data, []
     scale = float(found.fits[BASE].scale[0]) if found.verdict == "adequate" else 1.0
     for name, model in found.models.items():
         if name == BASE or len(model.mechanisms) != 1:

@@ -6,35 +6,52 @@ that the gradient drives outwards is held there while the others move. The sprea
 start of a descent, so there are two. The score of a left-out setting follows from the fit to all by
 its leverage, e_i / (1 - h_i) with variance
 s_i^2 / (1 - h_i), exact where the model is linear near the mode.
+
+Tests that end without a value are binomial beside the Gaussian readings: Fisher scoring in place of
+Gauss-Newton. A test that is left out has the odds that the mode and the leverage leave it without
+its own share (Laplace with a cavity: Vehtari and others 2016, J. Mach. Learn. Res. 17:103).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import expit, logsumexp, xlogy
 from scipy.stats import chi2
 
 from calibration.quantities import QUANTITIES
+from diagnosis.failures import log_likelihood
 
 STARTS = (0.2, 0.7)
 DESCENTS = 2
 ITERATIONS = 14  # of a descent, at most
 SETTLED = 1e-3  # fall of twice the negative log posterior below which a fit has settled
+NODES = 21  # of the quadrature over the odds of a test
 STUCK = 1e6  # damping at which no step helps any more
 
 
 @dataclass(frozen=True)
 class Data:
     """b data sets of n conditions: means and their standard errors (b, n), without the emulators'
-    share."""
+    share; of `tests` (c,) under the model's further conditions `failed` (b, c) gave no value."""
 
     value: np.ndarray
     error: np.ndarray
+    failed: np.ndarray | None = None
+    tests: np.ndarray | None = None
+
+    def of(self, rows):
+        """The data sets `rows` (m,)."""
+        failed = None if self.failed is None else self.failed[rows]
+        return Data(self.value[rows], self.error[rows], failed, self.tests)
 
 
 @dataclass(frozen=True)
 class Fit:
     """theta (b, p); cov (b, p, p); predicted, residual (in units of sd), sd, leverage (b, n);
-    scale, score (b,)."""
+    scale, score (b,).
+
+    pointwise: held-out log densities (b, n), those of tests without a value behind them (b, n + c);
+    deviances: of the tests (b, c), chi-squares for many tests of a condition."""
 
     theta: np.ndarray
     cov: np.ndarray
@@ -46,6 +63,12 @@ class Fit:
     freedom: np.ndarray
     scale: np.ndarray
     pointwise: np.ndarray
+    deviances: np.ndarray
+
+    @property
+    def misfit(self):
+        """Chi-square and deviances (b,) together."""
+        return self.chi_square + self.deviances.sum(1)
 
     @property
     def score(self):
@@ -88,7 +111,11 @@ def _cost(model, data, theta, value, sd):
     """The same with a given spread."""
     r = (data.value - value) / sd
     q = (theta - model.prior_mean) / model.prior_sd
-    return (r * r).sum(1) + (q * q).sum(1)
+    cost = (r * r).sum(1) + (q * q).sum(1)
+    if data.failed is None:
+        return cost
+    odds, _ = model.odds(theta, slope=False)
+    return cost - 2.0 * log_likelihood(odds, data.failed, data.tests).sum(1)
 
 
 def _descend(model, data, theta):
@@ -100,7 +127,7 @@ def _descend(model, data, theta):
     cost = _cost(model, data, theta, value, sd)
     moving = np.arange(len(theta))
     for _ in range(ITERATIONS):
-        own = Data(data.value[moving], data.error[moving])
+        own = data.of(moving)
         scaled = slope[moving] / sd[moving][:, :, None]
         trial = _step(model, own, theta[moving], value[moving], scaled, sd[moving], damping[moving])
         there, _, slope_there = model.with_slope(trial, errors=False)
@@ -138,9 +165,21 @@ def _gradient(model, theta, j, r):
     return np.einsum("bnp,bn->bp", j, r) - (theta - model.prior_mean) / model.prior_sd**2
 
 
+def _with_tests(model, data, theta, j, r):
+    """Scaled derivatives (b, n + c, p) and residuals (b, n + c) with those of the tests behind
+    them: their score is that of a Gaussian reading of the same information."""
+    if data.failed is None:
+        return j, r
+    odds, by_theta = model.odds(theta)
+    chance = expit(odds)
+    root = np.sqrt(np.maximum(data.tests * chance * (1.0 - chance), 1e-12))
+    more = (data.failed - data.tests * chance) / root
+    return np.concatenate([j, root[:, :, None] * by_theta], 1), np.concatenate([r, more], 1)
+
+
 def _step(model, data, theta, value, j, sd, damping):
     """Where a damped Gauss-Newton step leads, within the bounds."""
-    r = (data.value - value) / sd
+    j, r = _with_tests(model, data, theta, j, (data.value - value) / sd)
     hessian = _curvature(model, j)
     gradient = _gradient(model, theta, j, r)
     diagonal = np.einsum("bpp->bp", hessian)
@@ -154,19 +193,48 @@ def _step(model, data, theta, value, j, sd, damping):
 def _summary(model, data, theta):
     value, emulator, slope = model.with_slope(theta)
     sd = _sd(data, emulator)
-    j = slope / sd[:, :, None]
-    r = (data.value - value) / sd
+    n = value.shape[1]
+    j, r = _with_tests(model, data, theta, slope / sd[:, :, None], (data.value - value) / sd)
     # a parameter that is held at its bound does not follow when a setting is left out
     moves = j * ~_held(model, theta, _gradient(model, theta, j, r))[:, None, :]
     leverage = np.einsum("bnp,bpq,bnq->bn", moves, _covariance(model, moves), moves)
     leverage = leverage.clip(0.0, 0.9999)
+    tested, deviances = _of_tests(model, data, theta, r[:, n:], leverage[:, n:])
+    r, leverage = r[:, :n], leverage[:, :n]
     chi = (r * r).sum(1)
     freedom = np.maximum(r.shape[1] - leverage.sum(1), 1.0)
     scale = np.sqrt(np.maximum(chi / freedom, 1.0))
     left = 1.0 - leverage
     spread = scale[:, None] * sd / np.sqrt(left)
     pointwise = -0.5 * (r * sd / left / spread) ** 2 - np.log(spread) - 0.5 * np.log(2.0 * np.pi)
-    return Fit(theta, _covariance(model, j), value, r, sd, leverage, chi, freedom, scale, pointwise)
+    pointwise = np.concatenate([pointwise, tested], 1)
+    cov = _covariance(model, j)
+    return Fit(theta, cov, value, r, sd, leverage, chi, freedom, scale, pointwise, deviances)
+
+
+def _of_tests(model, data, theta, r, leverage):
+    """Held-out log probabilities (b, c) of the tests, and their deviances."""
+    if data.failed is None:
+        return np.zeros((len(theta), 0)), np.zeros((len(theta), 0))
+    odds, _ = model.odds(theta, slope=False)
+    chance = expit(odds)
+    root = np.sqrt(np.maximum(data.tests * chance * (1.0 - chance), 1e-12))
+    # what the others say of the odds: their mean and variance without the test
+    variance = leverage / (1.0 - leverage) / root**2
+    score = held_out(odds - variance * root * r, variance, data)
+    share = data.failed / data.tests
+    best = data.tests * (xlogy(share, share) + xlogy(1.0 - share, 1.0 - share))
+    at_mode = log_likelihood(odds, data.failed, data.tests)
+    return score, 2.0 * (best - at_mode)
+
+
+def held_out(mean, variance, data):
+    """Log probability (b, c) of what the tests ended with, their odds' logarithms normal with mean
+    and variance (b, c)."""
+    at, weight = np.polynomial.hermite_e.hermegauss(NODES)
+    odds = mean[..., None] + np.sqrt(variance)[..., None] * at
+    value = log_likelihood(odds, data.failed[..., None], data.tests[:, None])
+    return logsumexp(value, axis=-1, b=weight / weight.sum())
 
 
 def spread_unit(measurements):
@@ -198,9 +266,12 @@ def moderated_sd(measurements, own=None):
     return unit * np.sqrt((prior * common**2 + freedom * own**2) / (prior + freedom))
 
 
-def data_of(measurements):
-    """`Data` of one set of measurements."""
+def data_of(measurements, tests=None):
+    """`Data` of one set of measurements, and of `diagnosis.failures.Outcomes` beside them."""
     n = np.array([m.n for m in measurements], float)
     value = np.array([m.value for m in measurements])
     lever = np.array([m.lever_error for m in measurements])
-    return Data(value[None], np.hypot(moderated_sd(measurements) / np.sqrt(n), lever)[None])
+    error = np.hypot(moderated_sd(measurements) / np.sqrt(n), lever)
+    if tests is None:
+        return Data(value[None], error[None])
+    return Data(value[None], error[None], tests.failed[None], tests.tests)

@@ -7,12 +7,14 @@ The null distribution is that of the best gain over all mechanisms on data simul
 base model (parametric bootstrap), which holds the chance of a false alarm over the whole catalogue.
 It is shared with the lack-of-fit test as Simes' test shares it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
+from scipy.special import expit
 from scipy.stats import chi2
 
+from diagnosis.failures import outcomes_of
 from diagnosis.fit import Data, data_of, fit, moderated_sd
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.settings import BASE
@@ -36,6 +38,7 @@ class Identification:
     threshold: float
     fits: dict = field(repr=False)
     models: dict = field(repr=False)
+    data: Data = field(default=None, repr=False)
     reason: str = ""
 
 
@@ -49,8 +52,8 @@ class Scores:
     """Fits of the base model and of every mechanism to the measurements, and what data of the base
     model would give.
 
-    null: gains (replicates,) of each mechanism, and `chi_square` of the base model, on simulated
-    data.
+    measurements: those with a value. null: gains (replicates,) of each mechanism, and `misfit` of
+    the base model, on simulated data.
     """
 
     emulated: object
@@ -69,16 +72,21 @@ class Scores:
 
 
 def identify(emulated, measurements, alpha=0.05, replicates=300, seed=0):
-    """`Identification` of the measurements."""
+    """`Identification` of the measurements, tests without a value among them."""
     return decide(weigh(emulated, measurements, replicates, seed), alpha)
 
 
 def weigh(emulated, measurements, replicates=300, seed=0):
     """`Scores` of the base model and the whole catalogue."""
+    tests = outcomes_of(measurements, emulated.failures)
+    tried = tests.conditions if tests else ()
+    measurements = [m for m in measurements if not m.outcome]
     conditions = [m.condition for m in measurements]
-    data = data_of(measurements)
-    models = {BASE: emulated.model(conditions)}
-    models |= {name: emulated.model(conditions, [name]) for name in emulated.applicable(conditions)}
+    data = data_of(measurements, tests)
+    models = {BASE: emulated.model(conditions, (), tried)}
+    models |= {
+        name: emulated.model(conditions, [name], tried) for name in emulated.applicable(conditions)
+    }
     fits = {name: fit(model, data) for name, model in models.items()}
     rng = np.random.default_rng(seed)
     null = _null(models, fits[BASE], measurements, data, replicates, rng)
@@ -92,7 +100,7 @@ def decide(scores, alpha=0.05, without=()):
     gains = {name: float((fits[name].score - fits[BASE].score)[0]) for name in singles}
     best = max(gains, key=gains.get)
     null_best = np.max([null[n] for n in singles], axis=0)
-    lack_p = _share_above(null["chi_square"], float(fits[BASE].chi_square[0]))
+    lack_p = _share_above(null["misfit"], float(fits[BASE].misfit[0]))
     family_p = _share_above(null_best, gains[best])
     misfit, gained = significant(lack_p, family_p, alpha)
     level = level_beside(lack_p, alpha)
@@ -110,8 +118,9 @@ def decide(scores, alpha=0.05, without=()):
         for name in sorted(gains, key=gains.get, reverse=True)
     ]
     out = Identification(
-        "", [], ranking, lack_p, family_p, level, threshold, dict(fits), dict(scores.models)
-    )
+        "", [], ranking, lack_p, family_p, level, threshold, dict(fits), dict(scores.models),
+        scores.data,
+    )  # fmt: skip
     if not gained:
         out.verdict = "unexplained" if misfit else "adequate"
         out.reason = (
@@ -153,7 +162,7 @@ def simulate_data(model, fitted, measurements, data, replicates, rng):
     An emulator errs alike at settings that are alike, which looks like a trend; its errors are
     drawn so.
     The spreads that a laboratory would have found are drawn anew and treated as those of the
-    measurements.
+    measurements. So is how many of the tests fail; which conditions have readings is not.
     """
     truth = fitted.predicted[0]
     emulator = np.sqrt(np.maximum(fitted.sd[0] ** 2 - data.error[0] ** 2, 0.0))
@@ -165,7 +174,11 @@ def simulate_data(model, fitted, measurements, data, replicates, rng):
     freedom = np.maximum(n - 1.0, 1.0)
     found = np.where(n > 1, np.sqrt(rng.chisquare(freedom, value.shape) / freedom), 1.0)
     drawn = moderated_sd(measurements, data.error[0] * np.sqrt(n) * found)
-    return Data(value, drawn / np.sqrt(n))
+    if data.failed is None:
+        return Data(value, drawn / np.sqrt(n))
+    odds, _ = model.odds(fitted.theta[:1], slope=False)
+    failed = rng.binomial(data.tests.astype(int), expit(odds[0]), (replicates, len(data.tests)))
+    return Data(value, drawn / np.sqrt(n), failed.astype(float), data.tests)
 
 
 def _root(correlation):
@@ -177,22 +190,23 @@ def _root(correlation):
 def _as_stated(simulated, fitted):
     """Simulated data with the stated noise in place of one scaled up by the misfit of the model."""
     centre = fitted.predicted[0]
-    return Data(centre + (simulated.value - centre) / float(fitted.scale[0]), simulated.error)
+    value = centre + (simulated.value - centre) / float(fitted.scale[0])
+    return replace(simulated, value=value)
 
 
 def _fits_well(out, name, scores, rng):
-    """Whether the chi-square of the fit is within the 99 % of data made by that model."""
+    """Whether the misfit of the fit is within the 99 % of data made by that model."""
     model, fitted = out.models[name], out.fits[name]
     simulated = simulate_data(
         model, fitted, scores.measurements, scores.data, scores.replicates, rng
     )
-    null = fit(model, _as_stated(simulated, fitted)).chi_square
-    return _share_above(null, float(fitted.chi_square[0])) >= MISFIT
+    null = fit(model, _as_stated(simulated, fitted)).misfit
+    return _share_above(null, float(fitted.misfit[0])) >= MISFIT
 
 
 def _null(models, fitted, measurements, data, replicates, rng):
-    """Null gains (replicates,) of each mechanism over the base model, and the chi-square of the
-    base model."""
+    """Null gains (replicates,) of each mechanism over the base model, and the misfit of the base
+    model."""
     simulated = simulate_data(models[BASE], fitted, measurements, data, replicates, rng)
     reference = fit(models[BASE], simulated)
     gains = {
@@ -200,10 +214,10 @@ def _null(models, fitted, measurements, data, replicates, rng):
         for n, m in models.items()
         if n != BASE
     }
-    chi = reference.chi_square
+    misfit = reference.misfit
     if fitted.scale[0] != 1.0:
-        chi = fit(models[BASE], _as_stated(simulated, fitted)).chi_square
-    return gains | {"chi_square": chi}
+        misfit = fit(models[BASE], _as_stated(simulated, fitted)).misfit
+    return gains | {"misfit": misfit}
 
 
 def _one_setting_does_it(fits, best):
@@ -211,11 +225,12 @@ def _one_setting_does_it(fits, best):
     of them.
 
     Both spend one parameter: an outlying setting's own mean, or the mechanism's strength. Compared
-    by chi-square."""
+    by chi-square, to which tests without a value add their deviance."""
     base = fits[BASE]
     # chi-square falls by e^2 / (1 - h) when a setting is dropped
-    relief = float((base.residual**2 / (1.0 - base.leverage))[0].max())
-    mended = float((base.chi_square - fits[best].chi_square)[0])
+    dropped = (base.residual**2 / (1.0 - base.leverage))[0]
+    relief = float(max(dropped.max(), *base.deviances[0], 0.0))
+    mended = float((base.misfit - fits[best].misfit)[0])
     return relief > mended - 4.0
 
 
@@ -251,12 +266,21 @@ def _doubt_few_settings(out, scores):
     for name in out.causes if out.verdict == "identified" else ():
         shown = scores.emulated.catalogue[name].experiments
         settings = sum(m.experiment in shown for m in scores.measurements)
+        settings += sum(e in shown for e, _ in _without_readings(scores))
         if settings < LEAST_SETTINGS:
             out.verdict = "ambiguous"
             out.reason = (
                 f"{name} would rest on {settings} settings; of fewer than {LEAST_SETTINGS} an "
                 "error from one setting to the next is not told from a cause"
             )
+
+
+def _without_readings(scores):
+    """Conditions of which every test ended without a value."""
+    data, tests = scores.data, scores.models[BASE].tests
+    if not tests:
+        return []
+    return [c for c, f, n in zip(tests, data.failed[0], data.tests, strict=True) if f == n]
 
 
 def _doubt_a_rough_emulator(out, name):
@@ -285,7 +309,8 @@ def _best_pair(out, scores, singles, rng):
         if not scores.emulated.combine(scores.conditions, pair):
             continue
         name = key_of(pair)
-        out.models[name] = scores.emulated.model(scores.conditions, pair)
+        tests = out.models[BASE].tests
+        out.models[name] = scores.emulated.model(scores.conditions, pair, tests)
         out.fits[name] = fit(out.models[name], scores.data)
         by_pair[pair] = float(out.fits[name].score[0])
     ordered = sorted(by_pair, key=by_pair.get, reverse=True)

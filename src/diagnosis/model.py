@@ -17,13 +17,14 @@ class Emulated:
     """What every diagnosis of one engine and configuration shares: emulators, settings, factors,
     catalogue."""
 
-    def __init__(self, emulators, settings, factors, catalogue):
+    def __init__(self, emulators, settings, factors, catalogue, failures=None):
         self.emulators, self.settings, self.factors = emulators, settings, factors
-        self.catalogue = catalogue
+        self.catalogue, self.failures = catalogue, failures or {}
 
-    def model(self, conditions, mechanisms=()):
-        """`Model` of conditions [(experiment, levers)] with the named mechanisms switched on."""
-        return Model(self, conditions, [self.catalogue[m] for m in mechanisms])
+    def model(self, conditions, mechanisms=(), tests=()):
+        """`Model` of conditions [(experiment, levers)] with the named mechanisms switched on; of
+        `tests`, conditions too, it tells how likely they end without a value."""
+        return Model(self, conditions, [self.catalogue[m] for m in mechanisms], tests)
 
     def combine(self, conditions, mechanisms):
         """Whether the engine can have all the named mechanisms at once under the conditions."""
@@ -47,9 +48,9 @@ class Model:
     """Predictions at n conditions for p parameters: coded factors in [-1, 1], then coded strengths
     in [0, 1]."""
 
-    def __init__(self, emulated, conditions, mechanisms):
+    def __init__(self, emulated, conditions, mechanisms, tests=()):
         settings = emulated.settings
-        self.conditions, self.mechanisms = conditions, mechanisms
+        self.conditions, self.mechanisms, self.tests = conditions, mechanisms, tests
         kinds = list(dict.fromkeys(e for e, _ in conditions))
         used = {p for e in kinds for p in settings.experiments[e].parameters}
         self.factors = [f for f in emulated.factors if f.key in used]
@@ -58,7 +59,11 @@ class Model:
         self.high = np.array([WIDENED] * len(self.factors) + [1.0] * len(mechanisms))
         self.prior_mean = np.array([0.0] * len(self.factors) + [0.5] * len(mechanisms))
         self.prior_sd = np.array([1.0] * len(self.factors) + [0.5] * len(mechanisms))
-        self._parts = [_Part(emulated, self, e) for e in kinds]
+        self._parts = [_Part(emulated.emulators, settings, self, conditions, e) for e in kinds]
+        self._failing = [
+            _Part(emulated.failures, settings, self, tests, e)
+            for e in dict.fromkeys(e for e, _ in tests)
+        ]
 
     def predict(self, theta):
         """Values (b, n) in their units and emulator errors (b, n) at theta (b, p)."""
@@ -79,6 +84,18 @@ class Model:
                 by_theta[:, part.rows] = own
         return value, error, by_theta
 
+    def odds(self, theta, slope=True):
+        """Logarithms of the odds (b, c) that the tests end without a value, and their derivatives
+        (b, c, p) by theta (b, p) or None."""
+        shape = (len(theta), len(self.tests))
+        odds, by_theta = np.empty(shape), np.zeros((*shape, theta.shape[1])) if slope else None
+        for part in self._failing:
+            own, by_own, _ = part.transformed(theta, slope, errors=False)
+            odds[:, part.rows] = own
+            if slope:
+                by_theta[:, part.rows] = by_own
+        return odds, by_theta
+
     def error_correlation(self, theta):
         """Correlation (n, n) of the emulators' errors between the conditions, at theta (p,)."""
         out = np.zeros((len(self.conditions),) * 2)
@@ -88,13 +105,12 @@ class Model:
 
 
 class _Part:
-    """The conditions of one experiment."""
+    """The conditions of one experiment, by what was trained: {(experiment, mechanism): ...}."""
 
-    def __init__(self, emulated, model, experiment):
+    def __init__(self, trained, settings, model, conditions, experiment):
         self.experiment, self.model = experiment, model
-        self.rows = [i for i, (e, _) in enumerate(model.conditions) if e == experiment]
-        self.given = [model.conditions[i][1] for i in self.rows]
-        settings = emulated.settings
+        self.rows = [i for i, (e, _) in enumerate(conditions) if e == experiment]
+        self.given = [conditions[i][1] for i in self.rows]
         values = [lever_values(settings, experiment, g) for g in self.given]
         ranges = settings.experiments[experiment].levers
         self.levers = {n: np.array([v[n] for v in values], float) for n in ranges}
@@ -102,30 +118,36 @@ class _Part:
         self.share = np.column_stack(share)
         names = inputs_of(settings, model.factors, experiment, BASE)
         self.columns = [model.names.index(n) for n in names if n not in ranges]
-        self.base = emulated.emulators[experiment, BASE]
+        self.base = trained[experiment, BASE]
         self.laws, self.readings = [], []
         for k, m in enumerate(model.mechanisms, len(model.factors)):
             if experiment not in m.experiments:
                 continue
             if m.observe is not None:
                 self.readings.append((k, m))
-            elif (experiment, m.name) in emulated.emulators:
-                self.laws.append((k, emulated.emulators[experiment, m.name]))
+            elif (experiment, m.name) in trained:
+                self.laws.append((k, trained[experiment, m.name]))
 
     def predict(self, theta, slope, errors):
         """Values (b, n) of this experiment, their errors (b, n) where `errors`, derivatives (b, n,
         p) where `slope`."""
+        z, by_theta, variance = self.transformed(theta, slope, errors)
+        value, by_z = inverse(self.experiment, z, self.levers)
+        error = np.abs(by_z) * np.sqrt(variance) if errors else None
+        if slope:
+            by_theta = by_theta * by_z[:, :, None]
+        for k, m in self.readings:
+            self._read(m, k, theta, value, by_theta)
+        return value, error, by_theta
+
+    def transformed(self, theta, slope, errors):
+        """What the emulators give: (b, n), derivatives (b, n, p) or None, variances (b, n)."""
         b, n = len(theta), len(self.rows)
         own = np.repeat(factor_share(theta[:, self.columns]), n, axis=0)
         x = np.hstack([own, np.tile(self.share, (b, 1))])
         z, by_theta, variance = self._sum_of_laws(theta, x, n, slope, errors)
-        value, by_z = inverse(self.experiment, z.reshape(b, n), self.levers)
-        error = np.abs(by_z) * np.sqrt(variance.reshape(b, n)) if errors else None
-        if slope:
-            by_theta = by_theta.reshape(b, n, -1) * by_z[:, :, None]
-        for k, m in self.readings:
-            self._read(m, k, theta, value, by_theta)
-        return value, error, by_theta
+        by_theta = by_theta.reshape(b, n, -1) if slope else None
+        return z.reshape(b, n), by_theta, variance.reshape(b, n)
 
     def error_correlation(self, theta):
         """Correlation (n, n) of the errors at theta (p,): that of the base's emulator, or of the

@@ -75,4 +75,5 @@ class Setup:
 
     def emulated(self, file):
         """`Emulated` of the emulators in a file."""
-        return Emulated(read_emulators(file), self.settings, self.rig.factors, self.catalogue)
+        emulators, failures = read_emulators(file)
+        return Emulated(emulators, self.settings, self.rig.factors, self.catalogue, failures)

@@ -16,6 +16,7 @@ from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.emulator_files import write_emulators
 from diagnosis.extend import extension_plan, gain, real_values
+from diagnosis.failures import train_failures
 from diagnosis.fit import data_of, fit
 from diagnosis.identify import identify
 from diagnosis.last_word import last_word
@@ -55,8 +56,10 @@ def emulate(setup, source, output):
 def train_all(settings, factors, source, output):
     """Write the emulators that a design's finished runs train, and the table of their errors."""
     design, specs = read_json(source.design), read_json(source.plan)
-    emulators, table = train(design, simulate(specs), settings, factors)
-    write_emulators(output.emulators, emulators)
+    metrics = simulate(specs)
+    emulators, table = train(design, metrics, settings, factors)
+    failures = train_failures(design, metrics, settings, factors)
+    write_emulators(output.emulators, emulators, failures)
     write_json(output.errors, table)
 
 
@@ -98,15 +101,17 @@ def name_causes(setup, source, output):
         return
     settings, measurements, table = setup.settings, setup.measurements, setup.table
     emulated = setup.emulated(source.emulators)
-    found = identify(emulated, measurements, settings.alpha, settings.replicates, settings.seed)
+    rows = measurements + table.outcomes
+    found = identify(emulated, rows, settings.alpha, settings.replicates, settings.seed)
     errors = read_json(source.errors)
     name = extended_name(found)
     verdict = findings(emulated, measurements, found) | {"emulators": errors}
-    verdict["exclusion"] = exclusion.of_mechanisms(found, measurements)
+    verdict["exclusion"] = exclusion.of_mechanisms(found)
     shown = {"before": ((), found.fits[BASE])}
     shown |= {"after": (tuple(name.split(" + ")), found.fits[name])} if name else {}
     verdict["held_out"] = aside.by_emulators(emulated, measurements, table.held_out, shown)
-    verdict["remarks"] = aside.remarks(table)
+    verdict["outcomes"] = aside.of_outcomes(found, name)
+    verdict["remarks"] = aside.remarks(table, {r["experiment"] for r in verdict["outcomes"]})
     models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
     rows, specs = extension_plan(setup.rig, models, measurements)
     base_fit = found.fits[BASE].theta[0]

@@ -114,6 +114,7 @@ def page(verdict):
         *_parameters(verdict),
         *_gain(verdict),
         *_held_out(verdict),
+        *_outcomes(verdict),
         *_steps(verdict),
         *_further(verdict),
     ]
@@ -330,6 +331,33 @@ def _held_out(verdict):
     return [*head, "|---|---|---|---|", *lines, ""] if rows else []
 
 
+def _outcomes(verdict):
+    """Tests that ended without a value, and how likely that was."""
+    lines = [
+        f"| {r['experiment']} at {_setting(r['levers'])} | {r['failed']} of {r['tests']} "
+        f"| {_chance_of(r['before'])} | {_chance_of(r['after'])} |"
+        for r in verdict.get("outcomes") or []
+        if r["failed"]
+    ]
+    head = [
+        "## Tests that ended without a value",
+        "",
+        "| test | how many | expected by the base model | by the extended model |",
+        "|---|---|---|---|",
+    ]
+    return [*head, *lines, ""] if lines else []
+
+
+def _chance_of(chance):
+    return "" if chance is None else _chance(chance)
+
+
+def _setting(levers):
+    return ", ".join(
+        f"{LEVERS[k].words} {v:g} {LEVERS[k].unit}".rstrip() for k, v in levers.items()
+    )
+
+
 def _beside(row, label):
     if row[label] is None:
         return ""
@@ -355,15 +383,11 @@ def _further(verdict):
     if not n:
         return []
     quantity = QUANTITIES[n["experiment"]]
-    levers = [
-        f"{LEVERS[k].words} {v:g} {LEVERS[k].unit}".rstrip()
-        for k, v in n["levers"].items()
-        if v is not None
-    ]
+    levers = {k: v for k, v in n["levers"].items() if v is not None}
     lines = [
         "## The measurement that would tell most",
         "",
-        f"{_capital(quantity.words)} at {', '.join(levers)}: {n['information_bits']:.2f} bits.",
+        f"{_capital(quantity.words)} at {_setting(levers)}: {n['information_bits']:.2f} bits.",
         "",
     ]
     return lines + [

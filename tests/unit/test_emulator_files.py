@@ -11,6 +11,9 @@ from diagnosis.catalogue import Strength
 from diagnosis.design import MultipliedLever
 from diagnosis.emulator import Emulator, Multiplied
 from diagnosis.emulator_files import read_emulators, write_emulators
+from diagnosis.failures import Chance
+
+LEVER = MultipliedLever(1, 0.7, Strength("factor", "-", 0.8, 1.25, log=True, off=1.0))
 
 
 @pytest.fixture(scope="module")
@@ -18,14 +21,18 @@ def emulators():
     rng = np.random.default_rng(1)
     x = rng.random((14, 2))
     base = Emulator(x, x[:, 0] + 0.1 * rng.standard_normal(14), scatters=True)
-    lever = MultipliedLever(1, 0.7, Strength("factor", "-", 0.8, 1.25, log=True, off=1.0))
-    return {("drop", "base"): base, ("drop", "size_bias"): Multiplied(base, lever)}
+    return {("drop", "base"): base, ("drop", "size_bias"): Multiplied(base, LEVER)}
 
 
 def test_emulators_come_back_as_they_were(emulators, tmp_path):
-    write_emulators(tmp_path / "emulators.npz", emulators)
-    back = read_emulators(tmp_path / "emulators.npz")
+    chance = Chance(
+        np.random.default_rng(3).random((9, 2)), [0, 1, 0, 0, 1, 0, 0, 0, 1], np.ones(9)
+    )
+    failures = {("heap", "base"): chance, ("heap", "size_bias"): Multiplied(chance, LEVER)}
+    write_emulators(tmp_path / "emulators.npz", emulators, failures)
+    back, failing = read_emulators(tmp_path / "emulators.npz")
     assert list(back) == list(emulators)
+    assert list(failing) == list(failures)
     points = np.random.default_rng(2).random((5, 3))
     for key, emulator in emulators.items():
         x = points if key[1] == "size_bias" else points[:, :2]
@@ -35,6 +42,12 @@ def test_emulators_come_back_as_they_were(emulators, tmp_path):
         ):
             np.testing.assert_array_equal(a, b)
         np.testing.assert_array_equal(emulator.correlation(x), back[key].correlation(x))
+    for key, chance in failures.items():
+        x = points if key[1] == "size_bias" else points[:, :2]
+        for a, b in zip(
+            chance.with_slope(x, [0])[:2], failing[key].with_slope(x, [0])[:2], strict=True
+        ):
+            np.testing.assert_array_equal(a, b)
 
 
 class Planted:

@@ -2,13 +2,14 @@
 parameters."""
 
 import itertools
+import math
 import zlib
 from dataclasses import replace
 
 import numpy as np
 
 from calibration.batches import named, simulate
-from calibration.measurements import Measurement
+from calibration.measurements import OUTCOMES, Measurement
 from calibration.quantities import POURED, QUANTITIES, Condition
 from dem.constants import GRAVITY
 from dem.spec import parse_spec
@@ -96,9 +97,9 @@ def draw(
     """(measurements, truth): data with `effects` {name: strength in its unit} switched on.
 
     The base parameters are drawn from the middle 60 % of their ranges by `point`, the noise of each
-    condition by `seed` (that of the point unless given) and the effects. A condition that the
-    engine cannot measure, a funnel that clogs, is missing from the data, as it would be in a
-    laboratory. truth says what was drawn.
+    condition by `seed` (that of the point unless given) and the effects. Runs that give no value,
+    in a funnel that clogs, are a row with that outcome; a single reading beside them has no spread
+    and is left out. truth says what was drawn.
     """
     rng = np.random.default_rng([point, 20_011])
     values = {f.name: f.natural(float(rng.uniform(-0.6, 0.6))) for f in rig.factors}
@@ -113,10 +114,13 @@ def draw(
         specs = [_hide(_own_step(s), experiment, catalogue, strengths) for s in specs]
         metric = rig.settings.experiments[experiment].metric
         read = [m[metric] for m in simulate(named(specs), root).values() if m is not None]
-        if len(read) == runs:
+        n = REPLICATES[experiment] - (runs - len(read))
+        if len(read) == runs or len(read) > 1:
             noise = _noise([point if seed is None else seed], experiment, levers, strengths)
             frames = strengths.get("apex_sampling", 0.0)
-            measured.append(_read(experiment, levers, read, noise, frames))
+            measured.append(_read(experiment, levers, read, n, noise, frames))
+        if len(read) < runs:
+            measured.append(_without_value(experiment, levers, runs - len(read)))
     return measured, {"effects": strengths, "parameters": values}
 
 
@@ -141,10 +145,14 @@ def _noise(seed, experiment, levers, strengths):
     return np.random.default_rng([*seed, zlib.crc32(label.encode())])
 
 
-def _read(experiment, levers, values, rng, frame_factor):
-    """Mean and spread of noisy readings; frame_factor times the frame interval is what the camera
+def _without_value(experiment, levers, n):
+    own = {"outcome": OUTCOMES[0], "quantity": QUANTITIES[experiment].name}
+    return Measurement(experiment, math.nan, math.nan, n, dict(levers), **own)
+
+
+def _read(experiment, levers, values, n, rng, frame_factor):
+    """Mean and spread of n noisy readings; frame_factor times the frame interval is what the camera
     really had."""
-    n = REPLICATES[experiment]
     sample = np.resize(values, n) + _spread(experiment, np.mean(values)) * rng.standard_normal(n)
     if experiment == "drop" and frame_factor:
         # each replicate's apex falls at a phase of its own between two frames

@@ -119,7 +119,8 @@ class Laboratory:
         found = self.identify(measured, case.seed)
         row = judge(case, found) | self._hidden(case)
         for k in range(1, further + 1):
-            proposal = findings(self.emulated, measured, found)["next_measurement"]
+            valued = [m for m in measured if not m.outcome]
+            proposal = findings(self.emulated, valued, found)["next_measurement"]
             if proposal and found.verdict == "ambiguous":
                 levers = {n: v for n, v in proposal["levers"].items() if v is not None}
                 # read anew, were it at a setting that has been measured before

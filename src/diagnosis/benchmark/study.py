@@ -194,8 +194,9 @@ def emulate(config, settings, source, output):
 
 def equip(config, settings, source):
     """The `Laboratory` of all benches."""
-    emulators = read_emulators(source.emulators)
-    emulated = Emulated(emulators, settings, _factors(config, settings), load_catalogue())
+    emulators, failures = read_emulators(source.emulators)
+    factors, known = _factors(config, settings), load_catalogue()
+    emulated = Emulated(emulators, settings, factors, known, failures)
     return Laboratory(emulated, _rig(config, settings), settings.replicates)
 
 

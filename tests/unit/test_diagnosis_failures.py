@@ -1,0 +1,220 @@
+"""Tests that end without a value are evidence: the chance of it is learnt from the runs that
+failed."""
+
+import math
+
+import numpy as np
+import pytest
+from diagnosis_cases import BASE as RUN
+from diagnosis_cases import FACTORS, closed_form
+from scipy.special import expit
+from scipy.stats import binom
+
+from calibration.measurements import Measurement
+from diagnosis import aside
+from diagnosis.design import plan
+from diagnosis.emulator import train
+from diagnosis.failures import Chance, log_likelihood, outcomes_of, train_failures
+from diagnosis.fit import Data, data_of, fit, held_out
+from diagnosis.identify import identify, weigh
+from diagnosis.model import Emulated
+from diagnosis.rig import Rig
+from diagnosis.settings import BASE, catalogue_of, parameters_of, read_settings
+from diagnosis.verdict import findings, page, validate
+
+CLOGS_AT_MM, COARSE = 2.6, 2.0
+"""True diameter from which the funnel clogs; grains of a run over those that they stand for."""
+
+
+def true_odds(x):
+    return -2.0 + 5.0 * x[:, 0] - 3.0 * x[:, 1]
+
+
+def test_the_chance_is_that_of_the_runs():
+    rng = np.random.default_rng(1)
+    x = rng.random((800, 2))
+    chance = Chance(x, rng.binomial(4, expit(true_odds(x))), np.full(800, 4))
+    at = rng.random((50, 2))
+    odds, slope, _ = chance.with_slope(at, [0, 1])
+    assert np.abs(expit(odds) - expit(true_odds(at))).max() < 0.05
+    assert slope.mean(0) == pytest.approx([5.0, -3.0], rel=0.15)
+
+
+def test_the_slope_of_the_odds_is_their_derivative():
+    rng = np.random.default_rng(2)
+    x = rng.random((20, 3))
+    chance = Chance(x, x[:, 0] > 0.7, np.ones(20))
+    at = rng.random((6, 3))
+    _, slope, _ = chance.with_slope(at, [0, 1, 2])
+    for k in range(3):
+        step = 1e-5 * np.eye(3)[k]
+        ends = [chance.with_slope(at + s * step, [])[0] for s in (1, -1)]
+        assert slope[:, k] == pytest.approx((ends[0] - ends[1]) / 2e-5, abs=1e-6)
+
+
+def test_few_runs_leave_the_chance_open():
+    """No failure in n runs: the chance falls with n, and is not nothing."""
+    rng = np.random.default_rng(3)
+    found = []
+    for n in (10, 100, 1000):
+        chance = Chance(rng.random((n, 2)), np.zeros(n), np.ones(n))
+        found.append(expit(chance.with_slope(np.full((1, 2), 0.5), [])[0][0]))
+    assert 0.15 > found[0] > found[1] > found[2] > 1e-4
+    assert found[1] < 0.03
+
+
+def test_the_likelihood_is_the_binomial():
+    odds, failed = np.array([-1.0, 0.3]), np.array([2.0, 0.0])
+    exact = binom.logpmf(failed, 5, expit(odds)) - np.log([10.0, 1.0])
+    assert log_likelihood(odds, failed, np.array([5.0, 5.0])) == pytest.approx(exact)
+
+
+def clogging(kinds=("heap",)):
+    """`Emulated` of heaps by closed forms, of which the runs of large grains clog."""
+    changes = {
+        "runs_per_input": 14,
+        "experiments": {
+            "heap": {
+                "levers": {"particle_diameter_mm": [1.6, 2.8]},
+                "mechanisms": ["size_bias", "cohesion"],
+                "run": {"geometry": {"orifice_diameter_mm": 30}},
+            }
+        },
+    }
+    settings = read_settings("config/diagnosis.yaml", changes)
+    known = {
+        k: m for k, m in catalogue_of(settings, kinds).items() if k in ("size_bias", "cohesion")
+    }
+    factors = parameters_of(settings, FACTORS, kinds)
+    rows, specs = plan(Rig(settings, RUN, factors), known, kinds)
+    metrics = {n: None if clogs(s) else closed_form(s) for n, s in specs.items()}
+    emulators, _ = train(rows, metrics, settings, factors)
+    failures = train_failures(rows, metrics, settings, factors)
+    return Emulated(emulators, settings, factors, known, failures)
+
+
+def clogs(spec):
+    grains = spec["particles"]
+    return grains["diameter_mm"] * grains["scale_factor"] / COARSE > CLOGS_AT_MM
+
+
+@pytest.fixture(scope="module")
+def emulated():
+    return clogging()
+
+
+SIZES = (1.7, 1.9, 2.1, 2.3, 2.5)
+SETTINGS = read_settings("config/diagnosis.yaml")
+PAIRS = ("particle_particle", "particle_wall")
+
+
+def heaps(bias, outcomes=True, seed=5):
+    """Heaps of grains that are `bias` times what they are said to be; those that clog have an
+    outcome. The angle does not depend on the size."""
+    rng, rows = np.random.default_rng(seed), []
+    middle = {f.key: f.natural(0.0) for f in parameters_of(SETTINGS, FACTORS, ["heap"])}
+    pair, wall = (middle[f"contacts.{p}.rolling_friction"] for p in PAIRS)
+    true = closed_form(
+        {
+            "experiment": "heap",
+            "geometry": {},
+            "particles": {"diameter_mm": 2.0},
+            "contacts": {
+                "particle_particle": {"rolling_friction": pair},
+                "particle_wall": {"rolling_friction": wall},
+            },
+        }
+    )["angle_of_repose_deg"]
+    for d in SIZES:
+        if d * bias > CLOGS_AT_MM:
+            own = {"outcome": "clogged", "line": 7}
+            rows.append(
+                Measurement("heap", math.nan, math.nan, 4, {"particle_diameter_mm": d}, **own)
+            )
+        else:
+            angle = true + 0.4 * rng.standard_normal()
+            rows.append(Measurement("heap", angle, 0.8, 4, {"particle_diameter_mm": d}))
+    return [r for r in rows if outcomes or not r.outcome]
+
+
+def test_grains_that_are_too_large_clog(emulated):
+    """The angles alone say nothing of the size; the three sizes that clog do."""
+    silent = identify(emulated, heaps(1.3, outcomes=False), replicates=100)
+    assert silent.verdict == "adequate"
+    found = identify(emulated, heaps(1.3), replicates=100)
+    assert found.ranking[0]["mechanism"] == "size_bias"
+    assert found.ranking[0]["gain"] > silent.ranking[0]["gain"] + 4.0
+    assert found.family_p < 0.025
+    assert found.causes == ["size_bias"]
+    strength = found.ranking[0]["strength"]["size_bias"]
+    assert strength["low"] > 1.0
+
+
+def test_grains_of_the_stated_size_do_not_clog(emulated):
+    rows = heaps(1.0)
+    assert not any(r.outcome for r in rows)
+    assert identify(emulated, rows, replicates=100).verdict == "adequate"
+
+
+def test_a_clog_that_the_base_model_expects_is_no_cause(emulated):
+    large = Measurement(
+        "heap", math.nan, math.nan, 4, {"particle_diameter_mm": 2.8}, outcome="clogged"
+    )
+    found = identify(emulated, [*heaps(1.0), large], replicates=100)
+    assert found.verdict == "adequate"
+
+
+def test_a_left_out_test_is_scored_as_a_refit_without_it(emulated):
+    rows = heaps(1.2)
+    scores = weigh(emulated, rows, replicates=50)
+    found, data, model = scores.fits["size_bias"], scores.data, scores.models["size_bias"]
+    n = len(scores.measurements)
+    for k in range(len(data.tests)):
+        less = data_of(scores.measurements, outcomes_of(rows, emulated.failures))
+        weight = np.ones(len(data.tests))
+        weight[k] = 1e-9
+        less = Data(less.value, less.error, less.failed * weight, less.tests * weight)
+        refit = fit(model, less)
+        odds, slope = model.odds(refit.theta)
+        variance = np.einsum("bcp,bpq,bcq->bc", slope, refit.cov, slope)
+        expected = held_out(odds, variance, data)[0, k]
+        assert found.pointwise[0, n + k] == pytest.approx(expected, abs=1.0)
+
+
+def test_the_held_out_probability_is_an_average_over_the_odds():
+    data = Data(None, None, np.array([[3.0, 0.0]]), np.array([4.0, 2.0]))
+    mean, sd = np.array([[0.4, -1.0]]), np.array([[1.5, 0.8]])
+    drawn = mean + sd * np.random.default_rng(1).standard_normal((200_000, 2))
+    exact = np.log(np.exp(log_likelihood(drawn, data.failed, data.tests)).mean(0))
+    assert held_out(mean, sd**2, data)[0] == pytest.approx(exact, abs=0.01)
+
+
+def test_tables_without_outcomes_say_nothing_of_failures(emulated):
+    assert outcomes_of(heaps(1.3, outcomes=False), emulated.failures) is None
+    tests = outcomes_of(heaps(1.3), emulated.failures)
+    assert list(tests.failed) == [0.0, 0.0, 4.0, 4.0, 4.0]
+    assert list(tests.tests) == [4.0] * 5
+
+
+def test_an_experiment_whose_runs_all_gave_a_value_has_no_chance():
+    kinds = ["tilt"]
+    settings = read_settings("config/diagnosis.yaml", {"runs_per_input": 4})
+    factors = parameters_of(settings, FACTORS, kinds)
+    rows, specs = plan(Rig(settings, RUN, factors), {}, kinds)
+    metrics = {n: closed_form(s) for n, s in specs.items()}
+    assert train_failures(rows, metrics, settings, factors) == {}
+    assert all(r["mechanism"] == BASE for r in rows)
+
+
+def test_the_verdict_tells_how_likely_each_outcome_was(emulated):
+    rows = heaps(1.3)
+    found = identify(emulated, rows, replicates=50)
+    told = aside.of_outcomes(found, "size_bias")
+    assert [r["failed"] for r in told] == [0, 0, 4, 4, 4]
+    for r in told:
+        own = (r["after"] > r["before"]) if r["failed"] else (r["after"] < 0.5)
+        assert own
+    verdict = findings(emulated, [m for m in rows if not m.outcome], found)
+    text = page(verdict | {"outcomes": told})
+    assert text.count("| 4 of 4 |") == 3
+    validate(verdict | {"outcomes": told})
