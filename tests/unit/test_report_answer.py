@@ -3,23 +3,31 @@ say."""
 
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from scipy.optimize import minimize
 
 from browser import browse, find_browser
+from calibration.export.conversion import Conversion
+from calibration.export.material import granulate
+from calibration.export.stage import CODES
 from calibration.factors import Factor
 from calibration.figures import response_of
 from calibration.report import build
 from calibration.report.block import block
+from calibration.report.decks import NUMBER, decks
 from calibration.report.findings import findings
 from calibration.report.profiler import profiler
 from calibration.stages import load_stages
 from calibration.statistics.design import box_behnken
 from calibration.statistics.surface import fit_surface
+from dem.spec import parse_spec
 
+ROOT = Path(__file__).parents[2]
 ANGLE = response_of("angle_of_repose_deg")
 REGION = [Factor(c, f"factor_{c.lower()}", f"k.{c}", 0.0, 2.0) for c in "ABC"]
 TARGET = 30.0
@@ -201,3 +209,138 @@ def test_the_profiler_shows_the_fitted_surface(study, tmp_path):
             assert "too high" in shown[-1]
             lines = tab.evaluate("document.querySelector('.profiler pre').textContent").splitlines()
             assert lines == ["k.A: 1.8", "k.B: 1", "k.C: 0.2"]
+
+
+POINT = "document.querySelector('.profiler pre').textContent"
+DISTANCE = "document.querySelector('.profiler .distance').textContent"
+
+
+def type_value(tab, place, value):
+    tab.evaluate(
+        f"(() => {{ const i = document.querySelectorAll('.exact')[{place}]; i.value = {value};"
+        " i.dispatchEvent(new Event('change')); })()"
+    )
+
+
+def deck_study(folder):
+    """The study with a calibrated run spec, whose factors are coefficients that the decks carry."""
+    keys = [
+        "contacts.particle_wall.restitution",
+        "contacts.particle_particle.rolling_friction",
+        "contacts.particle_particle.static_friction",
+    ]
+    region = [
+        vars(f) | {"key": k, "low": 0.2, "high": 0.8} for f, k in zip(REGION, keys, strict=True)
+    ]
+    write(folder / "response_surface" / "region.json", region)
+    optimum = json.loads((folder / "optimise" / "optimum.json").read_text())
+    optimum["optimum"] = {f.name: 0.5 for f in REGION}
+    write(folder / "optimise" / "optimum.json", optimum)
+    config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
+    spec = config["run"] | {"experiment": "heap"}
+    write(folder / "exports" / "dem.yaml", yaml.safe_dump(spec))
+    return spec, keys
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium on this machine")
+def test_the_chosen_points_blocks_are_those_that_the_exports_write(study, tmp_path):
+    """Each code's block in the page at a point of no table beside the export's own text."""
+    spec, keys = deck_study(study)
+    build(study, study / "report.html", load_stages())
+    point = [0.3137, 0.4519, 0.6733]
+    for key, value in zip(keys, point, strict=True):
+        *parts, last = key.split(".")
+        at = spec
+        for part in parts:
+            at = at.setdefault(part, {})
+        at[last] = value
+    parsed = parse_spec(spec)
+    about = ["A point chosen in the report of x; no run has validated it."]
+    with browse(find_browser(), tmp_path / "browser") as tab:
+        tab.open((study / "report.html").as_uri(), 390, 844)
+        for place, value in enumerate(point):
+            type_value(tab, place, value)
+        for name, code in CODES.items():
+            tab.evaluate(
+                "(() => { const s = document.querySelector('.profiler select');"
+                f" s.value = '{name}'; s.dispatchEvent(new Event('change')); }})()"
+            )
+            ours, theirs = (
+                tab.evaluate(POINT),
+                code.block(granulate(parsed), Conversion(parsed), about),
+            )
+            assert NUMBER.split(ours) == NUMBER.split(theirs), name
+            numbers = [[float(x) for x in NUMBER.findall(text)] for text in (ours, theirs)]
+            assert numbers[0] == pytest.approx(numbers[1], rel=1e-3), name
+        assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+        assert tab.complaints() == []
+
+
+def test_a_block_that_tables_cannot_give_is_refused(study):
+    """A factor that moves a number together with another one."""
+    deck_study(study)
+    factors = [
+        {"key": "materials.particle.shear_modulus_Pa", "low": 3e6, "high": 1e7, "value": 5e6},
+        {"key": "materials.particle.poisson_ratio", "low": 0.1, "high": 0.4, "value": 0.25},
+    ]
+    found = decks(study, factors)
+    assert set(found) == set(CODES)
+    assert "several of the parameters" in found["liggghts.in"]["refused"]
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium on this machine")
+def test_the_distance_to_the_solution_set_is_the_shortest(study, tmp_path):
+    build(study, study / "report.html", load_stages())
+    runs = pd.read_csv(study / "response_surface" / "runs.csv")
+    surface = fit_surface(runs, list("ABC"), runs["response"])
+
+    def shortest(start, free):
+        """Distance in ranges to the set by a general optimiser."""
+        bounds = [(-1, 1) if k in free else (start[k], start[k]) for k in range(3)]
+        on = {"type": "eq", "fun": lambda z: surface.predict([z])[0] - TARGET}
+        found = minimize(
+            lambda z: ((z - start) ** 2).sum(), start, bounds=bounds, constraints=on, method="SLSQP"
+        )
+        assert found.success
+        return np.sqrt(found.fun) / 2
+
+    with browse(find_browser(), tmp_path / "browser") as tab:
+        tab.open((study / "report.html").as_uri(), 390, 844)
+        slide = (
+            "(() => {{ const i = document.getElementById('lever{}'); i.value = {};"
+            " i.dispatchEvent(new Event('input')); }})()"
+        )
+        for place, share in enumerate((900, 700, 300)):
+            tab.evaluate(slide.format(place, share))
+        start = np.array([0.8, 0.4, -0.4])
+        told = float(re.search(r"(\d\S*) of the ranges", tab.evaluate(DISTANCE))[1])
+        assert told == pytest.approx(shortest(start, (0, 1, 2)), rel=0.01)
+        type_value(tab, 2, 0.6)  # held from now on
+        told = float(re.search(r"staying: (\d\S*) of the ranges", tab.evaluate(DISTANCE))[1])
+        assert told == pytest.approx(shortest(start, (0, 1)), rel=0.01)
+        tab.evaluate("document.querySelector('.profiler .onto').click()")
+        assert "on the solution set" in tab.evaluate(
+            "document.querySelector('.profiler output').textContent"
+        )
+        assert tab.evaluate(POINT).splitlines()[2] == "k.C: 0.6"
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium on this machine")
+def test_further_targets_stand_below_the_calibrated_one(study, tmp_path):
+    runs = pd.read_csv(study / "response_surface" / "runs.csv")
+    scatter = np.random.default_rng(2).normal(0, 1.0, len(runs))
+    runs["bulk_density_kg_m3"] = 800 + 20 * runs["B"] + scatter
+    runs.to_csv(study / "response_surface" / "runs.csv", index=False)
+    found = {
+        "simulated_mean": 30.1, "simulated_n": 5, "measured_mean": 30.0, "difference": 0.1,
+        "relative_error_percent": 0.3, "difference_low": -0.1, "difference_high": 0.3,
+        "margin": 1.0, "equivalent": True,
+    }  # fmt: skip
+    further = {"bulk_density_kg_m3": found | {"measured_mean": 850.0}}
+    write(study / "validation" / "validation.json", found | {"further": further})
+    build(study, study / "report.html", load_stages())
+    with browse(find_browser(), tmp_path / "browser") as tab:
+        tab.open((study / "report.html").as_uri(), 390, 844)
+        said_of = "document.querySelector('.profiler .further').textContent"
+        assert "measured 850 kg/m³" in tab.evaluate(said_of)
+        assert "too low" in tab.evaluate(said_of)

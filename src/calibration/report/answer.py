@@ -10,6 +10,7 @@ from dem.spec import load_spec
 MEANING = {
     "adequate": "nothing is missing that these data show",
     "identified": "the model lacks what is named",
+    "discovered": "a law is missing that the catalogue does not have",
     "ambiguous": "the data do not tell these apart",
     "unexplained": "the model fails, and nothing in the catalogue mends it",
 }
