@@ -1,16 +1,16 @@
 """The public interface in Python: open a study, run its stages, take its results as tables.
 
-Call it from the root of the project, as snakemake is.
+Call it from the folder that the paths of the configuration start at, as snakemake is.
 """
 
 import html
 import subprocess
-import sys
 from pathlib import Path
 
 from calibration import study
 from calibration.config import overlay, parse_config, stands_alone
 from calibration.errors import CalibrationError, ConfigError
+from calibration.places import snakemake_command
 from calibration.stages import load_stages
 from dem.io.mapping import read_mapping
 from dem.units import unit_of
@@ -28,7 +28,7 @@ class Study(study.Study):
     """
 
     def __init__(self, *files):
-        self.files = [_file(f) for f in files]
+        self.files = [config_file(f) for f in files]
         if not any(stands_alone(f) for f in self.files):
             self.files.insert(0, DEFAULT)
         data = {}
@@ -42,14 +42,8 @@ class Study(study.Study):
         cores: jobs at the same time. Raises CalibrationError with what snakemake said last where it
         fails.
         """
-        if not Path("workflow/Snakefile").is_file():
-            raise CalibrationError(
-                "no workflow/Snakefile here; call Python from the project's root"
-            )
-        command = [sys.executable, "-m", "snakemake", f"-j{cores}", stage, "--configfile"]
-        done = subprocess.run(
-            [*command, *map(str, self.files)], capture_output=True, text=True, check=False
-        )
+        command = snakemake_command(self.files, f"-j{cores}", stage)
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
             said = "\n".join(done.stderr.strip().splitlines()[-20:])
             raise CalibrationError(f"{self.name}: {stage} failed\n{said}")
@@ -105,7 +99,7 @@ class StageResults:
         return f"<b>{html.escape(self.study.name)}: {html.escape(self.stage)}</b>{''.join(parts)}"
 
 
-def _file(name):
+def config_file(name):
     """The configuration file that a name stands for. Raises ConfigError."""
     path = Path(name)
     path = path / "config.yaml" if path.is_dir() else path

@@ -13,7 +13,7 @@ from calibration.ahead import run_seconds
 from calibration.campaign import read_plan, run_id
 from calibration.errors import CalibrationError, in_words
 from calibration.runner import run_each
-from calibration.store import ROOT, RunStore
+from calibration.store import RunStore
 from dem.errors import PHYSICAL, StoppedError
 from dem.io.files import write_json
 from dem.results import write_failure
@@ -49,7 +49,7 @@ def batch_count(specs, chosen=None):
     return None if size == 1 else ceil(len(specs) / size)
 
 
-def run_batch(plan_file, batch, batches, done, failures="refused", root=ROOT):
+def run_batch(plan_file, batch, batches, done, failures="refused", root=None):
     """Do every `batches`-th run of a plan, from number `batch` on, and write their names to `done`.
 
     failures: "refused" raises CalibrationError naming the runs that failed and why, after the
@@ -65,7 +65,7 @@ def run_batch(plan_file, batch, batches, done, failures="refused", root=ROOT):
     write_json(done, {"runs": list(specs), "failed": failed})
 
 
-def run_told_batch(plan_file, batch, batches, done, log, config, root=ROOT):
+def run_told_batch(plan_file, batch, batches, done, log, config, root=None):
     """The same for runs that could each be a job of its own: each has its log and its message, and
     the job ends with status 1 after them where one failed; see `run_each`."""
     try:
@@ -82,7 +82,7 @@ def share_of(plan_file, batch, batches):
     return {name: specs[name] for name in sorted(specs)[batch::batches]}
 
 
-def simulate(specs, root=ROOT, note=lambda text: None):
+def simulate(specs, root=None, note=lambda text: None):
     """{run id: metrics or None} of {run id: spec}; None where the run fails physically, which is
     kept as failed.json.
 

@@ -16,12 +16,12 @@ from calibration.config.specs import SEEDS_A_STAGE
 from calibration.errors import CalibrationError
 from calibration.factors import read_factors
 from calibration.files import read_json, write_table
-from calibration.store import ROOT, RunStore
+from calibration.store import RunStore
 from calibration.tables import read_written
 from dem.errors import ResultError
 from dem.io.checked import digest_of, is_sealed, sealed
 from dem.io.files import write_json
-from dem.results import is_current, run_name
+from dem.results import RESULT, is_current, run_name
 from dem.spec import parse_spec
 
 
@@ -131,7 +131,7 @@ def _sorted(data):
 
 def result_path(name):
     """Where a run's result is."""
-    return f"{ROOT}/{name}/result.json"
+    return RunStore().folder(name) / RESULT
 
 
 REQUIRED = object()
@@ -170,7 +170,7 @@ def _metrics(store, name):
 def points_of(name, config):
     """Sentences that say which points of which designs need the run `name`."""
     factors, found = read_factors(config.factors), []
-    for path in sorted(Path(f"results/{config.name}").glob("*/design.csv")):
+    for path in sorted(Path(config.results, config.name).glob("*/design.csv")):
         design = read_written(path)
         for row in design[design["run_id"] == name].to_dict("records"):
             levels = ", ".join(f"{f.name} {row[f.name]:g}" for f in factors if f.name in row)

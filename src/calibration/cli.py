@@ -1,16 +1,22 @@
 """The `calibration` command."""
 
 import argparse
+import subprocess
 import sys
 from pathlib import Path
 
 from calibration.errors import CalibrationError
+from calibration.places import snakemake_command
 from dem.errors import DemError
 
 VERIFY = (
     "Read all results below a folder and say which cannot be trusted: damaged, changed, copied "
     "from another run, made "
     "by another engine, or planned from tables and meshes that have changed since."
+)
+RUN = (
+    "Run a study's stages, all of them unless some are named. It is snakemake with the workflow of "
+    "this package, or with that of the current folder where it has one."
 )
 
 
@@ -36,7 +42,22 @@ def _parser():
         "--repair", action="store_true", help="make runs again that are wrong, set aside such plans"
     )
     verify.set_defaults(command=_verify)
+    run = commands.add_parser("run", help="run a study", description=RUN)
+    run.add_argument("study", type=Path, help="folder with config.yaml, or a configuration file")
+    run.add_argument(
+        "arguments",
+        nargs=argparse.REMAINDER,
+        help="of snakemake: -n for a dry run, -j4 for four cores, names of stages",
+    )
+    run.set_defaults(command=_run)
     return parser
+
+
+def _run(args):
+    from calibration.api import config_file  # loads pandas
+
+    command = snakemake_command([config_file(args.study)], *args.arguments)
+    return subprocess.run(command, check=False).returncode
 
 
 def _verify(args):

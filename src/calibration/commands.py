@@ -54,7 +54,7 @@ def _new(args):
         from calibration.new.trial import try_study  # compiles the engine
 
         try_study(args.folder, print)
-    print(f"wrote {args.folder}; next: snakemake -j2 --configfile '{args.folder}/config.yaml'")
+    print(f"wrote {args.folder}; next: calibration run '{args.folder}'")
 
 
 def _add_angle(commands):

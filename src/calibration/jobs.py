@@ -7,6 +7,7 @@ from pathlib import Path
 
 from calibration.errors import CalibrationError, in_words, of_the_machine
 from calibration.stages import resolve
+from calibration.store import keep_runs_in
 from calibration.study import Study
 from dem.errors import DemError
 
@@ -31,6 +32,14 @@ def logged(log):
             raise
 
 
+def work_for(config):
+    """Let this process work for the study of a checked configuration (a mapping); returns the
+    study."""
+    study = Study.of(config)
+    keep_runs_in(study.config.runs)
+    return study
+
+
 def run_task(job):
     """Do what a rule declares: call its function with the study, its inputs and its outputs.
 
@@ -38,6 +47,6 @@ def run_task(job):
     configuration that the function may read, and the seeds of the runs that it plans.
     """
     with logged(job.log[0]):
-        study = Study.of(job.config, job.input.get("fixed", ()))
+        study = work_for(job.config).with_bench(job.input.get("fixed", ()))
         study = study.reading(job.params.reads, job.params.get("seeds"))
         resolve(job.params.function)(study, job.input, job.output)

@@ -11,9 +11,9 @@ def progress(config, store=None):
     runs left, and the mean wall time [s] of those finished, None before the first. As the store's
     index has it: no result is read."""
     done, todo, walls = [], 0, []
-    store = store or RunStore()
+    store = store or RunStore(config.runs)
     for task in expecting():
-        names = read_plan(f"results/{config.name}/{task.plans}/plan.json")
+        names = read_plan(f"{config.results}/{config.name}/{task.plans}/plan.json")
         finished = [e for n in names if (e := store.known(n)) and is_current(e["engine"])]
         total = len(names) or task.expected(config)
         done.append(f"{task.plans} {len(finished)}/{total}")

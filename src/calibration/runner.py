@@ -14,7 +14,7 @@ from calibration.campaign import points_of
 from calibration.config import Config
 from calibration.errors import in_words, of_the_machine
 from calibration.progress import progress
-from calibration.store import ROOT, RunStore
+from calibration.store import RunStore
 from dem.errors import DemError, MeasureError, RefusedStateError, StoppedError
 from dem.io.files import replace_file, write_arrays
 from dem.results import STATE, write_result
@@ -41,7 +41,7 @@ def run_logged(spec, out, log, config):
         sys.exit(1)
 
 
-def run_each(specs, log, config, root=ROOT):
+def run_each(specs, log, config, root=None):
     """Make runs {name: spec} one after another in this process, each as `run_logged` does with its
     log in its own folder; those that are there are not made again. `log` says of each how it ended.
     A run that fails does not stop the others, but ends the job with status 1 after them; where the
@@ -154,7 +154,7 @@ def begin(config, dry_run):
     from calibration.verify import before_planning
 
     check_ahead(config)
-    for sentence in [*before_planning(config, dry_run), cost_ahead(config)]:
+    for sentence in [*before_planning(config, dry_run, config.results), cost_ahead(config)]:
         print(sentence, file=sys.stderr)
     report(config)
 
@@ -162,7 +162,7 @@ def begin(config, dry_run):
 def report_sometimes(config, store):
     """`report`, unless one of the jobs has just done so: in a long campaign of short runs it would
     cost more than they do."""
-    stamp = Path(f"results/{config.name}/.reported")
+    stamp = Path(config.results, config.name, ".reported")
     try:
         if 0 <= time.time() - stamp.stat().st_mtime < REPORT_EVERY:
             return

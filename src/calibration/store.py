@@ -13,15 +13,21 @@ from pathlib import Path
 from dem.errors import ResultError
 from dem.results import FAILED, RESULT, RUN_NAME, is_current, read_failure, read_result
 
-ROOT = "results/runs"
+_place = {"root": Path("results/runs")}
+
+
+def keep_runs_in(root):
+    """Let folder `root` be the one of every `RunStore` that is told no other. A process of the
+    workflow works for one study and says so at its start."""
+    _place["root"] = Path(root)
 
 
 class RunStore:
-    """Runs below a folder. One that is missing, damaged or of another run raises ResultError
-    wherever it is read."""
+    """Runs below a folder, that of `keep_runs_in` unless given. One that is missing, damaged or of
+    another run raises ResultError wherever it is read."""
 
-    def __init__(self, root=ROOT):
-        self.root = Path(root)
+    def __init__(self, root=None):
+        self.root = Path(root or _place["root"])
         self._index = self.root / "index.jsonl"
         self._known, self._read_to = {}, 0
 

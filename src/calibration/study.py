@@ -7,13 +7,13 @@ declares; in Python `Study("wheat")` opens one from its folder.
 from functools import cached_property
 from pathlib import Path
 
-from calibration.config import Config, goals, is_measured, read_target
+from calibration.config import Config, goals, is_measured, read_target, with_engine
 from calibration.errors import CalibrationError
 from calibration.factors import read_factors
 from calibration.files import read_json
 from calibration.tables import read_written
 
-ALWAYS = ("name",)  # where a study's files are; it decides none of their content
+ALWAYS = ("name", "results")  # where a study's files are; it decides none of their content
 
 
 class UndeclaredError(CalibrationError):
@@ -62,18 +62,23 @@ class Study(Results):
     def __init__(self, config, folder=None, seeds=None):
         """seeds: which thousand of seeds the runs have that a stage plans, see
         `calibration.stages.Task`."""
-        super().__init__(folder or f"results/{config.name}")
+        super().__init__(folder or f"{config.results}/{config.name}")
         self.config, self.seeds = config, seeds
 
     @classmethod
-    def of(cls, data, bench_files=()):
-        """The study of already checked settings (a mapping); the levels that the bench tests found,
-        where given, replace its own."""
-        config = Config.model_validate(data)
-        for file in bench_files:
+    def of(cls, data):
+        """The study of already checked settings (a mapping). Raises ConfigError where its engine's
+        program is missing."""
+        return cls(with_engine(Config.model_validate(data)))
+
+    def with_bench(self, files):
+        """This study with the levels that the bench tests found, files of them, in place of its
+        own."""
+        config = self.config
+        for file in files:
             found = read_json(file)["fixed"]
             config = config.model_copy(update={"fixed": config.fixed | found})
-        return cls(config)
+        return type(self)(config, self.folder)
 
     def reading(self, sections, seeds=None):
         """This study for a stage that declares these sections of the configuration and these

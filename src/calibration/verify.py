@@ -23,7 +23,7 @@ from dem.errors import DemError, ResultError
 from dem.io.files import sweep_partial
 from dem.results import FAILED, RESULT, is_current, read_failure
 
-_held = []  # locks that are held until this process ends, however it ends
+_held = {}  # locks that are held until this process ends, however it ends
 
 
 @dataclass(frozen=True)
@@ -218,6 +218,8 @@ def hold(results):
     """Keep others from working in a folder of results until this process ends. Raises
     CalibrationError where another does."""
     results = Path(results)
+    if results.resolve() in _held:  # a workflow may use this one as a module, rule by rule
+        return
     lock = FileLock(results / ".lock")
     try:
         results.mkdir(parents=True, exist_ok=True)
@@ -231,5 +233,5 @@ def hold(results):
             f"{results.resolve()}: nothing can be written here ({error.strerror}); make room or "
             "give the right to write, or work in another folder"
         ) from None
-    _held.append(lock)
+    _held[results.resolve()] = lock
     sweep_partial(results)

@@ -2,7 +2,9 @@
 README's lines."""
 
 import re
+from functools import partial
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import pandas as pd
 import pytest
@@ -10,8 +12,10 @@ import pytest
 import calibration
 from calibration import Study
 from calibration.errors import CalibrationError, ConfigError
+from calibration.places import WORKFLOW
 
 ROOT = Path(__file__).parents[2]
+Ended = partial(CompletedProcess, "snakemake")
 
 
 @pytest.fixture
@@ -51,8 +55,23 @@ def test_a_notebook_shows_what_is_done_and_escapes_names(soybean):
     assert "10.6" in soybean.results("screening")._repr_html_()
 
 
-def test_a_stage_is_run_from_the_project_s_root_only(soybean):
-    with pytest.raises(CalibrationError, match="project's root"):
+@pytest.mark.parametrize("own", [True, False], ids=["in a clone", "elsewhere"])
+def test_a_stage_is_run_by_the_folder_s_workflow_or_else_the_package_s(own, soybean, monkeypatch):
+    if own:
+        Path("Snakefile").touch()
+    monkeypatch.setattr("subprocess.run", lambda command, **_: asked.append(command) or Ended(0))
+    asked = []
+    soybean.run("screening")
+    [command] = asked
+    named = command[command.index("--snakefile") + 1]
+    assert named == ("Snakefile" if own else str(WORKFLOW / "Snakefile"))
+    assert command[-2:] == ["-j2", "screening"]
+    assert Path(named).is_file()
+
+
+def test_a_stage_that_fails_says_why(soybean, monkeypatch):
+    monkeypatch.setattr("subprocess.run", lambda *_, **__: Ended(1, stderr="no disk"))
+    with pytest.raises(CalibrationError, match="screening failed\nno disk"):
         soybean.run("screening")
 
 

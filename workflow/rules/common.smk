@@ -3,8 +3,8 @@ import sys
 from pathlib import Path
 
 from calibration.batches import batch_count
-from calibration.campaign import planned_spec, read_plan, result_path
-from calibration.config import given, parse_config, stands_alone
+from calibration.campaign import planned_spec, read_plan
+from calibration.config import Config, given, parse_config, stands_alone
 from calibration.config.as_data import refuse_unasked_code
 from calibration.errors import CalibrationError, in_words
 from calibration.fresh import digest, task_digest
@@ -18,12 +18,18 @@ from dem.fingerprint import engine_fingerprint
 
 CONFIG_FILES = list(workflow.overwrite_configfiles)
 
-# a file with its own factors is a study of its own; any other is laid over the folder's
-if not any(stands_alone(path) for path in CONFIG_FILES):
+# a file with its own factors is a study of its own; any other is laid over the folder's. What a
+# module is given as its `config` is whole
+if not workflow.modifier.skip_configfile and not any(map(stands_alone, CONFIG_FILES)):
     CONFIG_FILES.insert(0, "config/config.yaml")
 
     configfile: "config/config.yaml"
 
+
+# rules name paths below RESULTS as they are without the prefix that a `module` statement may ask
+# for; the packages read and write them where they are
+RESULTS = str(config.get("results", Config.model_fields["results"].default))
+config = {**config, "results": str(workflow.modifier.modify_path(RESULTS))}
 
 # modules that declare stages; those of SUPPLEMENTS count for a study that names one of theirs
 DECLARED = ["calibration.stages", "diagnosis.declared"]
@@ -45,7 +51,7 @@ except OSError as error:
     raise WorkflowError(in_words(error))
 
 SETTINGS = STUDY_OBJECT.config
-STUDY = str(STUDY_OBJECT.folder)
+STUDY, RUNS = f"{RESULTS}/{SETTINGS.name}", f"{RESULTS}/runs"
 TASKS = [task for stage in STAGES.values() for task in stage.tasks]
 PLANS = {task.plans: task for task in TASKS if task.plans}
 
@@ -62,9 +68,11 @@ wildcard_constraints:
 
 def spec_of(name):
     """The spec of a planned run."""
-    spec = planned_spec(STUDY, name)
+    spec = planned_spec(STUDY_OBJECT.folder, name)
     if spec is None:
-        raise WorkflowError(f"no stage of {STUDY} has planned the run {name}")
+        raise WorkflowError(
+            f"no stage of {STUDY_OBJECT.folder} has planned the run {name}"
+        )
     return spec
 
 
@@ -72,7 +80,7 @@ def batches_of(plan):
     """Number of processes that share the runs of a plan; None where each is a job of its own."""
     count = PLANS[plan].batches
     if count is None:
-        specs = read_plan(f"{STUDY}/{plan}/plan.json")
+        specs = read_plan(STUDY_OBJECT.folder / plan / "plan.json")
         return batch_count(specs, SETTINGS.runs_per_job)
     return count(STUDY_OBJECT) if callable(count) else count
 
@@ -90,7 +98,11 @@ def runs_of(plan):
 
     def done(wildcards):
         names = read_plan(planned.get().output.plan)
-        return marks_of(plan) if batches_of(plan) else [result_path(n) for n in names]
+        return (
+            marks_of(plan)
+            if batches_of(plan)
+            else [f"{RUNS}/{n}/result.json" for n in names]
+        )
 
     return done
 
@@ -99,15 +111,31 @@ def inputs_of(task):
     """{name: input} of a task: what it declares, and the tables that the sections it reads name."""
     files = {
         "missing": missing(task),
-        "factors": SETTINGS.factors if "factors" in task.reads else [],
-        "measured": SETTINGS.measurements if "measurements" in task.reads else [],
+        "factors": local(SETTINGS.factors) if "factors" in task.reads else [],
+        "measured": (
+            local(SETTINGS.measurements) if "measurements" in task.reads else []
+        ),
     }
     for name, file in (task.inputs or {}).items():
         if isinstance(file, Runs):
             files[name] = runs_of(file.plan)
         else:
-            files[name] = file(STUDY_OBJECT) if callable(file) else f"{STUDY}/{file}"
+            files[name] = (
+                placed(file(STUDY_OBJECT)) if callable(file) else f"{STUDY}/{file}"
+            )
     return files
+
+
+def placed(files):
+    """Paths as rules name them: below RESULTS, or of the user's, which no prefix moves."""
+    if isinstance(files, list):
+        return [placed(file) for file in files]
+    top = f"{SETTINGS.results}/"
+    return (
+        f"{RESULTS}/{files.removeprefix(top)}"
+        if files.startswith(top)
+        else local(files)
+    )
 
 
 def missing(task):

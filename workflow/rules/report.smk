@@ -60,7 +60,7 @@ rule report:
         beside=lambda w: {
             str(path): int(path.stat().st_mtime)
             for name in sorted(ALSO_SHOWN)
-            for path in sorted(Path(STUDY, name).glob("*.*"))
+            for path in sorted((STUDY_OBJECT.folder / name).glob("*.*"))
         },
     message:
         "report: {output}"

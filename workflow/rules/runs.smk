@@ -1,7 +1,10 @@
 # named after the engine it stands for: another engine needs another file. (A file that stays and is
 # only out of date would not do: Snakemake 9 does not look at what depends on an outdated job
 # through `ancient` inputs, not even at missing outputs.)
-COMPILED = f"results/runs/engine-{engine_fingerprint()}.compiled"
+COMPILED = f"{RUNS}/engine-{engine_fingerprint()}.compiled"
+
+# another engine than this project's has nothing to compile
+READY = [] if SETTINGS.run.get("engine") else ancient(COMPILED)
 
 
 # numba compiles the engine once here, so that parallel runs find it compiled
@@ -9,7 +12,7 @@ rule compile_engine:
     output:
         touch(COMPILED),
     log:
-        "results/runs/compile.log",
+        f"{RUNS}/compile.log",
     conda:
         "../envs/calibration.yaml"
     message:
@@ -21,14 +24,14 @@ rule compile_engine:
 # the engine is the only input: a run depends on its own spec and on nothing of the design around it
 rule dem_run:
     input:
-        compiled=ancient(COMPILED),
+        compiled=READY,
     output:
-        result="results/runs/{experiment}-{digest}/result.json",
-        state="results/runs/{experiment}-{digest}/final.npz",
+        result=f"{RUNS}/{{experiment}}-{{digest}}/result.json",
+        state=f"{RUNS}/{{experiment}}-{{digest}}/final.npz",
     log:
-        "results/runs/{experiment}-{digest}/run.log",
+        f"{RUNS}/{{experiment}}-{{digest}}/run.log",
     benchmark:
-        "results/runs/{experiment}-{digest}/benchmark.tsv"
+        f"{RUNS}/{{experiment}}-{{digest}}/benchmark.tsv"
     conda:
         "../envs/calibration.yaml"
     params:
@@ -44,7 +47,7 @@ rule dem_run:
 rule run_batch:
     input:
         plan=f"{STUDY}/{{plan}}/plan.json",
-        compiled=ancient(COMPILED),
+        compiled=READY,
     output:
         done=f"{STUDY}/{{plan}}/batches/{{batch}}.json",
     log:

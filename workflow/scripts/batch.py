@@ -1,6 +1,7 @@
 from calibration.batches import run_batch, run_told_batch
-from calibration.jobs import logged
+from calibration.jobs import logged, work_for
 
+work_for(snakemake.config)
 share = (
     snakemake.input.plan,
     int(snakemake.wildcards.batch),

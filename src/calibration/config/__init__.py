@@ -8,7 +8,7 @@ from calibration.config.measured import (
     read_bench,
     read_target,
 )
-from calibration.config.parse import given, parse_config, stands_alone
+from calibration.config.parse import given, parse_config, stands_alone, with_engine
 from calibration.config.schema import METRICS, Config, section_of
 from calibration.config.specs import bench_run, machine_run, overlay, point_spec
 
@@ -28,4 +28,5 @@ __all__ = [
     "read_target",
     "section_of",
     "stands_alone",
+    "with_engine",
 ]

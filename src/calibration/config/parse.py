@@ -155,7 +155,7 @@ def _parse(data, file):
     _check_machines(config, file)
     _check_pour_rate(config, file)
     _check_bench(config, file)
-    config = _with_engine(config, file)
+    config = with_engine(config, file)
     _check_run(config, factors, file)
     _check_measured(config, file)
     return config
@@ -279,9 +279,9 @@ def _check_bench(config, file):
             raise ConfigError(str(error), path=file, key=f"bench.{test}.run") from None
 
 
-def _with_engine(config, file):
+def with_engine(config, file="configuration"):
     """The configuration with its engine, program and version, in the run spec that all runs
-    share."""
+    share. Raises ConfigError."""
     try:
         entry = engines.entry_of(config.engine)
     except ConfigError as error:

@@ -332,7 +332,12 @@ class Config(_Part):
     def _in_key_units(cls, data):
         return coarsened(converted(data)) if isinstance(data, dict) else data
 
-    name: str = Field(pattern=r"^[A-Za-z0-9_-]+$", description="folder under results/")
+    name: str = Field(pattern=r"^[A-Za-z0-9_-]+$", description="folder of the study's results")
+    results: str = Field(
+        "results",
+        pattern=r"^[^{}*?<>|\s]([^{}*?<>|]*[^{}*?<>|\s/])?$",
+        description="folder of all studies' results, with the runs that they share",
+    )
     seed: int = Field(1, ge=0, lt=2**31, description="first seed; replicates count on from it")
     factors: str = Field(description="table of factors")
     engine: str | dict = Field(
@@ -392,3 +397,8 @@ class Config(_Part):
         description="how each measured experiment is simulated for the diagnosis; `settings` names "
         "a YAML file, over which the other keys are laid; null takes a key away",
     )
+
+    @property
+    def runs(self):
+        """Folder of the runs, which all studies of `results` share."""
+        return f"{self.results}/runs"

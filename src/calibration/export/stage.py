@@ -100,12 +100,12 @@ def summary(study, optimum, validation, surface, region, bench):
         "engine": engine_fingerprint(),
         "commands": {
             "the whole study": f"snakemake -j2 --configfile "
-            f"results/{config.name}/exports/study.yaml",
-            "one run at the calibrated point": f"dem run results/{config.name}/exports/dem.yaml "
-            f"--out heap",
+            f"{config.results}/{config.name}/exports/study.yaml",
+            "one run at the calibrated point": f"dem run "
+            f"{config.results}/{config.name}/exports/dem.yaml --out heap",
             "the same angle with the rolling friction of other codes": "snakemake -j2 "
             "export_converted "
-            f"--configfile results/{config.name}/exports/study.yaml",
+            f"--configfile {config.results}/{config.name}/exports/study.yaml",
         },
         "target": {
             "metric": metric,

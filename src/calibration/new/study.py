@@ -122,11 +122,10 @@ def _configuration(folder, name, heap, factors, sizes):
         if sizes
         else f"diameter_mm: {heap.diameter_mm:g}"
     )
-    configfile = quoted(folder / "config.yaml")
     return f"""\
-# A study of {folder.name}. From the root of the project:
-#   snakemake -n --configfile {configfile}    what it would do
-#   snakemake -j2 --configfile {configfile}   all of it, and results/{name}/report.html
+# A study of {folder.name}. From the folder that {quoted(folder)} lies in:
+#   calibration run {quoted(folder)} -n       what it would do
+#   calibration run {quoted(folder)}          all of it, and results/{name}/report.html
 #   --config resolution=quick beside it: a quarter of the grains, for a first look
 # config/README.md walks through every key.
 name: {name}

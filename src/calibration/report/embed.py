@@ -5,14 +5,14 @@ import base64
 import re
 import zlib
 from html import escape
-from pathlib import Path
 
 import numpy as np
 
 from calibration.figures import label
+from calibration.places import WORKFLOW
 from calibration.tables import read_written
 
-CAPTIONS = Path("workflow/report")
+CAPTIONS = WORKFLOW / "report"
 SHOWN_ROWS = 60
 NARROW = 3  # columns that a phone shows side by side
 CARDS = 12  # rows of a wider table that a phone shows as cards; a longer one moves sideways

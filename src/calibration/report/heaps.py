@@ -2,12 +2,11 @@
 
 import base64
 import json
-from pathlib import Path
 
 import numpy as np
 
-from calibration.campaign import result_path
 from calibration.figures import label
+from calibration.store import RunStore
 from calibration.tables import read_written
 from dem.errors import DemError
 from dem.render import read_run
@@ -51,7 +50,7 @@ def _scene(run_id, name):
     """One heap: grains in the order of pouring as 16-bit numbers x, y, z, radius over `scale`
     [mm]."""
     try:
-        run = read_run(Path(result_path(run_id)).parent)
+        run = read_run(RunStore().folder(run_id))
     except DemError:
         return None  # the result was moved here without its state
     plate = plate_of(run.spec)

@@ -92,7 +92,7 @@ def draw(
     effects=None,
     seed=None,
     plan=PLANS["grains"],
-    root="results/runs",
+    root=None,
 ):
     """(measurements, truth): data with `effects` {name: strength in its unit} switched on.
 

@@ -36,7 +36,7 @@ class Case:
 class Laboratory:
     """Draws data of the engine and diagnoses them; holds what all cases share."""
 
-    def __init__(self, emulated, rig, replicates, root="results/runs", plans=hidden.PLANS):
+    def __init__(self, emulated, rig, replicates, root=None, plans=hidden.PLANS):
         self.emulated, self.rig = emulated, rig
         self.replicates, self.root, self.plans = replicates, root, plans
         self._last = None, None
