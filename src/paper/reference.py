@@ -1,10 +1,9 @@
 """Keeps the results of a finished study under results/reference/ and writes them beside the
-paper's: six rows into the README, all that matter into docs/results.md.
+paper's: six rows into the README, all that matter into docs/results.md, and what each stage found.
 
 python -m paper.reference results/salt
 """
 
-import shutil
 import sys
 from pathlib import Path
 
@@ -13,20 +12,13 @@ import pandas as pd
 from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.numbers import fixed, spread
+from calibration.outcome import found, keep, put
 from calibration.tables import read_written
 from paper.reproduction import counts
 from paper.reproduction.rows import NOT_COMPARABLE
+from paper.reproduction.settings import read_reproduction
+from paper.stages import SETTINGS
 
-KEPT = (
-    "*.json",
-    "effects.csv",
-    "anova.csv",
-    "runs.csv",
-    "coefficients.csv",
-    "numerics.csv",
-    "scaling.csv",
-    "reproduction.csv",
-)
 BEGIN, END = "<!-- results: begin -->", "<!-- results: end -->"
 SHORT = {
     "table13.mean.{study}": "validated angle of repose [°]; measured {measured}",
@@ -41,16 +33,6 @@ stand."""
 README, PAGE = Path("README.md"), Path("docs/results.md")
 TABLE = Path("reproduction") / "reproduction.csv"
 ASCENT_ITEM, PRINTED_ASCENT = "Table 10", "table10_steepest_ascent.csv"
-
-
-def keep(study, target):
-    """Copy the summaries and tables of a study's stages; plans and figures stay behind."""
-    for folder in sorted(p for p in Path(study).iterdir() if p.is_dir() and p.name != "logs"):
-        for pattern in KEPT:
-            for path in folder.glob(pattern):
-                if path.name != "plan.json":
-                    (Path(target) / folder.name).mkdir(parents=True, exist_ok=True)
-                    shutil.copy(path, Path(target) / folder.name / path.name)
 
 
 def block(table, link, ascent=None):
@@ -144,7 +126,9 @@ def main(study):
         keep(study, target)
     for page, text in blocks(target).items():
         if page.is_file():
-            _put(page, text)
+            put(page, text, BEGIN, END)
+    if PAGE.is_file():
+        put(PAGE, told(target))
 
 
 def blocks(kept):
@@ -158,10 +142,12 @@ def blocks(kept):
     }
 
 
-def _put(page, text):
-    """Replace what stands between the two marks of a page."""
-    before, rest = page.read_text().split(BEGIN, 1)
-    page.write_text(f"{before}{BEGIN}\n{text}\n{END}{rest.split(END, 1)[1]}")
+def told(kept):
+    """Markdown: what each stage of a kept study found, and of the studies that count beside it."""
+    kept = Path(kept)
+    names = (kept.name, *read_reproduction(SETTINGS).beside.get(kept.name, ()))
+    folders = [kept.parent / name for name in names]
+    return "\n\n".join(f"`{f.name}`:\n\n{found(f)}" for f in folders if f.is_dir())
 
 
 if __name__ == "__main__":

@@ -114,6 +114,7 @@ def study(tmp_path, monkeypatch, request):
         for file in ("design", "runs"):
             runs.to_csv(folder / stage / f"{file}.csv", index=False)
     summary = {"significant": ["c_d"], "factors": ["c_d"], "alpha": 0.05}
+    summary |= {"effects": {"c_d": 4.0}, "p": {"c_d": 0.01}}
     write(folder / "screening" / "screening.json", summary)
     write(folder / "optimise" / "optimum.json", OPTIMUM)
     write(folder / "response_surface" / "region.json", [{"name": "c_d", "low": 0.15, "high": 0.35}])

@@ -10,18 +10,22 @@ import pandas as pd
 import pytest
 import yaml
 
+from calibration import outcome
 from calibration.config import parse_config
 from calibration.errors import CalibrationError
 from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED
+from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
 from dem.io.files import write_json
+from paper.audit import run_audit
 from paper.audit.paper import Paper
-from paper.reference import BEGIN, END, ascents, block, blocks, main, short_block
+from paper.reference import BEGIN, END, PAGE, ascents, block, blocks, main, short_block, told
 from paper.reproduction import counts, reproduce, write_reproduction
 from paper.reproduction import rows as r
 from paper.reproduction.table import ORDER, PAPER
 
 COMMITTED = Path(__file__).parents[2] / "results/reference/salt/reproduction/reproduction.csv"
+NO_STAGES = f"{outcome.BEGIN}\n{outcome.END}\n"
 PLACE = r.Place("Table 13", "t", "angle", "deg")
 
 
@@ -170,15 +174,17 @@ def test_the_readme_gets_the_rows_that_matter(config, study, tmp_path, monkeypat
     (tmp_path / "docs").mkdir()
     pages = [tmp_path / "README.md", tmp_path / "docs" / "results.md"]
     for page in pages:
-        page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter\n")
+        page.write_text(f"{NO_STAGES}before\n{BEGIN}\nold\n{END}\nafter\n")
+    (tmp_path / "config").symlink_to(Path("config").resolve())
     monkeypatch.chdir(tmp_path)
     main(folder)
     for page in pages:
         text = page.read_text()
-        assert text.startswith("before\n")
+        assert "before\n" in text
         assert text.endswith(f"{END}\nafter\n")
         assert "old" not in text
-    short, text = (page.read_text() for page in pages)
+    short, text = (page.read_text().removeprefix(NO_STAGES) for page in pages)
+    assert "`study`:" in text  # what its stages found
     assert "validated angle of repose [°]; measured 45.26 | 45.55 | 45.5" in short
     assert len(short.splitlines()) == 7  # marks, what is around them, head, and what this study has
     committed = pd.read_csv(COMMITTED, dtype={"paper": str})
@@ -197,6 +203,35 @@ def test_the_pages_show_the_committed_results():
     for page, text in blocks(root / "results/reference/salt").items():
         shown = (root / page).read_text().split(BEGIN)[1].split(END)[0]
         assert shown.strip() == text.replace(f"{root}/", "").replace("../..", "..")
+
+
+def test_the_results_page_says_what_the_committed_stages_found(repository):
+    text = PAGE.read_text()
+    shown = text.split(outcome.BEGIN)[1].split(outcome.END)[0].strip()
+    assert shown == told("results/reference/salt")
+    assert shown.count("**Validation.** Difference") == 2  # of the study, and of the one beside it
+    with pytest.raises(CalibrationError, match="has no lines <!-- found: begin -->"):
+        outcome.put("README.md", "text")
+
+
+def test_typed_numbers_of_the_results_page_are_those_of_their_tables(repository):
+    text = PAGE.read_text()
+    audited = int(re.search(r"audit` judges (\d+) printed", text)[1])
+    assert audited == len(run_audit(Path("data/paper")))
+    speeds = pd.read_csv("benchmarks/history.csv").groupby("case").last()["particle_steps_per_s"]
+    for name in ("this engine", "liggghts", "lammps", "yade"):
+        shown = float(re.search(rf"{name} (\d+\.\d+)", text, re.IGNORECASE)[1])
+        assert shown == pytest.approx(speeds[f"peers: {name}"] / 1e6, abs=0.051)
+    rates = Path("results/reference/discovery/rates.md").read_text()
+    large, small = re.search(r"names (\d+ of \d+) of a .* and (\d+ of \d+) weaker", text).groups()
+    assert f"| as large as moderate: named first | {large} (" in rates
+    assert f"| at no strength so large: named first | {small} (" in rates
+    runs = pd.read_csv("results/reference/salt/response_surface/runs.csv")
+    surface = fit_surface(runs, [c for c in runs if len(c) == 1], runs["response"])
+    odd = surface.diagnostics["externally_studentised"].abs()
+    run, far = re.search(r"\(run (\d+)\) lies (\d+\.\d) standard deviations", text).groups()
+    assert int(runs["run"].iloc[odd.argmax()]) == int(run)
+    assert odd.max() == pytest.approx(float(far), abs=0.051)
 
 
 def test_the_readme_shows_both_ascents(config, study, tmp_path):

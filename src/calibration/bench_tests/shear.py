@@ -216,12 +216,10 @@ def _sentence(found, measured):
     among = "is" if a <= found["particle_friction"] <= b else "is not"
     itself = "is" if a <= measured <= b else "is not"
     return text + (
-        f"The measured slope is that of a particle friction of {found['inverse']:.2f}, and within "
-        f"the scatter of any "
-        f"from {a:.2f} to {b:.2f} ({found['swept'][0]:g} to {found['swept'][1]:g} swept); the "
-        f"friction in use "
-        f"{among} one of these, and the slope itself, taken for the friction as in Eq. 27, "
-        f"{itself}."
+        f"The measured slope belongs to a particle friction of {found['inverse']:.2f}, within the "
+        f"scatter to any from {a:.2f} to {b:.2f} ({found['swept'][0]:g} to "
+        f"{found['swept'][1]:g} swept). The friction in use {among} one of these. The slope "
+        f"itself, taken for the friction, {itself}."
     )
 
 

@@ -7,6 +7,7 @@ from calibration.campaign import write_plan
 from calibration.chain.files import further_files
 from calibration.factors import read_factors
 from calibration.files import write_table
+from calibration.numbers import signed
 from calibration.responses import (
     columns,
     strongest,
@@ -123,6 +124,11 @@ def screening(study, source, output):
 
 def sentences(summary, response):
     """What came out, for the report."""
-    found = ", ".join(figures.label(n) for n in summary["significant"]) or "none"
+    found = ", ".join(
+        f"{figures.label(n)} ({signed(summary['effects'][n])}{response.unit}, "
+        f"p = {summary['p'][n]:.2g})"
+        for n in summary["significant"]
+    )
+    found = found or "none"
     going = ", ".join(figures.label(n) for n in summary["factors"])
     return [f"Significant at p < {summary['alpha']:g}: {found}. On to the ascent go: {going}."]

@@ -1,0 +1,90 @@
+"""Keeps the results of a finished study, and says on a page what they found.
+
+python -m calibration.outcome results/soybean results/reference/soybean examples/soybean/README.md
+"""
+
+import shutil
+import sys
+from pathlib import Path
+
+from calibration.errors import CalibrationError
+from calibration.figures import label, response_of
+from calibration.stages import load_stages, resolve
+from calibration.study import Results
+
+KEPT = (
+    "*.json",
+    "effects.csv",
+    "anova.csv",
+    "runs.csv",
+    "coefficients.csv",
+    "numerics.csv",
+    "scaling.csv",
+    "reproduction.csv",
+)
+BEGIN, END = "<!-- found: begin -->", "<!-- found: end -->"
+
+
+def keep(study, target):
+    """Copy the summaries and tables of a study's stages; plans and figures stay behind."""
+    for folder in sorted(p for p in Path(study).iterdir() if p.is_dir() and p.name != "logs"):
+        for pattern in KEPT:
+            for path in folder.glob(pattern):
+                if path.name != "plan.json":
+                    (Path(target) / folder.name).mkdir(parents=True, exist_ok=True)
+                    shutil.copy(path, Path(target) / folder.name / path.name)
+
+
+def found(folder, metric="angle_of_repose_deg"):
+    """Markdown: what each stage in a folder of results says of itself, a line a stage, and the
+    optimum."""
+    results, response, lines = Results(folder), response_of(metric), []
+    for stage in load_stages().values():
+        summary = results.summary(stage.name, stage.name)
+        texts = resolve(stage.sentences)(summary, response) if summary and stage.sentences else []
+        if stage.name == "optimise":
+            texts = _optimum(results.summary("optimise"), response)
+        if texts:
+            lines.append(f"- **{stage.title}.** {' '.join(texts)}")
+    return "\n".join(lines)
+
+
+def _optimum(summary, response):
+    """The chosen point, and how far the points reach that give the target as well."""
+    if not summary:
+        return []
+    point = ", ".join(f"{label(name)} {level:.3g}" for name, level in summary["optimum"].items())
+    texts = [f"The chosen point is {point}."]
+    if summary.get("solution_set"):
+        reach = ", ".join(
+            f"{label(name)} {low:.3g} to {high:.3g}"
+            for name, (low, high) in summary["solution_set"].items()
+        )
+        target = response.value(summary["target"])
+        texts.append(f"The points of the region that give {target} reach over {reach}.")
+    return texts
+
+
+def put(page, text, begin=BEGIN, end=END):
+    """Replace what stands between the two marks of a page. Raises CalibrationError for a page
+    without them."""
+    page = Path(page)
+    before, mark, rest = page.read_text().partition(begin)
+    _, last, after = rest.partition(end)
+    if not mark or not last:
+        raise CalibrationError(f"{page}: has no lines {begin} and {end}")
+    page.write_text(f"{before}{begin}\n{text}\n{end}{after}")
+
+
+def main(study, target, page):
+    """Keep a study's results and say on the page what they found."""
+    if Path(study).resolve() != Path(target).resolve():
+        keep(study, target)
+    put(page, found(target))
+
+
+if __name__ == "__main__":
+    try:
+        main(*sys.argv[1:])
+    except CalibrationError as error:
+        sys.exit(str(error))
