@@ -5,12 +5,20 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from calibration.chain.screening import _aliased, sentences
+from calibration.config.schema import SurfaceConfig
 from calibration.errors import CalibrationError
 from calibration.factors import Factor
-from calibration.statistics.composite import augmented, blocked, central_composite
+from calibration.figures import ANGLE
+from calibration.statistics.composite import (
+    augmented,
+    blocked,
+    central_composite,
+    region_design,
+)
 from calibration.statistics.definitive import ORDERS, conference_matrix, definitive_screening
 from calibration.statistics.design import box_behnken
-from calibration.statistics.surface import fit_surface, model_matrix, quadratic_terms
+from calibration.statistics.surface import blocks_p, fit_surface, model_matrix, quadratic_terms
 from calibration.statistics.two_level import (
     alias_groups,
     foldover,
@@ -50,6 +58,20 @@ def test_the_sixteen_runs_of_seven_factors_have_the_published_generators_and_wor
     groups = alias_groups(coded(table, 7), list("ABCDEFG"))
     assert sorted(map(len, groups)) == [3] * 7
     assert [("A", "B"), ("C", "E"), ("F", "G")] in groups
+
+
+def test_the_screening_says_which_interactions_its_runs_do_not_part():
+    f = factors(7)
+    found = _aliased(f, resolution_iv(f))
+    assert len(found) == 7
+    assert "AB = CE = FG" in found
+    effects = dict.fromkeys((g.name for g in f), 1.5)
+    summary = {"factors": ["f0"], "significant": ["f0"], "alpha": 0.05, "aliased": found}
+    summary |= {"effects": effects, "p": dict.fromkeys(effects, 0.003)}
+    first, second = sentences(summary, ANGLE)
+    assert "f0 (+1.5°, p = 0.003)" in first
+    assert "AB = CE = FG" in second
+    assert len(sentences(summary | {"aliased": []}, ANGLE)) == 1
 
 
 def test_a_foldover_turns_resolution_iii_into_iv():
@@ -150,6 +172,22 @@ def test_added_runs_complete_a_lost_design():
     assert information(lost, added) > information(whole)
     with pytest.raises(CalibrationError, match="undetermined"):
         augmented(lost.iloc[:2], f, 3)
+
+
+def test_a_study_may_add_runs_to_the_design_and_part_it_into_blocks():
+    f, codes = factors(3), list("ABC")
+    rules = SurfaceConfig(centre_runs=3, added_runs=3, block_size=6)
+    design = region_design(f, rules)
+    plain = box_behnken(f, centre_runs=3)
+    assert list(design["run"]) == list(range(1, len(plain) + 4))
+    assert coded(design, 3)[: len(plain)] == pytest.approx(coded(plain, 3))
+    assert sorted(design.groupby("block").size()) == [6, 6, 6]
+    # a day that lies 3 higher is told from the model; without it the days are alike
+    x = coded(design, 3)
+    y = 40 + 2 * x[:, 0] - x[:, 1] ** 2 + np.random.default_rng(3).normal(0, 0.2, len(x))
+    assert blocks_p(design.assign(y=y), codes, "y") > 0.05
+    assert blocks_p(design.assign(y=y + 3.0 * (design["block"] == 2)), codes, "y") < 1e-3
+    assert blocks_p(design.assign(y=y, block=1), codes, "y") is None
 
 
 def test_what_no_design_takes_is_said():

@@ -201,7 +201,10 @@ def test_the_profiler_shows_the_fitted_surface(study, tmp_path):
             assert tab.evaluate("document.documentElement.scrollWidth") <= width
             assert tab.complaints() == []
             point = [[0.8, 0.0, -0.8]]
-            mean, (low, high) = surface.predict(point)[0], surface.mean_interval(point)
+            mean, (low, high) = (
+                surface.predict(point)[0],
+                surface.confirmation_interval(point, np.inf),
+            )
             numbers = [float(x) for x in re.findall(r"\d+\.?\d*", shown[-1])]
             wanted = [mean, 95, low[0], high[0], TARGET, abs(mean - TARGET)]
             assert numbers == pytest.approx(wanted, rel=1e-3)

@@ -15,7 +15,7 @@ from calibration.factors import Factor
 from calibration.files import read_json, write_table
 from calibration.physical import inside, physical_range
 from calibration.responses import columns, with_responses, with_value
-from calibration.statistics.composite import surface_design
+from calibration.statistics.composite import region_design
 from calibration.statistics.optimise import compromise, solve
 from calibration.statistics.surface import fit_surface, outliers, parameter_interval
 from calibration.tables import read_written
@@ -37,7 +37,7 @@ def plan_candidate(study, source, output):
     region_file.unlink(missing_ok=True)
     if "moved_region" in found:
         region = [Factor(**f) for f in found["moved_region"]]
-        rows = surface_design(region, rules.centre_runs, rules.replicates)
+        rows = region_design(region, rules)
         rows = rows.drop(columns=[f.code for f in region])
     else:
         points = [found["optimum"]] * config.optimise.candidate_runs

@@ -11,8 +11,14 @@ from calibration.files import read_json, write_table
 from calibration.numbers import fixed
 from calibration.physical import inside, physical_range
 from calibration.responses import with_responses, with_value, without_response
-from calibration.statistics.composite import surface_design
-from calibration.statistics.surface import fit_surface, outlier_limit, outliers, reduced_surface
+from calibration.statistics.composite import region_design
+from calibration.statistics.surface import (
+    blocks_p,
+    fit_surface,
+    outlier_limit,
+    outliers,
+    reduced_surface,
+)
 from calibration.tables import read_written
 from dem.io.files import write_json
 
@@ -24,8 +30,7 @@ def plan_response_surface(study, source, output):
     varied = [f for f in factors if f.name in ascent["centre"]]
     centre = ascent["centre"] | config.response_surface.centre
     region = [_around(f, centre[f.name], config) for f in varied]
-    rules = config.response_surface
-    design = surface_design(region, rules.centre_runs, rules.replicates)
+    design = region_design(region, config.response_surface)
     others = [f for f in factors if f not in varied]
     table, specs = plan(design, [*region, *others], config, seeds=study.seeds)
     write_plan(Path(output.plan).parent, table, specs)
@@ -92,6 +97,8 @@ def _beside(runs, codes, column, surface):
         "outlier_limit": None if surface.df < 2 else outlier_limit(surface),
         "reduced": _fit_words(reduced_surface(runs, codes, runs[column])),
     }
+    if "block" in runs:
+        beside["blocks_p"] = blocks_p(runs, codes, column)
     if len(found):
         rest = runs.drop(index=runs.index[found]).reset_index(drop=True)
         try:
@@ -140,10 +147,13 @@ def response_surface(study, source, output):
 
 def sentences(summary, response):
     """What came out, for the report."""
-    s = summary["statistics"]
+    s, p = summary["statistics"], summary.get("blocks_p")
+    word = "do not differ" if p is None or p >= 0.05 else "differ"
+    blocks = [] if p is None else [f"The blocks {word} (F test beside the model, p = {p:.2g})."]
     return [
         f"{response.name.capitalize()} = {summary['equation_coded']} in coded levels.",
         f"R² {s['R2']:.3f}, adjusted {fixed(s['R2_adj'], 3)}, predicted {fixed(s['R2_pred'], 3)}; "
         f"CV {s['CV_percent']:.2f} %; adequate precision {s['adequate_precision']:.1f}; "
         f"lack of fit p = {s['lack_of_fit_p']:.2g}.",
+        *blocks,
     ]

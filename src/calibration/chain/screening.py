@@ -17,6 +17,7 @@ from calibration.responses import (
 )
 from calibration.statistics.screening import screen, significant, why
 from calibration.statistics.screening_design import screening_design
+from calibration.statistics.two_level import alias_groups
 from calibration.tables import read_written
 from dem.io.files import write_json
 
@@ -60,6 +61,7 @@ def analyse_screening(config, design_file, output):
         "why": {names[c]: words for c, words in reasons.items()},
         "significant": [names[c] for c in significant(deciding, rules.alpha, at_least=0)],
         **_numbers(result, names),
+        "aliased": _aliased(factors, with_value(runs, "response")),
         "method": result.method,
         "alpha": rules.alpha,
         "left_out": without_response(every),
@@ -69,6 +71,14 @@ def analyse_screening(config, design_file, output):
         also = significant(both, rules.alpha, at_least=0)
         summary["with_foldover"] = _numbers(both, names) | {"significant": [names[c] for c in also]}
     write_json(output.summary, summary)
+
+
+def _aliased(factors, runs):
+    """Interactions that the runs do not part from each other or from a factor, in the factors'
+    codes: a list of texts like AB = CD."""
+    codes = [f.code for f in factors]
+    groups = alias_groups(runs[codes].to_numpy(float), codes)
+    return [" = ".join("".join(member) for member in group) for group in groups if len(group) > 1]
 
 
 def _screened(config, factors, runs):
@@ -131,4 +141,8 @@ def sentences(summary, response):
     )
     found = found or "none"
     going = ", ".join(figures.label(n) for n in summary["factors"])
-    return [f"Significant at p < {summary['alpha']:g}: {found}. On to the ascent go: {going}."]
+    texts = [f"Significant at p < {summary['alpha']:g}: {found}. On to the ascent go: {going}."]
+    if summary.get("aliased"):
+        pairs = ", ".join(summary["aliased"])
+        texts.append(f"These runs do not tell apart (codes as in the table of effects): {pairs}.")
+    return texts

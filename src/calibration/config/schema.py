@@ -162,6 +162,19 @@ class SurfaceConfig(_Part):
     )
     centre_runs: int = Field(5, ge=2, le=20, description="replicates of the centre")
     replicates: int = Field(1, ge=1, le=20, description="how often the whole design is run")
+    added_runs: int = Field(
+        0,
+        ge=0,
+        le=200,
+        description="runs beside the design, at the points that tell most about the model "
+        "(D-optimal)",
+    )
+    block_size: int | None = Field(
+        None,
+        ge=2,
+        description="runs of a block, such as a day's in a laboratory; blocks are chosen so that "
+        "they disturb the model least, and are compared",
+    )
 
 
 class OptimiseConfig(_Part):

@@ -21,7 +21,8 @@ def runs(config):
 
     rules, going_on = config.response_surface, read_factors(config.factors)
     region = going_on[: config.screening.at_most]
-    return len(surface_design(region, rules.centre_runs, rules.replicates))
+    design = surface_design(region, rules.centre_runs, rules.replicates)
+    return len(design) + rules.added_runs
 
 
 STAGES = (

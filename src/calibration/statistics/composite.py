@@ -4,6 +4,7 @@ blocks."""
 from itertools import product
 
 import numpy as np
+import pandas as pd
 
 from calibration.errors import CalibrationError
 from calibration.statistics.design import box_behnken, tabulate
@@ -19,6 +20,21 @@ def surface_design(factors, centre_runs=5, replicates=1):
     if len(factors) < 3:
         return central_composite(factors, centre_runs, FACE, replicates)
     return box_behnken(factors, centre_runs, replicates)
+
+
+def region_design(factors, rules):
+    """The design table that `rules` ask for: the configuration's section `response_surface`.
+
+    The design is that of `surface_design`; `added_runs` are appended, and `block_size` gives the
+    table a column `block`. Raises CalibrationError as the designs do.
+    """
+    codes = [f.code for f in factors]
+    design = surface_design(factors, rules.centre_runs, rules.replicates)
+    if rules.added_runs:
+        added = augmented(design, factors, rules.added_runs)
+        design = pd.concat([design, added], ignore_index=True)
+        design["run"] = np.arange(1, len(design) + 1)
+    return blocked(design, rules.block_size, codes) if rules.block_size else design
 
 
 def central_composite(factors, centre_runs=5, alpha=FACE, replicates=1):

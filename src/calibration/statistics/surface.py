@@ -78,15 +78,9 @@ class Surface:
         x = model_matrix(levels, self.codes, self.terms)
         return np.sqrt(self.sigma2 * np.einsum("ij,jk,ik->i", x, self.inverse, x))
 
-    def mean_interval(self, levels, alpha=0.05):
-        """(low, high), (n,) each, for the true mean response at coded levels (n, factors)."""
-        centre = self.predict(levels)
-        half = stats.t.ppf(1 - alpha / 2, self.df) * self.standard_error(levels)
-        return centre - half, centre + half
-
     def confirmation_interval(self, levels, runs, alpha=0.05):
-        """(low, high), (n,) each, for the mean of `runs` new runs: yhat +- t s sqrt(1/runs + x'
-        (X'X)^-1 x)."""
+        """(low, high), (n,) each, for the mean of `runs` new runs at coded levels (n, factors):
+        yhat +- t s sqrt(1/runs + x' (X'X)^-1 x); of endless runs, for the true mean."""
         centre, mean_se = self.predict(levels), self.standard_error(levels)
         half = stats.t.ppf(1 - alpha / 2, self.df) * np.sqrt(self.sigma2 / runs + mean_se**2)
         return centre - half, centre + half
@@ -235,6 +229,19 @@ def outliers(surface, alpha=0.05):
     size = surface.diagnostics["externally_studentised"].abs().to_numpy()
     with np.errstate(invalid="ignore"):
         return np.flatnonzero(size > outlier_limit(surface, alpha))
+
+
+def blocks_p(design, codes, column, terms=None):
+    """p of the F test that the blocks of a design table (column `block`) have one mean beside the
+    model; None with a single block or too few runs to tell."""
+    y, blocks = design[column].to_numpy(float), pd.get_dummies(design["block"]).to_numpy(float)
+    model = model_matrix(design[codes].to_numpy(float), codes, terms or quadratic_terms(codes))
+    both = np.hstack([model, blocks[:, 1:]])
+    more, df = blocks.shape[1] - 1, len(y) - np.linalg.matrix_rank(both)
+    if more < 1 or df < 1:
+        return None
+    alone, beside = (float(np.sum((y - x @ np.linalg.lstsq(x, y)[0]) ** 2)) for x in (model, both))
+    return float(stats.f.sf((alone - beside) / more / (beside / df), more, df))
 
 
 def reduced_surface(design, codes, response, alpha=0.1):
