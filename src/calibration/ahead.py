@@ -22,18 +22,18 @@ RESERVED = ("runs", "reference")
 
 MOST_CORNERS = 256
 BASE_MB, MB_PER_GRAIN = 250.0, 0.003
-"""Memory of a run: of Python with the compiled engine (a heap of 1,250 spheres took 206 MB), and of
-a grain: twice 160 bytes of state and, in two lists, about twelve neighbours of 45 bytes; 1.4 kB,
-and as much again for copies."""
+"""Memory of a run. Python with the compiled engine takes the first (a heap of 1,250 spheres took
+206 MB), each grain the second: twice 160 bytes of state, about twelve neighbours of 45 bytes in two
+lists, 1.4 kB together, and as much again for copies."""
 
 GRAIN_STEPS_PER_S = 1.0e7
 """Of one core; a third of what a settled bed takes on the machine of the README."""
 
 
 def check_ahead(config):
-    """Raise ConfigError for the first thing that would stop the study later: a name that is taken,
-    a level that no run can have, a design or a mesh that cannot be used, or a run that does not fit
-    into this machine's memory."""
+    """Raise ConfigError for the first thing that would stop the study later. It may be a name that
+    is taken, a level that no run can have, a design or a mesh that cannot be used, or a run that
+    needs more memory than this machine has."""
     if config.name in RESERVED:
         raise ConfigError("is taken", key="name", value=config.name, allowed="another name")
     factors = read_factors(config.factors)

@@ -16,7 +16,7 @@ FORMULA = ("=", "+", "-", "@")
 
 @contextmanager
 def replacing(path):
-    """A path beside `path`, of the same suffix, to write to; it takes the place of `path` when the
+    """A path beside `path`, of the same suffix, to write to. It takes the place of `path` when the
     block is done."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,8 +1,8 @@
 """What was measured: one table for targets, bench tests, validation and diagnosis.
 
-A row is one reading, or the mean of n with their standard deviation, of a quantity of an
-experiment under the levers that were set; or what a test ended with where it gave no value. Every
-fault is reported with its line and column.
+A row is one reading of a quantity of an experiment, or the mean of n readings with their standard
+deviation, under the levers that were set. If a test gave no value, the row says what it ended with.
+Every fault is reported with its line and column.
 """
 
 import math
@@ -44,8 +44,8 @@ MOST_SPREAD = 1e9
 
 @dataclass(frozen=True)
 class Measurement:
-    """One measured condition: mean of n replicates with their standard deviation, in the quantity's
-    unit; `sd` is None for a single reading.
+    """One measured condition: the mean of n replicates with their standard deviation, in the
+    quantity's unit. `sd` is None for a single reading.
 
     `line` is where it stands in its file (its first replicate, where these are rows), None where it
     has none. lever_sd: standard deviation of `proportional`, in its unit; outcome: what the test
@@ -288,7 +288,7 @@ def _superfluous(row, chosen, path, line):
 
 
 def _reading(row, quantity, scale, unit, number, outcome):
-    """(value, sd, n) of a row; a test without a value has a number only, a reading stands for one
+    """(value, sd, n) of a row. A test without a value has a number only. A reading counts as one
     and has no sd."""
     if outcome:
         return None, None, number("n", 1, 1e6) if row.get("n") else 1.0

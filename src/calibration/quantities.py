@@ -45,7 +45,7 @@ class Condition(NamedTuple):
 
 class Measurable(NamedTuple):
     """A quantity that a table of measurements may hold: the metric of a run that it is compared
-    with, its unit and limits; below: a lever that it cannot exceed."""
+    with, its unit and its limits. below: a lever that it cannot exceed."""
 
     key: str
     unit: str

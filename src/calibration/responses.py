@@ -20,8 +20,8 @@ def columns(config):
 
 
 def with_responses(design, config):
-    """The design table (pandas) with the metrics of its finished runs in `columns`; the spread
-    within a run, where the target's metric has one, in `response_sd`.
+    """The design table (pandas) with the metrics of its finished runs in `columns`. `response_sd`
+    has the spread within a run, if the target's metric has one.
 
     A run that finished without the metric, as a heap that is no heap does, has NaN there.
     """

@@ -128,9 +128,9 @@ def sliding_angles(spec, rates, finer=1.0):
     """Sliding angles (k,) [deg] of the grain of a tilt's run spec (a mapping) at tilt rates (k,)
     [degrees/s], the time step over `finer`.
 
-    A grain at rest under its weight on the plate is pushed until it slips; the force that holds it
-    then over its weight is the friction. On the plate the load is m g cos(theta). The angle is read
-    once the spec's slip has been covered."""
+    A grain at rest under its weight on the plate is pushed until it slips. The friction is the
+    force that holds it then, over its weight. On the plate the load is m g cos(theta). The angle is
+    read once the spec's slip has been covered."""
     own = parse_spec(spec | {"numerics": _step(COARSE, finer)})
     angle = math.atan(friction(own, 0.0))
     for _ in range(2):

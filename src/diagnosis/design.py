@@ -78,11 +78,11 @@ def plan(rig, catalogue, experiments):
     """Rows [{experiment, mechanism, inputs in [0, 1], run_ids}], a point each, and {run id: spec}
     of all emulator runs.
 
-    Those of a mechanism that multiplies a lever are rows of the base model; that lever's input may
-    leave [0, 1].
+    Rows of a mechanism that multiplies a lever are rows of the base model. The input of this lever
+    may leave [0, 1].
 
-    The points follow from the settings alone, not from the measurements, so another data set
-    re-uses the runs; runs that repeat a point differ in their seed, so asking for more of them
+    The points follow from the settings alone and not from the measurements, so another data set
+    re-uses the runs. Runs that repeat a point differ in their seed, so a larger number of them
     re-uses the first.
     """
     rows, specs, settings, factors = [], {}, rig.settings, rig.factors

@@ -1,9 +1,9 @@
 """The emulators of a diagnosis: a Gaussian process for one experiment under one law, trained by DEM
 runs.
 
-The response is transformed by what is known of the experiment, so that the process learns a nearly
-linear rest: log(rebound / height) is 2 log e, tan(sliding angle) is mu, shear stress over normal
-stress is a friction.
+What is known of the experiment transforms the response, so that the process learns a nearly linear
+rest: log(rebound / height) is 2 log e, tan(sliding angle) is mu, shear stress over normal stress is
+a friction.
 """
 
 from collections import defaultdict
@@ -101,8 +101,8 @@ def _finished(rows, metrics):
 
 
 def rows_at_strength(coded, base):
-    """Rows of the base model as rows of a mechanism at a coded strength; those at levers beyond the
-    range left out."""
+    """Rows of the base model as rows of a mechanism at a coded strength. Rows at levers beyond the
+    range are left out."""
     inside = [r for r in base if 0.0 <= min(r["inputs"]) and max(r["inputs"]) <= 1.0]
     return [r | {"inputs": [*r["inputs"], coded]} for r in inside]
 

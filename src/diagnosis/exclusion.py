@@ -1,9 +1,9 @@
 """What the data exclude: how strong each mechanism, and how steep each free law, can be at most.
 
 The strength is held at one value after the other and everything else is fitted to the data. A value
-is excluded where twice the logarithm of the likelihood lies so far below that of the best one that
-chance goes beyond it in 5 % of cases (likelihood ratio of one parameter, one-sided: Wilks 1938,
-Ann. Math. Stat. 9:60). The prior of the strength takes no part.
+is excluded if twice the logarithm of its likelihood lies below that of the best value by more than
+chance gives in 95 % of cases (likelihood ratio of one parameter, one-sided: Wilks 1938, Ann. Math.
+Stat. 9:60). The prior of the strength takes no part.
 """
 
 import copy
@@ -101,8 +101,8 @@ def _of_laws(trial):
 
 
 def _allowed(at, cost):
-    """(low, high): ends of what is not excluded among ascending values (k,); None where that is
-    the end of the values."""
+    """(low, high): ends of what is not excluded among ascending values (k,). None if this is the
+    end of the values."""
     rise = cost - cost.min()
     inside = np.flatnonzero(rise <= FALL)
     first, last = inside[0], inside[-1]

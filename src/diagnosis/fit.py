@@ -4,8 +4,8 @@ once.
 Gauss-Newton with Levenberg's damping from several starts, within bounds: a parameter at a bound
 that the gradient drives outwards is held there while the others move. The spread is that at the
 start of a descent, so there are two. The score of a left-out setting follows from the fit to all by
-its leverage, e_i / (1 - h_i) with variance
-s_i^2 / (1 - h_i), exact where the model is linear near the mode.
+its leverage: e_i / (1 - h_i) with variance s_i^2 / (1 - h_i). This is exact if the model is linear
+near the mode.
 
 Tests that end without a value are binomial beside the Gaussian readings: Fisher scoring in place of
 Gauss-Newton. A test that is left out has the odds that the mode and the leverage leave it without
@@ -250,7 +250,7 @@ def moderated_sd(measurements, own=None):
     Few replicates give a poor estimate of their own spread: s^2 = (d0 s0^2 + (n-1) s_i^2) / (d0 + n
     - 1), d0 = 8; Smyth (2004), Stat. Appl. Genet. Mol. Biol. 3:3. The spread is relative for drop
     and shear, absolute for angles. The median of spreads from few replicates lies below the true
-    one; it is taken of s_i over the median of its law."""
+    spread. So the median is taken of s_i over the median of its law."""
     prior = 8.0
     unit = spread_unit(measurements)
     own = np.array([m.sd for m in measurements] if own is None else own) / unit

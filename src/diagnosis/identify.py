@@ -3,8 +3,8 @@ data give.
 
 The score of a model is the sum over settings of the log predictive density of that setting when it
 is left out. A model's spread is scaled up where it does not fit, so twice the noise gains nothing.
-The null distribution is that of the best gain over all mechanisms on data simulated from the fitted
-base model (parametric bootstrap), which holds the chance of a false alarm over the whole catalogue.
+The null distribution is that of the best gain of all mechanisms on data simulated from the fitted
+base model (parametric bootstrap). This keeps the chance of a false alarm over the whole catalogue.
 It is shared with the lack-of-fit test as Simes' test shares it."""
 
 from dataclasses import dataclass, field, replace
@@ -21,7 +21,7 @@ from diagnosis.settings import BASE
 
 CLOSE = 2.0  # nats; causes this close to the best are not told apart (odds of about 7 to 1)
 MISFIT = 0.01  # a cause whose extended model fits worse than this share of its own data is none
-NULL_STARTS = (0.3,)  # coded strength from which data without an effect are fitted: one is enough
+NULL_STARTS = (0.3,)  # coded strength at which fits of data without an effect begin: one is enough
 
 
 @dataclass
@@ -139,8 +139,8 @@ def significant(first, second, alpha):
     """Which of two p-values of one null hypothesis are significant: both below alpha, or one below
     half of it.
 
-    Either is at most with the chance alpha where the two go with each other, as misfit and gain do:
-    Simes (1986), Biometrika 73:751; Hochberg (1988), Biometrika 75:800.
+    The chance of any false alarm is at most alpha for positively dependent tests, as misfit and
+    gain are: Simes (1986), Biometrika 73:751; Hochberg (1988), Biometrika 75:800.
     """
     return first < level_beside(second, alpha), second < level_beside(first, alpha)
 

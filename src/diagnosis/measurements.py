@@ -8,8 +8,8 @@ from calibration.quantities import LEVERS, QUANTITIES
 
 LEAST_CONDITIONS = 3
 LEAST_SETTINGS = 5
-"""Of the experiments that a cause shows on, for it to be named: of fewer the errors between them
-cannot be known, and a day of another humidity looks like a law."""
+"""Settings of the experiments that a cause shows on, for it to be named. With fewer the errors
+between settings cannot be known, and a day of another humidity looks like a law."""
 
 
 @dataclass(frozen=True)

@@ -71,8 +71,8 @@ class Model:
         return value, error
 
     def with_slope(self, theta, slope=True, errors=True):
-        """Values (b, n), emulator errors (b, n) and the values' derivatives by theta (b, n, p);
-        None what is not asked for."""
+        """Values (b, n), emulator errors (b, n) and the values' derivatives by theta (b, n, p).
+        What is not asked for is None."""
         shape = (len(theta), len(self.conditions))
         value, error = np.empty(shape), np.empty(shape) if errors else None
         by_theta = np.zeros((*shape, theta.shape[1])) if slope else None

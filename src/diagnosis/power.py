@@ -1,9 +1,9 @@
 """Before anything is measured: how strong a law or a mechanism must be for a plan to show it.
 
-The plan is a table of measurements whose values are guesses. Data are simulated from it with a law
-of one strength after the other, by halving, until 80 % of them let the family of laws alarm; the
-threshold of the alarm is that of data without a law. What was taken for the law in these data is
-counted: it looks alike.
+The plan is a table of measurements whose values are guesses. Data are simulated from it with a law.
+Halving finds the strength at which 80 % of the data make the family of laws alarm. The threshold of
+the alarm is that of data without a law. What was taken for the law in these data is counted: it
+looks alike.
 """
 
 from collections import Counter
@@ -57,8 +57,8 @@ def power(measurements, known=(), catalogue=None, alpha=0.05, seed=0, defaults=N
 class _Bench:
     """Draws data of a plan with an effect in them and lets the family judge them.
 
-    As in a diagnosis the threshold is that of data without a law whose errors are those fitted to
-    the data at hand: an effect along a lever is in part taken for an error that its levels share.
+    As in a diagnosis the threshold is that of data without a law, whose errors are those fitted to
+    the data at hand. An effect along a lever is in part taken for an error that its levels share.
     """
 
     def __init__(self, tried, alpha, seed):

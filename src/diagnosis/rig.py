@@ -68,8 +68,8 @@ class Rig:
 
 def combine(settings, mechanisms, conditions):
     """Whether the engine can have all of the mechanisms at once in the experiments of conditions
-    [(experiment, levers)]: no two of them in the same slot, and a spec that it takes. Those of the
-    reading go with any."""
+    [(experiment, levers)]: no two of them are in the same slot, and the engine takes the spec.
+    Those of the reading go with any."""
     rig = Rig(settings, {})
     for experiment, levers in dict(conditions).items():
         plain = rig.spec(Condition(experiment, levers), 0)

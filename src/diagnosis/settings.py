@@ -102,8 +102,8 @@ def study_settings(own):
 
 
 def read_settings(path, changes=None):
-    """`Settings` from a YAML file, where there is one, with the nested mapping `changes` laid over
-    it; a null takes its key away. Raises ConfigError."""
+    """`Settings` from a YAML file, if there is one, with the nested mapping `changes` laid over it.
+    A null takes its key away. Raises ConfigError."""
     try:
         data = _mapping(path) if path else {}
         return Settings.model_validate(_without_nulls(overlay(data, changes or {})))

@@ -24,7 +24,7 @@ from dem.units import behind, in_ascii, unit_of
 
 @dataclass(frozen=True)
 class Sweep:
-    """A bench test that calibrates the factor of one key of the run spec; `repeats` is the geometry
+    """A bench test that calibrates the factor of one key of the run spec. `repeats` is the geometry
     key of the repeats within a run."""
 
     key: str

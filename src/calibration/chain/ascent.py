@@ -20,8 +20,8 @@ from dem.io.files import write_json
 
 
 def plan_ascent(study, source, output):
-    """Plan the path: as configured where all factors are covered, else along the effects on the
-    first target; which of its points comes nearest is judged by all targets."""
+    """Plan the path. It is the configured one if that covers all factors, else it follows the
+    effects on the first target. All targets decide which of its points comes nearest."""
     config, factors, screening = study.config, study.factors, read_json(source.screening)
     chosen = _chosen(factors, screening["factors"])
     start, step = config.ascent.start, config.ascent.step

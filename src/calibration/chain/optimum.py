@@ -49,8 +49,8 @@ def plan_candidate(study, source, output):
 
 
 def augmented_runs(config, runs_file, region, candidate_file):
-    """The response surface's runs with those at the candidate added, in the same columns and in the
-    levels of `region`; of a region that moved, those that lie in it."""
+    """The response surface's runs and those at the candidate, in the same columns and in the levels
+    of `region`. Of a region that moved, only the runs that lie in it."""
     candidate = with_responses(read_written(candidate_file), config)
     runs = pd.concat([read_written(runs_file), candidate], ignore_index=True)
     for f in region:
@@ -60,9 +60,9 @@ def augmented_runs(config, runs_file, region, candidate_file):
 
 
 def _optimise(config, runs_file, region_file, output, candidate_file=None):
-    """Solve the surface for the measured mean, or with several targets find the most desirable
-    point; with `candidate_file` the runs at the candidate are fitted as well, in the region that
-    stands beside them if it moved."""
+    """Solve the surface for the measured mean. With several targets, find the most desirable point.
+    With `candidate_file` the runs at the candidate are fitted as well, in the region that stands
+    beside them if it moved."""
     moved = Path(candidate_file).parent / "region.json" if candidate_file else None
     region = read_region(moved if moved and moved.exists() else region_file)
     codes = [f.code for f in region]

@@ -53,8 +53,8 @@ def _around(factor, centre, config):
 
 def analyse_response_surface(config, design_file, region_file, output):
     """Quadratic model, ANOVA, diagnostics and plots. Runs without a response are left out and
-    named; runs beyond the outlier limit are named, and the fit without them stands beside the one
-    of all."""
+    named. Runs beyond the outlier limit are named, and the fit without them stands beside the fit
+    of all runs."""
     region = read_region(region_file)
     every = with_responses(read_written(design_file), config)
     runs = with_value(every, "response")

@@ -1,8 +1,8 @@
 """Configurations are data: what snakemake would evaluate in one is refused before it does.
 
 snakemake hands a configuration to YTE, which runs the Python in it where the file asks for that.
-The profiles of this project call `read_as_data` first; from then on in that process YAML is read,
-and nothing in it is run.
+The profiles of this project call `read_as_data` first. From then on the process reads YAML and runs
+nothing in it.
 """
 
 import sys

@@ -30,8 +30,8 @@ MOVED = {
 def parse_config(data, file="configuration", files=(), stages=None):
     """`Config` from a mapping that was merged from YAML `files`, later ones over earlier ones.
 
-    Raises ConfigError naming file and line, key, value and what is allowed; `file` stands for the
-    files where there are none; stages: names that `supplements` may have, any unless given.
+    Raises ConfigError naming file and line, key, value and what is allowed. `file` stands for the
+    files if there are none. stages: names that `supplements` may have, any unless given.
     """
     try:
         config = _parse(data, file)

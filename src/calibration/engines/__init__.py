@@ -2,12 +2,11 @@
 filled in.
 
 A configuration names its engine (`engine: liggghts`, or a mapping with `name` and the engine's
-settings); without one our
-own makes the runs. Each other engine is one file here that declares itself as `ENGINE`.
+settings). Without a name our own engine makes the runs. Each other engine is one file here that
+declares itself as `ENGINE`.
 
-What a run's numbers depend on beyond its spec, the program and its version, stands in the spec
-under `engine` and so in
-the run's name: two engines never share a cached run.
+A run's numbers depend on the program and its version as well. Both stand in the spec under
+`engine`, and so in the run's name: two engines never share a cached run.
 """
 
 import importlib

@@ -1,7 +1,7 @@
 """EDEM: a table to type into the Creator.
 
 Its conventions, from the user guide (help.altair.com/edem, Creator, Physics): Hertz-Mindlin (no
-slip) has the damping of Tsuji, Tanaka and Ishida (1992) and E*, G* of the pair; coefficients are
+slip) has the damping of Tsuji, Tanaka and Ishida (1992) and E*, G* of the pair. Coefficients are
 given for each pair of materials, so there is no mixing rule. Rolling friction: `standard` is mu_r
 F_n R_i against each body's own spin; `RVD` is mu_r F_n R* against the relative spin; `type C` is a
 spring 2.25 k_n (mu_r R*)^2, a slider and a dashpot whose damping ratio refers to the inertia about

@@ -22,8 +22,8 @@ heap: grains that cannot roll on each other still slide, twist and turn together
 found confirm it. If no path reaches the angle, the exports take the smallest number of the first
 path that is as good as its best, and they say what is missing.
 
-The paths are run with fewer, larger grains of the same total volume in the same rig (MOST_GRAINS),
-all laws alike; the confirmation also at the study's own scale.
+All paths are run with fewer, larger grains of the same total volume in the same rig (MOST_GRAINS).
+The confirmation is also run at the study's own scale.
 """
 
 from dataclasses import dataclass
@@ -59,9 +59,9 @@ def place(path, share, pair):
     calibrated contact (`ContactSpec`).
 
     elastic_plastic: 0 is the calibrated number, 1 the top, with equal ratios between. The top is 2
-    mu_s: the limit mu_r R* F_n is then mu_s R F_n for equal grains, all that sliding friction can
-    turn a grain with, so that a larger number changes nothing. no_rotation: the share of the
-    calibrated static friction. Rounded, as levels name cached runs.
+    mu_s. The limit mu_r R* F_n is then mu_s R F_n for equal grains, the largest torque of sliding
+    friction on a grain. A larger number changes nothing. no_rotation: the share of the calibrated
+    static friction. Rounded, as levels name cached runs.
     """
     mu, static = pair.rolling_friction, pair.static_friction
     if path == NO_ROTATION:
@@ -71,9 +71,9 @@ def place(path, share, pair):
 
 
 def needs_search(spec):
-    """Whether other codes need other numbers than the calibrated ones of a `RunSpec`: not where
-    theirs is the law calibrated with, where grains roll freely, or where no heap was calibrated, so
-    that there is no angle to keep."""
+    """Whether other codes need other numbers than the calibrated ones of a `RunSpec`. They do not
+    if theirs is the law of the calibration, if grains roll freely, or if no heap was calibrated:
+    there is no angle to keep then."""
     free = spec.laws.rolling == "none" or spec.contacts.particle_particle.rolling_friction == 0.0
     return not free and spec.experiment == "heap" and spec.laws.rolling != ELASTIC_PLASTIC
 
@@ -88,7 +88,7 @@ def calibrated_spec(config, factors, optimum, seed=None):
 
 def coarse(spec):
     """A heap's run spec (a mapping) with at most MOST_GRAINS larger grains of the same total
-    volume; as it is where these would not pass the funnel."""
+    volume. It is unchanged if these would not pass the funnel."""
     parsed = parse_spec(spec)
     if parsed.particles.count <= MOST_GRAINS:
         return spec
@@ -195,8 +195,8 @@ def invert(shares, angles, target):
     """`Inverse` of angles (n,) at shares (n,) for a target angle.
 
     The means at each share are made monotone (running maximum) and interpolated linearly. Below the
-    path's range its start is returned, above it the first share whose mean is within a standard
-    error of the largest; `reached` is then False.
+    path's range its start is returned. Above the range the first share is returned whose mean is
+    within a standard error of the largest. `reached` is then False.
     """
     groups = pd.Series(np.asarray(angles, float)).groupby(np.asarray(shares))
     means = groups.mean().sort_index()

@@ -1,8 +1,8 @@
 """YADE (2023.02a): materials and functors to execute in a script.
 
 Its conventions, from the class reference of the installed version and the source
-pkg/dem/HertzMindlin.cpp (mirrored at github.com/bchareyre/yade-mpi; newer formulas as in the
-version installed, checked by a test that reads the stiffnesses of live contacts):
+pkg/dem/HertzMindlin.cpp (mirrored at github.com/bchareyre/yade-mpi). Newer formulas are those of
+the installed version. A test reads the stiffnesses of live contacts and checks them:
 
 Ip2_FrictMat_FrictMat_MindlinPhys
     E* and G* from Young's modulus and Poisson's ratio as here. en: the dashpot of Thornton et al.

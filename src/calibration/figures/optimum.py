@@ -63,9 +63,9 @@ def _solution_set(ax, surface, region, solution, response):
 
 
 def desirability_contours(surfaces, goals, region, found):
-    """Overall desirability over each pair of factors, the others at the chosen point; a line where
-    a response meets its target. surfaces and goals in the same order; found: `Compromise`. Returns
-    a matplotlib Figure."""
+    """Overall desirability over each pair of factors, with the others at the chosen point. A line
+    shows where a response meets its target. surfaces and goals have the same order; found:
+    `Compromise`. Returns a matplotlib Figure."""
     pairs = pairs_of(region)
     with plt.rc_context(STYLE):
         figure, rows, columns = panel_grid(len(pairs), (4.8, 4.0))

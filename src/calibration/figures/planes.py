@@ -12,7 +12,7 @@ def pairs_of(region):
 
 def plane(region, i, j, at=None, resolution=61):
     """A square grid over factors i and j: natural levels of i and of j (m, m), and the coded levels
-    (m m, factors) of its points; the other factors are at the coded levels `at` (factors,), the
+    (m m, factors) of its points. The other factors are at the coded levels `at` (factors,), the
     centre unless given."""
     line = np.linspace(-1.0, 1.0, resolution)
     a, b = np.meshgrid(line, line)

@@ -8,7 +8,7 @@ from calibration.statistics.stated import Stated
 
 
 def validation(groups, measured, result, response=ANGLE):
-    """Replicates by group beside the measurement, with means and the equivalence margin; measured:
+    """Replicates by group beside the measurement, with means and the equivalence margin. measured:
     readings (n,), or a `Stated` mean, which is drawn with its standard deviation."""
     figure, ax = subplots()
     for g, values in enumerate(groups):

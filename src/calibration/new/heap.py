@@ -11,7 +11,7 @@ SPILL = 1.3  # grains poured over grains of a full cone: some roll off
 MOST = 10_000
 FEWEST = 300
 FEED = 0.65
-"""Share of the orifice's capacity at which grains are made: from 70 % on a funnel packs in some
+"""Share of the orifice's capacity at which grains are made. From 70 % on a funnel packs in some
 runs and not in others, and the angles come in two kinds."""
 SETTLING = 1.5  # s after the last grain has left the funnel
 

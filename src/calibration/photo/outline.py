@@ -87,8 +87,8 @@ def _refined(lab, first, backdrop):
 
 
 def _first_peak(values, least):
-    """Place of the first local maximum of at least `least`, to a part of a step; of the largest
-    where none is."""
+    """Place of the first local maximum of at least `least`, to a part of a step. If there is none,
+    the place of the largest value."""
     inner = values[1:-1]
     peaks = 1 + np.flatnonzero((inner >= values[:-2]) & (inner > values[2:]) & (inner >= least))
     k = int(peaks[0]) if len(peaks) else int(np.argmax(values))

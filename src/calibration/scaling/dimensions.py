@@ -1,8 +1,8 @@
 """Dimensional analysis of a particle model enlarged by the length factor h.
 
-Every quantity q of the enlarged model is h**a times the original's. Which exponents are free to
-choose is a matter of dimensions alone: a quantity of the dimension M^m L^l T^t has the exponent m
-a_M + l a_L + t a_T, so that three held quantities of independent dimensions fix all others.
+Every quantity q of the enlarged model is h**a times the original's. Dimensions alone decide which
+exponents are free. A quantity of the dimension M^m L^l T^t has the exponent m a_M + l a_L + t a_T.
+So three held quantities of independent dimensions fix all others.
 
 Sources: Y. T. Feng, K. Han, D. R. J. Owen and J. Loughran, Engineering Computations 26 (2009)
 599-609, for the laws; the paper, Eq. 2 to 8 and 15.

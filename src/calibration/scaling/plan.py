@@ -97,8 +97,8 @@ def base_run(config, experiment, cohesive):
 
 
 def seeds_of(section, experiment, cohesive, h):
-    """Number of runs of a case: the slope over the scales hangs on those at both ends; cohesive
-    heaps scatter more."""
+    """Number of runs of a case. The runs at both ends of the scale decide the slope. Cohesive heaps
+    scatter more."""
     if experiment == "drop":
         return section.drop_seeds
     if h not in (section.factors[0], section.factors[-1]):

@@ -1,9 +1,9 @@
 """The scaling claim of 1.2 judged: angle of repose and rebound against scale, and each statement of
 the paper.
 
-A quantity that a rule keeps has the same value at every scale. A difference is said to be kept
-where its 95 % interval lies within the margin that does not matter, changed where the interval
-leaves out zero and part of it lies beyond the margin, and undecided otherwise.
+A quantity that a rule keeps has the same value at every scale. A value is kept if the 95 % interval
+of its difference lies within the margin that does not matter. It is changed if the interval leaves
+out zero and part of it lies beyond the margin. Otherwise it is undecided.
 """
 
 from dataclasses import asdict, dataclass

@@ -62,9 +62,9 @@ def blocked(design, size, codes, terms=None, seed=1):
     """The design table with a column `block` of `size` runs each, so that blocks disturb the
     model's terms least.
 
-    Runs are exchanged between blocks as long as that raises the determinant of the terms'
-    information beside the blocks; an orthogonal blocking, where there is one, has the largest.
-    Raises CalibrationError for a size that does not divide the runs.
+    Runs are exchanged between blocks as long as this raises the determinant of the terms'
+    information beside the blocks. An orthogonal blocking, if there is one, has the largest. Raises
+    CalibrationError for a size that does not divide the runs.
     """
     n = len(design)
     if size < 1 or n % size:

@@ -19,8 +19,8 @@ TRIPLES = {
     6: ("124", "235", "346", "145", "256", "136"),
     7: ("456", "167", "257", "124", "347", "135", "236"),
 }
-"""Factors that leave the centre together (Box and Behnken 1960, Technometrics 2:455); pyDOE3 pairs
-them instead, which takes 60 and 84 runs where the published designs take 48 and 56."""
+"""Factors that leave the centre together (Box and Behnken 1960, Technometrics 2:455). pyDOE3 pairs
+them instead and takes 60 and 84 runs; the published designs take 48 and 56."""
 
 
 def plackett_burman(factors, replicates=1, runs=None):
@@ -148,7 +148,7 @@ def path_from_effects(factors, effects, steps):
     high-response one.
 
     Each factor moves in the direction of its effect, from the end of its range where the response
-    is low, by steps in proportion to its effect; the factor with the largest effect crosses its
+    is low, by steps in proportion to its effect. The factor with the largest effect crosses its
     whole range. Raises CalibrationError for fewer than two steps, or when no factor has an effect.
     """
     if steps < 2:

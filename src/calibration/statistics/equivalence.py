@@ -1,7 +1,7 @@
 """Three verdicts on a difference, by a margin that was stated before the data were seen.
 
-`equivalent` and `different` are both proven, each at level alpha; what neither is proven of is
-`undecided`, and more runs decide it. Scatter therefore earns no verdict, and a small difference
+`equivalent` and `different` are both proven, each at level alpha. If neither is proven, the verdict
+is `undecided`, and more runs decide. Scatter therefore earns no verdict, and a small difference
 known exactly is equivalent.
 """
 
@@ -53,8 +53,8 @@ def welch(sd_a, n_a, sd_b, n_b):
 
 @dataclass(frozen=True)
 class Paired:
-    """Pairs of values: their mean difference `bias` and the standard deviation `extra` by which the
-    differences scatter beyond what the runs do at one point; each with its 1 - 2 alpha interval."""
+    """Pairs of values. `bias` is their mean difference. `extra` is the standard deviation of the
+    differences beyond the scatter of runs at one point. Each has its 1 - 2 alpha interval."""
 
     n: int
     bias: float

@@ -33,11 +33,11 @@ def solve(surface, target, rule="closest_to_centre", seed=1, point=None):
     """All points of the cube [-1, 1]^k where `surface` predicts `target`, and one of them chosen by
     `rule`.
 
-    The set is a surface in the cube. It is sampled where random lines through the cube cross it;
-    its extent and the chosen point are then refined on the set itself. Where the target is out of
-    reach, the point of nearest prediction is returned and `attainable` is False. point: (factors,)
-    coded levels for the rule `closest_to_point`. Raises CalibrationError for an unknown rule or a
-    missing point.
+    The set is a surface in the cube. It is sampled at the crossings with random lines through the
+    cube. Its extent and the chosen point are then refined on the set itself. Where the target is
+    out of reach, the point of nearest prediction is returned and `attainable` is False. point:
+    (factors,) coded levels for the rule `closest_to_point`. Raises CalibrationError for an unknown
+    rule or a missing point.
     """
     merit = _merit(surface, rule, point)
     points = _crossings(surface, target, len(surface.codes), seed)

@@ -35,13 +35,13 @@ def screen(design, codes, response, alpha=0.05):
     """Effects of factors `codes` of a design table on response (n,): the change from -1 to +1.
 
     They are the main effects of a regression, so that runs may be missing, repeated or at the
-    centre. With two residual degrees of freedom or more they are tested by t; with fewer by Lenth's
-    pseudo standard error over all columns that n runs leave (Lenth 1989, Technometrics 31:469).
-    p_seeds tests them against the scatter of repeated points alone, which holds no aliased
-    interaction. t_limit and bonferroni_limit are the effects whose test gives p = alpha, for one
-    factor and for all of them, at the mean standard error. Raises RankDeficientError naming factors
-    that the design cannot tell apart, CalibrationError for responses that are missing or without
-    scatter.
+    centre. With two residual degrees of freedom or more they are tested by t. With fewer they are
+    tested by Lenth's pseudo standard error over all columns that n runs leave (Lenth 1989,
+    Technometrics 31:469). p_seeds tests them against the scatter of repeated points alone, which
+    holds no aliased interaction. t_limit and bonferroni_limit are the effects whose test gives p =
+    alpha, for one factor and for all of them, at the mean standard error. Raises RankDeficientError
+    naming factors that the design cannot tell apart, CalibrationError for responses that are
+    missing or without scatter.
     """
     levels = design[codes].to_numpy(float)
     n, k = levels.shape
@@ -135,9 +135,8 @@ def _screening_anova(table, residual, df, df_error, total):
 
 
 def why(screening, codes, alpha, preferred=(), named=None):
-    """Why each of `codes` goes on, {code: words}: because it is significant, because the
-    configuration names it, on its path (`preferred`) or outright (`named`), or because its effect
-    is the next largest."""
+    """Why each of `codes` goes on, {code: words}: it is significant, or the configuration names it,
+    on its path (`preferred`) or outright (`named`), or its effect is the next largest."""
     p = screening.table.set_index("code")["p"]
 
     def reason(code):
@@ -153,8 +152,8 @@ def why(screening, codes, alpha, preferred=(), named=None):
 def significant(screening, alpha, at_least=1, at_most=None, preferred=()):
     """Codes of the factors with p < alpha, largest effect first.
 
-    Fewer than `at_least` are filled up, with the `preferred` codes first and then with the next
-    largest effects; more than `at_most` are cut.
+    Fewer than `at_least` are filled up, first with the `preferred` codes and then with the next
+    largest effects. More than `at_most` are cut.
     """
     table = screening.table.assign(size=screening.table["effect"].abs()).sort_values(
         "size", ascending=False

@@ -87,9 +87,9 @@ class Surface:
 
     def canonical(self):
         """Stationary point (factors,) in coded levels, eigenvalues (factors,), axes (factors,
-        factors) as columns, and kind: maximum, minimum, saddle, `ridge` where an eigenvalue is
-        below FLAT of the largest, `plane` where nothing is curved. Along flat axes the point is the
-        nearest to the centre: its position there says nothing."""
+        factors) as columns, and kind: maximum, minimum, saddle, `ridge` if an eigenvalue is below
+        FLAT of the largest, `plane` if nothing is curved. Along flat axes the point is the nearest
+        to the centre: its position there says nothing."""
         linear, quadratic = self._gradient_and_hessian()
         values, axes = np.linalg.eigh(quadratic)
         largest = np.abs(values).max()
@@ -247,9 +247,9 @@ def blocks_p(design, codes, column, terms=None):
 def reduced_surface(design, codes, response, alpha=0.1):
     """The surface without the terms that say nothing: backward elimination by hierarchy.
 
-    The term of the largest p goes as long as it is at least alpha; a factor stays while a term that
-    holds it does (Peixoto 1990, American Statistician 44:26), so that the model does not depend on
-    how the levels are coded.
+    The term with the largest p is removed as long as this p is at least alpha. A factor stays as
+    long as a term that holds it (Peixoto 1990, American Statistician 44:26). So the model does not
+    depend on how the levels are coded.
     """
     terms = quadratic_terms(codes)
     while True:
@@ -266,11 +266,11 @@ def parameter_interval(surface, target, point, k, alpha=0.05, target_se=0.0, tar
     """(low, high) in coded levels of factor k around the optimum `point` (factors,), the others
     held.
 
-    The stretch around the point on which the surface's mean may be the target, which is itself a
-    mean with the standard error `target_se` on `target_df` degrees of freedom (an inverse
-    prediction: Fieller 1954; the degrees of freedom of the two errors together by Satterthwaite
-    1946). An end at -1 or +1 is the border of the region: the data do not bound the factor there.
-    What the other factors leave open is the posterior's to say.
+    The levels around the point at which the surface's mean may be the target. The target is itself
+    a mean with the standard error `target_se` on `target_df` degrees of freedom. This is an inverse
+    prediction (Fieller 1954). The degrees of freedom of the two errors together are by
+    Satterthwaite (1946). An end at -1 or +1 is the border of the region: the data do not bound the
+    factor there. What the other factors leave open is the posterior's to say.
     """
     grid = np.linspace(-1.0, 1.0, GRID)
     levels = np.tile(np.asarray(point, float), (GRID, 1))

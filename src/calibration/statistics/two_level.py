@@ -8,8 +8,8 @@ from calibration.errors import CalibrationError
 from calibration.statistics.design import MAX_SCREENING, tabulate
 
 GENERATORS = {7: "a b c d abc bcd acd", 8: "a b c d abc bcd acd abd"}
-"""Published generators (Box, Hunter and Hunter 2005, table 6.22) of the 16-run designs; all others
-are taken from the words of odd length, which give the same aliasing."""
+"""Published generators (Box, Hunter and Hunter 2005, table 6.22) of the 16-run designs. All others
+are words of odd length, which give the same aliasing."""
 
 
 def resolution_iv(factors, centre_runs=0, replicates=1):
@@ -62,8 +62,8 @@ def foldover(design, factors):
 def alias_groups(levels, codes):
     """Two-factor interactions of coded levels (n, factors) that no run of the design parts.
 
-    Returns a list of lists of pairs of codes; pairs in a group differ at most in sign, and one that
-    is aliased with the mean or a main effect stands in the group of that code, or of 'mean'.
+    Returns a list of groups of pairs of codes. Pairs in a group differ at most in sign. A pair that
+    is aliased with a main effect, or with the mean, stands in the group of that code, or of 'mean'.
     """
     x = np.asarray(levels, float)
     found = [("mean", np.ones(len(x)))] + [(c, x[:, i]) for i, c in enumerate(codes)]

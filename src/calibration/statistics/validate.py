@@ -53,10 +53,10 @@ def compare(simulated, measured, margin, alpha=0.05):
 
     The interval of the difference and the tests are Welch's, of unequal variances. The equivalence
     test is two one-sided tests against +-margin (Schuirmann 1987, Journal of Pharmacokinetics and
-    Biopharmaceutics 15:657): its p is the larger of the two, below alpha means equivalent, which is
-    the same as the 1 - 2 alpha interval of the difference (equivalence_low to equivalence_high)
-    lying within the margin. Raises CalibrationError for missing values, fewer than two on a side,
-    no scatter at all, or a margin that is not positive.
+    Biopharmaceutics 15:657). Its p is the larger of the two. Below alpha the means are equivalent:
+    the 1 - 2 alpha interval of the difference (equivalence_low to equivalence_high) then lies
+    within the margin. Raises CalibrationError for missing values, fewer than two on a side, no
+    scatter at all, or a margin that is not positive.
     """
     groups = np.atleast_2d(np.asarray(simulated, float))
     s, m = groups.ravel(), measured
@@ -114,7 +114,7 @@ def variance_components(groups):
 
 
 def _groups_p(groups):
-    """p of the F test that groups (g, r) have one mean; None where there is nothing to test it
+    """p of the F test that groups (g, r) have one mean. None if there is nothing to test it
     with."""
     g, r = groups.shape
     within = groups.var(axis=1, ddof=1).mean() if r > 1 else 0.0

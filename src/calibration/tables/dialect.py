@@ -2,8 +2,7 @@
 an error with both.
 
 A separator counts where it gives every row the header's number of cells. A comma in a number is a
-decimal mark where
-no other reading is left; `1,234` alone could be a thousand.
+decimal mark if no other reading is left. `1,234` alone could be a thousand.
 """
 
 import csv
@@ -111,7 +110,7 @@ def decimal_of(rows, separator, path):
 
 
 def _number_in(cell):
-    """The number that a cell begins with, a unit left out; None for words, codes and cells that
+    """The number that a cell begins with, without its unit. None for words, codes and cells that
     only hold digits."""
     match = _LEADING.match(cell)
     if not match or not re.fullmatch(r"(\s*[^\d\s.,;]\S*)?", cell[match.end() :]):

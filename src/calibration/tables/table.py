@@ -89,9 +89,9 @@ def _nearest(name, names):
 def read_table(path, check=None):
     """`Table` of a CSV or tab-separated text or a workbook.
 
-    A line that begins with `#` is a comment, blank lines do not count; line numbers are the file's
-    own. check: called with the headings and their line before any row is read. Raises ConfigError
-    naming file, line and what is allowed.
+    A line that begins with `#` is a comment. Blank lines do not count. Line numbers are those of
+    the file. check: called with the headings and their line before any row is read. Raises
+    ConfigError naming file, line and what is allowed.
     """
     path = Path(path)
     data = read_bytes(path)

@@ -1,9 +1,9 @@
 """How large an effect is on a plan of measurements, and the strength that makes it so large.
 
-The size is what the base model cannot take up: on noise-free data of the plan with the effect in
-them, the largest distance of a setting from the fitted base model, in standard errors of that
-setting. A moderate effect is one of `MODERATE`: a tenth of a rebound that is known to 1 %, two
-degrees of a sliding angle that is known to 0.2°.
+The size is what the base model cannot take up. The base model is fitted to noise-free data of the
+plan that contain the effect. The size is the largest distance of a setting from this fit, in
+standard errors of that setting. A moderate effect is one of `MODERATE`: a tenth of a rebound that
+is known to 1 %, two degrees of a sliding angle that is known to 0.2°.
 """
 
 import numpy as np
@@ -18,9 +18,9 @@ STEPS = 161
 
 
 def sizes(emulated, conditions, name, coded):
-    """Size (k,) of an effect at k coded strengths, the base parameters at their ranges' centre; the
-    chi-square (k,) of the fitted base model; and whether its parameters lie within their ranges
-    (k,)."""
+    """Size (k,) of an effect at k coded strengths, with the base parameters at their ranges'
+    centre, the chi-square (k,) of the fitted base model, and whether its parameters lie within
+    their ranges (k,)."""
     model = emulated.model(conditions, [name])
     theta = np.tile(model.prior_mean, (len(coded), 1))
     theta[:, -1] = coded

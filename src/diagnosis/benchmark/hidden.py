@@ -96,9 +96,9 @@ def draw(
 ):
     """(measurements, truth): data with `effects` {name: strength in its unit} switched on.
 
-    The base parameters are drawn from the middle 60 % of their ranges by `point`, the noise of each
-    condition by `seed` (that of the point unless given) and the effects. Runs that give no value,
-    in a funnel that clogs, are a row with that outcome; a single reading beside them has no spread
+    `point` draws the base parameters from the middle 60 % of their ranges. `seed` (that of the
+    point unless given) and the effects draw the noise of each condition. Runs that give no value,
+    in a funnel that clogs, are a row with that outcome. A single reading beside them has no spread
     and is left out. truth says what was drawn.
     """
     rng = np.random.default_rng([point, 20_011])

@@ -102,7 +102,7 @@ class Laboratory:
         return {"hidden": " + ".join(strengths), "size": round(size, 2)}
 
     def _scores(self, case):
-        """Scores of a case; those of the last data set are kept, for it may come again with a
+        """Scores of a case. Those of the last data set are kept, because it may come again with a
         smaller catalogue."""
         data = replace(case, case=case.case if case.case in DECOYS else "")
         if self._last[0] != data:

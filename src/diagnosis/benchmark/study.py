@@ -2,10 +2,10 @@
 through the engine.
 
 Every case simulates its data with the real engine (`hidden.draw`) and diagnoses them with the
-emulators; the truth is looked at only when the verdict is there. Base parameters are drawn for a
-number of points; cases at one point share the runs of the experiments that their effects do not
-touch, and have readings and noise of their own. A finished case is kept under the content of all
-that decides it, so an interrupted benchmark goes on where it was.
+emulators. The truth is looked at only after the verdict. Base parameters are drawn for a number of
+points. Cases at one point share the runs of the experiments that their effects do not touch. Each
+has readings and noise of its own. A finished case is kept under the content of all that decides it,
+so an interrupted benchmark goes on where it was.
 """
 
 import hashlib

@@ -4,9 +4,9 @@ them.
 A study may add a folder of its own (`diagnosis.catalogue`), each file of which does the same.
 
 A mechanism of the engine has `apply(spec, strength)`, which returns a run spec with its law
-switched on. One of the measurement has in addition `observe(value, condition, strength)`: what
+switched on. A mechanism of the measurement also has `observe(value, condition, strength)`: what
 would have been read in place of the true value (arrays or floats; condition is the mapping of
-levers); its `apply` is what the engine's own model of the instrument does, used to make test data.
+levers). Its `apply` uses the engine's own model of the instrument and makes test data.
 """
 
 import importlib
@@ -67,8 +67,8 @@ class Strength:
 class Mechanism:
     """One thing that a model may be missing.
 
-    multiplies: a lever, where the mechanism is the base model with that lever times the strength
-    and nothing else. law: (slot, state) of the free law (`diagnosis.laws`) that it is a case of.
+    multiplies: a lever, if the mechanism is the base model with that lever times the strength and
+    nothing else. law: (slot, state) of the free law (`diagnosis.laws`) that it is a case of.
     """
 
     name: str
@@ -101,8 +101,8 @@ def coarse(spec):
     """Factor by which the grains of a run spec (a mapping) are coarser than those that they stand
     for.
 
-    A force that is proportional to the radius is multiplied by it: force over area, and with it the
-    ratio of cohesion to the weight of a heap in the same rig, is then that of the finer grains.
+    A force that is proportional to the radius is multiplied by it. Force over area is then that of
+    the finer grains, and so is the ratio of cohesion to the weight of a heap in the same rig.
     """
     return spec.get("particles", {}).get("scale_factor", 1.0)
 

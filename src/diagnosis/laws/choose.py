@@ -97,8 +97,8 @@ def chance(tried):
 
 
 def ruled_out(tried, best, rival, replicates=99, seed=0):
-    """p that data of the rival's own fit let the best lead by as much as here; by simulation from
-    the rival."""
+    """Share of data simulated from the rival's own fit on which the best leads by as much as
+    here."""
     gains = tried.gains
     lead = gains[best] - gains[rival]
     if lead > FAR:

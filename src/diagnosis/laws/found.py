@@ -98,9 +98,9 @@ def _law_or_misfit(out, tried, best, seed):
 def held_out(tried):
     """How left-out levels are missed: {settings, before, after, beyond_band}.
 
-    before, after: root mean square miss in standard errors of the readings, without and with a law
-    that is chosen and fitted anew without the level. beyond_band: the same with the law, in units
-    of what it says of its own error there."""
+    before, after: root mean square miss in standard errors of the readings, without a law, and with
+    a law that is chosen and fitted anew without the level. beyond_band: the miss with the law, in
+    units of the error that the law states for itself there."""
     readings, misses = tried.readings, []
     for levels in readings.folds.values():
         for index in levels if len(levels) > 2 else []:

@@ -1,8 +1,8 @@
 """The catalogue's mechanisms as curves over the settings of one experiment, from the engine's own
 contacts.
 
-A curve is what the mechanism at one strength does to the logarithm of the reading, its base
-coefficient chosen so that the mean over the settings is that of the data. Settings of one grain
+A curve is what the mechanism at one strength does to the logarithm of the reading. Its base
+coefficient is chosen so that the mean over the settings is that of the data. Settings of one grain
 size share a simulation.
 """
 

@@ -2,8 +2,8 @@
 data sets at once.
 
 z = mean + level + law + shared errors + noise, all Gaussian. The law is a Gaussian process over its
-state, or one of a family of curves. Errors between settings, between batches and instruments and
-between the levels of a lever have standard deviations of their own, estimated by maximum posterior
+state, or one of a family of curves. Errors between settings, between batches and instruments, and
+between the levels of a lever each have a standard deviation. It is estimated by maximum posterior
 on a grid (the prior is half Cauchy in units of the measurements' error). With P the inverse
 covariance, a fold G is predicted from the rest with covariance (P_GG)^-1 and residual (P_GG)^-1 (P
 z)_G: Rasmussen and Williams (2006), Gaussian Processes for Machine Learning, 5.4.2.
@@ -138,8 +138,8 @@ def _densities(candidate, nuisance, z, precision, logdet):
 
 
 def profile(candidate, readings, nuisance, log, centre):
-    """Log likelihood (k,) of one data set, log (1, n), with each of the candidate's curves, at the
-    best variances for that curve; up to a constant."""
+    """Log likelihood (k,) of one data set, log (1, n), with each of the candidate's curves at the
+    best variances for that curve, up to a constant."""
     z, slope = to_space(candidate.space, log, centre)
     precision, logdet = _precisions(candidate, nuisance, slope.mean(0))
     return _densities(candidate, nuisance, z, precision, logdet).max(0)[:, 0]

@@ -1,8 +1,8 @@
 """The further setting at which laws and forms that are tied would part most.
 
-Each contender is fitted to the readings; what it expects at a setting that has not been measured
-follows from the same fit, with a reading there that weighs nothing. The setting with the largest
-mutual information between contender and reading is proposed, within twice the plan's range.
+Each contender is fitted to the readings. The same fit gives what it expects at a setting that has
+not been measured: a reading is put there that has no weight. The setting with the largest mutual
+information between contender and reading is proposed, within twice the plan's range.
 """
 
 import itertools

@@ -2,9 +2,9 @@
 reading.
 
 `restitution` and `friction` multiply, so that the logarithm gains a curve of the state.
-`attraction`, `reading` and `drag` add a term: a weight of the levers, by which a law of the
-simplest kind acts, times a curve of the state that is 1 for that kind. `load` and `size` are errors
-of what was set. A state is a power product of the levers.
+`attraction`, `reading` and `drag` add a term. It is a weight of the levers, by which a law of the
+simplest kind acts, times a curve of the state. The curve is 1 for the simplest kind. `load` and
+`size` are errors of what was set. A state is a power product of the levers.
 """
 
 from collections.abc import Callable

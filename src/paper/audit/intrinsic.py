@@ -196,7 +196,7 @@ def units(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
 
 
 def _unit_dimension(unit: str) -> tuple[int, ...] | None:
-    """Powers of mass, length and time of a unit such as "kg m-3"; None where a part of it is not
+    """Powers of mass, length and time of a unit such as "kg m-3". None if a part of it is not
     known."""
     total = [0, 0, 0]
     for token in unit.split():

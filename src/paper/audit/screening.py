@@ -200,8 +200,8 @@ def ascent_best(paper: Paper, claim: Claim) -> Recomputed:
 
 @claim_check("ascent.low", "ascent.high")
 def ascent_levels(paper: Paper, claim: Claim) -> Recomputed:
-    """The level of Table 10 whose values the coding of Table 11 uses; X gives the sense (Y falls as
-    X rises)."""
+    """The level of Table 10 whose values the coding of Table 11 uses. X gives the direction (Y
+    falls as X rises)."""
     end = claim.id.split(".")[1]
     coding = paper.numbers("table11_coding", "low", "high").set_axis(
         paper.text("table11_coding", "factor").factor

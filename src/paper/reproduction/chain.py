@@ -1,7 +1,7 @@
 """Tables 10 to 13 and Eq. 28: ascent, response surface, optimum and validation.
 
-The paper's points, terms and optimum can be compared one by one only with a study whose screening
-sent on the paper's three factors; the first such study among those given is taken.
+The paper's points, terms and optimum can be compared one by one only with a study of the paper's
+three factors. The first study whose screening sent these on is taken.
 """
 
 import numpy as np

@@ -1,9 +1,9 @@
 """One row of the reproduction table, and the comparisons that decide its agreement.
 
-Every agreement follows from numbers and from a margin stated beforehand (`margins`): equivalent
-where the difference's 90 % interval lies within the margin (two one-sided tests at 5 %), different
-where it lies outside, else undecided. Where the paper prints no spread of its own, its value is
-taken to scatter as ours does over the number of repeats that it states; `basis` says so.
+Every agreement follows from numbers and from a margin stated beforehand (`margins`). It is
+equivalent if the 90 % interval of the difference lies within the margin (two one-sided tests at 5
+%), different if the interval lies outside, else undecided. If the paper prints no spread, its value
+is taken to scatter as ours does, over the number of repeats that the paper states. `basis` says so.
 """
 
 import math
@@ -28,7 +28,7 @@ from paper.reproduction import margins
 NOT_RUN, NOT_COMPARABLE, NO_NUMBER = "not run", "not comparable", "no number"
 ARITHMETIC, SETTINGS, ENGINE = "the paper's arithmetic", "set from the paper", "our runs"
 """What a row is evidence of: the paper's figures against its own data, values that this study takes
-from the paper and so cannot differ by their own, values that the engine's runs gave."""
+from the paper (so they cannot differ), or values of the engine's runs."""
 COLUMNS = (
     "item",
     "id",
@@ -120,8 +120,8 @@ def means(place, printed, ours, sd, n, paper_sd=None, paper_n=1):
 
 
 def single_run(place, printed, ours, sd, n, paper_sd=None):
-    """A run of ours beside one of theirs; sd between our seeds, known from n runs, and between the
-    paper's runs."""
+    """A run of ours beside one of theirs. sd: between our seeds, known from n runs; paper_sd:
+    between the paper's runs."""
     if sd is None:
         return without_spread(place, printed, ours)
     error = math.hypot(sd, sd if paper_sd is None else paper_sd), n - 1

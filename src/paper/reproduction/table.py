@@ -61,8 +61,8 @@ def reproduce(folders, config, paper=PAPER):
 
 
 def _whole(item, unit, rows, study):
-    """The two rows that say how a table of simulated values does as a whole, of its values in
-    `unit`: whether ours lie higher or lower on the mean, and whether they scatter about that more
+    """The two rows about a table of simulated values as a whole, of its values in `unit`. One says
+    whether ours lie higher or lower on the mean, the other whether the differences scatter more
     than single runs do."""
     parts = [row for row in rows if row["item"] == item and row["unit"] == unit]
     name = min({row["study"] for row in parts if row["study"]} or {study.name})
