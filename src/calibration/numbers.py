@@ -2,6 +2,9 @@
 
 import math
 
+NORMAL_95 = 1.96
+"""Half of the 95 % interval of a normal distribution, in standard deviations."""
+
 
 def fixed(value, digits, sign=""):
     """A number with so many decimals; `sign` "+" writes the sign of a positive one too."""

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from calibration.figures import parameter_words
+from calibration.numbers import NORMAL_95
 from calibration.quantities import Condition
 from dem.spec import parse_spec
 from diagnosis import time_step
@@ -203,7 +204,7 @@ def _calibration(settings, factors, levels):
     for kind, (log, error) in levels.items():
         power = IN_AIR if kind == "drop" else 1.0
         factor = known[settings.experiments[kind].parameters[0]]
-        ends = [float(np.exp((log + z * error) / power)) for z in (-1.96, 1.96)]
+        ends = [float(np.exp((log + z * error) / power)) for z in (-NORMAL_95, NORMAL_95)]
         value = float(np.exp(log / power))
         prior = LEVEL_SD / power * value
         out[factor.name] = {

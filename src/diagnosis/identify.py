@@ -14,6 +14,7 @@ import numpy as np
 from scipy.special import expit
 from scipy.stats import chi2
 
+from calibration.numbers import NORMAL_95
 from diagnosis.failures import outcomes_of
 from diagnosis.fit import Data, data_of, fit, moderated_sd
 from diagnosis.measurements import LEAST_SETTINGS
@@ -339,7 +340,7 @@ def strength_of(model, fitted, row):
     out = {}
     for k, m in enumerate(model.mechanisms, len(model.factors)):
         u, sd = fitted.theta[row, k], np.sqrt(fitted.cov[row, k, k])
-        low, high = np.clip([u - 1.96 * sd, u + 1.96 * sd], 0.0, 1.0)
+        low, high = np.clip([u - NORMAL_95 * sd, u + NORMAL_95 * sd], 0.0, 1.0)
         out[m.name] = {
             "name": m.strength.name,
             "unit": m.strength.unit,

@@ -5,6 +5,7 @@ import numpy as np
 from scipy import stats
 
 from calibration.figures import parameter_words
+from calibration.numbers import NORMAL_95
 from calibration.quantities import LEVERS, QUANTITIES
 from diagnosis.design import WIDENED
 
@@ -144,7 +145,9 @@ def calibration(model, fitted):
     for k, factor in enumerate(model.factors):
         mode = fitted.theta[0, k]
         left = float(sd[k] / model.prior_sd[k])
-        ends = [float(np.clip(mode + z * sd[k], -WIDENED, WIDENED)) for z in (-1.96, 1.96)]
+        ends = [
+            float(np.clip(mode + z * sd[k], -WIDENED, WIDENED)) for z in (-NORMAL_95, NORMAL_95)
+        ]
         out[factor.name] = {
             "value": float(factor.natural(float(mode))),
             "sd": float(sd[k] * factor.half_range),

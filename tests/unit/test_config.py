@@ -11,6 +11,7 @@ from calibration.campaign import plan, run_id
 from calibration.config import Config, given, overlay, parse_config, section_of
 from calibration.errors import CalibrationError, ConfigError
 from calibration.factors import Factor, factor_of, read_factors
+from calibration.opening import opening
 from calibration.statistics.design import box_behnken, plackett_burman, steepest_path
 
 ROOT = Path(__file__).parents[2]
@@ -246,3 +247,10 @@ def test_what_a_run_writes_does_not_rename_it(data):
     spec = {**config.run, "experiment": "heap", "seed": 1}
     assert run_id(spec) == run_id(spec | {"output": {"frame_interval_s": 0.1}})
     assert run_id(spec) != run_id(spec | {"seed": 2})
+
+
+def test_a_number_of_the_material_that_nothing_gives_is_said_before_any_run(data):
+    assert not [text for text in opening(parse_config(data)) if "not given" in text]
+    del data["run"]["materials"]["particle"]["density_kg_m3"]
+    [said] = [text for text in opening(parse_config(data)) if "not given" in text]
+    assert said.endswith("counts: materials.particle.density_kg_m3 1210")

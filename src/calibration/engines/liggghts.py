@@ -169,20 +169,7 @@ def _sizes(pour):
 
 
 def _drop(spec, folder):
-    drop = rig.Drop.of(spec)
-    at = drop.starts(spec.seed)
-    first, every, looks = drop.looks
-    grains = "\n".join(
-        f"create_atoms 1 single {x:.12g} {y:.12g} {z:.12g} units box" for x, y, z in at
-    )
-    return _head(spec, rig.box_around(at, drop.radius), drop.radius) + DROP.format(
-        grains=grains,
-        diameter=2.0 * drop.radius,
-        density=drop.density,
-        first=first,
-        every=every,
-        more=every * looks,
-    )
+    return rig.Drop.of(spec).deck(spec, _head, DROP, units=" units box")
 
 
 ENGINE = Engine("liggghts", Settings, ("heap", "drop"), identity, refuse, simulate)

@@ -209,6 +209,23 @@ class Drop:
         every = max(round(0.01 * fall / self.dt), 1)
         return round((fall + 2.0 * self.contact_time) / self.dt), every, 20
 
+    def deck(self, spec, head, body, units=""):
+        """A code's deck: its head (a function of spec, box and radius), then `body` with the
+        grains, one a line, and the steps between looks. units: words behind a grain's place."""
+        at = self.starts(spec.seed)
+        first, every, looks = self.looks
+        grains = "\n".join(
+            f"create_atoms 1 single {x:.12g} {y:.12g} {z:.12g}{units}" for x, y, z in at
+        )
+        return head(spec, box_around(at, self.radius), self.radius) + body.format(
+            grains=grains,
+            diameter=2.0 * self.radius,
+            density=self.density,
+            first=first,
+            every=every,
+            more=every * looks,
+        )
+
     def metrics(self, z, v, start):
         """Metrics from heights z and speeds v (looks, drops) of the centres after the
         impact, and `start` (drops,)."""

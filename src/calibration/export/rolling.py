@@ -36,6 +36,7 @@ from calibration.campaign import read_metric, run_id, write_plan
 from calibration.config import overlay, point_spec
 from calibration.statistics.validate import compare
 from calibration.tables import read_written
+from dem.contact.catalogue import LAWS
 from dem.errors import SpecError
 from dem.spec import parse_spec
 
@@ -51,7 +52,9 @@ COLUMNS = ("path", "scale", "share", "rolling_friction", "static_friction", "see
 MOST_ROLLING = 5.0  # what a run spec allows
 OWN_SEEDS, PATH_SEEDS, CONFIRM_SEEDS, FULL_SEEDS = 6, 3, 5, 5
 MOST_GRAINS = 2500
-STIFFNESS_FACTOR, DAMPING_RATIO = 2.25, 0.3
+_OWN = {p.key: p.default for p in LAWS["rolling"]["elastic_plastic"].parameters}
+STIFFNESS_FACTOR = _OWN["rolling_stiffness_factor"]
+DAMPING_RATIO = _OWN["rolling_damping_ratio"]
 
 
 def place(path, share, pair):

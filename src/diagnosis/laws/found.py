@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from calibration.numbers import NORMAL_95
 from diagnosis.laws.choose import ruled_out, share_above, trial
 from diagnosis.laws.forms import compare, forms_of
 from diagnosis.laws.mixed import from_space, posterior, to_space
@@ -414,7 +415,7 @@ def curve(law, tried):
     size, direction = np.linalg.eigh(covariance)
     root = direction * np.sqrt(np.maximum(size, 0.0))
     wide = np.abs(rng.standard_normal((DRAWS, len(at))) @ root.T / spread).max(1)
-    reach = max(float(np.quantile(wide, 0.95)), 1.96) * spread
+    reach = max(float(np.quantile(wide, 0.95)), NORMAL_95) * spread
     told = told_in(law, tried)
     state = np.exp(middle + half * at)
     values = [
