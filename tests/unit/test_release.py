@@ -54,6 +54,17 @@ def test_a_release_is_of_the_version_that_its_tag_names():
             ["bash", "-c", check], cwd=ROOT, env={"GITHUB_REF_NAME": tag}, check=False
         )
         assert done.returncode == status
+    notes = next(line for line in steps.splitlines() if line.startswith("awk"))
+    shown = subprocess.run(
+        ["bash", "-c", notes.replace("> notes.md", "")],
+        cwd=ROOT,
+        env={"GITHUB_REF_NAME": f"v{version}"},
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    changes = (ROOT / "CHANGELOG.md").read_text()
+    assert shown.strip() == changes.split(f"## {version}\n")[1].split("\n## ")[0].strip()
     assert "python -m build" in steps
     assert "dist/*" in steps
 
