@@ -9,8 +9,8 @@ from dem.units import question
 
 
 def limits_of(spec):
-    """Sentences on what a calibration with the laws of a `RunSpec` does not hold for; an empty list
-    where they hold in motion too."""
+    """Sentences on what a calibration with the laws of a `RunSpec` does not hold for. The list is
+    empty if they hold in motion too."""
     if spec.contacts.particle_particle.rolling_friction == 0.0:
         return []
     return [

@@ -1,9 +1,9 @@
 """Leapfrog: velocities live at the half steps, positions at the full ones.
 
-v(n+1/2) = v(n-1/2) + a(n) dt,   x(n+1) = x(n) + v(n+1/2) dt.
-Second order where forces depend on position. Damping and sliding see the velocity of half a step
-earlier, which makes them first order; extrapolating it instead was tried and lost a third of the
-largest stable step for no gain at usual step sizes.
+v(n+1/2) = v(n-1/2) + a(n) dt,   x(n+1) = x(n) + v(n+1/2) dt. Second order where forces depend on
+position. Damping and sliding take the velocity of half a step earlier, which makes them first
+order. Extrapolation of the velocity was tried. It lost a third of the largest stable step and
+gained nothing at usual step sizes.
 
 In float32 a velocity of 1 m/s has steps of 1e-7 m/s, as large as what gravity adds in a short time
 step. What rounding leaves over is carried to the next step (Kahan 1965, Communications of the ACM

@@ -1,9 +1,9 @@
 """Where numba keeps the engine's compiled code: a folder of this engine, compiled by this software.
 
-numba looks only at a kernel's own file to decide whether its compiled code is current, not at the
-files of what it calls, and not at the versions of LLVM and numpy. The folder is therefore named
-after a hash of all the engine's code and of that software, and lies below whatever folder the user
-has chosen.
+numba decides by a kernel's own file alone whether its compiled code is current. It looks neither at
+the files of the functions that the kernel calls nor at the versions of LLVM and numpy. The folder
+is therefore named after a hash of all the engine's code and of that software, and lies below
+whatever folder the user has chosen.
 """
 
 import os

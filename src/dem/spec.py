@@ -39,7 +39,7 @@ class MaterialSpec(Part):
 
 
 class WallMaterialSpec(MaterialSpec):
-    """Steel by default (Table 4 of the paper)."""
+    """Steel by default."""
 
     density_kg_m3: float = field(7800.0, "density of the wall", gt=0)
     shear_modulus_Pa: float = field(8.0e10, "shear modulus of the wall", gt=0)
@@ -62,7 +62,7 @@ class ContactSpec(Part):
 
 
 class WallContactSpec(ContactSpec):
-    """Grain on wall: the paper's calibrated values by default."""
+    """Grain on wall."""
 
     restitution: float = field(0.421, "coefficient of restitution, grain on wall", ge=0.03, le=1)
     static_friction: float = field(

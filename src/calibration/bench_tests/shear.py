@@ -1,10 +1,10 @@
 """The direct shear test: yield loci at several particle frictions, and the friction that gives the
 measured slope.
 
-The paper takes the slope of its yield locus (Eq. 26) for the friction between two particles (Eq.
-27). The slope is a property of the bulk: particle friction, rolling resistance and dilation make
-it. So the particle friction is swept here, as the tilt test sweeps it, and the friction whose locus
-has the measured slope is read off with its interval."""
+The slope of a yield locus is sometimes taken for the friction between two particles. The slope is a
+property of the bulk: particle friction, rolling resistance and dilation make it. So the particle
+friction is swept here, as the tilt test sweeps it, and the friction whose locus has the measured
+slope is read off with its interval."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -150,8 +150,8 @@ class SlopeCurve:
 
 
 def shear(study, source, output):
-    """Yield loci at each friction, the slope over the friction, and what follows for the paper's
-    step."""
+    """Yield loci at each friction, the slope over the friction, and what follows for the
+    friction."""
     config, runs = study.config, read_written(source.design)
     measured, factor = measured_locus(config), factor_of(study.factors, KEY).name
     for name, metric in METRICS.items():
@@ -186,7 +186,7 @@ def shear(study, source, output):
 
 def _judge(curve, used, measured):
     """The slope at the friction in use (the highest swept unless given), the friction for the
-    measured slope, and whether the paper's step holds."""
+    measured slope, and whether the slope can be taken for the friction."""
     used = curve.high if used is None else used
     slope, half = (float(x) for x in curve.at(used))
     friction, interval = curve.inverse(measured)

@@ -1,7 +1,7 @@
-"""The paper's tilted plane and drop as virtual experiments.
+"""Tilted plane and drop as virtual bench tests.
 
-Both follow the paper: a sweep of the parameter, a quadratic fit (Eqs. 21, 23), its inverse for the
-measured value, and runs that confirm it.
+Each is a sweep of one parameter, a quadratic fit, its inverse for the measured value, and runs that
+confirm it.
 """
 
 from dataclasses import dataclass

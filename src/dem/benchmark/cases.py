@@ -109,7 +109,7 @@ def timed_bed(n=10000, ratio=1.0, settle=SETTLE_STEPS, block=BLOCK, blocks=BLOCK
 
 
 def timed_heap(count=10000):
-    """The funnel heap at the paper's optimum, start to rest, without measuring the angle."""
+    """The default funnel heap, from start to rest, without measuring the angle."""
     spec = parse_spec(
         {
             "experiment": "heap",

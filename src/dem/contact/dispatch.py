@@ -1,7 +1,7 @@
 """The choice of a law inside the kernels, written out from what the laws declare.
 
 For each role one function that asks for the number of the law and calls its kernel, as a row of `if
-codes.slot == 1`. A branch on a code is the same for all contacts and costs nothing; kernels handed
+codes.slot == 1`. A branch on a code is the same for all contacts and costs nothing. Kernels handed
 over as closures would miss numba's disk cache. The source is the same in every process: laws come
 in the order of `catalogue`.
 """

@@ -1,4 +1,4 @@
-"""Bulk density, poured and tapped: grains fall into a cylinder; it is then dropped from a small
+"""Bulk density, poured and tapped. Grains fall into a cylinder, which is then dropped from a small
 height again and again.
 
 Both densities are those of the mass below a level a little under the surface over the cylinder's

@@ -1,9 +1,9 @@
 """Confined compression and unconfined strength: a lid presses grains in a square box; then the
 walls are taken away.
 
-The lid comes down at a steady speed until it carries the load (oedometer). With the walls gone it
-goes on pressing; the most that it carries then is the unconfined strength, which is nil for grains
-that do not attract each other.
+The lid comes down at a steady speed until it carries the load (oedometer). When the walls are gone,
+it goes on pressing. The largest stress that the bed carries then is the unconfined strength. It is
+nil for grains that do not attract each other.
 """
 
 import math

@@ -1,9 +1,9 @@
 """What an experiment says of itself. One file defines `EXPERIMENT`; all tables, schemas and words
 are made from it.
 
-The run spec's schema, the study's metrics, the diagnosis' quantities and levers, the command's
-templates and checks, the figures' labels and the reference pages ask these objects; nothing else
-lists the experiments.
+These objects give the run spec's schema, the study's metrics, the diagnosis' quantities and levers,
+the command's templates and checks, the figures' labels and the reference pages. Nothing else lists
+the experiments.
 """
 
 from collections.abc import Callable

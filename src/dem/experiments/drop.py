@@ -1,9 +1,9 @@
 """The drop test: single grains fall onto a plate and the height of their rebound is read.
 
-Several grains fall at once, far apart, so that they never meet; each starts a little higher than
-the last, by a fraction of what it travels in one time step at impact, so that their contacts begin
-at different moments within a step. The scatter of their rebounds is then what the time step costs.
-Heights are those of the lowest point above the plate, as on the bench.
+Several grains fall at once, far apart, so that they never meet. Each starts a little higher than
+the last, by a fraction of its path in one time step at impact. So their contacts begin at different
+moments within a step. The scatter of their rebounds is then what the time step costs. Heights are
+those of the lowest point above the plate, as on the bench.
 """
 
 import math
@@ -25,7 +25,7 @@ LEAST_REBOUND = 1e-4  # of the drop height; a grain that sticks has no logarithm
 
 
 class DropGeometry(Part):
-    """Drop test (2.3.3)."""
+    """Drop test."""
 
     drop_height_mm: float = field(150.0, "lowest point of the grain above the plate", gt=0)
     drops: int = field(5, "independent drops, at different phases of the time step", ge=1, le=1000)
@@ -88,10 +88,9 @@ def _follow(sim, radius, limit, output_interval, context):
     """Highest point after the first impact of each grain: by energy at any time, and at output
     instants only.
 
-    The apex by energy is z + v^2/2g while the grain rises freely; with air drag the true apex is
-    the largest z, so the larger of the heights reached is kept and the energy estimate is used only
-    in vacuum.
-    Raises MeasureError when a grain has not come down within `limit` [s].
+    The apex by energy is z + v^2/2g while the grain rises freely. With air drag the true apex is
+    the largest z. So the larger of the heights reached is kept, and the energy estimate is used in
+    vacuum only. Raises MeasureError when a grain has not come down within `limit` [s].
     """
     n = sim.n
     highest, sampled = np.full(n, -np.inf), np.full(n, -np.inf)

@@ -2,8 +2,8 @@
 rotation.
 
 The drum turns about the z axis, and gravity points along -y. In the rolling regime a thin layer
-flows down the surface and the bed below turns with the drum as a solid; the regimes go with the
-Froude number w^2 R / g (Mellmann 2001, Powder Technology 118:251).
+flows down the surface, and the bed below turns with the drum as a solid. The Froude number w^2 R /
+g decides the regime (Mellmann 2001, Powder Technology 118:251).
 """
 
 import math

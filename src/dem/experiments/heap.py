@@ -41,8 +41,7 @@ JITTER = (
 
 
 class HeapGeometry(Part):
-    """Funnel and plate (section 2.2.2 of the paper; flank and mouth of the funnel are not given
-    there)."""
+    """Funnel and plate."""
 
     orifice_diameter_mm: float = field(20.0, "orifice of the funnel", gt=0)
     plate_diameter_mm: float = field(80.0, "base plate", gt=0)
@@ -265,7 +264,7 @@ class Flow:
 
 
 def pour(spec, context):
-    """Build the heap described by `spec` and let it come to rest; returns the simulation, the rig,
+    """Build the heap described by `spec` and let it come to rest. Returns the simulation, the rig,
     the grains spilled and the `Flow`."""
     rig = Rig(spec.geometry)
     rng = np.random.default_rng(spec.seed)

@@ -1,5 +1,5 @@
-"""The lifted cylinder: grains rest in an open cylinder on a plate; it is lifted and they spread to
-a heap.
+"""The lifted cylinder. Grains rest in an open cylinder on a plate. The cylinder is lifted, and they
+spread to a heap.
 
 Angle, height and coverage are measured as those of the funnel heap; what runs off the plate is
 lost.

@@ -2,10 +2,10 @@
 holds still.
 
 A ring closes on itself, so no grain is pinched between the halves of a box and the sheared length
-has no end. Vanes on the lid and on the floor keep the grains from slipping there; the shear zone
+has no end. Vanes on the lid and on the floor keep the grains from slipping there. The shear zone
 forms below the lid's vanes. The shear stress is the torque on the lid over its area's first moment
 (Schulze 2008, Powders and Bulk Solids, section 4.2). As on the bench, the sample is compacted,
-sheared to steady state under the pre-shear load, relieved, and sheared under the test load; the
+sheared to steady state under the pre-shear load, relieved, and sheared under the test load. The
 peak is the point of the yield locus.
 """
 
@@ -29,7 +29,7 @@ SHAKE = 0.5  # speed of the grains at the start [m/s]: it breaks the lattice on 
 
 
 class ShearGeometry(Part):
-    """Ring shear cell (2.3.4)."""
+    """Ring shear cell."""
 
     inner_diameter_mm: float = field(20.0, "inner wall of the ring", gt=0)
     outer_diameter_mm: float = field(44.0, "outer wall of the ring", gt=0)

@@ -1,8 +1,8 @@
 """The tilted plane: four bonded grains rest on a plate that tilts until they slide.
 
 The plate turns at a steady rate about one of its edges. The bonded grains are one rigid body and
-cannot roll. Sliding is seen, as on the bench, once they have moved a given distance along the
-plate; the angle is read at that moment.
+cannot roll. As on the bench, sliding is seen when they have moved a given distance along the plate.
+The angle is read at that moment.
 """
 
 import math
@@ -23,7 +23,7 @@ LOOK = 2e-3  # seconds between looks at the cluster; the angle is read to tilt r
 
 
 class TiltGeometry(Part):
-    """Tilted plane (2.3.2)."""
+    """Tilted plane."""
 
     tilt_rate_deg_s: float = field(5.0, "speed of tilting", gt=0, le=90)
     plate_length_mm: float = field(80.0, "plate along the slope", gt=0)

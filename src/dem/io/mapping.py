@@ -67,7 +67,7 @@ def _size(node, known, above):
 
 
 def line_of(key, lines):
-    """Line of a dotted key, or of the nearest key above it that the file holds; None where it holds
+    """Line of a dotted key, or of the nearest key above it that the file holds. None if it holds
     none."""
     parts = key.split(".")
     while parts and ".".join(parts) not in lines:

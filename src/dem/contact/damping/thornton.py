@@ -1,9 +1,9 @@
 """Viscous damping without a pull: the force is cut to zero where the dashpot would attract.
 
-The dashpot has the form of `tsuji`; its factor is the one that returns the restitution asked for in
-spite of the cut. Thornton, Cummins, Cleary (2013), Powder Technology 233:30, fit that factor by a
-polynomial; here it is solved for from the equation of motion, which in units of the impact has the
-restitution as its only parameter.
+The dashpot has the form of `tsuji`. Its factor gives the restitution that is asked for in spite of
+the cut. Thornton, Cummins, Cleary (2013), Powder Technology 233:30, fit that factor by a
+polynomial. Here it is solved from the equation of motion. In units of the impact this equation has
+the restitution as its only parameter.
 """
 
 from functools import lru_cache

@@ -4,8 +4,8 @@ F = (4/3) E* sqrt(R*) overlap^(3/2) - factor sqrt(S_n m*) v_n,   factor = 2 sqrt
 beta = -ln e / sqrt(ln^2 e + pi^2),   S_n = 2 E* sqrt(R* overlap).
 
 Tsuji, Tanaka, Ishida (1992), Powder Technology 71:239, in the form that EDEM documents. The force
-may pull at the end of the contact; cutting that part off would raise the restitution (0.5 would
-come out as 0.55).
+may pull at the end of the contact. Without that part the restitution would be larger (0.55 in place
+of 0.5).
 """
 
 import math

@@ -2,7 +2,7 @@
 
 T = -mu_r F_n R* omega_r / |omega_r|, omega_r the tangential part of omega_i - omega_j. It conserves
 angular momentum. The torque is limited to what stops the relative spin within the step. LIGGGHTS'
-manual describes this law as `cdt`; its code divides by the whole relative spin, twist included, and
+manual describes this law as `cdt`. Its code divides by the whole relative spin, twist included, and
 does not stop at reversal.
 """
 
