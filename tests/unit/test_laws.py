@@ -168,7 +168,6 @@ def test_a_law_added_as_the_page_says_is_known(with_the_law):
     assert "friction_floor=0.001" in said
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_law_added_as_the_page_says_runs(with_the_law):
     said = with_the_law(

@@ -231,7 +231,6 @@ def test_a_pilot_that_is_ended_ends(here, monkeypatch):
         pilot(read(here / "peas"))
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_pilot_of_a_new_study_and_its_dry_run(here, capsys):
     rig = [x for x in RIG if x != "--no-pilot"]

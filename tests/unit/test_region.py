@@ -236,7 +236,6 @@ def test_the_region_moves_where_the_target_lies_outside(config_of_salt, tmp_path
     assert len(pd.read_csv(tmp_path / "design.csv")) == config.optimise.candidate_runs + 2
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_the_interval_of_one_factor_holds_the_truth_as_often_as_it_says(monkeypatch):
     """Over the runs and the measurement drawn anew: the level at which the true mean is the true

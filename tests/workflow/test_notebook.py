@@ -28,7 +28,6 @@ def test_the_cells_are_python_and_the_notebook_holds_no_output():
     assert '"outputs": []' in NOTEBOOK.read_text()
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_the_notebook_runs_from_top_to_bottom(tmp_path):
     for name in ("Snakefile", "workflow", "config", "profiles", "src", "data", "examples"):

@@ -1,0 +1,155 @@
+"""What the workflow adds to a run: `python tests/workflow/scale.py FOLDER RUNS [heaps] [--plan]`.
+
+A screening of RUNS runs is made by `snakemake -j2`: stub runs, which cost nothing, or real coarse
+heaps. Printed are the seconds of a core, of all processes together, less what the runs themselves
+took, a run; and the memory of snakemake, the files, and what a second call costs that finds all
+done. With --plan nothing is run beyond the plan.
+"""
+
+import json
+import os
+import resource
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+from kills import checkout
+
+EXPERIMENT = '''"""A run that costs nothing: its result is written, and nothing moves."""
+
+from dem.experiments.declare import Experiment, Metric, Quantity
+from dem.experiments.setup import WALL, build_simulation
+from dem.part import Part, field
+from dem.walls.builder import WallSet
+
+
+class Nothing(Part):
+    """No rig."""
+
+    height_mm: float = field(1.0, "of no effect", gt=0)
+
+
+def run(spec, context):
+    """The metric is a plane of two coefficients, and a scatter of the seed."""
+    walls = WallSet().body("plate", material=WALL).plane((0, 0, 0), (0, 0, 1))
+    context.finish(build_simulation(spec, walls))
+    pair = spec.contacts.particle_particle
+    scatter = (spec.seed * 0.6180339887) % 1.0 - 0.5
+    return {"value": 20.0 + 10.0 * pair.static_friction + 30.0 * pair.rolling_friction + scatter}
+
+
+EXPERIMENT = Experiment(
+    name="nothing",
+    title="Nothing",
+    geometry=Nothing,
+    run=run,
+    metrics=(Metric("value", "a plane and a scatter", 0.0),),
+    quantity=Quantity("value", "", 1e-3, 1e3, "value", relative=False),
+)
+'''
+FACTORS = """code\tname\tkey\tlow\thigh
+A\trestitution\tcontacts.particle_particle.restitution\t0.2\t0.7
+B\tfriction\tcontacts.particle_particle.static_friction\t0.4\t0.9
+C\trolling\tcontacts.particle_particle.rolling_friction\t0.05\t0.3
+D\twall_friction\tcontacts.particle_wall.static_friction\t0.4\t0.9
+E\twall_rolling\tcontacts.particle_wall.rolling_friction\t0.2\t0.5
+"""
+ROWS = 16
+"""Runs of the screening's design for five factors."""
+
+SHARE = 1250
+"""Stub runs of a process; how many heaps share one is left to the workflow."""
+
+STUB = """name: scale
+runs_per_job: {share}
+seed: 1
+factors: factors.tsv
+measurements: measured.csv
+target: {{metric: value}}
+experiment: nothing
+run: {{particles: {{count: 1}}}}
+screening: {{replicates: {replicates}}}
+"""
+HEAPS = """name: scale
+seed: 1
+factors: factors.tsv
+measurements: measured.csv
+target: {{metric: angle_of_repose_deg}}
+run:
+  particles: {{count: 150, diameter_mm: 4.0}}
+  geometry: {{orifice_diameter_mm: 30.0, plate_diameter_mm: 50.0, generation_rate_per_s: 1000}}
+screening: {{replicates: {replicates}}}
+"""
+MEASURED = {
+    STUB: "experiment,quantity,value,unit,sd,n\nnothing,value,32,1,0.5,5\n",
+    HEAPS: "experiment,quantity,value,unit,sd,n\nheap,angle_of_repose,30,deg,1,5\n",
+}
+
+
+def study(folder, runs, text):
+    """A folder with a study of so many runs."""
+    checkout(folder)
+    (folder / "mine").mkdir(exist_ok=True)
+    (folder / "mine/nothing.py").write_text(EXPERIMENT)
+    (folder / "factors.tsv").write_text(FACTORS)
+    (folder / "measured.csv").write_text(MEASURED[text])
+    (folder / "study.yaml").write_text(text.format(replicates=-(-runs // ROWS), share=SHARE))
+
+
+def call(folder, *targets):
+    """One snakemake: (seconds of a core of it and all its children, largest memory of the main
+    process [bytes], seconds by the clock)."""
+    before, began, largest = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic(), 0
+    command = [sys.executable, "-m", "snakemake", "-j2", *targets, "--configfile", "study.yaml"]
+    with open(folder / "campaign.log", "a") as log:
+        process = subprocess.Popen(
+            command,
+            cwd=folder,
+            stdout=log,
+            stderr=log,
+            env=os.environ | {"DEM_EXPERIMENTS": str(folder / "mine")},
+        )
+        while process.poll() is None:
+            try:
+                largest = max(largest, psutil.Process(process.pid).memory_info().rss)
+            except psutil.Error:
+                pass
+            time.sleep(0.2)
+    if process.returncode:
+        raise SystemExit(f"snakemake failed: see {folder / 'campaign.log'}")
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return spent, largest, time.monotonic() - began
+
+
+def told(what, spent, largest, clock, runs):
+    print(
+        f"{what}: {spent:.1f} s of a core ({1e3 * spent / runs:.1f} ms a run), {clock:.0f} s by "
+        f"the clock, {largest / 2**20:.0f} MB",
+        flush=True,
+    )
+
+
+def main(folder, runs, text, plan):
+    """Measure, and print."""
+    study(folder, runs, text)
+    if plan:
+        target = "results/scale/screening/plan.json"
+        told("plan", *call(folder, target), runs)
+        told("dry run of all", *call(folder, "screening", "--dry-run", "--quiet", "all"), runs)
+        return
+    spent, largest, clock = call(folder, "screening")
+    results = [json.loads(p.read_text()) for p in folder.glob("results/runs/*/result.json")]
+    inside = sum(r["numerics"]["wall_time_s"] for r in results)
+    print(f"{len(results)} results; the runs themselves: {inside:.1f} s")
+    told("screening", spent, largest, clock, len(results))
+    told("screening without the runs", spent - inside, largest, clock, len(results))
+    told("again, all done", *call(folder, "screening"), len(results))
+    print(f"{sum(len(files) for _, _, files in os.walk(folder / 'results'))} files")
+
+
+if __name__ == "__main__":
+    chosen = HEAPS if "heaps" in sys.argv else STUB
+    main(Path(sys.argv[1]).absolute(), int(sys.argv[2]), chosen, "--plan" in sys.argv)
