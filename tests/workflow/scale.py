@@ -6,6 +6,7 @@ took, a run; and the memory of snakemake, the files, and what a second call cost
 done. With --plan nothing is run beyond the plan.
 """
 
+import itertools
 import json
 import os
 import resource
@@ -18,6 +19,8 @@ import psutil
 from kills import checkout
 
 EXPERIMENT = '''"""A run that costs nothing: its result is written, and nothing moves."""
+
+import random
 
 from dem.experiments.declare import Experiment, Metric, Quantity
 from dem.experiments.setup import WALL, build_simulation
@@ -36,7 +39,7 @@ def run(spec, context):
     walls = WallSet().body("plate", material=WALL).plane((0, 0, 0), (0, 0, 1))
     context.finish(build_simulation(spec, walls))
     pair = spec.contacts.particle_particle
-    scatter = (spec.seed * 0.6180339887) % 1.0 - 0.5
+    scatter = random.Random(f"{spec.seed} {spec.contacts}").uniform(-0.5, 0.5)
     return {"value": 20.0 + 10.0 * pair.static_friction + 30.0 * pair.rolling_friction + scatter}
 
 
@@ -49,15 +52,9 @@ EXPERIMENT = Experiment(
     quantity=Quantity("value", "", 1e-3, 1e3, "value", relative=False),
 )
 '''
-FACTORS = """code\tname\tkey\tlow\thigh
-A\trestitution\tcontacts.particle_particle.restitution\t0.2\t0.7
-B\tfriction\tcontacts.particle_particle.static_friction\t0.4\t0.9
-C\trolling\tcontacts.particle_particle.rolling_friction\t0.05\t0.3
-D\twall_friction\tcontacts.particle_wall.static_friction\t0.4\t0.9
-E\twall_rolling\tcontacts.particle_wall.rolling_friction\t0.2\t0.5
-"""
-ROWS = 16
-"""Runs of the screening's design for five factors."""
+CODES = "ABCDEFG"
+"""Of the factors of the salt. The design holds every combination of two levels, repeated with other
+seeds."""
 
 SHARE = 1250
 """Stub runs of a process; how many heaps share one is left to the workflow."""
@@ -65,22 +62,22 @@ SHARE = 1250
 STUB = """name: scale
 runs_per_job: {share}
 seed: 1
-factors: factors.tsv
+factors: config/factors.tsv
 measurements: measured.csv
 target: {{metric: value}}
 experiment: nothing
 run: {{particles: {{count: 1}}}}
-screening: {{replicates: {replicates}}}
+screening: {{design: design.csv}}
 """
 HEAPS = """name: scale
 seed: 1
-factors: factors.tsv
+factors: config/factors.tsv
 measurements: measured.csv
 target: {{metric: angle_of_repose_deg}}
 run:
   particles: {{count: 150, diameter_mm: 4.0}}
   geometry: {{orifice_diameter_mm: 30.0, plate_diameter_mm: 50.0, generation_rate_per_s: 1000}}
-screening: {{replicates: {replicates}}}
+screening: {{design: design.csv}}
 """
 MEASURED = {
     STUB: "experiment,quantity,value,unit,sd,n\nnothing,value,32,1,0.5,5\n",
@@ -93,9 +90,12 @@ def study(folder, runs, text):
     checkout(folder)
     (folder / "mine").mkdir(exist_ok=True)
     (folder / "mine/nothing.py").write_text(EXPERIMENT)
-    (folder / "factors.tsv").write_text(FACTORS)
+    rows = list(itertools.product((-1, 1), repeat=len(CODES)))
+    rows *= -(-runs // len(rows))
+    lines = [",".join(CODES), *(",".join(map(str, row)) for row in rows)]
+    (folder / "design.csv").write_text("\n".join(lines) + "\n")
     (folder / "measured.csv").write_text(MEASURED[text])
-    (folder / "study.yaml").write_text(text.format(replicates=-(-runs // ROWS), share=SHARE))
+    (folder / "study.yaml").write_text(text.format(share=SHARE))
 
 
 def call(folder, *targets):
