@@ -153,7 +153,6 @@ def run_all(runs, precisions, **environment):
     return json.loads(done.stdout)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="names of x86 processors")
 def test_processors_with_fused_multiplication_agree_to_the_bit(tmp_path):
@@ -193,7 +192,6 @@ def heaps(seeds):
     }
 
 
-@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="names of x86 processors")
 def test_a_processor_without_fused_multiplication_draws_from_the_same_heaps(tmp_path):
