@@ -76,6 +76,12 @@ def is_section(field, definitions):
     return found if "properties" in found else None
 
 
+def values_of(field):
+    """Schema of a mapping's values; empty where the keys are of any kind or it is no mapping."""
+    values = field.get("additionalProperties")
+    return values if isinstance(values, dict) else {}
+
+
 def rows(part, definitions, prefix=""):
     """Table rows of a schema's keys, nested ones with their dotted path."""
     text = ""
@@ -85,7 +91,7 @@ def rows(part, definitions, prefix=""):
             text += rows(section, definitions, f"{prefix}{key}.")
             continue
         items = is_section(field.get("items", {}), definitions)
-        named = is_section(field.get("additionalProperties") or {}, definitions)
+        named = is_section(values_of(field), definitions)
         meaning = field.get("description", "").replace("|", "\\|")
         listed = "list of mappings, keys below" if items else None
         listed = "mapping of names to mappings, keys below" if named else listed
