@@ -49,14 +49,19 @@ def batch_count(specs, chosen=None):
     return None if size == 1 else ceil(len(specs) / size)
 
 
-def run_batch(plan_file, batch, batches, done, failures="refused", root=None):
+def run_batch(plan_file, batch, batches, done, failures="refused", root=None, tell=lambda: None):
     """Do every `batches`-th run of a plan, from number `batch` on, and write their names to `done`.
 
     failures: "refused" raises CalibrationError naming the runs that failed and why, after the
     others have been done; "kept" lists them in `done`, for who can do without them. What the
-    machine did to a run is refused in either case."""
+    machine did to a run is refused in either case. tell: called after each run."""
     specs = share_of(plan_file, batch, batches)
-    found = simulate(specs, root, note=lambda text: print(text, flush=True))
+
+    def note(text):
+        print(text, flush=True)
+        tell()
+
+    found = simulate(specs, root, note)
     failed = [name for name, metrics in found.items() if metrics is None]
     if failed and failures == "refused":
         store = RunStore(root)

@@ -1,5 +1,5 @@
 """The `dem` command with what stands above the engine: `dem new` begins a study, `dem angle`
-measures photographs."""
+measures photographs, `dem bounce` sounds, `dem serve` shows a study while it runs."""
 
 import sys
 from pathlib import Path
@@ -11,7 +11,7 @@ from dem.cli import main as engine_main
 def main(argv=None):
     """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input."""
     try:
-        return engine_main(argv, (_add_new, _add_angle))
+        return engine_main(argv, (_add_new, _add_angle, _add_bounce, _add_serve))
     except CalibrationError as error:
         print(f"dem: {error}", file=sys.stderr)
         return 2
@@ -85,6 +85,48 @@ def _angle(args):
 
     for line in measure_photos(args.photos, args.out, args.scale, args.shown):
         print(line)
+
+
+def _add_bounce(commands):
+    bounce = commands.add_parser(
+        "bounce",
+        help="restitution of a grain from the sound of its bounces",
+        description="Read WAV recordings of one grain that bounces on a plate, and tell its "
+        "restitution by the times between the impacts.",
+    )
+    bounce.add_argument("sounds", type=Path, nargs="+", metavar="WAV")
+    bounce.add_argument("--out", type=Path, help="table of drops and rebounds to write")
+    bounce.set_defaults(command=_bounce)
+
+
+def _bounce(args):
+    from calibration.sound import measure_sounds  # loads scipy
+
+    for line in measure_sounds(args.sounds, args.out):
+        print(line)
+
+
+def _add_serve(commands):
+    server = commands.add_parser(
+        "serve",
+        help="a local page of a study while it runs",
+        description="Show a study's progress, its heaps as they finish and its failures on a page "
+        "of this machine alone, which can start and stop the study. The address that is told has "
+        "a token; nobody without it is answered.",
+    )
+    server.add_argument(
+        "study", nargs="+", metavar="STUDY", help="folder with config.yaml, or configuration files"
+    )
+    server.add_argument("--cores", type=int, default=2, help="that the study may use")
+    server.add_argument("--port", type=int, default=0, help="a free one unless given")
+    server.set_defaults(command=_serve)
+
+
+def _serve(args):
+    from calibration.api import Study  # loads pandas and the schemas
+    from calibration.serve import serve
+
+    serve(Study(*args.study), args.cores, args.port)
 
 
 if __name__ == "__main__":

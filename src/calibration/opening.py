@@ -1,4 +1,6 @@
-"""What a study says before any run: what was read, and what is valid but risky."""
+"""What a study says before any run (what was read, what is valid but risky) and at its end."""
+
+from pathlib import Path
 
 from calibration.config import point_spec, read_back
 from calibration.factors import read_factors
@@ -45,3 +47,16 @@ def _numbers(data, prefix=""):
         elif isinstance(value, int | float) and not isinstance(value, bool):
             found[f"{prefix}{key}"] = value
     return found
+
+
+def closing(study):
+    """Sentences: the verdict of a diagnosis with its page, and where the report is; whatever of
+    them is there."""
+    found = []
+    verdict = study.summary("diagnosis", "verdict")
+    if verdict:
+        causes = " and ".join(name.replace("_", " ") for name in verdict["causes"])
+        page = Path(study.folder, "diagnosis", "diagnosis.html").absolute()
+        found.append(f"diagnosis: {verdict['verdict']}{f' ({causes})' if causes else ''}: {page}")
+    report = Path(study.folder, "report.html").absolute()
+    return [*found, *([f"report: {report}"] if report.is_file() else [])]

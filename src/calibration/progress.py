@@ -1,25 +1,119 @@
 """How far a campaign is, by what its stages declare of their runs."""
 
+import os
+from dataclasses import dataclass
+from math import ceil
+
 from calibration.campaign import read_plan
+from calibration.config import point_spec
 from calibration.stages import load_stages
 from calibration.store import RunStore
-from dem.results import is_current
+from dem.results import FAILED, is_current
+
+REPEAT = "failed.yaml"
+"""What a run that failed leaves beside its log: its spec, to be repeated."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Runs of one plan: how many are done of how many, and the names of those that failed. planned
+    is false where the number is only expected; short: runs of seconds, which share processes."""
+
+    name: str
+    done: int
+    total: int
+    failed: tuple = ()
+    planned: bool = True
+    short: bool = False
+
+    @property
+    def left(self):
+        """Runs that have neither ended nor failed."""
+        return self.total - self.done - len(self.failed)
+
+    @property
+    def words(self):
+        """'response surface (3 of 17)'."""
+        name = self.name.replace("_", " ")
+        return f"{name}{', short runs' * self.short} ({self.done} of {self.total})"
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Plans of a study, those that every study makes, and mean wall time [s] of their finished
+    runs, None before the first; expected_s: what a run takes by its spec, None where nobody
+    knows."""
+
+    plans: tuple
+    mean_s: float | None
+    expected_s: float | None
+
+    @property
+    def chain(self):
+        """The plans that every study makes."""
+        return [p for p in self.plans if not p.short]
+
+    @property
+    def failed(self):
+        """Names of all runs that failed."""
+        return [name for plan in self.plans for name in plan.failed]
+
+    def left_s(self, cores):
+        """Seconds until the chain's runs are made, or None: a stage waits for the one before it, so
+        the last run of each may leave cores idle."""
+        each = self.mean_s or self.expected_s
+        rounds = sum(ceil(plan.left / cores) for plan in self.chain)
+        return rounds * each if each and rounds else None
+
+    def sentence(self, cores):
+        """'12 of 63 runs done, none failed; now screening (12 of 12); about 9 min left on 2
+        cores'."""
+        done, total = (sum(getattr(p, key) for p in self.chain) for key in ("done", "total"))
+        failed = f"{len(self.failed)} failed" if self.failed else "none failed"
+        parts = [f"{done} of {total} runs done, {failed}"]
+        now = next((p for p in self.plans if p.planned and p.left), None)
+        if now:
+            parts.append(f"now {now.words}")
+        left = self.left_s(cores)
+        if left:
+            guess = "" if self.mean_s else ", estimated before the first run"
+            unit = "core" if cores == 1 else "cores"
+            parts.append(f"about {duration(left)} left on {cores} {unit}{guess}")
+        return "; ".join(parts)
 
 
 def progress(config, store=None):
-    """(done, todo, mean): a text 'plan finished/total' for each plan that every study makes, the
-    runs left, and the mean wall time [s] of those finished, None before the first. As the store's
-    index has it: no result is read."""
-    done, todo, walls = [], 0, []
-    store = store or RunStore(config.runs)
-    for task in expecting():
+    """`Progress` of a study, as the store's index has it: no result is read."""
+    store, walls, plans = store or RunStore(config.runs), [], []
+    for task in _planning():
         names = read_plan(f"{config.results}/{config.name}/{task.plans}/plan.json")
-        finished = [e for n in names if (e := store.known(n)) and is_current(e["engine"])]
+        if not (names or task.expected):
+            continue
+        ended = [e for n in names if (e := store.known(n)) and is_current(e["engine"])]
+        over = {entry["run"] for entry in ended}
+        failed = tuple(n for n in names if n not in over and _failed(store, n))
         total = len(names) or task.expected(config)
-        done.append(f"{task.plans} {len(finished)}/{total}")
-        todo += total - len(finished)
-        walls += [e["wall_time_s"] for e in finished if e["wall_time_s"] is not None]
-    return done, todo, sum(walls) / len(walls) if walls else None
+        plans.append(Plan(task.plans, len(ended), total, failed, bool(names), not task.expected))
+        if task.expected:
+            walls += [e["wall_time_s"] for e in ended if e["wall_time_s"] is not None]
+    mean = sum(walls) / len(walls) if walls else None
+    return Progress(tuple(plans), mean, None if walls else _expected_s(config))
+
+
+def _failed(store, name):
+    return any((store.folder(name) / file).exists() for file in (FAILED, REPEAT))
+
+
+def _expected_s(config):
+    from calibration.ahead import run_seconds  # takes a second to load
+
+    return run_seconds(point_spec(config.run, config.experiment, {}, config.seed))
+
+
+def _planning():
+    """The declared tasks that plan runs, those beside the chain first, in the stages' order."""
+    tasks = [task for stage in load_stages().values() for task in stage.tasks if task.plans]
+    return sorted(tasks, key=lambda task: bool(task.expected))
 
 
 def expected_runs(config):
@@ -30,5 +124,17 @@ def expected_runs(config):
 def expecting():
     """The declared tasks whose number of runs is known before they plan them, in the stages'
     order."""
-    tasks = (task for stage in load_stages().values() for task in stage.tasks)
-    return [task for task in tasks if task.expected]
+    return [task for task in _planning() if task.expected]
+
+
+def cores():
+    """Cores that the workflow was given."""
+    return int(os.environ.get("CAMPAIGN_CORES", 1))
+
+
+def duration(seconds):
+    """'40 s', '12 min', '3 h 20 min'."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"

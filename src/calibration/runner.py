@@ -1,7 +1,6 @@
 """One cached run inside the workflow: its log, its failure in a few sentences, and the campaign's
 progress."""
 
-import os
 import sys
 import time
 import traceback
@@ -13,7 +12,7 @@ from calibration import engines
 from calibration.campaign import points_of
 from calibration.config import Config
 from calibration.errors import in_words, of_the_machine
-from calibration.progress import progress
+from calibration.progress import REPEAT, cores, progress
 from calibration.store import RunStore
 from dem.errors import DemError, MeasureError, RefusedStateError, StoppedError
 from dem.io.files import replace_file, write_arrays
@@ -75,7 +74,7 @@ def _attempt(spec, name, log, config, store):
     out = store.folder(name)
     started = time.time()
     Path(log).parent.mkdir(parents=True, exist_ok=True)
-    repeat = Path(log).with_name("failed.yaml")
+    repeat = Path(log).with_name(REPEAT)
     with open(log, "w") as stream:
         told = -1.0
 
@@ -159,7 +158,7 @@ def begin(config, dry_run):
     report(config)
 
 
-def report_sometimes(config, store):
+def report_sometimes(config, store, stream=None):
     """`report`, unless one of the jobs has just done so: in a long campaign of short runs it would
     cost more than they do."""
     stamp = Path(config.results, config.name, ".reported")
@@ -170,24 +169,11 @@ def report_sometimes(config, store):
         pass  # the first
     stamp.parent.mkdir(parents=True, exist_ok=True)
     stamp.touch()
-    report(config, store)
+    report(config, store, stream)
 
 
-def report(config, store=None):
-    """Print how far the campaign is; the runs of stages not yet planned are counted as expected.
-    store: the `RunStore` of who has one open."""
-    done, todo, mean = progress(config, store)
-    cores = int(os.environ.get("CAMPAIGN_CORES", 1))
-    unit = "core" if cores == 1 else "cores"
-    left = (
-        f"; about {duration(todo * mean / cores)} left on {cores} {unit}" if mean and todo else ""
-    )
-    print(f"{config.name}: {' · '.join(done)}{left}", file=sys.stderr, flush=True)
-
-
-def duration(seconds):
-    """'40 s', '12 min', '3 h 20 min'."""
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    minutes = round(seconds / 60)
-    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"
+def report(config, store=None, stream=None):
+    """Print how far the campaign is, to standard error unless given; the runs of stages not yet
+    planned are counted as expected. store: the `RunStore` of who has one open."""
+    words = progress(config, store).sentence(cores())
+    print(f"{config.name}: {words}", file=stream or sys.stderr, flush=True)

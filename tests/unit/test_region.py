@@ -177,13 +177,13 @@ def test_a_stage_that_expects_runs_is_counted(config_of_salt, monkeypatch, tmp_p
     for name in ("config", "data"):
         (tmp_path / name).symlink_to(Path(name).resolve())
     monkeypatch.chdir(tmp_path)
-    done, todo, mean = progress.progress(config)
-    assert done[-1] == "polish 0/7"
-    assert [text.split()[0] for text in done[:-1]] == [
+    found = progress.progress(config)
+    assert (found.chain[-1].name, found.chain[-1].total) == ("polish", 7)
+    assert [plan.name for plan in found.chain[:-1]] == [
         "screening", "ascent", "response_surface", "candidate", "validation",
     ]  # fmt: skip
-    assert todo == progress.expected_runs(config) == sum(int(d.split("/")[1]) for d in done)
-    assert mean is None
+    assert sum(plan.left for plan in found.chain) == progress.expected_runs(config)
+    assert found.mean_s is None
 
 
 STAGES = list(load_stages().values())

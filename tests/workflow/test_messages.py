@@ -12,7 +12,8 @@ import yaml
 from calibration.campaign import plan, planned_spec, points_of, result_path, write_plan
 from calibration.config import parse_config
 from calibration.factors import read_factors
-from calibration.runner import duration, report, run_logged
+from calibration.progress import Plan, Progress, duration
+from calibration.runner import report, run_logged
 from calibration.statistics.design import plackett_burman
 from dem.results import write_result
 from dem.spec import parse_spec
@@ -106,9 +107,44 @@ def test_progress_counts_every_stage_and_tells_the_time_left(campaign, capsys, m
     config = parse_config(settings)
     report(config)
     shown = capsys.readouterr().err
-    assert shown.startswith("few: screening 3/12 · ascent 0/5 · response_surface 0/17")
-    # 9 + 5 + 17 + 10 + 25 runs of a minute on two cores
-    assert "about 33 min left on 2 cores" in shown
+    assert shown.startswith("few: 3 of 69 runs done, none failed; now screening (3 of 12); ")
+    # 9, 5, 17, 10 and 25 runs of a minute on two cores: a stage waits for the one before it
+    assert "about 35 min left on 2 cores\n" in shown
+
+
+def test_the_first_line_tells_the_time_before_any_run_and_a_failure_is_counted(
+    campaign, capsys, monkeypatch
+):
+    settings, table, specs = campaign
+    monkeypatch.setenv("CAMPAIGN_CORES", "1")
+    config = parse_config(settings)
+    report(config)
+    first = capsys.readouterr().err
+    assert first.startswith("few: 0 of 69 runs done, none failed; now screening (0 of 12); about ")
+    assert "left on 1 core, estimated before the first run" in first
+    name = table.iloc[3]["run_id"]
+    folder = Path(result_path(name)).parent
+    with pytest.raises(SystemExit):
+        run_logged(specs[name], folder, folder / "run.log", settings)
+    capsys.readouterr()
+    report(config)
+    assert "0 of 69 runs done, 1 failed" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("cores", "rounds"), [(1, 40), (2, 21), (4, 11), (16, 5), (100, 3)])
+def test_the_time_left_is_right_for_any_number_of_cores(cores, rounds):
+    """17, 3 and 20 runs: what is idle at the end of a stage counts."""
+    plans = tuple(Plan(name, 0, runs) for name, runs in (("a", 17), ("b", 3), ("c", 20)))
+    assert Progress(plans, 60.0, None).left_s(cores) == 60.0 * rounds
+
+
+def test_short_runs_beside_the_chain_are_told_but_not_counted():
+    plans = Plan("drop", 3, 10, short=True), Plan("screening", 0, 12, planned=False)
+    found = Progress(plans, None, 30.0)
+    assert found.sentence(2) == (
+        "0 of 12 runs done, none failed; now drop, short runs (3 of 10); about 3 min left on 2 "
+        "cores, estimated before the first run"
+    )
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from calibration.config import Config, given, parse_config, stands_alone
 from calibration.config.as_data import refuse_unasked_code
 from calibration.errors import CalibrationError, in_words
 from calibration.fresh import digest, task_digest
-from calibration.opening import opening
+from calibration.opening import closing, opening
 from calibration.runner import begin
 from calibration.stages import Figure, PerTarget, Runs, load_stages
 from calibration.study import Study

@@ -31,6 +31,10 @@ rule heaps:
         "../scripts/task.py"
 
 
+onsuccess:
+    print(*closing(STUDY_OBJECT), sep="\n", file=sys.stderr)
+
+
 # made from whatever stages have finished; `all` makes the chain and the configured supplements
 # first
 rule report:

@@ -16,7 +16,7 @@ rule compile_engine:
     conda:
         "../envs/calibration.yaml"
     message:
-        "compile the engine (once after each change of it)"
+        "compile the engine: about two minutes, once after each change of it"
     script:
         "../scripts/compile_engine.py"
 

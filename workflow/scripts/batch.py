@@ -1,5 +1,10 @@
+import sys
+
 from calibration.batches import run_batch, run_told_batch
+from calibration.config import Config
 from calibration.jobs import logged, work_for
+from calibration.runner import report_sometimes
+from calibration.store import RunStore
 
 work_for(snakemake.config)
 share = (
@@ -11,5 +16,12 @@ share = (
 if snakemake.params.failures == "told":
     run_told_batch(*share, snakemake.log[0], snakemake.config)
 else:
+    config = Config.model_validate(snakemake.config)
+    store = RunStore(config.runs)
     with logged(snakemake.log[0]):
-        run_batch(*share, snakemake.params.failures)
+        run_batch(
+            *share,
+            snakemake.params.failures,
+            # the log takes what the runs say; how far the study is goes to the screen
+            tell=lambda: report_sometimes(config, store, sys.__stderr__),
+        )
