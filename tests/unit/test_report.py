@@ -22,6 +22,7 @@ from calibration.report.answer import _interval
 from calibration.report.build import NOT_CONVERTED_MARK
 from calibration.report.embed import _inline, cell
 from calibration.report.heaps import LEVELS
+from calibration.report.sheet import HEIGHT, WIDTH
 from calibration.stages import load_stages
 from dem.fingerprint import engine_fingerprint
 from dem.measure.heap import measure_heap
@@ -268,11 +269,12 @@ def test_one_sheet_shows_every_heap(page, study):
     (image,) = set(re.findall(r"url\((data:image/webp;base64,[^)]+)\)", page))
     assert len(re.findall("data:image/webp", page)) == 1
     with Image.open(io.BytesIO(base64.b64decode(image.partition(",")[2]))) as sheet:
-        assert sheet.size == (3 * 480, 360)
+        assert sheet.size == (3 * WIDTH, HEIGHT)
         places = re.findall(r'aria-label="(run (\d).*?)" style="--x: (\d+); --y: (\d+)"', page)
         assert len(places) >= 3
         for _, run, x, y in places:  # each picture has a colour of its own
-            colour = sheet.convert("RGB").getpixel((480 * int(x) + 240, 360 * int(y) + 200))
+            middle = int((int(x) + 0.5) * WIDTH), int((int(y) + 0.6) * HEIGHT)
+            colour = sheet.convert("RGB").getpixel(middle)
             assert colour == pytest.approx((90 * (int(run) - 1), 120, 150), abs=12)
     shown = re.findall(r'<button type="button" class="heap">.*?aria-label="run (\d)', page)
     assert shown == ["1", "2", "3"]
@@ -285,7 +287,7 @@ def test_many_heaps_weigh_no_more_than_a_hundred(tmp_path):
         Image.new("RGB", (480, 300), (2 * k, 120, 150)).save(files[-1])
     image = sheet_module._drawn(files)
     with Image.open(io.BytesIO(base64.b64decode(image.partition(",")[2]))) as sheet:
-        assert sheet.width * sheet.height == pytest.approx(100 * 480 * 360, rel=0.01)
+        assert sheet.width * sheet.height == pytest.approx(100 * WIDTH * HEIGHT, rel=0.01)
 
 
 def test_exports_can_be_copied_and_downloaded(page):

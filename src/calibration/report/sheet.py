@@ -14,10 +14,10 @@ from calibration.tables import read_written
 from dem.errors import ResultError
 
 COLUMNS = 10
-WIDTH, HEIGHT = 480, 360  # of a heap's place on the sheet [px]
+WIDTH, HEIGHT = 400, 300  # of a heap's place on the sheet [px]
 FULL = 100  # more heaps share the area of so many, so that the sheet weighs about the same
 GROUND = (240, 242, 245)  # that of the pictures
-QUALITY = 45  # of WebP: grains of 10 px keep their edges, at half the weight of the pictures
+QUALITY = 40  # of WebP: grains of 8 px keep their edges, at a third of the weight of the pictures
 
 
 def sheet(study, stages, response, metric):
