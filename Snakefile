@@ -11,3 +11,27 @@ rule study:
     default_target: True
     input:
         rules.all.input,
+
+
+# what takes longer than the study and is no part of it: the study in two rigs without the funnel's
+# threshold, the paper's own factors, the pour rate, the posterior in another machine, and the ways
+# to calibrate compared. Each is a study of its own, so each is a call of its own; runs that exist
+# are not repeated
+rule reference:
+    input:
+        rules.all.input,
+        pour_rate=f"{STUDY}/{STAGES['pour_rate'].result}",
+        pushed=f"{STUDY}/{STAGES['push_through'].result}",
+    output:
+        compared="results/comparison/table.md",
+    log:
+        "results/comparison/reference.log",
+    threads: workflow.cores
+    conda:
+        "workflow/envs/calibration.yaml"
+    params:
+        studies=["config/paper_factors.yaml", "config/rigs/opened.yaml", "config/rigs/slow.yaml"],
+    message:
+        "reference: the paper's own factors, two rigs, the ways to calibrate compared"
+    script:
+        "workflow/scripts/reference.py"

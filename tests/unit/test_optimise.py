@@ -8,7 +8,7 @@ import pytest
 
 from calibration.errors import CalibrationError
 from calibration.statistics.goals import RULES, Goal, overall_desirability
-from calibration.statistics.optimise import most_desirable, solution_mesh, solve
+from calibration.statistics.optimise import most_desirable, pareto_front, solution_mesh, solve
 
 
 @dataclass
@@ -157,3 +157,20 @@ def test_several_responses_meet_where_both_are_met():
 def test_wrong_goals_are_refused(values, word):
     with pytest.raises(CalibrationError, match=word):
         Goal(*values)
+
+
+def test_the_front_of_two_goals_is_the_one_that_is_known():
+    """y1 = a and y2 = -a + b: nothing is better than b = 1, and along a what one gains the other
+    loses."""
+    both = [Known("AB", lambda a, b: 5.0 + a), Known("AB", lambda a, b: 5.0 - a + b)]
+    goals = [Goal("maximise", 3.0, 7.0), Goal("maximise", 3.0, 8.0)]
+    points, each = pareto_front(both, goals)
+    assert len(points) > 10
+    assert points[:, 1].min() > 0.9
+    assert np.ptp(points[:, 0]) > 1.5
+    assert (np.diff(each[:, 0]) <= 0).all()
+    assert (np.diff(each[:, 1]) > 0).all()
+    # what is kept along it: 4 d1 + 5 d2 = y1 + y2 - 6 = 4 + b
+    assert 4 * each[:, 0] + 5 * each[:, 1] == pytest.approx(4.0 + points[:, 1])
+    _, best = most_desirable(both, goals)
+    assert np.sqrt(each.prod(axis=1)).max() == pytest.approx(best, abs=0.01)

@@ -212,8 +212,12 @@ def test_two_targets_are_met_at_once(tmp_path, monkeypatch):
         "screening/pareto_height_mm.svg",
         "response_surface/surfaces_height_mm.svg",
         "validation/height_mm.svg",
+        "optimise/front_height_mm.svg",
     ):
         assert (Path("results/made-up") / name).exists()
+    front = pd.read_csv("results/made-up/optimise/front_height_mm.csv")
+    assert front["desirability of height_mm"].is_monotonic_increasing
+    assert front["angle_of_repose_deg"].between(26.0, 46.0).all()
     stated = json.loads(Path("results/made-up/response_surface/height_mm.json").read_text())
     assert stated["statistics"]["R2"] > 0.95
     assert "desirability" in pd.read_csv("results/made-up/ascent/runs.csv")

@@ -16,7 +16,7 @@ from calibration.files import read_json, write_table
 from calibration.physical import inside, physical_range
 from calibration.responses import columns, with_responses, with_value
 from calibration.statistics.composite import region_design
-from calibration.statistics.optimise import compromise, solve
+from calibration.statistics.optimise import compromise, pareto_front, solve
 from calibration.statistics.surface import fit_surface, outliers, parameter_interval
 from calibration.tables import read_written
 from dem.io.files import write_json
@@ -128,6 +128,8 @@ def _optimise_several(config, surfaces, region, output):
     found = compromise(surfaces, wanted, config.seed)
     _write_points(found.points, region, output.solutions)
     figures.save(figures.desirability_contours(surfaces, wanted, region, found), output.contours)
+    if output.get("front"):
+        _write_fronts(config, surfaces, wanted, region, found.chosen, output)
     rows = zip(columns(config).values(), surfaces, wanted, strict=True)
     return (
         {
@@ -144,6 +146,23 @@ def _optimise_several(config, surfaces, region, output):
             }
         }
     )
+
+
+def _write_fronts(config, surfaces, wanted, region, chosen, output):
+    """What of a further target must be given up for the first: table and figure of each."""
+    names = list(columns(config).values())
+    for k, (table, figure) in enumerate(zip(output.front, output.front_figures, strict=True), 1):
+        pair, goals_ = [surfaces[0], surfaces[k]], [wanted[0], wanted[k]]
+        points, each = pareto_front(pair, goals_, config.seed)
+        found = pd.DataFrame({f.name: f.natural(points[:, i]) for i, f in enumerate(region)})
+        for j, surface in enumerate(pair):
+            name = names[k if j else 0]
+            found[name] = surface.predict(points)
+            found[f"desirability of {name}"] = each[:, j]
+        write_table(found, table)
+        at = [float(s.predict([chosen])[0]) for s in pair]
+        drawn = figures.front(found, [names[0], names[k]], [g.target for g in goals_], at)
+        figures.save(drawn, figure)
 
 
 def _expected(config, surface, goal, chosen):

@@ -11,7 +11,7 @@ from calibration.figures.labels import (
     parameter_words,
     response_of,
 )
-from calibration.figures.optimum import contours, desirability_contours
+from calibration.figures.optimum import contours, desirability_contours, front
 from calibration.figures.posterior import next_measurements, posterior_pairs, pushed_forward
 from calibration.figures.pour_rate import pour_rate
 from calibration.figures.push_through import pushed_through
@@ -32,6 +32,7 @@ __all__ = [
     "ascent_path",
     "contours",
     "desirability_contours",
+    "front",
     "half_normal",
     "label",
     "next_measurements",

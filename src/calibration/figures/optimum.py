@@ -3,9 +3,9 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from calibration.figures.labels import ANGLE, label
+from calibration.figures.labels import ANGLE, label, response_of
 from calibration.figures.planes import label_3d, pairs_of, plane
-from calibration.figures.style import ORANGE, STYLE, panel_grid
+from calibration.figures.style import BLUE, ORANGE, STYLE, panel_grid, subplots
 from calibration.statistics.goals import overall_desirability
 from calibration.statistics.optimise import solution_mesh
 
@@ -72,6 +72,24 @@ def desirability_contours(surfaces, goals, region, found):
         for n, pair in enumerate(pairs):
             ax = figure.add_subplot(rows, columns, n + 1)
             _desirability(ax, surfaces, goals, region, pair, found)
+    return figure
+
+
+def front(table, metrics, targets, chosen):
+    """Two responses along their Pareto front, with the chosen compromise; a line at a target.
+
+    table: the responses in columns of their metrics; targets: of each, or None; chosen: both
+    responses at the optimum. Returns a matplotlib Figure.
+    """
+    figure, ax = subplots(size=(5.2, 3.8))
+    first, second = (response_of(m) for m in metrics)
+    ax.plot(table[metrics[0]], table[metrics[1]], ".", color=BLUE, label="no point beats these")
+    ax.plot(*chosen, "o", color="white", mec="black", ms=9, label="most desirable")
+    for draw, target in zip((ax.axvline, ax.axhline), targets, strict=True):
+        if target is not None:
+            draw(target, color=ORANGE, lw=1.2)
+    ax.set(xlabel=first.axis, ylabel=second.axis)
+    ax.legend(frameon=False, fontsize=8)
     return figure
 
 

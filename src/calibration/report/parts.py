@@ -8,6 +8,7 @@ from calibration.stages import resolve
 from calibration.study import Results
 from calibration.tables import read_written
 
+FRONT = "front"  # of a further target; without one there is no such figure
 ALL_ROWS = 10_000  # a table of verdicts is shown whole, in a box that scrolls
 
 
@@ -53,7 +54,7 @@ def _further(folder, listed):
     the metric."""
     figures = []
     for path in sorted(p for p in folder.glob("*.svg") if p.stem not in listed):
-        base = next((n for n in listed if path.stem.startswith(f"{n}_")), None)
+        base = next((n for n in (*listed, FRONT) if path.stem.startswith(f"{n}_")), None)
         metric = path.stem.removeprefix(f"{base}_")
         text = f"{response_of(metric).name.capitalize()}: {caption(base or folder.name)}"
         data = sorted(p for p in folder.glob(f"*{metric}*") if p.suffix != ".svg")

@@ -5,7 +5,16 @@ solved
 again, so that what is validated does not rest on how five centre runs happened to fall.
 """
 
-from calibration.stages.stage import PLANNED, TARGETS, Figure, Runs, Stage, Task, bench_values
+from calibration.stages.stage import (
+    PLANNED,
+    TARGETS,
+    Figure,
+    PerTarget,
+    Runs,
+    Stage,
+    Task,
+    bench_values,
+)
 
 SOLVED = ("seed", "optimise", "validation", *TARGETS)
 SURFACE = {"runs": "response_surface/runs.csv", "region": "response_surface/region.json"}
@@ -48,6 +57,8 @@ STAGES = (
                     "contours": Figure(
                         "optimise/contours.svg", "contours", ("solution_set.csv", "optimum.json")
                     ),
+                    "front": PerTarget("optimise/front_{}.csv"),
+                    "front_figures": PerTarget("optimise/front_{}.svg"),
                 },
             ),
         ),

@@ -1,0 +1,61 @@
+"""The comparison of ways to calibrate: same studies for all, right intervals, a page that says what
+was found."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from calibration.comparison.study import page, runs_needed, summary, trials
+from calibration.comparison.truths import INSIDE, SEED_SD, TRUTHS, Bench
+from calibration.comparison.ways import GRID, WAYS, answer
+
+
+@pytest.mark.parametrize("name", TRUTHS)
+def test_a_study_is_the_same_for_every_way_and_its_target_can_be_met(name):
+    one, two = (Bench.drawn(TRUTHS[name], 5) for _ in range(2))
+    assert np.array_equal(one.truth, two.truth)
+    assert one.measured == two.measured
+    assert np.abs(one.truth).max() <= INSIDE
+    assert one.missed(one.truth) == 0.0
+    single = one.run(np.zeros((4000, 3)))
+    assert single.std() == pytest.approx(SEED_SD, rel=0.05)
+    corners = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
+    found = TRUTHS[name](corners)
+    assert found.min() < one.measured < found.max()
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_each_way_comes_near_with_many_runs(way):
+    """Single studies miss by the measurement's own error, 0.16 degrees, and by the fit's."""
+    bench = Bench.drawn(TRUTHS["nearly plane"], 11)
+    point, low, high = answer(way, bench, 47)
+    assert np.abs(point).max() <= 1.0
+    assert abs(bench.missed(point)) < 1.2
+    if low is not None:
+        assert (low <= high).all()
+        assert low.min() >= GRID[0]
+        assert high.max() <= GRID[-1]
+
+
+def test_the_page_says_what_the_trials_hold(monkeypatch):
+    monkeypatch.setattr("calibration.comparison.study.RUNS", (22,))
+    table = trials(repeats=1)
+    assert len(table) == len(TRUTHS) * len(WAYS)
+    made_up = pd.DataFrame(
+        {"way": ["paper's chain"] * 4 + ["Gaussian-process optimiser"] * 4, 
+         "runs": [22, 22, 92, 92] * 2,
+         "miss": [0.3, -0.5, 0.1, -0.1, 1.0, 1.0, 0.2, np.nan],
+         "held": [3, 0, 3, 3] + [np.nan] * 4, "width_of_the_strongest": [0.2] * 4 + [np.nan] * 4}
+    )  # fmt: skip
+    found = summary(made_up)
+    first = found.iloc[0]
+    assert first["rmse"] == pytest.approx(np.sqrt((0.09 + 0.25) / 2))
+    assert first["coverage"] == pytest.approx(50.0)
+    assert found["errors"].tolist() == [0, 0, 0, 1]
+    needed = runs_needed(found)
+    assert needed["paper's chain"] == 92
+    assert needed["posterior, adaptive runs"] is None
+    text = page(found)
+    assert "| paper's chain | 22 | 0.41 ±" in text
+    assert "| Gaussian-process optimiser | 22 | 1.00 ± 0.00 | states none | states none |" in text
+    assert "| posterior, adaptive runs | more than" in text

@@ -1,0 +1,14 @@
+"""Each study of the reference as a call of its own, then the comparison of ways to calibrate."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+CALL = [sys.executable, "-m", "snakemake", f"-j{snakemake.threads}", "--configfile"]
+
+with open(snakemake.log[0], "w") as log:
+    for study in snakemake.params.studies:
+        subprocess.run([*CALL, "config/config.yaml", study], stdout=log, stderr=log, check=True)
+    folder = str(Path(snakemake.output.compared).parent)
+    compared = [sys.executable, "-m", "calibration.comparison.study", folder]
+    subprocess.run(compared, stdout=log, stderr=log, check=True)
