@@ -26,11 +26,15 @@ rule reference:
         compared="results/comparison/table.md",
     log:
         "results/comparison/reference.log",
-    threads: workflow.cores
     conda:
         "workflow/envs/calibration.yaml"
+    threads: workflow.cores
     params:
-        studies=["config/paper_factors.yaml", "config/rigs/opened.yaml", "config/rigs/slow.yaml"],
+        studies=[
+            "config/paper_factors.yaml",
+            "config/rigs/opened.yaml",
+            "config/rigs/slow.yaml",
+        ],
     message:
         "reference: the paper's own factors, two rigs, the ways to calibrate compared"
     script:

@@ -42,7 +42,7 @@ def test_the_page_says_what_the_trials_hold(monkeypatch):
     table = trials(repeats=1)
     assert len(table) == len(TRUTHS) * len(WAYS)
     made_up = pd.DataFrame(
-        {"way": ["paper's chain"] * 4 + ["Gaussian-process optimiser"] * 4, 
+        {"way": ["paper's chain"] * 4 + ["Gaussian-process optimiser"] * 4,
          "runs": [22, 22, 92, 92] * 2,
          "miss": [0.3, -0.5, 0.1, -0.1, 1.0, 1.0, 0.2, np.nan],
          "held": [3, 0, 3, 3] + [np.nan] * 4, "width_of_the_strongest": [0.2] * 4 + [np.nan] * 4}

@@ -225,6 +225,7 @@ def chain(tmp_path, monkeypatch):
         experiment="heap",
         target=SimpleNamespace(metric="angle_of_repose_deg"),
         further_targets=[],
+        run={"particles": {"count": 1200}},
         posterior=PosteriorConfig(draws=60, priors={"second": {"mean": 0.4, "sd": 0.05}}),
     )
     values = {"angle_of_repose_deg": angle.tolist(), "on_plate": plate.tolist()}
@@ -286,3 +287,6 @@ def test_what_is_weighed_tells_what_the_angle_leaves_open(chain):
     assert "The mass on the plate" in said
     assert "5 readings of on plate" in said
     assert "first 0.3" in said
+    # 400 grains a unit of a parameter known to 0.05, about 1060 of 1200 at 0.4
+    low, high = best["low"], best["high"]
+    assert f"{low:.0f} to {high:.0f} grains there ({100 * low / 1200:.1f} to" in said

@@ -73,6 +73,7 @@ def analyse_posterior(config, design_files, optimum_file, output):
                 "converged": posterior.converged,
             },
             "readings": config.posterior.readings,
+            "grains": config.run.get("particles", {}).get("count"),
             "next_experiment": following.to_dict("records"),
         },
     )

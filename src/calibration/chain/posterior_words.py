@@ -95,12 +95,16 @@ def _weighed(summary):
     rows = [row for row in summary["next_experiment"] if row["metric"] == "on_plate"]
     if not rows or rows[0]["measured"]:
         return []
-    row = rows[0]
+    row, poured = rows[0], summary.get("grains")
     left = ", ".join(f"{label(n)} {v:.0%}" for n, v in _left(row).items()).replace("%", " %")
+    share = ""
+    if poured:
+        ends = (f"{100 * row[end] / poured:.1f}" for end in ("low", "high"))
+        share = f" ({' to '.join(ends)} % of those poured)"
     return [
         f"The mass on the plate costs a weighing and no run: the distribution expects "
-        f"{row['low']:.0f} to {row['high']:.0f} grains there, {summary['readings']} heaps tell "
-        f"their mean to ±{row['error']:.0f}. Of the spread it would leave {left}."
+        f"{row['low']:.0f} to {row['high']:.0f} grains there{share}, and {summary['readings']} "
+        f"heaps tell their mean to ±{row['error']:.0f}. Of the spread it would leave {left}."
     ]
 
 
