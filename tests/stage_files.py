@@ -1,6 +1,8 @@
 """Input and output files of a stage, as snakemake hands them to it."""
 
+from pathlib import Path
 from types import SimpleNamespace
+from typing import NamedTuple
 
 
 class Files(SimpleNamespace):
@@ -15,3 +17,15 @@ class Files(SimpleNamespace):
 
     def __getitem__(self, n):
         return list(self)[n]
+
+
+class PlanFiles(NamedTuple):
+    """The two files of a plan of runs."""
+
+    design: Path
+    plan: Path
+
+    @classmethod
+    def of(cls, folder):
+        """Those in a folder."""
+        return cls(Path(folder) / "design.csv", Path(folder) / "plan.json")

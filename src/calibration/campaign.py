@@ -7,7 +7,6 @@ plan.json.
 
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
 
 import pandas as pd
 
@@ -58,18 +57,6 @@ def plan(design, factors, config, experiment=None, seeds=None):
         specs[name] = spec
         rows.append(row | {"seed": seed, "experiment": experiment, "run_id": name})
     return pd.DataFrame(rows), specs
-
-
-class PlanFiles(NamedTuple):
-    """The two files of a plan of runs."""
-
-    design: Path
-    plan: Path
-
-    @classmethod
-    def of(cls, folder):
-        """Those in a folder."""
-        return cls(Path(folder) / "design.csv", Path(folder) / "plan.json")
 
 
 PLANNED = "planned_from.json"

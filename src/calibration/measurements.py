@@ -371,18 +371,6 @@ def _levers(row, kind, path, line, number, faults):
     return levers
 
 
-def to_table(measurements):
-    """The measurements as the table that `read_measured` reads, a row a mean."""
-    rows = []
-    for m in measurements:
-        q = QUANTITIES[m.experiment]
-        fixed = (m.experiment, q.name, m.value, q.unit, m.sd, m.n)
-        rows.append(dict(zip(COLUMNS[:6], fixed, strict=True)) | m.levers | {"note": m.note})
-        rows[-1] |= {name: getattr(m, name) for name in (*SHARED, *FURTHER)}
-        rows[-1]["lever_sd"] = m.lever_sd or ""
-    return pd.DataFrame(rows, columns=list(COLUMNS))
-
-
 def readings_table(experiment, quantity, values, unit, notes=None):
     """Readings (n,) of a quantity as the table that `read_measured` reads, a row a reading."""
     rows = {"experiment": experiment, "quantity": quantity, "value": values, "unit": unit}

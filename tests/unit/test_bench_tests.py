@@ -16,13 +16,13 @@ from calibration.bench_tests.sweep import (
     plan_confirmation,
     plan_sweep,
 )
-from calibration.campaign import PlanFiles, read_plan, result_path
+from calibration.campaign import read_plan, result_path
 from calibration.config import overlay, parse_config
 from calibration.errors import CalibrationError
 from calibration.study import Study
 from dem.results import write_result
 from dem.spec import parse_spec
-from stage_files import Files
+from stage_files import Files, PlanFiles
 
 ROOT = Path(__file__).parents[2]
 OUT = Files(runs="runs.csv", figure="figure.svg", summary="summary.json")

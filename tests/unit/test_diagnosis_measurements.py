@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from calibration.errors import ConfigError
-from calibration.measurements import MeasurementErrors, to_table
+from calibration.measurements import MeasurementErrors
 from calibration.quantities import QUANTITIES
 from diagnosis.fit import data_of
 from diagnosis.measurements import read_all, read_measurements
@@ -43,13 +43,6 @@ def test_values_in_other_units_are_converted(tmp_path):
     assert (drop.value, drop.sd) == pytest.approx((20.5, 1.0))
     assert drop.levers == {"drop_height_mm": 150.0}
     assert tilt.value == pytest.approx(0.625 * 180 / 3.141592653589793)
-
-
-def test_written_table_reads_back(tmp_path):
-    measured = read_measurements(write(tmp_path, GOOD))
-    path = tmp_path / "again.csv"
-    to_table(measured).to_csv(path, index=False)
-    assert read_measurements(path) == measured
 
 
 FAULTS = [

@@ -12,7 +12,6 @@ import pandas as pd
 import pytest
 import yaml
 
-from calibration.campaign import PlanFiles
 from calibration.chain.files import read_region
 from calibration.config import overlay, parse_config
 from calibration.export import edem, lammps, liggghts, mercurydpm, rolling, stage, yade
@@ -25,7 +24,7 @@ from dem.contact.damping.tsuji import factor
 from dem.io.mapping import read_mapping
 from dem.spec import ContactSpec, RunSpec, load_spec, parse_spec
 from dem.units import in_ascii, unit_of
-from stage_files import Files
+from stage_files import Files, PlanFiles
 
 REFERENCE = Path("results/reference/salt")
 OPTIMUM = json.loads((REFERENCE / "optimise" / "optimum.json").read_text())["optimum"]

@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 from calibration import progress
-from calibration.campaign import SEEDS_A_STAGE, PlanFiles, plan
+from calibration.campaign import SEEDS_A_STAGE, plan
 from calibration.chain.optimum import _moved, plan_candidate
 from calibration.config import Config, parse_config
 from calibration.errors import CalibrationError
@@ -36,7 +36,7 @@ from calibration.statistics.surface import (
 )
 from calibration.statistics.two_level import resolution_iv
 from calibration.study import Study
-from stage_files import Files
+from stage_files import Files, PlanFiles
 
 
 def factors(k):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import yaml
 
-from calibration.campaign import PlanFiles, read_plan
+from calibration.campaign import read_plan
 from calibration.config import parse_config
 from calibration.scaling.dimensions import (
     DIMENSIONS,
@@ -18,6 +18,7 @@ from calibration.scaling.plan import HELD_IN, base_run, enlarged, plan_scaling, 
 from calibration.scaling.probe import measured_exponents
 from calibration.study import Study
 from dem.spec import GEOMETRY, LawParameters, Numerics, Particles
+from stage_files import PlanFiles
 
 HEAP = {
     "laws": {"cohesion": "jkr"},

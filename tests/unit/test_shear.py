@@ -7,9 +7,10 @@ import pytest
 import yaml
 
 from calibration.bench_tests.shear import SlopeCurve, plan_shear, yield_locus
-from calibration.campaign import PlanFiles, read_plan
+from calibration.campaign import read_plan
 from calibration.config import parse_config
 from calibration.study import Study
+from stage_files import PlanFiles
 
 FRICTION, NORMAL = np.meshgrid([0.2, 0.4, 0.6, 0.85], np.repeat([0.5, 1.0, 2.0], 3))
 FRICTION, NORMAL = FRICTION.ravel(), NORMAL.ravel()

@@ -15,7 +15,7 @@ import pytest
 
 from calibration import store as store_module
 from calibration.batches import simulate
-from calibration.campaign import PlanFiles, read_metric, read_plan, run_id, write_plan
+from calibration.campaign import read_metric, read_plan, run_id, write_plan
 from calibration.chain.screening import plan_screening
 from calibration.cli import main
 from calibration.config import parse_config
@@ -27,6 +27,7 @@ from dem.errors import BlowUpError, MeasureError
 from dem.io.stl import write_stl
 from dem.results import write_result
 from dem.spec import parse_spec
+from stage_files import PlanFiles
 
 ROOT = Path(__file__).parents[2]
 NO_STUDY = SimpleNamespace(name="none")  # settings of a study that has planned nothing

@@ -24,7 +24,6 @@ from export_peers import (
     yade,
 )
 
-from calibration.campaign import PlanFiles
 from calibration.export import liggghts as to_liggghts
 from calibration.export import rolling
 from calibration.export import yade as to_yade
@@ -32,6 +31,7 @@ from dem.experiments.setup import time_step_of
 from dem.measure.heap import measure_heap
 from dem.run import run as run_dem
 from dem.spec import parse_spec
+from stage_files import PlanFiles
 
 pytestmark = [pytest.mark.peer, pytest.mark.slow]
 

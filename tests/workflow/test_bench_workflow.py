@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 import yaml
 
-from calibration.campaign import PlanFiles, read_plan
+from calibration.campaign import read_plan
 from calibration.chain.validation import plan_validation
 from calibration.config import parse_config
 from calibration.study import Study
-from stage_files import Files
+from stage_files import Files, PlanFiles
 
 ROOT = Path(__file__).parents[2]
 

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 import yaml
 
-from calibration.campaign import PlanFiles
 from calibration.chain.screening import plan_screening
 from calibration.config import parse_config
 from calibration.study import Study
 from dem.fingerprint import engine_fingerprint
 from dem.results import write_result
 from dem.spec import parse_spec
+from stage_files import PlanFiles
 
 ROOT = Path(__file__).parents[2]
 SNAKEMAKE = [sys.executable, "-m", "snakemake"]
