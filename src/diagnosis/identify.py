@@ -20,6 +20,7 @@ from diagnosis.fit import Data, data_of, fit, moderated_sd
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.settings import BASE
 
+CARRIED = 0.25  # variance left of the prior's, along a direction of the parameters, at most
 CLOSE = 2.0  # nats; causes this close to the best are not told apart (odds of about 7 to 1)
 MISFIT = 0.01  # a cause whose extended model fits worse than this share of its own data is none
 NULL_STARTS = (0.3,)  # coded strength at which fits of data without an effect begin: one is enough
@@ -136,6 +137,14 @@ def decide(scores, alpha=0.05, without=()):
     return out
 
 
+def carried(model, fitted):
+    """Number of coefficients that the data carry: directions of the parameters along which their
+    Fisher information leaves at most a quarter of the prior's variance, half its standard
+    deviation."""
+    left = fitted.cov[0] / np.outer(model.prior_sd, model.prior_sd)
+    return int((np.linalg.eigvalsh(left) <= CARRIED).sum())
+
+
 def significant(first, second, alpha):
     """Which of two p-values of one null hypothesis are significant: both below alpha, or one below
     half of it.
@@ -244,8 +253,7 @@ def _settle(out, scores, singles):
         if pair:
             out.verdict, out.causes = pair
             out.reason = "no single mechanism fits; these two together do"
-            _doubt_a_rough_emulator(out, key_of(pair[1]))
-            _doubt_few_settings(out, scores)
+            _doubt(out, scores, key_of(pair[1]))
             return
         out.verdict = "unexplained"
         out.reason = f"{best} helps most, but the data still contradict it"
@@ -257,8 +265,30 @@ def _settle(out, scores, singles):
         if len(out.causes) == 1
         else "these predict left-out settings about equally well"
     )
-    _doubt_a_rough_emulator(out, best)
+    _doubt(out, scores, best)
+
+
+def _doubt(out, scores, name):
+    """Turn `identified` into `ambiguous` where the data cannot bear the name."""
+    _doubt_a_rough_emulator(out, name)
     _doubt_few_settings(out, scores)
+    _doubt_few_coefficients(out, name)
+
+
+def _doubt_few_coefficients(out, name):
+    """Turn `identified` into `ambiguous` where the data carry no coefficient more with each cause
+    that is added: what the causes are given is then taken from the base parameters."""
+    if out.verdict != "identified" or name not in out.fits:
+        return
+    model, fitted = out.models[name], out.fits[name]
+    before = carried(out.models[BASE], out.fits[BASE])
+    more = carried(model, fitted) - before
+    if more < len(model.mechanisms):
+        out.verdict = "ambiguous"
+        out.reason = (
+            f"the data carry {before} coefficients of the base model and {max(more, 0)} more with "
+            f"{name}, which asks for {len(model.mechanisms)}: base parameters may do the same"
+        )
 
 
 def _doubt_few_settings(out, scores):

@@ -23,7 +23,7 @@ from diagnosis.last_word import last_word
 from diagnosis.residuals import calibration, residual_rows, trends
 from diagnosis.settings import BASE, study_settings
 from diagnosis.setup import Setup
-from diagnosis.verdict import extended_name, findings, page, validate
+from diagnosis.verdict import extended_name, findings, page, unexplained, validate
 
 
 def plan_power(setup, output):
@@ -132,6 +132,8 @@ def _diagnose_contacts(setup, output):
     settings, measurements, table = setup.settings, setup.measurements, setup.table
     found = contacts.discovered(measurements, setup.rig, setup.catalogue)
     verdict = contacts.findings(measurements, found, settings, setup.factors)
+    if found.verdict == "unexplained":
+        verdict |= unexplained(verdict["residuals"])
     verdict["exclusion"] = exclusion.of_contacts(found.trials, setup.catalogue)
     verdict["time_step"] = contacts.half_step(measurements, setup.rig)
     defaults = contacts.defaults_of(settings, setup.kinds)

@@ -10,7 +10,8 @@ import numpy as np
 from calibration.figures import label
 from calibration.numbers import fixed
 from calibration.quantities import LEVERS, QUANTITIES
-from diagnosis.identify import key_of
+from diagnosis import discrepancy
+from diagnosis.identify import carried, key_of
 from diagnosis.next_measurement import propose
 from diagnosis.residuals import calibration, moved, residual_rows, trends
 from diagnosis.settings import BASE
@@ -49,14 +50,30 @@ def findings(emulated, measurements, found):
         "residuals": rows,
         "patterns": patterns,
         "calibration": calibration(found.models[BASE], base),
+        "coefficients": {
+            "asked": len(found.models[BASE].names),
+            "carried": carried(found.models[BASE], base),
+        },
         "gain": None,
         "next_measurement": _next(emulated, measurements, found),
     }
+    if found.verdict == "unexplained":
+        ranges = {k: e.levers for k, e in emulated.settings.experiments.items()}
+        out |= unexplained(rows, ranges)
     winner = extended_name(found)
     if winner:
         out["calibration_extended"] = calibration(found.models[winner], found.fits[winner])
         out["moved"] = moved(out["calibration"], out["calibration_extended"])
     return out
+
+
+def unexplained(rows, ranges=None):
+    """What stands in a verdict that explains nothing: the discrepancy over the levers, and the
+    setting where it is least known."""
+    asked = discrepancy.least_known(rows, ranges)
+    return {"discrepancy": discrepancy.curves(rows)} | (
+        {"next_measurement": asked} if asked else {}
+    )
 
 
 def extended_name(found):
@@ -106,6 +123,7 @@ def page(verdict):
         "",
         "![Residuals along each lever](residuals.svg)",
         "",
+        *_discrepancy(verdict),
         *_remarks(verdict),
         *_law(verdict),
         *_scatter(verdict),
@@ -285,13 +303,24 @@ def _amount(value, unit):
 
 
 def _parameters(verdict):
-    lines = ["## Calibrated parameters of the base model", ""]
+    lines = ["## Calibrated parameters of the base model", "", *_coefficients(verdict)]
     lines += ["| parameter | value | 95 % interval | identified |", "|---|---|---|---|"]
     for c in verdict["calibration"].values():
         known = "yes" if c["identified"] else "no: the data leave the prior"
         interval = f"{fixed(c['low'], 3)} to {fixed(c['high'], 3)}"
         lines.append(f"| {c['words']} | {c['value']:.3f} | {interval} | {known} |")
     return [*lines, ""]
+
+
+def _coefficients(verdict):
+    found = verdict.get("coefficients")
+    if not found:
+        return []
+    return [
+        f"The data carry {found['carried']} of the {found['asked']} coefficients: so many "
+        "directions of the parameters have half the prior's standard deviation at most.",
+        "",
+    ]
 
 
 def _gain(verdict):
@@ -311,6 +340,28 @@ def _gain(verdict):
     ]
     lines += [f"- {m['sentence']}" for m in verdict.get("moved", {}).values()]
     return [*lines, ""]
+
+
+def _discrepancy(verdict):
+    """The discrepancy along each lever, where nothing explains it."""
+    found = verdict.get("discrepancy") or []
+    lines = [f"- {_capital(text)}." for text in discrepancy.sentences(found)]
+    for c in found:
+        own, lever = QUANTITIES[c["experiment"]], LEVERS[c["lever"]]
+        unit = "share of the prediction" if c["unit"] == "share" else c["unit"]
+        lines += [
+            "",
+            f"| {lever.words} [{lever.unit or 1}] | {own.words}: measured less predicted "
+            f"[{unit}] | 95 % band |",
+            "|---|---|---|",
+        ]
+        lines += [
+            f"| {at:.3g} | {value:+.3g} | {low:+.3g} to {high:+.3g} |"
+            for at, value, low, high in zip(
+                c["at"][::2], c["value"][::2], c["low"][::2], c["high"][::2], strict=True
+            )
+        ]
+    return ["## The discrepancy over the levers", "", *lines, ""] if found else []
 
 
 def _remarks(verdict):
