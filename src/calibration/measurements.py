@@ -215,7 +215,8 @@ def _number(table, row, line, column, unit, low, high):
     """Number of a cell, in `unit` where it carries one of its own."""
     text, where = row.get(column, ""), {"path": table.path, "line": line, "column": column}
     if not text:
-        raise ConfigError("is missing", **where)
+        instead = {"value": "a number, or what the test ended with in the column outcome"}
+        raise ConfigError("is missing", **where, allowed=instead.get(column))
     value = table.number(line, column, text, partial(in_unit, unit=unit), finite=False)
     if not low <= value <= high:
         raise ConfigError("is out of range", **where, value=value, allowed=f"{low:g} to {high:g}")

@@ -159,8 +159,9 @@ def _detect(bench, effect):
     }
 
 
-def page(rows):
-    """The rows in Markdown."""
+def page(rows, better=()):
+    """The rows in Markdown; better: rows of a plan at the same cost, told beside them."""
+    beside = {(r["experiment"], r["law"]): r for r in better}
     lines = [
         "# What this plan would show",
         "",
@@ -168,12 +169,17 @@ def page(rows):
         "would show, at a false-alarm rate held over all laws together; errors between settings "
         "come on top of it.",
         "",
-        "| experiment | law or mechanism | of | from | named rightly | taken for |",
-        "|---|---|---|---|---|---|",
+        "| experiment | law or mechanism | of | from | by the better plan from | named rightly "
+        "| taken for |",
+        "|---|---|---|---|---|---|---|",
     ]
     for r in rows:
         name = r["law"].split(":")[-1].replace("_", " ")
-        lines.append(f"| {r['experiment']} | {name} | {r['of']} | {_from(r)} | {_right(r)} |")
+        other = beside.get((r["experiment"], r["law"]))
+        more = _from(other) if other else ""
+        lines.append(
+            f"| {r['experiment']} | {name} | {r['of']} | {_from(r)} | {more} | {_right(r)} |"
+        )
     return "\n".join(lines) + "\n"
 
 

@@ -11,7 +11,7 @@ from calibration.errors import ConfigError
 from calibration.files import read_json, replacing, write_table
 from calibration.report.plain import write_page
 from dem.io.files import write_json
-from diagnosis import aside, contacts, exclusion, figures, power, time_step
+from diagnosis import aside, better_plan, contacts, exclusion, figures, power, time_step
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.emulator_files import write_emulators
@@ -35,10 +35,20 @@ def plan_power(setup, output):
             value=", ".join(k for k in setup.kinds if k not in contacts.CONTACTS),
             allowed=f"rows of {' and '.join(contacts.CONTACTS)}",
         )
-    rows = contacts.power_of(setup.measurements, setup.rig, setup.catalogue)
-    write_json(output.power, rows)
+    rows, plan, better = better_plan.best(
+        setup.measurements,
+        lambda own: contacts.power_of(own, setup.rig, setup.catalogue),
+        contacts.defaults_of(setup.settings, setup.kinds),
+    )
+    settings = [{"experiment": m.experiment, "levers": m.levers} for m in plan]
+    write_json(output.power, {"plan": rows, "better": better, "better_settings": settings})
+    more = (
+        better_plan.page(plan)
+        if plan
+        else "No plan of as many settings was found that shows more.\n"
+    )
     with replacing(output.page) as partial:
-        partial.write_text(power.page(rows))
+        partial.write_text(power.page(rows, better) + "\n" + more)
 
 
 def plan_runs(setup, output):
@@ -168,6 +178,8 @@ def conclude(setup, source, output):
         verdict["gain"] = gain(measurements, values["before"], values["after"])
         verdict["extended_with"] = extension["mechanisms"]
     verdict = last_word(verdict)
+    if verdict["verdict"] == "unexplained" and "discrepancy" not in verdict:
+        verdict |= unexplained(verdict["residuals"])
     validate(verdict)
     common.save(figures.gain_figure(verdict["gain"]), output.gain)
     write_json(output.verdict, verdict)

@@ -211,7 +211,7 @@ FURTHER_FAULTS = [
     (("20", "1", "5", "150", "", "spare", "", "", ""), "role", "calibrate, hold out"),
     (("20", "1", "5", "150", "", "", "", "lost", ""), "outcome", "clogged, arched"),
     (("20", "", "", "150", "", "", "", "clogged", ""), "value", "no meaning beside outcome"),
-    (("", "1", "5", "150", "", "", "", "", ""), "value", "missing"),
+    (("", "1", "5", "150", "", "", "", "", ""), "value", "or what the test ended with"),
     (("20", "1", "5", "150", "", "", "-1", "", ""), "lever_sd", "out of range"),
 ]
 

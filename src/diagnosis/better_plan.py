@@ -1,0 +1,174 @@
+"""A plan of as many settings that tells more: D-optimal for a bent curve in each state at once.
+
+Each free law asks for a level, a slope and a bend over the scaled logarithm of its state. The
+plan's settings are exchanged one by one (Fedorov 1972, Theory of Optimal Experiments) for those
+that raise the sum over the laws of the logarithms of what is known of slope and bend. Readings at
+one level of a lever share an error, as the diagnosis has it, so that repeating a level tells less
+than a new one. Settings stay within the plan's own ranges, and a lever that it does not vary is
+left alone.
+"""
+
+import itertools
+
+import numpy as np
+
+from calibration.measurements import Measurement
+from calibration.quantities import LEVERS
+from diagnosis.laws.mixed import TIMES
+from diagnosis.laws.readings import from_log, readings_of
+from diagnosis.laws.slots import applicable, scaled
+
+LEVELS = 9
+ROUNDS = 4
+WEAK = 1e-3  # prior information of slope and bend, over that of one setting
+NONE = "No plan of as many settings was found that shows more.\n"
+GOLDEN = 0.6180339887498949
+SHARED = TIMES[0]  # standard deviation of an error that a level shares, over that of a setting
+
+
+def plans(measurements, defaults=None):
+    """Lists of `Measurement`, each a plan of as many settings in each experiment: levers chosen,
+    values those of the plan's mean coefficient, with its median share of spread. First the
+    D-optimal one, then one whose settings all stand at levels of their own."""
+    return [
+        [m for kind in _kinds(measurements) for m in make(kind, measurements, defaults)]
+        for make in (_optimal, _spread)
+    ]
+
+
+def best(measurements, power, defaults=None):
+    """(plan, its rows) of the plan that shows more than the others and the given one, or ([], [])
+    where none does; power: function of measurements, `diagnosis.power.power`."""
+    own, found = power(measurements), ([], [])
+    least = own
+    for plan in plans(measurements, defaults):
+        rows = power(plan)
+        if shows_more(least, rows):
+            least, found = rows, (plan, rows)
+    return own, *found
+
+
+def _kinds(measurements):
+    return list(dict.fromkeys(m.experiment for m in measurements))
+
+
+def _own(kind, measurements, defaults):
+    own = [m for m in measurements if m.experiment == kind]
+    return own, readings_of(own, kind, (defaults or {}).get(kind))
+
+
+def _optimal(kind, measurements, defaults):
+    own, readings = _own(kind, measurements, defaults)
+    laws = applicable(readings)
+    if not laws:
+        return own
+    start = [tuple(readings.levers[n][i] for n in readings.levers) for i in range(len(own))]
+    chosen = exchange(start, _candidates(readings), _informed(laws, readings))
+    return [_setting(kind, own, readings, at) for at in chosen]
+
+
+def _spread(kind, measurements, defaults):
+    """Each lever at as many levels as there are settings, evenly over its logarithm, each in an
+    order of its own: multiples of the golden ratio's powers (a lattice)."""
+    own, readings = _own(kind, measurements, defaults)
+    if not applicable(readings):
+        return own
+    n, columns = len(own), []
+    for k, (name, value) in enumerate(readings.levers.items()):
+        low, high = np.nanmin(value), np.nanmax(value)
+        if name not in readings.folds or low <= 0.0:
+            columns.append(value)
+            continue
+        order = np.argsort(np.arange(n) * GOLDEN**k % 1.0) if k else np.arange(n)
+        columns.append([float(f"{v:.3g}") for v in np.geomspace(low, high, n)[np.argsort(order)]])
+    return [_setting(kind, own, readings, at) for at in zip(*columns, strict=True)]
+
+
+def exchange(start, candidates, informed):
+    """The list of settings that no single exchange improves; informed: settings -> criterion."""
+    plan, best = list(start), informed(start)
+    for _ in range(ROUNDS):
+        before = best
+        for i in range(len(plan)):
+            tried = [plan[:i] + [c] + plan[i + 1 :] for c in candidates]
+            values = [informed(t) for t in tried]
+            k = int(np.argmax(values))
+            if values[k] > best + 1e-9:
+                plan, best = tried[k], values[k]
+        if best <= before + 1e-9:
+            break
+    return plan
+
+
+def _candidates(readings):
+    along = []
+    for name, value in readings.levers.items():
+        low, high = np.nanmin(value), np.nanmax(value)
+        varied = name in readings.folds and low > 0.0
+        values = np.geomspace(low, high, LEVELS) if varied else np.unique(value)
+        along.append([float(f"{v:.3g}") if varied else float(v) for v in values])
+    return list(itertools.product(*along))
+
+
+def _informed(laws, readings):
+    """A function of settings: the sum over the laws of log det of what is known of their terms."""
+    names = list(readings.levers)
+    spans = [(law, *scaled(law, readings.levers)[1:]) for law in laws if law.coordinate]
+
+    def value(settings):
+        levers = dict(zip(names, np.array(settings).T, strict=True))
+        noise = np.eye(len(settings))
+        for name in readings.folds:
+            noise += SHARED**2 * (levers[name][:, None] == levers[name][None, :])
+        precision, total = np.linalg.inv(noise), 0.0
+        level = precision.sum(0) / precision.sum()
+        for law, middle, half in spans:
+            x = (np.log(np.maximum(law.coordinate(levers), 1e-12)) - middle) / max(half, 1e-12)
+            terms = np.stack([x, x**2], 1)
+            terms = terms - level @ terms
+            total += np.linalg.slogdet(terms.T @ precision @ terms + WEAK * np.eye(2))[1]
+        return total
+
+    return value
+
+
+def _setting(kind, own, readings, at):
+    levers = {n: v for n, v in zip(readings.levers, at, strict=True) if np.isfinite(v)}
+    level = float(np.median(readings.log))
+    value = float(
+        from_log(kind, np.array([level]), {n: np.array([v]) for n, v in levers.items()})[0]
+    )
+    share = float(np.median([m.sd / m.value for m in own]))
+    n = int(np.median([m.n for m in own]))
+    levers = {k: v for k, v in levers.items() if any(k in m.levers for m in own)}
+    return Measurement(kind, value, share * value, n, levers)
+
+
+def shows_more(rows, better):
+    """Whether a plan shows weaker laws than another, both rows of `diagnosis.power.power`: more of
+    them, or as many and weaker ones in the mean of the logarithms."""
+    own, other = ({(r["experiment"], r["law"]): r["detectable"] for r in p} for p in (rows, better))
+    shown = [{k for k, v in p.items() if v} for p in (own, other)]
+    if len(shown[0]) != len(shown[1]):
+        return len(shown[1]) > len(shown[0])
+    both = shown[0] & shown[1]
+    return sum(np.log(abs(other[k] / own[k])) for k in both) < 0.0
+
+
+def page(measurements):
+    """The settings in Markdown, one row for settings that are alike."""
+    lines = ["## A plan of as many settings that tells more", ""]
+    for kind in dict.fromkeys(m.experiment for m in measurements):
+        own = [m for m in measurements if m.experiment == kind]
+        names = list(dict.fromkeys(n for m in own for n in m.levers))
+        head = " | ".join(f"{LEVERS[n].words} [{LEVERS[n].unit or 1}]" for n in names)
+        lines += [f"| {kind}: {head} | settings |", "|---" * (len(names) + 1) + "|"]
+        counts = {}
+        for m in own:
+            at = tuple(m.levers.get(n) for n in names)
+            counts[at] = counts.get(at, 0) + 1
+        for at in sorted(counts, key=str):
+            cells = " | ".join("" if v is None else f"{v:g}" for v in at)
+            lines.append(f"| {cells} | {counts[at]} |")
+        lines.append("")
+    return "\n".join(lines)
