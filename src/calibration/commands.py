@@ -36,6 +36,7 @@ def _add_new(commands):
     new.add_argument("--orifice", help="diameter of the funnel's orifice: 25mm")
     new.add_argument("--plate", help="diameter of the base plate: 100mm")
     new.add_argument("--height", help="orifice above the plate: 75mm")
+    new.add_argument("--rate", help="mass poured in a second, where it was measured: 12g/s")
     new.add_argument(
         "--no-pilot", action="store_true", help="pour no coarse heaps to try the ranges"
     )

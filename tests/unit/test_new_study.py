@@ -140,14 +140,18 @@ def test_a_wrong_answer_gets_a_sentence_and_leaves_nothing(here, change, words, 
 
 def test_what_is_not_told_is_asked_for():
     given = Namespace(measured=None, material=None, density=None, grain=None, sieve=None,
-                      orifice="25mm", plate=None, height=None)  # fmt: skip
+                      orifice="25mm", plate=None, height=None, rate=None)  # fmt: skip
     told = {"Measured": "26.1 28.4", "Density": "1.35 g/cm3", "Diameter of the grain": "4",
-            "Diameter of the base": "10 cm", "Orifice above": "7.5 cm", "Material": ""}  # fmt: skip
+            "Diameter of the base": "10 cm", "Orifice above": "7.5 cm", "Material": "",
+            "Mass poured": "0.6 kg/min"}  # fmt: skip
     ask = lambda text: next(v for k, v in told.items() if text.startswith(k))  # noqa: E731
     values, heap, factors, sizes = answers(given, ask)
     assert (values, sizes) == ([26.1, 28.4], None)
     assert (heap.plate_diameter_mm, heap.discharge_height_mm) == (100, 75)
     assert len(factors) == 7
+    # 10 g/s of grains of 1.35 g/cm3 and 4 mm, of 45.2 mg each
+    assert heap.feed_per_s == pytest.approx(10.0 / (1.35 * np.pi / 6 * 0.4**3))
+    assert heap.feed_share == pytest.approx(heap.feed_per_s / heap.capacity_per_s)
     with pytest.raises(CalibrationError, match="--measured is missing"):
         answers(given)
 

@@ -2,6 +2,7 @@
 say."""
 
 import json
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -290,3 +291,26 @@ def test_what_is_weighed_tells_what_the_angle_leaves_open(chain):
     # 400 grains a unit of a parameter known to 0.05, about 1060 of 1200 at 0.4
     low, high = best["low"], best["high"]
     assert f"{low:.0f} to {high:.0f} grains there ({100 * low / 1200:.1f} to" in said
+
+
+def test_what_is_printed_is_what_the_reference_holds():
+    """README and results print the salt's posterior; its files are committed."""
+    root = Path(__file__).parents[2]
+    folder = root / "results" / "reference" / "salt" / "posterior"
+    table = pd.read_csv(folder / "parameters.csv").set_index("parameter")
+    rolling = table.loc["salt_salt_rolling_friction"]
+    readme, results = (root / p for p in ("README.md", "docs/results.md"))
+    said = f"({rolling['low']:.3f} to {rolling['high']:.3f}, 95 %)"
+    assert said in " ".join(readme.read_text().split())
+    assert table["bounded"].tolist() == [n == "salt_salt_rolling_friction" for n in table.index]
+    plate = pd.read_csv(folder / "next.csv").set_index("metric").loc["on_plate"]
+    left = {n: f"{100 * plate[f'{n} left']:.0f} %" for n in table.index}
+    text = " ".join(results.read_text().split())
+    assert (
+        f"leave {left['salt_salt_rolling_friction']} of the spread of rolling friction, "
+        f"{left['salt_salt_static_friction']} of static friction" in text
+    )
+    whole = json.loads((folder / "posterior.json").read_text())
+    assert f"the {whole['trained_by']} runs near the optimum" in text
+    share = [100 * plate[end] / whole["grains"] for end in ("low", "high")]
+    assert f"{share[0]:.1f} to {share[1]:.1f} % of what is poured" in text

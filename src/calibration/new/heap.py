@@ -28,6 +28,7 @@ class Heap:
     angle_deg: float
     shear_modulus_Pa: float
     poisson_ratio: float = 0.25
+    mass_flow_g_s: float | None = None  # poured in a second, where the laboratory measured it
 
     @property
     def count(self):
@@ -39,11 +40,24 @@ class Heap:
         return max(round(SPILL * PACKING * cone / grain), FEWEST)
 
     @property
-    def feed_per_s(self):
-        """Grains made in a second: FEED of what the orifice passes (Beverloo 1961)."""
+    def capacity_per_s(self):
+        """Grains that the orifice passes in a second (Beverloo 1961)."""
         d = 1e-3 * self.diameter_mm
         opening = max(1e-3 * self.orifice_diameter_mm, (K_BEVERLOO + 0.1) * d)
-        return FEED * C_BEVERLOO * beverloo(PACKING, opening, d) / (math.pi / 6 * d**3)
+        return C_BEVERLOO * beverloo(PACKING, opening, d) / (math.pi / 6 * d**3)
+
+    @property
+    def feed_per_s(self):
+        """Grains made in a second: as was measured, else FEED of what the orifice passes."""
+        if self.mass_flow_g_s is None:
+            return FEED * self.capacity_per_s
+        grain_g = 1e3 * self.density_kg_m3 * math.pi / 6 * (1e-3 * self.diameter_mm) ** 3
+        return self.mass_flow_g_s / grain_g
+
+    @property
+    def feed_share(self):
+        """The feed over what the orifice passes."""
+        return self.feed_per_s / self.capacity_per_s
 
     @property
     def pouring_s(self):

@@ -32,6 +32,8 @@ QUESTIONS = (
     Question("plate", "plate_diameter_mm", "Diameter of the base plate, such as 100 mm"),
     Question("height", "discharge_height_mm", "Orifice above the plate, such as 75 mm"),
 )
+RATE = Question("rate", "mass_flow_g_s", "Mass poured in a second, such as 12 g/s (or empty)")
+"""The one that may stay open: the funnel is then fed safely below what its orifice passes."""
 
 
 def answers(args, ask=None):
@@ -52,6 +54,8 @@ def answers(args, ask=None):
             continue
         text = getattr(args, q.option) or _asked(ask, q.option, q.text)
         lengths[q.key] = _number(text, q)
+    rate = args.rate or (ask(RATE.text) if ask else None)
+    lengths[RATE.key] = _number(rate, RATE) if rate else None
     heap = Heap(**lengths, angle_deg=sum(values) / len(values), shear_modulus_Pa=SOFTENED_PA)
     material = args.material or (ask and ask(f"Material ({', '.join(materials())}, or empty)"))
     return values, heap, factors_of(material or None), sizes

@@ -11,7 +11,7 @@ from calibration.errors import CalibrationError
 from calibration.factors import COLUMNS
 from calibration.files import replacing, write_table
 from calibration.measurements import readings_table
-from calibration.new.heap import FEED, MOST
+from calibration.new.heap import MOST
 from dem.flow import FREE_FLOW_RATIO
 
 LAWS = {"rolling": "elastic_plastic", "torsion": "marshall"}
@@ -91,8 +91,8 @@ def _write(path, text):
 def _choices(heap, simulated):
     found = [
         f"{simulated.count:,} grains of {simulated.diameter_mm:.3g} mm cover the plate; the funnel "
-        f"is fed {simulated.feed_per_s:,.0f} a second, {FEED:.0%} of what its orifice passes "
-        f"(Beverloo 1961), for {simulated.pouring_s:.1f} s"
+        f"is fed {simulated.feed_per_s:,.0f} a second, {simulated.feed_share:.0%} of what its "
+        f"orifice passes (Beverloo 1961), for {simulated.pouring_s:.1f} s"
     ]
     if simulated.diameter_mm > heap.diameter_mm:
         ratio = simulated.diameter_mm / heap.diameter_mm
@@ -110,6 +110,13 @@ def _choices(heap, simulated):
             "nor would a lifted cylinder"
         )
     return found
+
+
+def _fed(heap):
+    share = f"{heap.feed_share:.0%} of what the orifice passes"
+    if heap.mass_flow_g_s is None:
+        return f"{share}; not measured"
+    return f"{heap.mass_flow_g_s:g} g/s as measured, {share}"
 
 
 def _configuration(folder, name, heap, factors, sizes):
@@ -150,7 +157,7 @@ run: # what all heaps share
     plate_diameter_mm: {heap.plate_diameter_mm:g}
     discharge_height_mm: {heap.discharge_height_mm:g}
     funnel_top_diameter_mm: {max(heap.plate_diameter_mm, 2 * heap.orifice_diameter_mm):g} # assumed
-    generation_rate_per_s: {heap.feed_per_s:.0f} # {FEED:.0%} of what the orifice passes
+    generation_rate_per_s: {heap.feed_per_s:.0f} # {_fed(heap)}
   numerics: {{ max_time_s: {max(12.0, 2 * heap.pouring_s + 5):.3g} }}
 
 screening: {{ at_least: 3, at_most: 3 }}
