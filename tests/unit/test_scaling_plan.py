@@ -48,8 +48,9 @@ def test_every_key_with_a_unit_is_known(model):
     """A new key of the run spec with a unit that the rules cannot read would be left unscaled in
     silence."""
     bare = {
-        "count", "sizes", "scale_factor", "elongation", "liquid_volume_fraction",
-        "wall_liquid_volume_fraction", "friction_exponent", "rolling_stiffness_factor",
+        "count", "sizes", "scale_factor", "elongation", "clump",  # shares of the grain's size
+        "liquid_volume_fraction", "wall_liquid_volume_fraction", "friction_exponent",
+        "rolling_stiffness_factor",
         "rolling_damping_ratio", "plasticity_ratio", "tangential_stiffness_ratio",
         "meshes", "drops", "trials",
         "rayleigh_fraction", "precision", "rest_energy_ratio",
