@@ -2,6 +2,8 @@
 
     python -m calibration.comparison.study OUT [--repeats N] [--first SEED]
 
+Trials that OUT holds already are not repeated, so that a comparison that was stopped goes on.
+
 Decided before it was run: three responses, REPEATS studies of each from the seed FIRST on, RUNS,
 and that a way is good enough where the root mean square error at its point is at most ENOUGH. A
 study's truth and readings are the same for every way and number of runs.
@@ -109,18 +111,18 @@ def page(found):
 
 
 def main(argv=None):
-    """Run the comparison and write trials.csv, summary.csv and table.md into a folder."""
+    """Run what is missing and write trials of each seed, summary.csv and table.md into a folder."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("out", type=Path)
     parser.add_argument("--repeats", type=int, default=REPEATS)
     parser.add_argument("--first", type=int, default=FIRST)
-    parser.add_argument("--gather", action="store_true", help="only join trials*.csv of the folder")
     args = parser.parse_args(argv)
     args.out.mkdir(parents=True, exist_ok=True)
-    if not args.gather:
-        table = trials(args.repeats, args.first)
-        write_table(table, args.out / f"trials-{args.first}.csv")
-    table = pd.concat([pd.read_csv(p) for p in sorted(args.out.glob("trials-*.csv"))])
+    files = [args.out / f"trials-{args.first + k}.csv" for k in range(args.repeats)]
+    for k, path in enumerate(files):
+        if not path.exists():
+            write_table(trials(1, args.first + k), path)
+    table = pd.concat([pd.read_csv(p) for p in files])
     found = summary(table)
     write_table(found, args.out / "summary.csv")
     (args.out / "table.md").write_text(page(found))
