@@ -9,7 +9,7 @@ import pyvista as pv
 from dem.experiments.heap import HeapGeometry, Rig
 from dem.io.files import write_arrays, write_json
 from dem.io.stl import read_stl, write_stl
-from dem.io.vtk import grain_points, write_frame, write_walls
+from dem.io.vtk import POINTS, read_grains, write_frame, write_grains, write_walls
 
 
 class Grains:
@@ -95,13 +95,19 @@ def test_a_frame_reads_back_with_every_field(tmp_path):
     assert np.allclose(frame["velocity"], Grains.velocity)
     assert frame["speed"].tolist() == [5.0, 0.0]
     assert frame["id"].tolist() == [7, 3]
+    assert frame.n_verts == 2
+    own = read_grains(tmp_path / "frames" / "grains_00000.vtp")
+    assert (own[POINTS] == Grains.position).all()
+    for name in ("radius", "velocity", "speed", "id"):
+        assert (own[name] == frame[name]).all()
     assert [p.name for p in (tmp_path / "frames").iterdir()] == ["grains_00000.vtp"]
 
 
 def test_a_frame_without_grains_can_be_written(tmp_path):
-    empty = grain_points(np.empty((0, 3)), np.empty(0), np.empty((0, 3)), np.empty(0))
-    empty.save(tmp_path / "none.vtp")
-    assert pv.read(tmp_path / "none.vtp").n_points == 0
+    path = tmp_path / "none.vtp"
+    write_grains(path, np.empty((0, 3)), np.empty(0), np.empty((0, 3)), np.empty(0))
+    assert pv.read(path).n_points == 0
+    assert read_grains(path)[POINTS].shape == (0, 3)
 
 
 def test_the_walls_of_the_heap_are_drawn_in_their_places(tmp_path):

@@ -8,7 +8,7 @@ from PIL import Image
 
 from dem.cli import main
 from dem.errors import DemError
-from dem.io.vtk import grain_points
+from dem.io.vtk import write_grains
 from dem.measure.heap import measure_heap, silhouette_angles
 from dem.render import draw_run, read_run
 from dem.render.flanks import fitted_flanks, heap_grains
@@ -42,8 +42,8 @@ def run(tmp_path):
     velocity, tag = np.zeros_like(position), np.arange(len(position))
     for k, share in enumerate((0.0, 0.5)):
         part = slice(0, int(share * len(position)))
-        frame = grain_points(position[part], radius[part], velocity[part], tag[part])
-        frame.save(folder / "frames" / f"grains_{k:05d}.vtp")
+        state = (position[part], radius[part], velocity[part], tag[part])
+        write_grains(folder / "frames" / f"grains_{k:05d}.vtp", *state)
     np.savez(folder / "final.npz", position=position, radius=radius, velocity=velocity, tag=tag)
     spec = parse_spec({"experiment": "heap", "geometry": {"plate_diameter_mm": 2e3 * PLATE}})
     metrics = measure_heap(position, radius, velocity, PLATE) | {"in_funnel": 0}

@@ -156,15 +156,15 @@ def solution_mesh(surface, target, resolution=41):
     """
     if len(surface.codes) != 3:
         raise CalibrationError("only the solution set of three factors is a mesh")
-    import pyvista  # takes a second to load, which the other stages need not wait for
+    from skimage.measure import marching_cubes  # takes a second to load
 
-    grid = pyvista.ImageData(
-        dimensions=[resolution] * 3, origin=[-1.0] * 3, spacing=[2.0 / (resolution - 1)] * 3
-    )
-    mesh = grid.contour([target], scalars=surface.predict(grid.points))
-    if not mesh.n_points:
+    line = np.linspace(-1.0, 1.0, resolution)
+    points = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1)
+    values = surface.predict(points.reshape(-1, 3)).reshape(points.shape[:3])
+    if not values.min() < target < values.max():
         return np.empty((0, 3)), np.empty((0, 3), int)
-    return np.asarray(mesh.points, float), mesh.triangulate().faces.reshape(-1, 4)[:, 1:]
+    vertices, triangles, *_ = marching_cubes(values, target, spacing=(line[1] - line[0],) * 3)
+    return vertices - 1.0, triangles
 
 
 def most_desirable(surfaces, goals, seed=1):

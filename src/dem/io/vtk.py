@@ -1,64 +1,142 @@
-"""Frames that ParaView opens: grains as points with radius, velocity and number; walls as
-surfaces."""
+"""Frames that ParaView opens: grains as points with radius, velocity and number; walls as surfaces.
 
-import os
+The files are XML PolyData, arrays within them in base64, each in one block of zlib (VTK File
+Formats, Kitware).
+"""
+
+import base64
+import zlib
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
-import pyvista as pv
 
+from dem.io.files import replace_file
 from dem.linear import length
 from dem.walls.geometry import PLANE, RECTANGLE, REVOLVED, TRIANGLE
 
-
-def grain_points(position, radius, velocity, tag):
-    """`pyvista.PolyData` of grains; position, velocity (n, 3), radius, tag (n,). Glyph by `radius`
-    to see spheres."""
-    if not len(position):
-        return pv.PolyData()  # fields without values are refused
-    points = pv.PolyData(np.asarray(position, float))
-    points["radius"] = np.asarray(radius, float)
-    points["velocity"] = np.asarray(velocity, float)
-    points["speed"] = length(velocity)
-    points["id"] = np.asarray(tag)
-    return points
+RESOLUTION = 64  # facets of a surface of revolution
+TYPES = {"f8": "Float64", "i8": "Int64"}
+POINTS = "Points"
+"""Name of the array of the points themselves."""
 
 
-def wall_surface(kind, p, resolution=64):
-    """Surface of a wall element in its body's frame, or None for an unbounded plane."""
-    if kind == PLANE:
-        return None
-    if kind == REVOLVED:
-        line = pv.Line((p[0], 0.0, p[1]), (p[2], 0.0, p[3]))
-        return line.extrude_rotate(resolution=resolution, capping=False)
-    if kind == RECTANGLE:
-        c, u, v = np.array(p[:3]), np.array(p[3:6]), np.array(p[6:9])
-        return pv.Quadrilateral([c - u - v, c + u - v, c + u + v, c - u + v])
-    assert kind == TRIANGLE
-    return pv.Triangle(np.array(p).reshape(3, 3))
+def write_grains(path, position, radius, velocity, tag):
+    """Write grains to a .vtp file, atomically: position [m], velocity [m/s] (n, 3); radius [m] and
+    tag (n,). Glyph by `radius` to see spheres."""
+    velocity = np.asarray(velocity, float).reshape(-1, 3)
+    fields = {
+        "radius": np.asarray(radius, float),
+        "velocity": velocity,
+        "speed": length(velocity),
+        "id": np.asarray(tag, np.int64),
+    }
+    each = np.arange(len(velocity))[:, None]  # a vertex a grain
+    _write(path, np.asarray(position, float).reshape(-1, 3), verts=list(each), fields=fields)
+
+
+def read_grains(path):
+    """{name: array} of a file of `write_grains`, the positions (n, 3) as `POINTS`."""
+    [piece] = ElementTree.parse(path).getroot().iter("Piece")
+    arrays = [*piece.find("PointData"), *piece.find(POINTS)]
+    return {a.get("Name"): _decoded(a) for a in arrays}
 
 
 def write_frame(path, sim):
     """Write the grains of a simulation to a .vtp file, atomically."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{os.getpid()}.{path.name}")
-    grain_points(sim.position, sim.radius, sim.velocity, sim.tag).save(partial)
-    os.replace(partial, path)
+    write_grains(path, sim.position, sim.radius, sim.velocity, sim.tag)
 
 
 def write_walls(path, walls):
     """Write the walls of a `WallSet` to one .vtp file; False when there is nothing bounded to
     draw."""
     origins = {b["name"]: np.asarray(b["origin"], float) for b in walls.bodies}
-    parts = []
+    points, faces, count = [], [], 0
     for kind, parameters, body in walls.elements:
-        surface = wall_surface(kind, parameters)
-        if surface is not None:
-            parts.append(surface.translate(origins[body]))
-    if not parts:
+        if kind == PLANE:
+            continue
+        corners, polygons = wall_surface(kind, parameters)
+        points.append(corners + origins[body])
+        faces += [polygon + count for polygon in polygons]
+        count += len(corners)
+    if not points:
         return False
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    pv.merge(parts).extract_surface(algorithm="dataset_surface").save(path)
+    _write(path, np.concatenate(points), polys=faces)
     return True
+
+
+def wall_surface(kind, p):
+    """Corners (n, 3) [m] of a bounded wall element in its body's frame, and its polygons, each the
+    numbers of its corners."""
+    if kind == REVOLVED:
+        return _revolved(*p[:4])
+    if kind == RECTANGLE:
+        c, u, v = np.array(p[:3]), np.array(p[3:6]), np.array(p[6:9])
+        return np.array([c - u - v, c + u - v, c + u + v, c - u + v]), [np.arange(4)]
+    assert kind == TRIANGLE
+    return np.array(p, float).reshape(3, 3), [np.arange(3)]
+
+
+def _revolved(r0, z0, r1, z1):
+    turn = 2.0 * np.pi * np.arange(RESOLUTION) / RESOLUTION
+    rings = [
+        np.column_stack([r * np.cos(turn), r * np.sin(turn), np.full(RESOLUTION, z)])
+        for r, z in ((r0, z0), (r1, z1))
+    ]
+    here = np.arange(RESOLUTION)
+    after = (here + 1) % RESOLUTION
+    quads = np.column_stack([here, after, after + RESOLUTION, here + RESOLUTION])
+    return np.concatenate(rings), list(quads)
+
+
+def _write(path, points, verts=(), polys=(), fields=None):
+    counts = {"NumberOfPoints": len(points), "NumberOfVerts": len(verts)}
+    piece = ElementTree.Element("Piece", _text(counts | {"NumberOfPolys": len(polys)}))
+    _arrays(piece, "PointData", fields or {})
+    _arrays(piece, POINTS, {POINTS: points})
+    for name, cells in (("Verts", verts), ("Polys", polys)):
+        flat = np.concatenate(cells) if len(cells) else np.empty(0)
+        ends = np.cumsum([len(cell) for cell in cells])
+        cells = {"connectivity": flat.astype(np.int64), "offsets": ends.astype(np.int64)}
+        _arrays(piece, name, cells)
+    kind = {"type": "PolyData", "version": "1.0", "byte_order": "LittleEndian"}
+    blocks = {"header_type": "UInt64", "compressor": "vtkZLibDataCompressor"}
+    root = ElementTree.Element("VTKFile", kind | blocks)
+    ElementTree.SubElement(root, "PolyData").append(piece)
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    replace_file(path, ElementTree.ElementTree(root).write)
+
+
+def _arrays(piece, name, arrays):
+    place = ElementTree.SubElement(piece, name)
+    for label, values in arrays.items():
+        little = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
+        about = {"type": TYPES[values.dtype.str[1:]], "Name": label, "format": "binary"}
+        if values.ndim == 2:
+            about["NumberOfComponents"] = str(values.shape[1])
+        ElementTree.SubElement(place, "DataArray", about).text = _encoded(little.tobytes())
+
+
+def _encoded(data):
+    """Header (blocks, bytes of a block, of the last if it is shorter, compressed bytes) and block
+    in base64."""
+    packed = zlib.compress(data, 1) if data else b""
+    header = np.array([1, len(data), 0, len(packed)] if data else [0], "<u8")
+    return "".join(base64.b64encode(part).decode() for part in (header.tobytes(), packed))
+
+
+HEADER = len(base64.b64encode(bytes(4 * 8)))  # characters of a header of one block
+
+
+def _decoded(element):
+    """Values of a DataArray that `_encoded` wrote."""
+    types = {name: "<" + kind for kind, name in TYPES.items()}
+    text = element.text
+    data = zlib.decompress(base64.b64decode(text[HEADER:])) if len(text) > HEADER else b""
+    values = np.frombuffer(data, types[element.get("type")])
+    width = element.get("NumberOfComponents")
+    return values.reshape(-1, int(width)) if width else values
+
+
+def _text(numbers):
+    return {name: str(number) for name, number in numbers.items()}

@@ -1,11 +1,11 @@
 """The pour as an animation, from the frames that `dem run --frames` wrote."""
 
 import numpy as np
-import pyvista as pv
 from PIL import Image, ImageDraw
 
 from dem.errors import DemError
 from dem.experiments.heap import HeapGeometry, Rig
+from dem.io.vtk import POINTS, read_grains
 from dem.render.colour import colour_by, colours_of, draw_bar, values_of
 from dem.render.image import GROUND, INK, OVERSAMPLING, STEEL, font_of, frame, paint, pixel
 
@@ -55,11 +55,8 @@ def animate(run, path, width=480, colour="auto", frames_per_s=20.0, progress=Non
 
 def _state(path):
     """Position, radius, velocity, tag of a frame."""
-    points = pv.read(path)
-    if not points.n_points:
-        return np.empty((0, 3)), np.empty(0), np.empty((0, 3)), np.empty(0, int)
-    names = ("radius", "velocity", "id")
-    return (np.asarray(points.points, float), *(np.asarray(points[n]) for n in names))
+    found = read_grains(path)
+    return tuple(found[name] for name in (POINTS, "radius", "velocity", "id"))
 
 
 def _view(run, width):

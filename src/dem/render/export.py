@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from dem.experiments import experiment_of
-from dem.io.vtk import grain_points, write_walls
+from dem.io.vtk import write_grains, write_walls
 
 
 def export_vtk(run, path=None):
@@ -14,10 +14,7 @@ def export_vtk(run, path=None):
     some to draw, are written beside it, to <name>_walls.vtp. Returns the paths.
     """
     path = Path(path) if path else run.folder / "final.vtp"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".partial.{path.name}")
-    grain_points(run.position, run.radius, run.velocity, run.tag).save(partial)
-    partial.replace(path)
+    write_grains(path, run.position, run.radius, run.velocity, run.tag)
     rig = experiment_of(run.spec).walls
     if rig is None:
         return [path]
