@@ -1,0 +1,178 @@
+"""snakemake's own ways to use a workflow from elsewhere: as a module of another one, laid out by
+snakedeploy, as the catalogue tests it, and in environments made for it."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+
+import pytest
+import yaml
+from deployed import ROOT, copied, done, write_study
+
+from calibration.config import parse_config
+
+SNAKEMAKE = [sys.executable, "-m", "snakemake"]
+NO_PROFILE = ("--workflow-profile", "none")
+OUTER = """
+configfile: "outer.yaml"
+
+
+module theirs:
+    snakefile:
+        "../copy/workflow/Snakefile"
+    config:
+        config["calibration"]
+    prefix:
+        "theirs"
+
+
+use rule * from theirs as gc_*
+
+
+module ours:
+    snakefile:
+        "../copy/workflow/Snakefile"
+    config:
+        config["calibration"] | {{"results": "kept/here"}}
+
+
+use rule * from ours as own_*
+
+
+use rule screening from ours as own_screening with:
+    threads: 1
+
+
+rule mine:
+    default_target: True
+    input:
+        rules.gc_{target}.{files},
+        rules.own_{target}.{files},
+"""
+SNAKEDEPLOY = """
+configfile: "config/config.yaml"
+
+
+module calibration:
+    snakefile:
+        "{copy}/workflow/Snakefile"
+    config:
+        config
+
+
+use rule * from calibration
+"""
+
+
+@pytest.fixture
+def outer(tmp_path):
+    """A folder for another workflow, with a study, beside a copy of the workflow alone."""
+    shutil.copytree(ROOT / "workflow", tmp_path / "copy" / "workflow")
+    study = write_study(tmp_path / "outer" / "bounce")
+    config = {"calibration": yaml.safe_load(study.read_text())}
+    (study.parents[1] / "outer.yaml").write_text(yaml.safe_dump(config))
+    return study.parents[1]
+
+
+@pytest.mark.slow
+def test_a_module_with_a_prefix_and_one_without_do_not_meet(outer):
+    """Both make the same screening, each where it was told to; their rules have other names."""
+    (outer / "Snakefile").write_text(OUTER.format(target="report", files="output"))
+    planned = done(*SNAKEMAKE, "-n", *NO_PROFILE, cwd=outer)
+    for rule in ("gc_plan_screening", "own_plan_screening", "gc_report", "own_report"):
+        assert re.search(rf"^{rule} +1$", planned, re.M)
+    (outer / "Snakefile").write_text(OUTER.format(target="screening", files="output"))
+    done(*SNAKEMAKE, "-j2", *NO_PROFILE, cwd=outer)
+    for place in ("theirs/results", "kept/here"):
+        found = json.loads((outer / place / "drops/screening/screening.json").read_text())
+        assert found["factors"][0] == "bounce"
+        assert len(list(outer.glob(f"{place}/runs/drop-*/result.json"))) == 8
+    assert not (outer / "results").exists()
+
+
+@pytest.mark.slow
+def test_what_snakedeploy_writes_plans_the_chain(tmp_path):
+    shutil.copytree(ROOT / "workflow", tmp_path / "copy" / "workflow")
+    (tmp_path / "work" / "workflow").mkdir(parents=True)
+    study = write_study(tmp_path / "work" / "config")
+    text = SNAKEDEPLOY.format(copy=tmp_path / "copy")
+    (tmp_path / "work" / "workflow" / "Snakefile").write_text(text)
+    planned = done(*SNAKEMAKE, "-n", "all", *NO_PROFILE, cwd=study.parents[1])
+    assert re.search(r"^report +1$", planned, re.M)
+    assert "drops: screening 0/8" in planned
+
+
+@pytest.mark.slow
+def test_the_catalogue_s_case_runs(tmp_path):
+    """`snakemake --directory .test` in a copy: a dry run of all and one real stage."""
+    copy = copied(tmp_path / "copy")
+    planned = done(*SNAKEMAKE, "-n", "--directory", ".test", cwd=copy)
+    assert re.search(r"^report +1$", planned, re.M)
+    done(*SNAKEMAKE, "-j1", "--directory", ".test", "screening", cwd=copy)
+    assert (copy / ".test/results/drops/screening/screening.json").is_file()
+    assert not (copy / "results/runs").exists()
+
+
+def test_the_catalogue_s_case_is_a_valid_study(monkeypatch):
+    monkeypatch.chdir(ROOT / ".test")
+    path = "config/config.yaml"
+    assert parse_config(yaml.safe_load(open(path).read()), files=[path]).name == "drops"
+
+
+def test_the_results_are_where_the_configuration_says(monkeypatch, tmp_path):
+    monkeypatch.chdir(ROOT / ".test")
+    data = yaml.safe_load(open("config/config.yaml").read())
+    assert parse_config(data | {"results": "/scratch/me"}).runs == "/scratch/me/runs"
+
+
+def locked(name):
+    """The version that requirements.lock pins a package to."""
+    lines = (ROOT / "requirements.lock").read_text().lower().replace("_", "-").splitlines()
+    [version] = [v for n, v in (line.split("==") for line in lines) if n == name.lower()]
+    return version
+
+
+def test_the_conda_environment_needs_no_clone():
+    """The package by its name, what it imports by the versions of the lock, and no path."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    names = [re.match(r"[\w.-]+", text)[0] for text in project["dependencies"]]
+    wanted = [f"{project['name']}=={project['version']}"]
+    wanted += [f"{name}=={locked(name)}" for name in names]
+    env = yaml.safe_load((ROOT / "workflow/envs/calibration.yaml").read_text())
+    assert env["dependencies"] == ["python =3.11", "pip", {"pip": wanted}]
+
+
+def container():
+    """{section: lines} of the container's recipe."""
+    text = (ROOT / "workflow/envs/calibration.def").read_text()
+    parts = re.split(r"^%(\w+)\n", text, flags=re.M)
+    sections = {k: v.strip().splitlines() for k, v in zip(parts[1::2], parts[2::2], strict=True)}
+    return {k: [line.strip() for line in v] for k, v in sections.items()}
+
+
+@pytest.mark.slow
+def test_the_container_s_recipe_installs_the_program(tmp_path):
+    """Its files are copied and its commands run in an environment of this test, without the
+    packages that a real one gets from an index."""
+    recipe, copy = container(), copied(tmp_path / "copy")
+    for line in recipe["files"]:
+        source, target = line.split()
+        target = tmp_path / "image" / target.lstrip("/")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        done("cp", "-fLr", copy / source, target)
+    done(sys.executable, "-m", "venv", "--without-pip", tmp_path / "venv")
+    [site] = (tmp_path / "venv").glob("lib/python*/site-packages")
+    site.joinpath("shared.pth").write_text("\n".join(p for p in sys.path if "site-packages" in p))
+    alone = {"PIP_NO_INDEX": "1", "PIP_NO_DEPS": "1", "PIP_NO_BUILD_ISOLATION": "0"}
+    path = f"{tmp_path / 'venv' / 'bin'}:{os.environ['PATH']}"
+    for line in recipe["post"]:
+        assert "-c /opt/calibration/requirements.lock" in line
+        command = line.replace("/opt/", f"{tmp_path / 'image' / 'opt'}/")
+        subprocess.run(["bash", "-c", command], check=True, env=os.environ | alone | {"PATH": path})
+    program = tmp_path / "venv" / "bin" / "calibration"
+    assert "run a study" in done(program, "--help")
+    assert recipe["runscript"] == ['exec calibration "$@"']
