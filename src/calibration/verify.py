@@ -218,7 +218,7 @@ def hold(results):
     """Keep others from working in a folder of results until this process ends. Raises
     CalibrationError where another does."""
     results = Path(results)
-    if results.resolve() in _held:  # a workflow may use this one as a module, rule by rule
+    if results.resolve() in _held:  # a workflow may use this one as two modules
         return
     lock = FileLock(results / ".lock")
     try:

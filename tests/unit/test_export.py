@@ -16,6 +16,7 @@ from calibration.chain.files import read_region
 from calibration.config import overlay, parse_config
 from calibration.export import edem, lammps, liggghts, mercurydpm, rolling, stage, yade
 from calibration.export.conversion import Conversion
+from calibration.export.decks import BLOCKS, allowed, write_decks
 from calibration.export.material import granulate, rolling_dashpot, rolling_stiffness
 from calibration.export.parameters import parameter_interval, to_yaml
 from calibration.statistics.surface import fit_surface
@@ -29,6 +30,11 @@ from stage_files import Files, PlanFiles
 REFERENCE = Path("results/reference/salt")
 OPTIMUM = json.loads((REFERENCE / "optimise" / "optimum.json").read_text())["optimum"]
 MU_R = 0.9
+SIEVED = {"by": "mass", "diameters_mm": [3.0, 4.0], "fractions": [0.5, 0.5]}
+EXPECTED = {
+    "metric": "angle_of_repose_deg", "mean": 40.0, "sd": 0.5, "runs": 10, "margin": 1.0,
+    "unit": "deg",
+}  # fmt: skip
 PATH = rolling.PATHS["elastic_plastic"]
 
 
@@ -606,11 +612,60 @@ def test_the_study_written_out_is_the_configuration(files, config):
 
 def test_all_files_are_there_and_none_is_half_written(files):
     assert sorted(p.name for p in (files / "exports").iterdir()) == sorted(
-        [*stage.CODES, "dem.yaml", "study.yaml", "converted"]
+        [*stage.CODES, *BLOCKS, "dem.yaml", "study.yaml", "converted"]
     )
     assert sorted(p.name for p in (files / "exports" / "converted").iterdir()) == sorted(
-        stage.CONVERTED
+        [*stage.CONVERTED, *BLOCKS]
     )
+
+
+DECK = {"README.md", "check.py", "expected.json", "spec.yaml"}
+OWN_FILES = {
+    "liggghts": {"in.liggghts", "material.in", "plate.stl", "funnel.stl"},
+    "lammps": {"in.lammps", "material.lammps", "grain.molecule"},
+}
+
+
+@pytest.mark.parametrize("code", BLOCKS)
+def test_a_deck_is_whole_and_says_how_it_is_checked(files, code):
+    for folder in ("exports", "exports/converted"):
+        deck = files / folder / code
+        assert {p.name for p in deck.iterdir()} == DECK | OWN_FILES[code]
+        text = (deck / "README.md").read_text()
+        assert "python check.py" in text
+        assert f"{json.loads((deck / 'expected.json').read_text())['mean']:.2f} deg" in text
+        for name in DECK | OWN_FILES[code]:
+            assert f"`{name}`" in text or name == "README.md"
+        named = re.findall(r"^include (\S+)", (deck / f"in.{code}").read_text(), re.M)
+        assert all((deck / name).is_file() for name in named)
+        [material] = [(deck / name).read_text() for name in named]
+        assert ("NOT CONVERTED: rolling" in " ".join(material.split())) == (folder == "exports")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words", "codes"),
+    [
+        ({"particles": {"sizes": SIEVED}}, "particles.sizes is not carried over", {"lammps"}),
+        ({"particles": {"elongation": 1.5}}, "as long as wide", {"lammps", "liggghts"}),
+        ({"laws": {"cohesion": "sjkr"}}, "cohesion", {"lammps", "liggghts"}),
+        ({"geometry": {"funnel_stl": "dish.stl"}}, "funnel_stl", {"lammps", "liggghts"}),
+    ],
+)
+def test_what_a_code_cannot_represent_is_named_in_place_of_a_deck(
+    mapping, tmp_path, changes, words, codes
+):
+    spec = parse_spec(overlay(mapping, changes))
+    write_decks(spec, Conversion(spec), [], EXPECTED, tmp_path)
+    for code in BLOCKS:
+        text = (tmp_path / code / "README.md").read_text()
+        refused = code in codes
+        assert ("NOT WRITTEN" in text and words in text) == refused
+        assert (tmp_path / code / f"in.{code}").exists() != refused
+
+
+def test_a_check_allows_the_margin_and_the_scatter_of_one_heap():
+    expected = {"margin": 1.0, "sd": 0.5, "runs": 10}
+    assert allowed(expected) == pytest.approx(1.0 + 2.262 * 0.5 * math.sqrt(1.1), abs=1e-3)
 
 
 @pytest.mark.parametrize("name", stage.CONVERTED)

@@ -43,10 +43,6 @@ module ours:
 use rule * from ours as own_*
 
 
-use rule screening from ours as own_screening with:
-    threads: 1
-
-
 rule mine:
     default_target: True
     input:

@@ -112,18 +112,25 @@ def refuse(spec):
     rig.refuse(spec, "LAMMPS", has_sizes=False)
 
 
-def deck(spec, folder):
-    """Write input and material block of a `RunSpec` into `folder`; returns the input's name."""
-    (folder / "material.lammps").write_text(rig.block_of(block, spec))
+def deck(spec, folder, material=None):
+    """Write input and material block of a `RunSpec` into `folder`. material: text of the
+    block, that of the spec unless given."""
+    (folder / "material.lammps").write_text(material or rig.block_of(block, spec))
     text = {"heap": _heap, "drop": _drop}[spec.experiment](spec, folder)
     (folder / "in.lammps").write_text(text)
-    return "in.lammps"
 
 
 def simulate(spec, folder, entry):
     """Run a `RunSpec` in `folder`; returns metrics and the last state. Raises EngineError."""
-    command = [find("lmp", INSTALL), "-in", deck(spec, folder), "-log", "none"]
-    output = run(command, folder, entry["settings"]["timeout_s"], environment())
+    deck(spec, folder)
+    return start(spec, folder, entry["settings"]["timeout_s"])
+
+
+def start(spec, folder, timeout_s):
+    """Start the program on the deck of a `RunSpec` in `folder`; returns metrics and the last state.
+    Raises EngineError."""
+    command = [find("lmp", INSTALL), "-in", "in.lammps", "-log", "none"]
+    output = run(command, folder, timeout_s, environment())
     if spec.experiment == "drop":
         drop = rig.Drop.of(spec)
         frames = read_frames(folder / "trace.dump")

@@ -86,19 +86,25 @@ def refuse(spec):
     rig.refuse(spec, "LIGGGHTS", has_sizes=True)
 
 
-def deck(spec, folder):
-    """Write input, material block and meshes of a `RunSpec` into `folder`; returns the input's
-    name."""
-    (folder / "material.in").write_text(rig.block_of(block, spec))
+def deck(spec, folder, material=None):
+    """Write input, material block and meshes of a `RunSpec` into `folder`. material: text of the
+    block, that of the spec unless given."""
+    (folder / "material.in").write_text(material or rig.block_of(block, spec))
     text = {"heap": _heap, "drop": _drop}[spec.experiment](spec, folder)
     (folder / "in.liggghts").write_text(text)
-    return "in.liggghts"
 
 
 def simulate(spec, folder, entry):
     """Run a `RunSpec` in `folder`; returns metrics and the last state. Raises EngineError."""
-    command = [*launcher(), find("liggghts", INSTALL), "-in", deck(spec, folder)]
-    output = run(command, folder, entry["settings"]["timeout_s"])
+    deck(spec, folder)
+    return start(spec, folder, entry["settings"]["timeout_s"])
+
+
+def start(spec, folder, timeout_s):
+    """Start the program on the deck of a `RunSpec` in `folder`; returns metrics and the last state.
+    Raises EngineError."""
+    command = [*launcher(), find("liggghts", INSTALL), "-in", "in.liggghts"]
+    output = run(command, folder, timeout_s)
     if spec.experiment == "drop":
         start = rig.Drop.of(spec).starts(spec.seed)[:, 2]
         frames = read_frames(folder / "trace.dump")

@@ -53,6 +53,11 @@ def refuse(spec, code, has_sizes):
             f"{code} has no rolling friction {spec.laws.rolling}; a study in {code} takes "
             f"run.laws.rolling: {' or '.join(ROLLING)}"
         )
+    refuse_lost(spec, code, has_sizes)
+
+
+def refuse_lost(spec, code, has_sizes):
+    """The same beside rolling friction, for which a deck has the number of a search."""
     lost = [s.removeprefix("NOT CONVERTED: ") for s in left_out(spec) if "NOT CONVERTED" in s]
     if lost:
         raise EngineError(f"{code} cannot represent: {' '.join(lost)}")

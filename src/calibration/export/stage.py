@@ -6,6 +6,7 @@ from calibration.chain.files import read_region
 from calibration.chain.optimum import augmented_runs
 from calibration.export import edem, lammps, liggghts, mercurydpm, yade
 from calibration.export.conversion import Conversion
+from calibration.export.decks import write_decks
 from calibration.export.header import left_out
 from calibration.export.material import granulate
 from calibration.export.parameters import (
@@ -163,6 +164,7 @@ def write_exports(study, runs, region, out):
     mapping, bench = _spec(study), study.bench_levels()
     lines = _head(config, mapping, validation)
     _write_blocks(CODES, mapping, Conversion(parse_spec(mapping)), lines, Path(out) / "exports")
+    _write_decks(study, mapping, Conversion(parse_spec(mapping)), lines, Path(out) / "exports")
     head = "".join(f"# {line}\n" for line in lines)
     _write(Path(out) / "exports" / "dem.yaml", head + to_yaml(mapping))
     _write(Path(out) / "exports" / "study.yaml", to_yaml(config.model_dump(mode="json")))
@@ -176,6 +178,20 @@ def export_converted(study, source, output):
     conversion = Conversion(parse_spec(mapping), study.summary("export_confirmation", "rolling"))
     lines = _head(study.config, mapping, study.summary("validation"))
     _write_blocks(CONVERTED, mapping, conversion, lines, Path(output[0]).parent)
+    _write_decks(study, mapping, conversion, lines, Path(output[0]).parent)
+
+
+def _write_decks(study, mapping, conversion, lines, folder):
+    stated, target = study.summary("validation"), study.config.target.metric
+    expected = {
+        "metric": target,
+        "mean": stated["simulated_mean"],
+        "sd": stated["simulated_sd"],
+        "runs": stated["simulated_n"],
+        "margin": stated["margin"],
+        "unit": in_ascii(unit_of(target)),
+    }
+    write_decks(parse_spec(mapping), conversion, lines, expected, folder)
 
 
 def _head(config, mapping, validation):

@@ -6,9 +6,16 @@ from calibration.stages.stage import PLANNED, Figure, Runs, Stage, Task, bench_v
 
 BLOCKS = ("liggghts.in", "lammps.in", "yade.py", "mercurydpm.cpp")
 FILES = (*BLOCKS, "edem.md", "dem.yaml", "study.yaml")
+DECKS = ("liggghts/README.md", "lammps/README.md")  # beside each lies the deck that it describes
 MODULE, READS = "calibration.export.stage", (*PLANNED, "target")
 FIXED = {"fixed": bench_values}
 OPTIMUM = FIXED | {"optimum": "optimise/optimum.json"}
+
+
+def named(file):
+    """Name of an output: that of its file, as far as a name may have its characters."""
+    return file.replace(".", "_").replace("/", "_")
+
 
 STAGES = (
     # makes no run: part of `all`
@@ -29,7 +36,7 @@ STAGES = (
                     "candidate": "candidate/design.csv",
                 },
                 outputs={"parameters": Figure("calibrated.yaml", "export")}
-                | {file.replace(".", "_"): f"exports/{file}" for file in FILES},
+                | {named(file): f"exports/{file}" for file in (*FILES, *DECKS)},
             ),
         ),
     ),
@@ -78,7 +85,7 @@ STAGES = (
                     "rolling": "export_confirmation/rolling.json",
                     "exported": "calibrated.yaml",
                 },
-                outputs={f.replace(".", "_"): f"exports/converted/{f}" for f in BLOCKS},
+                outputs={named(f): f"exports/converted/{f}" for f in (*BLOCKS, *DECKS)},
             ),
         ),
     ),
