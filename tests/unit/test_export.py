@@ -31,6 +31,9 @@ REFERENCE = Path("results/reference/salt")
 OPTIMUM = json.loads((REFERENCE / "optimise" / "optimum.json").read_text())["optimum"]
 MU_R = 0.9
 SIEVED = {"by": "mass", "diameters_mm": [3.0, 4.0], "fractions": [0.5, 0.5]}
+STICKY = {
+    "laws": {"cohesion": "sjkr"}, "law_parameters": {"cohesion_energy_density_J_m3": 1e4}
+}  # fmt: skip
 EXPECTED = {
     "metric": "angle_of_repose_deg", "mean": 40.0, "sd": 0.5, "runs": 10, "margin": 1.0,
     "unit": "deg",
@@ -647,7 +650,7 @@ def test_a_deck_is_whole_and_says_how_it_is_checked(files, code):
     [
         ({"particles": {"sizes": SIEVED}}, "particles.sizes is not carried over", {"lammps"}),
         ({"particles": {"elongation": 1.5}}, "as long as wide", {"lammps", "liggghts"}),
-        ({"laws": {"cohesion": "sjkr"}}, "cohesion", {"lammps", "liggghts"}),
+        (STICKY, "cohesion", {"lammps", "liggghts"}),
         ({"geometry": {"funnel_stl": "dish.stl"}}, "funnel_stl", {"lammps", "liggghts"}),
     ],
 )

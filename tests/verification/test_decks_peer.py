@@ -1,0 +1,78 @@
+"""Exported decks run as they are: one command pours a small heap in the other program and judges
+its angle, and it can say no."""
+
+import json
+import re
+import subprocess
+import sys
+
+import pytest
+
+from calibration import engines
+from calibration.errors import ConfigError
+from calibration.export.conversion import Conversion
+from calibration.export.decks import BLOCKS, write_decks
+from dem.spec import parse_spec
+
+pytestmark = [pytest.mark.peer, pytest.mark.slow]
+
+SPEC = {
+    "experiment": "heap",
+    "seed": 1,
+    "materials": {
+        "particle": {"density_kg_m3": 1200, "shear_modulus_Pa": 3e6, "poisson_ratio": 0.25},
+        "wall": {"density_kg_m3": 7800, "shear_modulus_Pa": 8e10, "poisson_ratio": 0.3},
+    },
+    "contacts": {
+        pair: {"restitution": 0.5, "static_friction": 0.6, "rolling_friction": 0.2}
+        for pair in ("particle_particle", "particle_wall")
+    },
+    "laws": {"rolling": "elastic_plastic"},
+    "particles": {"count": 400, "diameter_mm": 5.8},
+    "geometry": {
+        "generation_rate_per_s": 1250,
+        "orifice_diameter_mm": 32,
+        "discharge_height_mm": 40,
+    },
+    "numerics": {"max_time_s": 3.0},
+}
+WIDE = {"metric": "angle_of_repose_deg", "mean": 30.0, "sd": 1.0, "runs": 5, "unit": "deg"}
+"""No heap of such grains is flatter than 5 or steeper than 55 degrees."""
+
+
+def checked(deck, expected):
+    """(status, angle, words) of the one command in a deck, by what it is to expect."""
+    (deck / "expected.json").write_text(json.dumps(expected))
+    done = subprocess.run(
+        [sys.executable, "check.py"], cwd=deck, capture_output=True, text=True, check=False
+    )
+    said = done.stdout + done.stderr
+    found = re.search(r": ([\d.]+) deg;", said)
+    return done.returncode, float(found[1]) if found else None, said
+
+
+@pytest.mark.parametrize("code", BLOCKS)
+def test_a_deck_runs_and_its_check_can_say_yes_and_no(tmp_path, code):
+    try:
+        engines.entry_of(code)
+    except ConfigError as error:
+        pytest.skip(str(error))
+    spec = parse_spec(SPEC)
+    write_decks(spec, Conversion(spec), ["a test"], WIDE | {"margin": 21.0}, tmp_path)
+    status, angle, said = checked(tmp_path / code, WIDE | {"margin": 21.0})
+    assert status == 0, said
+    assert "agrees" in said
+    status, again, said = checked(tmp_path / code, WIDE | {"margin": 1.0, "mean": angle + 10.0})
+    assert status == 1, said
+    assert "difference -10.00" in said
+    assert again == angle  # the deck has its seed
+
+
+def test_a_deck_that_fails_gives_a_sentence(tmp_path):
+    spec = parse_spec(SPEC)
+    write_decks(spec, Conversion(spec), ["a test"], WIDE | {"margin": 1.0}, tmp_path)
+    (tmp_path / "liggghts" / "in.liggghts").write_text("nonsense\n")
+    status, angle, said = checked(tmp_path / "liggghts", WIDE | {"margin": 1.0})
+    assert (status, angle) == (2, None)
+    assert "LIGGGHTS" in said
+    assert "Traceback" not in said
