@@ -154,7 +154,7 @@ def test_a_changed_key_makes_stale_what_reads_its_section(
 def test_every_section_of_the_configuration_is_read_by_a_stage_or_stands_for_its_files(config):
     read = {section for name, task in TASKS.items() if name != "export" for section in task.reads}
     # where files are, which pages wait for which stage, and what only the written-out study has
-    files = {"name", "supplements", "fixed_from", "published", "engine", "resolution"}
+    files = {"name", "results", "supplements", "fixed_from", "published", "engine", "resolution"}
     # how runs are shared among processes decides none of them
     files |= {"runs_per_job"}
     assert set(type(config).model_fields) == read | files
