@@ -8,12 +8,16 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from pathlib import Path
 
+import pandas as pd
 import pytest
 import yaml
 from deployed import ROOT, copied, done, write_study
 
 from calibration.config import parse_config
+from calibration.errors import ConfigError
+from calibration.study import Study
 
 SNAKEMAKE = [sys.executable, "-m", "snakemake"]
 NO_PROFILE = ("--workflow-profile", "none")
@@ -116,13 +120,25 @@ def test_the_catalogue_s_case_runs(tmp_path):
 def test_the_catalogue_s_case_is_a_valid_study(monkeypatch):
     monkeypatch.chdir(ROOT / ".test")
     path = "config/config.yaml"
-    assert parse_config(yaml.safe_load(open(path).read()), files=[path]).name == "drops"
+    assert parse_config(yaml.safe_load(Path(path).read_text()), files=[path]).name == "drops"
 
 
 def test_the_results_are_where_the_configuration_says(monkeypatch, tmp_path):
     monkeypatch.chdir(ROOT / ".test")
-    data = yaml.safe_load(open("config/config.yaml").read())
+    data = yaml.safe_load(Path("config/config.yaml").read_text())
     assert parse_config(data | {"results": "/scratch/me"}).runs == "/scratch/me/runs"
+
+
+def test_a_job_makes_its_runs_with_the_study_s_engine(monkeypatch, tmp_path):
+    """What a job is handed is the configuration as it was written; its plans name the engine."""
+    study = write_study(tmp_path / "bounce")
+    monkeypatch.chdir(tmp_path)
+    opened = Study.of(yaml.safe_load(study.read_text()))
+    _, specs = opened.plan(pd.DataFrame({"bounce": [0.5]}))
+    assert [spec["engine"]["name"] for spec in specs.values()] == ["command"]
+    engine = {"name": "command", "command": "x", "version": "1", "files": ["gone.py"]}
+    with pytest.raises(ConfigError, match=r"gone\.py"):
+        Study.of(yaml.safe_load(study.read_text()) | {"engine": engine})
 
 
 def locked(name):
