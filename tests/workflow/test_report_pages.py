@@ -62,9 +62,6 @@ def tab(tmp_path_factory):
         yield tab
 
 
-LOADED = "performance.getEntriesByType('navigation')[0].loadEventEnd"
-
-
 @pytest.mark.parametrize("width", [390, 1280])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_page_fits_a_phone_and_a_desk(tab, page, width, scheme):
@@ -77,11 +74,12 @@ def test_the_page_fits_a_phone_and_a_desk(tab, page, width, scheme):
 
 
 def test_the_page_is_there_within_a_second(tab, page):
-    times = []
-    for _ in range(5):  # the best of five: others may use the machine
-        tab.open((STUDY / "report.html").as_uri(), 390, 844)
-        times.append(tab.evaluate(LOADED))
-    assert min(times) < 1000.0, f"load event after {times} ms"
+    """Of the page's own thread, whatever else the machine does."""
+    tab.call("Performance.enable", timeDomain="threadTicks")
+    tab.open((STUDY / "report.html").as_uri(), 390, 844)
+    found = tab.call("Performance.getMetrics")["metrics"]
+    seconds = {metric["name"]: metric["value"] for metric in found}
+    assert 0.0 < seconds["TaskDuration"] < 1.0
 
 
 def test_paper_shows_every_section_and_no_empty_viewer(tab, page):

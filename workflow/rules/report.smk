@@ -32,7 +32,8 @@ rule heaps:
 
 
 onsuccess:
-    print(*closing(STUDY_OBJECT), sep="\n", file=sys.stderr)
+    for sentence in closing(STUDY_OBJECT):
+        print(sentence, file=sys.stderr)
 
 
 # made from whatever stages have finished; `all` makes the chain and the configured supplements
