@@ -88,7 +88,7 @@ def prediction_figure(rows, extended, name):
         else:
             _lever_axis(axis, kind, lever)
         axis.set_ylabel("value / prediction of the base model")
-        axis.legend(fontsize=8)
+        axis.legend(fontsize=8, frameon=False)
     return figure
 
 
@@ -109,7 +109,7 @@ def gain_figure(gain):
     axis.set_yticks(y, [_setting(p) for p in points], fontsize=8)
     axis.set_xlabel("(measured - simulated) / standard error, setting left out of the fit")
     if points:
-        axis.legend(fontsize=8)
+        axis.legend(fontsize=8, frameon=False)
     else:
         axis.set_title("no cause named, so no model was extended")
     return figure

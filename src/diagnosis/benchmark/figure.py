@@ -40,7 +40,7 @@ def _power(axis, table):
         ylabel="share named first",
         ylim=(-0.03, 1.03),
     )
-    axis.legend(fontsize=7)
+    axis.legend(fontsize=7, frameon=False)
 
 
 def _confusion(axis, table):
