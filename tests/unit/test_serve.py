@@ -1,13 +1,18 @@
 """The page of a running study: what it shows, and whom it does not answer."""
 
 import json
+import re
+import subprocess
+import sys
 import threading
 import time
 from http.client import HTTPConnection
 from pathlib import Path
+from urllib.request import Request, urlopen
 
 import numpy as np
 import pandas as pd
+import psutil
 import pytest
 import yaml
 
@@ -183,6 +188,20 @@ def test_it_starts_its_study_once_and_stops_it(server):
     state = json.loads(ask(server, "/state")[2])
     assert state["running"] is False
     assert "ended with status" in state["ended"]
+
+
+def test_what_it_started_ends_with_it(study, tmp_path):
+    """Also where it is terminated: nothing goes on unseen."""
+    command = [sys.executable, "-m", "calibration.commands", "serve", "two.yaml"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        address = re.search(r"(http://\S+)/\?token=(\S+)", process.stdout.readline())
+        started = Request(f"{address[1]}/start", method="POST", headers={"X-Token": address[2]})
+        assert urlopen(started).status == 200
+        (child,) = psutil.Process(process.pid).children()
+        assert "snakemake" in " ".join(child.cmdline())
+        process.terminate()
+        process.wait(60)
+    assert not child.is_running() or child.status() == psutil.STATUS_ZOMBIE
 
 
 @pytest.mark.skipif(find_browser() is None, reason="no Chromium on this machine")

@@ -7,6 +7,7 @@ import hmac
 import io
 import json
 import secrets
+import signal
 from functools import lru_cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -158,10 +159,11 @@ def _template():
 
 
 def serve(study, cores=2, port=0, say=print):
-    """Serve until interrupted; what the page started is stopped then, and goes on at the next
-    start."""
+    """Serve until interrupted or terminated; what the page started is stopped then, and goes on at
+    the next start."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     with Server(study, cores, port) as server:
-        say(f"{study.name}: {server.address} (Ctrl + C ends it)")
+        say(f"{study.name}: {server.address} (Ctrl + C ends it)", flush=True)
         try:
             server.serve_forever()
         except KeyboardInterrupt:
