@@ -286,7 +286,7 @@ def test_what_is_weighed_tells_what_the_angle_leaves_open(chain):
     assert again["second left"] > 0.8
     said = " ".join(sentences(found, ANGLE))
     assert "The mass on the plate" in said
-    assert "5 readings of on plate" in said
+    assert "5 readings of on plate (grains in the heap)" in said
     assert "first 0.3" in said
     # 400 grains a unit of a parameter known to 0.05, about 1060 of 1200 at 0.4
     low, high = best["low"], best["high"]

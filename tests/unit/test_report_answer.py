@@ -115,7 +115,14 @@ POSTERIOR = {
     },
     "box": {"factor_a": [0.0, 2.0], "factor_b": [0.0, 2.0]},
     "readings": 5,
-    "next_experiment": [{"metric": "on_plate", "factor_a left": 0.95, "factor_b left": 0.3}],
+    "next_experiment": [
+        {
+            "metric": "on_plate",
+            "meaning": "grains in the heap",
+            "factor_a left": 0.95,
+            "factor_b left": 0.3,
+        }
+    ],
 }
 
 
@@ -133,9 +140,12 @@ def test_the_answer_is_the_posterior_s_where_it_has_run(study):
     assert rows[1]["95 %"] == "not bounded within 0 to 2"
     assert not any("the others" in heading for heading in rows[0])
     found = said(study)["What stays open"]
-    assert "With 95 % probability: factor a 0.8 to 1.3, factor b 0.05 to 1.9." in found
-    assert "do not bound factor b" in found
-    assert "5 readings of on plate are expected to leave 30 % of the spread of factor b" in found
+    assert "With 95 % probability: factor a 0.8 to 1.3." in found
+    assert "bound nothing of factor b 0 to 2, the region searched" in found
+    assert (
+        "5 readings of on plate (grains in the heap) are expected to leave 30 % of the spread of "
+        "factor b" in found
+    )
 
 
 def test_a_study_without_faults_says_so(study):

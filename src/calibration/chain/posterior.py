@@ -175,9 +175,9 @@ def _next_measurements(config, region, runs, u, draws, main):
     """What each further measurement is expected to tell, best first: of the metrics that these runs
     gave already, and of as many more readings of the target as `posterior.readings`.
 
-    Columns: metric, measured (whether it is a target), low and high that the draws expect of its
-    mean, error of the mean of so many readings, nat, and `<parameter> left`: standard deviation
-    that is expected to remain, over that of today.
+    Columns: metric, meaning, measured (whether it is a target), low and high that the draws expect
+    of its mean, error of the mean of so many readings, nat, and `<parameter> left`: standard
+    deviation that is expected to remain, over that of today.
     """
     used, found = columns(config).values(), []
     for metric in experiments()[config.experiment].metrics:
@@ -192,7 +192,8 @@ def _next_measurements(config, region, runs, u, draws, main):
             except CalibrationError:
                 continue  # it does not vary here, so it tells nothing
         told = _told(region, emulator, draws, config)
-        found.append({"metric": metric.name, "measured": metric.name in used} | told)
+        row = {"metric": metric.name, "meaning": metric.meaning}
+        found.append(row | {"measured": metric.name in used} | told)
     return pd.DataFrame(found).sort_values("nat", ascending=False, ignore_index=True)
 
 

@@ -24,19 +24,18 @@ def sentences(summary, response):
 
 def known(summary):
     """Which parameters the measurements bound, and which stay as open as the region."""
-    bounded, open_ = [], []
+    bounded, left = [], []
     for name, p in summary["parameters"].items():
-        low, high = p["interval"]
-        (bounded if p["bounded"] else open_).append(f"{label(name)} {low:.3g} to {high:.3g}")
-    level = f"{summary['level']:.0%}".replace("%", " %")
-    said = f"With {level} probability: {', '.join([*bounded, *open_])}."
-    if open_:
-        names = [label(n) for n, p in summary["parameters"].items() if not p["bounded"]]
-        said += (
-            f" The measurements do not bound {' and '.join(names)}: the interval is that of the "
-            f"region searched."
-        )
-    return said
+        ends = p["interval"] if p["bounded"] else summary["box"][name]
+        text = f"{label(name)} {ends[0]:.3g} to {ends[1]:.3g}"
+        (bounded if p["bounded"] else left).append(text)
+    said = []
+    if bounded:
+        level = f"{100 * summary['level']:.0f} %"
+        said.append(f"With {level} probability: {', '.join(bounded)}.")
+    if left:
+        said.append(f"The measurements bound nothing of {' and '.join(left)}, the region searched.")
+    return " ".join(said)
 
 
 def _together(summary):
@@ -73,15 +72,16 @@ def following(summary, response):
     best = rows[0]
     left = _left(best)
     name, share = min(left.items(), key=lambda pair: pair[1])
-    readings = f"{summary['readings']} readings"
+    metric = response_of(best["metric"]).name
+    readings = f"{summary['readings']} readings of {metric} ({best['meaning']})"
     if share > TELLS:
         return (
-            f"No measurement of this experiment is expected to tell much: the best, {readings} of "
-            f"{response_of(best['metric']).name}, leaves {share:.0%} of the spread of "
+            f"No measurement of this experiment is expected to tell much: the best, {readings}, "
+            f"leaves {share:.0%} of the spread of "
             f"{label(name)}. Another experiment is needed."
         ).replace("%", " %")
     return (
-        f"What pins them down next: {readings} of {response_of(best['metric']).name} are expected "
+        f"What pins them down next: {readings} are expected "
         f"to leave {share:.0%} of the spread of {label(name)}."
     ).replace("%", " %")
 

@@ -9,6 +9,7 @@ from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, subplots
 from calibration.statistics.stated import Stated
 
 BINS = 24
+SHOWN = 200  # draws that a pair shows; each is a mark of its own in the page
 
 
 def posterior_pairs(region, draws, parameters, optimum):
@@ -50,7 +51,8 @@ def _marginal(ax, factor, levels, found, optimum):
 
 def _pair(ax, row, column, draws, optimum):
     x, y = draws[column.name], draws[row.name]
-    ax.scatter(x, y, s=5, color=BLUE, alpha=0.35, lw=0)
+    some = np.linspace(0, len(x) - 1, min(SHOWN, len(x))).astype(int)
+    ax.scatter(x.iloc[some], y.iloc[some], s=6, color=BLUE, alpha=0.45, lw=0)
     ax.plot(optimum[column.name], optimum[row.name], "o", color="white", mec=ORANGE, mew=2, ms=7)
     ax.set_ylim(row.low, row.high)
     ax.set_title(f"correlation {np.corrcoef(x, y)[0, 1]:+.2f}", fontsize=7)
