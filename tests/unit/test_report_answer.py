@@ -64,7 +64,8 @@ def study(tmp_path):
         folder / "screening" / "screening.json",
         {"factors": ["factor_a", "factor_b", "factor_c"], "significant": ["factor_a"],
         "alpha": 0.05,
-         "effects": effects, "why": {"factor_c": "the configured path names it"}},
+         "effects": effects, "p": dict.fromkeys(effects, 0.01),
+         "why": {"factor_c": "the configured path names it"}},
     )  # fmt: skip
     table = pd.DataFrame({"code": list("ABCD"), "name": list(effects), "effect": effects.values()})
     table["contribution_percent"] = [80.0, 3.0, 7.0, 10.0]
