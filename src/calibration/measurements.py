@@ -50,7 +50,7 @@ class Measurement:
     `line` is where it stands in its file (its first replicate, where these are rows), None where it
     has none. lever_sd: standard deviation of `proportional`, in its unit; outcome: what the test
     ended with where it has no value; readings: the values that it is the mean of, where the table
-    holds them.
+    holds them; known: ((factor, value), ...) of another code's run.
     """
 
     experiment: str
@@ -68,6 +68,7 @@ class Measurement:
     outcome: str = ""
     quantity: str = ""
     readings: tuple = field(default=(), compare=False)
+    known: tuple = ()
 
     @property
     def proportional(self):
@@ -89,7 +90,8 @@ class Measurement:
     def shared(self):
         """What replicates share."""
         levers = tuple(sorted(self.levers.items()))
-        return self.experiment, self.quantity, levers, self.batch, self.instrument, self.role
+        own = self.experiment, self.quantity, levers, self.batch, self.instrument, self.role
+        return *own, self.known
 
     @property
     def label(self):
@@ -131,15 +133,18 @@ def raise_faults(faults):
         raise MeasurementErrors(faults)
 
 
-def read_measured(path):
+def read_measured(path, parameters=()):
     """`Measurements` of a table. Raises ConfigError naming file, line and column of every fault,
-    one message a fault."""
+    one message a fault.
+
+    parameters: factors whose values each row gives in a column of that name, for runs of another
+    code that take the place of measurements."""
     path = Path(path)
     faults, rows = [], []
-    table = read_table(path, lambda header, line: _check_header(path, header, line))
+    table = read_table(path, lambda header, line: _check_header(path, header, line, parameters))
     for line, row in table.rows:
         own = []
-        rows.append(_measurement(table, row, line, own))
+        rows.append(_measurement(table, row, line, own, parameters))
         faults += own
     conditions = _gathered([r for r in rows if r is not None], path, faults)
     raise_faults(faults)
@@ -191,10 +196,11 @@ def _mean(own):
     return replace(own[0], **mean, readings=tuple(values))
 
 
-def _check_header(path, header, line):
+def _check_header(path, header, line, parameters=()):
     needed = (*NEEDED, *SPREAD) if set(SPREAD) & set(header) else NEEDED
+    needed = (*needed, *parameters)
     where = {"path": path, "line": line}
-    found, allowed = ", ".join(header), ", ".join(NEEDED)
+    found, allowed = ", ".join(header), ", ".join((*NEEDED, *parameters))
     missing = [name for name in needed if name not in header]
     raise_faults(
         [
@@ -202,7 +208,8 @@ def _check_header(path, header, line):
             for name in missing
         ]
     )
-    allowed, strange = ", ".join(COLUMNS), [name for name in header if name not in COLUMNS]
+    known = (*COLUMNS, *parameters)
+    allowed, strange = ", ".join(known), [name for name in header if name not in known]
     raise_faults(
         [
             ConfigError("is no known column", column=name, allowed=allowed, **where)
@@ -223,7 +230,7 @@ def _number(table, row, line, column, unit, low, high):
     return value
 
 
-def _measurement(table, row, line, faults):
+def _measurement(table, row, line, faults, parameters=()):
     """`Measurement` of a row, or None with what is wrong appended to `faults`."""
     kind, path = row["experiment"], table.path
     if kind not in QUANTITIES:
@@ -256,11 +263,12 @@ def _measurement(table, row, line, faults):
         faults.append(ConfigError("is not a whole number", value=n, **where))
     levers = _levers(row, kind, path, line, number, faults)
     lever_sd = _lever_sd(row, kind, path, line, number, faults)
+    known = tuple((name, number(name, -math.inf, math.inf)) for name in parameters)
     if value is not None:
         _doubt(table, row, line, q, scale * value, faults)
     if faults:
         return None
-    more = text | chosen | {"quantity": row["quantity"], "line": line}
+    more = text | chosen | {"quantity": row["quantity"], "line": line, "known": known}
     if chosen["outcome"]:
         return Measurement(kind, math.nan, math.nan, int(n), levers, **more)
     value = value if scale == 1.0 else scale * value

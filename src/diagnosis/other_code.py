@@ -1,0 +1,260 @@
+"""Two simulations that disagree: another code's runs, read as measurements at known parameters.
+
+Nothing is calibrated, for each row says which parameters it was run with. What is asked is which
+mechanism of the catalogue, numerical setting or reading, switched on in our own simulation at one
+strength, brings it to the other's values. A cause is scored by how well it predicts rows that are
+left out, its strength and the scatter of the rest estimated without them; the best gain is compared
+with that on data that differ from ours by chance alone.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calibration.errors import ConfigError
+from calibration.measurements import read_measured
+from calibration.quantities import QUANTITIES
+from diagnosis.collision import rebounds, sliding_angles
+from diagnosis.contacts import CONTACTS
+from diagnosis.laws.choose import share_above
+
+CLOSE = 2.0  # nats; causes this close to the best are not told apart
+STRENGTHS = 11
+REPLICATES = 299
+LEAST_ROWS = 4
+FLOOR = 1e-6  # scatter below which two simulations are the same, as a share or in the unit
+
+
+@dataclass(frozen=True)
+class Cause:
+    """What may differ: our values (k, n) at each of its strengths (k,), in `unit`."""
+
+    name: str
+    kind: str
+    unit: str
+    strengths: np.ndarray
+    values: np.ndarray
+
+
+@dataclass(frozen=True)
+class Convention:
+    """A way to read or to compute that is no law of nature: strengths, and what they make of our
+    value: (value (n,), levers, strength) -> (n,)."""
+
+    name: str
+    unit: str
+    strengths: np.ndarray
+    read: object
+
+
+def _shares(most, steps=STRENGTHS):
+    return np.linspace(-most, most, 2 * (steps // 2) + 1)
+
+
+def _of_height(value, levers, exponent):
+    height = np.array([x["drop_height_mm"] for x in levers])
+    return height * (value / height) ** exponent
+
+
+CONVENTIONS = {
+    "drop": (
+        Convention("reading off by a length", "mm", _shares(5.0), lambda v, x, s: v + s),
+        Convention("rebound in proportion", "share", _shares(0.5), lambda v, x, s: v * (1.0 + s)),
+        Convention("another damping: restitution to a power", "1", np.linspace(0.5, 2.0, 31),
+        _of_height),
+    ),
+    "tilt": (
+        Convention("reading off by an angle", "deg", _shares(3.0), lambda v, x, s: v + s),
+        Convention("friction in proportion", "share", _shares(0.3),
+        lambda v, x, s: np.degrees(np.arctan((1.0 + s) * np.tan(np.radians(v))))),
+        Convention("angle read in whole steps", "deg", np.array([0.5, 1.0, 1.25, 2.0, 2.5, 5.0]),
+        lambda v, x, s: s * np.round(v / s)),
+    ),
+}  # fmt: skip
+COARSER = np.geomspace(1.5, 12.0, 8)
+"""Time steps over ours that are tried for a bounce."""
+
+
+def read_runs(path, factors):
+    """Measurements of another code's runs, with `known` of the factors that are columns. Raises
+    ConfigError for a table with fewer than `LEAST_ROWS` runs of any experiment."""
+    with open(path) as stream:
+        header = next((line for line in stream if not line.startswith("#")), "")
+    columns = [c.strip() for c in header.replace("\t", ",").split(",")]
+    rows = list(read_measured(path, [f.name for f in factors if f.name in columns]).conditions)
+    rows = [m for m in rows if m.quantity == QUANTITIES[m.experiment].name and not m.outcome]
+    counts = {k: sum(m.experiment == k for m in rows) for k in {m.experiment for m in rows}}
+    if max(counts.values(), default=0) < LEAST_ROWS:
+        raise ConfigError(
+            "has too few runs to tell anything apart",
+            path=path,
+            value=max(counts.values(), default=0),
+            allowed=f"at least {LEAST_ROWS} runs of an experiment",
+        )
+    return rows
+
+
+def of_contacts(runs, rig, catalogue):
+    """(ours (n,), [`Cause`]) of one experiment's drops or slides, integrated by the engine."""
+    kind = runs[0].experiment
+    levers = [m.levers for m in runs]
+    specs = [rig.spec(m.condition, rig.settings.seed, dict(m.known)) for m in runs]
+    ours = np.array([_integrated(s, m) for s, m in zip(specs, runs, strict=True)])
+    causes = [
+        Cause(c.name, "convention", c.unit, c.strengths,
+        np.array([c.read(ours, levers, s) for s in c.strengths]))
+        for c in CONVENTIONS[kind]
+    ]  # fmt: skip
+    if kind == "drop":
+        values = [[_integrated(s, m, 1.0 / k) for s, m in zip(specs, runs, strict=True)]
+        for k in COARSER]  # fmt: skip
+        causes.append(Cause("time step", "numerical", "of ours", COARSER, np.array(values)))
+    for mechanism in catalogue.values():
+        if kind in mechanism.experiments:
+            causes.append(_mechanism(mechanism, specs, runs, ours))
+    return ours, causes
+
+
+def _mechanism(mechanism, specs, runs, ours):
+    coded, values = np.linspace(0.0, 1.0, STRENGTHS), []
+    for c in coded:
+        strength = float(mechanism.strength.natural(c))
+        if mechanism.observe is not None:
+            seen = [mechanism.observe(v, m.levers, strength)
+            for v, m in zip(ours, runs, strict=True)]  # fmt: skip
+        else:
+            seen = [_integrated(mechanism.apply(s, strength), m)
+            for s, m in zip(specs, runs, strict=True)]  # fmt: skip
+        values.append(seen)
+    natural = np.array([mechanism.strength.natural(c) for c in coded])
+    unit = mechanism.strength.unit
+    return Cause(mechanism.name, "mechanism", unit, natural, np.array(values, float))
+
+
+def _integrated(spec, run, finer=1.0):
+    if run.experiment not in CONTACTS:
+        raise ConfigError(
+            "is no single contact", value=run.experiment, allowed=" and ".join(CONTACTS)
+        )
+    if run.experiment == "drop":
+        return float(rebounds(spec, [run.levers["drop_height_mm"]], finer)[0])
+    return float(sliding_angles(spec, [run.levers.get("tilt_rate_deg_s", 5.0)], finer)[0])
+
+
+def emulated(runs, model_of, names):
+    """(ours (n,), [`Cause`]) of one experiment's runs by emulators.
+
+    model_of: names of mechanisms -> `diagnosis.model.Model` of the runs' conditions."""
+    base = model_of(())
+    known = np.array([[f.coded(dict(m.known)[f.name]) for f in base.factors] for m in runs])
+    ours, causes = _own(base, known), []
+    for name in names:
+        model = model_of((name,))
+        coded = np.linspace(0.0, 1.0, STRENGTHS)
+        values = [_own(model, np.column_stack([known, np.full(len(runs), c)])) for c in coded]
+        strength = model.mechanisms[0].strength
+        natural = np.array([strength.natural(c) for c in coded])
+        causes.append(Cause(name, "mechanism", strength.unit, natural, np.array(values)))
+    return ours, causes
+
+
+def _own(model, theta):
+    """(n,) what the model says of run i at the parameters of run i."""
+    return np.diagonal(model.predict(theta)[0]).copy()
+
+
+def compare(runs, ours, causes, alpha=0.05, seed=0):
+    """A mapping: experiment, runs, scatter before and after, verdict, ranking and a sentence.
+
+    verdict: `agree` within the table's own spread, `identified`, `ambiguous`, or `unexplained`
+    where no cause that was tried predicts left-out runs better than chance."""
+    kind = runs[0].experiment
+    share = QUANTITIES[kind].relative
+    theirs, base = (_scaled(np.array(v, float), share) for v in ([m.value for m in runs], ours))
+    tables = {c.name: _scaled(c.values, share) for c in causes}
+    gains = {n: float(g[0]) for n, g in _gains(theirs[None], base, tables).items()}
+    scatter = float(np.sqrt(np.mean((theirs - base) ** 2)))
+    rng = np.random.default_rng([seed, 11])
+    made = base + max(scatter, FLOOR) * rng.standard_normal((REPLICATES, len(base)))
+    chance = np.max(list(_gains(made, base, tables).values()), axis=0)
+    order = sorted(causes, key=lambda c: -gains[c.name])
+    ranking = []
+    for c in order:
+        rms = np.sqrt(np.mean((theirs - tables[c.name]) ** 2, axis=1))
+        k = int(np.argmin(rms))
+        ranking.append(
+            {"cause": c.name, "kind": c.kind, "gain": gains[c.name],
+            "p": share_above(chance, gains[c.name]), "strength": float(c.strengths[k]),
+            "unit": c.unit, "scatter_after": float(rms[k])}
+        )  # fmt: skip
+    verdict, named = _verdict(ranking, scatter, _spread(runs, share), alpha)
+    out = {
+        "experiment": kind,
+        "runs": len(runs),
+        "unit": "share" if share else QUANTITIES[kind].unit,
+    }
+    out |= {"scatter_before": scatter, "verdict": verdict, "causes": named, "ranking": ranking}
+    return out | {"sentence": sentence_of(out)}
+
+
+def _scaled(values, share):
+    return np.log(np.maximum(values, 1e-9)) if share else values
+
+
+def _spread(runs, share):
+    """Median standard error that the table states, in the scale of the comparison; None without."""
+    stated = [m.sd / np.sqrt(m.n) / (m.value if share else 1.0) for m in runs if m.sd]
+    return float(np.median(stated)) if stated else None
+
+
+def _verdict(ranking, scatter, spread, alpha):
+    best = ranking[0]
+    if spread is not None and scatter <= spread:
+        return "agree", []
+    if best["p"] >= alpha:
+        return "unexplained", []
+    close = [r["cause"] for r in ranking if best["gain"] - r["gain"] < CLOSE]
+    return ("identified" if len(close) == 1 else "ambiguous"), close
+
+
+def _gains(theirs, base, tables):
+    """{cause: gain (b,) of the held-out score over ours as it is} for data sets (b, n)."""
+    plain = _held_out(theirs[:, None] - base)
+    return {n: _held_out(theirs[:, None] - values) - plain for n, values in tables.items()}
+
+
+def _held_out(residual):
+    """Sum of log densities (b,) of rows that are left out, the best of k strengths and the scatter
+    those of the other rows; residual (b, k, n)."""
+    square = residual**2
+    others = square.sum(2, keepdims=True) - square
+    k = others.argmin(1)
+    rows = np.arange(square.shape[2])
+    sets = np.arange(len(square))[:, None]
+    variance = others[sets, k, rows] / (square.shape[2] - 1) + FLOOR**2
+    return (-0.5 * square[sets, k, rows] / variance - 0.5 * np.log(variance)).sum(1)
+
+
+def sentence_of(found):
+    """What was found, in words."""
+    best = found["ranking"][0]
+    before, after = (_told(found[k] if k in found else best[k], found["unit"])
+    for k in ("scatter_before", "scatter_after"))  # fmt: skip
+    words = QUANTITIES[found["experiment"]].words
+    start = f"The {words} of {found['runs']} runs differs from ours by {before} (root mean square)"
+    if found["verdict"] == "agree":
+        return f"{start}, which is within its own spread."
+    if found["verdict"] == "unexplained":
+        return (
+            f"{start}; none of the {len(found['ranking'])} causes that were tried explains it. The "
+            f"best, {best['cause'].replace('_', ' ')}, leaves {after}."
+        )
+    names = " or ".join(n.replace("_", " ") for n in found["causes"])
+    strength = f"{best['strength']:.3g} {best['unit']}".removesuffix(" 1")
+    return f"{start}. {names} explains it, {best['cause'].replace('_', ' ')} at {strength}: " + (
+        f"{after} are left."
+    )
+
+
+def _told(value, unit):
+    return f"{100 * value:.2g} %" if unit == "share" else f"{value:.2g} {unit}"
