@@ -3,9 +3,11 @@ cannot work."""
 
 import math
 
+import numpy as np
 import pytest
 
 from dem.errors import MeasureError, SpecError
+from dem.experiments import bed
 from dem.run import run
 from dem.spec import parse_spec
 
@@ -133,6 +135,18 @@ def test_tapping_densifies_a_loose_bed(tmp_path):
     assert 1.0 < found["hausner_ratio"] < 1.3
     assert found["tapped_density_kg_m3"] < 0.74 * 1210.0  # equal spheres are never denser
     assert found["poured_solid_fraction"] < 0.64
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.3, 0.5, 0.8])
+def test_the_solid_fraction_of_layers_does_not_hang_on_where_the_core_ends(shift):
+    """Touching spheres on a square lattice fill pi/6, in a core of 5 layers and a part of one."""
+    line = 2e-3 * np.arange(12)
+    place = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
+    place[:, :2] -= 11e-3
+    radius = np.full(len(place), 1e-3)
+    low = 4e-3 + 2e-3 * shift
+    found = bed.solid_fraction(place, radius, radius**3, 9e-3, low, low + 10.9e-3)
+    assert found == pytest.approx(math.pi / 6.0, rel=0.04)
 
 
 @pytest.mark.slow

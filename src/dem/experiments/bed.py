@@ -76,15 +76,30 @@ def settle(sim, limit, threshold=1e-4):
     return False
 
 
-def solid_fraction(position, cube, core, low, high):
+def _ball(across):
+    """Middles (p, 3) of the cells of a lattice, so many across, inside the unit sphere."""
+    line = (2.0 * np.arange(across) + 1.0) / across - 1.0
+    points = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
+    return points[(points * points).sum(1) < 1.0]
+
+
+BALL = _ball(8)
+
+
+def solid_fraction(position, radius, cube, core, low, high):
     """Share of the volume of a core, a cylinder of radius `core` about z between two heights, that
     grains fill; cube (n,): `Simulation.cubed_radius`.
 
-    A sphere counts whole where its centre is inside.
+    A sphere that crosses the border counts by its part inside: grains lie in layers at walls, and
+    whole grains would count a layer more or less.
     """
-    inside = np.hypot(position[:, 0], position[:, 1]) < core
-    inside &= (position[:, 2] > low) & (position[:, 2] < high)
-    volume = 4.0 / 3.0 * math.pi * float(cube[inside].sum())
+    out = np.hypot(position[:, 0], position[:, 1])
+    depth = np.minimum(core - out, np.minimum(position[:, 2] - low, high - position[:, 2]))
+    share = (depth >= radius).astype(float)
+    cut = np.abs(depth) < radius
+    x, y, z = np.moveaxis(position[cut][:, None] + radius[cut][:, None, None] * BALL, -1, 0)
+    share[cut] = ((np.hypot(x, y) < core) & (z > low) & (z < high)).mean(1)
+    volume = 4.0 / 3.0 * math.pi * float((share * cube).sum())
     return volume / (math.pi * core**2 * (high - low))
 
 

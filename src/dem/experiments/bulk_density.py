@@ -107,7 +107,8 @@ def _packing(sim, spec, radius):
     """Solid fraction of the core."""
     position, edge = _above_floor(sim), EDGE * 2.0 * mean_radius(spec)
     level = float(np.sort(position[:, 2])[int(SURFACE * len(position)) - 1])
-    return bed.solid_fraction(position, sim.cubed_radius, radius - edge, edge, level - edge)
+    core = radius - edge, edge, level - edge
+    return bed.solid_fraction(position, sim.radius, sim.cubed_radius, *core)
 
 
 EXPERIMENT = Experiment(

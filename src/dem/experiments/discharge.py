@@ -139,8 +139,9 @@ def _bulk_density(sim, spec, silo):
         low = 0.0
         fill = float(sim.mass[position[:, 2] < high].sum())
         return fill / _volume(silo, high)
-    core = bed.solid_fraction(position, sim.cubed_radius, silo.radius - edge, low, high)
-    return core * spec.materials.particle.density_kg_m3
+    core = silo.radius - edge, low, high
+    solid = bed.solid_fraction(position, sim.radius, sim.cubed_radius, *core)
+    return solid * spec.materials.particle.density_kg_m3
 
 
 def _volume(silo, height):
