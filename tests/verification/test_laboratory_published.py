@@ -1,0 +1,125 @@
+"""The laboratory's experiments against published numbers and trends; the margins were set before
+the first run."""
+
+import pytest
+
+from dem.constants import GRAVITY
+from dem.experiments import bed, drum
+from dem.run import run
+from dem.spec import parse_spec
+
+COUNTING = 0.004
+"""A core of some 1,500 grains counts those at its surface whole or not at all: about 600 of them,
+each off by 0.3 of a grain at random, are 0.5 % of the core's."""
+
+SMOOTH = {"restitution": 0.3, "static_friction": 0.0, "rolling_friction": 0.0}
+GLASS = {"restitution": 0.6, "static_friction": 0.3, "rolling_friction": 0.01}
+ROUGH = SMOOTH | {"static_friction": 0.5}
+
+
+def both(contact):
+    """The same contact among grains and with walls."""
+    return {"particle_particle": contact, "particle_wall": contact}
+
+
+def measure(folder, experiment, **parts):
+    """Metrics of a run."""
+    return run(parse_spec({"experiment": experiment} | parts), folder)["metrics"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("contact", "low", "high"), [(SMOOTH, 0.63, 0.64), (ROUGH, 0.56, 0.60)], ids=["smooth", "rough"]
+)
+def test_equal_spheres_lie_as_densely_as_is_published(tmp_path, contact, low, high):
+    """0.63 to 0.64 without friction, random close packing (Scott and Kilgour 1969, J. Phys. D
+    2:863); 0.56 to 0.60 with it, between loose packing (Onoda and Liniger 1990, Physical Review
+    Letters 64:2727) and what pouring gives (Scott 1960, Nature 188:908)."""
+    found = measure(
+        tmp_path,
+        "bulk_density",
+        particles={"count": 3000},
+        materials={"particle": {"shear_modulus_Pa": 3e6}},
+        contacts=both(contact),
+        geometry={"vessel_diameter_mm": 32, "taps": 0},
+    )
+    assert low - COUNTING < found["poured_solid_fraction"] < high + COUNTING
+
+
+def angle(folder, monkeypatch, gravity, rate):
+    """Dynamic angle [deg] of a small drum under so many times our gravity, and its Froude
+    number."""
+    folder.mkdir()
+    with monkeypatch.context() as change:
+        for module in (drum, bed):
+            change.setattr(module, "GRAVITY", gravity * GRAVITY)
+        found = measure(
+            folder,
+            "drum",
+            particles={"count": 720},  # half full
+            contacts=both(GLASS),
+            geometry={
+                "drum_diameter_mm": 40,
+                "drum_width_mm": 8,
+                "rotation_rate_deg_s": rate,
+                "turns": 1.0,
+            },
+        )
+    return found["dynamic_angle_deg"], found["froude_number"]
+
+
+@pytest.mark.slow
+def test_the_angle_of_a_drum_goes_with_the_froude_number_alone(tmp_path, monkeypatch):
+    """Brucks, Arndt, Ottino and Lueptow (2007), Physical Review E 75:032301, glass beads in a
+    tumbler in a centrifuge: the dynamic angle falls where gravity is raised at one speed, and is
+    the same at one Froude number whatever gravity. Margins: 1.5 degrees between equal Froude
+    numbers, and twice that, at least, between unequal ones."""
+    slow = angle(tmp_path / "slow", monkeypatch, 1.0, 180.0)
+    fast = angle(tmp_path / "fast", monkeypatch, 1.0, 360.0)
+    slow_heavy = angle(tmp_path / "slow_heavy", monkeypatch, 4.0, 360.0)
+    fast_heavy = angle(tmp_path / "fast_heavy", monkeypatch, 4.0, 720.0)
+    assert slow_heavy[1] == pytest.approx(slow[1])
+    assert fast_heavy[1] == pytest.approx(fast[1]) == pytest.approx(4.0 * slow[1])
+    assert slow_heavy[0] == pytest.approx(slow[0], abs=1.5)
+    assert fast_heavy[0] == pytest.approx(fast[0], abs=1.5)
+    assert fast[0] > slow[0] + 3.0
+    assert slow_heavy[0] < fast[0] - 3.0  # one speed, four times the gravity
+
+
+def strength(folder, load, laws, parameters):
+    """Unconfined strength [kPa] after a consolidation stress [kPa]; smooth walls."""
+    rough = SMOOTH | {"static_friction": 0.5, "rolling_friction": 0.1}
+    found = measure(
+        folder,
+        "compression",
+        particles={"count": 600},
+        laws=laws,
+        law_parameters=parameters,
+        contacts={"particle_particle": rough, "particle_wall": SMOOTH},
+        geometry={"normal_stress_kPa": load},
+    )
+    return found["unconfined_strength_kPa"]
+
+
+EEPA = {"normal": "eepa", "damping": "none"}
+
+
+@pytest.mark.slow
+def test_what_was_pressed_harder_stands_more(tmp_path):
+    """The flow function of a cohesive powder: unconfined strength rises with the consolidation
+    stress (Thakur, Morrissey, Sun, Chen and Ooi 2014, Granular Matter 16:383). Each step of stress
+    is fourfold; strength must rise by a tenth at least each time."""
+    glue = {"adhesion_energy_J_m2": 10.0, "wall_adhesion_energy_J_m2": 0.0, "plasticity_ratio": 0.8}
+    found = [strength(tmp_path / str(load), load, EEPA, glue) for load in (2.0, 8.0, 32.0)]
+    assert found[0] > 0.0
+    assert found[1] > 1.1 * found[0]
+    assert found[2] > 1.1 * found[1]
+
+
+@pytest.mark.slow
+def test_what_does_not_stick_has_no_strength(tmp_path):
+    """Without adhesion the column falls apart: less than a hundredth of the consolidation stress
+    is the weight of what leans on itself."""
+    free = {"adhesion_energy_J_m2": 0.0, "wall_adhesion_energy_J_m2": 0.0, "plasticity_ratio": 0.8}
+    assert strength(tmp_path / "eepa", 20.0, EEPA, free) < 0.2
+    assert strength(tmp_path / "hertz", 20.0, {}, {}) < 0.2
