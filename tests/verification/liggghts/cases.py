@@ -7,7 +7,10 @@ from scipy.spatial import cKDTree
 
 from dem.benchmark import cases as benchmark
 from dem.contact.registry import ContactParameters, Laws
-from dem.experiments import heap
+from dem.experiments import bed as grains_bed
+from dem.experiments import heap, lifted_cylinder
+from dem.experiments.setup import build_simulation
+from dem.grains import draw_radii, largest_reach
 from dem.measure.heap import measure_heap
 from dem.spec import parse_spec
 
@@ -42,6 +45,7 @@ SEEDS = (1, 2, 3, 4)
 PRIMES = (86028121, 15485917, 32452883, 49979687)
 MORE_PRIMES = (67867967, 104395301)
 """LIGGGHTS' seeds: primes above 10000; more of the elastic-plastic case."""
+CYLINDER_REST = 0.6  # after the cylinder is clear, both engines' heaps are read [s]
 HEAP_TIME = 2.0  # both engines' heaps are read at this time [s]
 HEAPS = {
     "relative, 0.46": ("constant_torque_relative", 0.46),
@@ -155,6 +159,68 @@ def heap_spec(law, rolling, seed, count=2500, diameter_mm=3.1748):
             "numerics": {"rest_energy_ratio": 1e-300, "max_time_s": HEAP_TIME},
         }
     )
+
+
+def cylinder_spec(seed):
+    """A small lifted cylinder of soft coarse grains under LIGGGHTS' elastic-plastic rolling
+    spring."""
+    friction = {"restitution": 0.5, "static_friction": 0.5, "rolling_friction": 0.3}
+    return parse_spec(
+        {
+            "experiment": "lifted_cylinder",
+            "seed": seed,
+            "materials": {"particle": {"shear_modulus_Pa": 3e6}},
+            "contacts": {"particle_particle": friction, "particle_wall": friction},
+            "laws": {"rolling": "elastic_plastic"},
+            "law_parameters": {
+                "rolling_stiffness_factor": peer.STIFFNESS_FACTOR,
+                "rolling_damping_ratio": peer.DAMPING_RATIO,
+            },
+            "particles": {"count": 250, "diameter_mm": 3.0},
+            "geometry": {"cylinder_diameter_mm": 24.0, "lift_speed_mm_s": 200.0},
+            "numerics": {"precision": "double"},
+        }
+    )
+
+
+def column(spec):
+    """The settled column of a lifted cylinder: simulation and the rig that `peer.run_cylinder`
+    takes."""
+    radius, plate = (
+        0.5e-3 * d for d in (spec.geometry.cylinder_diameter_mm, spec.geometry.plate_diameter_mm)
+    )
+    rim = 0.1
+    sim = build_simulation(spec, lifted_cylinder._walls(radius, rim, plate))
+    rng, reach = np.random.default_rng(spec.seed), largest_reach(spec)
+    sites = grains_bed.sites_in_circle(radius, reach, rng)
+    radii = draw_radii(spec, spec.particles.count, rng)
+    grains_bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
+    grains_bed.settle(sim, spec.numerics.max_time_s)
+    depth = float(sim.position[:, 2].max())
+    clear = 1.2 * depth / (1e-3 * spec.geometry.lift_speed_mm_s)
+    return sim, (radius, rim, plate, clear, CYLINDER_REST)
+
+
+def lifted(sim, spec, rig):
+    """Final state of a column after this engine has lifted its cylinder."""
+    *_, clear, rest = rig
+    sim.move_wall("cylinder", velocity=(0.0, 0.0, 1e-3 * spec.geometry.lift_speed_mm_s))
+    grains_bed.advance_for(sim, clear)
+    sim.move_wall("cylinder", velocity=(0.0, 0.0, 0.0))
+    grains_bed.advance_for(sim, rest)
+    return state_of_sim(sim)
+
+
+def measure_lifted(state, rig):
+    """What a lifted cylinder left, from either engine's last state."""
+    position, velocity, _, radius = state
+    found = measure_heap(position, radius, velocity, rig[2])
+    out = np.sort(np.hypot(position[:, 0], position[:, 1]))
+    return {
+        "radial_angle_deg": found["radial_angle_deg"],
+        "height_mm": found["height_mm"],
+        "base_radius_mm": 1e3 * float(out[int(0.95 * len(out)) - 1]),
+    }
 
 
 def radius_of(spec):

@@ -109,14 +109,43 @@ def run_heap(spec, folder, seed, time):
     return version, states[-1]
 
 
-def heap_variables(spec, rig, seed, time):
-    """What `heap.in` leaves open; grains are made layer by layer as in
-    `dem.experiments.heap.Source`."""
+def run_cylinder(spec, position, rig, folder):
+    """The lifted cylinder that `spec` describes, from grains at rest at `position` (n, 3) [m].
+
+    rig: the cylinder's radius, its rim and the plate's radius [m], time until it is clear and time
+    to rest [s]."""
+    radius, rim, plate, lift, rest = rig
+    write_stl(Path(folder) / "plate.stl", *revolve([(plate, 0.0), (0.5 * plate, 0.0), (0.0, 0.0)]))
+    outside = radius / np.cos(np.pi / SIDES)  # no side of the polygon cuts into the grains
+    write_stl(Path(folder) / "tube.stl", *revolve([(outside, 0.0), (outside, rim)]))
+    grains = "\n".join(
+        f"create_atoms 1 single {x:.12g} {y:.12g} {z:.12g} units box" for x, y, z in position
+    )
+    (Path(folder) / "grains.in").write_text(grains + "\n")
+    speed, dt = 1e-3 * spec.geometry.lift_speed_mm_s, time_step_of(spec)
+    diameter = 1e-3 * spec.particles.diameter_mm
+    version, states = run(
+        "cylinder.in",
+        folder,
+        law_variables(spec)
+        | {
+            "diameter": diameter,
+            "lift": round(lift / dt),
+            "rest": round(rest / dt),
+            "speed": speed,
+            "skin": 0.1 * diameter,
+            "side": 1.5 * plate,
+            "bottom": -LOST_BELOW,
+            "top": rim + speed * lift + 0.01,
+        },
+    )
+    return version, states[-1]
+
+
+def law_variables(spec):
+    """Materials, contacts, rolling law and time step of a deck."""
     particle, wall = material_of(spec.materials.particle), material_of(spec.materials.wall)
     pair, side = spec.contacts.particle_particle, spec.contacts.particle_wall
-    radius, dt = 0.5e-3 * spec.particles.diameter_mm, time_step_of(spec)
-    g = spec.geometry
-    damping = spec.law_parameters.rolling_damping_ratio or 0.0
     return {
         "law": ROLLING[spec.laws.rolling],
         "young": particle.young_modulus,
@@ -130,8 +159,17 @@ def heap_variables(spec, rig, seed, time):
         "wall_mu": side.static_friction,
         "mur": pair.rolling_friction,
         "wall_mur": side.rolling_friction,
-        "visc": damping,
-        "dt": dt,
+        "visc": spec.law_parameters.rolling_damping_ratio or 0.0,
+        "dt": time_step_of(spec),
+    }
+
+
+def heap_variables(spec, rig, seed, time):
+    """What `heap.in` leaves open; grains are made layer by layer as in
+    `dem.experiments.heap.Source`."""
+    radius, dt = 0.5e-3 * spec.particles.diameter_mm, time_step_of(spec)
+    g = spec.geometry
+    return law_variables(spec) | {
         "steps": round(time / dt),
         "seed": seed,
         "count": spec.particles.count,
