@@ -86,7 +86,6 @@ def test_lifted_cylinder_beside_ours(tmp_path):
         theirs.append(cases.measure_lifted(last, rig))
         ours.append(cases.measure_lifted(cases.lifted(sim, spec, rig), rig))
     ours, theirs = pd.DataFrame(ours).mean(), pd.DataFrame(theirs).mean()
-    print(ours.to_dict(), theirs.to_dict())
     assert ours["radial_angle_deg"] == pytest.approx(theirs["radial_angle_deg"], abs=3.2)
     assert ours["height_mm"] == pytest.approx(theirs["height_mm"], rel=0.10)
     assert ours["base_radius_mm"] == pytest.approx(theirs["base_radius_mm"], rel=0.05)
