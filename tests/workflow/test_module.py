@@ -107,6 +107,7 @@ def test_what_snakedeploy_writes_plans_the_chain(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.long  # seen to pass with a formula for the engine only, which compiles for minutes
 def test_the_catalogue_s_case_runs(tmp_path):
     """`snakemake --directory .test` in a copy: a dry run of all and one real stage."""
     copy = copied(tmp_path / "copy")
