@@ -52,7 +52,9 @@ def test_thirty_rows_of_single_grains_get_a_law(table, tmp_path):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(own, "catalogue", known)
         stages.name_causes(own, trained, named)
-    end = files(verdict="verdict.json", page="diagnosis.md", gain="gain.svg")
+    end = files(
+        verdict="verdict.json", page="diagnosis.md", alone="diagnosis.html", gain="gain.svg"
+    )
     stages.conclude(own, named, end)
     verdict = json.loads((tmp_path / "verdict.json").read_text())
     validate(verdict)
