@@ -11,6 +11,7 @@ import sys
 import numpy as np
 import pytest
 
+from dem.experiments import experiments
 from dem.fingerprint import ROOT, engine_sources
 
 # what numpy and scipy hand to BLAS or LAPACK, whose kernels round by the processor
@@ -77,23 +78,55 @@ def test_a_call_of_blas_is_seen(source):
 
 
 WIDE = {"orifice_diameter_mm": 30.0}  # nothing clogs
+RIGS = {
+    "drop": ({}, {}),
+    "tilt": ({}, {"trials": 1}),
+    "bulk_density": ({"count": 350}, {"vessel_diameter_mm": 14, "taps": 1}),
+    "compression": (
+        {"count": 200},
+        {"box_width_mm": 12, "box_height_mm": 30, "lid_travel_mm": 29, "normal_stress_kPa": 5},
+    ),
+    "discharge": ({"count": 1500}, {"silo_diameter_mm": 21, "orifice_diameter_mm": 8.4}),
+    "draw_down": (
+        {"count": 1500},
+        {"upper_width_mm": 38, "lower_width_mm": 60, "depth_mm": 8, "slot_width_mm": 12},
+    ),
+    "drum": (
+        {"count": 400},
+        {
+            "drum_diameter_mm": 40,
+            "drum_width_mm": 9,
+            "rotation_rate_deg_s": 180,
+            "turns": 0.05,
+            "start_turns": 0.1,
+        },
+    ),
+    "heap": (
+        {"count": 400},
+        {"orifice_diameter_mm": 15, "generation_rate_per_s": 2500, "plate_diameter_mm": 40},
+    ),
+    "lifted_cylinder": ({"count": 250}, {"cylinder_diameter_mm": 14, "plate_diameter_mm": 60}),
+    "shear": (
+        {"count": 350},
+        {"preshear_displacement_mm": 0.5, "shear_displacement_mm": 0.5, "outer_diameter_mm": 36},
+    ),
+    "wall_friction": ({"count": 200}, {"ring_diameter_mm": 12, "slide_mm": 1}),
+}
+"""Experiment -> grains, geometry of a run that takes seconds."""
 RUNS = {
-    "heap": {
-        "experiment": "heap",
-        "particles": {"count": 150, "diameter_mm": 4.0},
-        "geometry": WIDE,
-    },
+    name: {
+        "experiment": name,
+        "particles": {"diameter_mm": 1.6} | particles,
+        "geometry": geometry,
+        "materials": {"particle": {"shear_modulus_Pa": 3e6}},
+        "contacts": {"particle_particle": {"rolling_friction": 0.1}},
+    }
+    for name, (particles, geometry) in RIGS.items()
+} | {
     "elongated grains": {
         "experiment": "heap",
         "particles": {"count": 150, "diameter_mm": 4.0, "elongation": 1.5},
         "geometry": WIDE,
-    },
-    "drop": {"experiment": "drop"},
-    "tilt": {"experiment": "tilt", "geometry": {"trials": 1}},
-    "shear": {
-        "experiment": "shear",
-        "particles": {"count": 200, "diameter_mm": 3.0},
-        "geometry": {"preshear_displacement_mm": 0.5, "shear_displacement_mm": 0.5},
     },
 }
 RUN_ALL = """
@@ -151,6 +184,10 @@ def run_all(runs, precisions, **environment):
     )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
+
+
+def test_every_experiment_takes_part():
+    assert set(RIGS) == set(experiments())
 
 
 @pytest.mark.slow
