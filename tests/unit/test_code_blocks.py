@@ -22,6 +22,7 @@ from snakemake.cli import get_argument_parser
 
 from calibration.commands import main as dem
 from calibration.config import Config, overlay, parse_config
+from calibration.measurements import read_measured
 from calibration.quantities import quantity_name
 from calibration.stages import load_stages
 from dem.spec import RunSpec, parse_spec
@@ -33,6 +34,7 @@ PAGES = (
     "examples/*.md",
 )  # fmt: skip
 FENCE = re.compile(r"^```(\w*)[^\n]*\n(.*?)^```$", re.M | re.S)
+LANGUAGES = {"python", "bash", "yaml", "csv", "snakemake", "text"}
 EXECUTED = {
     "README.md": "tests/workflow/test_notebook.py",
     "docs/tutorial.md": "tests/workflow/test_tutorial.py",
@@ -69,7 +71,7 @@ def blocks(*languages):
 @pytest.mark.parametrize("page", pages(), ids=lambda p: p.relative_to(ROOT).as_posix())
 def test_every_block_says_what_it_is(page):
     text = page.read_text("utf-8")
-    assert {m[1] for m in FENCE.finditer(text)} <= {"python", "bash", "yaml", "text"}
+    assert {m[1] for m in FENCE.finditer(text)} <= LANGUAGES
     prose = FENCE.sub("", text)
     assert "```" not in prose, "a fence that does not close"
     # an indented block would be neither named nor checked
@@ -99,12 +101,16 @@ def as_the_reader_has_it(folder, data):
         (folder / name).symlink_to(ROOT / name)
     experiment = data.get("experiment", "heap")
     lever = "150" if experiment == "drop" else ""
-    metrics = [t["metric"] for t in [data.get("target"), *data.get("further_targets", [])] if t]
+    targets = [t for t in [data.get("target"), *data.get("further_targets", [])] if t]
+    middles = {
+        t["metric"]: (t.get("low", 16.0) + t.get("high", 36.0)) / 2
+        for t in targets
+        if unit_of(t["metric"]) or "margin" in t
+    }
     rows = [
-        f"{experiment},{quantity_name(metric)},{value},{in_ascii(unit_of(metric))},{lever}"
-        for metric in metrics
-        for value in (25.5, 26.5)
-        if unit_of(metric)
+        f"{experiment},{quantity_name(metric)},{value},{in_ascii(unit_of(metric) or '')},{lever}"
+        for metric, middle in middles.items()
+        for value in (middle - 0.5, middle + 0.5)
     ]
     head = "experiment,quantity,value,unit,drop_height_mm"
     (folder / "measured.csv").write_text("\n".join([head, *rows]) + "\n")
@@ -126,11 +132,26 @@ def test_yaml_passes_the_schema_of_what_it_is(page, text, tmp_path, monkeypatch)
         salt = yaml.safe_load((ROOT / "config/config.yaml").read_text())
         if "experiment" in data:  # another one than the heap, with a geometry of its own
             salt["run"].pop("geometry")
+            salt.pop("pour_rate")
         if "target" in data:  # the reader's own readings in place of the salt's
             salt["measurements"] = "measured.csv"
         parse_config(overlay(salt, data))
     else:
         assert set(data) <= set(Config.model_fields)
+
+
+@pytest.mark.parametrize(("page", "text"), blocks("csv"))
+def test_a_table_is_read_as_measurements(page, text, tmp_path):
+    (tmp_path / "measured.csv").write_text(text)
+    [measured] = read_measured(tmp_path / "measured.csv").conditions
+    assert measured.n == len(text.splitlines()) - 1
+
+
+@pytest.mark.parametrize(("page", "text"), blocks("snakemake"))
+def test_a_workflow_has_the_form_of_one(page, text, tmp_path):
+    (tmp_path / "Snakefile").write_text(text)
+    command = [sys.executable, "-m", "snakefmt", str(tmp_path / "Snakefile")]
+    subprocess.run(command, check=True, capture_output=True)
 
 
 def commands(text):

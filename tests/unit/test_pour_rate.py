@@ -92,7 +92,10 @@ def test_the_angle_over_the_rate_is_told(tmp_path, monkeypatch):
 
 def test_a_rate_without_heaps_is_left_out_and_none_is_an_error(tmp_path, monkeypatch):
     config = config_of(tmp_path, monkeypatch, {"rates_per_s": [500, 1000], "heaps": 2})
-    slow = lambda g, rng: 40.0 + rng.random() if g["generation_rate_per_s"] == 500 else None  # noqa: E731
+
+    def slow(geometry, rng):
+        return 40.0 + rng.random() if geometry["generation_rate_per_s"] == 500 else None
+
     found, _ = poured(config, slow)
     assert [row["rig"] for row in found["rigs"]] == ["500"]
     assert len(sentences(found, ANGLE)) == 1
