@@ -20,15 +20,14 @@ KEPT = (
     "coefficients.csv",
     "numerics.csv",
     "scaling.csv",
-    "reproduction.csv",
 )
 BEGIN, END = "<!-- found: begin -->", "<!-- found: end -->"
 
 
-def keep(study, target):
-    """Copy the summaries and tables of a study's stages; plans and figures stay behind."""
+def keep(study, target, tables=KEPT):
+    """Copy the summaries and `tables` of a study's stages; plans and figures stay behind."""
     for folder in sorted(p for p in Path(study).iterdir() if p.is_dir() and p.name != "logs"):
-        for pattern in KEPT:
+        for pattern in tables:
             for path in folder.glob(pattern):
                 if path.name != "plan.json":
                     (Path(target) / folder.name).mkdir(parents=True, exist_ok=True)

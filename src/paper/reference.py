@@ -12,7 +12,7 @@ import pandas as pd
 from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.numbers import fixed, spread
-from calibration.outcome import found, keep, put
+from calibration.outcome import KEPT, found, keep, put
 from calibration.tables import read_written
 from paper.reproduction import counts
 from paper.reproduction.rows import NOT_COMPARABLE
@@ -123,7 +123,7 @@ def main(study):
         )
     target = Path("results/reference") / Path(study).name
     if Path(study).resolve() != target.resolve():
-        keep(study, target)
+        keep(study, target, (*KEPT, "reproduction.csv"))
     for page, text in blocks(target).items():
         if page.is_file():
             put(page, text, BEGIN, END)

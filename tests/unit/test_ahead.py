@@ -79,10 +79,11 @@ def test_a_mesh_with_a_hole_is_told_first(tmp_path):
 
 
 def test_more_grains_than_the_machine_holds_are_told_first(monkeypatch):
-    many = {"particles": {"count": 5_000_000}, "geometry": {"generation_rate_per_s": 5e6}}
+    grains = {"particles": {"count": 5_000_000}, "geometry": {"generation_rate_per_s": 5e6}}
+    many = study({"run": grains, "pour_rate": {"rates_per_s": [5e6, 6e6], "opened": None}})
     with pytest.raises(ConfigError, match=r"about 15\.\d GB of memory; this machine has 8\.0 GB"):
-        check_ahead(study({"run": many}))
+        check_ahead(many)
     monkeypatch.setattr(ahead, "machine_memory_mb", lambda: 200e3)
-    check_ahead(study({"run": many}))
-    assert "15250 MB of memory and about" in cost_ahead(study({"run": many}))
-    assert "hours of one core" in cost_ahead(study({"run": many}))
+    check_ahead(many)
+    assert "15250 MB of memory and about" in cost_ahead(many)
+    assert "hours of one core" in cost_ahead(many)

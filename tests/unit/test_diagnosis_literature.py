@@ -39,7 +39,7 @@ def study():
     base, own = (yaml.safe_load(Path(f).read_text()) for f in files)
     config = parse_config(overlay(base, own))
     changes = config.diagnosis | {"runs_per_input": 4}
-    return config, read_settings("config/diagnosis.yaml", changes)
+    return config, read_settings(changes.pop("settings"), changes)
 
 
 DERIVED = script("derive").TABLES

@@ -63,15 +63,15 @@ def test_a_parameter_that_moved_says_how_wrong_the_base_had_been():
         "c": {"value": 0.40, "sd": 0.01, "low": 0.38, "high": 0.42},
     }
     after = {
-        "a": {"value": 0.50, "identified": True},
-        "b": {"value": 0.50, "identified": True},
-        "c": {"value": 0.50, "identified": False},
+        "a": {"value": 0.50, "identified": True, "words": "friction"},
+        "b": {"value": 0.50, "identified": True, "words": "restitution"},
+        "c": {"value": 0.50, "identified": False, "words": "drag"},
     }
     found = moved(before, after)
     assert list(found) == ["a"]
     assert found["a"]["shift_percent"] == pytest.approx(-20.0)
     assert found["a"]["shift_in_base_sd"] == pytest.approx(-10.0)
-    assert "20 % too low" in found["a"]["sentence"]
+    assert "had friction at 0.400 in place of 0.500: 20 % too low" in found["a"]["sentence"]
 
 
 CONDITIONS = [

@@ -83,7 +83,8 @@ def test_the_angle_over_the_rate_is_told(tmp_path, monkeypatch):
     assert rows["1000"]["rate_g_s"] == pytest.approx(1000 * grain)
     said = sentences(found, ANGLE)
     assert "differs by up to +2.9" in said[0]
-    assert "Out of a funnel that is filled and then opened it is 46." in said[1]
+    mean = f"{rows['opened']['mean']:.2f}"
+    assert f"Out of a funnel that is filled and then opened it is {mean}°" in said[1]
     assert f"{found['capacity_per_s']:.0f} grains/s (Beverloo)" in said[2]
     table = pd.read_csv("results/made-up/pour_rate/rates.csv")
     assert len(table) == 4

@@ -12,7 +12,9 @@ import pytest
 import yaml
 
 from calibration.config import overlay, parse_config
+from calibration.factors import read_factors
 from calibration.runner import report
+from calibration.statistics.screening_design import screening_design
 
 ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```bash\n(.*?)^```", re.M | re.S)
@@ -25,8 +27,10 @@ def test_the_tutorial_counts_the_heaps_that_its_study_makes(tmp_path, monkeypatc
     page = (ROOT / "docs" / "tutorial.md").read_text()
     [quick] = re.findall(r"^cat > quick.yaml <<'EOF'\n(.*?)^EOF", page, re.M | re.S)
     soybeans = yaml.safe_load((ROOT / "examples/soybean/config.yaml").read_text())
-    report(parse_config(overlay(soybeans, yaml.safe_load(quick))))
-    assert "screening 0/19" in capsys.readouterr().err
+    config = parse_config(overlay(soybeans, yaml.safe_load(quick)))
+    report(config)
+    assert "0 of 43 runs done" in capsys.readouterr().err
+    assert len(screening_design(read_factors(config.factors), config.screening)) == 19
     assert "Nineteen heaps tell which of seven parameters matter" in page
 
 

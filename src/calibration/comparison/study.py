@@ -19,6 +19,7 @@ from scipy import stats
 from calibration.comparison.truths import TRUTHS, Bench
 from calibration.comparison.ways import WAYS, answer
 from calibration.files import write_table
+from calibration.tables import read_written
 
 REPEATS, FIRST = 20, 20260101
 RUNS = (22, 47, 92)
@@ -122,7 +123,7 @@ def main(argv=None):
     for k, path in enumerate(files):
         if not path.exists():
             write_table(trials(1, args.first + k), path)
-    table = pd.concat([pd.read_csv(p) for p in files])
+    table = pd.concat([read_written(p) for p in files])
     found = summary(table)
     write_table(found, args.out / "summary.csv")
     (args.out / "table.md").write_text(page(found))
