@@ -107,8 +107,8 @@ RIGS = {
     ),
     "lifted_cylinder": ({"count": 250}, {"cylinder_diameter_mm": 14, "plate_diameter_mm": 60}),
     "shear": (
-        {"count": 350},
-        {"preshear_displacement_mm": 0.5, "shear_displacement_mm": 0.5, "outer_diameter_mm": 36},
+        {"count": 200, "diameter_mm": 3.0},
+        {"preshear_displacement_mm": 0.5, "shear_displacement_mm": 0.5},
     ),
     "wall_friction": ({"count": 200}, {"ring_diameter_mm": 12, "slide_mm": 1}),
 }
@@ -118,7 +118,6 @@ RUNS = {
         "experiment": name,
         "particles": {"diameter_mm": 1.6} | particles,
         "geometry": geometry,
-        "materials": {"particle": {"shear_modulus_Pa": 3e6}},
         "contacts": {"particle_particle": {"rolling_friction": 0.1}},
     }
     for name, (particles, geometry) in RIGS.items()
