@@ -590,11 +590,11 @@ def test_sources_are_told_apart(files):
 
 
 def test_a_level_of_a_bench_test_is_said_to_be_one(config, tmp_path):
-    found = {"fixed.json": {"fixed": {"salt_steel_restitution": 0.4}}}
+    found = {"fixed.json": {"fixed": {"salt_poisson_ratio": 0.3}}}
     own = config.model_copy(update={"fixed_from": "bench"})
     _export(_study(own, tmp_path, bench=found), tmp_path)
     found = yaml.safe_load((tmp_path / "calibrated.yaml").read_text())["parameters"]
-    assert found["contacts.particle_wall.restitution"]["source"] == "bench test"
+    assert found["materials.particle.poisson_ratio"]["source"] == "bench test"
     assert found["contacts.particle_wall.static_friction"]["source"] == "fixed by the configuration"
 
 
