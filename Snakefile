@@ -15,21 +15,22 @@ rule study:
 
 # what takes longer than the study and is no part of it: the study in two rigs without the funnel's
 # threshold, the paper's own factors, the pour rate, the posterior in another machine, and the ways
-# to calibrate compared. Each is a study of its own, so each is a call of its own; runs that exist
-# are not repeated
+# to calibrate compared. Each is a study of its own, so each is a call of its own, with this one's
+# configuration below its file; runs that exist are not repeated
 rule reference:
     input:
         rules.all.input,
         pour_rate=f"{STUDY}/{STAGES['pour_rate'].result}",
         pushed=f"{STUDY}/{STAGES['push_through'].result}",
     output:
-        compared="results/comparison/table.md",
+        compared=f"{RESULTS}/comparison/table.md",
     log:
-        "results/comparison/reference.log",
+        f"{RESULTS}/comparison/reference.log",
     conda:
         "workflow/envs/calibration.yaml"
     threads: workflow.cores
     params:
+        configuration=CONFIG_FILES,
         studies=[
             "config/paper_factors.yaml",
             "config/rigs/opened.yaml",

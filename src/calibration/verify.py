@@ -24,6 +24,9 @@ from dem.io.files import sweep_partial
 from dem.results import FAILED, RESULT, is_current, read_failure
 
 _held = {}  # locks that are held until this process ends, however it ends
+HELD = "CALIBRATION_HELD"
+"""Environment variable: the folders of results, a line each, that this process holds, or one that
+waits for it."""
 
 
 @dataclass(frozen=True)
@@ -216,9 +219,11 @@ def _there(store, name):
 
 def hold(results):
     """Keep others from working in a folder of results until this process ends. Raises
-    CalibrationError where another does."""
+    CalibrationError where another does; a call that is a job of the one that holds the folder works
+    there too."""
     results = Path(results)
-    if results.resolve() in _held:  # a workflow may use this one as two modules
+    held = os.environ.get(HELD, "").splitlines()
+    if str(results.resolve()) in held:  # by this process, or by one that waits for this one
         return
     lock = FileLock(results / ".lock")
     try:
@@ -234,4 +239,5 @@ def hold(results):
             "give the right to write, or work in another folder"
         ) from None
     _held[results.resolve()] = lock
+    os.environ[HELD] = "\n".join([*held, str(results.resolve())])
     sweep_partial(results)

@@ -5,6 +5,8 @@ import errno
 import json
 import os
 import shutil
+import subprocess
+import sys
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -22,7 +24,7 @@ from calibration.config import parse_config
 from calibration.errors import CalibrationError
 from calibration.store import RunStore
 from calibration.study import Study
-from calibration.verify import before_planning, faults_of, plan_faults
+from calibration.verify import before_planning, faults_of, hold, plan_faults
 from dem.errors import BlowUpError, MeasureError
 from dem.io.stl import write_stl
 from dem.results import write_result
@@ -325,6 +327,16 @@ def test_two_calls_do_not_work_in_one_folder(names):
 
     with FileLock("results/.lock"), pytest.raises(CalibrationError, match="another call works"):
         before_planning(NO_STUDY, dry_run=False)
+
+
+def test_a_job_of_the_call_that_holds_a_folder_works_there(tmp_path, monkeypatch):
+    monkeypatch.delenv("CALIBRATION_HELD", raising=False)
+    hold(tmp_path)
+    call = [sys.executable, "-c", f"from calibration.verify import hold; hold({str(tmp_path)!r})"]
+    subprocess.run(call, check=True)
+    stranger = {k: v for k, v in os.environ.items() if k != "CALIBRATION_HELD"}
+    refused = subprocess.run(call, env=stranger, capture_output=True, text=True)
+    assert "another call works here" in refused.stderr
 
 
 def test_what_is_dated_in_the_future_gets_the_present_time(names):

@@ -8,7 +8,8 @@ CALL = [sys.executable, "-m", "snakemake", f"-j{snakemake.threads}", "--configfi
 
 with open(snakemake.log[0], "w") as log:
     for study in snakemake.params.studies:
-        subprocess.run([*CALL, "config/config.yaml", study], stdout=log, stderr=log, check=True)
+        files = [*snakemake.params.configuration, study]
+        subprocess.run([*CALL, *files], stdout=log, stderr=log, check=True)
     folder = str(Path(snakemake.output.compared).parent)
     compared = [sys.executable, "-m", "calibration.comparison.study", folder]
     subprocess.run(compared, stdout=log, stderr=log, check=True)
