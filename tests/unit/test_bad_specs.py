@@ -87,7 +87,7 @@ CASES = [
     (
         {"particles": {"diameter_mm": 8}},
         "geometry.orifice_diameter_mm",
-        "3 times the largest grain",
+        "3 of the largest grain",
     ),
     (
         {"particles": {"diameter_mm": 2, "scale_factor": 4}},
@@ -106,7 +106,7 @@ CASES = [
     (
         {"particles": {"diameter_mm": 4.4, "elongation": 2.0}},
         "geometry.orifice_diameter_mm",
-        "3 times the largest grain (6.98456 mm)",
+        "3 of the largest grain (6.98456 mm)",
     ),
     (
         {"particles": {"sizes": {**SIZES, "fractions": [0.5, 0.4]}}},
@@ -131,7 +131,7 @@ CASES = [
         "funnel_top_diameter_mm",
         "more than the orifice",
     ),
-    ({"geometry": {"plate_diameter_mm": 5}}, "plate_diameter_mm", "four of the largest"),
+    ({"geometry": {"plate_diameter_mm": 5}}, "plate_diameter_mm", "4 of the largest"),
     ({"geometry": {"drop_height_mm": 150}}, "geometry.drop_height_mm", "orifice_diameter_mm"),
     (
         {"numerics": {"rayleigh_fraction": 1.5}},

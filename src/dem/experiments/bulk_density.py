@@ -10,7 +10,15 @@ import math
 import numpy as np
 
 from dem.constants import GRAVITY
-from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse
+from dem.experiments.declare import (
+    COUNT,
+    Experiment,
+    Lever,
+    Metric,
+    Quantity,
+    refuse,
+    refuse_narrow,
+)
 from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
 from dem.lazy import lazily
 from dem.part import Part, field
@@ -37,18 +45,13 @@ def check(spec):
     """The vessel must be wide enough for grains to lie at random and the bed deep enough for a
     core."""
     g, largest = spec.geometry, longest_mm(spec)
-    if g.vessel_diameter_mm < LEAST_WIDTH * largest:
-        allowed = f"at least {LEAST_WIDTH:g} of the largest grain ({largest:g} mm)"
-        refuse("vessel_diameter_mm", spec, allowed)
+    refuse_narrow("vessel_diameter_mm", spec, LEAST_WIDTH)
     area = math.pi * (0.5e-3 * g.vessel_diameter_mm) ** 2
     depth = 1e3 * spec.particles.count * grain_volume(spec) / (0.6 * area)
     if depth < LEAST_WIDTH * largest:
-        allowed = (
-            f"at most {g.vessel_diameter_mm * math.sqrt(depth / (LEAST_WIDTH * largest)):.3g}: the "
-            f"grains "
-            f"would lie only {depth:.3g} mm deep; or more grains"
-        )
-        refuse("vessel_diameter_mm", spec, allowed)
+        most = g.vessel_diameter_mm * math.sqrt(depth / (LEAST_WIDTH * largest))
+        allowed = f"at most {most:.3g}: the grains would lie only {depth:.3g} mm deep"
+        refuse("vessel_diameter_mm", spec, f"{allowed}; or more grains")
 
 
 def run(spec, context):

@@ -12,7 +12,15 @@ from typing import Literal
 import numpy as np
 
 from dem.errors import MeasureError
-from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse
+from dem.experiments.declare import (
+    COUNT,
+    Experiment,
+    Lever,
+    Metric,
+    Quantity,
+    refuse,
+    refuse_narrow,
+)
 from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm
 from dem.lazy import lazily
 from dem.linear import slope
@@ -47,11 +55,8 @@ class CompressionGeometry(Part):
 
 def check(spec):
     """Grains must lie side by side, the box must take them and the lid must reach them."""
-    g, largest = spec.geometry, longest_mm(spec)
-    if g.box_width_mm < LEAST_WIDTH * largest:
-        refuse(
-            "box_width_mm", spec, f"at least {LEAST_WIDTH:g} of the largest grain ({largest:g} mm)"
-        )
+    g = spec.geometry
+    refuse_narrow("box_width_mm", spec, LEAST_WIDTH)
     solid = 1e9 * spec.particles.count * grain_volume(spec) / g.box_width_mm**2
     if g.box_height_mm < solid / LOOSE:
         refuse("box_height_mm", spec, f"at least {solid / LOOSE:.3g}, which the grains need")

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dem.errors import MeasureError, SpecError
+from dem.grains import longest_mm
 
 
 @dataclass(frozen=True)
@@ -209,3 +210,13 @@ class Experiment:
 def refuse(key, spec, allowed):
     """Raise SpecError for the geometry's key."""
     raise SpecError(f"geometry.{key}", getattr(spec.geometry, key), allowed)
+
+
+def refuse_narrow(key, spec, ratio, why=""):
+    """Raise SpecError where a length of the geometry [mm] is less than `ratio` of the largest
+    grain; why: what the message adds."""
+    largest = longest_mm(spec)
+    least = ratio * largest
+    if getattr(spec.geometry, key) < least:
+        allowed = f"at least {least:g}, {ratio:g} of the largest grain ({largest:g} mm)"
+        refuse(key, spec, f"{allowed}: {why}" if why else allowed)

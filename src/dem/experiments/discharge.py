@@ -10,9 +10,17 @@ import math
 
 import numpy as np
 
-from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse
+from dem.experiments.declare import (
+    COUNT,
+    Experiment,
+    Lever,
+    Metric,
+    Quantity,
+    refuse,
+    refuse_narrow,
+)
 from dem.flow import FREE_FLOW_RATIO, LOOSE, beverloo
-from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
+from dem.grains import draw_radii, grain_volume, largest_reach, mean_radius
 from dem.io.stl import read_stl
 from dem.lazy import lazily
 from dem.part import Part, field
@@ -41,11 +49,8 @@ class DischargeGeometry(Part):
 
 def check(spec):
     """Grains must pass the orifice, the silo must be wider than what flows, and full enough."""
-    g, largest = spec.geometry, longest_mm(spec)
-    if g.orifice_diameter_mm < FREE_FLOW_RATIO * largest:
-        least = FREE_FLOW_RATIO * largest
-        allowed = f"at least {least:g}, {FREE_FLOW_RATIO:g} of the largest grain ({largest:g} mm)"
-        refuse("orifice_diameter_mm", spec, f"{allowed}: arches stop a narrower flow")
+    g = spec.geometry
+    refuse_narrow("orifice_diameter_mm", spec, FREE_FLOW_RATIO, "arches stop a narrower flow")
     if g.silo_diameter_mm < LEAST_WALL * g.orifice_diameter_mm:
         allowed = f"at least {LEAST_WALL:g} times the orifice ({g.orifice_diameter_mm:g} mm)"
         refuse("silo_diameter_mm", spec, allowed)

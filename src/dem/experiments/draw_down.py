@@ -10,7 +10,15 @@ import math
 
 import numpy as np
 
-from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse
+from dem.experiments.declare import (
+    COUNT,
+    Experiment,
+    Lever,
+    Metric,
+    Quantity,
+    refuse,
+    refuse_narrow,
+)
 from dem.flow import FREE_FLOW_RATIO, LOOSE
 from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
 from dem.lazy import lazily
@@ -37,20 +45,13 @@ class DrawDownGeometry(Part):
 def check(spec):
     """Grains must pass slot and plates, slopes must stay above, and the heap must fit below."""
     g, largest = spec.geometry, longest_mm(spec)
-    if g.slot_width_mm < FREE_FLOW_RATIO * largest:
-        least = FREE_FLOW_RATIO * largest
-        allowed = f"at least {least:g}, {FREE_FLOW_RATIO:g} of the largest grain ({largest:g} mm)"
-        refuse("slot_width_mm", spec, f"{allowed}: arches stop a narrower flow")
-    if g.depth_mm < LEAST_DEPTH * largest:
-        refuse("depth_mm", spec, f"at least {LEAST_DEPTH:g} of the largest grain ({largest:g} mm)")
-    if g.upper_width_mm < g.slot_width_mm + 10.0 * largest:
-        least = g.slot_width_mm + 10.0 * largest
-        allowed = f"at least {least:g}: the slot and five of the largest grain on either side"
-        refuse("upper_width_mm", spec, allowed)
-    if g.lower_width_mm < g.slot_width_mm + 10.0 * largest:
-        least = g.slot_width_mm + 10.0 * largest
-        allowed = f"at least {least:g}: the slot and five of the largest grain on either side"
-        refuse("lower_width_mm", spec, allowed)
+    refuse_narrow("slot_width_mm", spec, FREE_FLOW_RATIO, "arches stop a narrower flow")
+    refuse_narrow("depth_mm", spec, LEAST_DEPTH)
+    least = g.slot_width_mm + 10.0 * largest
+    for key in ("upper_width_mm", "lower_width_mm"):
+        if getattr(g, key) < least:
+            allowed = f"at least {least:g}: the slot and five of the largest grain on either side"
+            refuse(key, spec, allowed)
     area = 1e-6 * g.upper_width_mm * g.depth_mm
     deep = 1e3 * spec.particles.count * grain_volume(spec) / (LOOSE * area)
     if deep < g.slot_width_mm:

@@ -12,7 +12,7 @@ import numpy as np
 
 from dem.constants import GRAVITY
 from dem.errors import MeasureError, SpecError
-from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse
+from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse_narrow
 from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
 from dem.lazy import lazily
 from dem.part import Part, field
@@ -50,13 +50,8 @@ def check(spec):
     """Grains must lie at random between wall and ends, in one layer at least, and leave room to
     flow."""
     g, largest = spec.geometry, longest_mm(spec)
-    if g.drum_diameter_mm < LEAST_DIAMETER * largest:
-        allowed = f"at least {LEAST_DIAMETER:g} of the largest grain ({largest:g} mm)"
-        refuse("drum_diameter_mm", spec, allowed)
-    if g.drum_width_mm < LEAST_WIDTH * largest:
-        refuse(
-            "drum_width_mm", spec, f"at least {LEAST_WIDTH:g} of the largest grain ({largest:g} mm)"
-        )
+    refuse_narrow("drum_diameter_mm", spec, LEAST_DIAMETER)
+    refuse_narrow("drum_width_mm", spec, LEAST_WIDTH)
     layer = g.drum_diameter_mm * g.drum_width_mm / (2.0 * largest**2)
     if spec.particles.count < layer:
         allowed = (

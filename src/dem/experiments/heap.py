@@ -12,9 +12,17 @@ import numpy as np
 
 from dem.constants import GRAVITY
 from dem.errors import RefusedStateError, SpecError
-from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse
+from dem.experiments.declare import (
+    COUNT,
+    Experiment,
+    Lever,
+    Metric,
+    Quantity,
+    refuse,
+    refuse_narrow,
+)
 from dem.flow import C_BEVERLOO, FREE_FLOW_RATIO, LOOSE, beverloo
-from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
+from dem.grains import draw_radii, grain_volume, largest_reach, mean_radius
 from dem.io.stl import read_stl
 from dem.lazy import lazily
 from dem.measure.heap import coverage, measure_heap
@@ -23,6 +31,7 @@ from dem.part import Part, field
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 
 MIN_ORIFICE_RATIO = 3.0  # orifice over largest grain; below it any funnel clogs
+LEAST_PLATE = 4.0  # plate over largest grain
 MOUTH_ABOVE_RIM = 0.010  # where grains are made, above the funnel's rim [m]
 MOST_LEFT = 0.05
 """Share of the grains that may stay in the funnel: a heap of 5 % less volume is 2 % lower and as
@@ -63,16 +72,13 @@ class HeapGeometry(Part):
 
 def check(spec):
     """Grains must pass the funnel and find a plate, and the time must suffice to make them."""
-    g, largest = spec.geometry, longest_mm(spec)
-    if g.orifice_diameter_mm < MIN_ORIFICE_RATIO * largest:
-        allowed = f"at least {MIN_ORIFICE_RATIO:g} times the largest grain ({largest:g} mm)"
-        refuse("orifice_diameter_mm", spec, allowed)
+    g = spec.geometry
+    refuse_narrow("orifice_diameter_mm", spec, MIN_ORIFICE_RATIO)
     if g.funnel_top_diameter_mm <= g.orifice_diameter_mm:
         refuse(
             "funnel_top_diameter_mm", spec, f"more than the orifice ({g.orifice_diameter_mm:g} mm)"
         )
-    if g.plate_diameter_mm < 4 * largest:
-        refuse("plate_diameter_mm", spec, f"at least four of the largest grain ({largest:g} mm)")
+    refuse_narrow("plate_diameter_mm", spec, LEAST_PLATE)
     if g.plate_rim_height_mm >= g.discharge_height_mm:
         allowed = f"less than the orifice's height ({g.discharge_height_mm:g} mm)"
         refuse("plate_rim_height_mm", spec, allowed)

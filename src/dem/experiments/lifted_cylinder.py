@@ -7,7 +7,15 @@ lost.
 
 import numpy as np
 
-from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse
+from dem.experiments.declare import (
+    COUNT,
+    Experiment,
+    Lever,
+    Metric,
+    Quantity,
+    refuse,
+    refuse_narrow,
+)
 from dem.grains import draw_radii, largest_reach, longest_mm
 from dem.lazy import lazily
 from dem.measure.heap import coverage, measure_heap
@@ -32,9 +40,7 @@ class LiftedCylinderGeometry(Part):
 def check(spec):
     """Grains must pass each other in the cylinder, and find room outside it."""
     g, largest = spec.geometry, longest_mm(spec)
-    if g.cylinder_diameter_mm < LEAST_WIDTH * largest:
-        allowed = f"at least {LEAST_WIDTH:g} of the largest grain ({largest:g} mm)"
-        refuse("cylinder_diameter_mm", spec, allowed)
+    refuse_narrow("cylinder_diameter_mm", spec, LEAST_WIDTH)
     if g.plate_diameter_mm < g.cylinder_diameter_mm + 4.0 * largest:
         allowed = (
             f"at least {g.cylinder_diameter_mm + 4.0 * largest:g}: the cylinder and four of "

@@ -11,7 +11,16 @@ import math
 import numpy as np
 
 from dem.constants import GRAVITY
-from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, Share, refuse
+from dem.experiments.declare import (
+    COUNT,
+    Experiment,
+    Lever,
+    Metric,
+    Quantity,
+    Share,
+    refuse,
+    refuse_narrow,
+)
 from dem.grains import draw_radii, largest_reach, longest_mm
 from dem.lazy import lazily
 from dem.part import Part, field
@@ -38,12 +47,7 @@ def check(spec):
     """The ring must hold grains side by side, and the bed must reach the lid with two layers at
     least."""
     g, largest = spec.geometry, longest_mm(spec)
-    if g.ring_diameter_mm < LEAST_WIDTH * largest:
-        refuse(
-            "ring_diameter_mm",
-            spec,
-            f"at least {LEAST_WIDTH:g} of the largest grain ({largest:g} mm)",
-        )
+    refuse_narrow("ring_diameter_mm", spec, LEAST_WIDTH)
     layers = spec.particles.count * largest**2 / g.ring_diameter_mm**2
     if layers < 2.0:
         allowed = (
