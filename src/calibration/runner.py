@@ -108,8 +108,8 @@ def _attempt(spec, name, log, config, store):
 
 def _made(spec, out, note):
     """The run's result. A heap that is refused by its state is kept as a result without metrics,
-    which
-    the designs leave out by name: it never counts as an angle, and it does not stop the study."""
+    which the designs leave out by name: it never counts as an angle, and it does not stop the
+    study."""
     try:
         return engines.make(spec, out, note, again=False)
     except RefusedStateError as error:

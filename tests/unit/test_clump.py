@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+import small_rigs
 from scipy.integrate import solve_ivp
 
 from dem.clump import random_turns, shape_of, union
@@ -211,13 +212,8 @@ def test_a_clump_of_one_sphere_is_a_sphere_to_the_bit(tmp_path):
 
 
 BLUNT = "x_mm,y_mm,z_mm,radius_mm\n0,0,0,1\n0.2,0,0,0.95\n0,-0.1,0.15,0.95\n"
-RIGS = {
+RIGS = {name: (*rig, TRIPLE) for name, rig in small_rigs.RIGS.items()} | {
     "bulk_density": ({"count": 450}, {"vessel_diameter_mm": 12, "taps": 1}, TRIPLE),
-    "compression": (
-        {"count": 200},
-        {"box_width_mm": 12, "box_height_mm": 30, "lid_travel_mm": 29, "normal_stress_kPa": 5},
-        TRIPLE,
-    ),
     "discharge": (
         {"count": 1900, "diameter_mm": 2.0},
         {"silo_diameter_mm": 29, "orifice_diameter_mm": 11.2},
@@ -228,26 +224,10 @@ RIGS = {
         {"upper_width_mm": 36, "lower_width_mm": 60, "depth_mm": 7, "slot_width_mm": 11.2},
         BLUNT,
     ),
-    "drum": (
-        {"count": 400},
-        {
-            "drum_diameter_mm": 40,
-            "drum_width_mm": 9,
-            "rotation_rate_deg_s": 180,
-            "turns": 0.05,
-            "start_turns": 0.1,
-        },
-        TRIPLE,
-    ),
     "heap": (
         {"count": 700, "diameter_mm": 4.0},
         {"orifice_diameter_mm": 30, "generation_rate_per_s": 1400},
         BLUNT,
-    ),
-    "lifted_cylinder": (
-        {"count": 250},
-        {"cylinder_diameter_mm": 14, "plate_diameter_mm": 60},
-        TRIPLE,
     ),
     "shear": (
         {"count": 900},
@@ -259,7 +239,6 @@ RIGS = {
         },
         BLUNT,
     ),
-    "wall_friction": ({"count": 200}, {"ring_diameter_mm": 12, "slide_mm": 1}, TRIPLE),
 }
 """A small rig of each experiment that takes clumps: grains, geometry, spheres."""
 

@@ -10,6 +10,7 @@ import sys
 
 import numpy as np
 import pytest
+import small_rigs
 
 from dem.experiments import experiments
 from dem.fingerprint import ROOT, engine_sources
@@ -78,39 +79,23 @@ def test_a_call_of_blas_is_seen(source):
 
 
 WIDE = {"orifice_diameter_mm": 30.0}  # nothing clogs
-RIGS = {
+RIGS = small_rigs.RIGS | {
     "drop": ({}, {}),
     "tilt": ({}, {"trials": 1}),
     "bulk_density": ({"count": 350}, {"vessel_diameter_mm": 14, "taps": 1}),
-    "compression": (
-        {"count": 200},
-        {"box_width_mm": 12, "box_height_mm": 30, "lid_travel_mm": 29, "normal_stress_kPa": 5},
-    ),
     "discharge": ({"count": 1500}, {"silo_diameter_mm": 21, "orifice_diameter_mm": 8.4}),
     "draw_down": (
         {"count": 1500},
         {"upper_width_mm": 38, "lower_width_mm": 60, "depth_mm": 8, "slot_width_mm": 12},
     ),
-    "drum": (
-        {"count": 400},
-        {
-            "drum_diameter_mm": 40,
-            "drum_width_mm": 9,
-            "rotation_rate_deg_s": 180,
-            "turns": 0.05,
-            "start_turns": 0.1,
-        },
-    ),
     "heap": (
         {"count": 400},
         {"orifice_diameter_mm": 15, "generation_rate_per_s": 2500, "plate_diameter_mm": 40},
     ),
-    "lifted_cylinder": ({"count": 250}, {"cylinder_diameter_mm": 14, "plate_diameter_mm": 60}),
     "shear": (
         {"count": 200, "diameter_mm": 3.0},
         {"preshear_displacement_mm": 0.5, "shear_displacement_mm": 0.5},
     ),
-    "wall_friction": ({"count": 200}, {"ring_diameter_mm": 12, "slide_mm": 1}),
 }
 """Experiment -> grains, geometry of a run that takes seconds."""
 RUNS = {

@@ -1,12 +1,11 @@
 import sys
 
 from calibration.batches import run_batch, run_told_batch
-from calibration.config import Config
 from calibration.jobs import logged, work_for
 from calibration.runner import report_sometimes
 from calibration.store import RunStore
 
-work_for(snakemake.config)
+config = work_for(snakemake.config).config
 share = (
     snakemake.input.plan,
     int(snakemake.wildcards.batch),
@@ -16,7 +15,6 @@ share = (
 if snakemake.params.failures == "told":
     run_told_batch(*share, snakemake.log[0], snakemake.config)
 else:
-    config = Config.model_validate(snakemake.config)
     store = RunStore(config.runs)
     with logged(snakemake.log[0]):
         run_batch(

@@ -1,8 +1,8 @@
 """Any program as the engine: it is given a run spec and leaves metrics.
 
 The program is started in the run's folder with `spec.yaml` there and `{spec}`, `{out}` and `{seed}`
-in the command
-filled in. It leaves `metrics.json`, a flat mapping of names to numbers, and ends with status 0.
+in the command filled in. It leaves `metrics.json`, a flat mapping of names to numbers, and ends
+with status 0.
 """
 
 import hashlib

@@ -49,8 +49,7 @@ def write_study(folder, values, heap, factors, sizes=None):
     """Write config.yaml, factors.tsv and measured.csv into a new folder and check them.
 
     values (n,): measured angles [deg]; heap: `Heap` of the laboratory; sizes: `particles.sizes` of
-    a
-    sieve curve. Returns sentences: what was chosen. Raises CalibrationError, with nothing left.
+    a sieve curve. Returns sentences: what was chosen. Raises CalibrationError, with nothing left.
     """
     folder, name = Path(folder), check_folder(folder)
     if heap.orifice_diameter_mm < CLOGS * heap.diameter_mm:

@@ -1,8 +1,7 @@
 """Optimum: the candidate of the response surface alone, and the optimum with the runs there added.
 
 The surface's optimum is one point of a fit to few runs. Runs are added there and the surface is
-solved
-again, so that what is validated does not rest on how five centre runs happened to fall.
+solved again, so that what is validated does not rest on how five centre runs happened to fall.
 """
 
 from calibration.stages.stage import (

@@ -19,8 +19,7 @@ TARGETS = ("target", "further_targets", "measurements", "experiment", "run")
 @dataclass(frozen=True)
 class Figure:
     """A figure among a task's outputs: its caption is workflow/report/<caption>.rst, `numbers` are
-    the
-    files beside it that hold what it shows."""
+    the files beside it that hold what it shows."""
 
     file: str
     caption: str

@@ -48,9 +48,11 @@ def run_audit(folder: str | Path) -> pd.DataFrame:
     ----------
     folder : the printed tables, laid out as data/paper
 
-    Returns ------- DataFrame, a row a claim, columns `COLUMNS`. `tolerance` is half a unit in the
-    last printed place plus what the rounding of printed inputs adds, in the claim's unit. It is
-    empty if the verdict is no such comparison. `verdict` is agrees, disagrees or not_computable.
+    Returns
+    -------
+    DataFrame, a row a claim, columns `COLUMNS`. `tolerance` is half a unit in the last printed
+    place plus what the rounding of printed inputs adds, in the claim's unit. It is empty if the
+    verdict is no such comparison. `verdict` is agrees, disagrees or not_computable.
 
     Raises
     ------
