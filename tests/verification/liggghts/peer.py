@@ -93,8 +93,14 @@ def run_bed(sim, width, folder, steps):
     """The benchmark's bed from the state of `sim`, for `steps` steps."""
     write_states(sim, width, folder)
     deck = resources.files("dem.benchmark") / "inputs" / "bed.liggghts.in"
+    shutil.copy(deck, folder)  # LIGGGHTS' include takes no path with a space
     block = steps // 4  # the deck relaxes and then times three blocks
-    numbers = {"deck": deck, "width": f"{width:.9e}", "relax": steps - 3 * block, "block": block}
+    numbers = {
+        "deck": deck.name,
+        "width": f"{width:.9e}",
+        "relax": steps - 3 * block,
+        "block": block,
+    }
     numbers["gravity"] = GRAVITY
     version, states = run("bed.in", folder, numbers)
     return version, states[-1]
