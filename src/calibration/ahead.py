@@ -37,6 +37,7 @@ def check_ahead(config):
     if config.name in RESERVED:
         raise ConfigError("is taken", key="name", value=config.name, allowed="another name")
     factors = read_factors(config.factors)
+    _check_held(config, factors)
     first, tried = None, set()
     for where, spec in _specs_ahead(config, factors):
         try:
@@ -54,6 +55,31 @@ def check_ahead(config):
             value=first.particles.count,
             allowed=f"about {(there - BASE_MB) / MB_PER_GRAIN:.0f} grains",
         )
+
+
+def _check_held(config, factors):
+    """Refuse a factor that nothing gives a level while it is not varied: the engine's example would
+    count, which is of another material."""
+    bench = config.bench.tilt or config.bench.drop or config.bench.shear
+    if config.screening.at_least >= len(factors) and not bench:
+        return  # all of them go on
+    for factor in factors:
+        if not (factor.name in config.fixed or _gives(config.run, factor.key)):
+            raise ConfigError(
+                "must be given: the factor's level while it is not varied, as for all runs after a "
+                "screening that does not send it on",
+                key=f"fixed.{factor.name}",
+                allowed=f"a number, for instance of the range {factor.low:g} to {factor.high:g}",
+            )
+
+
+def _gives(run, key):
+    """Whether a run spec (a mapping) has the dotted key."""
+    for name in key.split("."):
+        if not isinstance(run, dict) or name not in run:
+            return False
+        run = run[name]
+    return True
 
 
 def cost_ahead(config):

@@ -4,23 +4,21 @@ from pathlib import Path
 
 from calibration.config import point_spec, read_back
 from calibration.factors import read_factors
-from dem.spec import parse_spec
-
-MATERIAL = ("materials", "contacts")
-"""Parts of a run spec that say what the material is."""
+from dem.spec import parse_spec, require_material
 
 
 def opening(config):
     """Sentences: the measured values of each target as they were read, then the engine's warnings.
 
-    Raises ConfigError for a table that cannot be read.
+    Raises ConfigError for a table that cannot be read, SpecError where neither `run` nor a factor
+    gives a number of the material.
     """
     found = [f"read {text}" for text in read_back(config)]
     factors = read_factors(config.factors)
     levels = {f.key: config.fixed.get(f.name, f.centre) for f in factors}
-    given = point_spec(config.run, config.experiment, levels, config.seed)
-    spec = parse_spec(given)
-    return found + [f"warning: {text}" for text in (*_warnings(spec), *_unsaid(spec, given))]
+    spec = parse_spec(point_spec(config.run, config.experiment, levels, config.seed))
+    require_material(spec, file=f"{config.name}: run and factors")
+    return found + [f"warning: {text}" for text in _warnings(spec)]
 
 
 def _warnings(spec):
@@ -28,25 +26,6 @@ def _warnings(spec):
     from dem.advice import warnings_of  # loads the engine
 
     return warnings_of(spec)
-
-
-def _unsaid(spec, given):
-    """A sentence on the material's own numbers that neither `run` nor a factor gives: those of the
-    engine's example then count, which are another material's."""
-    used = _numbers(spec.model_dump(include=set(MATERIAL)))
-    found = [f"{key} {value:g}" for key, value in used.items() if key not in _numbers(given)]
-    return [f"not given, so the engine's example counts: {', '.join(found)}"] if found else []
-
-
-def _numbers(data, prefix=""):
-    """{dotted key: value} of the numbers in a nested mapping."""
-    found = {}
-    for key, value in data.items():
-        if isinstance(value, dict):
-            found |= _numbers(value, f"{prefix}{key}.")
-        elif isinstance(value, int | float) and not isinstance(value, bool):
-            found[f"{prefix}{key}"] = value
-    return found
 
 
 def closing(study):

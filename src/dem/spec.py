@@ -31,7 +31,8 @@ MAX_RAYLEIGH_FRACTION = 0.8
 
 
 class MaterialSpec(Part):
-    """Elastic constants and density of a material."""
+    """Elastic constants and density of a material. A file gives those of the grains: the defaults
+    are an example's."""
 
     density_kg_m3: float = field(1210.0, "density of the grain", gt=0)
     shear_modulus_Pa: float = field(1.0e7, "shear modulus; softened values save time steps", gt=0)
@@ -54,7 +55,8 @@ class Materials(Part):
 
 
 class ContactSpec(Part):
-    """Contact parameters of a pair of materials."""
+    """Contact parameters of a pair of materials. A file gives them: the defaults are an
+    example's."""
 
     restitution: float = field(0.544, "coefficient of restitution", ge=0.03, le=1)
     static_friction: float = field(0.85, "coefficient of static friction", ge=0, le=5)
@@ -263,12 +265,30 @@ def parse_spec(data, file=None):
     return spec
 
 
+def require_material(spec, file=None):
+    """Raise SpecError where a spec, as read, leaves a number of the grains' material or contacts to
+    the schema: what stands there is an example's, and no material is like another. Grain on grain
+    counts where grains are poured, and the wall's own material is steel unless given."""
+    parts = {
+        "materials.particle": spec.materials.particle,
+        "contacts.particle_wall": spec.contacts.particle_wall,
+    }
+    if experiment_of(spec).poured:
+        parts["contacts.particle_particle"] = spec.contacts.particle_particle
+    for name, part in parts.items():
+        for key in type(part).model_fields:
+            if key not in part.model_fields_set:
+                raise SpecError(f"{name}.{key}", None, "this key must be given", file)
+
+
 def load_spec(path):
-    """`RunSpec` from a YAML file. Raises SpecError; the file's name and the line of the key are
-    part of the message."""
+    """`RunSpec` from a YAML file that gives the whole material. Raises SpecError; the file's name
+    and the line of the key are part of the message."""
     data, lines = read_mapping(path)
     try:
-        return parse_spec(data, file=str(path))
+        spec = parse_spec(data, file=str(path))
+        require_material(spec, file=str(path))
+        return spec
     except SpecError as error:
         line = line_of(error.key, lines)
         if line is None:

@@ -10,7 +10,8 @@ def template(experiment):
     default."""
     spec = parse_spec({"experiment": experiment})  # some defaults depend on the experiment
     lines = [
-        f"# A run of the {experiment} experiment. Every value below is the default.",
+        f"# A run of the {experiment} experiment. Every value below is the default;",
+        "# those of the grains' material and contacts are an example's, and a file must give them.",
         f"experiment: {experiment}",
     ]
     for name, field in RunSpec.model_fields.items():

@@ -3,9 +3,11 @@
 import json
 
 import pytest
+import yaml
 
 from dem.cli import main
 from dem.experiments import experiments
+from dem.template import template
 
 
 @pytest.fixture
@@ -66,14 +68,18 @@ def test_bad_input_is_one_line_and_status_2(tmp_path, heap, capsys, arguments, w
 
 def test_a_risky_spec_is_warned_of(tmp_path, capsys):
     path = tmp_path / "narrow.yaml"
-    path.write_text("experiment: heap\nparticles: {count: 1000, diameter_mm: 5}\n")
+    mapping = yaml.safe_load(template("heap"))
+    mapping["particles"] |= {"count": 1000, "diameter_mm": 5.0}
+    path.write_text(yaml.safe_dump(mapping))
     assert main(["check", str(path)]) == 0
     assert "warning: geometry.orifice_diameter_mm" in capsys.readouterr().err
 
 
 def test_a_drop_runs_and_draws_frames(tmp_path, capsys):
     path = tmp_path / "drop.yaml"
-    path.write_text("experiment: drop\ngeometry: {drop_height_mm: 20, drops: 2}\n")
+    mapping = yaml.safe_load(template("drop"))
+    mapping["geometry"] |= {"drop_height_mm": 20, "drops": 2}
+    path.write_text(yaml.safe_dump(mapping))
     out = tmp_path / "out"
     assert main(["run", str(path), "--out", str(out), "--frames", "0.02"]) == 0
     assert "rebound_height_mm" in capsys.readouterr().out

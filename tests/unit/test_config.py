@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 import yaml
 
+from calibration.ahead import check_ahead
 from calibration.campaign import plan, run_id
 from calibration.config import Config, given, overlay, parse_config, section_of
 from calibration.errors import CalibrationError, ConfigError
 from calibration.factors import Factor, factor_of, read_factors
 from calibration.opening import opening
 from calibration.statistics.design import box_behnken, plackett_burman, steepest_path
+from dem.errors import SpecError
 
 ROOT = Path(__file__).parents[2]
 
@@ -249,8 +251,17 @@ def test_what_a_run_writes_does_not_rename_it(data):
     assert run_id(spec) != run_id(spec | {"seed": 2})
 
 
-def test_a_number_of_the_material_that_nothing_gives_is_said_before_any_run(data):
-    assert not [text for text in opening(parse_config(data)) if "not given" in text]
+def test_a_number_of_the_material_that_nothing_gives_is_refused_before_any_run(data):
+    opening(parse_config(data))
     del data["run"]["materials"]["particle"]["density_kg_m3"]
-    [said] = [text for text in opening(parse_config(data)) if "not given" in text]
-    assert said.endswith("counts: materials.particle.density_kg_m3 1210")
+    with pytest.raises(SpecError, match=r"materials.particle.density_kg_m3.*must be given"):
+        opening(parse_config(data))
+
+
+def test_a_factor_without_a_level_while_it_is_not_varied_is_refused_before_any_run(data):
+    check_ahead(parse_config(data))
+    del data["fixed"]["salt_salt_restitution"]
+    with pytest.raises(ConfigError, match=r"fixed\.salt_salt_restitution: must be given"):
+        check_ahead(parse_config(data))
+    data["run"]["contacts"] = {"particle_particle": {"restitution": 0.5}}
+    check_ahead(parse_config(data))

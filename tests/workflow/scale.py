@@ -18,6 +18,8 @@ from pathlib import Path
 import psutil
 from kills import checkout
 
+from calibration.factors import read_factors
+
 EXPERIMENT = '''"""A run that costs nothing: its result is written, and nothing moves."""
 
 import random
@@ -66,7 +68,10 @@ factors: config/factors.tsv
 measurements: measured.csv
 target: {{metric: value}}
 experiment: nothing
-run: {{particles: {{count: 1}}}}
+fixed: {fixed}
+run:
+  materials: {{ particle: {{ density_kg_m3: 2500, shear_modulus_Pa: 1.0e+7, poisson_ratio: 0.2 }} }}
+  particles: {{count: 1}}
 screening: {{design: design.csv}}
 """
 HEAPS = """name: scale
@@ -74,7 +79,9 @@ seed: 1
 factors: config/factors.tsv
 measurements: measured.csv
 target: {{metric: angle_of_repose_deg}}
+fixed: {fixed}
 run:
+  materials: {{ particle: {{ density_kg_m3: 2500, shear_modulus_Pa: 1.0e+7, poisson_ratio: 0.2 }} }}
   particles: {{count: 150, diameter_mm: 4.0}}
   geometry: {{orifice_diameter_mm: 30.0, plate_diameter_mm: 50.0, generation_rate_per_s: 1000}}
 screening: {{design: design.csv}}
@@ -95,7 +102,8 @@ def study(folder, runs, text):
     lines = [",".join(CODES), *(",".join(map(str, row)) for row in rows)]
     (folder / "design.csv").write_text("\n".join(lines) + "\n")
     (folder / "measured.csv").write_text(MEASURED[text])
-    (folder / "study.yaml").write_text(text.format(share=SHARE))
+    fixed = {f.name: f.centre for f in read_factors("config/factors.tsv")}
+    (folder / "study.yaml").write_text(text.format(share=SHARE, fixed=json.dumps(fixed)))
 
 
 def call(folder, *targets):
