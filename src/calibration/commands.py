@@ -1,5 +1,6 @@
 """The `dem` command with what stands above the engine: `dem new` begins a study, `dem angle`
-measures photographs, `dem bounce` sounds, `dem serve` shows a study while it runs."""
+measures photographs, `dem bounce` sounds, `dem clump` fills a grain's mesh with spheres, `dem
+serve` shows a study while it runs."""
 
 import sys
 from pathlib import Path
@@ -11,7 +12,7 @@ from dem.cli import main as engine_main
 def main(argv=None):
     """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input."""
     try:
-        return engine_main(argv, (_add_new, _add_angle, _add_bounce, _add_serve))
+        return engine_main(argv, (_add_new, _add_angle, _add_bounce, _add_clump, _add_serve))
     except CalibrationError as error:
         print(f"dem: {error}", file=sys.stderr)
         return 2
@@ -104,6 +105,28 @@ def _bounce(args):
     from calibration.sound import measure_sounds  # loads scipy
 
     for line in measure_sounds(args.sounds, args.out):
+        print(line)
+
+
+def _add_clump(commands):
+    clump = commands.add_parser(
+        "clump",
+        help="a grain's mesh filled with spheres",
+        description="Fill a closed mesh of a grain (STL, in millimetres) with spheres and write "
+        "the table that particles.clump reads.",
+    )
+    clump.add_argument("mesh", type=Path, metavar="STL")
+    clump.add_argument(
+        "--spheres", type=int, default=8, help="at most; up to ten, eight unless given"
+    )
+    clump.add_argument("--out", type=Path, help="table to write; beside the mesh unless given")
+    clump.set_defaults(command=_clump)
+
+
+def _clump(args):
+    from calibration.filling import fill_mesh  # loads scipy
+
+    for line in fill_mesh(args.mesh, args.spheres, args.out):
         print(line)
 
 
