@@ -33,11 +33,29 @@ def _add_new(commands):
     new.add_argument("--material", help="one with published values; wide ranges unless given")
     new.add_argument("--density", help="of the grain: 1.35g/cm3")
     new.add_argument("--grain", help="diameter of the grain: 4mm")
-    new.add_argument("--sieve", type=Path, help="table with columns diameter_mm and mass_percent")
+    new.add_argument(
+        "--sieve",
+        type=Path,
+        help="table with the columns diameter_mm and mass_percent of each size, or passing_percent "
+        "of each sieve",
+    )
     new.add_argument("--orifice", help="diameter of the funnel's orifice: 25mm")
     new.add_argument("--plate", help="diameter of the base plate: 100mm")
     new.add_argument("--height", help="orifice above the plate: 75mm")
     new.add_argument("--rate", help="mass poured in a second, where it was measured: 12g/s")
+    new.add_argument(
+        "--grains",
+        type=int,
+        help="to simulate at most; larger ones of the same volume are poured where your rig takes "
+        "more. 10,000 unless given",
+    )
+    new.add_argument(
+        "--bulk-density",
+        nargs="+",
+        metavar="X",
+        help="poured, where it was measured: 0.76g/cm3; no target, but what the calibrated grains "
+        "are tried on at the end",
+    )
     new.add_argument(
         "--no-pilot", action="store_true", help="pour no coarse heaps to try the ranges"
     )
@@ -50,7 +68,9 @@ def _new(args):
     study.check_folder(args.folder)
     values, heap, factors, sizes = questions.answers(args, questions.at_terminal())
     print(questions.said_back(values))
-    for sentence in study.write_study(args.folder, values, heap, factors, sizes):
+    bulk = questions.bulk_densities(args.bulk_density or (), heap)
+    most = questions.most_grains(args.grains)
+    for sentence in study.write_study(args.folder, values, heap, factors, sizes, bulk, most):
         print(sentence)
     if not args.no_pilot:
         from calibration.new.trial import try_study  # compiles the engine

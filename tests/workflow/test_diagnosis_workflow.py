@@ -88,7 +88,7 @@ def test_the_shipped_case_runs_through_and_another_one_re_uses_its_runs(clone):
         *test_profile, "diagnose", "--config", "measurements=other.csv", "name=other", cwd=clone
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    again = clone / "results" / "other" / "diagnosis"
+    again = clone / "results" / "other-test" / "diagnosis"
     assert set(json.loads((again / "plan.json").read_text())) == trained
     assert len(json.loads((again / "verdict.json").read_text())["residuals"]) == 6
     for name, stamp in stamps.items():

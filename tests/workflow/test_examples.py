@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from snakemake.cli import parse_args
 
 from calibration.config import parse_config, point_spec, read_target
 from calibration.factors import read_factors
@@ -27,12 +28,32 @@ def clone(tmp_path):
 
 
 def test_a_dry_run_plans_the_second_material_alone(clone):
-    command = [*SNAKEMAKE, "-n", "-j2", "--profile", "profiles/test", "--configfile", SOYBEAN]
+    command = [*SNAKEMAKE, "-n", "-j2", "--configfile", SOYBEAN]
     done = subprocess.run(command, cwd=clone, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "results/soybean/screening" in done.stdout
     assert "salt" not in done.stdout
     assert "audit" not in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("profile", "named", "name"),
+    [("quick", ["--configfile", SOYBEAN], "soybean"), ("test", [], "salt")],
+)
+def test_a_profile_coarsens_whatever_study_is_named(clone, profile, named, name):
+    command = [*SNAKEMAKE, "-n", "-j1", "--profile", f"profiles/{profile}", *named]
+    done = subprocess.run(command, cwd=clone, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert f"results/{name}-{profile}/screening" in done.stdout
+
+
+@pytest.mark.parametrize("profile", ["default", "quick", "test"])
+def test_the_jobs_of_the_command_line_count_whatever_the_profile_says(profile, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    for given, jobs in (["-j1"], 1), ([], 2):
+        _, settings = parse_args([*given, "--profile", f"profiles/{profile}"])
+        # snakemake takes the jobs for the cores where no cores are set
+        assert (settings.jobs, settings.cores) == (jobs, None)
 
 
 def test_published_values_give_the_published_angle_within_the_laboratories_spread(
@@ -50,8 +71,8 @@ def test_published_values_give_the_published_angle_within_the_laboratories_sprea
 
 @pytest.mark.long
 @pytest.mark.slow
-def test_the_whole_study_runs_in_the_test_profile(clone):
-    command = [*SNAKEMAKE, "-j2", "--profile", "profiles/test", "--configfile", SOYBEAN]
+def test_the_whole_study_runs(clone):
+    command = [*SNAKEMAKE, "-j2", "--configfile", SOYBEAN]
     done = subprocess.run(command, cwd=clone, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     study = clone / "results" / "soybean"

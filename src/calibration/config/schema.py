@@ -27,11 +27,12 @@ def coarsened(data):
     particles = (data.get("run") or {}).get("particles") or {}
     if factor is None or "count" not in particles:
         return data
-    grown = round(factor ** (1 / 3), 6)
-    particles = particles | {
-        "count": max(round(particles["count"] / factor), 1),
-        "scale_factor": grown * particles.get("scale_factor", 1.0),
-    }
+    grown = factor ** (1 / 3)
+    if particles.get("diameter_mm") is not None:
+        larger = {"diameter_mm": round(grown * particles["diameter_mm"], 4)}
+    else:
+        larger = {"scale_factor": round(grown * particles.get("scale_factor", 1.0), 6)}
+    particles = particles | larger | {"count": max(round(particles["count"] / factor), 1)}
     geometry = dict(data["run"].get("geometry") or {})
     if "generation_rate_per_s" in geometry:
         geometry["generation_rate_per_s"] /= factor

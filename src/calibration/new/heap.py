@@ -3,17 +3,23 @@
 import math
 from dataclasses import dataclass, replace
 
+from calibration.config.schema import COARSER
+from dem.constants import GRAVITY
+from dem.contact.registry import Material
 from dem.experiments.heap import PACKING
 from dem.flow import C_BEVERLOO, FREE_FLOW_RATIO, K_BEVERLOO, beverloo
-from dem.timescales import rayleigh_time
+from dem.timescales import hertz_contact_time, rayleigh_time
 
 SPILL = 1.3  # grains poured over grains of a full cone: some roll off
 MOST = 10_000
 FEWEST = 300
 FEED = 0.65
-"""Share of the orifice's capacity at which grains are made. From 70 % on a funnel packs in some
-runs and not in others, and the angles come in two kinds."""
+"""Share at which grains are made of what the orifice passes of the quick profile's larger grains.
+From 70 % on a funnel packs in some runs and not in others, and the angles come in two kinds."""
 SETTLING = 1.5  # s after the last grain has left the funnel
+RAYLEIGH = 0.4  # Rayleigh times in a time step, at most
+IMPACT_STEPS = 5.5  # that an impact on the plate lasts at least; the engine warns below 5
+STEEL = Material(7800.0, 8.0e10, 0.3)
 
 
 @dataclass(frozen=True)
@@ -42,17 +48,27 @@ class Heap:
     @property
     def capacity_per_s(self):
         """Grains that the orifice passes in a second (Beverloo 1961)."""
-        d = 1e-3 * self.diameter_mm
+        return self._passes(1e-3 * self.diameter_mm) / self._grain
+
+    @property
+    def _grain(self):
+        """Volume [m3] of a grain."""
+        return math.pi / 6 * (1e-3 * self.diameter_mm) ** 3
+
+    def _passes(self, d):
+        """Solid volume [m3/s] of grains of `d` [m] that the orifice passes."""
         opening = max(1e-3 * self.orifice_diameter_mm, (K_BEVERLOO + 0.1) * d)
-        return C_BEVERLOO * beverloo(PACKING, opening, d) / (math.pi / 6 * d**3)
+        return C_BEVERLOO * beverloo(PACKING, opening, d)
 
     @property
     def feed_per_s(self):
-        """Grains made in a second: as was measured, else FEED of what the orifice passes."""
+        """Grains made in a second: as was measured, else FEED of what the orifice passes of the
+        quick profile's grains, so that the same mass in a second passes in that profile too."""
         if self.mass_flow_g_s is None:
-            return FEED * self.capacity_per_s
-        grain_g = 1e3 * self.density_kg_m3 * math.pi / 6 * (1e-3 * self.diameter_mm) ** 3
-        return self.mass_flow_g_s / grain_g
+            own = 1e-3 * self.diameter_mm
+            passes = min(self._passes(own), self._passes(own * COARSER["quick"] ** (1 / 3)))
+            return FEED * passes / self._grain
+        return self.mass_flow_g_s / (1e3 * self.density_kg_m3 * self._grain)
 
     @property
     def feed_share(self):
@@ -65,9 +81,20 @@ class Heap:
         return self.count / self.feed_per_s
 
     @property
+    def rayleigh_fraction(self):
+        """Rayleigh times in a time step: RAYLEIGH, or fewer where an impact on the plate would last
+        less than IMPACT_STEPS."""
+        elastic = self.density_kg_m3, self.shear_modulus_Pa, self.poisson_ratio
+        radius = 0.5e-3 * self.diameter_mm
+        speed = math.sqrt(2.0 * GRAVITY * 1e-3 * self.discharge_height_mm)
+        lasts = hertz_contact_time(radius, speed, Material(*elastic), STEEL)
+        most = lasts / (IMPACT_STEPS * rayleigh_time(radius, *elastic))
+        return min(RAYLEIGH, math.floor(100 * most) / 100)
+
+    @property
     def particle_steps(self):
-        """Work of one heap: grains times steps of 0.4 Rayleigh times."""
-        step = 0.4 * rayleigh_time(
+        """Work of one heap: grains times steps."""
+        step = self.rayleigh_fraction * rayleigh_time(
             0.5e-3 * self.diameter_mm, self.density_kg_m3, self.shear_modulus_Pa, self.poisson_ratio
         )
         return self.count * (self.pouring_s + SETTLING) / step

@@ -1,23 +1,22 @@
-"""A few coarse heaps over the ranges of a study: which stand, which ranges hold them, what the
-study will take."""
+"""Coarse heaps at the points of a study's screening: which stand, which ranges hold them, what
+the study will take."""
 
 import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import qmc
 
 from calibration.config import overlay, point_spec
-from calibration.factors import read_factors
 from calibration.progress import expected_runs
+from calibration.statistics.screening_design import screening_design
 from dem.errors import DemError, MeasureError, StoppedError
 from dem.spec import parse_spec
 
-HEAPS = 8
 COARSE = 1250  # grains
 WIDE_ENOUGH = 5.0  # grains across the orifice
-LEAST_WIDTH = 0.4  # of a range: what a cut leaves at least
+ROUNDS = 2  # of moving ends of ranges
+MOVE = 0.2  # of a range, by which an end moves in a round; the middle stays inside in all of them
 
 
 @dataclass(frozen=True)
@@ -32,10 +31,15 @@ class Trial:
     seconds: float
 
 
-def pilot(config, heaps=HEAPS, show=lambda text: None):
-    """[Trial] of a Latin hypercube of coarse heaps over the factors' ranges."""
-    factors = read_factors(config.factors)
-    points = qmc.LatinHypercube(len(factors), rng=np.random.default_rng(config.seed)).random(heaps)
+def corners(config, factors):
+    """The distinct points of the study's screening in the unit cube (n, factors): what has to stand
+    for the study to go on."""
+    coded = screening_design(factors, config.screening)[[f.code for f in factors]]
+    return 0.5 * (coded.drop_duplicates().to_numpy(float) + 1.0)
+
+
+def pilot(config, factors, points, show=lambda text: None):
+    """[Trial] of a coarse heap at each of `points` (n, factors) of the ranges' unit cube."""
     trials = []
     for k, point in enumerate(points, 1):
         levels = {
@@ -44,7 +48,7 @@ def pilot(config, heaps=HEAPS, show=lambda text: None):
         }
         trial = _try(coarse(config.run), config.experiment, levels, config.seed, tuple(point))
         found = trial.fault or f"{trial.angle_deg:.1f}°"
-        show(f"heap {k} of {heaps}: {found} ({trial.seconds:.0f} s)")
+        show(f"heap {k} of {len(points)}: {found} ({trial.seconds:.0f} s)")
         trials.append(trial)
     return trials
 
@@ -86,34 +90,37 @@ def _try(run_spec, experiment, levels, seed, point):
     return Trial(point, angle, fault, work, numerics["wall_time_s"])
 
 
-def shrunk(factors, trials):
-    """Factors with ranges cut to where heaps stand: the cuts that leave out most faults and fewest
-    heaps."""
-    points = np.array([t.point for t in trials])
-    stands = np.array([not t.fault for t in trials])
-    low, high = np.zeros(points.shape[1]), np.ones(points.shape[1])
-    while stands.any():
-        inside = ((points >= low) & (points <= high)).all(axis=1)
-        if not (inside & ~stands).any():
+def shrunk(factors, trials, pour):
+    """(factors, trials) after the ends at which heaps do not stand have moved in: heaps that failed
+    are poured again at the new ends, in at most ROUNDS rounds. Where none stands nothing moves.
+
+    pour(factors, points) -> [Trial].
+    """
+    cut = np.zeros((len(factors), 2))
+    for _ in range(ROUNDS):
+        failed = [k for k, t in enumerate(trials) if t.fault]
+        if not failed or len(failed) == len(trials):
             break
-        gain, j, side, at = max(_cuts(points, stands, inside, low, high), default=(0, 0, 0, 0.0))
-        if gain <= 0:
-            break
-        (low if side == 0 else high)[j] = at
-    return [_cut(f, a, b) for f, a, b in zip(factors, low, high, strict=True)]
+        for j, side in _shared_ends(trials, failed):
+            cut[j, side] += MOVE
+        points = [trials[k].point for k in failed]
+        again = pour(_cut_all(factors, cut), points)
+        trials = list(trials)
+        for k, trial in zip(failed, again, strict=True):
+            trials[k] = trial
+    return _cut_all(factors, cut), trials
 
 
-def _cuts(points, stands, inside, low, high):
-    """(gain, factor, side, place) of the cuts between neighbouring points: faults less twice the
-    heaps left out."""
-    for j in range(points.shape[1]):
-        levels = np.sort(points[inside, j])
-        for at in 0.5 * (levels[1:] + levels[:-1]):
-            for side, out in ((0, points[:, j] < at), (1, points[:, j] > at)):
-                width = high[j] - at if side == 0 else at - low[j]
-                if width >= LEAST_WIDTH:
-                    gone = inside & out
-                    yield int((gone & ~stands).sum() - 2 * (gone & stands).sum()), j, side, at
+def _shared_ends(trials, failed):
+    """(factor, side) of the ends at which the failed corners lie more often than by chance: all of
+    them where any end is shared by all, else those shared by most."""
+    points = np.array([trials[k].point for k in failed])
+    shares = np.stack([(points == 0.0).mean(axis=0), (points == 1.0).mean(axis=0)], axis=1)
+    return list(zip(*np.nonzero(shares >= shares.max()), strict=True))
+
+
+def _cut_all(factors, cut):
+    return [_cut(f, a, 1.0 - b) for f, (a, b) in zip(factors, cut, strict=True)]
 
 
 def _cut(factor, a, b):
@@ -125,11 +132,15 @@ def _cut(factor, a, b):
     return replace(factor, low=low, high=high, description=note)
 
 
-def advice(trials):
-    """Sentences on what the heaps that do not stand ask for."""
+def advice(trials, measured=None):
+    """Sentences on what the heaps that do not stand ask for, and on whether those that do reach the
+    measured angle [deg]."""
     rolled = sum("no heap" in t.fault for t in trials)
     clogged = sum("clogged" in t.fault for t in trials)
     found = [f"{sum(not t.fault for t in trials)} of {len(trials)} coarse heaps stand"]
+    angles = [t.angle_deg for t in trials if not t.fault]
+    if angles and measured is not None:
+        found.append(_reach(min(angles), max(angles), measured))
     if rolled > len(trials) / 4:
         found.append(
             f"{rolled} rolled off: a plate with a rim (geometry.plate_stl, docs/howto-geometry.md) "
@@ -141,6 +152,19 @@ def advice(trials):
     return found
 
 
+def _reach(low, high, measured):
+    found = f"their angles are {low:.1f}° to {high:.1f}°; yours is {measured:.1f}°"
+    if low <= measured <= high:
+        return found
+    steeper = measured > high
+    return (
+        f"{found}: out of their reach by {measured - high if steeper else low - measured:.1f}°. "
+        f"The heaps of the study are finer and may reach it; if not, its report says so, and "
+        f"{'more' if steeper else 'less'} friction between grains or a "
+        f"{'longer' if steeper else 'rounder'} grain (particles.elongation) would"
+    )
+
+
 def cost(config, trials, cores=2):
     """'63 heaps, 9 minutes': from the pilot's speed and the study's grains and steps; None where
     none ran."""
@@ -149,7 +173,8 @@ def cost(config, trials, cores=2):
         return None
     full, small = config.run["particles"], coarse(config.run)["particles"]
     finer = small["diameter_mm"] / full["diameter_mm"] if "diameter_mm" in small else 1.0
-    seconds = np.mean([t.seconds for t in ran]) * full["count"] / small["count"] * finer
+    # the median: the first heap waited for the compiler
+    seconds = np.median([t.seconds for t in ran]) * full["count"] / small["count"] * finer
     heaps = expected_runs(config)
     minutes = heaps * seconds / cores / 60
     return f"{heaps} heaps, about {minutes:.0f} minutes on {cores} cores" if minutes >= 1 else (

@@ -1,13 +1,15 @@
 """What `dem new` asks: each answer from an option, else from the person at the terminal, checked at
 once."""
 
+import math
 import sys
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from calibration.errors import CalibrationError
 from calibration.measurements import read_measured
-from calibration.new.heap import Heap
+from calibration.new.heap import FEWEST, MOST, Heap
 from calibration.new.ranges import factors_of, materials
 from calibration.tables import read_table, summary
 from dem.units import UnitError, in_unit, question, unit_of
@@ -34,6 +36,8 @@ QUESTIONS = (
 )
 RATE = Question("rate", "mass_flow_g_s", "Mass poured in a second, such as 12 g/s (or empty)")
 """The one that may stay open: the funnel is then fed safely below what its orifice passes."""
+BULK = Question("bulk-density", "poured_density_kg_m3", "")
+"""Never asked: an option alone."""
 
 
 def answers(args, ask=None):
@@ -57,8 +61,30 @@ def answers(args, ask=None):
     rate = args.rate or (ask(RATE.text) if ask else None)
     lengths[RATE.key] = _number(rate, RATE) if rate else None
     heap = Heap(**lengths, angle_deg=sum(values) / len(values), shear_modulus_Pa=SOFTENED_PA)
+    _check_rig(heap)
     material = args.material or (ask and ask(f"Material ({', '.join(materials())}, or empty)"))
     return values, heap, factors_of(material or None), sizes
+
+
+def _check_rig(heap):
+    """Raise CalibrationError for a rig in which no heap of the measured angle can be poured."""
+    plate, orifice = heap.plate_diameter_mm, heap.orifice_diameter_mm
+    if plate <= orifice:
+        raise CalibrationError(
+            f"--plate {plate:g} mm: is no wider than the orifice; allowed: more than {orifice:g} mm"
+        )
+    high = 0.5 * plate * math.tan(math.radians(heap.angle_deg))
+    if heap.discharge_height_mm <= high:
+        raise CalibrationError(
+            f"--height {heap.discharge_height_mm:g} mm: a heap of {heap.angle_deg:.1f}° on the "
+            f"plate is {high:.3g} mm high and would reach the orifice; allowed: more than that"
+        )
+    if heap.mass_flow_g_s is not None and heap.feed_share >= 1.0:
+        most = heap.mass_flow_g_s / heap.feed_share
+        raise CalibrationError(
+            f"--rate {heap.mass_flow_g_s:g} g/s: the orifice passes about {most:.3g} g/s (Beverloo "
+            f"1961); allowed: less than that"
+        )
 
 
 def _asked(ask, option, text):
@@ -83,6 +109,28 @@ def _number(text, q):
     return value
 
 
+def most_grains(given):
+    """Grains to simulate at most. Raises CalibrationError for fewer than make a heap."""
+    if given is None:
+        return MOST
+    if given < FEWEST:
+        raise CalibrationError(f"--grains {given}: make no heap; allowed: {FEWEST} or more")
+    return given
+
+
+def bulk_densities(texts, heap):
+    """Poured bulk densities [kg/m3] of the grains of `heap`. Raises CalibrationError for one that
+    no grain of this density has."""
+    values = [_number(text, BULK) for text in texts]
+    for text, value in zip(texts, values, strict=True):
+        if value >= heap.density_kg_m3:
+            raise CalibrationError(
+                f"--bulk-density {text}: is not below that of a grain; allowed: less than "
+                f"{heap.density_kg_m3:g} kg/m3 (--density)"
+            )
+    return values
+
+
 def measured_angles(texts):
     """Angles [deg] from numbers, one table, or photographs. Raises CalibrationError."""
     paths = [Path(t) for t in texts]
@@ -103,6 +151,9 @@ def _is_number(text):
 
 
 def _angle(text):
+    if "±" in text or "+-" in text or "+/-" in text:
+        allowed = "each reading for itself, such as 26.1 28.4 27.0"
+        raise CalibrationError(f"--measured {text}: is a mean with its spread; allowed: {allowed}")
     if "," in text:
         point = text.replace(",", ".", 1)
         raise CalibrationError(f"--measured {text}: is it {point}? allowed: decimal points")
@@ -140,22 +191,48 @@ def _of_table(path):
 
 
 def sieve_curve(path):
-    """`particles.sizes` of a table of sieve fractions: columns `diameter_mm` and `mass_percent`.
+    """`particles.sizes` of a table of sieve fractions: the column `diameter_mm`, and `mass_percent`
+    of each size or `passing_percent` of each sieve.
 
     Raises CalibrationError where they do not make 100 %.
     """
     from calibration.plausible import plausible_numbers
 
     table = read_table(path)
-    table.require("diameter_mm", "mass_percent")
+    passing = "passing_percent" in table.header
+    share = "passing_percent" if passing else "mass_percent"
+    table.require("diameter_mm", share)
     sizes = plausible_numbers(table, "diameter_mm", "diameter_mm")
-    shares = table.numbers("mass_percent")
-    if abs(sum(shares) - 100) > 1 or min(shares) < 0:
-        raise CalibrationError(f"{path}: the fractions make {sum(shares):g} %; allowed: 100 %")
-    kept = [(d, s / sum(shares)) for d, s in zip(sizes, shares, strict=True) if s > 0]
+    shares = table.numbers(share)
+    if passing:
+        sizes, shares = _between_sieves(path, sizes, shares)
+    total = sum(shares)
+    if abs(total - 100) > 1 or min(shares) < 0:
+        near = "; are they shares of 1?" if abs(total - 1) < 0.01 else ""
+        raise CalibrationError(f"{path}: the fractions make {total:g} %; allowed: 100 %{near}")
+    kept = [(d, s / total) for d, s in zip(sizes, shares, strict=True) if s > 0]
     fractions = [round(s, 6) for _, s in kept]
     fractions[-1] = round(1.0 - sum(fractions[:-1]), 6)
     return {"by": "mass", "diameters_mm": [d for d, _ in kept], "fractions": fractions}
+
+
+def _between_sieves(path, sieves, passing):
+    """(sizes, shares) of the classes between neighbouring sieves: the geometric mean of the two,
+    and what passes the one and not the other. The sieves may stand in either order."""
+    rows = sorted(zip(sieves, passing, strict=True))
+    if any(b[1] < a[1] for a, b in pairwise(rows)):
+        raise CalibrationError(
+            f"{path}: less passes a wider sieve than a narrower one; allowed: passing_percent that "
+            f"rises with diameter_mm (mass_percent where each row is a size)"
+        )
+    if rows[0][1] > 0:
+        finest = f"{rows[0][0]:g} mm"
+        raise CalibrationError(
+            f"{path}: {rows[0][1]:g} % pass the finest sieve ({finest}), and no size is known of "
+            f"them; allowed: a last row with 0 %, such as that of the pan at the finest grain"
+        )
+    sizes = [round(math.sqrt(a[0] * b[0]), 4) for a, b in pairwise(rows)]
+    return sizes, [b[1] - a[1] for a, b in pairwise(rows)]
 
 
 def mean_diameter(sizes):

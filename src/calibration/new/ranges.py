@@ -42,6 +42,8 @@ def factors_of(material=None):
     Raises CalibrationError for a material that the table does not have; None takes wide ranges.
     """
     known = materials()
+    written = {name.casefold(): name for name in known}
+    material = material and written.get(material.casefold(), material)
     if material is not None and material not in known:
         near = difflib.get_close_matches(material, known, n=1)
         hint = f" (did you mean {near[0]}?)" if near else ""

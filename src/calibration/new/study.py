@@ -1,9 +1,11 @@
 """The files of a new study: a configuration of one page, the factors and the measured values."""
 
+import math
 import re
 import unicodedata
 from pathlib import Path
 
+import pandas as pd
 import yaml
 
 from calibration.config import parse_config
@@ -11,7 +13,9 @@ from calibration.errors import CalibrationError
 from calibration.factors import COLUMNS
 from calibration.files import replacing, write_table
 from calibration.measurements import readings_table
-from calibration.new.heap import MOST
+from calibration.new.heap import MOST, STEEL
+from calibration.tables import summary
+from dem.experiments.heap import PACKING
 from dem.flow import FREE_FLOW_RATIO
 
 LAWS = {"rolling": "elastic_plastic", "torsion": "marshall"}
@@ -19,6 +23,9 @@ LAWS = {"rolling": "elastic_plastic", "torsion": "marshall"}
 rest and brakes grains that turn together."""
 MEASURED = "measured.csv"
 CLOGS = 3.0  # grains across an orifice that none pass for long
+ACROSS = 10.0  # largest grains across the vessel of a bulk density
+LEAST_ACROSS = 6.0  # of a sieve curve, whose small grains are many
+DEEP = 0.9  # of the vessel's width is filled
 _REFUSED = re.compile(r"[^\w\s.,()+/-]|\s\s|^\s|\s$|[\n\t]")
 
 
@@ -45,11 +52,13 @@ def check_folder(folder):
     return name
 
 
-def write_study(folder, values, heap, factors, sizes=None):
+def write_study(folder, values, heap, factors, sizes=None, bulk=(), most=MOST):
     """Write config.yaml, factors.tsv and measured.csv into a new folder and check them.
 
     values (n,): measured angles [deg]; heap: `Heap` of the laboratory; sizes: `particles.sizes` of
-    a sieve curve. Returns sentences: what was chosen. Raises CalibrationError, with nothing left.
+    a sieve curve; bulk (m,): poured bulk densities [kg/m3], which the calibrated grains are tried
+    on; most: grains that are simulated at most. Returns sentences: what was chosen. Raises
+    CalibrationError, with nothing left.
     """
     folder, name = Path(folder), check_folder(folder)
     if heap.orifice_diameter_mm < CLOGS * heap.diameter_mm:
@@ -58,12 +67,14 @@ def write_study(folder, values, heap, factors, sizes=None):
             f"least "
             f"{CLOGS:g} times the largest grain ({heap.diameter_mm:g} mm)"
         )
-    simulated = heap if sizes else heap.of_at_most(MOST)
-    text = _configuration(folder, name, simulated, factors, sizes)
+    simulated = heap if sizes else heap.of_at_most(most)
+    second = packing(heap, sizes) if bulk else None
+    text = _configuration(folder, name, simulated, factors, sizes, second)
     folder.mkdir(parents=True)
     try:
-        given = [f"{v:g}" for v in values]
-        write_table(readings_table("heap", "angle_of_repose", given, "deg"), folder / MEASURED)
+        angles = readings_table("heap", "angle_of_repose", [f"{v:g}" for v in values], "deg")
+        packed = readings_table("bulk_density", "poured_density", [f"{v:g}" for v in bulk], "kg/m3")
+        write_table(pd.concat([angles, packed]) if bulk else angles, folder / MEASURED)
         write_factors(folder / "factors.tsv", factors)
         _write(folder / "config.yaml", text)
         parse_config(yaml.safe_load(text), files=[folder / "config.yaml"])
@@ -72,7 +83,35 @@ def write_study(folder, values, heap, factors, sizes=None):
             path.unlink()
         folder.rmdir()
         raise
-    return _choices(heap, simulated)
+    return [*_choices(heap, simulated), *_tried_on(bulk)]
+
+
+def packing(heap, sizes=None):
+    """Section of `push_through` (a mapping) that pours the laboratory's own grains into a vessel:
+    what they pack to follows from no angle of repose."""
+    largest = max(sizes["diameters_mm"]) if sizes else heap.diameter_mm
+    wide = ACROSS if sizes is None else LEAST_ACROSS
+    bed = math.pi / 4 * wide**2 * DEEP * wide * largest**3
+    count = round(PACKING * bed / (math.pi / 6 * heap.diameter_mm**3))
+    grain = {"sizes": sizes} if sizes else {"diameter_mm": heap.diameter_mm}
+    return {
+        "experiment": "bulk_density",
+        "metrics": ["poured_density_kg_m3"],
+        "draws": 6,
+        "run": {
+            "particles": {"count": count} | grain,
+            "geometry": {"vessel_diameter_mm": round(wide * largest, 4), "taps": 0},
+        },
+    }
+
+
+def _tried_on(bulk):
+    if not bulk:
+        return []
+    return [
+        f"second experiment: {summary(bulk, ' kg/m³')}; the calibrated grains are poured into a "
+        "vessel at the end, and the report says what they pack to beside it (push_through)"
+    ]
 
 
 def write_factors(path, factors):
@@ -118,7 +157,7 @@ def _fed(heap):
     return f"{heap.mass_flow_g_s:g} g/s as measured, {share}"
 
 
-def _configuration(folder, name, heap, factors, sizes):
+def _configuration(folder, name, heap, factors, sizes, second=None):
     quoted = lambda path: yaml.safe_dump(  # noqa: E731
         Path(path).as_posix(), allow_unicode=True, width=1000
     ).splitlines()[0]
@@ -128,6 +167,7 @@ def _configuration(folder, name, heap, factors, sizes):
         if sizes
         else f"diameter_mm: {heap.diameter_mm:g}"
     )
+    supplements = "posterior, push_through" if second else "posterior"
     return f"""\
 # A study of {folder.name}. From the folder that {quoted(folder)} lies in:
 #   calibration run {quoted(folder)} -n       what it would do
@@ -136,7 +176,7 @@ def _configuration(folder, name, heap, factors, sizes):
 # config/README.md walks through every key.
 name: {name}
 factors: {quoted(folder / "factors.tsv")}
-supplements: [posterior] # the report waits for it: the parameters as a distribution
+supplements: [{supplements}] # the report waits for it: the parameters as a distribution
 
 measurements: {quoted(folder / MEASURED)} # all that was measured
 target: {{ metric: angle_of_repose_deg }}
@@ -147,7 +187,9 @@ run: # what all heaps share
   materials:
     particle:
       density_kg_m3: {heap.density_kg_m3:g} # of the grain, not of the bed
-      shear_modulus_Pa: {heap.shear_modulus_Pa:g} # softened, for longer time steps
+      shear_modulus_Pa: {heap.shear_modulus_Pa:.1e} # softened, for longer time steps
+    # steel, assumed
+    wall: {{ {_wall()} }}
   # on the relative spin: they hold in motion too
   laws: {{ rolling: {LAWS["rolling"]}, torsion: {LAWS["torsion"]} }}
   particles: {{ count: {heap.count}, {grain} }}
@@ -157,10 +199,35 @@ run: # what all heaps share
     discharge_height_mm: {heap.discharge_height_mm:g}
     funnel_top_diameter_mm: {max(heap.plate_diameter_mm, 2 * heap.orifice_diameter_mm):g} # assumed
     generation_rate_per_s: {heap.feed_per_s:.0f} # {_fed(heap)}
-  numerics: {{ max_time_s: {max(12.0, 2 * heap.pouring_s + 5):.3g} }}
+  numerics:
+    max_time_s: {max(12.0, 2 * heap.pouring_s + 5):.3g}
+    rayleigh_fraction: {heap.rayleigh_fraction:g} # an impact on the plate lasts long enough
 
 screening: {{ at_least: 3, at_most: 3 }}
 ascent: {{ rule: effects, steps: 5 }}
 # margin: a difference in degrees that does not matter
 validation: {{ groups: 2, replicates: 5, margin: 1.0 }}
+{_second(second)}"""
+
+
+def _wall():
+    rho, modulus, poisson = STEEL.density, STEEL.shear_modulus, STEEL.poisson_ratio
+    return f"density_kg_m3: {rho:g}, shear_modulus_Pa: {modulus:.1e}, poisson_ratio: {poisson:g}"
+
+
+def _second(machine):
+    """The lines of the second experiment; nothing where none was measured."""
+    if not machine:
+        return ""
+    run = {k: yaml.safe_dump(v, default_flow_style=True, width=1000).strip()
+           for k, v in machine["run"].items()}  # fmt: skip
+    return f"""\
+push_through: # the calibrated grains in a second experiment, beside what was measured of it
+  bulk:
+    experiment: {machine["experiment"]}
+    metrics: [{", ".join(machine["metrics"])}]
+    draws: {machine["draws"]} # of the parameters that the angle leaves open
+    run:
+      particles: {run["particles"]}
+      geometry: {run["geometry"]}
 """

@@ -5,17 +5,18 @@ import numpy as np
 
 def summary(values, unit="", how=""):
     """One line: `10 values, 26.1° to 28.4°, mean 27.40° ± 0.8° (sd)`, and how the table was
-    recognised."""
+    recognised. One value is said once."""
     values = np.asarray(values, float)
+    if len(values) == 1:
+        return f"1 value, {values[0]:.4g}{unit}" + (f" ({how})" if how else "")
     digits = _digits(values)
     low, high, mean = (
         f"{values.min():.4g}{unit}",
         f"{values.max():.4g}{unit}",
         f"{values.mean():.{digits}f}{unit}",
     )
-    spread = f" ± {values.std(ddof=1):.2g}{unit}" if len(values) > 1 else ""
-    noun = "value" if len(values) == 1 else "values"
-    text = f"{len(values)} {noun}, {low} to {high}, mean {mean}{spread}"
+    spread = f" ± {values.std(ddof=1):.2g}{unit}"
+    text = f"{len(values)} values, {low} to {high}, mean {mean}{spread}"
     return f"{text} ({how})" if how else text
 
 
