@@ -13,29 +13,10 @@ from calibration.errors import ConfigError
 from calibration.export.conversion import Conversion
 from calibration.export.decks import BLOCKS, write_decks
 from dem.spec import parse_spec
+from small_heap import SPEC
 
 pytestmark = [pytest.mark.peer, pytest.mark.slow]
 
-SPEC = {
-    "experiment": "heap",
-    "seed": 1,
-    "materials": {
-        "particle": {"density_kg_m3": 1200, "shear_modulus_Pa": 3e6, "poisson_ratio": 0.25},
-        "wall": {"density_kg_m3": 7800, "shear_modulus_Pa": 8e10, "poisson_ratio": 0.3},
-    },
-    "contacts": {
-        pair: {"restitution": 0.5, "static_friction": 0.6, "rolling_friction": 0.2}
-        for pair in ("particle_particle", "particle_wall")
-    },
-    "laws": {"rolling": "elastic_plastic"},
-    "particles": {"count": 400, "diameter_mm": 5.8},
-    "geometry": {
-        "generation_rate_per_s": 1250,
-        "orifice_diameter_mm": 32,
-        "discharge_height_mm": 40,
-    },
-    "numerics": {"max_time_s": 3.0},
-}
 WIDE = {"metric": "angle_of_repose_deg", "mean": 30.0, "sd": 1.0, "runs": 5, "unit": "deg"}
 """No heap of such grains is flatter than 5 or steeper than 55 degrees."""
 

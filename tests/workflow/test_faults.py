@@ -8,22 +8,13 @@ import sys
 import time
 
 import pytest
+from deployed import FACTORS, MEASURED
 from kills import checkout, outcome
 
 from dem.kernel_cache import kernel_cache
 
 pytestmark = pytest.mark.slow
 
-FACTORS = """code\tname\tkey\tlow\thigh\tdescription
-A\tbounce\tcontacts.particle_wall.restitution\t0.4\t0.6\tof grain and plate
-B\tfriction\tcontacts.particle_wall.static_friction\t0.3\t0.6\tof grain and plate
-C\trolling\tcontacts.particle_wall.rolling_friction\t0.1\t0.3\tof grain and plate
-"""
-MEASURED = """experiment,quantity,value,unit,drop_height_mm
-drop,rebound_height,1.2,mm,5.0
-drop,rebound_height,1.3,mm,5.0
-drop,rebound_height,1.1,mm,5.0
-"""
 STUDY = """name: {name}
 experiment: drop
 factors: factors.tsv

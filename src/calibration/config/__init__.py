@@ -10,7 +10,14 @@ from calibration.config.measured import (
 )
 from calibration.config.parse import given, parse_config, stands_alone, with_engine
 from calibration.config.schema import METRICS, Config, section_of
-from calibration.config.specs import bench_run, machine_run, overlay, point_spec
+from calibration.config.specs import (
+    bench_run,
+    machine_run,
+    numbers_of,
+    overlay,
+    point_spec,
+    with_levels,
+)
 
 __all__ = [
     "METRICS",
@@ -20,6 +27,7 @@ __all__ = [
     "goals",
     "is_measured",
     "machine_run",
+    "numbers_of",
     "overlay",
     "parse_config",
     "point_spec",
@@ -29,4 +37,5 @@ __all__ = [
     "section_of",
     "stands_alone",
     "with_engine",
+    "with_levels",
 ]

@@ -6,8 +6,12 @@ SEEDS_A_STAGE = 1000
 
 def point_spec(base, experiment, levels, seed):
     """Run spec as a mapping: `base` with the keys of `levels` {dotted key: value} set."""
+    return {**with_levels(base, levels), "experiment": experiment, "seed": int(seed)}
+
+
+def with_levels(base, levels):
+    """A copy of the nested mapping `base` with the keys of `levels` {dotted key: value} set."""
     spec = _copy(base)
-    spec["experiment"], spec["seed"] = experiment, int(seed)
     for key, value in levels.items():
         part = spec
         *path, last = key.split(".")
@@ -38,6 +42,17 @@ def overlay(base, changes):
     for key, value in changes.items():
         out[key] = overlay(out.get(key, {}), value) if isinstance(value, dict) else value
     return out
+
+
+def numbers_of(data, prefix=""):
+    """{dotted key: value} of the numbers in a nested mapping."""
+    found = {}
+    for key, value in data.items():
+        if isinstance(value, dict):
+            found |= numbers_of(value, f"{prefix}{key}.")
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            found[f"{prefix}{key}"] = value
+    return found
 
 
 def _copy(data):

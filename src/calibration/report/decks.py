@@ -7,11 +7,11 @@ the page says so.
 """
 
 import re
-from copy import deepcopy
 
 import numpy as np
 import yaml
 
+from calibration.config import with_levels
 from calibration.export.conversion import Conversion
 from calibration.export.material import granulate
 from calibration.export.stage import CODES
@@ -38,25 +38,14 @@ def decks(study, factors):
 
     def writer(code):
         def written(values):
-            mapping = parse_spec(_with(spec, factors, values))
+            levels = dict(zip((f["key"] for f in factors), values, strict=True))
+            mapping = parse_spec(with_levels(spec, levels))
             text = code.block(granulate(mapping), Conversion(mapping), about)
             return NUMBER.split(text), NUMBER.findall(text)
 
         return written
 
     return {name: _deck(writer(code), factors) for name, code in CODES.items()}
-
-
-def _with(spec, factors, values):
-    """The run spec (a mapping) with the factors' keys set."""
-    spec = deepcopy(spec)
-    for factor, value in zip(factors, values, strict=True):
-        *parts, last = factor["key"].split(".")
-        at = spec
-        for part in parts:
-            at = at.setdefault(part, {})
-        at[last] = float(value)
-    return spec
 
 
 def _deck(written, factors):
