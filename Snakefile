@@ -28,7 +28,7 @@ rule reference:
         f"{RESULTS}/comparison/reference.log",
     conda:
         "workflow/envs/calibration.yaml"
-    threads: workflow.cores
+    threads: workflow.resource_settings.cores or 1
     params:
         configuration=CONFIG_FILES,
         studies=[

@@ -2,6 +2,7 @@
 progress."""
 
 import sys
+import threading
 import time
 import traceback
 from pathlib import Path
@@ -22,6 +23,7 @@ from dem.spec import parse_spec
 # of a run: snakemake shows the log of a failed run, whose last lines must not be lost among notes
 NOTE_EVERY = 0.1
 REPORT_EVERY = 5.0  # seconds
+WATCH_EVERY = 30.0  # seconds
 NO_HEAP = (
     "the grains roll or bounce off the plate, or are too few: more friction, a lower discharge "
     "height or a rim "
@@ -172,8 +174,29 @@ def report_sometimes(config, store, stream=None):
     report(config, store, stream)
 
 
+def watch(config):
+    """`tell_changes` in a thread that ends with this process."""
+    threading.Thread(target=tell_changes, args=(config,), daemon=True).start()
+
+
+def tell_changes(config):
+    """Print how far the campaign is whenever that has changed, without end: jobs on other machines
+    print it to logs that nobody sees."""
+    store, told = RunStore(config.runs), None
+    while True:
+        time.sleep(WATCH_EVERY)
+        said = sentence(config, store)
+        if said != told:
+            print(said, file=sys.stderr, flush=True)
+        told = said
+
+
 def report(config, store=None, stream=None):
     """Print how far the campaign is, to standard error unless given; the runs of stages not yet
     planned are counted as expected. store: the `RunStore` of who has one open."""
-    words = progress(config, store).sentence(cores())
-    print(f"{config.name}: {words}", file=stream or sys.stderr, flush=True)
+    print(sentence(config, store), file=stream or sys.stderr, flush=True)
+
+
+def sentence(config, store=None):
+    """How far the campaign is, with the study's name."""
+    return f"{config.name}: {progress(config, store).sentence(cores())}"

@@ -84,9 +84,9 @@ def install_wheel(folder):
     return venv / "bin"
 
 
-def done(*command, cwd=None, **options):
+def done(*command, cwd=None, env=os.environ, **options):
     """What a command said, both streams together; it must end well."""
-    clean = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+    clean = {k: v for k, v in env.items() if k != "PYTHONPATH"}
     found = subprocess.run(
         list(map(str, command)), cwd=cwd, env=clean, text=True, check=False,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, **options,

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 import yaml
 
+from calibration import runner
 from calibration.campaign import plan, planned_spec, points_of, result_path, write_plan
 from calibration.config import parse_config
 from calibration.factors import read_factors
@@ -129,6 +130,28 @@ def test_the_first_line_tells_the_time_before_any_run_and_a_failure_is_counted(
     capsys.readouterr()
     report(config)
     assert "0 of 69 runs done, 1 failed" in capsys.readouterr().err
+
+
+def test_jobs_elsewhere_are_told_of_here_when_something_has_changed(campaign, capsys, monkeypatch):
+    """Two sentences in what would be many looks: before and after a run."""
+    settings, table, specs = campaign
+    shown = []
+
+    def sleep(seconds):
+        assert seconds == runner.WATCH_EVERY
+        if len(shown) == 3:
+            name = table["run_id"][0]
+            folder = Path(result_path(name)).parent
+            write_result(folder, parse_spec(specs[name]), {}, {"wall_time_s": 60.0}, files=())
+        if len(shown) == 6:
+            raise SystemExit
+        shown.append(seconds)
+
+    monkeypatch.setattr(runner.time, "sleep", sleep)
+    with pytest.raises(SystemExit):
+        runner.tell_changes(parse_config(settings))
+    told = [line.split(",")[0] for line in capsys.readouterr().err.splitlines()]
+    assert told == ["few: 0 of 69 runs done", "few: 1 of 69 runs done"]
 
 
 @pytest.mark.parametrize(("cores", "rounds"), [(1, 40), (2, 21), (4, 11), (16, 5), (100, 3)])

@@ -9,7 +9,7 @@ from calibration.config.as_data import refuse_unasked_code
 from calibration.errors import CalibrationError, in_words
 from calibration.fresh import digest, task_digest
 from calibration.opening import closing, opening
-from calibration.runner import begin
+from calibration.runner import begin, watch
 from calibration.stages import Figure, PerTarget, Runs, load_stages
 from calibration.study import Study
 from dem.errors import DemError
@@ -25,6 +25,13 @@ if not workflow.modifier.skip_configfile and not any(map(stands_alone, CONFIG_FI
 
     configfile: "config/config.yaml"
 
+
+# results are read where they are, beside an index that no rule names; a storage would hold copies
+if workflow.storage_settings.default_storage_provider:
+    raise WorkflowError(
+        "--default-storage-provider: this workflow keeps its results in a folder; mount the "
+        "storage and name the folder there with the key `results` (docs/howto-deploy.md)"
+    )
 
 # rules name paths below RESULTS as they are without the prefix that a `module` statement may ask
 # for; the packages read and write them where they are
@@ -55,8 +62,10 @@ STUDY, RUNS = f"{RESULTS}/{SETTINGS.name}", f"{RESULTS}/runs"
 TASKS = [task for stage in STAGES.values() for task in stage.tasks]
 PLANS = {task.plans: task for task in TASKS if task.plans}
 
-# the runs' progress line divides the work by this; it is no parameter of any run
-os.environ.update(CAMPAIGN_CORES=str(workflow.cores or 1))
+# the runs' progress line divides the work by this; it is no parameter of any run. A cluster's
+# profile names jobs at once and no cores
+SHARED_BY = workflow.resource_settings.cores or workflow.resource_settings.nodes or 1
+os.environ.update(CAMPAIGN_CORES=str(SHARED_BY))
 
 
 wildcard_constraints:

@@ -1,6 +1,12 @@
 PICTURED = [stage.pictured for stage in STAGES.values() if stage.pictured]
 # what the page shows too when it has been made, but does not wait for
-ALSO_SHOWN = set(STAGES) - {*SETTINGS.supplements, *PICTURED, "optimise", "export"}
+ALSO_SHOWN = set(STAGES) - {
+    *SETTINGS.supplements,
+    *PICTURED,
+    "optimise",
+    "export",
+    "provenance",
+}
 
 
 # a picture of each run of a stage; seconds a stage, so one job draws them all
@@ -29,6 +35,11 @@ rule heaps:
         "heaps: a picture of each run of {wildcards.stage}"
     script:
         "../scripts/task.py"
+
+
+onstart:
+    if workflow.non_local_exec:
+        watch(SETTINGS)
 
 
 onsuccess:
