@@ -10,6 +10,7 @@ from calibration.commands import main
 from calibration.errors import CalibrationError
 from calibration.measurements import read_measured
 from calibration.photo import measure_photo
+from calibration.photo.outline import cielab
 from dem.measure.heap import fit_flank
 from dem.measure.heap import outline as discs_outline
 
@@ -149,3 +150,10 @@ def test_pictures_without_a_heap_are_refused(tmp_path, capsys):
         measure_photo(tmp_path / "noise.png")
     assert main(["angle", str(tmp_path / "blank.png"), "--scale", "ten"]) == 2
     assert "100mm/830" in capsys.readouterr().err
+
+
+def test_colours_are_those_of_the_eye():
+    """Lindbloom's calculator (D65, sRGB): white, black, red and a grey."""
+    colours = np.array([[1.0, 1.0, 1.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, 0.5, 0.5]])
+    lab = [[100.0, 0.0, 0.0], [0.0, 0.0, 0.0], [53.24, 80.09, 67.20], [53.39, 0.0, 0.0]]
+    np.testing.assert_allclose(cielab(colours[None])[0], lab, atol=0.05)

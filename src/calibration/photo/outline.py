@@ -8,7 +8,6 @@ the column is followed down to the first steep edge: a shadow is soft, the edge 
 
 import numpy as np
 from scipy import ndimage
-from skimage import color, measure
 
 BLUR = 1.5  # px, against the noise of the sensor
 TOP, SIDES = 0.15, 0.06  # shares of the picture that are taken for the backdrop
@@ -16,6 +15,8 @@ STEEP = 0.25  # of the usual steepness of the outline: less is a shadow
 LEAST_CONTRAST = 4.0  # of the outline, in units of CIELAB; an eye tells 2 apart
 NOISE = 6.0  # spreads of the backdrop that do not count
 MEDIAN = 5  # columns
+TO_XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+"""Linear sRGB to CIE XYZ; its rows add up to the white of D65."""
 
 
 class NoOutlineError(ValueError):
@@ -28,12 +29,22 @@ def outline(picture):
 
     Raises NoOutlineError where nothing stands out.
     """
-    lab = color.rgb2lab(picture)
+    lab = cielab(picture)
     smooth = ndimage.gaussian_filter(lab, (BLUR, BLUR, 0))
     away = np.linalg.norm(smooth - _backdrop(smooth), axis=2)
     top = slice(0, int(TOP * len(away)))
     threshold = max(LEAST_CONTRAST, NOISE * float(np.median(away[top])))
     return _refined(smooth, _first_foreground(away > threshold), top)
+
+
+def cielab(picture):
+    """CIELAB (rows, columns, 3) of an sRGB picture, 0 to 1, for the standard light D65 (IEC
+    61966-2-1; CIE 15, the observer of 2 degrees)."""
+    linear = np.where(picture > 0.04045, ((picture + 0.055) / 1.055) ** 2.4, picture / 12.92)
+    xyz = linear @ TO_XYZ.T / TO_XYZ.sum(axis=1)
+    f = np.where(xyz > (6 / 29) ** 3, np.cbrt(xyz), xyz * (29 / 6) ** 2 / 3 + 4 / 29)
+    x, y, z = np.moveaxis(f, -1, 0)
+    return np.stack([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)], axis=-1)
 
 
 def _backdrop(lab):
@@ -59,7 +70,7 @@ def _backdrop(lab):
 def _first_foreground(there):
     """(columns,) first row from the top of the largest thing before the backdrop, nan where there
     is none."""
-    labels = measure.label(there)
+    labels, _ = ndimage.label(there, np.ones((3, 3)))
     sizes = np.bincount(labels.ravel())[1:]
     if not len(sizes) or sizes.max() < 0.01 * there.size:
         raise NoOutlineError("nothing stands out from the backdrop")

@@ -9,6 +9,7 @@ from scipy.stats import qmc
 
 from calibration.errors import CalibrationError
 from calibration.statistics.goals import RULES, overall_desirability
+from calibration.statistics.isosurface import isosurface
 
 CANDIDATES = 4096
 TOLERANCE = 1e-6  # of the target, or of 1 where the target is smaller
@@ -156,15 +157,7 @@ def solution_mesh(surface, target, resolution=41):
     """
     if len(surface.codes) != 3:
         raise CalibrationError("only the solution set of three factors is a mesh")
-    from skimage.measure import marching_cubes  # takes a second to load
-
-    line = np.linspace(-1.0, 1.0, resolution)
-    points = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1)
-    values = surface.predict(points.reshape(-1, 3)).reshape(points.shape[:3])
-    if not values.min() < target < values.max():
-        return np.empty((0, 3)), np.empty((0, 3), int)
-    vertices, triangles, *_ = marching_cubes(values, target, spacing=(line[1] - line[0],) * 3)
-    return vertices - 1.0, triangles
+    return isosurface(surface.predict, target, resolution)
 
 
 def most_desirable(surfaces, goals, seed=1):
