@@ -68,7 +68,7 @@ SECTIONS = [
     ("scaling", "margin_deg", 1.5, SCALING | {"export"}),
     ("measurements", None, "examples/soybean/measured.csv",
      {"screening", "ascent", "response_surface", "candidate", "optimise", "validation"}
-     | {"posterior", "push_through", "export", "shear"}
+     | {"posterior", "push_through", "export", "shear", "provenance"}
      | {n for n in TILT | DROP if n not in STARTS} | DIAGNOSIS),
     ("numerics", None, "other.yaml", {"plan_numerics", "export"}),
     ("diagnosis", "alpha", 0.1, DIAGNOSIS | {"export"}),
@@ -77,7 +77,8 @@ SECTIONS = [
     ("pour_rate", None, {"rates_per_s": [1.0, 2.0]}, {"plan_pour_rate", "pour_rate", "export"}),
     ("posterior", "draws", 60, {"posterior", "export"}),
     ("published", "names", {"particles.count": "other"}, {"export"}),
-    ("target", "low", 30.0, CHAIN | EXPORTS | {"numerics", "posterior", "pour_rate"}),
+    ("target", "low", 30.0, CHAIN | EXPORTS | {"numerics", "posterior", "pour_rate",
+     "provenance"}),
     ("seed", None, 5, PLANS | EXPORTS | {"tilt", "drop", "candidate", "optimise", "posterior"}),
     ("name", None, "other", {"export"}),
     ("supplements", None, ["tilt"], {"export"}),

@@ -1,0 +1,18 @@
+"""Packages that a plain install leaves out."""
+
+from contextlib import contextmanager
+
+from calibration.errors import CalibrationError
+
+
+@contextmanager
+def extra(name, purpose):
+    """Import what an extra of this package brings. Raises CalibrationError that names the extra
+    where it is not installed; purpose: what needs it, as a sentence begins."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise CalibrationError(
+            f"{purpose} needs the package {error.name}, which a plain install leaves out: pip "
+            f"install 'granular-calibration[{name}]'"
+        ) from None

@@ -1,0 +1,27 @@
+"""Provenance: the study as an RO-Crate, with all of its runs in one file."""
+
+from calibration.stages.stage import Stage, Task
+
+FOLDER = "provenance"
+
+
+STAGES = (
+    # makes no run; it holds the report, which so cannot show it
+    Stage(
+        name=FOLDER,
+        title="Provenance",
+        place=9.9,
+        tasks=(
+            Task(
+                "calibration.provenance:provenance",
+                "provenance: an RO-Crate of the study, and all runs in one file",
+                reads=("factors", "measurements", "target"),
+                inputs={"report": "report.html"},
+                outputs={
+                    "crate": f"{FOLDER}/ro-crate-metadata.json",
+                    "runs": f"{FOLDER}/runs.nc",
+                },
+            ),
+        ),
+    ),
+)

@@ -1,0 +1,152 @@
+"""A study that is handed on: what its RO-Crate says, by the specification's own words, and its runs
+in one file."""
+
+import json
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from scipy.io import netcdf_file
+
+from calibration.all_runs import runs_table, write_netcdf
+from calibration.batches import simulate
+from calibration.campaign import write_plan
+from calibration.errors import CalibrationError
+from calibration.extras import extra
+from calibration.jobs import work_for
+from calibration.provenance import provenance
+from calibration.study import Study
+from stage_files import Files
+from workflow.deployed import write_study
+
+LEVELS = pd.DataFrame({"bounce": [0.4, 0.5, 0.6, 0.5], "run": [1, 2, 3, 4]})
+
+
+@pytest.fixture
+def study(tmp_path, monkeypatch):
+    """Four drops that a formula answers, and one that was planned and not made."""
+    monkeypatch.chdir(tmp_path)
+    config = write_study(tmp_path / "bounce")
+    study = work_for(yaml.safe_load(config.read_text()))
+    table, specs = study.plan(LEVELS)
+    simulate(specs)
+    later, unmade = study.plan(LEVELS[:1].assign(bounce=0.45))
+    write_plan(study.folder / "screening", table, specs)
+    write_plan(study.folder / "validation", later, specs | unmade)
+    (study.folder / "exports").mkdir()
+    (study.folder / "exports" / "study.yaml").write_text(config.read_text())
+    (study.folder / "report.html").write_text("<p>All of it.</p>")
+    return study
+
+
+@pytest.fixture
+def crate(study):
+    """The crate's folder and its metadata."""
+    folder = study.folder.resolve() / "provenance"
+    output = Files(crate=str(folder / "ro-crate-metadata.json"), runs=str(folder / "runs.nc"))
+    provenance(study, Files(report=""), output)
+    return folder, json.loads((folder / "ro-crate-metadata.json").read_text())
+
+
+def entities(metadata):
+    return {entity["@id"]: entity for entity in metadata["@graph"]}
+
+
+def test_the_descriptor_and_the_root_are_as_ro_crate_1_1_asks(crate):
+    """Sections "RO-Crate Metadata File Descriptor" and "Root Data Entity" of the specification."""
+    _, metadata = crate
+    assert metadata["@context"] == "https://w3id.org/ro/crate/1.1/context"
+    graph = entities(metadata)
+    assert len(graph) == len(metadata["@graph"])
+    descriptor, root = graph["ro-crate-metadata.json"], graph["./"]
+    assert descriptor["@type"] == "CreativeWork"
+    assert descriptor["conformsTo"] == {"@id": "https://w3id.org/ro/crate/1.1"}
+    assert descriptor["about"] == {"@id": "./"}
+    assert root["@type"] == "Dataset"
+    assert pd.Timestamp(root["datePublished"])
+    assert root["name"] == "Calibration drops"
+    assert "rebound_height_mm" in root["description"]
+    assert graph[root["license"]["@id"]]["name"] == "no licence stated"
+
+
+def references(value):
+    """Identifiers that a value refers to."""
+    if isinstance(value, list):
+        return {i for part in value for i in references(part)}
+    return {value["@id"]} if isinstance(value, dict) else set()
+
+
+def test_every_file_is_there_and_every_reference_has_its_entity(crate):
+    folder, metadata = crate
+    graph = entities(metadata)
+    files = {i: e for i, e in graph.items() if e["@type"] == "File"}
+    assert references(graph["./"]["hasPart"]) == set(files)
+    for place, entity in files.items():
+        assert int(entity["contentSize"]) == (folder / place).stat().st_size
+        assert "/" in entity["encodingFormat"]
+    there = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
+    assert there == {*files, "ro-crate-metadata.json"}
+    assert {"inputs/factors.tsv", "inputs/measured.csv", "inputs/study.yaml"} <= set(files)
+    assert {"runs.nc", "results/report.html", "results/screening/design.csv"} <= set(files)
+    for entity in metadata["@graph"]:
+        for key, value in entity.items():
+            outside = {i for i in references(value) - set(graph) if not i.startswith("http")}
+            assert not outside, key
+
+
+def test_it_says_what_made_which_from_what(crate):
+    graph = entities(crate[1])
+    action = graph["#study"]
+    assert action["@type"] == "CreateAction"
+    programs = {graph[i]["name"]: graph[i] for i in references(action["instrument"])}
+    assert programs["command"]["softwareVersion"] == "1"
+    assert programs["python"]["softwareVersion"] == ".".join(map(str, sys.version_info[:3]))
+    assert "inputs/measured.csv" in references(action["object"])
+    assert "results/report.html" in references(action["result"])
+
+
+def test_its_configuration_reads_its_own_tables(crate, monkeypatch):
+    monkeypatch.chdir(crate[0])
+    data = yaml.safe_load((crate[0] / "inputs" / "study.yaml").read_text())
+    assert data["factors"] == "inputs/factors.tsv"
+    assert Study.of(data).factors[0].name == "bounce"
+
+
+def test_another_program_reads_it(crate):
+    rocrate = pytest.importorskip("rocrate.rocrate")
+    read = rocrate.ROCrate(crate[0])
+    assert read.name == "Calibration drops"
+    assert read.version == "1.1"
+
+
+def test_all_runs_are_in_one_table(study):
+    table = runs_table(study)
+    assert list(table["stages"]) == ["screening validation"] * 4
+    key = "contacts.particle_wall.restitution"
+    assert sorted(table[key]) == [0.4, 0.5, 0.5, 0.6]
+    height = 5.0 * table[key] ** 2 + 0.02 * (table["seed"] % 2)
+    np.testing.assert_allclose(table["rebound_height_mm"], height, rtol=1e-12)
+
+
+def test_the_file_holds_the_table(study, tmp_path):
+    table = runs_table(study)
+    table.loc[0, "rebound_height_mm"] = np.nan
+    write_netcdf(table, tmp_path / "runs.nc", {"title": "a test"})
+    with netcdf_file(tmp_path / "runs.nc", mmap=False) as file:
+        assert file.title == b"a test"
+        found = file.variables["rebound_height_mm"]
+        np.testing.assert_array_equal(found[:], table["rebound_height_mm"])
+        assert found.units == b"mm"
+        words = [b"".join(row).rstrip(b"\0").decode() for row in file.variables["run"][:]]
+    assert words == list(table["run"])
+
+
+def test_a_missing_package_is_named_with_its_extra():
+    words = r"The stage provenance needs the package nowhere.*granular-calibration\[provenance\]"
+    with (
+        pytest.raises(CalibrationError, match=words),
+        extra("provenance", "The stage provenance"),
+    ):
+        import nowhere  # noqa: F401
