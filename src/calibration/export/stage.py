@@ -83,6 +83,14 @@ def about(config, validation, engine):
     ]
 
 
+def engine_of(config):
+    """What made the study's runs: this engine by its fingerprint, or another one by its version."""
+    other = config.run.get("engine")
+    if not other:
+        return engine_fingerprint()
+    return " ".join([other["name"], str(other["identity"].get("version", ""))]).strip()
+
+
 def summary(study, optimum, validation, surface, region, bench):
     """Content of calibrated.yaml."""
     config, factors = study.config, study.factors
@@ -98,7 +106,7 @@ def summary(study, optimum, validation, surface, region, bench):
     metric = config.target.metric
     return {
         "study": config.name,
-        "engine": engine_fingerprint(),
+        "engine": engine_of(config),
         "commands": {
             "the whole study": f"snakemake -j2 --configfile "
             f"{config.results}/{config.name}/exports/study.yaml",
@@ -196,7 +204,7 @@ def _write_decks(study, mapping, conversion, lines, folder):
 
 def _head(config, mapping, validation):
     return [
-        *about(config, validation, engine_fingerprint()),
+        *about(config, validation, engine_of(config)),
         *left_out(parse_spec(mapping)),
     ]
 
