@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calibration.config import overlay
 from calibration.errors import ConfigError
 from calibration.measurements import read_measured
-from calibration.quantities import QUANTITIES
+from calibration.quantities import QUANTITIES, measurable
 from diagnosis.collision import rebounds, sliding_angles
 from diagnosis.contacts import CONTACTS
 from diagnosis.laws.choose import share_above
@@ -75,14 +76,16 @@ COARSER = np.geomspace(1.5, 12.0, 8)
 """Time steps over ours that are tried for a bounce."""
 
 
-def read_runs(path, factors):
-    """Measurements of another code's runs, with `known` of the factors that are columns. Raises
-    ConfigError for a table with fewer than `LEAST_ROWS` runs of any experiment."""
+def read_runs(path, factors, quantity=None):
+    """Measurements of another code's runs, with `known` of the factors that are columns. quantity:
+    which rows count, those of what the experiment measures first unless given. Raises ConfigError
+    for a table with fewer than `LEAST_ROWS` runs of any experiment."""
     with open(path) as stream:
         header = next((line for line in stream if not line.startswith("#")), "")
     columns = [c.strip() for c in header.replace("\t", ",").split(",")]
     rows = list(read_measured(path, [f.name for f in factors if f.name in columns]).conditions)
-    rows = [m for m in rows if m.quantity == QUANTITIES[m.experiment].name and not m.outcome]
+    rows = [m for m in rows if not m.outcome]
+    rows = [m for m in rows if m.quantity == (quantity or QUANTITIES[m.experiment].name)]
     counts = {k: sum(m.experiment == k for m in rows) for k in {m.experiment for m in rows}}
     if max(counts.values(), default=0) < LEAST_ROWS:
         raise ConfigError(
@@ -141,6 +144,24 @@ def _integrated(spec, run, finer=1.0):
     return float(sliding_angles(spec, [run.levers.get("tilt_rate_deg_s", 5.0)], finer)[0])
 
 
+def of_runs(runs, specs, variants, make):
+    """(ours (n,), [`Cause`]) of one experiment's runs, made by the engine as a whole.
+
+    specs: our run spec (a mapping) of each; variants: {name: keys laid over the spec}, a cause that
+    is there or is not; make: [run spec] -> [metrics], in whose scatter the seed has its share."""
+    key = measurable(runs[0].experiment)[runs[0].quantity].key
+
+    def values(changes):
+        return np.array([found[key] for found in make([overlay(s, changes) for s in specs])])
+
+    ours = values({})
+    there = np.array([0.0, 1.0])
+    return ours, [
+        Cause(name, "setting", "of it", there, np.array([ours, values(changes)]))
+        for name, changes in variants.items()
+    ]
+
+
 def emulated(runs, model_of, names):
     """(ours (n,), [`Cause`]) of one experiment's runs by emulators.
 
@@ -168,8 +189,7 @@ def compare(runs, ours, causes, alpha=0.05, seed=0):
 
     verdict: `agree` within the table's own spread, `identified`, `ambiguous`, or `unexplained`
     where no cause that was tried predicts left-out runs better than chance."""
-    kind = runs[0].experiment
-    share = QUANTITIES[kind].relative
+    words, unit, share = _quantity(runs[0])
     theirs, base = (_scaled(np.array(v, float), share) for v in ([m.value for m in runs], ours))
     tables = {c.name: _scaled(c.values, share) for c in causes}
     gains = {n: float(g[0]) for n, g in _gains(theirs[None], base, tables).items()}
@@ -189,12 +209,21 @@ def compare(runs, ours, causes, alpha=0.05, seed=0):
         )  # fmt: skip
     verdict, named = _verdict(ranking, scatter, _spread(runs, share), alpha)
     out = {
-        "experiment": kind,
+        "experiment": runs[0].experiment,
+        "words": words,
         "runs": len(runs),
-        "unit": "share" if share else QUANTITIES[kind].unit,
+        "unit": "share" if share else unit,
     }
     out |= {"scatter_before": scatter, "verdict": verdict, "causes": named, "ranking": ranking}
     return out | {"sentence": sentence_of(out)}
+
+
+def _quantity(run):
+    """(words, unit, whether differences are shares) of what a run was compared on."""
+    first = QUANTITIES[run.experiment]
+    if run.quantity == first.name:
+        return first.words, first.unit, first.relative
+    return run.quantity.replace("_", " "), measurable(run.experiment)[run.quantity].unit, False
 
 
 def _scaled(values, share):
@@ -240,8 +269,10 @@ def sentence_of(found):
     best = found["ranking"][0]
     before, after = (_told(found[k] if k in found else best[k], found["unit"])
     for k in ("scatter_before", "scatter_after"))  # fmt: skip
-    words = QUANTITIES[found["experiment"]].words
-    start = f"The {words} of {found['runs']} runs differs from ours by {before} (root mean square)"
+    start = (
+        f"The {found['words']} of {found['runs']} runs differs from ours by {before} (root mean "
+        f"square)"
+    )
     if found["verdict"] == "agree":
         return f"{start}, which is within its own spread."
     if found["verdict"] == "unexplained":
