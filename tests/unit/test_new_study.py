@@ -9,6 +9,7 @@ from argparse import Namespace
 import numpy as np
 import pytest
 import yaml
+from scipy.stats import norm
 
 from calibration.ahead import check_ahead
 from calibration.commands import main
@@ -145,6 +146,35 @@ def test_what_passes_each_sieve_makes_classes_between_them(tmp_path):
         sieve_curve(path)
     path.write_text("diameter_mm,passing_percent\n1,10\n2,60\n4,100\n")
     with pytest.raises(CalibrationError, match=r"10 % pass the finest sieve \(1 mm\)"):
+        sieve_curve(path)
+
+
+def export(separator=",", mark=".", samples=("made by a test",)):
+    """A table in the layout that a Mastersizer 2000 exports, made of a lognormal distribution of
+    median 500 um and standard deviation 0.2, with the median in a column of its own."""
+    limits = np.geomspace(100, 2000, 41)
+    below = norm.cdf(np.log(limits / 500) / 0.2)
+    shares = 100 * np.diff(below)
+    name = "Result Between User Sizes (Sizes in um)"
+    blank = [""] * (len(limits) - 1)
+    rows = [["Sample Name", "d (0.5)", name, *blank, "Operator Notes"],
+            ["", "", *(f"{x:.6f}" for x in limits), ""]]  # fmt: skip
+    rows += [[s, "500.000", "", *(f"{x:.6f}" for x in shares), "by hand"] for s in samples]
+    cells = lambda row: separator.join(c.replace(".", mark) if c[:1].isdigit() else c for c in row)  # noqa: E731
+    return "\n".join(map(cells, rows))
+
+
+@pytest.mark.parametrize(("separator", "mark"), [(",", "."), ("\t", "."), (";", ",")])
+def test_sizes_come_from_what_a_mastersizer_exports(tmp_path, separator, mark):
+    path = tmp_path / "export.csv"
+    path.write_text(export(separator, mark))
+    sizes = sieve_curve(path)
+    d, w = np.array(sizes["diameters_mm"]), np.array(sizes["fractions"])
+    mean = (w * np.log(d)).sum()
+    assert np.exp(mean) == pytest.approx(0.5, rel=5e-3)
+    assert np.sqrt((w * (np.log(d) - mean) ** 2).sum()) == pytest.approx(0.2, rel=0.05)
+    path.write_text(export(separator, mark, ("one", "two")))
+    with pytest.raises(CalibrationError, match=r"holds 2 samples \(one, two\)"):
         sieve_curve(path)
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from calibration.errors import CalibrationError
 from calibration.measurements import read_measured
 from calibration.new.heap import FEWEST, MOST, Heap
+from calibration.new.mastersizer import mastersizer_sizes
 from calibration.new.ranges import factors_of, materials
 from calibration.tables import read_table, summary
 from dem.units import UnitError, in_unit, question, unit_of
@@ -191,21 +192,12 @@ def _of_table(path):
 
 
 def sieve_curve(path):
-    """`particles.sizes` of a table of sieve fractions: the column `diameter_mm`, and `mass_percent`
-    of each size or `passing_percent` of each sieve.
+    """`particles.sizes` of a sieve table or of what a Mastersizer exports: the column
+    `diameter_mm`, and `mass_percent` of each size or `passing_percent` of each sieve.
 
     Raises CalibrationError where they do not make 100 %.
     """
-    from calibration.plausible import plausible_numbers
-
-    table = read_table(path)
-    passing = "passing_percent" in table.header
-    share = "passing_percent" if passing else "mass_percent"
-    table.require("diameter_mm", share)
-    sizes = plausible_numbers(table, "diameter_mm", "diameter_mm")
-    shares = table.numbers(share)
-    if passing:
-        sizes, shares = _between_sieves(path, sizes, shares)
+    sizes, shares = mastersizer_sizes(path) or _sieved(path)
     total = sum(shares)
     if abs(total - 100) > 1 or min(shares) < 0:
         near = "; are they shares of 1?" if abs(total - 1) < 0.01 else ""
@@ -214,6 +206,19 @@ def sieve_curve(path):
     fractions = [round(s, 6) for _, s in kept]
     fractions[-1] = round(1.0 - sum(fractions[:-1]), 6)
     return {"by": "mass", "diameters_mm": [d for d, _ in kept], "fractions": fractions}
+
+
+def _sieved(path):
+    """(diameters [mm], mass shares [%]) of a table of sieves."""
+    from calibration.plausible import plausible_numbers
+
+    table = read_table(path)
+    passing = "passing_percent" in table.header
+    share = "passing_percent" if passing else "mass_percent"
+    table.require("diameter_mm", share)
+    sizes = plausible_numbers(table, "diameter_mm", "diameter_mm")
+    shares = table.numbers(share)
+    return _between_sieves(path, sizes, shares) if passing else (sizes, shares)
 
 
 def _between_sieves(path, sieves, passing):

@@ -86,6 +86,24 @@ def _nearest(name, names):
     return f"; did you mean {near[0]}?" if near else ""
 
 
+def read_rows(path):
+    """[(line, cells)] of a file as it is, for a table that is laid out in its own way: numbers have
+    a decimal point, blank lines are left out. Raises ConfigError as `read_table` does."""
+    path = Path(path)
+    data = read_bytes(path)
+    if kind_of(data, path) == WORKBOOK:
+        return [(n, r) for n, r in workbook_rows(data, path) if any(r)]
+    declared, lines = _lines(decode(data, path)[0])
+    separator = dialects.separator_of(lines, path, declared)
+    rows = [(n, dialects.cells_of(x, separator, path, n)) for n, x in lines]
+    decimal = dialects.decimal_of(rows, separator, path)
+    return [(n, [dialects.plain(c, decimal) if _counts(c) else c for c in r]) for n, r in rows]
+
+
+def _counts(cell):
+    return bool(re.fullmatch(r"[\d.,]+", cell))
+
+
 def read_table(path, check=None):
     """`Table` of a CSV or tab-separated text or a workbook.
 
