@@ -9,6 +9,7 @@ left alone.
 """
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,7 +22,6 @@ from diagnosis.laws.slots import applicable, scaled
 LEVELS = 9
 ROUNDS = 4
 WEAK = 1e-3  # prior information of slope and bend, over that of one setting
-NONE = "No plan of as many settings was found that shows more.\n"
 GOLDEN = 0.6180339887498949
 SHARED = TIMES[0]  # standard deviation of an error that a level shares, over that of a setting
 
@@ -38,9 +38,12 @@ def plans(measurements, defaults=None):
 
 def best(measurements, power, defaults=None):
     """(plan, its rows) of the plan that shows more than the others and the given one, or ([], [])
-    where none does; power: function of measurements, `diagnosis.power.power`."""
+    where none does; power: function of measurements, `diagnosis.power.power`.
+
+    A new plan has no batches or instruments yet, so the given one is compared without them too."""
+    bare = [replace(m, batch="", instrument="") for m in measurements]
     own, found = power(measurements), ([], [])
-    least = own
+    least = own if bare == measurements else power(bare)
     for plan in plans(measurements, defaults):
         rows = power(plan)
         if shows_more(least, rows):
@@ -80,7 +83,8 @@ def _spread(kind, measurements, defaults):
             columns.append(value)
             continue
         order = np.argsort(np.arange(n) * GOLDEN**k % 1.0) if k else np.arange(n)
-        columns.append([float(f"{v:.3g}") for v in np.geomspace(low, high, n)[np.argsort(order)]])
+        levels = np.geomspace(low, high, n)[np.argsort(order)]
+        columns.append([_rounded(v, low, high) for v in levels])
     return [_setting(kind, own, readings, at) for at in zip(*columns, strict=True)]
 
 
@@ -106,8 +110,13 @@ def _candidates(readings):
         low, high = np.nanmin(value), np.nanmax(value)
         varied = name in readings.folds and low > 0.0
         values = np.geomspace(low, high, LEVELS) if varied else np.unique(value)
-        along.append([float(f"{v:.3g}") if varied else float(v) for v in values])
+        along.append([_rounded(v, low, high) if varied else float(v) for v in values])
     return list(itertools.product(*along))
+
+
+def _rounded(value, low, high):
+    """To three digits, but not beyond the plan's range."""
+    return float(min(max(float(f"{value:.3g}"), low), high))
 
 
 def _informed(laws, readings):
@@ -141,7 +150,8 @@ def _setting(kind, own, readings, at):
     share = float(np.median([m.sd / m.value for m in own]))
     n = int(np.median([m.n for m in own]))
     levers = {k: v for k, v in levers.items() if any(k in m.levers for m in own)}
-    return Measurement(kind, value, share * value, n, levers)
+    lever_sd = float(np.median([m.lever_sd for m in own]))
+    return Measurement(kind, value, share * value, n, levers, lever_sd=lever_sd)
 
 
 def shows_more(rows, better):
@@ -167,7 +177,7 @@ def page(measurements):
         for m in own:
             at = tuple(m.levers.get(n) for n in names)
             counts[at] = counts.get(at, 0) + 1
-        for at in sorted(counts, key=str):
+        for at in sorted(counts, key=lambda at: [-np.inf if v is None else v for v in at]):
             cells = " | ".join("" if v is None else f"{v:g}" for v in at)
             lines.append(f"| {cells} | {counts[at]} |")
         lines.append("")

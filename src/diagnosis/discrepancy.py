@@ -11,13 +11,14 @@ import itertools
 
 import numpy as np
 
+from calibration.numbers import NORMAL_95
 from calibration.quantities import LEVERS, QUANTITIES
 
 SIZES = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0])
 """Standard deviations of the process that are tried, in median errors of a setting."""
 
 LENGTHS = (0.3, 0.6, 1.2)  # correlation lengths that are tried, over a lever's range from -1 to 1
-POINTS, NORMAL_95 = 9, 1.96
+POINTS = 9
 DECIMALS = 3  # of a setting that is proposed, significant
 
 
@@ -63,8 +64,9 @@ def least_known(rows, ranges=None):
         bits = 0.5 * np.log2(1.0 + (sd / np.median(own.error)) ** 2)
         k = int(np.argmax(bits))
         if best is None or bits[k] > best["information_bits"]:
-            level = float(np.median(own.predicted)) if own.unit == "share" else 1.0
-            told = {"value": float(mean[k]) * level, "sd": float(sd[k]) * level}
+            # a share is of the prediction at the nearest setting that was measured
+            level = own.predicted[own.nearest(levers[k])] if own.unit == "share" else 1.0
+            told = {"value": float(mean[k] * level), "sd": float(sd[k] * level)}
             best = {
                 "experiment": kind,
                 "levers": dict(zip(own.levers, levers[k].tolist(), strict=True)),
@@ -104,6 +106,10 @@ class _Residuals:
         self.low, self.high = (table.min(0), table.max(0)) if kept else (np.zeros(0), np.zeros(0))
         self.x = self.scaled(table)
         self._fit()
+
+    def nearest(self, levers):
+        """Index of the measured setting that is nearest to one of levers (d,)."""
+        return int(np.argmin(((self.x - self.scaled(levers[None])) ** 2).sum(1)))
 
     def scaled(self, levers):
         """Levers (k, d) over the plan's range, -1 to 1."""

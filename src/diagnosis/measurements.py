@@ -36,7 +36,7 @@ def read_all(path):
     out = Measured(
         [r for r in valued if r.role == ROLES[0]],
         [r for r in valued if r.role != ROLES[0]],
-        [r for r in rows if r.outcome],
+        [r for r in rows if r.outcome and r.role == ROLES[0]],
     )
     _enough(out.fitted, path)
     return out

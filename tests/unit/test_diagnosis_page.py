@@ -49,7 +49,21 @@ def test_what_was_not_named_or_not_run_is_left_as_it_is(ball):
     for verdict in ("adequate", "unexplained"):
         changed = missing_by(ball, 9.0) | {"verdict": verdict}
         assert last_word(changed) == changed
-    assert last_word(ball | {"gain": None})["verdict"] == "identified"
+    assert last_word(ball | {"gain": None, "extended_with": []})["verdict"] == "identified"
+
+
+def test_a_model_that_gives_no_value_anywhere_is_not_confirmed(ball):
+    found = last_word(ball | {"gain": None, "extended_with": ["air_drag"]})
+    assert found["verdict"] == "unexplained"
+    assert "gives no value at any setting" in found["reason"]
+
+
+def test_a_tied_cause_that_was_not_run_is_said_to_be_so(ball):
+    tied = {"verdict": "ambiguous", "causes": ["air_drag", "wall_adhesion"]}
+    found = last_word(missing_by(ball, 4.0) | tied | {"extended_with": ["air_drag"]})
+    assert found["best_tried"] == tied["causes"]
+    assert "with air drag the engine still misses" in found["reason"]
+    assert "wall adhesion, not told apart from it, was not run" in found["reason"]
 
 
 @pytest.mark.parametrize(

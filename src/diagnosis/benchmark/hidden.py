@@ -176,9 +176,10 @@ def standard_error(experiment, value, scatter=0.0):
 
 def outlier(measurements, seed):
     """The measurements with one replicate of one setting six standard deviations off; mean and sd
-    follow."""
+    follow. Tests that ended without a value have none."""
     rng = np.random.default_rng([seed, 3])
-    k = int(rng.integers(len(measurements)))
+    valued = [k for k, m in enumerate(measurements) if not m.outcome]
+    k = valued[int(rng.integers(len(valued)))]
     m = measurements[k]
     off = 6.0 * m.sd * rng.choice([-1.0, 1.0])
     sd = np.sqrt(m.sd**2 + off**2 / m.n)
