@@ -4,37 +4,48 @@ Nothing is calibrated, for each row says which parameters it was run with. What 
 mechanism of the catalogue, numerical setting or reading, switched on in our own simulation at one
 strength, brings it to the other's values. A cause is scored by how well it predicts rows that are
 left out, its strength and the scatter of the rest estimated without them; the best gain is compared
-with that on data that differ from ours by chance alone.
+with that on data that differ from ours by chance alone. A cause may leave one row in ten as it is
+(a mixture of following it and not), so that a row that was read in another way does not hide what
+the others show; such rows are named by line.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2, norm
 
 from calibration.config import overlay
 from calibration.errors import ConfigError
 from calibration.measurements import read_measured
 from calibration.quantities import QUANTITIES, measurable
 from diagnosis.collision import rebounds, sliding_angles
-from diagnosis.contacts import CONTACTS
 from diagnosis.laws.choose import share_above
+from diagnosis.measurements import CONTACTS
 
 CLOSE = 2.0  # nats; causes this close to the best are not told apart
 STRENGTHS = 11
 REPLICATES = 299
 LEAST_ROWS = 4
 FLOOR = 1e-6  # scatter below which two simulations are the same, as a share or in the unit
+ASIDE = 0.1  # prior share of rows that do not follow a cause
+ODD = 0.05  # probability of following the cause below which a row is named
+SCATTERS = np.geomspace(1e-3, 2.0, 45)
+"""Of rows that follow a cause, over that of all about ours as it is; these are tried."""
 
 
 @dataclass(frozen=True)
 class Cause:
-    """What may differ: our values (k, n) at each of its strengths (k,), in `unit`."""
+    """What may differ: our values (k, n) at each of its strengths (k,), in `unit`.
+
+    noise: (k, n) standard deviation of a value of theirs under the cause, where it scatters by its
+    own nature; in the quantity's unit."""
 
     name: str
     kind: str
     unit: str
     strengths: np.ndarray
     values: np.ndarray
+    noise: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -70,6 +81,13 @@ CONVENTIONS = {
         lambda v, x, s: np.degrees(np.arctan((1.0 + s) * np.tan(np.radians(v))))),
         Convention("angle read in whole steps", "deg", np.array([0.5, 1.0, 1.25, 2.0, 2.5, 5.0]),
         lambda v, x, s: s * np.round(v / s)),
+        Convention("angle at the end of a step", "deg", np.array([0.5, 1.0, 1.25, 2.0, 2.5, 5.0]),
+        lambda v, x, s: s * np.ceil(v / s)),
+    ),
+    "heap": (
+        Convention("reading off by an angle", "deg", _shares(10.0, 41), lambda v, x, s: v + s),
+        Convention("slope in proportion", "share", _shares(0.3),
+        lambda v, x, s: np.degrees(np.arctan((1.0 + s) * np.tan(np.radians(v))))),
     ),
 }  # fmt: skip
 COARSER = np.geomspace(1.5, 12.0, 8)
@@ -97,17 +115,22 @@ def read_runs(path, factors, quantity=None):
     return rows
 
 
+def conventions(runs, ours):
+    """[`Cause`]: the ways to read one experiment's runs that are tried on our values (n,)."""
+    levers = [m.levers for m in runs]
+    return [
+        Cause(c.name, "convention", c.unit, c.strengths,
+        np.array([c.read(ours, levers, s) for s in c.strengths]))
+        for c in CONVENTIONS.get(runs[0].experiment, ())
+    ]  # fmt: skip
+
+
 def of_contacts(runs, rig, catalogue):
     """(ours (n,), [`Cause`]) of one experiment's drops or slides, integrated by the engine."""
     kind = runs[0].experiment
-    levers = [m.levers for m in runs]
     specs = [rig.spec(m.condition, rig.settings.seed, dict(m.known)) for m in runs]
     ours = np.array([_integrated(s, m) for s, m in zip(specs, runs, strict=True)])
-    causes = [
-        Cause(c.name, "convention", c.unit, c.strengths,
-        np.array([c.read(ours, levers, s) for s in c.strengths]))
-        for c in CONVENTIONS[kind]
-    ]  # fmt: skip
+    causes = conventions(runs, ours)
     if kind == "drop":
         values = [[_integrated(s, m, 1.0 / k) for s, m in zip(specs, runs, strict=True)]
         for k in COARSER]  # fmt: skip
@@ -184,37 +207,41 @@ def _own(model, theta):
     return np.diagonal(model.predict(theta)[0]).copy()
 
 
-def compare(runs, ours, causes, alpha=0.05, seed=0):
+def compare(runs, ours, causes, alpha=0.05, seed=0, spread=None):
     """A mapping: experiment, runs, scatter before and after, verdict, ranking and a sentence.
 
-    verdict: `agree` within the table's own spread, `identified`, `ambiguous`, or `unexplained`
-    where no cause that was tried predicts left-out runs better than chance."""
+    spread: standard deviation of the difference of two runs, theirs and ours, that differ by
+    nothing but their seeds, in the quantity's unit; that of the table's own rows unless given.
+    verdict: `agree` where the differences are no larger than that, `identified`, `ambiguous`, or
+    `unexplained` where no cause that was tried predicts left-out runs better than chance."""
     words, unit, share = _quantity(runs[0])
     theirs, base = (_scaled(np.array(v, float), share) for v in ([m.value for m in runs], ours))
-    tables = {c.name: _scaled(c.values, share) for c in causes}
+    tables = {c.name: (_scaled(c.values, share), _noise(c, share)) for c in causes}
     gains = {n: float(g[0]) for n, g in _gains(theirs[None], base, tables).items()}
     scatter = float(np.sqrt(np.mean((theirs - base) ** 2)))
     rng = np.random.default_rng([seed, 11])
     made = base + max(scatter, FLOOR) * rng.standard_normal((REPLICATES, len(base)))
     chance = np.max(list(_gains(made, base, tables).values()), axis=0)
-    order = sorted(causes, key=lambda c: -gains[c.name])
     ranking = []
-    for c in order:
-        rms = np.sqrt(np.mean((theirs - tables[c.name]) ** 2, axis=1))
-        k = int(np.argmin(rms))
+    for c in sorted(causes, key=lambda c: -gains[c.name]):
+        k, follows = _fitted(theirs, base, *tables[c.name])
+        off, kept = theirs - tables[c.name][0][k], follows >= ODD
         ranking.append(
             {"cause": c.name, "kind": c.kind, "gain": gains[c.name],
             "p": share_above(chance, gains[c.name]), "strength": float(c.strengths[k]),
-            "unit": c.unit, "scatter_after": float(rms[k])}
+            "unit": c.unit, "scatter_after": _rms(off), "scatter_of_most": _rms(off[kept]),
+            "odd_lines": [m.line for m, own in zip(runs, kept, strict=True) if not own]}
         )  # fmt: skip
-    verdict, named = _verdict(ranking, scatter, _spread(runs, share), alpha)
+    spread = _spread(runs, share) if spread is None else spread
+    verdict, named = _verdict(ranking, theirs - base, spread, alpha)
     out = {
         "experiment": runs[0].experiment,
         "words": words,
         "runs": len(runs),
         "unit": "share" if share else unit,
     }
-    out |= {"scatter_before": scatter, "verdict": verdict, "causes": named, "ranking": ranking}
+    out |= {"scatter_before": scatter, "spread": spread, "verdict": verdict, "causes": named}
+    out["ranking"] = ranking
     return out | {"sentence": sentence_of(out)}
 
 
@@ -236,9 +263,11 @@ def _spread(runs, share):
     return float(np.median(stated)) if stated else None
 
 
-def _verdict(ranking, scatter, spread, alpha):
+def _verdict(ranking, off, spread, alpha):
+    """(verdict, names). Differences off (n,) that chi-square allows by the spread are no
+    disagreement."""
     best = ranking[0]
-    if spread is not None and scatter <= spread:
+    if spread is not None and chi2.sf(np.sum((off / spread) ** 2), len(off)) >= alpha:
         return "agree", []
     if best["p"] >= alpha:
         return "unexplained", []
@@ -246,28 +275,66 @@ def _verdict(ranking, scatter, spread, alpha):
     return ("identified" if len(close) == 1 else "ambiguous"), close
 
 
+def _rms(off):
+    return float(np.sqrt(np.mean(off**2))) if len(off) else 0.0
+
+
+def _noise(cause, share):
+    if cause.noise is None:
+        return np.zeros(cause.values.shape)
+    return cause.noise / np.maximum(cause.values, 1e-9) if share else cause.noise
+
+
 def _gains(theirs, base, tables):
-    """{cause: gain (b,) of the held-out score over ours as it is} for data sets (b, n)."""
-    plain = _held_out(theirs[:, None] - base)
-    return {n: _held_out(theirs[:, None] - values) - plain for n, values in tables.items()}
+    """{cause: gain (b,) of the held-out score over ours as it is} for data sets (b, n); tables:
+    {cause: (values (k, n), their noise (k, n))}."""
+    plain = _plain(theirs - base)
+    return {
+        name: _held_out(theirs, values, noise, plain) - plain.sum(1)
+        for name, (values, noise) in tables.items()
+    }
 
 
-def _held_out(residual):
-    """Sum of log densities (b,) of rows that are left out, the best of k strengths and the scatter
-    those of the other rows; residual (b, k, n)."""
-    square = residual**2
-    others = square.sum(2, keepdims=True) - square
-    k = others.argmin(1)
-    rows = np.arange(square.shape[2])
-    sets = np.arange(len(square))[:, None]
-    variance = others[sets, k, rows] / (square.shape[2] - 1) + FLOOR**2
-    return (-0.5 * square[sets, k, rows] / variance - 0.5 * np.log(variance)).sum(1)
+def _plain(off):
+    """Log densities (b, n) of rows about ours as it is, the scatter that of the other rows."""
+    square = off**2
+    others = (square.sum(1, keepdims=True) - square) / (square.shape[1] - 1)
+    return norm.logpdf(off, scale=np.sqrt(others + FLOOR**2))
+
+
+def _held_out(theirs, values, noise, plain):
+    """Sum of log densities (b,) of rows that are left out, strength and scatter chosen by the other
+    rows."""
+    density = _densities(theirs, values, noise, plain)
+    b, _, n = density.shape
+    best = (density.sum(2, keepdims=True) - density).argmax(1)
+    return density[np.arange(b)[:, None], best, np.arange(n)].sum(1)
+
+
+def _densities(theirs, values, noise, plain):
+    """(b, k s, n) log densities of rows at each strength and scatter, following the cause or
+    not."""
+    off = theirs[:, None, None] - values[None, :, None]
+    scale = np.exp(-plain.mean(1))[:, None] * SCATTERS + FLOOR  # (b, s), of the size of the scatter
+    size = np.hypot(scale[:, None, :, None], noise[None, :, None])
+    follow = norm.logpdf(off, scale=size) + np.log1p(-ASIDE)
+    both = np.logaddexp(follow, np.log(ASIDE) + plain[:, None, None])
+    return both.reshape(len(theirs), -1, theirs.shape[1])
+
+
+def _fitted(theirs, base, values, noise):
+    """Place of the strength that all rows together choose, and the probability (n,) of each row to
+    follow the cause there."""
+    plain = _plain((theirs - base)[None])
+    density = _densities(theirs[None], values, noise, plain)[0]
+    best = int(density.sum(1).argmax())
+    return best // len(SCATTERS), 1.0 - np.exp(np.log(ASIDE) + plain[0] - density[best])
 
 
 def sentence_of(found):
     """What was found, in words."""
     best = found["ranking"][0]
-    before, after = (_told(found[k] if k in found else best[k], found["unit"])
+    before, after = (told(found[k] if k in found else best[k], found["unit"])
     for k in ("scatter_before", "scatter_after"))  # fmt: skip
     start = (
         f"The {found['words']} of {found['runs']} runs differs from ours by {before} (root mean "
@@ -281,11 +348,16 @@ def sentence_of(found):
             f"best, {best['cause'].replace('_', ' ')}, leaves {after}."
         )
     names = " or ".join(n.replace("_", " ") for n in found["causes"])
-    strength = f"{best['strength']:.3g} {best['unit']}".removesuffix(" 1")
-    return f"{start}. {names} explains it, {best['cause'].replace('_', ' ')} at {strength}: " + (
-        f"{after} are left."
-    )
+    at = f", {best['cause'].replace('_', ' ')} at {best['strength']:.3g} {best['unit']}"
+    at = at.removesuffix(" 1") if best["unit"] else ""
+    text = f"{start}. {names} explains it{at}: {after} are left"
+    if best["odd_lines"]:
+        lines = ", ".join(f"{line}" for line in best["odd_lines"])
+        most = told(best["scatter_of_most"], found["unit"])
+        text += f", {most} without line {lines}, which does not follow it"
+    return f"{text}."
 
 
-def _told(value, unit):
+def told(value, unit):
+    """A scatter in words."""
     return f"{100 * value:.2g} %" if unit == "share" else f"{value:.2g} {unit}"

@@ -3,10 +3,14 @@ supplements."""
 
 from pathlib import Path
 
-from calibration.stages import Figure, Stage, Task
+from calibration.stages import Figure, Runs, Stage, Task
+from calibration.stages.stage import PLANNED
 
 TABLES = Path("data/paper")
 SETTINGS = "config/reproduction.yaml"
+CAUSES = "config/disagreement.yaml"
+SIMULATED = ("table_6", "table_8", "table_9", "table_10", "table_11")
+"""The paper's tables of simulated values, as tables of another code's runs."""
 
 
 def tables(study):
@@ -71,6 +75,46 @@ STAGES = (
                 outputs={
                     "table": Figure("reproduction/reproduction.csv", "reproduction"),
                     "summary": "reproduction/reproduction.json",
+                },
+            ),
+        ),
+    ),
+    Stage(
+        name="disagreement",
+        title="Why the two simulations disagree",
+        category="Reproduction",
+        place=10.1,
+        tasks=(
+            Task(
+                "paper.disagreement:plan_disagreement",
+                "disagreement: read the paper's tables as runs, plan what may differ at each",
+                reads=(*PLANNED, "bench"),
+                inputs={"tables": tables, "causes": lambda study: CAUSES},
+                outputs={name: f"disagreement/{name}.csv" for name in SIMULATED},
+                plans="disagreement",
+                batches=8,
+                failures="kept",
+            ),
+            Task(
+                "paper.disagreement:disagreement",
+                "disagreement: the cause of each table's, or that none tried explains it",
+                reads=("experiment", "fixed", "run", "factors", "diagnosis"),
+                inputs={
+                    "tables": tables,
+                    "causes": lambda study: CAUSES,
+                    "settings": lambda study: study.config.diagnosis.get("settings") or [],
+                    "design": "disagreement/design.csv",
+                    "plan": "disagreement/plan.json",
+                    "runs": Runs("disagreement"),
+                    "screening": "screening/runs.csv",
+                    "ascent": "ascent/runs.csv",
+                    "response_surface": "response_surface/runs.csv",
+                    "beside": beside,
+                }
+                | {name: f"disagreement/{name}.csv" for name in SIMULATED},
+                outputs={
+                    "summary": "disagreement/disagreement.json",
+                    "page": Figure("disagreement/disagreement.md", "disagreement"),
                 },
             ),
         ),

@@ -1,6 +1,8 @@
 """Another code's runs are read as measurements at known parameters, and a difference gets a cause
 or the plain words that there is none."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnosis_cases import BASE, FACTORS, bench
@@ -11,6 +13,7 @@ from diagnosis.catalogue import load_catalogue
 from diagnosis.other_code import (
     Cause,
     compare,
+    conventions,
     emulated,
     of_contacts,
     read_runs,
@@ -49,6 +52,38 @@ def test_faults_are_said_by_line(tmp_path):
         read_runs(table(tmp_path, rows[:3]), ALL)
     again = [rows[0], *rows[:4]]
     assert len(read_runs(table(tmp_path, again), ALL)) == 4
+
+
+def test_a_row_that_does_not_follow_the_cause_is_named_and_hides_nothing(tmp_path):
+    """Angles read in whole steps of 2.5 degrees, but for one."""
+    true = np.degrees(np.arctan(MU))
+    runs = slides(tmp_path, lambda a: a if a == true[3] else 2.5 * np.round(a / 2.5) - 0.03)
+    found = compare(runs, true, [*conventions(runs, true), *causes(true)])
+    assert (found["verdict"], found["causes"]) == ("identified", ["angle read in whole steps"])
+    best = found["ranking"][0]
+    assert (best["strength"], best["odd_lines"]) == (2.5, [5])
+    assert "without line 5" in found["sentence"]
+
+
+def test_a_cause_that_scatters_by_nature_is_not_asked_for_more(tmp_path):
+    """A numerical setting scatters runs by up to a tenth; a shift fits them no better."""
+    ours, rng = np.degrees(np.arctan(MU)), np.random.default_rng(8)
+    noise = np.linspace(3.0, 0.2, len(MU))
+    values = ours + 4.0
+    runs = slides(tmp_path)
+    runs = [replace(m, value=v + s * rng.standard_normal())
+        for m, v, s in zip(runs, values, noise, strict=True)]  # fmt: skip
+    rough = Cause("rough", "numerical", "", np.ones(1), values[None], noise[None])
+    plain = Cause("plain", "numerical", "", np.ones(1), values[None])
+    gains = {r["cause"]: r["gain"] for r in compare(runs, ours, [rough, plain])["ranking"]}
+    assert gains["rough"] > gains["plain"]
+
+
+def test_differences_of_the_size_of_the_seeds_are_none(tmp_path):
+    ours, rng = np.degrees(np.arctan(MU)), np.random.default_rng(4)
+    runs = slides(tmp_path, lambda a: a + 0.5 * rng.standard_normal())
+    assert compare(runs, ours, causes(ours), spread=0.5)["verdict"] == "agree"
+    assert compare(runs, ours, causes(ours), spread=0.05)["verdict"] != "agree"
 
 
 def causes(ours):

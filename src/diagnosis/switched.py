@@ -1,0 +1,123 @@
+"""Causes of a disagreement that are switched on in runs of the engine: a rig, a numerical setting,
+parameters that were exchanged, another metric as the reading.
+
+Each is run at the parameters of every one of another code's runs, so that its values stand beside
+theirs as our own do (`diagnosis.other_code`).
+"""
+
+from typing import Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from calibration.batches import named
+from calibration.errors import ConfigError
+from dem.errors import SpecError
+from dem.io.mapping import read_mapping
+from diagnosis.other_code import Cause
+
+
+class Switched(BaseModel):
+    """What is switched on for one cause, once or at several strengths."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    kind: Literal["rig", "numerical", "parameters", "reading"]
+    run: dict = Field({}, description="keys laid over the run spec")
+    at: dict[float, dict] = Field({}, description="strength: keys laid over the run spec for it")
+    unit: str = Field("", description="unit of the strengths")
+    exchange: tuple[str, str] | None = Field(
+        None, description="two factors whose values change places"
+    )
+    metric: str | None = Field(None, description="metric that is read in place of the experiment's")
+    scatter: str | None = Field(
+        None, description="metric of the standard deviation between trials, where it is the cause's"
+    )
+    trials: int = Field(1, ge=1, description="trials that each of their values is the mean of")
+    tables: list[str] | None = Field(None, description="tables it is tried on; all unless given")
+
+    @model_validator(mode="after")
+    def _one_way(self):
+        if bool(self.run) + bool(self.at) + bool(self.exchange) + bool(self.metric) != 1:
+            raise ValueError("one of run, at, exchange and metric is needed")
+        return self
+
+    @property
+    def overlays(self):
+        """{strength: keys laid over the run spec}; the strength of what has none is 1."""
+        return self.at or {1.0: self.run}
+
+    def values(self, known):
+        """The factors' values {name: value} of one of their runs as this cause has them."""
+        if not self.exchange:
+            return known
+        a, b = self.exchange
+        return known | {a: known[b], b: known[a]}
+
+
+def read_switched(path):
+    """{experiment: {words: `Switched`}} of a YAML file. Raises ConfigError naming file and key."""
+    try:
+        data, lines = read_mapping(path)
+    except SpecError as error:
+        raise ConfigError(str(error)) from None
+    out = {}
+    for experiment, causes in data.items():
+        out[experiment] = {}
+        for name, given in (causes or {}).items():
+            try:
+                out[experiment][name] = Switched.model_validate(given)
+            except ValidationError as error:
+                first = error.errors()[0]
+                key = ".".join([experiment, name, *(str(p) for p in first["loc"])])
+                line = lines.get(key) or lines.get(f"{experiment}.{name}")
+                raise ConfigError(
+                    "is not valid", path=path, line=line, key=key, value=first.get("input"),
+                    allowed=first["msg"],
+                ) from None  # fmt: skip
+    return out
+
+
+def plan(table, runs, causes, spec_of):
+    """Rows [{table, cause, strength, run}] in the order of the table's runs, and {run id: spec}.
+
+    spec_of: (`Measurement`, {factor: value}, keys laid over) -> run spec (a mapping)."""
+    rows, specs = [], {}
+    for name, cause in causes.items():
+        if cause.tables is not None and table not in cause.tables:
+            continue
+        for strength, changes in cause.overlays.items():
+            own = [spec_of(m, cause.values(dict(m.known)), changes) for m in runs]
+            ids = [next(iter(named([spec]))) for spec in own]
+            specs |= dict(zip(ids, own, strict=True))
+            rows += [
+                {"table": table, "cause": name, "strength": strength, "run": i} for i in ids
+            ]  # fmt: skip
+    return rows, specs
+
+
+def tried(rows, causes, metrics, metric):
+    """([`diagnosis.other_code.Cause`], {cause: runs without a value}) of one table's rows.
+
+    A cause that leaves runs without a value has nothing to compare there and is told apart."""
+    found, without = [], {}
+    for name in dict.fromkeys(r["cause"] for r in rows):
+        cause, own = causes[name], [r for r in rows if r["cause"] == name]
+        table = _table(own, metrics, cause.metric or metric)
+        if np.isnan(table).any():
+            without[name] = int(np.isnan(table).sum())
+            continue
+        noise = _table(own, metrics, cause.scatter) if cause.scatter else np.zeros(table.shape)
+        strengths = np.array(list(dict.fromkeys(r["strength"] for r in own)), float)
+        found.append(
+            Cause(name, cause.kind, cause.unit, strengths, table, noise / np.sqrt(cause.trials))
+        )
+    return found, without
+
+
+def _table(rows, metrics, key):
+    """(k, n) values of a metric, a row a strength; NaN of runs without one."""
+    values = {}
+    for r in rows:
+        values.setdefault(r["strength"], []).append((metrics[r["run"]] or {}).get(key, np.nan))
+    return np.array(list(values.values()), float)

@@ -1,0 +1,203 @@
+"""Why this project's simulations and the paper's disagree: Tables 6, 8, 9, 10 and 11, made with
+EDEM, read as another code's runs at known parameters.
+
+Our side are the runs of the chain and of the bench tests at the same parameters. What may differ is
+switched on in the integrated contact, in the reading, or in runs of the engine at each row of the
+table (`config/disagreement.yaml`).
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from calibration.batches import simulate
+from calibration.campaign import write_plan
+from calibration.config import bench_run, overlay, point_spec
+from calibration.errors import CalibrationError
+from calibration.files import read_json, replacing, write_table
+from calibration.quantities import QUANTITIES
+from calibration.tables import read_written
+from dem.io.files import write_json
+from diagnosis import other_code
+from diagnosis.rig import Rig
+from diagnosis.settings import catalogue_of, parameters_of, study_settings
+from diagnosis.switched import plan, read_switched, tried
+from paper.audit.paper import Paper
+from paper.reproduction.chain import NAMES, spread
+from paper.reproduction.study import Study
+from paper.stages import SIMULATED
+
+TABLES = {
+    # table: experiment, its file, the column of its values
+    "Table 6": ("heap", "table06_plackett_burman", "angle_deg"),
+    "Table 8": ("tilt", "table08_inclined_plane", "angle_deg"),
+    "Table 9": ("drop", "table09_drop_test", "rebound_height_mm"),
+    "Table 10": ("heap", "table10_steepest_ascent", "angle_deg"),
+    "Table 11": ("heap", "table11_box_behnken", "angle_deg"),
+}
+LEVERS = {"tilt": ("tilt_rate_deg_s", "inclined_plane_tilt_rate"),
+    "drop": ("drop_height_mm", "drop_height")}  # fmt: skip
+"""Experiment -> lever that the paper states once for all rows, and its name there."""
+OURS = ("screening", "ascent", "response_surface")
+"""Stages whose runs are our side of the heaps."""
+
+
+def runs_table(paper, name, fixed):
+    """A table of the paper in the form of `diagnosis.other_code.read_runs`; fixed: {factor: level}
+    of what the table itself does not vary."""
+    experiment, file, column = TABLES[name]
+    points = _points(paper, name).assign(value=paper.numbers(file, column)[column])
+    rest = {k: v for k, v in fixed.items() if k not in points} if experiment == "heap" else {}
+    lever, scalar = LEVERS.get(experiment, (None, None))
+    q = QUANTITIES[experiment]
+    head = {"experiment": experiment, "quantity": q.name, "unit": q.unit}
+    levers = {lever: paper.value(scalar)} if lever else {}
+    return points.assign(**head, **levers, **rest)
+
+
+def _points(paper, name):
+    """The factors' levels of a table's rows, in natural units."""
+    file = TABLES[name][1]
+    if name == "Table 6":
+        ranges = paper.text("table05_contact_parameter_ranges", "factor", "name", "low", "high")
+        coded = paper.numbers(file, *ranges["factor"])
+        return pd.DataFrame({r["name"]: _natural(coded[r["factor"]], float(r["low"]),
+            float(r["high"])) for r in ranges.to_dict("records")})  # fmt: skip
+    if name in ("Table 8", "Table 9"):
+        table = paper.text(file)
+        own = [c for c in table if c not in ("number", TABLES[name][2])]
+        return paper.numbers(file, *own)
+    table = paper.numbers(file, *NAMES)
+    if name == "Table 11":
+        levels = paper.text("table11_coding", "factor", "low", "high").set_index("factor")
+        table = pd.DataFrame({c: _natural(table[c], float(levels.loc[c, "low"]),
+            float(levels.loc[c, "high"])) for c in NAMES})  # fmt: skip
+    return table.rename(columns=NAMES)
+
+
+def _natural(coded, low, high):
+    return np.round(0.5 * (low + high) + 0.5 * coded * (high - low), 9)
+
+
+def our_values(runs, studies, fixed):
+    """(n,) our responses at the parameters of runs, means over seeds, from the studies' tables.
+    Raises CalibrationError where a run has none."""
+    tables = [s.table(stage, "runs") for s in studies for stage in OURS]
+    tables = [t for t in tables if t is not None]
+    values = np.array([_at(dict(m.known), tables, fixed) for m in runs])
+    if np.isnan(values).any():
+        raise CalibrationError(
+            f"{np.isnan(values).sum()} of {len(runs)} rows have no run of ours at their parameters"
+        )
+    return values
+
+
+def _at(known, tables, fixed):
+    for table in tables:
+        levels = {k: table[k] if k in table else fixed.get(k, math.nan) for k in known}
+        here = np.all([np.isclose(levels[k], v, atol=1e-6) | np.zeros(len(table), bool)
+            for k, v in known.items()], axis=0)  # fmt: skip
+        if here.any():
+            return float(table["response"][here].mean())
+    return math.nan
+
+
+def spec_of(study):
+    """(`Measurement`, {factor: value}, keys laid over) -> run spec of the study's own experiment or
+    of its bench test."""
+    keys, config = {f.name: f.key for f in study.factors}, study.config
+
+    def made(run, values, changes):
+        kind = run.experiment
+        if kind == config.experiment:
+            base, held = overlay(config.run, changes), config.fixed
+        else:
+            base = bench_run(config, overlay(getattr(config.bench, kind).run, changes))
+            base, held = overlay(base, {k: v for k, v in changes.items() if k == "materials"}), {}
+        levels = {keys[k]: v for k, v in (held | values).items()}
+        return point_spec(base, kind, levels, config.seed)
+
+    return made
+
+
+def plan_disagreement(study, source, output):
+    """Write the paper's tables as tables of runs, and plan every cause at each of their rows."""
+    paper, causes = Paper(Path(source.tables[0]).parent), read_switched(source.causes)
+    rows, specs = [], {}
+    for name, file in zip(TABLES, SIMULATED, strict=True):
+        path = getattr(output, file)
+        write_table(runs_table(paper, name, study.config.fixed), path)
+        runs = other_code.read_runs(path, study.factors)
+        more, own = plan(name, runs, causes.get(runs[0].experiment, {}), spec_of(study))
+        rows, specs = rows + more, specs | own
+    write_plan(Path(output.plan).parent, pd.DataFrame(rows), specs)
+
+
+def disagreement(study, source, output):
+    """Say of each table what differs, or that none of the causes tried explains it."""
+    paper, causes = Paper(Path(source.tables[0]).parent), read_switched(source.causes)
+    studies = [Study(study.folder), *(Study(Path(p).parents[1]) for p in source.beside)]
+    rows, metrics = read_written(source.design), simulate(read_json(source.plan))
+    found = {}
+    for name, file in zip(TABLES, SIMULATED, strict=True):
+        runs = other_code.read_runs(getattr(source, file), study.factors)
+        own = rows[rows["table"] == name].to_dict("records")
+        found[name] = of_table(study, paper, runs, studies, own, causes, metrics)
+    write_json(output.summary, found)
+    with replacing(output.page) as partial:
+        partial.write_text(page(found))
+
+
+def of_table(study, paper, runs, studies, rows, causes, metrics):
+    """What `diagnosis.other_code.compare` says of one table, with the values of each row."""
+    kind, apart = runs[0].experiment, None
+    if kind == study.config.experiment:
+        ours = our_values(runs, studies, study.config.fixed)
+        known, apart = other_code.conventions(runs, ours), _between_runs(paper, studies)
+    else:
+        ours, known = other_code.of_contacts(runs, *_contacts(study, kind))
+    q = QUANTITIES[kind]
+    metric = f"{q.name}_{q.unit}"
+    more, without = tried(rows, causes.get(kind, {}), metrics, metric)
+    found = other_code.compare(runs, ours, known + more, spread=apart)
+    values = {c.name: c.values[np.abs(c.values - [m.value for m in runs]).sum(1).argmin()]
+        for c in more}  # fmt: skip
+    found["rows"] = [
+        {"line": m.line, "theirs": m.value, "ours": float(o)}
+        | {name: float(v[i]) for name, v in values.items()}
+        for i, (m, o) in enumerate(zip(runs, ours, strict=True))
+    ]
+    return found | {"without_value": without}
+
+
+def _between_runs(paper, studies):
+    """Standard deviation [deg] of the difference of two heaps, theirs and ours, of one point."""
+    own, _, theirs = next(s for s in (spread(paper, x) for x in studies) if s[0] is not None)
+    return math.hypot(own, theirs)
+
+
+def _contacts(study, kind):
+    """(`Rig`, {name: Mechanism}) of a single contact."""
+    settings = study_settings(study.config.diagnosis)
+    factors = parameters_of(settings, study.config.factors, [kind])
+    return Rig(settings, study.config.run, factors), catalogue_of(settings, [kind])
+
+
+def page(found):
+    """Markdown: a sentence and a ranking for each table."""
+    lines = ["# Two simulations that disagree: the paper's tables and our runs", ""]
+    for name, one in found.items():
+        lines += [f"## {name}: {one['verdict']}", "", one["sentence"], ""]
+        if one["without_value"]:
+            told = "; ".join(f"{k} in {n} runs" for k, n in one["without_value"].items())
+            lines += [f"Gave no value, and so was not compared: {told}.", ""]
+        lines += ["| cause | kind | at | gain, nats | p | left |", "|---|---|---|---|---|---|"]
+        for r in one["ranking"]:
+            at = f"{r['strength']:.3g} {r['unit']}".strip() if r["unit"] else "on"
+            cells = (r["cause"].replace("_", " "), r["kind"], at, f"{r['gain']:+.1f}",
+                f"{r['p']:.3f}", other_code.told(r["scatter_after"], one["unit"]))  # fmt: skip
+            lines.append(f"| {' | '.join(cells)} |")
+        lines.append("")
+    return "\n".join(lines)

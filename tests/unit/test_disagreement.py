@@ -1,0 +1,107 @@
+"""The paper's tables are read as another code's runs; what may differ is switched on at each."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from calibration import Study
+from calibration.campaign import run_id
+from calibration.errors import CalibrationError, ConfigError
+from calibration.tables import read_written
+from diagnosis import switched
+from diagnosis.other_code import read_runs
+from diagnosis.switched import Switched, read_switched
+from paper import disagreement as own
+from paper.audit.paper import Paper
+from paper.reproduction.study import Study as Kept
+from paper.stages import CAUSES
+
+KEPT = Path("results/reference/salt-paper")
+PAPER = Paper("data/paper")
+
+
+@pytest.fixture(scope="module")
+def study():
+    return Study("config")
+
+
+@pytest.fixture(scope="module")
+def tables(study, tmp_path_factory):
+    folder, out = tmp_path_factory.mktemp("tables"), {}
+    for name in own.TABLES:
+        path = folder / f"{name}.csv"
+        own.runs_table(PAPER, name, study.config.fixed).to_csv(path, index=False)
+        out[name] = read_runs(path, study.factors)
+    return out
+
+
+def test_every_printed_run_is_read_with_its_parameters(tables):
+    assert {k: len(v) for k, v in tables.items()} == {
+        "Table 6": 12, "Table 8": 6, "Table 9": 9, "Table 10": 5, "Table 11": 13,
+    }  # fmt: skip
+    first = dict(tables["Table 6"][0].known)
+    assert (first["salt_steel_rolling_friction"], first["salt_salt_restitution"]) == (0.2, 0.75)
+    centre = next(m for m in tables["Table 11"] if m.n == 5)
+    assert dict(centre.known)["salt_salt_rolling_friction"] == 0.23
+    assert centre.value == pytest.approx(np.mean([46.54, 45.6, 45.7, 45.54, 45.56]))
+    assert {m.levers["drop_height_mm"] for m in tables["Table 9"]} == {150.0}
+
+
+def test_nothing_switched_on_is_the_run_of_the_screening(study, tables):
+    kept, made = read_written(KEPT / "screening" / "runs.csv"), own.spec_of(study)
+    specs = [made(m, dict(m.known), {}) for m in tables["Table 6"]]
+    assert [run_id(s) for s in specs] == list(kept["run_id"])
+    study_of = [Kept(KEPT)]
+    ours = own.our_values(tables["Table 6"], study_of, study.config.fixed)
+    assert ours == pytest.approx(kept["response"])
+    for name in ("Table 10", "Table 11"):
+        assert np.isfinite(own.our_values(tables[name], study_of, study.config.fixed)).all()
+    with pytest.raises(CalibrationError, match="12 of 12 rows have no run of ours"):
+        own.our_values(tables["Table 6"], [Kept("results/none")], study.config.fixed)
+
+
+def test_a_bench_test_is_run_as_the_study_runs_it(study, tables):
+    kept, made = read_written(KEPT / "drop" / "runs.csv"), own.spec_of(study)
+    assert [run_id(made(m, dict(m.known), {})) for m in tables["Table 9"]] == list(kept["run_id"])
+
+
+def test_each_shipped_cause_changes_every_run_it_is_tried_on(study, tables):
+    shipped, made = read_switched(CAUSES), own.spec_of(study)
+    for name, runs in tables.items():
+        plain = [run_id(made(m, dict(m.known), {})) for m in runs]
+        for words, cause in shipped.get(runs[0].experiment, {}).items():
+            rows, specs = switched.plan(name, runs, {words: cause}, made)
+            if cause.tables is not None and name not in cause.tables:
+                assert rows == []
+                continue
+            assert len(rows) == len(runs) * len(cause.overlays)
+            same = [r["run"] for r in rows if r["run"] in plain]
+            # values that are equal change nothing when they change places
+            assert not same or (cause.exchange and len(same) < len(runs))
+            assert set(specs) == {r["run"] for r in rows}
+
+
+def test_parameters_change_places():
+    cause = Switched(kind="parameters", exchange=("a", "b"))
+    assert cause.values({"a": 1.0, "b": 2.0, "c": 3.0}) == {"a": 2.0, "b": 1.0, "c": 3.0}
+
+
+def test_faults_of_the_file_are_said_by_line(tmp_path):
+    path = tmp_path / "causes.yaml"
+    path.write_text("heap:\n  a rig:\n    kind: weather\n    run: {}\n")
+    with pytest.raises(ConfigError, match=r"causes.yaml, line 3.*weather.*rig"):
+        read_switched(path)
+    path.write_text(yaml.safe_dump({"heap": {"a": {"kind": "rig"}}}))
+    with pytest.raises(ConfigError, match="one of run, at, exchange and metric is needed"):
+        read_switched(path)
+
+
+def test_a_cause_whose_runs_give_no_value_is_told_apart():
+    causes = {k: Switched(kind="rig", run={"seed": 1}) for k in ("clogs", "pours")}
+    rows = [{"cause": c, "strength": 1.0, "run": f"{c}{i}"} for c in causes for i in range(3)]
+    metrics = {r["run"]: {"angle": 30.0} for r in rows} | {"clogs1": None}
+    found, without = switched.tried(rows, causes, metrics, "angle")
+    assert [c.name for c in found] == ["pours"]
+    assert without == {"clogs": 1}
