@@ -20,13 +20,7 @@ from diagnosis.laws.readings import FREE, from_log, readings_of
 from diagnosis.power import power
 from diagnosis.residuals import trends
 
-CONTACTS = ("drop", "tilt")
 IN_AIR = 2.0  # a rebound is the square of a restitution
-
-
-def alone(experiments):
-    """Whether all of the experiments are single contacts."""
-    return set(experiments) <= set(CONTACTS)
 
 
 def _known(rig, catalogue):

@@ -7,6 +7,8 @@ from calibration.stages import Figure, Runs, Stage, Task
 
 SHARDS = 8
 EMULATORS = {"emulators": "emulators.npz", "errors": "emulators.json"}
+WAVES = 2
+"""Times that the emulators of a diagnosis are refined; each is a plan and a training."""
 
 
 @dataclass(frozen=True)
@@ -16,6 +18,7 @@ class Part:
 
     settings : a function of the study that gives the file of the settings, or none
     read : a function of the study that gives the settings
+    runs : whether the study needs runs that train emulators, a function of it
     """
 
     folder: str
@@ -24,6 +27,7 @@ class Part:
     reads: tuple
     settings: Callable
     read: Callable
+    runs: Callable = lambda study: True
 
     def task(self, name, message, inputs=None, outputs=None, **more):
         """A task of which inputs and outputs are named within the folder."""
@@ -46,7 +50,7 @@ class Part:
 
     def batches(self, study):
         """Jobs that the emulators' runs are divided into."""
-        return self.read(study).batches
+        return self.read(study).batches if self.runs(study) else 1
 
     def figure(self, name):
         """A figure whose caption bears its name."""
@@ -59,6 +63,39 @@ def _own(study):
     return study_settings(study.config.diagnosis)
 
 
+def of_wave(wave):
+    """{name: file} of the emulators after a wave, 0 the first training."""
+    return {name: f"wave_{wave}/{file}" if wave else file for name, file in EMULATORS.items()}
+
+
+def waves():
+    """The tasks that refine the emulators near the posterior mode."""
+    designs = {"design": "design.json", "plan": "plan.json"}
+    for k in range(1, WAVES + 1):
+        yield OWN.plan(
+            f"diagnosis_wave_{k}",
+            f"plan wave {k} of the emulators' runs, near the posterior mode",
+            {"design": f"wave_{k}/design.json", "left": f"wave_{k}/left.json"},
+            {"emulators": of_wave(k - 1)["emulators"]},
+            folder=f"/wave_{k}",
+            cheap=False,
+        )
+        designs |= {f"design_{k}": f"wave_{k}/design.json", f"plan_{k}": f"wave_{k}/plan.json"}
+        yield OWN.task(
+            f"diagnosis_refine_{k}",
+            f"train the emulators anew with wave {k}",
+            of_wave(k - 1) | designs | {"runs": Runs(f"{OWN.folder}/wave_{k}")},
+            {f"refined_{name}": file for name, file in of_wave(k).items()},
+            cheap=False,
+        )
+
+
+def _emulated(study):
+    from diagnosis.measurements import need_emulators
+
+    return need_emulators(study.config.measurements)
+
+
 OWN = Part(
     folder="diagnosis",
     module="diagnosis.stages",
@@ -66,6 +103,7 @@ OWN = Part(
     reads=("experiment", "run", "factors", "diagnosis", "measurements"),
     settings=lambda study: study.config.diagnosis.get("settings") or [],
     read=_own,
+    runs=_emulated,
 )
 
 DIAGNOSIS = Stage(
@@ -78,10 +116,11 @@ DIAGNOSIS = Stage(
             "diagnosis_plan", "plan the runs that train the emulators", {"design": "design.json"}
         ),
         OWN.train("diagnosis_emulate"),
+        *waves(),
         OWN.task(
             "diagnosis_calibrate",
             "calibrate the base model and show where it fails",
-            {"emulators": EMULATORS["emulators"]},
+            {"emulators": of_wave(WAVES)["emulators"]},
             {
                 "summary": "calibration.json",
                 "table": "residuals.csv",
@@ -99,7 +138,7 @@ DIAGNOSIS = Stage(
                 "predictions": OWN.figure("predictions"),
                 "ranking": OWN.figure("ranking"),
             },
-            EMULATORS,
+            of_wave(WAVES) | {f"left_{k}": f"wave_{k}/left.json" for k in range(1, WAVES + 1)},
             folder="/extension",
             cheap=False,
         ),

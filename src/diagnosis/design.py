@@ -88,22 +88,31 @@ def plan(rig, catalogue, experiments):
     rows, specs, settings, factors = [], {}, rig.settings, rig.factors
     for experiment, mechanism in wanted(settings, catalogue, experiments):
         names = inputs_of(settings, factors, experiment, mechanism)
-        own = settings.experiments[experiment]
         lever = multiplied(settings, factors, experiment, catalogue.get(mechanism))
         for k, x in enumerate(_points(settings, experiment, mechanism, len(names))):
-            spec = _spec(rig, experiment, names, x, catalogue.get(mechanism), 1000 + k)
-            repeats = range(own.repeated.get(mechanism, 1))
-            runs = named([spec | {"seed": spec["seed"] + REPEAT * j} for j in repeats])
+            law = catalogue.get(mechanism)
+            row, runs = row_of(rig, experiment, names, x, law, 1000 + k, lever)
+            rows.append(row)
             specs |= runs
-            rows.append(
-                {
-                    "experiment": experiment,
-                    "mechanism": BASE if lever else mechanism,
-                    "inputs": [float(v) for v in (lever.moved(x[None])[0] if lever else x)],
-                    "run_ids": list(runs),
-                }
-            )
     return rows, specs
+
+
+def row_of(rig, experiment, names, x, mechanism, seed, lever=None):
+    """A row of a design, a mapping, and {run id: spec} of its runs at inputs x (d,) in [0, 1].
+
+    mechanism: a `Mechanism`, None for the base model; lever: its `MultipliedLever`, if it has
+    one."""
+    label = mechanism.name if mechanism else BASE
+    spec = _spec(rig, experiment, names, x, mechanism, seed)
+    repeats = range(rig.settings.experiments[experiment].repeated.get(label, 1))
+    runs = named([spec | {"seed": spec["seed"] + REPEAT * j} for j in repeats])
+    row = {
+        "experiment": experiment,
+        "mechanism": BASE if lever else label,
+        "inputs": [float(v) for v in (lever.moved(x[None])[0] if lever else x)],
+        "run_ids": list(runs),
+    }
+    return row, runs
 
 
 def _points(settings, experiment, mechanism, inputs):

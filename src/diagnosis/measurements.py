@@ -6,6 +6,9 @@ from calibration.errors import ConfigError
 from calibration.measurements import ROLES, raise_faults, read_measured
 from calibration.quantities import LEVERS, QUANTITIES
 
+CONTACTS = ("drop", "tilt")
+"""Experiments that are one contact, which is integrated and not emulated."""
+
 LEAST_CONDITIONS = 3
 LEAST_SETTINGS = 5
 """Settings of the experiments that a cause shows on, for it to be named. With fewer the errors
@@ -19,6 +22,20 @@ class Measured:
     fitted: list
     held_out: list
     outcomes: list
+
+
+def alone(experiments):
+    """Whether all of the experiments are single contacts."""
+    return set(experiments) <= set(CONTACTS)
+
+
+def need_emulators(path):
+    """Whether a table has rows of other experiments than single contacts. A faulty one counts as
+    having them: who reads it says what is wrong."""
+    try:
+        return not alone(m.experiment for m in read_all(path).fitted)
+    except (ConfigError, OSError):
+        return True
 
 
 def read_measurements(path):

@@ -76,6 +76,13 @@ class Settings(_Part):
     runs_per_input: int = Field(
         10, ge=3, le=100, description="emulator runs per parameter, lever and strength"
     )
+    waves: int = Field(
+        2,
+        ge=0,
+        le=2,
+        description="times at most that emulators are refined near the posterior mode, each time "
+        "with as many runs per input as at first",
+    )
     replicates: int = Field(
         300, ge=50, le=10000, description="parametric bootstrap under the base model"
     )

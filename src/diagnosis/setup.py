@@ -3,9 +3,8 @@
 from functools import cached_property
 
 from calibration.factors import read_factors
-from diagnosis import contacts
 from diagnosis.emulator_files import read_emulators
-from diagnosis.measurements import read_all
+from diagnosis.measurements import alone, read_all
 from diagnosis.model import Emulated
 from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, check_given, check_range, parameters_of
@@ -29,7 +28,7 @@ class Setup:
         table, path = read_all(self.config.measurements), self.config.measurements
         rows = table.fitted + table.held_out
         check_given(self.settings, rows, path)
-        if not contacts.alone(m.experiment for m in table.fitted):
+        if not alone(m.experiment for m in table.fitted):
             check_range(self.settings, rows, path)
         self._bare.check(rows)
         return table
@@ -47,7 +46,7 @@ class Setup:
     @property
     def of_contacts(self):
         """Whether single contacts are integrated, and nothing is emulated."""
-        return contacts.alone(self.kinds)
+        return alone(self.kinds)
 
     @property
     def emulated_kinds(self):

@@ -1,5 +1,6 @@
 """The stages of the diagnosis: each reads its input files and writes its output files."""
 
+import shutil
 from pathlib import Path
 
 import pandas as pd
@@ -11,7 +12,8 @@ from calibration.errors import ConfigError
 from calibration.files import read_json, replacing, write_table
 from calibration.report.plain import write_page
 from dem.io.files import write_json
-from diagnosis import aside, better_plan, contacts, exclusion, figures, power, time_step
+from diagnosis import aside, better_plan, contacts, exclusion, figures, power, time_step, waves
+from diagnosis.declared import WAVES
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.emulator_files import write_emulators
@@ -20,6 +22,7 @@ from diagnosis.failures import train_failures
 from diagnosis.fit import data_of, fit
 from diagnosis.identify import identify
 from diagnosis.last_word import last_word
+from diagnosis.measurements import CONTACTS
 from diagnosis.residuals import calibration, residual_rows, trends
 from diagnosis.settings import BASE, study_settings
 from diagnosis.setup import Setup
@@ -32,8 +35,8 @@ def plan_power(setup, output):
         raise ConfigError(
             "has experiments whose power is not computed",
             path=setup.config.measurements,
-            value=", ".join(k for k in setup.kinds if k not in contacts.CONTACTS),
-            allowed=f"rows of {' and '.join(contacts.CONTACTS)}",
+            value=", ".join(k for k in setup.kinds if k not in CONTACTS),
+            allowed=f"rows of {' and '.join(CONTACTS)}",
         )
     rows, plan, better = better_plan.best(
         setup.measurements,
@@ -65,12 +68,41 @@ def emulate(setup, source, output):
 
 def train_all(settings, factors, source, output):
     """Write the emulators that a design's finished runs train, and the table of their errors."""
-    design, specs = read_json(source.design), read_json(source.plan)
-    metrics = simulate(specs)
+    design, metrics = read_json(source.design), simulate(read_json(source.plan))
+    _train(settings, factors, design, metrics, output.emulators, output.errors)
+
+
+def _train(settings, factors, design, metrics, emulators_file, errors_file):
     emulators, table = train(design, metrics, settings, factors)
     failures = train_failures(design, metrics, settings, factors)
-    write_emulators(output.emulators, emulators, failures)
-    write_json(output.errors, table)
+    write_emulators(emulators_file, emulators, failures)
+    write_json(errors_file, table)
+
+
+def plan_refinement(setup, source, output, wave):
+    """Plan the runs of a wave, where emulators are too rough at the posterior mode."""
+    rows, specs, found = [], {}, []
+    if not setup.of_contacts:
+        emulated = setup.emulated(source.emulators)
+        rows, specs, found = waves.plan_wave(emulated, setup.measurements, setup.rig, wave)
+    write_json(output.design, rows)
+    write_json(output.plan, specs)
+    write_json(output.left, {"wave": wave, "runs": len(specs), "left": found})
+
+
+def refine(setup, source, output, wave):
+    """Train the emulators by the runs of all waves so far; a wave without runs leaves them as they
+    are."""
+    if not read_json(getattr(source, f"plan_{wave}")):
+        shutil.copyfile(source.emulators, output.refined_emulators)
+        shutil.copyfile(source.errors, output.refined_errors)
+        return
+    design, specs = read_json(source.design), read_json(source.plan)
+    for k in range(1, wave + 1):
+        design += read_json(getattr(source, f"design_{k}"))
+        specs |= read_json(getattr(source, f"plan_{k}"))
+    files = output.refined_emulators, output.refined_errors
+    _train(setup.settings, setup.rig.factors, design, simulate(specs), *files)
 
 
 def calibrate(setup, source, output):
@@ -116,6 +148,11 @@ def name_causes(setup, source, output):
     errors = read_json(source.errors)
     name = extended_name(found)
     verdict = findings(emulated, measurements, found) | {"emulators": errors}
+    verdict["refinement"] = {
+        "share": waves.SHARE,
+        "waves": [read_json(getattr(source, f"left_{k}")) for k in range(1, WAVES + 1)],
+        "left": waves.left(emulated, measurements),
+    }
     verdict["exclusion"] = exclusion.of_mechanisms(found)
     shown = {"before": ((), found.fits[BASE])}
     shown |= {"after": (tuple(name.split(" + ")), found.fits[name])} if name else {}
@@ -209,6 +246,26 @@ def diagnosis_plan(study, source, output):
 def diagnosis_emulate(study, source, output):
     """See `emulate`."""
     emulate(_setup(study), source, output)
+
+
+def diagnosis_wave_1(study, source, output):
+    """See `plan_refinement`."""
+    plan_refinement(_setup(study), source, output, 1)
+
+
+def diagnosis_refine_1(study, source, output):
+    """See `refine`."""
+    refine(_setup(study), source, output, 1)
+
+
+def diagnosis_wave_2(study, source, output):
+    """See `plan_refinement`."""
+    plan_refinement(_setup(study), source, output, 2)
+
+
+def diagnosis_refine_2(study, source, output):
+    """See `refine`."""
+    refine(_setup(study), source, output, 2)
 
 
 def diagnosis_calibrate(study, source, output):

@@ -130,6 +130,7 @@ def page(verdict):
         *_ranking(verdict),
         *_exclusion(verdict),
         *_parameters(verdict),
+        *_refinement(verdict),
         *_gain(verdict),
         *_held_out(verdict),
         *_outcomes(verdict),
@@ -321,6 +322,32 @@ def _coefficients(verdict):
         "directions of the parameters have half the prior's standard deviation at most.",
         "",
     ]
+
+
+def _refinement(verdict):
+    """How rough the emulators are where the data are."""
+    found = verdict.get("refinement")
+    if not found or not found["left"]:
+        return []
+    before = {(r["experiment"], r["mechanism"]): r["error"] for r in found["waves"][0]["left"]}
+    runs = " and ".join(f"{w['runs']}" for w in found["waves"])
+    lines = [
+        "## Error of the emulators at the posterior mode",
+        "",
+        f"Over that of the measurement; from {found['share']:g} on an emulator is refined by "
+        f"further runs near the mode. The waves made {runs} runs.",
+        "",
+        "| experiment | model | at first | now |",
+        "|---|---|---|---|",
+    ]
+    for r in found["left"]:
+        first = before.get((r["experiment"], r["mechanism"]))
+        shown = "" if first is None else f"{first:.2g}"
+        rough = "" if r["enough"] else ": too rough still"
+        lines.append(
+            f"| {r['experiment']} | {label(r['mechanism'])} | {shown} | {r['error']:.2g}{rough} |"
+        )
+    return [*lines, ""]
 
 
 def _gain(verdict):

@@ -91,6 +91,20 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
     stages.plan_runs(own, plan)
     trained = files(emulators="e.npz", errors="e.json")
     stages.emulate(own, plan, trained)
+    so_far = {"design": "design.json", "plan": "plan.json"}
+    for k in (1, 2):
+        wave = files(design=f"design_{k}.json", plan=f"plan_{k}.json", left=f"left_{k}.json")
+        stages.plan_refinement(own, trained, wave, k)
+        so_far |= {f"design_{k}": f"design_{k}.json", f"plan_{k}": f"plan_{k}.json"}
+        source = files(**so_far, emulators=Path(trained.emulators).name, errors="e.json")
+        refined = files(refined_emulators=f"e_{k}.npz", refined_errors=f"errors_{k}.json")
+        stages.refine(own, source, refined, k)
+        trained = files(
+            emulators=f"e_{k}.npz",
+            errors=f"errors_{k}.json",
+            left_1="left_1.json",
+            left_2="left_2.json",
+        )
     shown = files(summary="calibration.json", table="residuals.csv", residuals="residuals.svg")
     stages.calibrate(own, trained, shown)
     named = files(
@@ -114,7 +128,12 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
     assert len(table) == len(measured)
     for figure in ("residuals", "predictions", "ranking", "gain"):
         assert at(f"{figure}.svg").read_text().count("<svg") == 1
-    assert f"**Verdict: {verdict['verdict']}**" in at("diagnosis.md").read_text()
+    text = at("diagnosis.md").read_text()
+    assert f"**Verdict: {verdict['verdict']}**" in text
+    refinement = verdict["refinement"]
+    assert [w["wave"] for w in refinement["waves"]] == [1, 2]
+    assert {r["experiment"] for r in refinement["left"]} == {m.experiment for m in measured}
+    assert "## Error of the emulators at the posterior mode" in text
     assert at("diagnosis.html").read_text().count("<svg role=") == 3
 
 

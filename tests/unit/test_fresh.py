@@ -35,7 +35,8 @@ DROP = {"plan_drop", "plan_drop_confirmation", "drop"}
 SWEEPS = TILT | DROP | {"bench_parameters"}
 SHEAR, SCALING = {"plan_shear", "shear"}, {"plan_scaling", "scaling"}
 STARTS = {"plan_tilt", "plan_drop"}
-NUMERICS, PAPER = {"plan_numerics", "numerics"}, {"audit", "reproduction"}
+NUMERICS, DISAGREEMENT = {"plan_numerics", "numerics"}, {"plan_disagreement", "disagreement"}
+PAPER = {"audit", "reproduction"}
 DIAGNOSIS = {name for name in TASKS if name.startswith("diagn")}
 SUITE = {name for name in TASKS if name.startswith("discovery")}
 EDITS = {
@@ -47,11 +48,12 @@ EDITS = {
     "calibration/export/yade.py": EXPORTS,
     "calibration/figures/optimum.py": None,
     "diagnosis/verdict.py": DIAGNOSIS | SUITE,
-    "diagnosis/verdict.schema.json": DIAGNOSIS | SUITE,
+    "diagnosis/verdict.schema.json": DIAGNOSIS | SUITE | DISAGREEMENT,
+    "diagnosis/switched.py": DISAGREEMENT,
     "diagnosis/benchmark/hidden.py": SUITE,
-    "diagnosis/catalogue/air_drag.py": DIAGNOSIS | SUITE,
+    "diagnosis/catalogue/air_drag.py": DIAGNOSIS | SUITE | DISAGREEMENT,
     "paper/audit/bench.py": PAPER,
-    "paper/reproduction/chain.py": PAPER,
+    "paper/reproduction/chain.py": PAPER | DISAGREEMENT,
     "paper/reference.py": set(),
     "dem/cli.py": set(),
 }
@@ -64,14 +66,15 @@ SECTIONS = [
     ("ascent", "steps", 6, {"plan_ascent", "screening", "export"}),
     ("response_surface", "centre_runs", 6, {"plan_response_surface", "plan_candidate", "export"}),
     ("optimise", "candidate_runs", 9, {"plan_candidate", "candidate", "optimise", "export"}),
-    ("bench", "shear", {"replicates": 5}, TILT | DROP | SHEAR | {"export"}),
+    ("bench", "shear", {"replicates": 5},
+     TILT | DROP | SHEAR | {"export", "plan_disagreement"}),
     ("scaling", "margin_deg", 1.5, SCALING | {"export"}),
     ("measurements", None, "examples/soybean/measured.csv",
      {"screening", "ascent", "response_surface", "candidate", "optimise", "validation"}
      | {"posterior", "push_through", "export", "shear", "provenance"}
      | {n for n in TILT | DROP if n not in STARTS} | DIAGNOSIS),
     ("numerics", None, "other.yaml", {"plan_numerics", "export"}),
-    ("diagnosis", "alpha", 0.1, DIAGNOSIS | {"export"}),
+    ("diagnosis", "alpha", 0.1, DIAGNOSIS | {"export", "disagreement"}),
     ("push_through", "drum", {"experiment": "drum"},
      {"plan_push_through", "push_through", "export"}),
     ("pour_rate", None, {"rates_per_s": [1.0, 2.0]}, {"plan_pour_rate", "pour_rate", "export"}),

@@ -1,0 +1,107 @@
+"""Emulators are refined where the posterior is, and the verdict says how rough they are there."""
+
+import numpy as np
+import pytest
+from diagnosis_cases import BASE as RUN
+from diagnosis_cases import FACTORS, closed_form
+
+from calibration.measurements import Measurement
+from diagnosis import waves
+from diagnosis.design import plan
+from diagnosis.emulator import train
+from diagnosis.model import Emulated
+from diagnosis.rig import Rig
+from diagnosis.settings import catalogue_of, parameters_of, read_settings
+
+CHANGES = {"runs_per_input": 4, "experiments": {"shear": {"mechanisms": ["cohesion"]}}}
+FRICTION, ROLLING, ENERGY = 0.6, 0.15, 0.1
+
+
+def curved(spec):
+    """The closed form of a shear test with a bend that few runs cannot follow."""
+    metrics = closed_form(spec)
+    pair = spec["contacts"]["particle_particle"]
+    bend = 0.1 * np.sin(6.0 * pair["static_friction"]) * np.cos(8.0 * pair["rolling_friction"])
+    load = spec["geometry"]["normal_stress_kPa"]
+    return {"shear_stress_kPa": metrics["shear_stress_kPa"] + bend * load}
+
+
+@pytest.fixture(scope="module")
+def refined():
+    """(rig, measurements, emulators, what was left, runs) before any wave, after one, after two."""
+    settings = read_settings("config/diagnosis.yaml", CHANGES)
+    catalogue = catalogue_of(settings, ["shear"])
+    factors = parameters_of(settings, FACTORS, ["shear"])
+    rig = Rig(settings, RUN, factors)
+    pair = {"static_friction": FRICTION, "rolling_friction": ROLLING}
+    measured = []
+    for load in (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0):
+        spec = {"experiment": "shear", "contacts": {"particle_particle": pair}}
+        spec |= {"geometry": {"normal_stress_kPa": load}}
+        spec |= {"law_parameters": {"surface_energy_J_m2": ENERGY}}
+        value = curved(spec)["shear_stress_kPa"]
+        measured.append(Measurement("shear", value, 0.01 * value, 5, {"normal_stress_kPa": load}))
+    rows, specs = plan(rig, catalogue, ["shear"])
+    out = []
+    for wave in (1, 2, 3):
+        metrics = {name: curved(spec) for name, spec in specs.items()}
+        emulators, _ = train(rows, metrics, settings, factors)
+        emulated = Emulated(emulators, settings, factors, catalogue)
+        more, own, found = waves.plan_wave(emulated, measured, rig, wave)
+        out.append((emulated, found, own))
+        rows, specs = rows + more, specs | own
+    return rig, measured, out
+
+
+def error_of(found, mechanism):
+    return next(r["error"] for r in found if r["mechanism"] == mechanism)
+
+
+def test_each_wave_makes_the_emulators_sharper_at_the_mode(refined):
+    _, _, (first, second, third) = refined
+    before, between, after = (error_of(found, "cohesion") for _, found, _ in (first, second, third))
+    assert before > waves.SHARE
+    assert after < between < before
+
+
+def test_the_emulator_comes_nearer_to_the_truth_at_the_mode(refined):
+    _, measured, (first, _, third) = refined
+    misses = []
+    for emulated, *_ in (first, third):
+        model = emulated.model([m.condition for m in measured], ["cohesion"])
+        strength = model.mechanisms[0].strength.coded(ENERGY)
+        names = {"static_friction": FRICTION, "rolling_friction": ROLLING}
+        theta = [f.coded(names[f.key.split(".")[-1]]) for f in model.factors]
+        value, _ = model.predict(np.array([[*theta, strength]]))
+        misses.append(
+            np.mean([(v / m.value - 1) ** 2 for v, m in zip(value[0], measured, strict=True)])
+        )
+    assert misses[1] < 0.25 * misses[0]
+
+
+def test_runs_of_a_wave_are_near_the_mode_and_at_the_measured_loads(refined):
+    _, measured, ((emulated, _, specs), *_) = refined
+    assert specs
+    loads = {m.levers["normal_stress_kPa"] for m in measured}
+    assert {round(s["geometry"]["normal_stress_kPa"], 3) for s in specs.values()} == loads
+    model, fitted = waves.modes(emulated, measured)["cohesion"]
+    sd = np.sqrt(np.diag(fitted.cov[0]))
+    k = model.names.index(next(f.name for f in model.factors if "static" in f.key))
+    factor = model.factors[k]
+    drawn = [
+        factor.coded(s["contacts"]["particle_particle"]["static_friction"])
+        for s in specs.values()
+        if s["laws"].get("cohesion", "none") != "none"
+    ]
+    assert np.abs(np.array(drawn) - fitted.theta[0, k]).max() < 4.0 * waves.REACH * sd[k] + 1e-6
+
+
+def test_no_wave_beyond_the_cap_and_none_where_emulators_are_sharp(refined):
+    rig, measured, ((emulated, *_), *_) = refined
+    assert waves.plan_wave(emulated, measured, rig, rig.settings.waves + 1)[:2] == ([], {})
+    rough = [
+        Measurement("shear", m.value, 0.5 * m.value, 1, m.levers, line=m.line) for m in measured
+    ]
+    rows, specs, found = waves.plan_wave(emulated, rough, rig, 1)
+    assert (rows, specs) == ([], {})
+    assert all(r["enough"] for r in found)
