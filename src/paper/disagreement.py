@@ -17,7 +17,7 @@ from calibration.campaign import write_plan
 from calibration.config import bench_run, overlay, point_spec
 from calibration.errors import CalibrationError
 from calibration.files import read_json, replacing, write_table
-from calibration.quantities import QUANTITIES
+from calibration.quantities import QUANTITIES, measurable
 from calibration.tables import read_written
 from dem.io.files import write_json
 from diagnosis import other_code
@@ -158,8 +158,7 @@ def of_table(study, paper, runs, studies, rows, causes, metrics):
         known, apart = other_code.conventions(runs, ours), _between_runs(paper, studies)
     else:
         ours, known = other_code.of_contacts(runs, *_contacts(study, kind))
-    q = QUANTITIES[kind]
-    metric = f"{q.name}_{q.unit}"
+    metric = measurable(kind)[runs[0].quantity].key
     more, without = tried(rows, causes.get(kind, {}), metrics, metric)
     found = other_code.compare(runs, ours, known + more, spread=apart)
     values = {c.name: c.values[np.abs(c.values - [m.value for m in runs]).sum(1).argmin()]
