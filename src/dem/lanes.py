@@ -399,6 +399,38 @@ def store_block(typingctx, blocks, block, fields):
     return types.none(blocks, block, fields), codegen
 
 
+@intrinsic
+def load_lanes(typingctx, values, start):
+    """values[start : start + WIDTH] of a (m,) float32 as F32."""
+
+    def codegen(context, builder, sig, args):
+        base = _pointer(context, builder, sig.args[0], args[0], ir.FloatType())
+        return _load(builder, base, args[1], ir.VectorType(ir.FloatType(), WIDTH), 4)
+
+    return F32(values, start), codegen
+
+
+@intrinsic
+def bits_of(typingctx, mask):
+    """A mask as an int64: bit k is lane k."""
+
+    def codegen(context, builder, sig, args):
+        bits = builder.bitcast(args[0], ir.IntType(WIDTH))
+        return builder.zext(bits, ir.IntType(64))
+
+    return types.int64(mask), codegen
+
+
+@intrinsic
+def lowest_bit(typingctx, bits):
+    """Number of the lowest bit that is set; bits must not be 0."""
+
+    def codegen(context, builder, sig, args):
+        return builder.cttz(args[0], ir.Constant(ir.IntType(1), 1))
+
+    return types.int64(types.int64), codegen
+
+
 inlined = njit(forceinline=True, error_model="numpy")
 """Decorator of a kernel's part that takes named tuples of arrays: a real call would copy kilobytes
 of pointers."""

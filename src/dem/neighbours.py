@@ -10,11 +10,13 @@ cells x-1, x, x+1 of one row are then one run of memory.
 import numpy as np
 from numba import njit
 
-from dem.lanes import FIELDS, WIDTH, inlined
+from dem.lanes import FIELDS, WIDTH, bits_of, inlined, load_lanes, lowest_bit
 
 LEVELS = 10
 LEVEL_RATIO = 1.5
+FIRST_LEVEL = LEVEL_RATIO * (1.0 - 1e-9)  # of the smallest reach: up to it a level is 0 for sure
 MAX_CELLS_PER_PARTICLE = 16
+SINGLE = 2e-7  # of the largest coordinate: bounds what float32 rounds off any
 NEARLY = 1.0005  # of the sum of the radii: pairs that count as touching when the list is sorted
 
 
@@ -50,7 +52,10 @@ def plan_grids(n, particles, reach, level, cell_size, dims, first_cell, low, att
             high[k] = max(high[k], particles.position[i, k])
     cell_size[:] = 0.0
     for i in range(n):
-        level[i] = min(int(np.log(reach[i] / smallest) / np.log(LEVEL_RATIO)), LEVELS - 1)
+        ratio = reach[i] / smallest
+        level[i] = 0
+        if ratio > FIRST_LEVEL:  # most grains need no logarithm
+            level[i] = min(int(np.log(ratio) / np.log(LEVEL_RATIO)), LEVELS - 1)
         cell_size[level[i]] = max(cell_size[level[i]], 2.0 * reach[i])
     first_cell[0] = 0
     for lv in range(LEVELS):
@@ -60,8 +65,9 @@ def plan_grids(n, particles, reach, level, cell_size, dims, first_cell, low, att
             while True:
                 for k in range(3):
                     dims[lv, k] = int((high[k] - low[k]) / cell_size[lv]) + 1
-                cells = dims[lv, 0] * dims[lv, 1] * dims[lv, 2]
-                if cells <= MAX_CELLS_PER_PARTICLE * n + 1024:
+                exact = float(dims[lv, 0]) * dims[lv, 1] * dims[lv, 2]  # beyond what an int holds
+                if exact <= MAX_CELLS_PER_PARTICLE * n + 1024:
+                    cells = int(exact)
                     break
                 cell_size[lv] *= 1.26  # a few stray particles must not blow up the grid
         first_cell[lv + 1] = first_cell[lv] + cells
@@ -108,64 +114,33 @@ def counting_sort(n, particles, level, cell_size, dims, first_cell, low, cell, s
     for i in range(n):
         lv = level[i]
         cell[i] = first_cell[lv] + cell_of(particles.position[i], cell_size[lv], dims[lv], low)
-        start[cell[i] + 1] += 1
+        start[cell[i]] += 1
     for c in range(len(start) - 1):
         start[c + 1] += start[c]
-    for i in range(n):
+    for i in range(n - 1, -1, -1):  # each cell fills from its end
+        start[cell[i]] -= 1
         order[start[cell[i]]] = i
-        start[cell[i]] += 1
-    for c in range(len(start) - 1, 0, -1):
-        start[c] = start[c - 1]
-    start[0] = 0
 
 
 @njit(cache=True)
-def take_rows(n, array, order, out):
-    """out[:n] = array[order]; element by element, for a slice of a row costs more than its
-    elements."""
+def take_rows(n, old, order, new, new_row):
+    """Put the particles of `old` into `new`, all but the forces: new row i is old row order[i].
+
+    Fills new_row (n,): the new row of each old one. Element by element, for a slice of a row costs
+    more than its elements."""
     for i in range(n):
-        for c in range(array.shape[1]):
-            out[i, c] = array[order[i], c]
-
-
-@njit(cache=True)
-def take_values(n, array, order, out):
-    """out[:n] = array[order] for one-dimensional arrays."""
-    for i in range(n):
-        out[i] = array[order[i]]
-
-
-@inlined
-def _scan(i, lo, hi, particles, reach, kind_of, kind, pairs, far, hits, near, distant):
-    """Add pairs of row i with rows lo..hi-1 that are within reach and of material pair `kind`.
-
-    Pairs that touch or nearly do go to `pairs`, the others to `far`; near and distant count them.
-    """
-    position, first, second = particles.position, pairs.first, pairs.second
-    x, y, z, own = position[i, 0], position[i, 1], position[i, 2], reach[i]
-    count = 0
-    for j in range(lo, hi):  # without a branch: one that few pairs take is mispredicted at each
-        dx, dy, dz = position[j, 0] - x, position[j, 1] - y, position[j, 2] - z
-        h = own + reach[j]
-        hits[count] = j
-        count += dx * dx + dy * dy + dz * dz < h * h
-    m, r = particles.material[i], particles.kinetic[i, 6]
-    capacity = len(first)
-    for k in range(count):
-        j = hits[k]
-        if kind_of[m, particles.material[j]] != kind or same_cluster(particles.cluster, i, j):
-            continue
-        dx, dy, dz = position[j, 0] - x, position[j, 1] - y, position[j, 2] - z
-        touch = NEARLY * (r + particles.kinetic[j, 6])
-        if dx * dx + dy * dy + dz * dz < touch * touch:
-            if near < capacity:
-                first[near], second[near] = i, j
-            near += 1
-        else:
-            if distant < capacity:
-                far[distant, 0], far[distant, 1] = i, j
-            distant += 1
-    return near, distant
+        k = order[i]
+        new_row[k] = i
+        for c in range(4):
+            new.position[i, c] = old.position[k, c]
+            new.drift[i, c] = old.drift[k, c]
+        for c in range(8):
+            new.kinetic[i, c] = old.kinetic[k, c]
+            new.carry[i, c] = old.carry[k, c]
+        new.inverse[i, 0], new.inverse[i, 1] = old.inverse[k, 0], old.inverse[k, 1]
+        new.tag[i] = old.tag[k]
+        new.material[i] = old.material[k]
+        new.cluster[i] = old.cluster[k]
 
 
 @inlined
@@ -195,27 +170,33 @@ def _searches(cell_size, first_cell, start):
 @njit(cache=True, error_model="numpy")
 def find_pairs(
     n, particles, reach, level, cell_size, dims, first_cell, low, start, kind_of, kinds, pairs, far,
-    hits,
+    hits, sieve,
 ):  # fmt: skip
     """List all pairs within reach, block by block of one kind; rows must be sorted.
 
     kind_of (materials, materials): property row of a pair; kinds: the rows that particles can have;
-    far (capacity, 2) int32: scratch. Of each kind the pairs that touch come first, so that most
-    blocks of the others cost one test a step.
+    far (capacity, 2) int32, hits (n,) int32, sieve (4, n + WIDTH) float32: scratch. Of each kind
+    the pairs that touch come first, so that most blocks of the others cost one test a step; both
+    are in ascending order of their rows.
     Returns the number of pairs, padding included; when it exceeds the room in `pairs` the list is
     not complete and must be made again with more.
     """
     count, capacity = 0, len(pairs.first)
     searches = _searches(cell_size, first_cell, start)
+    levels = _fill_sieve(n, particles, reach, cell_size, dims, low, sieve)
     for kind in kinds:
         before, distant = count, 0
         for i in range(n):
-            for lv in range(LEVELS):
+            found = 0
+            for lv in range(levels):
                 if searches[level[i], lv]:
-                    count, distant = _search_level(
-                        i, lv, lv == level[i], particles, reach, cell_size[lv], dims[lv],
-                        first_cell[lv], low, start, kind_of, kind, pairs, far, hits, count, distant,
+                    found = _search_level(
+                        i, lv == level[i], particles.position, reach, cell_size[lv], dims, lv,
+                        first_cell[lv], low, start, sieve, hits, found,
                     )  # fmt: skip
+            count, distant = _divide(
+                i, found, hits, reach, particles, kind_of, kind, pairs, far, count, distant
+            )
         if count + distant + WIDTH > capacity:
             count += distant + WIDTH
             continue
@@ -230,35 +211,84 @@ def find_pairs(
     return count
 
 
+@njit(cache=True, error_model="numpy")
+def _fill_sieve(n, particles, reach, cell_size, dims, low, sieve):
+    """Fill sieve (4, n + WIDTH) with places and reaches in float32, the reaches widened by what it
+    may round off; returns the number of levels."""
+    extent, levels = 0.0, 0
+    for lv in range(LEVELS):
+        if cell_size[lv] > 0.0:
+            levels = lv + 1
+            for k in range(3):
+                extent = max(extent, dims[lv, k] * cell_size[lv])
+    for i in range(n):
+        for k in range(3):
+            sieve[k, i] = particles.position[i, k] - low[k]
+        sieve[3, i] = reach[i] * (1.0 + 1e-6) + SINGLE * extent
+    return levels
+
+
 @inlined
-def _search_level(
-    i, lv, own, particles, reach, size, dims, base, low, start, kind_of, kind, pairs, far, hits,
-    near, distant,
-):  # fmt: skip
-    """Pairs of row i with its own level, of which the cells that follow its own are enough, or with
-    all cells of another level that its reach can meet."""
-    p = particles.position[i]
-    margin = size if own else reach[i] + 0.5 * size  # half a cell is the level's largest reach
-    x0, x1 = _cells(p[0] - low[0], margin, size, dims[0])
-    y0, y1 = _cells(p[1] - low[1], margin, size, dims[1])
-    z0, z1 = _cells(p[2] - low[2], margin, size, dims[2])
-    y, z = int((p[1] - low[1]) / size), int((p[2] - low[2]) / size)
-    for cz in range(z if own else z0, z1 + 1):
-        for cy in range(y if own and cz == z else y0, y1 + 1):
-            row = base + (cz * dims[1] + cy) * dims[0]
+def _search_level(i, own, position, reach, size, dims, lv, base, low, start, sieve, hits, found):
+    """Append to `hits` the rows that may be within reach of row i: of its own level those in the
+    cells that follow its own, of another level those in all cells that its reach can meet. Returns
+    their number."""
+    nx, ny = dims[lv, 0], dims[lv, 1]
+    margin = reach[i] + 0.5 * size  # half a cell is the level's widest reach
+    px, py, pz = position[i, 0] - low[0], position[i, 1] - low[1], position[i, 2] - low[2]
+    x0, x1 = _cells(px, margin, size, nx)
+    y0, y1 = _cells(py, margin, size, ny)
+    z0, z1 = _cells(pz, margin, size, dims[lv, 2])
+    own_y, own_z = int(py / size), int(pz / size)
+    xs, ys, zs, reaches = sieve[0], sieve[1], sieve[2], sieve[3]
+    x, y, z, h = float(xs[i]), float(ys[i]), float(zs[i]), float(reaches[i])
+    for cz in range(own_z if own else z0, z1 + 1):
+        for cy in range(own_y if own and cz == own_z else y0, y1 + 1):
+            row = base + (cz * ny + cy) * nx
             lo, hi = start[row + x0], start[row + x1 + 1]
-            if own and cz == z and cy == y:
+            if own and cz == own_z and cy == own_y:
                 lo = i + 1
-            near, distant = _scan(
-                i, lo, hi, particles, reach, kind_of, kind, pairs, far, hits, near, distant
-            )
-    return near, distant
+            for j in range(lo, hi, WIDTH):
+                dx, dy, dz = load_lanes(xs, j) - x, load_lanes(ys, j) - y, load_lanes(zs, j) - z
+                both = load_lanes(reaches, j) + h
+                near = bits_of(dx * dx + dy * dy + dz * dz < both * both)
+                near &= (1 << min(hi - j, WIDTH)) - 1
+                while near:
+                    hits[found] = j + lowest_bit(near)
+                    found += 1
+                    near &= near - 1
+    return found
 
 
 @inlined
 def _cells(place, margin, size, cells):
     """First and last cell of a row of them that place +- margin meets."""
     return max(int((place - margin) / size), 0), min(int((place + margin) / size), cells - 1)
+
+
+@inlined
+def _divide(i, found, hits, reach, particles, kind_of, kind, pairs, far, near, distant):
+    """Add the pairs of row i with those rows in `hits` that are within reach and of material pair
+    `kind`: those that touch or nearly do to `pairs`, the others to `far`; near and distant count
+    them."""
+    position, capacity = particles.position, len(pairs.first)
+    x, y, z = position[i, 0], position[i, 1], position[i, 2]
+    m, r = particles.material[i], particles.kinetic[i, 6]
+    for k in range(found):
+        j = hits[k]
+        if kind_of[m, particles.material[j]] != kind or same_cluster(particles.cluster, i, j):
+            continue
+        dx, dy, dz = position[j, 0] - x, position[j, 1] - y, position[j, 2] - z
+        square, h = dx * dx + dy * dy + dz * dz, reach[i] + reach[j]
+        touch = NEARLY * (r + particles.kinetic[j, 6])
+        within, touches = square < h * h, square < touch * touch
+        if near < capacity:  # both are written and one counts: no branch on what is chance
+            pairs.first[near], pairs.second[near] = i, j
+        if distant < capacity:
+            far[distant, 0], far[distant, 1] = i, j
+        near += within & touches
+        distant += within & (not touches)
+    return near, distant
 
 
 @njit(cache=True)
@@ -275,11 +305,10 @@ def carry_history(old, old_count, pairs, count, new_row, head, following):
             key = min(new_row[old.first[k]], new_row[old.second[k]])
             following[k] = head[key]
             head[key] = k
+    pairs.history[: count // WIDTH] = 0.0
     for m in range(count):
         block, lane = m // WIDTH, m % WIDTH
         a, b = pairs.first[m], pairs.second[m]
-        for f in range(FIELDS):
-            pairs.history[block, f, lane] = 0.0
         k = head[min(a, b)]
         while k >= 0:
             i, j = new_row[old.first[k]], new_row[old.second[k]]

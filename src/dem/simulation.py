@@ -116,6 +116,8 @@ class Simulation:
         self._pair_count = self._wall_count = 0
         self._pairs, self._old_pairs = new_pairs(64, precision), new_pairs(64, precision)
         self._far = np.zeros((0, 2), np.int32)
+        self._start = np.zeros(0, np.int32)
+        self._widest = {}
         self._following = np.zeros(0, np.int64)
         self._make_wall_room(64)
         self._resize_scratch()
@@ -215,6 +217,8 @@ class Simulation:
     def remove(self, tags):
         """Take grains out of the simulation, a cluster whole with any of its members; returns their
         number."""
+        if not len(tags):  # at most moments nothing leaves
+            return 0
         gone = np.isin(self.particles.tag[: self.n], tags)
         if not gone.any():
             return 0
@@ -263,9 +267,11 @@ class Simulation:
         self._level = np.zeros(rows, np.int32)
         self._cell = np.zeros(rows, np.int64)
         self._order = np.zeros(rows, np.int64)
-        self._new_row = np.zeros(rows, np.int64)
+        self._new_row = np.arange(rows)  # the ghosts stay behind the others
         self._head = np.zeros(rows, np.int64)
         self._hits = np.zeros(rows, np.int32)
+        self._sieve = np.zeros((4, rows + WIDTH), np.float32)
+        self._present_kinds = None
         self._spare = new_particles(self.n, self.precision)
         self._stale = True
 
@@ -288,15 +294,15 @@ class Simulation:
         first_cell, low = np.zeros(nb.LEVELS + 1, np.int64), np.zeros(3)
         widest = self._attraction(n)
         nb.plan_grids(n, p, reach, level, cell_size, dims, first_cell, low, 0.5 * widest)
-        start = np.zeros(first_cell[-1] + 1, np.int64)
+        if len(self._start) <= first_cell[-1]:
+            self._start = np.zeros(int(1.3 * first_cell[-1]) + 1, np.int32)
+        start = self._start[: first_cell[-1] + 1]
         nb.counting_sort(
             n, p, level, cell_size, dims, first_cell, low, self._cell, start, self._order
         )
         self._permute()
         p = self.particles  # sorted now
         new_row = self._new_row
-        new_row[self._order[:n]] = np.arange(n)
-        new_row[n:] = np.arange(n, n + GHOSTS)
         for b in np.flatnonzero(w.unbounded & w.spin.any(axis=1)):
             # a turning plane sweeps past a grain the faster the further it is from the axis
             w.extent[b] = nb.furthest(n, p, w.origin[b]) + reach[:n].max(initial=0.0)
@@ -316,35 +322,37 @@ class Simulation:
         if n == 0:
             return 0.0
         largest = float(self.particles.kinetic[:n, 6].max())
-        return max(attraction_reach(self.laws, row, largest) for row in self.properties)
+        if largest not in self._widest:
+            gaps = (attraction_reach(self.laws, row, largest) for row in self.properties)
+            self._widest = {largest: max(gaps)}
+        return self._widest[largest]
 
     def _permute(self):
         n, order = self.n, self._order
-        for name, array, spare in zip(
-            self.particles._fields, self.particles, self._spare, strict=True
-        ):
-            if name == "force":  # made anew in each step
-                continue
-            take = nb.take_rows if array.ndim == 2 else nb.take_values
-            take(n, array, order, spare)
+        nb.take_rows(n, self.particles, order, self._spare, self._new_row)
         self.particles, self._spare = self._spare, self.particles
         for array in (self._reach, self._level):
             array[:n] = array[order[:n]]
         self.row_of = np.full(self._next_tag, -1, np.int64)
         self.row_of[self.particles.tag[:n]] = np.arange(n)
 
+    def _kinds(self):
+        """Rows of the property table that two of the grains can have."""
+        if self._present_kinds is None:
+            present = np.flatnonzero(np.bincount(self.particles.material[: self.n]))
+            kinds = np.unique(self.kind_of[np.ix_(present, present)])
+            self._present_kinds = kinds[kinds != NO_PAIR]  # of a single grain with itself
+        return self._present_kinds
+
     def _renew_pairs(self, reach, level, grid, new_row):
         old, old_count = self._pairs, self._pair_count
         new = self._old_pairs
-        present = np.flatnonzero(np.bincount(self.particles.material[: self.n]))
-        kinds = np.unique(self.kind_of[np.ix_(present, present)])
-        kinds = kinds[kinds != NO_PAIR]  # of a single grain with itself
         while True:
             if len(self._far) < len(new.first):
                 self._far = np.zeros((len(new.first), 2), np.int32)
             count = nb.find_pairs(
-                self.n, self.particles, reach, level, *grid, self.kind_of, kinds, new, self._far,
-                self._hits,
+                self.n, self.particles, reach, level, *grid, self.kind_of, self._kinds(), new,
+                self._far, self._hits, self._sieve,
             )  # fmt: skip
             if count <= len(new.first):
                 break

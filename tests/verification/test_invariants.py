@@ -17,6 +17,7 @@ from scenes import (
     pair_impact,
 )
 
+from dem.neighbours import NEARLY
 from dem.simulation import SkinPolicy
 
 SETTINGS = settings(max_examples=12, deadline=None, derandomize=True)
@@ -266,13 +267,17 @@ def test_a_restored_state_has_the_same_future(precision):
     n=st.integers(2, 800),
     box=st.tuples(*[st.floats(0.01, 0.06)] * 3),
     seed=st.integers(0, 2**32 - 1),
+    stray=st.sampled_from([0.0, 1.0, 1e4]),
 )
-@example(ratio=10.0, n=800, box=(0.016, 0.016, 0.016), seed=10)
-def test_the_list_holds_exactly_the_pairs_within_reach(ratio, n, box, seed):
+@example(ratio=10.0, n=800, box=(0.016, 0.016, 0.016), seed=10, stray=0.0)
+@example(ratio=2.0, n=400, box=(0.016, 0.016, 0.016), seed=10, stray=1e4)
+def test_the_list_holds_exactly_the_pairs_within_reach(ratio, n, box, seed, stray):
     """Grains thrown into a box at random, through each other if need be: radii from 1 mm down to 1
-    mm / ratio."""
+    mm / ratio; one of them `stray` [m] away. Pairs that touch come first, and rows ascend: the
+    order in which forces are summed does not depend on how the pairs are searched."""
     rng = np.random.default_rng(seed)
     radius, x = 1e-3 * rng.uniform(1 / ratio, 1, n), rng.uniform(0, box, (n, 3))
+    x[0] += stray
     sim = make(ContactParameters(0.5, 0.5), dt=5e-6)
     sim.add_particles(x, radius, velocity=rng.normal(0, 0.3, (n, 3)))
     sim.rebuild_lists()
@@ -290,6 +295,10 @@ def test_the_list_holds_exactly_the_pairs_within_reach(ratio, n, box, seed):
     i, j = np.nonzero(np.triu(gap < reach[:, None] + reach[None], 1))
     assert len(found) == real.sum()
     assert found == {tuple(sorted((tag[a], tag[b]))) for a, b in zip(i, j, strict=True)}
+    rows = np.column_stack([first[real], second[real]])
+    touch = NEARLY * (p.kinetic[rows[:, 0], 6] + p.kinetic[rows[:, 1], 6])
+    apart = gap[rows[:, 0], rows[:, 1]] >= touch
+    assert np.array_equal(np.lexsort((rows[:, 1], rows[:, 0], apart)), np.arange(len(rows)))
 
 
 def test_head_on_impact_has_no_preferred_direction():
