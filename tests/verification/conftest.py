@@ -2,8 +2,8 @@
 
 `pytest tests/verification -n 0 -m "" --record` writes docs/verification.json and the figures in
 docs/verification/. Tests that did not run (left out by a mark, a file or a name) keep what they
-recorded before; what belongs to a test that no
-longer exists is dropped.
+recorded before, with the engine that gave it; what belongs to a test that no longer exists is
+dropped.
 """
 
 import json
@@ -14,6 +14,7 @@ import matplotlib.pyplot as plt
 import pytest
 
 from calibration.figures import STYLE, save
+from dem.fingerprint import engine_fingerprint
 
 DOCS = Path(__file__).parents[2] / "docs"
 RECORDS, FIGURES = [], {}
@@ -44,6 +45,7 @@ def record(request):
                 "unit": unit,
                 "source": source,
                 "test": _name(request.node.nodeid),
+                "engine": engine_fingerprint(),
             }
         )
         if tolerance is not None:
@@ -73,6 +75,7 @@ def figure(request):
                 "figure": name,
                 "caption": caption,
                 "test": _name(request.node.nodeid),
+                "engine": engine_fingerprint(),
             }
         )
         return fig, axes

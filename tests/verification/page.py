@@ -53,7 +53,16 @@ def section(topic, entries):
     for e in entries:
         if "figure" in e:
             lines += picture(e["figure"], e["caption"])
-    return lines + table_of(rows)
+    return [*lines, made_by(entries), "", *table_of(rows)]
+
+
+def made_by(entries):
+    """Which engine gave a topic's values, in one sentence."""
+    engines = dict.fromkeys(e.get("engine") for e in entries)
+    if engines == {None: None}:
+        return "Kept from an engine before fingerprints were recorded."
+    named = [f"`{engine}`" if engine else "an engine before those" for engine in engines]
+    return f"Made by engine {', '.join(named)}."
 
 
 def numerics_section(path=NUMERICS):

@@ -37,6 +37,12 @@ def test_a_value_outside_its_tolerance_is_bold_and_an_unjudged_one_is_not():
     assert "| 3 deg | 1 deg |  |" in "\n".join(page.table_of([row | {"tolerance": None}]))
 
 
+def test_a_topic_says_which_engine_made_it():
+    assert page.made_by([{"engine": "ab"}, {"engine": "ab"}]) == "Made by engine `ab`."
+    assert "`ab`, `cd`" in page.made_by([{"engine": "ab"}, {"engine": "cd"}])
+    assert "Kept" in page.made_by([{}, {}])
+
+
 def test_the_committed_page_is_what_the_records_give(monkeypatch):
     monkeypatch.setattr(page_figures, "save", lambda fig, path: plt.close(fig))
     assert page.text() == (page.DOCS / "verification.md").read_text()
