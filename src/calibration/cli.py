@@ -1,6 +1,7 @@
 """The `calibration` command."""
 
 import argparse
+import difflib
 import subprocess
 import sys
 from pathlib import Path
@@ -56,8 +57,22 @@ def _parser():
 def _run(args):
     from calibration.api import config_file  # loads pandas
 
+    _check_stages(args.arguments)
     command = snakemake_command([config_file(args.study)], *args.arguments)
     return subprocess.run(command, check=False).returncode
+
+
+def _check_stages(arguments):
+    """Raise CalibrationError for a word that is nearly a stage's name; what is far from all may be
+    an option, a file or a rule of the user's own."""
+    from calibration.stages import load_stages
+
+    stages = load_stages("calibration.stages").values()
+    known = {"all", "report", "diagnose", *(task.rule for stage in stages for task in stage.tasks)}
+    for name in arguments:
+        near = difflib.get_close_matches(name, known, n=1, cutoff=0.8)
+        if name not in known and near:
+            raise CalibrationError(f"{name}: is no stage; did you mean {near[0]}?")
 
 
 def _verify(args):

@@ -5,6 +5,7 @@ rightly and said back. None passes silently."""
 import pytest
 import yaml
 
+from calibration.cli import main
 from calibration.config import parse_config, read_back
 from calibration.errors import ConfigError
 
@@ -256,3 +257,10 @@ def test_a_mistake_gets_a_sentence(study, name):
         assert word in said
     assert "\n" not in said
     assert len(said) < 600
+
+
+@pytest.mark.parametrize(("word", "meant"), [("screning", "screening"), ("optimize", "optimise")])
+def test_a_misspelt_stage_is_named_before_anything_is_planned(study, word, meant, capsys):
+    study()
+    assert main(["run", "Weizen Prüfung 1", "-n", "-j2", word]) == 2
+    assert f"{word}: is no stage; did you mean {meant}?" in capsys.readouterr().err

@@ -137,7 +137,7 @@ def _choices(heap, simulated):
         found.append(
             f"they are {ratio:.2f} times as large as yours, of the same volume together: "
             f"{heap.count:,} "
-            "would take too long (run.particles in config.yaml)"
+            "are more than are simulated at most (--grains; run.particles in config.yaml)"
         )
     across = heap.orifice_diameter_mm / heap.diameter_mm
     if across < FREE_FLOW_RATIO:
