@@ -281,7 +281,7 @@ def test_a_resolution_keeps_the_volume(here, resolution, fewer):
 
 
 def trials(points, stands):
-    return [Trial(tuple(p), 30.0, "" if s else "no heap", 1.0, 1.0)
+    return [Trial(tuple(p), 30.0, "" if s else "no heap", 1.0)
             for p, s in zip(points, stands, strict=True)]  # fmt: skip
 
 
@@ -343,12 +343,12 @@ def test_the_pilot_proposes_what_its_faults_ask_for():
     points = np.zeros((8, 1))
     assert any("rim" in s for s in advice(trials(points, [False] * 4 + [True] * 4)))
     assert advice(trials(points, [True] * 8)) == ["8 of 8 coarse heaps stand"]
-    clogged = [Trial((0.5,), 30.0, "clogged: 9 grains left in the funnel", 1.0, 1.0)]
+    clogged = [Trial((0.5,), 30.0, "clogged: 9 grains left in the funnel", 1.0)]
     assert any("wider orifice" in s for s in advice(clogged))
 
 
 def test_the_pilot_says_whether_its_heaps_reach_the_measured_angle():
-    heaps = [Trial((0.5,), angle, "", 1.0, 1.0) for angle in (12.0, 28.2)]
+    heaps = [Trial((0.5,), angle, "", 1.0) for angle in (12.0, 28.2)]
     assert "their angles are 12.0° to 28.2°; yours is 22.7°" in advice(heaps, 22.7)
     (steep,) = (s for s in advice(heaps, 34.0) if "yours" in s)
     assert "out of their reach by 5.8°" in steep

@@ -27,7 +27,6 @@ class Trial:
     point: tuple
     angle_deg: float | None
     fault: str
-    work: float
     seconds: float
 
 
@@ -79,15 +78,14 @@ def _try(run_spec, experiment, levels, seed, point):
         except StoppedError:
             raise  # whoever ends the pilot does not ask about this heap
         except MeasureError:
-            return Trial(point, None, "no heap: the grains roll off", 0.0, 0.0)
+            return Trial(point, None, "no heap: the grains roll off", 0.0)
         except DemError as error:
-            return Trial(point, None, str(error), 0.0, 0.0)
+            return Trial(point, None, str(error), 0.0)
     metrics, numerics = result["metrics"], result["numerics"]
     left = metrics.get("in_funnel", 0)
     fault = f"clogged: {left} grains left in the funnel" if left else ""
-    work = spec.particles.count * numerics["steps"]
     angle = metrics.get("angle_of_repose_deg")
-    return Trial(point, angle, fault, work, numerics["wall_time_s"])
+    return Trial(point, angle, fault, numerics["wall_time_s"])
 
 
 def shrunk(factors, trials, pour):

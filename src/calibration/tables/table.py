@@ -45,11 +45,11 @@ class Table:
         for column in columns:
             if column not in self.header:
                 raise ConfigError(
-                    f"no such column{_nearest(column, self.header)}",
+                    f"is missing{_nearest(column, self.header)}",
                     path=self.path,
                     line=self.header_line,
                     column=column,
-                    allowed=", ".join(self.header),
+                    allowed=f"a heading of this name; there are {', '.join(self.header)}",
                 )
 
     def number(self, line, column, text, convert=None, finite=True):
