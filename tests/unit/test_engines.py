@@ -157,10 +157,10 @@ def test_our_own_engine_adds_nothing_to_a_spec():
         ({"laws": {"rolling": "constant_torque"}}, "no rolling friction constant_torque"),
         (
             {
-                "laws": {"rolling": "none", "cohesion": "sjkr"},
-                "law_parameters": {"cohesion_energy_density_J_m3": 1e4},
+                "laws": {"rolling": "none", "cohesion": "jkr"},
+                "law_parameters": {"surface_energy_J_m2": 0.1},
             },
-            "cohesion sjkr",
+            "cohesion jkr",
         ),
         ({"laws": {"rolling": "none", "drag": "schiller_naumann"}}, "drag schiller_naumann"),
     ],
@@ -168,6 +168,14 @@ def test_our_own_engine_adds_nothing_to_a_spec():
 def test_what_a_code_cannot_represent_is_refused_by_name(name, changes, words):
     with pytest.raises(engines.EngineError, match=words):
         engines.engines()[name].refuse(parse_spec(OWN | changes))
+
+
+def test_the_cohesion_that_one_code_has_is_refused_by_the_other():
+    sticky = {"laws": {"rolling": "none", "cohesion": "sjkr"}}
+    spec = parse_spec(OWN | sticky | {"law_parameters": {"cohesion_energy_density_J_m3": 1e4}})
+    engines.engines()["liggghts"].refuse(spec)
+    with pytest.raises(engines.EngineError, match="cohesion sjkr"):
+        engines.engines()["lammps"].refuse(spec)
 
 
 def test_a_table_gives_the_row_of_a_run(tmp_path):

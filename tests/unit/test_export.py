@@ -648,9 +648,10 @@ def test_a_deck_is_whole_and_says_how_it_is_checked(files, code):
 @pytest.mark.parametrize(
     ("changes", "words", "codes"),
     [
-        ({"particles": {"sizes": SIEVED}}, "particles.sizes is not carried over", {"lammps"}),
+        ({"particles": {"sizes": SIEVED}}, "", set()),
         ({"particles": {"elongation": 1.5}}, "as long as wide", {"lammps", "liggghts"}),
-        (STICKY, "cohesion", {"lammps", "liggghts"}),
+        (STICKY, "cohesion", {"lammps"}),
+        ({"laws": {"drag": "schiller_naumann"}}, "drag", {"lammps", "liggghts"}),
         ({"geometry": {"funnel_stl": "dish.stl"}}, "funnel_stl", {"lammps", "liggghts"}),
     ],
 )

@@ -6,12 +6,16 @@ import re
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from calibration import engines
+from calibration.config import overlay
+from calibration.engines.program import read_dump
 from calibration.errors import ConfigError
 from calibration.export.conversion import Conversion
 from calibration.export.decks import BLOCKS, write_decks
+from dem.grains import number_fractions
 from dem.spec import parse_spec
 from small_heap import SPEC
 
@@ -47,6 +51,27 @@ def test_a_deck_runs_and_its_check_can_say_yes_and_no(tmp_path, code):
     assert status == 1, said
     assert "difference -10.00" in said
     assert again == angle  # the deck has its seed
+
+
+SIEVED = {"by": "mass", "diameters_mm": [5.2, 6.4], "fractions": [0.5, 0.5]}
+
+
+@pytest.mark.parametrize("code", BLOCKS)
+def test_a_deck_pours_all_sizes(tmp_path, code):
+    """In their numbers; of the half of 400 grains that stays on the plate a share scatters by
+    3.5 %, and small grains may stay rather than large ones."""
+    try:
+        engines.entry_of(code)
+    except ConfigError as error:
+        pytest.skip(str(error))
+    spec = parse_spec(overlay(SPEC, {"particles": {"sizes": SIEVED}}))
+    write_decks(spec, Conversion(spec), ["a test"], WIDE | {"margin": 25.0}, tmp_path)
+    status, _, said = checked(tmp_path / code, WIDE | {"margin": 25.0})
+    assert status == 0, said
+    radii = read_dump(tmp_path / code / "end.dump")["radius"]
+    assert {f"{2e3 * r:.4g}" for r in radii} == {"5.2", "6.4"}
+    share = number_fractions(spec.particles.sizes)[0]
+    assert np.mean(radii < 2.9e-3) == pytest.approx(share, abs=0.1)
 
 
 def test_a_deck_that_fails_gives_a_sentence(tmp_path):

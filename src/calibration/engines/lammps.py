@@ -38,10 +38,10 @@ region collar cylinder z 0 0 {mouth:.6g} {rim:.6g} {top:.6g} open 1 open 2
 fix plate all wall/gran/region granular ${{grain_wall}} region plate
 fix funnel all wall/gran/region granular ${{grain_wall}} region funnel
 fix collar all wall/gran/region granular ${{grain_wall}} region collar
-molecule grain grain.molecule
+molecule grain {grains}
 region source cylinder z 0 0 {inner:.6g} {source_low:.6g} {source_high:.6g}
 fix source all deposit {count} 0 {every} {seed} mol grain region source near {apart:.6g} &
-    attempt 1000 vz -{speed:.6g} -{speed:.6g}
+    attempt 1000 vz -{speed:.6g} -{speed:.6g}{shares}
 compute kinetic all ke
 thermo_style custom step atoms c_kinetic f_source
 """
@@ -109,7 +109,7 @@ def identity(settings):
 
 def refuse(spec):
     """Raise EngineError for what LAMMPS cannot represent of a `RunSpec`."""
-    rig.refuse(spec, "LAMMPS", has_sizes=False)
+    rig.refuse(spec, "LAMMPS", block)
 
 
 def deck(spec, folder, material=None):
@@ -153,11 +153,12 @@ def _head(spec, box, radius):
 def _heap(spec, folder):
     pour = rig.Pour.of(spec)
     r, g = pour.largest, pour.rig
-    mass = 4 / 3 * np.pi * r**3 * pour.density
-    (folder / "grain.molecule").write_text(GRAIN.format(diameter=2 * r, mass=mass))
+    grains = _grains(pour, folder)
     side = 1.5 * max(g.plate_radius, g.mouth_radius)
     first, between, looks = pour.looks
     body = (HEAP + rig.UNTIL_REST).format(
+        grains=" ".join(grains),
+        shares=f" molfrac {' '.join(f'{s:.9g}' for s in pour.shares)}" if grains[1:] else "",
         plate=g.plate_radius,
         below=0.5 * pour.bottom,
         orifice=g.orifice_radius,
@@ -180,6 +181,16 @@ def _heap(spec, folder):
     )
     box = f"{-side:.6g} {side:.6g} {-side:.6g} {side:.6g} {pour.bottom:.6g} {pour.top + r:.6g}"
     return _head(spec, box, r) + body
+
+
+def _grains(pour, folder):
+    """Names of the files of one grain of each size, written into `folder`."""
+    names = []
+    for k, radius in enumerate(pour.radii):
+        names.append("grain.molecule" if len(pour.radii) == 1 else f"grain{k}.molecule")
+        mass = 4 / 3 * np.pi * radius**3 * pour.density
+        (folder / names[-1]).write_text(GRAIN.format(diameter=2 * radius, mass=mass))
+    return names
 
 
 def _drop(spec, folder):

@@ -45,24 +45,23 @@ ROLLING = ("none", "elastic_plastic")
 """Rolling laws that other engines have too."""
 
 
-def refuse(spec, code, has_sizes):
-    """Raise EngineError for what `code` cannot represent of a `RunSpec`: laws by name, meshes,
-    sizes."""
+def refuse(spec, code, block):
+    """Raise EngineError for what `code` cannot represent of a `RunSpec`: laws by name, meshes.
+    block: the module of `calibration.export` that writes its material."""
     if spec.laws.rolling not in ROLLING:
         raise EngineError(
             f"{code} has no rolling friction {spec.laws.rolling}; a study in {code} takes "
             f"run.laws.rolling: {' or '.join(ROLLING)}"
         )
-    refuse_lost(spec, code, has_sizes)
+    refuse_lost(spec, code, block)
 
 
-def refuse_lost(spec, code, has_sizes):
+def refuse_lost(spec, code, block):
     """The same beside rolling friction, for which a deck has the number of a search."""
-    lost = [s.removeprefix("NOT CONVERTED: ") for s in left_out(spec) if "NOT CONVERTED" in s]
+    told = left_out(spec, block)
+    lost = [s.removeprefix("NOT CONVERTED: ") for s in told if "NOT CONVERTED" in s]
     if lost:
         raise EngineError(f"{code} cannot represent: {' '.join(lost)}")
-    if spec.particles.sizes is not None and not has_sizes:
-        raise EngineError(f"{code}: particles.sizes is not carried over; give diameter_mm alone")
     meshes = [k for k in ("funnel_stl", "plate_stl") if getattr(spec.geometry, k, None)]
     if meshes:
         raise EngineError(

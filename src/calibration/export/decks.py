@@ -15,6 +15,7 @@ from scipy.stats import t
 from calibration import engines
 from calibration.engines import EngineError, rig
 from calibration.export import lammps, liggghts
+from calibration.export.header import left_out
 from calibration.export.material import granulate
 from calibration.export.parameters import to_yaml
 from calibration.files import read_json, replacing
@@ -57,10 +58,10 @@ FILES = {
     "end.dump": "left by a run: the heap at rest",
     "expected.json": "what the calibrated model gives",
     "funnel.stl": "the funnel and the wall above it [m]",
-    "grain.molecule": "one grain: diameter and mass",
     "plate.stl": "the plate [m]",
     "spec.yaml": "the heap as a run spec of this project",
 }
+GRAIN = "one grain: diameter and mass"
 REFUSED = "# No deck for {name}\n\nNOT WRITTEN: {reason}\n"
 
 
@@ -85,18 +86,20 @@ def write_decks(spec, conversion, about, expected, folder):
 def _refuse(code, spec, expected):
     if spec.experiment != "heap":
         raise EngineError(f"a deck pours a heap; this study calibrates a {spec.experiment}")
-    rig.refuse_lost(spec, NAMES[code], has_sizes=code == "liggghts")
+    rig.refuse_lost(spec, NAMES[code], BLOCKS[code])
     if not expected["metric"].endswith("_deg"):
         raise EngineError(f"a check compares an angle, not {expected['metric']}")
 
 
 def _write_deck(code, spec, conversion, about, expected, place):
-    block = BLOCKS[code].block(granulate(spec), conversion, about)
+    lines = [*about, *left_out(spec, BLOCKS[code])]
+    block = BLOCKS[code].block(granulate(spec), conversion, lines)
     import_module(f"calibration.engines.{code}").deck(spec, place, block)
     _write(place / "spec.yaml", to_yaml(spec.model_dump(mode="json")))
     write_json(place / "expected.json", expected)
     _write(place / "check.py", CHECK.format(name=NAMES[code], code=code))
     own = {f"in.{code}": "the deck: rig, pour, rest", f"material.{_end(code)}": "laws and numbers"}
+    own |= {p.name: GRAIN for p in place.glob("grain*.molecule")}
     rows = {k: v for k, v in (FILES | own).items() if (place / k).exists() or k == "end.dump"}
     text = README.format(
         name=NAMES[code],

@@ -31,9 +31,12 @@ def no_torsion(spec):
     ]
 
 
-def left_out(spec):
-    """Sentences on laws of the calibrated `RunSpec` that no export carries over."""
-    out = [law.left_out for law in laws_of(spec).chosen() if law.left_out]
+def left_out(spec, code=None):
+    """Sentences on what an export does not carry over of the calibrated `RunSpec`. code: the module
+    that writes the export, whose CARRIED names laws that it alone has; none unless given."""
+    carried = getattr(code, "CARRIED", ())
+    lost = [law for law in laws_of(spec).chosen() if law.name not in carried]
+    out = [law.left_out for law in lost if law.left_out]
     if spec.particles.elongation != 1.0:
         out.append(
             f"NOT CONVERTED: grains {spec.particles.elongation:g} times as long as wide; these are "

@@ -19,13 +19,22 @@ rolling_model_cdt.h
     Not used. The torque is mu_r k_n overlap R* times the part of the relative spin in the contact
     plane over the whole of it, and nothing stops it from turning a spin around within a step, so
     grains at rest shake.
+cohesion_model_sjkr2.h
+    F = k A with A = 2 pi overlap 2R* of two grains and 2 pi overlap R at a wall. `sjkr` has
+    pi R* overlap for both, R* = R at a wall, so k is a fourth of ours, at a wall half. It does not
+    change what friction is limited by, as here.
 """
 
 from calibration.export.header import header, no_torsion
+from dem.materials import contact_parameters
 
 MIN_YOUNG = 5.0e6
 MAX_YOUNG = 1.0e9
 """Outside these LIGGGHTS asks for `soft_particles yes` or `hard_particles yes`."""
+CARRIED = ("sjkr",)
+"""Laws that it has, and other codes have not."""
+GRAINS_AREA, WALL_AREA = 4.0, 2.0
+"""Contact area of sjkr2 over ours, of two grains and at a wall."""
 SECANT = 1.5
 """Tangent over secant of the Hertz force."""
 
@@ -40,6 +49,7 @@ def block(material, conversion, about):
     provenance."""
     g, e = material, conversion.equivalent
     gg, gw = g.grain_grain, g.grain_wall
+    sticks = g.spec.laws.cohesion == "sjkr"
     young = [g.grain.young_modulus, g.wall.young_modulus]
     lines = header(
         "#",
@@ -61,8 +71,9 @@ def block(material, conversion, about):
         _per_pair("coefficientRestitution", gg.restitution, gw.restitution),
         _per_pair("coefficientFriction", e.static_friction, gw.static_friction),
         *(_rolling(e, gw) if e.rotates else []),
+        *(_cohesion(g.spec) if sticks else []),
         'variable law string "model hertz tangential history'
-        f'{" rolling_friction epsd3" * e.rotates}"',
+        f'{" cohesion sjkr2" * sticks}{" rolling_friction epsd3" * e.rotates}"',
         f"variable integrator string {'nve/sphere' if e.rotates else 'nve'}",
         "pair_style gran ${law}",
         "pair_coeff * *",
@@ -83,6 +94,12 @@ def _rolling(equivalent, grain_wall):
         _per_pair("coefficientRollingViscousDamping", damping, damping),
         f"fix rollingStiffness all property/global rollingStiffness scalar {stiffness:.6g}",
     ]
+
+
+def _cohesion(spec):
+    pairs = contact_parameters(spec)
+    grain, wall = (pairs["particle", x].cohesion_energy_density for x in ("particle", "wall"))
+    return [_per_pair("cohesionEnergyDensity", grain / GRAINS_AREA, wall / WALL_AREA)]
 
 
 def _per_type(name, values):

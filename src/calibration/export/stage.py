@@ -70,7 +70,7 @@ def export_rolling(study, source, output):
     write_json(output.rolling, found)
 
 
-def about(config, validation, engine):
+def about(config, validation):
     """Lines of provenance for the head of each file."""
     unit, metric = in_ascii(unit_of(config.target.metric)), config.target.metric
     return [
@@ -79,7 +79,8 @@ def about(config, validation, engine):
         f"model gives "
         f"{validation['simulated_mean']:.2f} {unit} ({validation['simulated_n']} runs, sd "
         f"{validation['simulated_sd']:.2f}) in the rig and with the grains of calibrated.yaml.",
-        f"Engine {engine}. SI units. How each number was converted: docs/howto-export.md.",
+        f"Engine {engine_of(config)}. SI units. How each number was converted: "
+        f"docs/howto-export.md.",
     ]
 
 
@@ -170,7 +171,7 @@ def write_exports(study, runs, region, out):
     validation = study.summary("validation")
     surface = fit_surface(runs, [f.code for f in region], runs["response"])
     mapping, bench = _spec(study), study.bench_levels()
-    lines = _head(config, mapping, validation)
+    lines = about(config, validation)
     _write_blocks(CODES, mapping, Conversion(parse_spec(mapping)), lines, Path(out) / "exports")
     _write_decks(study, mapping, Conversion(parse_spec(mapping)), lines, Path(out) / "exports")
     head = "".join(f"# {line}\n" for line in lines)
@@ -184,7 +185,7 @@ def export_converted(study, source, output):
     """Write the blocks of codes with other rolling laws, with what the search found."""
     mapping = _spec(study)
     conversion = Conversion(parse_spec(mapping), study.summary("export_confirmation", "rolling"))
-    lines = _head(study.config, mapping, study.summary("validation"))
+    lines = about(study.config, study.summary("validation"))
     _write_blocks(CONVERTED, mapping, conversion, lines, Path(output[0]).parent)
     _write_decks(study, mapping, conversion, lines, Path(output[0]).parent)
 
@@ -202,17 +203,11 @@ def _write_decks(study, mapping, conversion, lines, folder):
     write_decks(parse_spec(mapping), conversion, lines, expected, folder)
 
 
-def _head(config, mapping, validation):
-    return [
-        *about(config, validation, engine_of(config)),
-        *left_out(parse_spec(mapping)),
-    ]
-
-
 def _write_blocks(codes, mapping, conversion, lines, folder):
-    material = granulate(parse_spec(mapping))
+    spec = parse_spec(mapping)
     for name, code in codes.items():
-        _write(folder / name, code.block(material, conversion, lines))
+        about = [*lines, *left_out(spec, code)]
+        _write(folder / name, code.block(granulate(spec), conversion, about))
 
 
 def _write(path, text):
