@@ -12,6 +12,7 @@ import yaml
 from scipy.optimize import minimize
 
 from browser import browse, find_browser
+from calibration.config import overlay, with_levels
 from calibration.export.conversion import Conversion
 from calibration.export.material import granulate
 from calibration.export.stage import CODES
@@ -26,6 +27,7 @@ from calibration.stages import load_stages
 from calibration.statistics.design import box_behnken
 from calibration.statistics.surface import fit_surface
 from dem.spec import parse_spec
+from small_heap import SPEC
 
 ROOT = Path(__file__).parents[2]
 ANGLE = response_of("angle_of_repose_deg")
@@ -169,7 +171,7 @@ def test_the_block_has_every_parameter_and_what_was_held_fixed(study):
         "laws.cohesion": {"value": "none", "source": "default of the engine"},
     }  # fmt: skip
     write(study / "calibrated.yaml", yaml.safe_dump({"parameters": entries}))
-    write(study / "exports" / "dem.yaml", "experiment: heap\n")
+    write(study / "exports" / "dem.yaml", yaml.safe_dump(SPEC))
     rows = {(r["where"], r["parameter"]): r for r in block(study)}
     rolling = rows["grain on grain", "rolling friction"]
     assert rolling["value"] == "0.25"
@@ -251,7 +253,7 @@ def deck_study(folder):
     optimum["optimum"] = {f.name: 0.5 for f in REGION}
     write(folder / "optimise" / "optimum.json", optimum)
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
-    spec = config["run"] | {"experiment": "heap"}
+    spec = overlay(SPEC, config["run"])
     write(folder / "exports" / "dem.yaml", yaml.safe_dump(spec))
     return spec, keys
 
@@ -262,13 +264,7 @@ def test_the_chosen_points_blocks_are_those_that_the_exports_write(study, tmp_pa
     spec, keys = deck_study(study)
     build(study, study / "report.html", load_stages())
     point = [0.3137, 0.4519, 0.6733]
-    for key, value in zip(keys, point, strict=True):
-        *parts, last = key.split(".")
-        at = spec
-        for part in parts:
-            at = at.setdefault(part, {})
-        at[last] = value
-    parsed = parse_spec(spec)
+    parsed = parse_spec(with_levels(spec, dict(zip(keys, point, strict=True))))
     about = ["A point chosen in the report of x; no run has validated it."]
     with browse(find_browser(), tmp_path / "browser") as tab:
         tab.open((study / "report.html").as_uri(), 390, 844)
