@@ -162,6 +162,13 @@ DIAGNOSIS = Stage(
     ),
 )
 
+
+def _trained(study):
+    """The emulators, for a plan that has other experiments than single contacts."""
+    file = f"{study.folder}/{OWN.folder}/{EMULATORS['emulators']}"
+    return [file] if _emulated(study) else []
+
+
 PLAN = Stage(
     name="diagnosis_power",
     title="What a plan of measurements would show",
@@ -170,7 +177,8 @@ PLAN = Stage(
         OWN.task(
             "diagnosis_power",
             "how strong a law must be for this plan to show it",
-            outputs={"power": "power.json", "page": "power.md"},
+            {"emulators": _trained},
+            {"power": "power.json", "page": "power.md"},
             cheap=False,
         ),
     ),

@@ -91,7 +91,7 @@ def weigh(emulated, measurements, replicates=300, seed=0):
     }
     fits = {name: fit(model, data) for name, model in models.items()}
     rng = np.random.default_rng(seed)
-    null = _null(models, fits[BASE], measurements, data, replicates, rng)
+    null = null_of(models, fits[BASE], measurements, data, replicates, rng)
     return Scores(emulated, measurements, data, models, fits, null, replicates, seed)
 
 
@@ -214,7 +214,7 @@ def _fits_well(out, name, scores, rng):
     return _share_above(null, float(fitted.misfit[0])) >= MISFIT
 
 
-def _null(models, fitted, measurements, data, replicates, rng):
+def null_of(models, fitted, measurements, data, replicates, rng):
     """Null gains (replicates,) of each mechanism over the base model, and the misfit of the base
     model."""
     simulated = simulate_data(models[BASE], fitted, measurements, data, replicates, rng)

@@ -8,11 +8,20 @@ from scipy import stats
 
 from calibration import figures as common
 from calibration.batches import simulate
-from calibration.errors import ConfigError
 from calibration.files import read_json, replacing, write_table
 from calibration.report.plain import write_page
 from dem.io.files import write_json
-from diagnosis import aside, better_plan, contacts, exclusion, figures, power, time_step, waves
+from diagnosis import (
+    aside,
+    better_plan,
+    contacts,
+    exclusion,
+    figures,
+    power,
+    power_emulated,
+    time_step,
+    waves,
+)
 from diagnosis.declared import WAVES
 from diagnosis.design import plan
 from diagnosis.emulator import train
@@ -22,36 +31,33 @@ from diagnosis.failures import train_failures
 from diagnosis.fit import data_of, fit
 from diagnosis.identify import identify
 from diagnosis.last_word import last_word
-from diagnosis.measurements import CONTACTS
 from diagnosis.residuals import calibration, residual_rows, trends
 from diagnosis.settings import BASE, study_settings
 from diagnosis.setup import Setup
 from diagnosis.verdict import extended_name, findings, page, unexplained, validate
 
 
-def plan_power(setup, output):
+def plan_power(setup, source, output):
     """How strong a law must be for the study's table, its values guesses, to show it."""
     if not setup.of_contacts:
-        raise ConfigError(
-            "has experiments whose power is not computed",
-            path=setup.config.measurements,
-            value=", ".join(k for k in setup.kinds if k not in CONTACTS),
-            allowed=f"rows of {' and '.join(CONTACTS)}",
-        )
+        emulated = setup.emulated(source.emulators[0])
+        rows = power_emulated.power(emulated, setup.measurements, setup.settings.alpha)
+        _write_power(output, {"plan": rows, "better": [], "better_settings": []}, "")
+        return
     rows, plan, better = better_plan.best(
         setup.measurements,
         lambda own: contacts.power_of(own, setup.rig, setup.catalogue),
         contacts.defaults_of(setup.settings, setup.kinds),
     )
     settings = [{"experiment": m.experiment, "levers": m.levers} for m in plan]
-    write_json(output.power, {"plan": rows, "better": better, "better_settings": settings})
-    more = (
-        better_plan.page(plan)
-        if plan
-        else "No plan of as many settings was found that shows more.\n"
-    )
+    more = "\n" + (better_plan.page(plan) if plan else better_plan.NONE)
+    _write_power(output, {"plan": rows, "better": better, "better_settings": settings}, more)
+
+
+def _write_power(output, found, more):
+    write_json(output.power, found)
     with replacing(output.page) as partial:
-        partial.write_text(power.page(rows, better) + "\n" + more)
+        partial.write_text(power.page(found["plan"], found["better"]) + more)
 
 
 def plan_runs(setup, output):
@@ -235,7 +241,7 @@ def _setup(study):
 
 def diagnosis_power(study, source, output):
     """See `plan_power`."""
-    plan_power(_setup(study), output)
+    plan_power(_setup(study), source, output)
 
 
 def diagnosis_plan(study, source, output):

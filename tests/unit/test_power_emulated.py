@@ -1,0 +1,87 @@
+"""What a plan of heaps and shear cells would show, by emulators."""
+
+import types
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnosis_cases import bench
+
+from calibration.measurements import Measurement
+from diagnosis import stages
+from diagnosis.identify import identify
+from diagnosis.power import POWER, page
+from diagnosis.power_emulated import _Bench, power
+
+CHANGES = {
+    "experiments": {
+        "shear": {"mechanisms": ["cohesion", "stress_dependent_friction"]},
+        "heap": {"mechanisms": ["cohesion"]},
+    }
+}
+LOADS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
+
+
+def plan(share=0.02):
+    """Guesses: shear stresses 0.8 of the load, and a heap of 40 degrees."""
+    rows = [
+        Measurement("shear", 0.8 * x, 0.8 * x * share, 5, {"normal_stress_kPa": x}) for x in LOADS
+    ]
+    return [*rows, Measurement("heap", 40.0, 100.0 * share, 5, {})]
+
+
+@pytest.fixture(scope="module")
+def emulated():
+    return bench(["shear", "heap"], CHANGES)
+
+
+@pytest.fixture(scope="module")
+def rows(emulated):
+    return {r["law"]: r for r in power(emulated, plan())}
+
+
+def test_every_mechanism_of_the_plan_has_a_row(emulated, rows):
+    assert set(rows) == set(emulated.applicable([m.condition for m in plan()]))
+    assert rows["cohesion"]["experiment"] == "shear and heap"
+    assert rows["cohesion"]["share"] >= POWER
+    text = page(list(rows.values()))
+    assert "| shear and heap | cohesion | surface energy |" in text
+
+
+def test_larger_errors_hide_more(emulated, rows):
+    rough = {r["law"]: r for r in power(emulated, plan(0.1))}["cohesion"]["detectable"]
+    assert rough is None or rough > rows["cohesion"]["detectable"]
+
+
+def test_what_is_not_there_alarms_as_seldom_as_stated(emulated):
+    tried = _Bench(emulated, plan(), 0.05, 200, 1)
+    share, _ = tried.shown(tried.models["cohesion"], 0.0)
+    # 5 % are stated; 20 of 200 have a chance of 0.3 %
+    assert share <= 0.1
+
+
+def test_measurements_show_it_as_often_as_stated(emulated, rows):
+    """The closed form's own shear stresses, cohesion as strong as the row says."""
+    strength, rng, shown = rows["cohesion"]["detectable"], np.random.default_rng(6), 0
+    model = emulated.model([m.condition for m in plan()], ["cohesion"])
+    base = _Bench(emulated, plan(), 0.05, 50, 1).base.theta[0]
+    at = np.append(base, model.mechanisms[0].strength.coded(strength))[None]
+    true = model.predict(at)[0][0]
+    for k in range(12):
+        noise = [m.sd / m.n**0.5 * rng.standard_normal() for m in plan()]
+        drawn = [replace(m, value=t + e) for m, t, e in zip(plan(), true, noise, strict=True)]
+        verdict = identify(emulated, drawn, replicates=99, seed=k).verdict
+        shown += verdict in ("identified", "ambiguous")
+    # 80 % are stated; below six of twelve have a chance of 0.4 %
+    assert shown >= 6
+
+
+def test_the_stage_reads_emulators_and_writes_its_page(emulated, tmp_path):
+    own = types.SimpleNamespace(
+        of_contacts=False, emulated=lambda file: emulated, measurements=plan(0.1),
+        settings=emulated.settings,
+    )  # fmt: skip
+    output = types.SimpleNamespace(power=tmp_path / "power.json", page=tmp_path / "power.md")
+    stages.plan_power(own, types.SimpleNamespace(emulators=["none"]), output)
+    assert "cohesion" in output.page.read_text()
+    assert "cohesion" in output.power.read_text()
