@@ -8,11 +8,9 @@ import os
 from itertools import combinations, product
 from math import prod
 
-from calibration.bench_tests.sweep import SWEEPS
 from calibration.config import bench_run, machine_run, overlay, point_spec
 from calibration.errors import CalibrationError, ConfigError
 from calibration.factors import read_factors
-from calibration.statistics.screening_design import screening_design
 from dem.errors import DemError, SpecError
 from dem.experiments import experiment_of
 from dem.spec import input_digests, parse_spec
@@ -148,6 +146,9 @@ def _check_files(where, spec, tried):
 
 def _specs_ahead(config, factors):
     """(what it is, run spec as a mapping) of all runs that the configuration alone decides."""
+    # it draws, and every job of the workflow loads this module
+    from calibration.bench_tests.sweep import SWEEPS
+
     keys = {f.name: f.key for f in factors}
     fixed = {f.key: f.centre for f in factors}
     fixed |= {keys[name]: level for name, level in config.fixed.items()}
@@ -206,6 +207,8 @@ def _points(config, factors):
 
 def _screening(config, factors):
     """Levels of the screening's runs. Raises ConfigError for a design that cannot be made."""
+    from calibration.statistics.screening_design import screening_design  # loads scipy
+
     rules = config.screening
     try:
         design = screening_design(factors, rules)
