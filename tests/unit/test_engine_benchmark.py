@@ -8,6 +8,7 @@ import pytest
 
 from dem.benchmark.cases import RADIUS, bed, tiled
 from dem.benchmark.figure import draw
+from dem.benchmark.peers import LOOP, _seconds
 from dem.benchmark.report import append
 
 
@@ -63,3 +64,8 @@ def test_the_figure_has_a_panel_for_each_kind_of_measurement_alone(tmp_path):
         text = figure.read_text() if figure.exists() else ""
         titles.append([t for t in ("Settled bed of 10,000", "Cost over size") if t in text])
     assert titles == [[], ["Settled bed of 10,000"], ["Settled bed of 10,000", "Cost over size"]]
+
+
+def test_another_engine_is_timed_by_the_processor_it_had_in_its_last_three_blocks():
+    loops = "".join(f"Loop time of {wall} on 1 procs\n" for wall in (9.0, 2.0, 4.0, 6.0))
+    assert _seconds(LOOP, (loops, 0.5)) == [1.0, 2.0, 3.0]

@@ -1,15 +1,18 @@
 """Other engines on the same settled bed: LIGGGHTS, LAMMPS and YADE, where they are installed.
 
 Each starts from this engine's settled state (contact history is lost), relaxes, and times three
-blocks of steps. The laws are Hertz with history and rolling resistance as each engine offers it:
-LIGGGHTS `cdt`, LAMMPS `sds`, YADE's rolling moment.
+blocks of steps, in seconds of processor: other work on the machine counts little. The laws are
+Hertz with history and rolling resistance as each engine offers it: LIGGGHTS `cdt`, LAMMPS `sds`,
+YADE's rolling moment.
 """
 
 import csv
 import re
+import resource
 import shutil
 import subprocess
 import sys
+import time
 from importlib import resources
 from pathlib import Path
 
@@ -20,6 +23,7 @@ from dem.constants import GRAVITY
 RELAX, BLOCK = 6000, 3000
 # YADE runs this many times fewer steps: it needs minutes for what the others do in seconds
 FEWER = {"yade": 6}
+LOOP = r"Loop time of (\S+) on"
 
 
 def available():
@@ -38,8 +42,8 @@ def _lammps():
 
 
 def run_peers(sim, width, folder):
-    """{engine: particle-steps per second} of the engines found, each on the grains of `sim` in a
-    box `width` [m] wide."""
+    """{engine: particle-steps per second of processor} of the engines found, each on the grains of
+    `sim` in a box `width` [m] wide."""
     folder = Path(folder)
     write_states(sim, width, folder)
     out = {}
@@ -47,7 +51,7 @@ def run_peers(sim, width, folder):
         relax, block = (steps // FEWER.get(name, 1) for steps in (RELAX, BLOCK))
         variables = {"width": f"{width:.9e}", "relax": str(relax), "block": str(block)}
         variables["gravity"] = str(GRAVITY)
-        out[name] = sim.n * block / min(RUNNERS[name](folder, variables))
+        out[name] = sim.n * block / np.mean(RUNNERS[name](folder, variables))
     return out
 
 
@@ -78,34 +82,46 @@ def _input(name):
 
 
 def _run(command, folder, engine):
+    """Output of a command, and the share of a processor that it had."""
+    begin, before = time.perf_counter(), _spent()
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    share = (_spent() - before) / (time.perf_counter() - begin)
     (folder / f"{engine}.out").write_text(done.stdout + done.stderr)
     if done.returncode:
         raise RuntimeError(f"{engine} failed: {(done.stdout + done.stderr)[-800:]}")
-    return done.stdout
+    return done.stdout, share
 
 
-def _loops(text):
-    """Wall seconds of the timed blocks: the last three loops of the engine's log."""
-    return [float(s) for s in re.findall(r"Loop time of (\S+) on", text)][-3:]
+def _spent():
+    """Processor time of all finished children [s]."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def _seconds(pattern, output):
+    """Seconds of processor of the timed blocks: the last three wall times in the engine's output,
+    each times the share of a processor that its process had."""
+    text, share = output
+    return [share * float(s) for s in re.findall(pattern, text)][-3:]
 
 
 def _run_liggghts(folder, variables):
     launch = ["mpirun", "--allow-run-as-root", "-np", "1"] if shutil.which("mpirun") else []
     flags = [p for k, v in variables.items() for p in ("-var", k, v)]
-    text = _run([*launch, "liggghts", "-in", _input("bed.liggghts.in"), *flags], folder, "liggghts")
-    return _loops(text)
+    command = [*launch, "liggghts", "-in", _input("bed.liggghts.in"), *flags]
+    return _seconds(LOOP, _run(command, folder, "liggghts"))
 
 
 def _run_lammps(folder, variables):
     flags = [p for k, v in variables.items() for p in ("-var", k, v)]
-    return _loops(_run([_lammps(), "-in", _input("bed.lammps.in"), *flags], folder, "lammps"))
+    command = [_lammps(), "-in", _input("bed.lammps.in"), *flags]
+    return _seconds(LOOP, _run(command, folder, "lammps"))
 
 
 def _run_yade(folder, variables):
     arguments = [variables[k] for k in ("width", "relax", "block", "gravity")]
-    text = _run(["yade", "-j1", "-n", "-x", _input("bed.yade.py"), *arguments], folder, "yade")
-    return [float(s) for s in re.findall(r"block seconds (\S+)", text)]
+    command = ["yade", "-j1", "-n", "-x", _input("bed.yade.py"), *arguments]
+    return _seconds(r"block seconds (\S+)", _run(command, folder, "yade"))
 
 
 RUNNERS = {"liggghts": _run_liggghts, "lammps": _run_lammps, "yade": _run_yade}
