@@ -36,6 +36,7 @@ def check_ahead(config):
         raise ConfigError("is taken", key="name", value=config.name, allowed="another name")
     factors = read_factors(config.factors)
     _check_held(config, factors)
+    _check_blocks(config, factors)
     first, tried = None, set()
     for where, spec in _specs_ahead(config, factors):
         try:
@@ -69,6 +70,25 @@ def _check_held(config, factors):
                 key=f"fixed.{factor.name}",
                 allowed=f"a number, for instance of the range {factor.low:g} to {factor.high:g}",
             )
+
+
+def _check_blocks(config, factors):
+    """Refuse a size of blocks in which no design of as many factors as can go on stands."""
+    screening, rules = config.screening, config.response_surface
+    if not rules.block_size:
+        return
+    from calibration.statistics.composite import region_design  # loads scipy
+
+    most = min(screening.at_most, len(factors))
+    for count in range(min(screening.at_least, most), most + 1):
+        try:
+            region_design(factors[:count], rules)
+        except CalibrationError as error:
+            raise ConfigError(
+                f"{error} (where {count} factors go on)",
+                key="response_surface.block_size",
+                value=rules.block_size,
+            ) from None
 
 
 def _gives(run, key):

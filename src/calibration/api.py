@@ -10,7 +10,7 @@ from pathlib import Path
 from calibration import study
 from calibration.config import overlay, parse_config, stands_alone
 from calibration.errors import CalibrationError, ConfigError
-from calibration.places import snakemake_command
+from calibration.places import call, snakemake_command
 from calibration.stages import load_stages
 from dem.io.mapping import read_mapping
 from dem.units import unit_of
@@ -43,7 +43,7 @@ class Study(study.Study):
         fails.
         """
         command = snakemake_command(self.files, f"-j{cores}", stage)
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        done = call(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         if done.returncode:
             said = "\n".join(done.stderr.strip().splitlines()[-20:])
             raise CalibrationError(f"{self.name}: {stage} failed\n{said}")

@@ -2,12 +2,11 @@
 
 import argparse
 import difflib
-import subprocess
 import sys
 from pathlib import Path
 
 from calibration.errors import CalibrationError
-from calibration.places import snakemake_command
+from calibration.places import call, snakemake_command
 from dem.errors import DemError
 
 VERIFY = (
@@ -59,7 +58,10 @@ def _run(args):
 
     _check_stages(args.arguments)
     command = snakemake_command([config_file(args.study)], *args.arguments)
-    return subprocess.run(command, check=False).returncode
+    try:
+        return call(command).returncode
+    except KeyboardInterrupt:
+        return 130  # as a shell says it
 
 
 def _check_stages(arguments):

@@ -1,6 +1,7 @@
 """Keeps the results of a finished study, and says on a page what they found.
 
-python -m calibration.outcome results/soybean results/reference/soybean examples/soybean/README.md
+python -m calibration.outcome STUDY KEPT PAGE METRIC, for instance results/soybean
+results/reference/soybean examples/soybean/README.md angle_of_repose_deg
 """
 
 import shutil
@@ -34,7 +35,7 @@ def keep(study, target, tables=KEPT):
                     shutil.copy(path, Path(target) / folder.name / path.name)
 
 
-def found(folder, metric="angle_of_repose_deg"):
+def found(folder, metric):
     """Markdown: what each stage in a folder of results says of itself, a line a stage, and the
     optimum."""
     results, response, lines = Results(folder), response_of(metric), []
@@ -75,11 +76,11 @@ def put(page, text, begin=BEGIN, end=END):
     page.write_text(f"{before}{begin}\n{text}\n{end}{after}")
 
 
-def main(study, target, page):
-    """Keep a study's results and say on the page what they found."""
+def main(study, target, page, metric):
+    """Keep a study's results and say on the page what they found; metric: the study's target."""
     if Path(study).resolve() != Path(target).resolve():
         keep(study, target)
-    put(page, found(target))
+    put(page, found(target, metric))
 
 
 if __name__ == "__main__":

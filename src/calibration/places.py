@@ -1,12 +1,27 @@
 """Where the workflow is: it comes with the package. In a clone its folder is a link to `workflow/`
 at the root."""
 
+import signal
+import subprocess
 import sys
 from pathlib import Path
 
 WORKFLOW = Path(__file__).parent / "workflow"
 OWN = ("Snakefile", "workflow/Snakefile")
 """Where snakemake looks for a workflow by itself."""
+
+
+def call(command, **keys):
+    """`subprocess.run`, but an interrupt waits for the end: snakemake then stops its jobs, which
+    keep what they have."""
+    with subprocess.Popen(command, **keys) as process:
+        try:
+            out, err = process.communicate()
+        except KeyboardInterrupt:
+            process.send_signal(signal.SIGINT)
+            process.communicate()
+            raise
+    return subprocess.CompletedProcess(command, process.returncode, out, err)
 
 
 def snakemake_command(files, *arguments):

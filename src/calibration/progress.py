@@ -93,8 +93,9 @@ def progress(config, store=None):
         over = {entry["run"] for entry in ended}
         failed = tuple(n for n in names if n not in over and _failed(store, n))
         total = len(names) or task.expected(config)
-        plans.append(Plan(task.plans, len(ended), total, failed, bool(names), not task.expected))
-        if task.expected:
+        short = bool(task.batches)  # a share of a process each
+        plans.append(Plan(task.plans, len(ended), total, failed, bool(names), short))
+        if not short:
             walls += [e["wall_time_s"] for e in ended if e["wall_time_s"] is not None]
     mean = sum(walls) / len(walls) if walls else None
     return Progress(tuple(plans), mean, None if walls else _expected_s(config))

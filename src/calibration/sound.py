@@ -20,12 +20,15 @@ from scipy.signal import find_peaks
 from calibration.errors import CalibrationError
 from calibration.files import write_table
 from calibration.measurements import readings_table
+from calibration.quantities import LEVERS
 from dem.constants import GRAVITY
 
+LOWEST_MM = LEVERS["drop_height_mm"].least  # of a drop that a table may hold
 LOUD = 8.0  # times the recording's quiet level: an impact
 APART_S = 0.02  # between two impacts; a flight of 20 ms is half a millimetre high
 SMOOTH_S = 0.001
 LEAST = 4  # impacts: three flights, two restitutions
+SHORT_S = 2.0 * APART_S  # flights from here on run into each other: the train ends before
 ONSET = 0.3  # of the peak at which an impact begins
 
 
@@ -57,7 +60,7 @@ def read_train(path):
     are not those of one grain coming to rest."""
     path = Path(path)
     rate, sound = _read(path)
-    train = Train(path, _impacts(rate, sound))
+    train = Train(path, _clear(_impacts(rate, sound)))
     if len(train.times) < LEAST:
         raise CalibrationError(
             f"{path}: {len(train.times)} impacts are heard above the noise; allowed: at least "
@@ -75,6 +78,12 @@ def read_train(path):
     return train
 
 
+def _clear(times):
+    """The impacts up to the first flight that is too short to be told from the next one."""
+    short = np.flatnonzero(np.diff(times) < SHORT_S)
+    return times[: short[0] + 1] if len(short) else times
+
+
 def measure_sounds(paths, out=None):
     """Lines to print: each recording's restitution, then all of them. Writes the table `out` of
     drops and rebounds; each flight is used once, so that the rows are independent. Raises
@@ -88,7 +97,7 @@ def measure_sounds(paths, out=None):
         lines.append(f"together: {_said(np.concatenate([t.restitution for t in trains]))}")
     if out is not None:
         write_table(pd.concat([_table(t) for t in trains], ignore_index=True), out)
-        lines.append(f"wrote {out}; in a configuration: measurements: {out}")
+        lines.append(f"wrote {out}: rows for the study's table of measured values")
     return lines
 
 
@@ -103,12 +112,13 @@ def _table(train):
     """Rows of drops: a flight's height and that of the next one, with the spread that the
     restitution has within the recording."""
     e, heights = train.restitution, train.heights_mm
-    falls, rises = heights[:-1:2], heights[1::2]
+    rises = heights[1::2]
+    falls = heights[:-1:2][: len(rises)]
     notes = [f"{train.path.name}, flights {2 * k + 1} and {2 * k + 2}" for k in range(len(rises))]
-    falls = falls[: len(rises)]
     spread = 2.0 * e.std(ddof=1) / e.mean() * rises
     table = readings_table("drop", "rebound_height", rises.round(4), "mm", notes)
-    return table.assign(sd=spread.round(4), n=1, drop_height_mm=falls.round(4))
+    table = table.assign(sd=spread.round(4), n=1, drop_height_mm=falls.round(4))
+    return table[falls >= LOWEST_MM]
 
 
 def _read(path):

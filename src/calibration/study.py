@@ -69,7 +69,7 @@ class Study(Results):
     def of(cls, data):
         """The study of already checked settings (a mapping). Raises ConfigError where its engine's
         program is missing."""
-        return cls(with_engine(Config.model_validate(data)))
+        return Study(with_engine(Config.model_validate(data)))
 
     def with_bench(self, files):
         """This study with the levels that the bench tests found, files of them, in place of its
@@ -78,12 +78,12 @@ class Study(Results):
         for file in files:
             found = read_json(file)["fixed"]
             config = config.model_copy(update={"fixed": config.fixed | found})
-        return type(self)(config, self.folder)
+        return Study(config, self.folder)
 
     def reading(self, sections, seeds=None):
         """This study for a stage that declares these sections of the configuration and these
         seeds."""
-        return type(self)(Sections(self.config, sections), self.folder, seeds)
+        return Study(Sections(self.config, sections), self.folder, seeds)
 
     @cached_property
     def factors(self):

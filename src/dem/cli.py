@@ -115,12 +115,9 @@ def _pixels(text):
 
 
 def _run(args):
-    from dem.spec import (
-        load_spec,
-        parse_spec,
-    )  # reads the experiments, of which a user's may be faulty
+    from dem.spec import parse_spec  # reads the experiments, of which a user's may be faulty
 
-    spec = load_spec(args.spec)
+    spec = _users_spec(args.spec)
     data = spec.model_dump(mode="json")
     if args.seed is not None:
         data["seed"] = args.seed
@@ -167,12 +164,21 @@ def _benchmark(args):
 
 
 def _check(args):
-    from dem.spec import content_hash, load_spec
+    from dem.spec import content_hash
 
-    spec = load_spec(args.spec)
+    spec = _users_spec(args.spec)
     experiments()[spec.experiment].prepare(spec)
     print(f"{args.spec}: a valid {spec.experiment}, seed {spec.seed}, run {content_hash(spec)}")
     _warn(spec)
+
+
+def _users_spec(path):
+    """The `RunSpec` of a file that gives the whole material."""
+    from dem.spec import load_spec, require_material
+
+    spec = load_spec(path)
+    require_material(spec, file=str(path))
+    return spec
 
 
 def _warn(spec):

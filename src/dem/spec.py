@@ -282,13 +282,11 @@ def require_material(spec, file=None):
 
 
 def load_spec(path):
-    """`RunSpec` from a YAML file that gives the whole material. Raises SpecError; the file's name
-    and the line of the key are part of the message."""
+    """`RunSpec` from a YAML file. Raises SpecError; the file's name and the line of the key are
+    part of the message."""
     data, lines = read_mapping(path)
     try:
-        spec = parse_spec(data, file=str(path))
-        require_material(spec, file=str(path))
-        return spec
+        return parse_spec(data, file=str(path))
     except SpecError as error:
         line = line_of(error.key, lines)
         if line is None:

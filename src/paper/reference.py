@@ -30,6 +30,7 @@ SHORT = {
 }
 """Rows of the README: id, where the study's name may stand, and words, where the measured mean may
 stand."""
+METRIC = "angle_of_repose_deg"
 README, PAGE = Path("README.md"), Path("docs/results.md")
 TABLE = Path("reproduction") / "reproduction.csv"
 ASCENT_ITEM, PRINTED_ASCENT = "Table 10", "table10_steepest_ascent.csv"
@@ -147,7 +148,7 @@ def told(kept):
     kept = Path(kept)
     names = (kept.name, *read_reproduction(SETTINGS).beside.get(kept.name, ()))
     folders = [kept.parent / name for name in names]
-    return "\n\n".join(f"`{f.name}`:\n\n{found(f)}" for f in folders if f.is_dir())
+    return "\n\n".join(f"`{f.name}`:\n\n{found(f, METRIC)}" for f in folders if f.is_dir())
 
 
 if __name__ == "__main__":

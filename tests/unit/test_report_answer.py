@@ -144,7 +144,7 @@ def test_the_answer_is_the_posterior_s_where_it_has_run(study):
     assert not any("the others" in heading for heading in rows[0])
     found = said(study)["What stays open"]
     assert "With 95 % probability: factor a 0.8 to 1.3." in found
-    assert "bound nothing of factor b 0 to 2, the region searched" in found
+    assert "do not narrow these within the region searched: factor b 0 to 2." in found
     assert (
         "5 readings of on plate (grains in the heap) are expected to leave 30 % of the spread of "
         "factor b" in found

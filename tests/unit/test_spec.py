@@ -15,7 +15,7 @@ from dem.timescales import rayleigh_time
 def test_the_template_holds_exactly_the_defaults(experiment):
     text = template(experiment)
     assert parse_spec(yaml.safe_load(text)) == parse_spec({"experiment": experiment})
-    assert all("#" in line or line.endswith(":") for line in text.splitlines()[2:])
+    assert all("#" in line or line.endswith(":") for line in text.splitlines()[3:])
 
 
 @pytest.mark.parametrize(

@@ -216,10 +216,10 @@ def _sentence(found, measured):
     among = "is" if a <= found["particle_friction"] <= b else "is not"
     itself = "is" if a <= measured <= b else "is not"
     return text + (
-        f"The measured slope belongs to a particle friction of {found['inverse']:.2f}, within the "
-        f"scatter to any from {a:.2f} to {b:.2f} ({found['swept'][0]:g} to "
-        f"{found['swept'][1]:g} swept). The friction in use {among} one of these. The slope "
-        f"itself, taken for the friction, {itself}."
+        f"The measured slope belongs to a particle friction of {found['inverse']:.2f}; the scatter "
+        f"allows {a:.2f} to {b:.2f} ({found['swept'][0]:g} to {found['swept'][1]:g} were tried). "
+        f"The friction in use {among} in this range. The measured slope itself, used as the "
+        f"friction, {itself}."
     )
 
 

@@ -34,7 +34,9 @@ def known(summary):
         level = f"{100 * summary['level']:.0f} %"
         said.append(f"With {level} probability: {', '.join(bounded)}.")
     if left:
-        said.append(f"The measurements bound nothing of {' and '.join(left)}, the region searched.")
+        said.append(
+            f"The measurements do not narrow these within the region searched: {', '.join(left)}."
+        )
     return " ".join(said)
 
 
@@ -60,7 +62,7 @@ def _forward(summary, response):
     first, last = (response.value(x) for x in run)
     return (
         f"Over the whole distribution the mean {response.name} is expected between {low} and "
-        f"{high}, that of a single run between {first} and {last}."
+        f"{high}. A single run is expected between {first} and {last}."
     )
 
 

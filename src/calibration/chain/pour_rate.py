@@ -11,7 +11,7 @@ import pandas as pd
 from scipy import stats
 
 from calibration import figures
-from calibration.campaign import read_metric, write_plan
+from calibration.campaign import read_metric, read_plan, write_plan
 from calibration.config import overlay, point_spec
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
@@ -53,12 +53,14 @@ def analyse_pour_rate(config, design_file, output):
     if table.empty:
         raise CalibrationError("no rate has two heaps with a value")
     table = table.sort_values("rate_per_s", na_position="last", ignore_index=True)
-    spec = parse_spec(point_spec(config.run, config.experiment, {}, 1))
+    # the material may be the factors' or what `fixed` says, which a planned run has
+    spec = parse_spec(next(iter(read_plan(Path(design_file).parent / "plan.json").values())))
     grain = spec.materials.particle.density_kg_m3 * grain_volume(spec)
     table["rate_g_s"] = 1e3 * grain * table["rate_per_s"]
     write_table(design, output.runs)
     write_table(table, output.table)
-    passes, fed = capacity(spec), spec.geometry.generation_rate_per_s
+    study = parse_spec(point_spec(config.run, config.experiment, {}, 1))
+    passes, fed = capacity(spec), study.geometry.generation_rate_per_s
     rigs = [{k: None if v != v else v for k, v in r.items()} for r in table.to_dict("records")]
     found = {"capacity_per_s": passes, "fed_per_s": fed, "grain_g": 1e3 * grain}
     write_json(output.summary, found | {"rigs": rigs})
@@ -115,13 +117,21 @@ def sentences(summary, response):
     return said
 
 
+def _reach_of_any(a, b, rates):
+    """Half of the interval of a difference that was picked among all pairs of so many means: Games
+    and Howell (1976), Journal of Educational Statistics 1:113."""
+    parts = np.array([row["sd"] ** 2 / row["heaps"] for row in (a, b)])
+    freedom = parts.sum() ** 2 / (parts**2 / [a["heaps"] - 1, b["heaps"] - 1]).sum()
+    return float(stats.studentized_range.ppf(LEVEL, rates, freedom) * np.sqrt(0.5 * parts.sum()))
+
+
 def _range(rows, summary, response):
     low, high = (pick(rows, key=lambda r: r["mean"]) for pick in (min, max))
     apart = high["mean"] - low["mean"]
-    error = np.hypot(high["high"] - high["mean"], low["high"] - low["mean"])
+    error = _reach_of_any(high, low, len(rows))
     return (
         f"Between {rows[0]['rate_per_s']:.0f} and {rows[-1]['rate_per_s']:.0f} grains/s the "
         f"{response.name} of the same grains differs by up to {signed(apart)}{response.unit} "
-        f"(±{error:.2g}, 95 %): {response.value(low['mean'])} at {low['rate_per_s']:.0f}/s, "
-        f"{response.value(high['mean'])} at {high['rate_per_s']:.0f}/s."
+        f"(±{error:.2g}, 95 % for all pairs of rates together): {response.value(low['mean'])} at "
+        f"{low['rate_per_s']:.0f}/s, {response.value(high['mean'])} at {high['rate_per_s']:.0f}/s."
     )

@@ -26,9 +26,8 @@ from dem.experiments import experiments
 from dem.io.files import write_json
 from dem.spec import parse_spec
 
-DECIDES = 0.5
-"""Rank correlation from which on a parameter is said to decide a metric; with 20 draws chance gives
-0.45 in 5 % of cases."""
+ALPHA = 0.05
+"""Chance, over all parameters, at which one is said to decide a metric that none decides."""
 
 
 def plan_push_through(study, source, output):
@@ -113,13 +112,17 @@ def _row(config, name, machine, metric, table, parameters):
 
 
 def _decides(table, metric, parameters):
-    """The parameter with the largest rank correlation over the draws, and that correlation."""
+    """The parameter with the largest rank correlation over the draws, and that correlation; None
+    where chance gives one as large with more than `ALPHA` (Bonferroni)."""
     means = table.groupby("draw")[[metric, *parameters]].mean()
+    nothing = {"decides": None, "rank_correlation": None}
     if means[metric].nunique() < 2 or not parameters:
-        return {"decides": None, "rank_correlation": None}
-    found = {p: float(stats.spearmanr(means[p], means[metric]).statistic) for p in parameters}
-    best = max(found, key=lambda p: abs(found[p]))
-    return {"decides": best, "rank_correlation": found[best]}
+        return nothing
+    found = {p: stats.spearmanr(means[p], means[metric]) for p in parameters}
+    best = max(found, key=lambda p: abs(found[p].statistic))
+    if len(means) < 4 or found[best].pvalue * len(parameters) > ALPHA:
+        return nothing
+    return {"decides": best, "rank_correlation": float(found[best].statistic)}
 
 
 def _measured(config, machine, metric):
@@ -130,11 +133,9 @@ def _measured(config, machine, metric):
     spec = parse_spec(point_spec(machine_run(config, machine), machine.experiment, {}, 1))
     try:
         found = agreeing(table, machine.experiment, quantity, spec)
+        return float(found[0].value if len(found) == 1 else sample(found, table.path).mean())
     except ConfigError:
-        return None  # measured at other settings
-    if len(found) == 1:
-        return float(found[0].value)
-    return float(sample(found, table.path).mean())
+        return None  # measured at other settings, or as several means
 
 
 # as the workflow calls it
@@ -164,7 +165,7 @@ def _sentence(row):
         said += f"; standard deviation {row['sd_parameters']:.2g} from the parameters that stay "
         said += f"open, {row['sd_seed']:.2g} from seed to seed"
     said += "."
-    if row["rank_correlation"] is not None and abs(row["rank_correlation"]) >= DECIDES:
+    if row["decides"] is not None:
         said += f" {figures.label(row['decides']).capitalize()} decides (rank correlation "
         said += f"{fixed(row['rank_correlation'], 2, '+')})."
     if row["measured"] is not None:

@@ -148,8 +148,8 @@ def response_surface(study, source, output):
 def sentences(summary, response):
     """What came out, for the report."""
     s, p = summary["statistics"], summary.get("blocks_p")
-    word = "do not differ" if p is None or p >= 0.05 else "differ"
-    blocks = [] if p is None else [f"The blocks {word} (F test beside the model, p = {p:.2g})."]
+    word = "No difference of the blocks is shown" if p is None or p >= 0.05 else "The blocks differ"
+    blocks = [] if p is None else [f"{word} (F test beside the model, p = {p:.2g})."]
     return [
         f"{response.name.capitalize()} = {summary['equation_coded']} in coded levels.",
         f"R² {s['R2']:.3f}, adjusted {fixed(s['R2_adj'], 3)}, predicted {fixed(s['R2_pred'], 3)}; "

@@ -61,6 +61,11 @@ def analyse_screening(config, design_file, output):
         "why": {names[c]: words for c, words in reasons.items()},
         "significant": [names[c] for c in significant(deciding, rules.alpha, at_least=0)],
         **_numbers(result, names),
+        "p_of_all_targets": dict(
+            zip(map(names.get, deciding.table["code"]), deciding.table["p"], strict=True)
+        )
+        if config.further_targets
+        else None,
         "aliased": _aliased(factors, with_value(runs, "response")),
         "method": result.method,
         "alpha": rules.alpha,
@@ -134,12 +139,15 @@ def screening(study, source, output):
 
 def sentences(summary, response):
     """What came out, for the report."""
-    found = ", ".join(
-        f"{figures.label(n)} ({signed(summary['effects'][n])}{response.unit}, "
+    every = summary.get("p_of_all_targets")
+    found = [
+        f"{figures.label(n)} (p = {every[n]:.2g} for the target that it moves most)"
+        if every
+        else f"{figures.label(n)} ({signed(summary['effects'][n])}{response.unit}, "
         f"p = {summary['p'][n]:.2g})"
         for n in summary["significant"]
-    )
-    found = found or "none"
+    ]
+    found = ", ".join(found) or "none"
     going = ", ".join(figures.label(n) for n in summary["factors"])
     texts = [f"Significant at p < {summary['alpha']:g}: {found}. On to the ascent go: {going}."]
     if summary.get("aliased"):

@@ -10,6 +10,7 @@ from scipy.stats import qmc
 
 from calibration.errors import CalibrationError
 from calibration.factors import Factor
+from calibration.numbers import NORMAL_95
 from calibration.posterior import Measured, ScatterEmulator
 from calibration.statistics.design import box_behnken
 from calibration.statistics.optimise import solve
@@ -82,7 +83,7 @@ def straddle(bench, runs):
     def best(emulator, n):
         some = CUBE[bench.rng.choice(len(CUBE), 2000, replace=False)]
         mean, variance = emulator.mean(0.5 + 0.5 * some)
-        merit = 1.96 * np.sqrt(variance) - np.abs(mean - bench.measured)
+        merit = NORMAL_95 * np.sqrt(variance) - np.abs(mean - bench.measured)
         picked = []
         for _ in range(n):
             far = np.ones(len(some), bool)

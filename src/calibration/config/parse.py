@@ -200,13 +200,18 @@ def _check_pour_rate(config, file):
         raise ConfigError("goes with a heap", path=file, key="pour_rate", allowed=allowed)
 
 
+NO_WORD = ("na", "nan", "null", "none", "true", "false", "inf")
+"""What a table's reader takes for a value, or for none."""
+
+
 def _check_machines(config, file):
     """The metrics that are asked of a machine exist, and no more runs than seeds; names are plain
     words."""
     for name, machine in config.push_through.items():
         key, known = f"push_through.{name}", METRICS[machine.experiment]
-        if not re.fullmatch(r"[A-Za-z0-9_-]+", name):
-            allowed = "letters, digits, _ and -"
+        # a table of runs has these names: none may read as a number or as nothing
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name) or name.lower() in NO_WORD:
+            allowed = "letters, digits, _ and -, a letter first; not nan or none"
             raise ConfigError("is no name", path=file, key=key, value=name, allowed=allowed)
         for metric in machine.metrics:
             if metric not in known:

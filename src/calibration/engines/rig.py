@@ -57,11 +57,15 @@ def refuse(spec, code, block):
 
 
 def refuse_lost(spec, code, block):
-    """The same beside rolling friction, for which a deck has the number of a search."""
+    """As `refuse`, without the check of the rolling law: a deck takes its number from a search."""
     told = left_out(spec, block)
     lost = [s.removeprefix("NOT CONVERTED: ") for s in told if "NOT CONVERTED" in s]
     if lost:
         raise EngineError(f"{code} cannot represent: {' '.join(lost)}")
+    if getattr(spec.geometry, "feed", "rain") != "rain":
+        raise EngineError(f"{code}: geometry.feed: opened is not carried over; feed: rain is")
+    if getattr(spec.geometry, "plate_rim_height_mm", 0.0):
+        raise EngineError(f"{code}: geometry.plate_rim_height_mm is not carried over")
     meshes = [k for k in ("funnel_stl", "plate_stl") if getattr(spec.geometry, k, None)]
     if meshes:
         raise EngineError(

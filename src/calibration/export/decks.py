@@ -6,6 +6,7 @@ this engine's heaps are measured, and compares the angle with that of the calibr
 """
 
 import math
+import shutil
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -74,7 +75,8 @@ def write_decks(spec, conversion, about, expected, folder):
     """
     for code in BLOCKS:
         place = Path(folder) / code
-        place.mkdir(parents=True, exist_ok=True)
+        shutil.rmtree(place, ignore_errors=True)  # a deck of another point, and what it gave
+        place.mkdir(parents=True)
         try:
             _refuse(code, spec, expected)
         except EngineError as error:

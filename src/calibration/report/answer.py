@@ -3,6 +3,7 @@ verdict."""
 
 from calibration.figures import label, response_of
 from calibration.numbers import signed
+from calibration.report.known import posterior_of
 from calibration.study import Results
 from dem.advice import limits_of
 from dem.spec import load_spec
@@ -24,7 +25,7 @@ def answer(study, response):
     region = Results(study).summary("response_surface", "region") or []
     validation = Results(study).summary("validation", "validation")
     verdict = Results(study).summary("diagnosis", "verdict")
-    posterior = Results(study).summary("posterior", "posterior")
+    posterior = posterior_of(Results(study))
     tiles = [
         *(_validated(validation, response) if validation else []),
         *(_equivalence(validation, response) if validation else []),

@@ -3,6 +3,7 @@
 import yaml
 
 from calibration.figures import PLACES, label
+from calibration.report.known import posterior_of
 from calibration.study import Results
 from dem.errors import DemError
 from dem.spec import load_spec
@@ -24,7 +25,7 @@ def block(study):
     if not path.exists():
         return []
     found = yaml.safe_load(path.read_text("utf-8")).get("parameters", {})
-    posterior = Results(study).summary("posterior", "posterior") or {"parameters": {}}
+    posterior = posterior_of(Results(study)) or {"parameters": {}}
     rows = [
         _row(place, key, entry, posterior["parameters"].get(entry.get("factor")))
         for place in ORDER

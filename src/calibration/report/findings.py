@@ -4,6 +4,7 @@ wrong."""
 from calibration.chain.posterior_words import following, known
 from calibration.figures import label
 from calibration.numbers import fixed, signed
+from calibration.report.known import posterior_of
 from calibration.study import Results
 from calibration.tables import read_written
 
@@ -20,7 +21,7 @@ def findings(study, response):
     effects = _effects(study)
     if screening and effects is not None:
         found.append(("What decides", decides(effects, screening, response)))
-    posterior = Results(study).summary("posterior", "posterior")
+    posterior = posterior_of(Results(study))
     if posterior:
         text = f"{known(posterior)} {following(posterior, response)}"
         found.append(("What stays open", text.strip()))

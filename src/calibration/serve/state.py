@@ -19,8 +19,8 @@ class State:
         self._response = response_of(study.config.target.metric)
 
     def mapping(self):
-        """{name, sentence, heaps: [{run, text}], failures: [{run, cause}], report}. The newest heap
-        is the last."""
+        """{name, sentence, plans: [{words, done, total}], heaps: [{run, text}], failures: [{run,
+        cause}], report}. Heaps stand in the order of the plans."""
         found = progress(self.study.config, self._store)
         return {
             "name": self.study.name,

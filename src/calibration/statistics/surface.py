@@ -80,7 +80,8 @@ class Surface:
 
     def confirmation_interval(self, levels, runs, alpha=0.05):
         """(low, high), (n,) each, for the mean of `runs` new runs at coded levels (n, factors):
-        yhat +- t s sqrt(1/runs + x' (X'X)^-1 x); of endless runs, for the true mean."""
+        yhat +- t s sqrt(1/runs + x' (X'X)^-1 x); with runs = inf, for the true
+        mean."""
         centre, mean_se = self.predict(levels), self.standard_error(levels)
         half = stats.t.ppf(1 - alpha / 2, self.df) * np.sqrt(self.sigma2 / runs + mean_se**2)
         return centre - half, centre + half
@@ -248,8 +249,8 @@ def reduced_surface(design, codes, response, alpha=0.1):
     """The surface without the terms that say nothing: backward elimination by hierarchy.
 
     The term with the largest p is removed as long as this p is at least alpha. A factor stays as
-    long as a term that holds it (Peixoto 1990, American Statistician 44:26). So the model does not
-    depend on how the levels are coded.
+    long as a term that holds it stays (Peixoto 1990, American Statistician 44:26). So the model
+    does not depend on how the levels are coded.
     """
     terms = quadratic_terms(codes)
     while True:

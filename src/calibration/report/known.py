@@ -1,0 +1,17 @@
+"""The posterior that belongs to what else the page shows."""
+
+import math
+
+
+def posterior_of(results):
+    """Content of posterior.json of `Results`; None where there is none, or where the optimum has
+    moved to another region or target since."""
+    found, optimum = results.summary("posterior", "posterior"), results.summary("optimise")
+    if found is None or optimum is None:
+        return found
+    region = {f["name"]: (f["low"], f["high"]) for f in optimum.get("region", [])}
+    moved = any(tuple(found["box"].get(name, ends)) != ends for name, ends in region.items())
+    means = [t["mean"] for t in found.get("targets", {}).values()][:1]  # the main one comes first
+    if moved or not all(math.isclose(m, optimum["target"]) for m in means):
+        return None
+    return found
