@@ -18,6 +18,8 @@ from dem.units import in_ascii, unit_of
 
 ABOUT = ("run", "stages", "experiment", "engine")
 """Columns of words; all others are numbers."""
+CRATE = "provenance"
+"""Folder of a study's results that holds copies of the others."""
 
 
 def planned(folder):
@@ -25,6 +27,8 @@ def planned(folder):
     found = {}
     for path in sorted(Path(folder).rglob("plan.json")):
         stage = path.parent.relative_to(folder).as_posix()
+        if stage.startswith(f"{CRATE}/"):
+            continue
         for name, spec in read_plan(path).items():
             found.setdefault(name, (spec, []))[1].append(stage)
     return found

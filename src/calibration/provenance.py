@@ -13,7 +13,7 @@ from pathlib import Path
 import yaml
 
 import calibration
-from calibration.all_runs import planned, runs_table, write_netcdf
+from calibration.all_runs import CRATE, planned, runs_table, write_netcdf
 from calibration.errors import CalibrationError
 from calibration.export.parameters import to_yaml
 from calibration.extras import extra
@@ -24,7 +24,7 @@ from dem.io.files import write_json
 
 SHOWN = (".csv", ".json", ".html", ".yaml")
 """Kinds of results that the crate holds; figures are in the report."""
-LEFT_OUT = ("provenance", "logs", "batches", "heaps")
+LEFT_OUT = (CRATE, "logs", "batches", "heaps")
 """Folders below a study's that it does not: their content is elsewhere, or says nothing later."""
 CONFIGURATION, STUDY = "exports/study.yaml", "inputs/study.yaml"
 """The whole configuration as the study exports it, and in the crate, where it names the crate's own

@@ -24,24 +24,26 @@ from workflow.deployed import write_study
 LEVELS = pd.DataFrame({"bounce": [0.4, 0.5, 0.6, 0.5], "run": [1, 2, 3, 4]})
 
 
-@pytest.fixture
-def study(tmp_path, monkeypatch):
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
     """Four drops that a formula answers, and one that was planned and not made."""
-    monkeypatch.chdir(tmp_path)
-    config = write_study(tmp_path / "bounce")
-    study = work_for(yaml.safe_load(config.read_text()))
-    table, specs = study.plan(LEVELS)
-    simulate(specs)
-    later, unmade = study.plan(LEVELS[:1].assign(bounce=0.45))
-    write_plan(study.folder / "screening", table, specs)
-    write_plan(study.folder / "validation", later, specs | unmade)
-    (study.folder / "exports").mkdir()
-    (study.folder / "exports" / "study.yaml").write_text(config.read_text())
-    (study.folder / "report.html").write_text("<p>All of it.</p>")
-    return study
+    folder = tmp_path_factory.mktemp("outer")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        config = write_study(folder / "bounce")
+        study = work_for(yaml.safe_load(config.read_text()))
+        table, specs = study.plan(LEVELS)
+        simulate(specs)
+        later, unmade = study.plan(LEVELS[:1].assign(bounce=0.45))
+        write_plan(study.folder / "screening", table, specs)
+        write_plan(study.folder / "validation", later, specs | unmade)
+        (study.folder / "exports").mkdir()
+        (study.folder / "exports" / "study.yaml").write_text(config.read_text())
+        (study.folder / "report.html").write_text("<p>All of it.</p>")
+        yield study
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def crate(study):
     """The crate's folder and its metadata."""
     folder = study.folder.resolve() / "provenance"
