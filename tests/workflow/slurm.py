@@ -8,7 +8,7 @@ import socket
 import subprocess
 import tempfile
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 PROGRAMS = ("mungekey", "munged", "slurmctld", "slurmd", "sbatch", "srun", "squeue", "scontrol")
@@ -69,9 +69,10 @@ def cluster():
         start("slurmd", "-D")
         _until(lambda: "idle" in _said("sinfo", "--noheader", "-o%T", env=environment), folder)
         yield environment
-        _said("scancel", f"--user={_user()}", env=environment)
-        _until(lambda: not _said("squeue", "--noheader", env=environment).strip(), folder)
     finally:
+        _said("scancel", f"--user={_user()}", env=environment)
+        with suppress(TimeoutError):
+            _until(lambda: not _said("squeue", "--noheader", env=environment).strip(), folder)
         for process in reversed(started):
             process.terminate()
             process.wait()
