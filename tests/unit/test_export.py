@@ -343,7 +343,7 @@ def test_a_study_without_a_heap_says_that_rolling_friction_is_not_converted(mapp
 def test_an_export_without_the_search_says_how_to_make_it(mapping):
     (sentence,) = Conversion(parse_spec(mapping)).sentences("epsd3")
     assert "NOT CONVERTED" in sentence
-    assert "`snakemake -j2 export_converted`" in sentence
+    assert "`calibration run STUDY export_converted`" in sentence
 
 
 def test_an_export_says_when_the_angle_cannot_be_reached(material, mapping):

@@ -300,12 +300,12 @@ def test_a_converted_block_takes_the_place_of_the_other(study):
     write(study / "exports" / "lammps.in", f"# {NOT_CONVERTED_MARK}\n")
     build(study, study / "report.html", STAGES)
     page = (study / "report.html").read_text()
-    assert "snakemake -j2 export_converted" in page
+    assert "calibration run STUDY export_converted" in page
     for name in ("lammps.in", "liggghts.in"):
         write(study / "exports" / "converted" / name, f"# converted {name}\n")
     build(study, study / "report.html", STAGES)
     page = (study / "report.html").read_text()
-    assert "snakemake -j2 export_converted" not in page
+    assert "calibration run STUDY export_converted" not in page
     assert "# converted lammps.in" in page
     assert NOT_CONVERTED_MARK not in page
 

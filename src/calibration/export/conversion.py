@@ -108,10 +108,9 @@ class Conversion:
         )
         if needs_search(self.spec):
             return (
-                f"{not_converted} The heap is flatter with it. `snakemake -j2 export_converted` "
-                f"searches what gives "
-                "the calibrated angle in this code and writes exports/converted/; it makes some "
-                "forty heaps."
+                f"{not_converted} The heap is flatter with it. `calibration run STUDY "
+                "export_converted` searches what gives the calibrated angle in this code and "
+                "writes exports/converted/; it makes some forty heaps."
             )
         return f"{not_converted} Without a heap there is no angle to keep."
 

@@ -104,18 +104,15 @@ def summary(study, optimum, validation, surface, region, bench):
         published_values(config.published.tables),
         config.published.names,
     )
-    metric = config.target.metric
+    metric, exports = config.target.metric, f"{config.results}/{config.name}/exports"
     return {
         "study": config.name,
         "engine": engine_of(config),
         "commands": {
-            "the whole study": f"snakemake -j2 --configfile "
-            f"{config.results}/{config.name}/exports/study.yaml",
-            "one run at the calibrated point": f"dem run "
-            f"{config.results}/{config.name}/exports/dem.yaml --out heap",
-            "the same angle with the rolling friction of other codes": "snakemake -j2 "
-            "export_converted "
-            f"--configfile {config.results}/{config.name}/exports/study.yaml",
+            "the whole study": f"calibration run {exports}/study.yaml",
+            "one run at the calibrated point": f"dem run {exports}/dem.yaml --out heap",
+            "the same angle with the rolling friction of other codes": f"calibration run "
+            f"{exports}/study.yaml export_converted",
         },
         "target": {
             "metric": metric,
