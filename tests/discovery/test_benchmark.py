@@ -95,7 +95,7 @@ def test_rates_count_what_was_said(tmp_path):
     assert "<svg" in output.figure.read_text()
     lines = output.page.read_text().splitlines()
     assert "| no effect, grains: adequate | 3 of 4 (30% to 95%) | 95 % |" in lines
-    assert "| air drag (grains) | 0.5 | 8.0 | 1 of 2 | not run | not run |" in lines
+    assert "| air drag (grains) | 0.5 | 8.0 | 1 of 2 | 1 of 2 | not run | not run |" in lines
 
 
 KEPT = Path("results/reference/discovery")

@@ -6,6 +6,7 @@ RATES = (
     ("all mechanisms, strength 1: named first", "90 %"),
     ("as large as moderate: named first", "90 %"),
     ("at no strength so large: named first", ""),
+    ("all mechanisms, strength 1: identified and right", ""),
     ("all mechanisms, strength 1: identified and wrong", ""),
     ("no effect, grains: adequate", "95 %"),
     ("no effect, heap: adequate", "95 %"),
@@ -26,8 +27,18 @@ RATES = (
 """Rate of `benchmark.summarise` and what is asked of it."""
 
 
+CASES = {
+    "removed": "a mechanism, taken out of the catalogue",
+    "undecided": "too little data",
+    "understated": "noise twice as large as stated",
+}
+"""Words of the cases whose names need some."""
+
+VERDICTS = ("adequate", "identified", "ambiguous", "unexplained")
+
+
 def page(table, rates):
-    """Two tables: the rates with their 95 % intervals, and the mechanisms one by one.
+    """Three tables: the rates with their 95 % intervals, the verdicts, the mechanisms one by one.
 
     table: of all cases; rates: of `benchmark.summarise`.
     """
@@ -38,12 +49,12 @@ def page(table, rates):
         for name, asked in RATES
         if name in of.index
     ]
+    lines += ["", *_verdicts(table)]
     lines += [
         "",
-        "| hidden | moderate strength | size [standard errors] | named first | at half the size | "
-        "taken out of the "
-        "catalogue: identified |",
-        "|---|---|---|---|---|---|",
+        "| hidden | moderate strength | size [standard errors] | named first | identified and "
+        "right | at half the size: named first | taken out of the catalogue: identified |",
+        "|---|---|---|---|---|---|---|",
     ]
     full = table[(table["case"] == "mechanism") & (table["strength"] == 1.0)]
     for (bench, name), own in full.groupby(["bench", "truth"]):
@@ -54,10 +65,37 @@ def page(table, rates):
         strength = own["hidden"].iloc[0].removesuffix(" 1")
         lines.append(
             f"| {label(name)} ({bench}) | {strength} | {own['size'].iloc[0]:.1f} | "
-            f"{_count(own['named_first'])} | {_count(weak['named_first'])} | "
+            f"{_count(own['named_first'])} | {_count(_right(own))} | "
+            f"{_count(weak['named_first'])} | "
             f"{_count(out['verdict'] == 'identified')} |"
         )
     return "\n".join(lines) + "\n"
+
+
+def _verdicts(table):
+    """Markdown of how often each verdict was given, by what was hidden."""
+    lines = [
+        "| hidden | data sets | adequate | identified: right, wrong | ambiguous | unexplained |",
+        "|---|---|---|---|---|---|",
+    ]
+    full = table[(table["case"] == "mechanism") & (table["strength"] == 1.0)]
+    weak = table[(table["case"] == "mechanism") & (table["strength"] < 1.0)]
+    groups = [("a mechanism, moderate", full), ("a mechanism, half of that", weak)]
+    rest = table[table["case"] != "mechanism"].groupby("case")
+    groups += [(CASES.get(case, case), own) for case, own in rest]
+    for name, own in groups:
+        right = int(_right(own).sum())
+        count = {v: int((own["verdict"] == v).sum()) for v in VERDICTS}
+        shown = f"{right}, {count['identified'] - right}"
+        lines.append(
+            f"| {name} | {len(own)} | {count['adequate']} | {shown} | {count['ambiguous']} "
+            f"| {count['unexplained']} |"
+        )
+    return lines
+
+
+def _right(own):
+    return (own["verdict"] == "identified") & (own["outcome"] == own["truth"])
 
 
 def _share(rate):
