@@ -3,15 +3,16 @@
 Nothing is calibrated, for each row says which parameters it was run with. What is asked is which
 mechanism of the catalogue, numerical setting or reading, switched on in our own simulation at one
 strength, brings it to the other's values. A cause is scored by how well it predicts rows that are
-left out, its strength and the scatter of the rest estimated without them; the best gain is compared
-with that on data that differ from ours by chance alone. A cause may leave one row in ten as it is
-(a mixture of following it and not), so that a row that was read in another way does not hide what
-the others show; such rows are named by line.
+left out, its strength and the scatter of the rest averaged over what the other rows allow; the best
+gain is compared with that on data that differ from ours by chance alone. A cause may leave one row
+in ten as it is (a mixture of following it and not), so that a row that was read in another way does
+not hide what the others show; such rows are named by line.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import logsumexp
 from scipy.stats import chi2, norm
 
 from calibration.config import overlay
@@ -29,7 +30,8 @@ LEAST_ROWS = 4
 FLOOR = 1e-6  # scatter below which two simulations are the same, as a share or in the unit
 ASIDE = 0.1  # prior share of rows that do not follow a cause
 ODD = 0.05  # probability of following the cause below which a row is named
-SCATTERS = np.geomspace(1e-3, 2.0, 45)
+PART = 0.05  # chance of what is left, below which a cause explains a part only
+SCATTERS = np.geomspace(1e-3, 1.0, 29)
 """Of rows that follow a cause, over that of all about ours as it is; these are tried."""
 
 
@@ -212,6 +214,7 @@ def compare(runs, ours, causes, alpha=0.05, seed=0, spread=None):
 
     spread: standard deviation of the difference of two runs, theirs and ours, that differ by
     nothing but their seeds, in the quantity's unit; that of the table's own rows unless given.
+    p_left, of a cause: chance of what it leaves, from that and the cause's own noise, where known.
     verdict: `agree` where the differences are no larger than that, `identified`, `ambiguous`, or
     `unexplained` where no cause that was tried predicts left-out runs better than chance."""
     words, unit, share = _quantity(runs[0])
@@ -222,17 +225,19 @@ def compare(runs, ours, causes, alpha=0.05, seed=0, spread=None):
     rng = np.random.default_rng([seed, 11])
     made = base + max(scatter, FLOOR) * rng.standard_normal((REPLICATES, len(base)))
     chance = np.max(list(_gains(made, base, tables).values()), axis=0)
+    spread = _spread(runs, share) if spread is None else spread
     ranking = []
     for c in sorted(causes, key=lambda c: -gains[c.name]):
         k, follows = _fitted(theirs, base, *tables[c.name])
         off, kept = theirs - tables[c.name][0][k], follows >= ODD
+        size = np.hypot(spread or 0.0, tables[c.name][1][k])
         ranking.append(
             {"cause": c.name, "kind": c.kind, "gain": gains[c.name],
             "p": share_above(chance, gains[c.name]), "strength": float(c.strengths[k]),
             "unit": c.unit, "scatter_after": _rms(off), "scatter_of_most": _rms(off[kept]),
+            "p_left": _chance(off[kept], size[kept]),
             "odd_lines": [m.line for m, own in zip(runs, kept, strict=True) if not own]}
         )  # fmt: skip
-    spread = _spread(runs, share) if spread is None else spread
     verdict, named = _verdict(ranking, theirs - base, spread, alpha)
     out = {
         "experiment": runs[0].experiment,
@@ -267,12 +272,17 @@ def _verdict(ranking, off, spread, alpha):
     """(verdict, names). Differences off (n,) that chi-square allows by the spread are no
     disagreement."""
     best = ranking[0]
-    if spread is not None and chi2.sf(np.sum((off / spread) ** 2), len(off)) >= alpha:
+    if spread is not None and _chance(off, np.full(len(off), spread)) >= alpha:
         return "agree", []
     if best["p"] >= alpha:
         return "unexplained", []
     close = [r["cause"] for r in ranking if best["gain"] - r["gain"] < CLOSE]
     return ("identified" if len(close) == 1 else "ambiguous"), close
+
+
+def _chance(off, size):
+    """p of differences (n,) whose standard deviations (n,) are known; None where one is not."""
+    return float(chi2.sf(np.sum((off / size) ** 2), len(off))) if size.all() else None
 
 
 def _rms(off):
@@ -288,9 +298,12 @@ def _noise(cause, share):
 def _gains(theirs, base, tables):
     """{cause: gain (b,) of the held-out score over ours as it is} for data sets (b, n); tables:
     {cause: (values (k, n), their noise (k, n))}."""
-    plain = _plain(theirs - base)
+    off = theirs - base
+    plain = _plain(off)
+    scale = _scales(plain)[:, :, None]
+    alone = _held_out(norm.logpdf(off[:, None], scale=scale))
     return {
-        name: _held_out(theirs, values, noise, plain) - plain.sum(1)
+        name: _held_out(_densities(theirs, values, noise, plain)) - alone
         for name, (values, noise) in tables.items()
     }
 
@@ -302,21 +315,25 @@ def _plain(off):
     return norm.logpdf(off, scale=np.sqrt(others + FLOOR**2))
 
 
-def _held_out(theirs, values, noise, plain):
-    """Sum of log densities (b,) of rows that are left out, strength and scatter chosen by the other
-    rows."""
-    density = _densities(theirs, values, noise, plain)
-    b, _, n = density.shape
-    best = (density.sum(2, keepdims=True) - density).argmax(1)
-    return density[np.arange(b)[:, None], best, np.arange(n)].sum(1)
+def _held_out(density):
+    """Sum (b,) of the log densities of rows that are left out: each is expected by all strengths
+    and scatters, weighted by what they make of the other rows. density (b, c, n): log densities of
+    rows at each of them."""
+    whole = density.sum(2)
+    without = logsumexp(whole[:, :, None] - density, axis=1)
+    return (logsumexp(whole, axis=1)[:, None] - without).sum(1)
+
+
+def _scales(plain):
+    """Scatters (b, s) that are tried, of the size of the differences from ours as it is."""
+    return np.exp(-plain.mean(1))[:, None] * SCATTERS + FLOOR
 
 
 def _densities(theirs, values, noise, plain):
     """(b, k s, n) log densities of rows at each strength and scatter, following the cause or
     not."""
     off = theirs[:, None, None] - values[None, :, None]
-    scale = np.exp(-plain.mean(1))[:, None] * SCATTERS + FLOOR  # (b, s), of the size of the scatter
-    size = np.hypot(scale[:, None, :, None], noise[None, :, None])
+    size = np.hypot(_scales(plain)[:, None, :, None], noise[None, :, None])
     follow = norm.logpdf(off, scale=size) + np.log1p(-ASIDE)
     both = np.logaddexp(follow, np.log(ASIDE) + plain[:, None, None])
     return both.reshape(len(theirs), -1, theirs.shape[1])
@@ -350,7 +367,8 @@ def sentence_of(found):
     names = " or ".join(n.replace("_", " ") for n in found["causes"])
     at = f", {best['cause'].replace('_', ' ')} at {best['strength']:.3g} {best['unit']}"
     at = at.removesuffix(" 1") if best["unit"] else ""
-    text = f"{start}. {names} explains it{at}: {after} are left"
+    part = best["p_left"] is not None and best["p_left"] < PART
+    text = f"{start}. {names} explains {'part of ' * part}it{at}: {after} are left"
     if best["odd_lines"]:
         lines = ", ".join(f"{line}" for line in best["odd_lines"])
         most = told(best["scatter_of_most"], found["unit"])

@@ -86,6 +86,15 @@ def test_differences_of_the_size_of_the_seeds_are_none(tmp_path):
     assert compare(runs, ours, causes(ours), spread=0.05)["verdict"] != "agree"
 
 
+def test_a_cause_that_leaves_more_than_the_seeds_explains_a_part(tmp_path):
+    ours, rng = np.degrees(np.arctan(MU)), np.random.default_rng(9)
+    runs = slides(tmp_path, lambda a: a + 2.0 + 0.3 * rng.standard_normal())
+    for spread, words in ((0.4, "offset explains it"), (0.05, "offset explains part of it")):
+        found = compare(runs, ours, causes(ours)[:1], spread=spread)
+        assert found["causes"] == ["offset"]
+        assert words in found["sentence"]
+
+
 def causes(ours):
     """Closed forms: an offset and a factor."""
     by = np.linspace(-0.5, 0.5, 21)
