@@ -368,6 +368,7 @@ def sentence_of(found):
     at = f", {best['cause'].replace('_', ' ')} at {best['strength']:.3g} {best['unit']}"
     at = at.removesuffix(" 1") if best["unit"] else ""
     part = best["p_left"] is not None and best["p_left"] < PART
+    names = names[:1].upper() + names[1:]
     text = f"{start}. {names} explains {'part of ' * part}it{at}: {after} are left"
     if best["odd_lines"]:
         lines = ", ".join(f"{line}" for line in best["odd_lines"])

@@ -151,15 +151,25 @@ def disagreement(study, source, output):
 
 
 def of_table(study, paper, runs, studies, rows, causes, metrics):
-    """What `diagnosis.other_code.compare` says of one table, with the values of each row."""
+    """What `judged` says of one table: heaps beside the studies' runs, slides and drops beside
+    integrated contacts."""
     kind, apart = runs[0].experiment, None
     if kind == study.config.experiment:
         ours = our_values(runs, studies, study.config.fixed)
         known, apart = other_code.conventions(runs, ours), _between_runs(paper, studies)
     else:
         ours, known = other_code.of_contacts(runs, *_contacts(study, kind))
-    metric = measurable(kind)[runs[0].quantity].key
-    more, without = tried(rows, causes.get(kind, {}), metrics, metric)
+    return judged(runs, ours, known, apart, rows, causes.get(kind, {}), metrics)
+
+
+def judged(runs, ours, known, apart, rows, causes, metrics):
+    """What `diagnosis.other_code.compare` says of runs beside ours (n,), with the values of each
+    row.
+
+    known: causes that need no run; apart: standard deviation between seeds; rows and causes: what
+    was switched on, with the metrics {run: metrics} of its runs."""
+    metric = measurable(runs[0].experiment)[runs[0].quantity].key
+    more, without = tried(rows, causes, metrics, metric)
     found = other_code.compare(runs, ours, known + more, spread=apart)
     values = {c.name: c.values[np.abs(c.values - [m.value for m in runs]).sum(1).argmin()]
         for c in more}  # fmt: skip
@@ -192,11 +202,16 @@ def page(found):
         if one["without_value"]:
             told = "; ".join(f"{k} in {n} runs" for k, n in one["without_value"].items())
             lines += [f"Gave no value, and so was not compared: {told}.", ""]
-        lines += ["| cause | kind | at | gain, nats | p | left |", "|---|---|---|---|---|---|"]
+        lines += [
+            "| cause | kind | at | gain, nats | p | left | chance of that |",
+            "|---" * 7 + "|",
+        ]
         for r in one["ranking"]:
             at = f"{r['strength']:.3g} {r['unit']}".strip() if r["unit"] else "on"
-            cells = (r["cause"].replace("_", " "), r["kind"], at, f"{r['gain']:+.1f}",
-                f"{r['p']:.3f}", other_code.told(r["scatter_after"], one["unit"]))  # fmt: skip
+            chance = "" if r["p_left"] is None else f"{r['p_left']:.2g}"
+            left = other_code.told(r["scatter_after"], one["unit"])
+            name, figures = r["cause"].replace("_", " "), (f"{r['gain']:+.1f}", f"{r['p']:.3f}")
+            cells = (name, r["kind"], at, *figures, left, chance)
             lines.append(f"| {' | '.join(cells)} |")
         lines.append("")
     return "\n".join(lines)

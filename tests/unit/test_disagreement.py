@@ -9,6 +9,7 @@ import yaml
 from calibration import Study
 from calibration.campaign import run_id
 from calibration.errors import CalibrationError, ConfigError
+from calibration.files import read_json
 from calibration.tables import read_written
 from diagnosis import switched
 from diagnosis.other_code import read_runs
@@ -105,3 +106,10 @@ def test_a_cause_whose_runs_give_no_value_is_told_apart():
     found, without = switched.tried(rows, causes, metrics, "angle")
     assert [c.name for c in found] == ["pours"]
     assert without == {"clogs": 1}
+
+
+def test_the_kept_page_says_what_the_kept_numbers_say():
+    folder = KEPT / "disagreement"
+    found = read_json(folder / "disagreement.json")
+    assert list(found) == list(own.TABLES)
+    assert own.page(found) == (folder / "disagreement.md").read_text()
