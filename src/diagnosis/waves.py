@@ -49,12 +49,13 @@ def _rough(model, fitted, data):
     return np.sqrt(np.mean((error / data.error[0]) ** 2)) > SHARE
 
 
-def left(emulated, measurements):
-    """[{experiment, mechanism, error, enough}] of all models in play: the emulator's error at the
-    mode over the measurement's, root mean square over an experiment's settings."""
+def left(emulated, measurements, play=None):
+    """[{experiment, mechanism, error, enough}] of all models in play, of `modes` unless given: the
+    emulator's error at the mode over the measurement's, root mean square over an experiment's
+    settings."""
     rows = [m for m in measurements if not m.outcome]
     measured, out = data_of(rows).error[0], []
-    for name, (model, fitted) in modes(emulated, rows).items():
+    for name, (model, fitted) in (play or modes(emulated, rows)).items():
         error = model.predict(fitted.theta[:1])[1][0] / measured
         for kind in dict.fromkeys(m.experiment for m in rows):
             if name != BASE and (kind, name) not in emulated.emulators:
@@ -69,10 +70,10 @@ def left(emulated, measurements):
 
 def plan_wave(emulated, measurements, rig, wave):
     """Rows of a design, {run id: spec}, and what is left before these runs, of wave 1, 2, ..."""
-    found, rows, specs = left(emulated, measurements), [], {}
+    play, rows, specs = modes(emulated, measurements), [], {}
+    found = left(emulated, measurements, play)
     if wave > rig.settings.waves:
         return rows, specs, found
-    play = modes(emulated, measurements)
     for one in found:
         if not one["enough"]:
             model, fitted = play[one["mechanism"]]
