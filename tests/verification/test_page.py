@@ -31,6 +31,15 @@ def test_numerics_are_shown_as_the_study_writes_them(tmp_path, monkeypatch):
     assert (tmp_path / "numerics.svg").exists()
 
 
+def test_the_correction_for_softened_grains_stands_with_the_results():
+    table = pd.read_csv(page.NUMERICS)
+    assert page.softening(table) in " ".join((page.DOCS / "results.md").read_text().split())
+    one = table[table["point"] == "high"]  # of one point alone it is Welch's own interval
+    row = one[one["variant"] == page.STIFFER].iloc[0]
+    of_one = f"{row.difference:+.2f}° ({row.low:+.2f} to {row.high:+.2f})"
+    assert page.softening(one).count(of_one) == 2
+
+
 def test_a_value_outside_its_tolerance_is_bold_and_an_unjudged_one_is_not():
     row = {"quantity": "angle", "value": 3.0, "reference": 1.0, "unit": "deg", "source": "s"}
     assert "**3 deg**" in "\n".join(page.table_of([row | {"tolerance": 1.0}]))
