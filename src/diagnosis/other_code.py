@@ -2,37 +2,22 @@
 
 Nothing is calibrated, for each row says which parameters it was run with. What is asked is which
 mechanism of the catalogue, numerical setting or reading, switched on in our own simulation at one
-strength, brings it to the other's values. A cause is scored by how well it predicts rows that are
-left out, its strength and the scatter of the rest averaged over what the other rows allow; the best
-gain is compared with that on data that differ from ours by chance alone. A cause may leave one row
-in ten as it is (a mixture of following it and not), so that a row that was read in another way does
-not hide what the others show; such rows are named by line.
+strength, brings it to the other's values; `diagnosis.compared` judges that.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logsumexp
-from scipy.stats import chi2, norm
 
 from calibration.config import overlay
 from calibration.errors import ConfigError
 from calibration.measurements import read_measured
 from calibration.quantities import QUANTITIES, measurable
 from diagnosis.collision import rebounds, sliding_angles
-from diagnosis.laws.choose import share_above
 from diagnosis.measurements import CONTACTS
 
-CLOSE = 2.0  # nats; causes this close to the best are not told apart
 STRENGTHS = 11
-REPLICATES = 299
 LEAST_ROWS = 4
-FLOOR = 1e-6  # scatter below which two simulations are the same, as a share or in the unit
-ASIDE = 0.1  # prior share of rows that do not follow a cause
-ODD = 0.05  # probability of following the cause below which a row is named
-PART = 0.05  # chance of what is left, below which a cause explains a part only
-SCATTERS = np.geomspace(1e-3, 1.0, 29)
-"""Of rows that follow a cause, over that of all about ours as it is; these are tried."""
 
 
 @dataclass(frozen=True)
@@ -207,176 +192,3 @@ def emulated(runs, model_of, names):
 def _own(model, theta):
     """(n,) what the model says of run i at the parameters of run i."""
     return np.diagonal(model.predict(theta)[0]).copy()
-
-
-def compare(runs, ours, causes, alpha=0.05, seed=0, spread=None):
-    """A mapping: experiment, runs, scatter before and after, verdict, ranking and a sentence.
-
-    spread: standard deviation of the difference of two runs, theirs and ours, that differ by
-    nothing but their seeds, in the quantity's unit; that of the table's own rows unless given.
-    p_left, of a cause: chance of what it leaves, from that and the cause's own noise, where known.
-    verdict: `agree` where the differences are no larger than that, `identified`, `ambiguous`, or
-    `unexplained` where no cause that was tried predicts left-out runs better than chance."""
-    words, unit, share = _quantity(runs[0])
-    theirs, base = (_scaled(np.array(v, float), share) for v in ([m.value for m in runs], ours))
-    tables = {c.name: (_scaled(c.values, share), _noise(c, share)) for c in causes}
-    gains = {n: float(g[0]) for n, g in _gains(theirs[None], base, tables).items()}
-    scatter = float(np.sqrt(np.mean((theirs - base) ** 2)))
-    rng = np.random.default_rng([seed, 11])
-    made = base + max(scatter, FLOOR) * rng.standard_normal((REPLICATES, len(base)))
-    chance = np.max(list(_gains(made, base, tables).values()), axis=0)
-    spread = _spread(runs, share) if spread is None else spread
-    ranking = []
-    for c in sorted(causes, key=lambda c: -gains[c.name]):
-        k, follows = _fitted(theirs, base, *tables[c.name])
-        off, kept = theirs - tables[c.name][0][k], follows >= ODD
-        size = np.hypot(spread or 0.0, tables[c.name][1][k])
-        ranking.append(
-            {"cause": c.name, "kind": c.kind, "gain": gains[c.name],
-            "p": share_above(chance, gains[c.name]), "strength": float(c.strengths[k]),
-            "unit": c.unit, "scatter_after": _rms(off), "scatter_of_most": _rms(off[kept]),
-            "p_left": _chance(off[kept], size[kept]),
-            "odd_lines": [m.line for m, own in zip(runs, kept, strict=True) if not own]}
-        )  # fmt: skip
-    verdict, named = _verdict(ranking, theirs - base, spread, alpha)
-    out = {
-        "experiment": runs[0].experiment,
-        "words": words,
-        "runs": len(runs),
-        "unit": "share" if share else unit,
-    }
-    out |= {"scatter_before": scatter, "spread": spread, "verdict": verdict, "causes": named}
-    out["ranking"] = ranking
-    return out | {"sentence": sentence_of(out)}
-
-
-def _quantity(run):
-    """(words, unit, whether differences are shares) of what a run was compared on."""
-    first = QUANTITIES[run.experiment]
-    if run.quantity == first.name:
-        return first.words, first.unit, first.relative
-    return run.quantity.replace("_", " "), measurable(run.experiment)[run.quantity].unit, False
-
-
-def _scaled(values, share):
-    return np.log(np.maximum(values, 1e-9)) if share else values
-
-
-def _spread(runs, share):
-    """Median standard error that the table states, in the scale of the comparison; None without."""
-    stated = [m.sd / np.sqrt(m.n) / (m.value if share else 1.0) for m in runs if m.sd]
-    return float(np.median(stated)) if stated else None
-
-
-def _verdict(ranking, off, spread, alpha):
-    """(verdict, names). Differences off (n,) that chi-square allows by the spread are no
-    disagreement."""
-    best = ranking[0]
-    if spread is not None and _chance(off, np.full(len(off), spread)) >= alpha:
-        return "agree", []
-    if best["p"] >= alpha:
-        return "unexplained", []
-    close = [r["cause"] for r in ranking if best["gain"] - r["gain"] < CLOSE]
-    return ("identified" if len(close) == 1 else "ambiguous"), close
-
-
-def _chance(off, size):
-    """p of differences (n,) whose standard deviations (n,) are known; None where one is not."""
-    return float(chi2.sf(np.sum((off / size) ** 2), len(off))) if size.all() else None
-
-
-def _rms(off):
-    return float(np.sqrt(np.mean(off**2))) if len(off) else 0.0
-
-
-def _noise(cause, share):
-    if cause.noise is None:
-        return np.zeros(cause.values.shape)
-    return cause.noise / np.maximum(cause.values, 1e-9) if share else cause.noise
-
-
-def _gains(theirs, base, tables):
-    """{cause: gain (b,) of the held-out score over ours as it is} for data sets (b, n); tables:
-    {cause: (values (k, n), their noise (k, n))}."""
-    off = theirs - base
-    plain = _plain(off)
-    scale = _scales(plain)[:, :, None]
-    alone = _held_out(norm.logpdf(off[:, None], scale=scale))
-    return {
-        name: _held_out(_densities(theirs, values, noise, plain)) - alone
-        for name, (values, noise) in tables.items()
-    }
-
-
-def _plain(off):
-    """Log densities (b, n) of rows about ours as it is, the scatter that of the other rows."""
-    square = off**2
-    others = (square.sum(1, keepdims=True) - square) / (square.shape[1] - 1)
-    return norm.logpdf(off, scale=np.sqrt(others + FLOOR**2))
-
-
-def _held_out(density):
-    """Sum (b,) of the log densities of rows that are left out: each is expected by all strengths
-    and scatters, weighted by what they make of the other rows. density (b, c, n): log densities of
-    rows at each of them."""
-    whole = density.sum(2)
-    without = logsumexp(whole[:, :, None] - density, axis=1)
-    return (logsumexp(whole, axis=1)[:, None] - without).sum(1)
-
-
-def _scales(plain):
-    """Scatters (b, s) that are tried, of the size of the differences from ours as it is."""
-    return np.exp(-plain.mean(1))[:, None] * SCATTERS + FLOOR
-
-
-def _densities(theirs, values, noise, plain):
-    """(b, k s, n) log densities of rows at each strength and scatter, following the cause or
-    not."""
-    off = theirs[:, None, None] - values[None, :, None]
-    size = np.hypot(_scales(plain)[:, None, :, None], noise[None, :, None])
-    follow = norm.logpdf(off, scale=size) + np.log1p(-ASIDE)
-    both = np.logaddexp(follow, np.log(ASIDE) + plain[:, None, None])
-    return both.reshape(len(theirs), -1, theirs.shape[1])
-
-
-def _fitted(theirs, base, values, noise):
-    """Place of the strength that all rows together choose, and the probability (n,) of each row to
-    follow the cause there."""
-    plain = _plain((theirs - base)[None])
-    density = _densities(theirs[None], values, noise, plain)[0]
-    best = int(density.sum(1).argmax())
-    return best // len(SCATTERS), 1.0 - np.exp(np.log(ASIDE) + plain[0] - density[best])
-
-
-def sentence_of(found):
-    """What was found, in words."""
-    best = found["ranking"][0]
-    before, after = (told(found[k] if k in found else best[k], found["unit"])
-    for k in ("scatter_before", "scatter_after"))  # fmt: skip
-    start = (
-        f"The {found['words']} of {found['runs']} runs differs from ours by {before} (root mean "
-        f"square)"
-    )
-    if found["verdict"] == "agree":
-        return f"{start}, which is within its own spread."
-    if found["verdict"] == "unexplained":
-        return (
-            f"{start}; none of the {len(found['ranking'])} causes that were tried explains it. The "
-            f"best, {best['cause'].replace('_', ' ')}, leaves {after}."
-        )
-    names = " or ".join(n.replace("_", " ") for n in found["causes"])
-    at = f", {best['cause'].replace('_', ' ')} at {best['strength']:.3g} {best['unit']}"
-    at = at.removesuffix(" 1") if best["unit"] else ""
-    part = best["p_left"] is not None and best["p_left"] < PART
-    names = names[:1].upper() + names[1:]
-    text = f"{start}. {names} explains {'part of ' * part}it{at}: {after} are left"
-    if best["odd_lines"]:
-        lines = ", ".join(f"{line}" for line in best["odd_lines"])
-        most = told(best["scatter_of_most"], found["unit"])
-        text += f", {most} without line {lines}, which does not follow it"
-    return f"{text}."
-
-
-def told(value, unit):
-    """A scatter in words."""
-    return f"{100 * value:.2g} %" if unit == "share" else f"{value:.2g} {unit}"

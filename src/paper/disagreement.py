@@ -21,6 +21,7 @@ from calibration.quantities import QUANTITIES, measurable
 from calibration.tables import read_written
 from dem.io.files import write_json
 from diagnosis import other_code
+from diagnosis.compared import compare, told
 from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of, study_settings
 from diagnosis.switched import plan, read_switched, tried
@@ -163,14 +164,14 @@ def of_table(study, paper, runs, studies, rows, causes, metrics):
 
 
 def judged(runs, ours, known, apart, rows, causes, metrics):
-    """What `diagnosis.other_code.compare` says of runs beside ours (n,), with the values of each
+    """What `diagnosis.compared.compare` says of runs beside ours (n,), with the values of each
     row.
 
     known: causes that need no run; apart: standard deviation between seeds; rows and causes: what
     was switched on, with the metrics {run: metrics} of its runs."""
     metric = measurable(runs[0].experiment)[runs[0].quantity].key
     more, without = tried(rows, causes, metrics, metric)
-    found = other_code.compare(runs, ours, known + more, spread=apart)
+    found = compare(runs, ours, known + more, spread=apart)
     values = {c.name: c.values[np.abs(c.values - [m.value for m in runs]).sum(1).argmin()]
         for c in more}  # fmt: skip
     found["rows"] = [
@@ -200,8 +201,8 @@ def page(found):
     for name, one in found.items():
         lines += [f"## {name}: {one['verdict']}", "", one["sentence"], ""]
         if one["without_value"]:
-            told = "; ".join(f"{k} in {n} runs" for k, n in one["without_value"].items())
-            lines += [f"Gave no value, and so was not compared: {told}.", ""]
+            names = "; ".join(f"{k} in {n} runs" for k, n in one["without_value"].items())
+            lines += [f"Gave no value, and so was not compared: {names}.", ""]
         lines += [
             "| cause | kind | at | gain, nats | p | left | chance of that |",
             "|---" * 7 + "|",
@@ -209,7 +210,7 @@ def page(found):
         for r in one["ranking"]:
             at = f"{r['strength']:.3g} {r['unit']}".strip() if r["unit"] else "on"
             chance = "" if r["p_left"] is None else f"{r['p_left']:.2g}"
-            left = other_code.told(r["scatter_after"], one["unit"])
+            left = told(r["scatter_after"], one["unit"])
             name, figures = r["cause"].replace("_", " "), (f"{r['gain']:+.1f}", f"{r['p']:.3f}")
             cells = (name, r["kind"], at, *figures, left, chance)
             lines.append(f"| {' | '.join(cells)} |")

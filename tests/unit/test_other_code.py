@@ -10,9 +10,9 @@ from diagnosis_cases import BASE, FACTORS, bench
 from calibration.errors import ConfigError
 from calibration.factors import read_factors
 from diagnosis.catalogue import load_catalogue
+from diagnosis.compared import compare
 from diagnosis.other_code import (
     Cause,
-    compare,
     conventions,
     emulated,
     of_contacts,

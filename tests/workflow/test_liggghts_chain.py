@@ -19,7 +19,8 @@ from calibration.campaign import read_plan
 from calibration.config import point_spec
 from calibration.errors import ConfigError
 from calibration.factors import read_factors
-from diagnosis.other_code import compare, of_runs, read_runs
+from diagnosis.compared import compare
+from diagnosis.other_code import of_runs, read_runs
 from small_heap import RUN
 
 pytestmark = [pytest.mark.slow, pytest.mark.long, pytest.mark.peer]
