@@ -110,8 +110,9 @@ def _draws(model, fitted, count, label):
     bounds."""
     rng = np.random.default_rng(label)
     normal = norm.ppf(qmc.LatinHypercube(fitted.theta.shape[1], rng=rng).random(count))
-    size, direction = np.linalg.eigh(fitted.cov[0])
-    root = direction * np.sqrt(np.maximum(size, 0.0))
+    # this root is the same everywhere; the signs of axes would be a library's choice
+    cov = fitted.cov[0]
+    root = np.linalg.cholesky(cov + 1e-9 * np.trace(cov) * np.eye(len(cov)))
     return np.clip(fitted.theta[0] + REACH * normal @ root.T, model.low, model.high)
 
 
