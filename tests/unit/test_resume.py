@@ -8,13 +8,15 @@ import sys
 import time
 
 import numpy as np
+import yaml
 
-SPEC = """
-experiment: heap
-particles: {count: 150, diameter_mm: 4}
-geometry: {orifice_diameter_mm: 32, plate_diameter_mm: 50}
-output: {checkpoint_interval_s: 0.01}
-"""
+from dem.template import template
+
+CHANGES = {
+    "particles": {"count": 150, "diameter_mm": 4.0},
+    "geometry": {"orifice_diameter_mm": 32, "plate_diameter_mm": 50},
+    "output": {"checkpoint_interval_s": 0.01},
+}
 
 
 def start(spec, out):
@@ -38,7 +40,10 @@ def kill_after_a_new_checkpoint(process, checkpoint, wait):
 
 def test_a_run_killed_at_random_moments_ends_as_an_uninterrupted_one(tmp_path):
     spec = tmp_path / "heap.yaml"
-    spec.write_text(SPEC)
+    mapping = yaml.safe_load(template("heap"))
+    for part, values in CHANGES.items():
+        mapping[part] |= values
+    spec.write_text(yaml.safe_dump(mapping))
     whole, broken = tmp_path / "whole", tmp_path / "broken"
     assert start(spec, whole).wait() == 0
 
