@@ -9,6 +9,7 @@ import pytest
 import yaml
 from snakemake.cli import parse_args
 
+from calibration.ahead import check_ahead
 from calibration.config import parse_config, point_spec, read_target
 from calibration.factors import read_factors
 from dem.run import run
@@ -34,6 +35,16 @@ def test_a_dry_run_plans_the_second_material_alone(clone):
     assert "results/soybean/screening" in done.stdout
     assert "salt" not in done.stdout
     assert "audit" not in done.stdout
+
+
+def test_a_study_begun_from_published_values_is_whole_and_names_their_sources(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    text = Path("examples/maize/config.yaml").read_text()
+    config = parse_config(yaml.safe_load(text), file="examples/maize/config.yaml")
+    check_ahead(config)
+    assert list(read_target(config)) == [23.5, 21.86]
+    published = [f.name for f in read_factors(config.factors) if "Agriculture" in f.description]
+    assert len(published) == 3
 
 
 @pytest.mark.parametrize(
