@@ -137,5 +137,6 @@ def _software(study):
         else:
             add("dem", result["engine"])
         for name, version in result["manifest"]["software"].items():
-            add(name, version)
+            if name != "cpu":
+                add(name, version)
     return found

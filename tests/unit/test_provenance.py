@@ -103,6 +103,7 @@ def test_it_says_what_made_which_from_what(crate):
     action = graph["#study"]
     assert action["@type"] == "CreateAction"
     programs = {graph[i]["name"]: graph[i] for i in references(action["instrument"])}
+    assert {"granular-calibration", "command", "numba"} <= set(programs)
     assert programs["command"]["softwareVersion"] == "1"
     assert programs["python"]["softwareVersion"] == ".".join(map(str, sys.version_info[:3]))
     assert "inputs/measured.csv" in references(action["object"])
