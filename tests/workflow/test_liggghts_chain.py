@@ -16,7 +16,7 @@ from test_module import NO_PROFILE, ROOT, SNAKEMAKE
 from calibration import engines
 from calibration.batches import named, simulate
 from calibration.campaign import read_plan
-from calibration.config import point_spec
+from calibration.config import numbers_of, point_spec
 from calibration.errors import ConfigError
 from calibration.factors import read_factors
 from diagnosis.compared import compare
@@ -102,9 +102,10 @@ def test_this_engine_s_heaps_are_as_high(study, tmp_path):
     is left."""
     factors = read_factors(study.parents[1] / "factors.tsv")
     surface = pd.read_csv(study / "response_surface" / "runs.csv")
-    table = surface[[f.name for f in factors]].round(6)
-    table.insert(0, "value", surface["response"])
-    table = table.assign(experiment="heap", quantity="height", unit="mm")
+    specs = read_plan(study / "response_surface" / "plan.json")
+    levels = [numbers_of(specs[name]) for name in surface["run_id"]]
+    table = pd.DataFrame({f.name: [found[f.key] for found in levels] for f in factors})
+    table = table.assign(experiment="heap", quantity="height", value=surface["response"], unit="mm")
     table.to_csv(tmp_path / "theirs.csv", index=False)
     theirs = read_runs(tmp_path / "theirs.csv", factors, "height")
 
