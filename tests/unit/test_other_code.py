@@ -16,6 +16,7 @@ from diagnosis.other_code import (
     conventions,
     emulated,
     of_contacts,
+    of_runs,
     read_runs,
 )
 from diagnosis.rig import Rig
@@ -165,3 +166,24 @@ def test_emulated_runs_at_known_parameters_show_cohesion(tmp_path):
     assert (found["verdict"], found["causes"]) == ("identified", ["cohesion"])
     # the closed form adds twice the surface energy
     assert found["ranking"][0]["strength"] == pytest.approx(0.15, rel=0.3)
+
+
+def test_whole_runs_are_made_as_they_are_and_with_each_setting(tmp_path):
+    """Heights of heaps, a metric that the experiment does not measure first; a setting that is the
+    whole difference is named."""
+    loads = np.linspace(0.1, 0.8, 8)
+    rows = [f"heap,height,{20.0 * mu + 2.0:.3f},mm,{mu}" for mu in loads]
+    head = "experiment,quantity,value,unit,salt_steel_static_friction"
+    runs = read_runs(table(tmp_path, rows, head), ALL, "height")
+    specs = [{"mu": dict(m.known)["salt_steel_static_friction"], "numerics": {}} for m in runs]
+
+    def make(specs):
+        return [{"height_mm": 20.0 * s["mu"] + s["numerics"].get("offset", 0.0)} for s in specs]
+
+    settings = {"two up": {"numerics": {"offset": 2.0}}, "one down": {"numerics": {"offset": -1.0}}}
+    ours, tried = of_runs(runs, specs, settings, make)
+    assert ours == pytest.approx(20.0 * loads)
+    found = compare(runs, ours, tried)
+    assert found["scatter_before"] == pytest.approx(2.0, abs=1e-3)
+    assert found["causes"] == ["two up"]
+    assert found["sentence"].startswith("The height of 8 runs differs from ours by 2 mm")
