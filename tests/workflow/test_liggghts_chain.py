@@ -2,7 +2,7 @@
 and this engine's heaps at the points of its response surface.
 
 The height stands for the angle, which so few grains give to some degrees only. Cost: 28 heaps of
-400 grains there and 22 here, about three minutes of one core."""
+400 grains there and nine here, less than four minutes of one core."""
 
 import json
 
@@ -19,11 +19,10 @@ from calibration.campaign import read_plan
 from calibration.config import numbers_of, point_spec
 from calibration.errors import ConfigError
 from calibration.factors import read_factors
-from diagnosis.compared import compare
 from diagnosis.other_code import of_runs, read_runs
 from small_heap import RUN
 
-pytestmark = [pytest.mark.slow, pytest.mark.long, pytest.mark.peer]
+pytestmark = [pytest.mark.slow, pytest.mark.peer]
 
 FACTORS = """code\tname\tkey\tlow\thigh\tdescription
 A\trolling\tcontacts.particle_particle.rolling_friction\t0.02\t0.4\tof grain and grain
@@ -49,7 +48,6 @@ STUDY = {
     "validation": {"groups": 2, "replicates": 2, "margin": HALF_A_GRAIN},
     "runs_per_job": 8,
 }  # fmt: skip
-FINER = {"numerics": {"rayleigh_fraction": 0.2}}
 PLANS = {"screening": 8, "ascent": 3, "response_surface": 11, "candidate": 2, "validation": 4}
 
 
@@ -116,10 +114,7 @@ def test_this_engine_s_heaps_are_as_high(study, tmp_path):
         return list(simulate(named(specs), tmp_path / "ours").values())
 
     specs = [spec(number, run) for number, run in enumerate(theirs)]
-    ours, causes = of_runs(theirs, specs, {"half the time step": FINER}, make)
-    assert abs(np.mean([m.value for m in theirs] - ours)) < HALF_A_GRAIN
-    # a seed scatters by 1.5 mm: a finer time step is one more draw, and may look like a cause
-    found = compare(theirs, ours, causes)
-    assert found["scatter_before"] < HALF_A_GRAIN
-    assert [row["cause"] for row in found["ranking"]] == ["half the time step"]
-    assert found["sentence"].startswith(f"The height of {len(theirs)} runs differs from ours by")
+    ours, _ = of_runs(theirs, specs, {}, make)
+    difference = [m.value for m in theirs] - ours
+    assert abs(np.mean(difference)) < HALF_A_GRAIN
+    assert np.sqrt(np.mean(difference**2)) < HALF_A_GRAIN
