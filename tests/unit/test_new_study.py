@@ -160,8 +160,8 @@ def export(separator=",", mark=".", samples=("made by a test",)):
     rows = [["Sample Name", "d (0.5)", name, *blank, "Operator Notes"],
             ["", "", *(f"{x:.6f}" for x in limits), ""]]  # fmt: skip
     rows += [[s, "500.000", "", *(f"{x:.6f}" for x in shares), "by hand"] for s in samples]
-    cells = lambda row: separator.join(c.replace(".", mark) if c[:1].isdigit() else c for c in row)  # noqa: E731
-    return "\n".join(map(cells, rows))
+    marked = [[c.replace(".", mark) if c[:1].isdigit() else c for c in row] for row in rows]
+    return "\n".join(map(separator.join, marked))
 
 
 @pytest.mark.parametrize(("separator", "mark"), [(",", "."), ("\t", "."), (";", ",")])
