@@ -127,13 +127,13 @@ def half_step(measurements, rig):
         value = float(np.exp(log / (IN_AIR if m.experiment == "drop" else 1.0)))
         wall = pair.get("particle_wall", {}) | {name: float(np.clip(value, low, high))}
         spec = spec | {"contacts": pair | {"particle_wall": wall}}
-        full, half = (_integrated(spec, m, finer) for finer in (1.0, 2.0))
+        full, half = (integrated(spec, m, finer) for finer in (1.0, 2.0))
         error = m.sd / np.sqrt(m.n)
         out.append(time_step.row_of(m, full, half, 0.0, float(error)))
     return out
 
 
-def _integrated(spec, measurement, finer):
+def integrated(spec, measurement, finer):
     """The reading of one condition by the engine's contact."""
     if measurement.experiment == "drop":
         return float(rebounds(spec, [measurement.levers["drop_height_mm"]], finer)[0])

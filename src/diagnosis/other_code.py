@@ -13,7 +13,8 @@ from calibration.config import overlay
 from calibration.errors import ConfigError
 from calibration.measurements import read_measured
 from calibration.quantities import QUANTITIES, measurable
-from diagnosis.collision import rebounds, sliding_angles
+from calibration.tables import read_table
+from diagnosis.contacts import integrated
 from diagnosis.measurements import CONTACTS
 
 STRENGTHS = 11
@@ -85,18 +86,16 @@ def read_runs(path, factors, quantity=None):
     """Measurements of another code's runs, with `known` of the factors that are columns. quantity:
     which rows count, those of what the experiment measures first unless given. Raises ConfigError
     for a table with fewer than `LEAST_ROWS` runs of any experiment."""
-    with open(path) as stream:
-        header = next((line for line in stream if not line.startswith("#")), "")
-    columns = [c.strip() for c in header.replace("\t", ",").split(",")]
+    columns = read_table(path).header
     rows = list(read_measured(path, [f.name for f in factors if f.name in columns]).conditions)
     rows = [m for m in rows if not m.outcome]
     rows = [m for m in rows if m.quantity == (quantity or QUANTITIES[m.experiment].name)]
     counts = {k: sum(m.experiment == k for m in rows) for k in {m.experiment for m in rows}}
-    if max(counts.values(), default=0) < LEAST_ROWS:
+    if min(counts.values(), default=0) < LEAST_ROWS:
         raise ConfigError(
             "has too few runs to tell anything apart",
             path=path,
-            value=max(counts.values(), default=0),
+            value=", ".join(f"{k}: {n}" for k, n in counts.items()) or 0,
             allowed=f"at least {LEAST_ROWS} runs of an experiment",
         )
     return rows
@@ -149,9 +148,7 @@ def _integrated(spec, run, finer=1.0):
         raise ConfigError(
             "is no single contact", value=run.experiment, allowed=" and ".join(CONTACTS)
         )
-    if run.experiment == "drop":
-        return float(rebounds(spec, [run.levers["drop_height_mm"]], finer)[0])
-    return float(sliding_angles(spec, [run.levers.get("tilt_rate_deg_s", 5.0)], finer)[0])
+    return integrated(spec, run, finer)
 
 
 def of_runs(runs, specs, variants, make):

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 import calibration
-from calibration import Study
+from calibration import Study, api
 from calibration.errors import CalibrationError, ConfigError
 from calibration.places import WORKFLOW
 
@@ -59,7 +59,7 @@ def test_a_notebook_shows_what_is_done_and_escapes_names(soybean):
 def test_a_stage_is_run_by_the_folder_s_workflow_or_else_the_package_s(own, soybean, monkeypatch):
     if own:
         Path("Snakefile").touch()
-    monkeypatch.setattr("subprocess.run", lambda command, **_: asked.append(command) or Ended(0))
+    monkeypatch.setattr(api, "call", lambda command, **_: asked.append(command) or Ended(0))
     asked = []
     soybean.run("screening")
     [command] = asked
@@ -70,7 +70,7 @@ def test_a_stage_is_run_by_the_folder_s_workflow_or_else_the_package_s(own, soyb
 
 
 def test_a_stage_that_fails_says_why(soybean, monkeypatch):
-    monkeypatch.setattr("subprocess.run", lambda *_, **__: Ended(1, stderr="no disk"))
+    monkeypatch.setattr(api, "call", lambda *_, **__: Ended(1, stderr="no disk"))
     with pytest.raises(CalibrationError, match="screening failed\nno disk"):
         soybean.run("screening")
 

@@ -19,6 +19,7 @@ from calibration.study import Study
 from dem.fingerprint import engine_fingerprint
 from dem.results import write_result
 from dem.spec import parse_spec
+from dem.template import template
 from stage_files import PlanFiles
 
 ROOT = Path(__file__).parents[2]
@@ -109,13 +110,12 @@ def test_further_targets_have_files_of_their_own(clone):
 
 def spec(tmp_path, **changes):
     data = {
-        "experiment": "heap",
         "particles": {"count": 300, "diameter_mm": 4.0},
         "geometry": {"generation_rate_per_s": 600},
         "output": {"checkpoint_interval_s": 0.05},
     }
     path = tmp_path / "spec.yaml"
-    path.write_text(json.dumps(data | changes))
+    path.write_text(json.dumps(yaml.safe_load(template("heap")) | data | changes))
     return path
 
 

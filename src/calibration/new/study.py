@@ -14,7 +14,9 @@ from calibration.factors import COLUMNS
 from calibration.files import replacing, write_table
 from calibration.measurements import readings_table
 from calibration.new.heap import MOST, STEEL
+from calibration.quantities import quantity_name
 from calibration.tables import summary
+from dem.experiments import experiments
 from dem.experiments.heap import PACKING
 from dem.flow import FREE_FLOW_RATIO
 
@@ -22,6 +24,7 @@ LAWS = {"rolling": "elastic_plastic", "torsion": "marshall"}
 """Laws of a new material. The engine's default is EDEM's own-spin torque, which holds a heap at
 rest and brakes grains that turn together."""
 MEASURED = "measured.csv"
+PACKED = "poured_density_kg_m3"  # metric of the second experiment
 CLOGS = 3.0  # grains across an orifice that none pass for long
 ACROSS = 10.0  # largest grains across the vessel of a bulk density
 LEAST_ACROSS = 6.0  # of a sieve curve, whose small grains are many
@@ -73,7 +76,9 @@ def write_study(folder, values, heap, factors, sizes=None, bulk=(), most=MOST):
     folder.mkdir(parents=True)
     try:
         angles = readings_table("heap", "angle_of_repose", [f"{v:g}" for v in values], "deg")
-        packed = readings_table("bulk_density", "poured_density", [f"{v:g}" for v in bulk], "kg/m3")
+        packed = readings_table(
+            _experiment_of(PACKED), quantity_name(PACKED), [f"{v:g}" for v in bulk], "kg/m3"
+        )
         write_table(pd.concat([angles, packed]) if bulk else angles, folder / MEASURED)
         write_factors(folder / "factors.tsv", factors)
         _write(folder / "config.yaml", text)
@@ -86,6 +91,10 @@ def write_study(folder, values, heap, factors, sizes=None, bulk=(), most=MOST):
     return [*_choices(heap, simulated), *_tried_on(bulk)]
 
 
+def _experiment_of(metric):
+    return next(name for name, e in experiments().items() if metric in e.targets)
+
+
 def packing(heap, sizes=None):
     """Section of `push_through` (a mapping) that pours the laboratory's own grains into a vessel:
     what they pack to follows from no angle of repose."""
@@ -95,8 +104,8 @@ def packing(heap, sizes=None):
     count = round(PACKING * bed / (math.pi / 6 * heap.diameter_mm**3))
     grain = {"sizes": sizes} if sizes else {"diameter_mm": heap.diameter_mm}
     return {
-        "experiment": "bulk_density",
-        "metrics": ["poured_density_kg_m3"],
+        "experiment": _experiment_of(PACKED),
+        "metrics": [PACKED],
         "draws": 6,
         "run": {
             "particles": {"count": count} | grain,
