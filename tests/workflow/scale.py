@@ -13,12 +13,14 @@ import resource
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import psutil
 from kills import checkout
 
 from calibration.factors import read_factors
+from calibration.new.study import write_factors
 
 EXPERIMENT = '''"""A run that costs nothing: its result is written, and nothing moves."""
 
@@ -64,7 +66,7 @@ SHARE = 1250
 STUB = """name: scale
 runs_per_job: {share}
 seed: 1
-factors: config/factors.tsv
+factors: factors.tsv
 measurements: measured.csv
 target: {{metric: value}}
 experiment: nothing
@@ -76,14 +78,18 @@ screening: {{design: design.csv}}
 """
 HEAPS = """name: scale
 seed: 1
-factors: config/factors.tsv
+factors: factors.tsv
 measurements: measured.csv
 target: {{metric: angle_of_repose_deg}}
 fixed: {fixed}
 run:
   materials: {{ particle: {{ density_kg_m3: 2500, shear_modulus_Pa: 1.0e+7, poisson_ratio: 0.2 }} }}
-  particles: {{count: 150, diameter_mm: 4.0}}
-  geometry: {{orifice_diameter_mm: 30.0, plate_diameter_mm: 50.0, generation_rate_per_s: 1000}}
+  particles: {{count: 300, diameter_mm: 4.0}}
+  geometry:
+    orifice_diameter_mm: 30.0
+    plate_diameter_mm: 50.0
+    plate_rim_height_mm: 4.0
+    generation_rate_per_s: 1000
 screening: {{design: design.csv}}
 """
 MEASURED = {
@@ -102,8 +108,11 @@ def study(folder, runs, text):
     lines = [",".join(CODES), *(",".join(map(str, row)) for row in rows)]
     (folder / "design.csv").write_text("\n".join(lines) + "\n")
     (folder / "measured.csv").write_text(MEASURED[text])
-    fixed = {f.name: f.centre for f in read_factors("config/factors.tsv")}
-    (folder / "study.yaml").write_text(text.format(share=SHARE, fixed=json.dumps(fixed)))
+    # the upper half of the salt's ranges: with less friction 300 grains are no heap
+    factors = [replace(f, low=f.centre) for f in read_factors("config/factors.tsv")]
+    write_factors(folder / "factors.tsv", factors)
+    fixed = json.dumps({f.name: f.centre for f in factors})
+    (folder / "study.yaml").write_text(text.format(share=SHARE, fixed=fixed))
 
 
 def call(folder, *targets):
