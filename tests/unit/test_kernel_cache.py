@@ -9,8 +9,10 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 from dem import fingerprint, kernel_cache
+from dem.template import template
 
 ROOT = Path(__file__).parents[2]
 
@@ -160,7 +162,8 @@ def test_a_law_changed_tenfold_slides_at_its_own_angle(copy, tmp_path):
     """tan(angle) is the friction: with a tenth of it compiled in, the old compiled code would give
     the old angle."""
     spec = tmp_path / "tilt.yaml"
-    spec.write_text("experiment: tilt\ngeometry: {trials: 1}\nparticles: {count: 4}\n")
+    few = {"geometry": {"trials": 1}, "particles": {"count": 4}}
+    spec.write_text(yaml.safe_dump(yaml.safe_load(template("tilt")) | few))
     law = copy / "dem" / "contact" / "friction" / "constant.py"
     found = []
     for text in (law.read_text(), law.read_text().replace("return ", "return 0.1 * ")):

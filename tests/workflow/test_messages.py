@@ -76,6 +76,9 @@ def test_the_campaign_goes_on_when_runs_fail(tmp_path):
     study = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
     rules = {key: study[key] for key in ("target", "run", "measurements") if key in study}
     rules["run"]["particles"]["diameter_mm"] = 4.0
+    rules["run"]["materials"]["particle"]["poisson_ratio"] = 0.25
+    wall = {"restitution": 0.4, "static_friction": 0.7, "rolling_friction": 0.4}
+    rules["run"]["contacts"] = {"particle_particle": {"restitution": 0.5}, "particle_wall": wall}
     rules |= {
         "name": "half",
         "factors": "factors.tsv",
