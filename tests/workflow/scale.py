@@ -108,8 +108,11 @@ def study(folder, runs, text):
     lines = [",".join(CODES), *(",".join(map(str, row)) for row in rows)]
     (folder / "design.csv").write_text("\n".join(lines) + "\n")
     (folder / "measured.csv").write_text(MEASURED[text])
-    # the upper half of the salt's ranges: with less friction 300 grains are no heap
-    factors = [replace(f, low=f.centre) for f in read_factors("config/factors.tsv")]
+    # half of the salt's ranges: with less friction or more bounce 300 grains are no heap
+    factors = [
+        replace(f, high=f.centre) if f.key.endswith("restitution") else replace(f, low=f.centre)
+        for f in read_factors("config/factors.tsv")
+    ]
     write_factors(folder / "factors.tsv", factors)
     fixed = json.dumps({f.name: f.centre for f in factors})
     (folder / "study.yaml").write_text(text.format(share=SHARE, fixed=fixed))
