@@ -22,6 +22,7 @@ from diagnosis.laws.slots import applicable, scaled
 LEVELS = 9
 ROUNDS = 4
 WEAK = 1e-3  # prior information of slope and bend, over that of one setting
+NONE = "No plan of as many settings was found that shows more.\n"
 GOLDEN = 0.6180339887498949
 SHARED = TIMES[0]  # standard deviation of an error that a level shares, over that of a setting
 

@@ -85,3 +85,12 @@ def test_the_stage_reads_emulators_and_writes_its_page(emulated, tmp_path):
     stages.plan_power(own, types.SimpleNamespace(emulators=["none"]), output)
     assert "cohesion" in output.page.read_text()
     assert "cohesion" in output.power.read_text()
+
+
+def test_a_plan_that_none_beats_is_said_to_be_so(tmp_path, monkeypatch):
+    monkeypatch.setattr(stages.better_plan, "best", lambda *_: ([], [], []))
+    monkeypatch.setattr(stages.contacts, "defaults_of", lambda *_: {})
+    own = types.SimpleNamespace(of_contacts=True, measurements=[], settings=None, kinds=[])
+    output = types.SimpleNamespace(power=tmp_path / "power.json", page=tmp_path / "power.md")
+    stages.plan_power(own, None, output)
+    assert "No plan of as many settings was found that shows more." in output.page.read_text()
