@@ -116,7 +116,7 @@ def named(specs):
 def _metrics(store, name, spec, note):
     known = store.current(name) or store.failure(name)
     if known:
-        return known["metrics"]
+        return known["metrics"] or None  # a stage keeps a run without a value as a result
     parsed, folder = parse_spec(spec), store.folder(name)
     try:
         metrics = engines.make(spec, folder, again=False)["metrics"]

@@ -122,6 +122,8 @@ def result_path(name):
 
 
 REQUIRED = object()
+REFUSED = "refused"
+"""Where a result without metrics says why it has none: {kind, reason}."""
 
 
 def read_metric(run_ids, metric, default=REQUIRED):
@@ -131,16 +133,24 @@ def read_metric(run_ids, metric, default=REQUIRED):
     Raises CalibrationError for a run that is missing, damaged or of another engine, and for one
     without the metric."""
     store = RunStore()
-    found = [_metrics(store, name) for name in run_ids]
+    found = [_result(store, name)["metrics"] for name in run_ids]
     if default is not REQUIRED:
         return [m.get(metric, default) for m in found]
     for name, metrics in zip(run_ids, found, strict=True):
         if metric not in metrics:
-            raise CalibrationError(f"{result_path(name)}: has no metric {metric}")
+            raise CalibrationError(
+                f"{result_path(name)}: has no metric {metric}: {reason_without(name)}"
+            )
     return [m[metric] for m in found]
 
 
-def _metrics(store, name):
+def reason_without(name):
+    """Why a finished run has no value of a metric, in its own words; errors as `read_metric`."""
+    refused = _result(RunStore(), name)["numerics"].get(REFUSED)
+    return refused["reason"] if refused else "this experiment does not measure it"
+
+
+def _result(store, name):
     try:
         result = store.result(name)
     except ResultError as error:
@@ -151,7 +161,7 @@ def _metrics(store, name):
             f"verify --repair` "
             "makes it again"
         )
-    return result["metrics"]
+    return result
 
 
 def points_of(name, config):

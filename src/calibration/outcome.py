@@ -10,6 +10,7 @@ from pathlib import Path
 
 from calibration.errors import CalibrationError
 from calibration.figures import label, response_of
+from calibration.responses import without_value
 from calibration.stages import load_stages, resolve
 from calibration.study import Results
 
@@ -41,12 +42,20 @@ def found(folder, metric):
     results, response, lines = Results(folder), response_of(metric), []
     for stage in load_stages().values():
         summary = results.summary(stage.name, stage.name)
-        texts = resolve(stage.sentences)(summary, response) if summary and stage.sentences else []
+        texts = sentences_of(stage, summary, response)
         if stage.name == "optimise":
             texts = _optimum(results.summary("optimise"), response)
         if texts:
             lines.append(f"- **{stage.title}.** {' '.join(texts)}")
     return "\n".join(lines)
+
+
+def sentences_of(stage, summary, response):
+    """What a stage says of its summary (a mapping, or None), and which of its runs it left out."""
+    if not summary:
+        return []
+    texts = resolve(stage.sentences)(summary, response) if stage.sentences else []
+    return [*texts, *without_value(summary.get("left_out", []))]
 
 
 def _optimum(summary, response):

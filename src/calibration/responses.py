@@ -2,12 +2,13 @@
 point is nearest."""
 
 import re
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
-from calibration.campaign import read_metric
+from calibration.campaign import read_metric, reason_without
 from calibration.config import goals, read_target
 from calibration.errors import CalibrationError
 from calibration.statistics.goals import combined_desirability
@@ -47,9 +48,37 @@ def with_value(runs, column):
     return here
 
 
-def without_response(runs):
-    """Numbers of the runs that finished without a response."""
-    return [int(n) for n in runs.loc[runs["response"].isna(), "run"]]
+@contextmanager
+def naming_left_out(runs, column="response"):
+    """An analysis of the runs that have a value in `column`: where it fails, its CalibrationError
+    names the others as well."""
+    try:
+        yield
+    except CalibrationError as error:
+        sentences = without_value(left_out(runs, column))
+        if not sentences:
+            raise
+        raise CalibrationError(f"{error}. {' '.join(sentences)}") from None
+
+
+def left_out(runs, column="response"):
+    """[{run, reason}] of the runs of a table that finished without a value in `column`."""
+    without = runs[runs[column].isna()]
+    return [
+        {"run": int(number), "reason": reason_without(name)}
+        for number, name in zip(without["run"], without["run_id"], strict=True)
+    ]
+
+
+def without_value(left_out):
+    """Sentences that name the runs of `left_out`, one for each reason."""
+    by_reason = {}
+    for row in left_out:
+        by_reason.setdefault(row["reason"], []).append(str(row["run"]))
+    return [
+        f"Left out, because without a value: run {', '.join(numbers)} ({reason})."
+        for reason, numbers in by_reason.items()
+    ]
 
 
 def spread_of(metric):

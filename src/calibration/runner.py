@@ -10,12 +10,12 @@ from pathlib import Path
 import yaml
 
 from calibration import engines
-from calibration.campaign import points_of
+from calibration.campaign import REFUSED, points_of
 from calibration.config import Config
 from calibration.errors import in_words, of_the_machine
 from calibration.progress import REPEAT, cores, progress
 from calibration.store import RunStore
-from dem.errors import DemError, MeasureError, RefusedStateError, StoppedError
+from dem.errors import DemError, MeasureError, StoppedError
 from dem.io.files import replace_file, write_arrays
 from dem.results import STATE, write_result
 from dem.spec import parse_spec
@@ -89,7 +89,7 @@ def _attempt(spec, name, log, config, store):
             stream.flush()
 
         try:
-            result = _made(spec, out, note)
+            ending = _made(spec, out, note, config)
             store.entry(name)
         except Exception as error:
             message = failure(error, spec, name, config)
@@ -102,31 +102,33 @@ def _attempt(spec, name, log, config, store):
             text = yaml.safe_dump(spec, sort_keys=False)
             replace_file(repeat, lambda stream: stream.write(text.encode()))
             return error
-        stream.write(f"done: {result['metrics']}\n")
+        stream.write(f"{ending}\n")
     repeat.unlink(missing_ok=True)
     report_sometimes(config, store)
     return None
 
 
-def _made(spec, out, note):
-    """The run's result. A heap that is refused by its state is kept as a result without metrics,
-    which the designs leave out by name: it never counts as an angle, and it does not stop the
-    study."""
+def _made(spec, out, note, config):
+    """Make the run; returns what its log says at the end. A run that cannot be measured, as a heap
+    that did not form or whose funnel clogged, is kept as a result without metrics, which the
+    designs leave out by name: it never counts as a value, and it does not stop the study."""
     try:
-        return engines.make(spec, out, note, again=False)
-    except RefusedStateError as error:
-        print(f"run {Path(out).name} counts for nothing: {error}", file=sys.stderr)
+        return f"done: {engines.make(spec, out, note, again=False)['metrics']}"
+    except MeasureError as error:
         if not (Path(out) / STATE).exists():
             write_arrays(Path(out) / STATE, engines.NO_GRAINS)
-        refused = {"kind": error.kind, "reason": str(error)}
-        return write_result(Path(out), parse_spec(spec), {}, {"refused": refused})
+        refused = {"kind": getattr(error, "kind", "unmeasured"), "reason": str(error)}
+        write_result(Path(out), parse_spec(spec), {}, {REFUSED: refused})
+        message = failure(error, spec, Path(out).name, config, "gives no value")
+        print(message, file=sys.stderr)
+        return message
 
 
-def failure(error, spec, name, config):
-    """What a user needs to know of a failed run: the reason, the likely cause and the points that
-    need it."""
+def failure(error, spec, name, config, what="failed"):
+    """What a user needs to know of a run without a value: the reason, the likely cause and the
+    points that need it."""
     text = str(error) if isinstance(error, DemError) else in_words(error)
-    lines = [f"run {name} failed: {text}"]
+    lines = [f"run {name} {what}: {text}"]
     lines += [f"  likely cause: {cause}" for cause in causes(error, spec)]
     lines += [f"  point:  {point}" for point in points_of(name, config)]
     return "\n".join(lines)

@@ -24,7 +24,7 @@ from calibration.config import parse_config
 from calibration.errors import CalibrationError
 from calibration.store import RunStore
 from calibration.verify import before_planning
-from dem.errors import MeasureError, StoppedError
+from dem.errors import BlowUpError, StoppedError
 from dem.io.files import write_json
 
 ROOT = Path(__file__).parents[2]
@@ -116,17 +116,17 @@ def test_a_batch_goes_on_after_a_run_that_failed_and_tells_of_it(study, monkeypa
 
     def make(spec, out, *arguments, **options):
         if out.name == bad:
-            raise MeasureError("no heap")
+            raise BlowUpError(particle=1, time=0.1, reason="overlap", hint="the time step")
         return true(spec, out, *arguments, **options)
 
     monkeypatch.setattr(engines, "make", make)
     with pytest.raises(SystemExit):
         run_told_batch(plan, 0, 1, "done.json", "batch.log", settings)
-    assert f"run {bad} failed: no heap" in capsys.readouterr().err
+    assert f"run {bad} failed: particle 1" in capsys.readouterr().err
     made = [n for n in sorted(specs) if RunStore().current(n)]
     assert made == [n for n in sorted(specs) if n != bad]
     assert not Path("done.json").exists()
-    assert "no heap" in Path(f"results/runs/{bad}/run.log").read_text()
+    assert "overlap" in Path(f"results/runs/{bad}/run.log").read_text()
     assert Path(f"results/runs/{bad}/failed.yaml").exists()
     monkeypatch.setattr(engines, "make", true)
     run_told_batch(plan, 0, 1, "done.json", "batch.log", settings)

@@ -1,10 +1,15 @@
-"""A heap that its state refuses: kept without an angle, told, and no end of the study."""
+"""A run that cannot be measured: kept without a value, told, and no end of the study."""
 
+import numpy as np
+import pandas as pd
 import pytest
 
-from calibration import engines, runner
+from calibration import engines, responses, runner
+from calibration.errors import CalibrationError
 from calibration.store import RunStore
-from dem.errors import MeasureError, RefusedStateError
+from dem.errors import BlowUpError, MeasureError, RefusedStateError
+from dem.results import run_name
+from dem.spec import parse_spec
 
 SPEC = {"experiment": "heap", "seed": 1}
 
@@ -16,18 +21,64 @@ def fails(error):
     return make
 
 
-def test_a_refused_heap_is_kept_without_metrics(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(
-        engines, "make", fails(RefusedStateError("clogged", "the funnel is clogged"))
-    )
-    result = runner._made(SPEC, tmp_path, None)
+@pytest.fixture
+def no_points(monkeypatch):
+    monkeypatch.setattr(runner, "points_of", lambda *_: ["screening, run 3 of 12"])
+
+
+@pytest.mark.parametrize(
+    ("error", "kind"),
+    [
+        (RefusedStateError("clogged", "the funnel is clogged"), "clogged"),
+        (MeasureError("no heap: 5 grains lie on the plate"), "unmeasured"),
+    ],
+)
+def test_a_run_that_cannot_be_measured_is_kept_without_metrics(
+    tmp_path, monkeypatch, capsys, no_points, error, kind
+):
+    monkeypatch.setattr(engines, "make", fails(error))
+    said = runner._made(SPEC, tmp_path, None, None)
+    result = RunStore(tmp_path.parent).result(tmp_path.name)
     assert result["metrics"] == {}
-    assert result["numerics"]["refused"]["kind"] == "clogged"
-    assert "the funnel is clogged" in capsys.readouterr().err
-    assert RunStore(tmp_path.parent).result(tmp_path.name) == result
+    assert result["numerics"]["refused"] == {"kind": kind, "reason": str(error)}
+    shown = capsys.readouterr().err
+    assert f"gives no value: {error}" in shown
+    assert "point:  screening, run 3 of 12" in shown
+    assert str(error) in said
 
 
 def test_any_other_failure_stays_one(tmp_path, monkeypatch):
-    monkeypatch.setattr(engines, "make", fails(MeasureError("no heap")))
-    with pytest.raises(MeasureError):
-        runner._made(SPEC, tmp_path, None)
+    blown = BlowUpError(particle=1, time=0.1, reason="overlap", hint="the time step")
+    monkeypatch.setattr(engines, "make", fails(blown))
+    with pytest.raises(BlowUpError):
+        runner._made(SPEC, tmp_path, None, None)
+    assert not (tmp_path / "result.json").exists()
+
+
+@pytest.fixture
+def runs(tmp_path, monkeypatch, no_points):
+    """Three rows of a design, the last two without a heap."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(engines, "make", fails(MeasureError("no heap: 5 grains lie on the plate")))
+    names = []
+    for seed in (2, 3):
+        spec = SPEC | {"seed": seed}
+        names.append(run_name(parse_spec(spec)))
+        runner._made(spec, RunStore().folder(names[-1]), None, None)
+    return pd.DataFrame(
+        {"run": [1, 2, 3], "run_id": ["?", *names], "response": [30.0, np.nan, np.nan]}
+    )
+
+
+def test_what_is_left_out_is_named_with_its_reason(runs):
+    rows = responses.left_out(runs)
+    assert [row["run"] for row in rows] == [2, 3]
+    assert responses.without_value(rows) == [
+        "Left out, because without a value: run 2, 3 (no heap: 5 grains lie on the plate)."
+    ]
+
+
+def test_a_design_with_too_few_values_says_why(runs):
+    with pytest.raises(CalibrationError, match=r"1 of 3 runs .* run 2, 3 \(no heap: 5 grains"):
+        with responses.naming_left_out(runs):
+            responses.with_value(runs, "response")

@@ -9,10 +9,11 @@ from calibration.factors import read_factors
 from calibration.files import read_json, write_table
 from calibration.responses import (
     judge,
+    left_out,
+    naming_left_out,
     nearest,
     with_responses,
     with_value,
-    without_response,
 )
 from calibration.statistics.design import path_from_effects, steepest_path
 from calibration.tables import read_written
@@ -45,7 +46,8 @@ def analyse_ascent(config, design_file, output):
     centre."""
     factors = read_factors(config.factors)
     every = with_responses(read_written(design_file), config)
-    runs = judge(with_value(every, "response"), config)
+    with naming_left_out(every):
+        runs = judge(with_value(every, "response"), config)
     target = float(read_target(config).mean())
     best = nearest(runs)
     used = [f for f in factors if f.name in runs]
@@ -61,7 +63,7 @@ def analyse_ascent(config, design_file, output):
             "target": target,
             "path": str(best["path"]),
             "responses": [float(v) for v in runs["response"]],
-            "left_out": without_response(every),
+            "left_out": left_out(every),
         },
     )
 

@@ -10,7 +10,7 @@ from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
 from calibration.numbers import fixed
 from calibration.physical import inside, physical_range
-from calibration.responses import with_responses, with_value, without_response
+from calibration.responses import left_out, naming_left_out, with_responses, with_value
 from calibration.statistics.composite import region_design
 from calibration.statistics.surface import (
     blocks_p,
@@ -57,8 +57,9 @@ def analyse_response_surface(config, design_file, region_file, output):
     of all runs."""
     region = read_region(region_file)
     every = with_responses(read_written(design_file), config)
-    runs = with_value(every, "response")
-    surface = fit_surface(runs, [f.code for f in region], runs["response"])
+    with naming_left_out(every):
+        runs = with_value(every, "response")
+        surface = fit_surface(runs, [f.code for f in region], runs["response"])
     write_table(every, output.runs)
     write_table(surface.coefficients, output.coefficients)
     write_table(surface.anova, output.anova)
@@ -69,8 +70,8 @@ def analyse_response_surface(config, design_file, region_file, output):
     figures.save(figures.perturbation(surface, region, response), output.perturbation)
     figures.save(figures.surfaces(surface, region, response), output.surfaces)
     beside = _beside(runs, [f.code for f in region], "response", surface)
-    left_out = {"left_out": without_response(every)}
-    write_json(output.summary, _description(surface, region) | beside | left_out)
+    without = {"left_out": left_out(every)}
+    write_json(output.summary, _description(surface, region) | beside | without)
     for target, path, figure in further_files(config, output):
         here = with_value(every, target.metric)
         try:

@@ -10,10 +10,11 @@ from calibration.files import write_table
 from calibration.numbers import signed
 from calibration.responses import (
     columns,
+    left_out,
+    naming_left_out,
     strongest,
     with_responses,
     with_value,
-    without_response,
 )
 from calibration.statistics.screening import screen, significant, why
 from calibration.statistics.screening_design import screening_design
@@ -69,7 +70,7 @@ def analyse_screening(config, design_file, output):
         "aliased": _aliased(factors, with_value(runs, "response")),
         "method": result.method,
         "alpha": rules.alpha,
-        "left_out": without_response(every),
+        "left_out": left_out(every),
     }
     if rules.foldover:
         both = _screened(config, factors, every)["response"]
@@ -90,8 +91,9 @@ def _screened(config, factors, runs):
     """{column: Screening} of each response over the runs that have one."""
     codes, found = [f.code for f in factors], {}
     for column in columns(config):
-        here = with_value(runs, column)
-        found[column] = screen(here, codes, here[column], config.screening.alpha)
+        with naming_left_out(runs, column):
+            here = with_value(runs, column)
+            found[column] = screen(here, codes, here[column], config.screening.alpha)
     return found
 
 

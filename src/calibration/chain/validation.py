@@ -10,7 +10,7 @@ from calibration.campaign import write_plan
 from calibration.config import is_measured, read_target
 from calibration.files import read_json, write_table
 from calibration.numbers import signed
-from calibration.responses import with_responses, without_response
+from calibration.responses import left_out, naming_left_out, with_responses, with_value
 from calibration.statistics.validate import compare
 from calibration.tables import read_written
 from dem.io.files import write_json
@@ -37,7 +37,7 @@ def analyse_validation(config, design_file, output):
     write_table(runs, output.runs)
     groups = _groups(runs, "response")
     found = _compare(groups, config, config.target, rules.margin, output.figure)
-    found["left_out"] = without_response(runs)
+    found["left_out"] = left_out(runs)
     found["group_means"] = [float(v) for v in groups.mean(axis=1)]
     measured = [t for t in config.further_targets if is_measured(config, t)]
     drawn = dict(zip([t.metric for t in measured], output.get("further_figures", []), strict=True))
@@ -53,6 +53,8 @@ def analyse_validation(config, design_file, output):
 
 def _groups(runs, column):
     """Values (groups, replicates); where runs have none, the others as one group."""
+    with naming_left_out(runs, column):
+        with_value(runs, column)  # raises where there is too little to compare
     groups = runs.pivot(index="group", columns="replicate", values=column).to_numpy(float)
     missing = np.isnan(groups)
     return groups[~missing][None] if missing.any() else groups

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from calibration.figures import label, response_of
+from calibration.outcome import sentences_of
 from calibration.report.embed import caption, download, figure, table
-from calibration.stages import resolve
 from calibration.study import Results
 from calibration.tables import read_written
 
@@ -39,11 +39,10 @@ def _listed(study, stage, response):
     if not stage.tables or (not drawn and not shown):
         return None
     summary = Results(study).summary(stage.name, stage.name)
-    texts = resolve(stage.sentences)(summary, response) if summary and stage.sentences else []
     return {
         "key": stage.name,
         "title": stage.title,
-        "texts": texts,
+        "texts": sentences_of(stage, summary, response),
         "figures": drawn,
         "tables": shown,
     }
