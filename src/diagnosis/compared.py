@@ -12,9 +12,8 @@ from scipy.special import logsumexp
 from scipy.stats import chi2, norm
 
 from calibration.quantities import QUANTITIES, measurable
-from diagnosis.laws.choose import share_above
+from diagnosis.chance import CLOSE, share_above
 
-CLOSE = 2.0  # nats; causes this close to the best are not told apart
 REPLICATES = 299
 FLOOR = 1e-6  # scatter below which two simulations are the same, as a share or in the unit
 ASIDE = 0.1  # prior share of rows that do not follow a cause

@@ -15,13 +15,13 @@ from scipy.special import expit
 from scipy.stats import chi2
 
 from calibration.numbers import NORMAL_95
+from diagnosis.chance import CLOSE, share_above
 from diagnosis.failures import outcomes_of
 from diagnosis.fit import Data, data_of, fit, moderated_sd
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.settings import BASE
 
 CARRIED = 0.25  # variance left of the prior's, along a direction of the parameters, at most
-CLOSE = 2.0  # nats; causes this close to the best are not told apart (odds of about 7 to 1)
 MISFIT = 0.01  # a cause whose extended model fits worse than this share of its own data is none
 NULL_STARTS = (0.3,)  # coded strength at which fits of data without an effect begin: one is enough
 
@@ -102,8 +102,8 @@ def decide(scores, alpha=0.05, without=()):
     gains = {name: float((fits[name].score - fits[BASE].score)[0]) for name in singles}
     best = max(gains, key=gains.get)
     null_best = np.max([null[n] for n in singles], axis=0)
-    lack_p = _share_above(null["misfit"], float(fits[BASE].misfit[0]))
-    family_p = _share_above(null_best, gains[best])
+    lack_p = share_above(null["misfit"], float(fits[BASE].misfit[0]))
+    family_p = share_above(null_best, gains[best])
     misfit, gained = significant(lack_p, family_p, alpha)
     level = level_beside(lack_p, alpha)
     threshold = float(np.quantile(null_best, 1.0 - level))
@@ -113,8 +113,8 @@ def decide(scores, alpha=0.05, without=()):
             "score": float(fits[name].score[0]),
             "gain": gains[name],
             "null_threshold": float(np.quantile(null[name], 1.0 - level)),
-            "p": _share_above(null[name], gains[name]),
-            "p_family": _share_above(null_best, gains[name]),
+            "p": share_above(null[name], gains[name]),
+            "p_family": share_above(null_best, gains[name]),
             "strength": strength_of(scores.models[name], fits[name], 0),
         }
         for name in sorted(gains, key=gains.get, reverse=True)
@@ -159,10 +159,6 @@ def level_beside(other, alpha):
     """What a p-value must be below to be significant beside another one: alpha where that is below
     it, else half."""
     return alpha if other < alpha else 0.5 * alpha
-
-
-def _share_above(sample, value):
-    return float((1 + np.sum(sample >= value)) / (1 + len(sample)))
 
 
 def simulate_data(model, fitted, measurements, data, replicates, rng):
@@ -211,7 +207,7 @@ def _fits_well(out, name, scores, rng):
         model, fitted, scores.measurements, scores.data, scores.replicates, rng
     )
     null = fit(model, _as_stated(simulated, fitted)).misfit
-    return _share_above(null, float(fitted.misfit[0])) >= MISFIT
+    return share_above(null, float(fitted.misfit[0])) >= MISFIT
 
 
 def null_of(models, fitted, measurements, data, replicates, rng):

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from diagnosis.chance import share_above
 from diagnosis.fit import Data, data_of, fit
 from diagnosis.identify import NULL_STARTS, null_of, significant, simulate_data
 from diagnosis.power import LEAST_SHARE, POWER, REPLICATES
@@ -90,13 +91,9 @@ class _Bench:
             if n != BASE
         }
         table = np.array(list(gains.values()))
-        lack = _share_above(self.misfit, base.misfit)
-        family = _share_above(self.best, table.max(0))
+        lack = share_above(self.misfit, base.misfit)
+        family = share_above(self.best, table.max(0))
         alarm = np.array(
             [significant(a, b, self.alpha)[1] for a, b in zip(lack, family, strict=True)]
         )
         return float(alarm.mean()), list(np.array(list(gains))[table.argmax(0)][alarm])
-
-
-def _share_above(sample, values):
-    return (1 + (sample[None] >= values[:, None]).sum(1)) / (1 + len(sample))

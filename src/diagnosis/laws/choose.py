@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from diagnosis.chance import share_above
 from diagnosis.laws.mixed import draw, evaluate, nuisance_of, to_space
 from diagnosis.laws.slots import applicable, candidate_of, constant
 
@@ -81,11 +82,6 @@ def _term(law, candidate, fit, nuisance, readings, centre):
     shared = nuisance.covariance[fit.nuisance[0]] * np.outer(slope, slope)
     total = own + shared + candidate.level**2
     return float((own @ np.linalg.solve(total, z)).mean())
-
-
-def share_above(sample, value):
-    """Share of a simulated sample at or above a value, the value itself counted in."""
-    return float((1 + np.sum(np.asarray(sample) >= value)) / (1 + len(sample)))
 
 
 def chance(tried):

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from diagnosis.laws.choose import share_above
+from diagnosis.chance import share_above
 from diagnosis.laws.mixed import Candidate, draw, evaluate
 from diagnosis.laws.slots import scaled
 

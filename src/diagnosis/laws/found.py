@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from calibration.numbers import NORMAL_95
-from diagnosis.laws.choose import ruled_out, share_above, trial
+from diagnosis.chance import share_above
+from diagnosis.laws.choose import ruled_out, trial
 from diagnosis.laws.forms import compare, forms_of
 from diagnosis.laws.mixed import from_space, posterior, to_space
 from diagnosis.laws.next_setting import propose

@@ -1,0 +1,13 @@
+"""What chance makes of a statistic, and how near two causes may lie to be told apart."""
+
+import numpy as np
+
+CLOSE = 2.0  # nats; causes this close to the best are not told apart (odds of about 7 to 1)
+
+
+def share_above(sample, value):
+    """Share of a simulated sample (r,) at or above a value, or above each of values (n,); the value
+    itself is counted in."""
+    above = (np.asarray(sample) >= np.asarray(value)[..., None]).sum(-1)
+    share = (1 + above) / (1 + len(sample))
+    return share if np.ndim(value) else float(share)
