@@ -133,8 +133,8 @@ def half_step(measurements, rig):
     return out
 
 
-def integrated(spec, measurement, finer):
-    """The reading of one condition by the engine's contact."""
+def integrated(spec, measurement, finer=1.0):
+    """The reading of one condition by the engine's contact, its time step divided by `finer`."""
     if measurement.experiment == "drop":
         return float(rebounds(spec, [measurement.levers["drop_height_mm"]], finer)[0])
     rate = parse_spec(spec).geometry.tilt_rate_deg_s

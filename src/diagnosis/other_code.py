@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calibration.config import overlay
 from calibration.errors import ConfigError
 from calibration.measurements import read_measured
-from calibration.quantities import QUANTITIES, measurable
+from calibration.quantities import QUANTITIES
 from calibration.tables import read_table
 from diagnosis.contacts import integrated
 from diagnosis.measurements import CONTACTS
@@ -112,13 +111,16 @@ def conventions(runs, ours):
 
 
 def of_contacts(runs, rig, catalogue):
-    """(ours (n,), [`Cause`]) of one experiment's drops or slides, integrated by the engine."""
+    """(ours (n,), [`Cause`]) of one experiment's drops or slides, integrated by the engine.
+    Raises ConfigError for an experiment of many grains."""
     kind = runs[0].experiment
+    if kind not in CONTACTS:
+        raise ConfigError("is no single contact", value=kind, allowed=" and ".join(CONTACTS))
     specs = [rig.spec(m.condition, rig.settings.seed, dict(m.known)) for m in runs]
-    ours = np.array([_integrated(s, m) for s, m in zip(specs, runs, strict=True)])
+    ours = np.array([integrated(s, m) for s, m in zip(specs, runs, strict=True)])
     causes = conventions(runs, ours)
     if kind == "drop":
-        values = [[_integrated(s, m, 1.0 / k) for s, m in zip(specs, runs, strict=True)]
+        values = [[integrated(s, m, 1.0 / k) for s, m in zip(specs, runs, strict=True)]
         for k in COARSER]  # fmt: skip
         causes.append(Cause("time step", "numerical", "of ours", COARSER, np.array(values)))
     for mechanism in catalogue.values():
@@ -135,38 +137,12 @@ def _mechanism(mechanism, specs, runs, ours):
             seen = [mechanism.observe(v, m.levers, strength)
             for v, m in zip(ours, runs, strict=True)]  # fmt: skip
         else:
-            seen = [_integrated(mechanism.apply(s, strength), m)
+            seen = [integrated(mechanism.apply(s, strength), m)
             for s, m in zip(specs, runs, strict=True)]  # fmt: skip
         values.append(seen)
     natural = np.array([mechanism.strength.natural(c) for c in coded])
     unit = mechanism.strength.unit
     return Cause(mechanism.name, "mechanism", unit, natural, np.array(values, float))
-
-
-def _integrated(spec, run, finer=1.0):
-    if run.experiment not in CONTACTS:
-        raise ConfigError(
-            "is no single contact", value=run.experiment, allowed=" and ".join(CONTACTS)
-        )
-    return integrated(spec, run, finer)
-
-
-def of_runs(runs, specs, variants, make):
-    """(ours (n,), [`Cause`]) of one experiment's runs, made by the engine as a whole.
-
-    specs: our run spec (a mapping) of each; variants: {name: keys laid over the spec}, a cause that
-    is there or is not; make: [run spec] -> [metrics], in whose scatter the seed has its share."""
-    key = measurable(runs[0].experiment)[runs[0].quantity].key
-
-    def values(changes):
-        return np.array([found[key] for found in make([overlay(s, changes) for s in specs])])
-
-    ours = values({})
-    there = np.array([0.0, 1.0])
-    return ours, [
-        Cause(name, "setting", "of it", there, np.array([ours, values(changes)]))
-        for name, changes in variants.items()
-    ]
 
 
 def emulated(runs, model_of, names):

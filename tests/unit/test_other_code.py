@@ -16,11 +16,11 @@ from diagnosis.other_code import (
     conventions,
     emulated,
     of_contacts,
-    of_runs,
     read_runs,
 )
 from diagnosis.rig import Rig
 from diagnosis.settings import parameters_of, read_settings
+from diagnosis.switched import Switched, tried
 
 ALL = read_factors(FACTORS)
 HEAD = "experiment,quantity,value,unit,tilt_rate_deg_s,salt_steel_static_friction"
@@ -140,9 +140,9 @@ def test_slides_of_a_code_whose_reading_is_off(tmp_path, known):
     settings = read_settings("config/diagnosis.yaml")
     rig = Rig(settings, BASE, parameters_of(settings, FACTORS, ["tilt"]))
     runs = slides(tmp_path, lambda a: a + 1.05)
-    ours, tried = of_contacts(runs, rig, known)
+    ours, causes = of_contacts(runs, rig, known)
     assert ours == pytest.approx(np.degrees(np.arctan(MU)), abs=0.5)
-    found = compare(runs, ours, tried)
+    found = compare(runs, ours, causes)
     assert found["ranking"][0]["cause"] in ("reading off by an angle", "tilt_detection_lag")
     assert found["verdict"] in ("identified", "ambiguous")
     assert found["ranking"][0]["scatter_after"] < 0.1 * found["scatter_before"]
@@ -161,8 +161,8 @@ def test_emulated_runs_at_known_parameters_show_cohesion(tmp_path):
         rows.append(f"shear,shear_stress,{share * load + 0.3:.6f},kPa,{load:.4f},{cells}")
     head = "experiment,quantity,value,unit,normal_stress_kPa,"
     runs = read_runs(table(tmp_path, rows, head + ",".join(f.name for f in one.factors)), ALL)
-    ours, tried = emulated(runs, lambda n: one.model([m.condition for m in runs], n), ["cohesion"])
-    found = compare(runs, ours, tried)
+    ours, known = emulated(runs, lambda n: one.model([m.condition for m in runs], n), ["cohesion"])
+    found = compare(runs, ours, known)
     assert (found["verdict"], found["causes"]) == ("identified", ["cohesion"])
     # the closed form adds twice the surface energy
     assert found["ranking"][0]["strength"] == pytest.approx(0.15, rel=0.3)
@@ -175,15 +175,18 @@ def test_whole_runs_are_made_as_they_are_and_with_each_setting(tmp_path):
     rows = [f"heap,height,{20.0 * mu + 2.0:.3f},mm,{mu}" for mu in loads]
     head = "experiment,quantity,value,unit,salt_steel_static_friction"
     runs = read_runs(table(tmp_path, rows, head), ALL, "height")
-    specs = [{"mu": dict(m.known)["salt_steel_static_friction"], "numerics": {}} for m in runs]
-
-    def make(specs):
-        return [{"height_mm": 20.0 * s["mu"] + s["numerics"].get("offset", 0.0)} for s in specs]
-
-    settings = {"two up": {"numerics": {"offset": 2.0}}, "one down": {"numerics": {"offset": -1.0}}}
-    ours, tried = of_runs(runs, specs, settings, make)
-    assert ours == pytest.approx(20.0 * loads)
-    found = compare(runs, ours, tried)
+    offsets = {"two up": 2.0, "one down": -1.0}
+    causes = {name: Switched(kind="rig", run={"seed": 1}) for name in offsets}
+    rows = [
+        {"cause": name, "strength": 1.0, "run": f"{name} {mu:.1f}"}
+        for name in offsets
+        for mu in loads
+    ]
+    heights = [20.0 * mu + by for by in offsets.values() for mu in loads]
+    metrics = {r["run"]: {"height_mm": h} for r, h in zip(rows, heights, strict=True)}
+    ours, (known, without) = 20.0 * loads, tried(rows, causes, metrics, "height_mm")
+    assert not without
+    found = compare(runs, ours, known)
     assert found["scatter_before"] == pytest.approx(2.0, abs=1e-3)
     assert found["causes"] == ["two up"]
     assert found["sentence"].startswith("The height of 8 runs differs from ours by 2 mm")
