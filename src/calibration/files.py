@@ -43,10 +43,15 @@ def read_json(path):
     return json.loads(Path(path).read_text())
 
 
+def write_text(text, path):
+    """Write a text file."""
+    with replacing(path) as partial:
+        partial.write_text(text, encoding="utf-8")
+
+
 def write_table(table, path):
     """Write a data frame as CSV, as `csv_text` gives it."""
-    with replacing(path) as partial:
-        partial.write_text(csv_text(table), encoding="utf-8")
+    write_text(csv_text(table), path)
 
 
 def csv_text(table):

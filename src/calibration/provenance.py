@@ -17,7 +17,7 @@ from calibration.all_runs import CRATE, planned, runs_table, write_netcdf
 from calibration.errors import CalibrationError
 from calibration.export.parameters import to_yaml
 from calibration.extras import extra
-from calibration.files import replacing
+from calibration.files import replacing, write_text
 from calibration.store import RunStore
 from dem.errors import ResultError
 from dem.io.files import write_json
@@ -52,8 +52,7 @@ def provenance(study, source, output):
         with replacing(folder / place) as partial:
             shutil.copyfile(path, partial)
     configuration = yaml.safe_load((study.folder / CONFIGURATION).read_text("utf-8"))
-    with replacing(folder / STUDY) as partial:
-        partial.write_text(to_yaml(configuration | tables), encoding="utf-8")
+    write_text(to_yaml(configuration | tables), folder / STUDY)
     files = [STUDY, *copied], [*results, Path(output.runs).name]
     write_json(output.crate, metadata(study, folder, *files, _software(study)))
 

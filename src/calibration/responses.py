@@ -28,8 +28,7 @@ def with_responses(design, config):
     """
     design = design.copy()
     for column, metric in columns(config).items():
-        values = read_metric(design["run_id"], metric, None)
-        design[column] = [np.nan if value is None else float(value) for value in values]
+        design[column] = np.array(read_metric(design["run_id"], metric, None), float)
     spread = read_metric(design["run_id"], spread_of(config.target.metric), None)
     if all(value is not None for value in spread):
         design["response_sd"] = spread

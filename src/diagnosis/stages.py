@@ -8,7 +8,7 @@ from scipy import stats
 
 from calibration import figures as common
 from calibration.batches import simulate
-from calibration.files import read_json, replacing, write_table
+from calibration.files import read_json, write_table, write_text
 from calibration.report.plain import write_page
 from dem.io.files import write_json
 from diagnosis import (
@@ -56,8 +56,7 @@ def plan_power(setup, source, output):
 
 def _write_power(output, found, more):
     write_json(output.power, found)
-    with replacing(output.page) as partial:
-        partial.write_text(power.page(found["plan"], found["better"]) + more)
+    write_text(power.page(found["plan"], found["better"]) + more, output.page)
 
 
 def plan_runs(setup, output):
@@ -227,8 +226,7 @@ def conclude(setup, source, output):
     common.save(figures.gain_figure(verdict["gain"]), output.gain)
     write_json(output.verdict, verdict)
     text = page(verdict)
-    with replacing(output.page) as partial:
-        partial.write_text(text)
+    write_text(text, output.page)
     write_page("Diagnosis", text, Path(output.page).parent, output.alone)
 
 

@@ -16,7 +16,7 @@ from calibration.batches import simulate
 from calibration.campaign import write_plan
 from calibration.config import bench_run, overlay, point_spec
 from calibration.errors import CalibrationError
-from calibration.files import read_json, replacing, write_table
+from calibration.files import read_json, write_table, write_text
 from calibration.quantities import QUANTITIES, measurable
 from calibration.tables import read_written
 from dem.io.files import write_json
@@ -147,8 +147,7 @@ def disagreement(study, source, output):
         own = rows[rows["table"] == name].to_dict("records")
         found[name] = of_table(study, paper, runs, studies, own, causes, metrics)
     write_json(output.summary, found)
-    with replacing(output.page) as partial:
-        partial.write_text(page(found))
+    write_text(page(found), output.page)
 
 
 def of_table(study, paper, runs, studies, rows, causes, metrics):

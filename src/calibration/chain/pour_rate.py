@@ -46,8 +46,7 @@ def analyse_pour_rate(config, design_file, output):
     CalibrationError where no rig has two heaps with a value."""
     design = read_written(design_file)
     for column, metric in (("response", config.target.metric), ("hold_up", "hold_up")):
-        values = read_metric(design["run_id"], metric, None)
-        design[column] = [np.nan if v is None else float(v) for v in values]
+        design[column] = np.array(read_metric(design["run_id"], metric, None), float)
     rows = [_row(rig, heaps) for rig, heaps in design.groupby(design["rig"].astype(str))]
     table = pd.DataFrame([row for row in rows if row])
     if table.empty:

@@ -77,8 +77,7 @@ def metrics_of(machine):
 def _with_metrics(design, name, machine):
     table = design[design["machine"] == name].dropna(axis=1, how="all").reset_index(drop=True)
     for metric in metrics_of(machine):
-        values = read_metric(table["run_id"], metric, None)
-        table[metric] = [np.nan if v is None else float(v) for v in values]
+        table[metric] = np.array(read_metric(table["run_id"], metric, None), float)
     return table
 
 

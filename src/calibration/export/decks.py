@@ -19,7 +19,7 @@ from calibration.export import lammps, liggghts
 from calibration.export.header import left_out
 from calibration.export.material import granulate
 from calibration.export.parameters import to_yaml
-from calibration.files import read_json, replacing
+from calibration.files import read_json, write_text
 from dem.errors import DemError
 from dem.io.files import write_json
 from dem.spec import load_spec
@@ -80,7 +80,7 @@ def write_decks(spec, conversion, about, expected, folder):
         try:
             _refuse(code, spec, expected)
         except EngineError as error:
-            _write(place / "README.md", REFUSED.format(name=NAMES[code], reason=error))
+            write_text(REFUSED.format(name=NAMES[code], reason=error), place / "README.md")
             continue
         _write_deck(code, spec, conversion, about, expected, place)
 
@@ -97,9 +97,9 @@ def _write_deck(code, spec, conversion, about, expected, place):
     lines = [*about, *left_out(spec, BLOCKS[code])]
     block = BLOCKS[code].block(granulate(spec), conversion, lines)
     import_module(f"calibration.engines.{code}").deck(spec, place, block)
-    _write(place / "spec.yaml", to_yaml(spec.model_dump(mode="json")))
+    write_text(to_yaml(spec.model_dump(mode="json")), place / "spec.yaml")
     write_json(place / "expected.json", expected)
-    _write(place / "check.py", CHECK.format(name=NAMES[code], code=code))
+    write_text(CHECK.format(name=NAMES[code], code=code), place / "check.py")
     own = {f"in.{code}": "the deck: rig, pour, rest", f"material.{_end(code)}": "laws and numbers"}
     own |= {p.name: GRAIN for p in place.glob("grain*.molecule")}
     rows = {k: v for k, v in (FILES | own).items() if (place / k).exists() or k == "end.dump"}
@@ -113,7 +113,7 @@ def _write_deck(code, spec, conversion, about, expected, place):
         notes="\n".join(conversion.sentences("elastic-plastic")),
         **expected,
     )
-    _write(place / "README.md", text)
+    write_text(text, place / "README.md")
 
 
 def _end(code):
@@ -148,8 +148,3 @@ def check(code, folder=".", timeout_s=1e6):
         f"{most:.2f}: {'agrees' if agrees else 'differs'}"
     )
     return 0 if agrees else 1
-
-
-def _write(path, text):
-    with replacing(path) as partial:
-        partial.write_text(text)

@@ -23,7 +23,7 @@ from calibration.export.rolling import (
     plan_scan,
     read_scan,
 )
-from calibration.files import replacing
+from calibration.files import write_text
 from calibration.statistics.surface import fit_surface
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
@@ -172,10 +172,10 @@ def write_exports(study, runs, region, out):
     _write_blocks(CODES, mapping, Conversion(parse_spec(mapping)), lines, Path(out) / "exports")
     _write_decks(study, mapping, Conversion(parse_spec(mapping)), lines, Path(out) / "exports")
     head = "".join(f"# {line}\n" for line in lines)
-    _write(Path(out) / "exports" / "dem.yaml", head + to_yaml(mapping))
-    _write(Path(out) / "exports" / "study.yaml", to_yaml(config.model_dump(mode="json")))
+    write_text(head + to_yaml(mapping), Path(out) / "exports" / "dem.yaml")
+    write_text(to_yaml(config.model_dump(mode="json")), Path(out) / "exports" / "study.yaml")
     data = summary(study, optimum, validation, surface, region, bench)
-    _write(Path(out) / "calibrated.yaml", head + to_yaml(data))
+    write_text(head + to_yaml(data), Path(out) / "calibrated.yaml")
 
 
 def export_converted(study, source, output):
@@ -204,9 +204,4 @@ def _write_blocks(codes, mapping, conversion, lines, folder):
     spec = parse_spec(mapping)
     for name, code in codes.items():
         about = [*lines, *left_out(spec, code)]
-        _write(folder / name, code.block(granulate(spec), conversion, about))
-
-
-def _write(path, text):
-    with replacing(path) as partial:
-        partial.write_text(text)
+        write_text(code.block(granulate(spec), conversion, about), folder / name)

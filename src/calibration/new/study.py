@@ -11,7 +11,7 @@ import yaml
 from calibration.config import parse_config
 from calibration.errors import CalibrationError
 from calibration.factors import COLUMNS
-from calibration.files import replacing, write_table
+from calibration.files import write_table, write_text
 from calibration.measurements import readings_table
 from calibration.new.heap import MOST, STEEL
 from calibration.quantities import quantity_name
@@ -81,7 +81,7 @@ def write_study(folder, values, heap, factors, sizes=None, bulk=(), most=MOST):
         )
         write_table(pd.concat([angles, packed]) if bulk else angles, folder / MEASURED)
         write_factors(folder / "factors.tsv", factors)
-        _write(folder / "config.yaml", text)
+        write_text(text, folder / "config.yaml")
         parse_config(yaml.safe_load(text), files=[folder / "config.yaml"])
     except CalibrationError:
         for path in folder.iterdir():
@@ -127,12 +127,7 @@ def write_factors(path, factors):
     """Write a factor table, atomically."""
     rows = ["\t".join(str(getattr(f, c)) for c in COLUMNS) for f in factors]
     head = "# low and high: natural levels at -1 and +1; description: where they come from\n"
-    _write(path, head + "\n".join(["\t".join(COLUMNS), *rows]) + "\n")
-
-
-def _write(path, text):
-    with replacing(path) as partial:
-        partial.write_text(text, encoding="utf-8")
+    write_text(head + "\n".join(["\t".join(COLUMNS), *rows]) + "\n", path)
 
 
 def _choices(heap, simulated):

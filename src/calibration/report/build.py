@@ -7,7 +7,7 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader
 
 from calibration.figures import response_of
-from calibration.files import replacing
+from calibration.files import write_text
 from calibration.report.answer import answer
 from calibration.report.block import block
 from calibration.report.embed import download, downloads_of
@@ -64,8 +64,7 @@ def build(study, out, stages, metric="angle_of_repose_deg"):
         exports=exports,
         files=json.dumps(downloads_of(parts, exports)),
     )
-    with replacing(out) as partial:
-        partial.write_text(page)
+    write_text(page, out)
 
 
 def _parts(study, stages, response):

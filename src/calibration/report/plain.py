@@ -8,7 +8,7 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader
 from markupsafe import Markup
 
-from calibration.files import replacing
+from calibration.files import write_text
 from calibration.report.embed import caption, figure
 
 FIGURE = re.compile(r"!\[(.*)\]\((.*\.svg)\)")
@@ -21,8 +21,7 @@ def write_page(title, markdown, folder, out):
     )
     body = Markup("\n".join(_block(block, Path(folder)) for block in _blocks(markdown)))
     page = environment.get_template("plain.html.j2").render(title=title, body=body)
-    with replacing(out) as partial:
-        partial.write_text(page)
+    write_text(page, out)
 
 
 def _blocks(markdown):

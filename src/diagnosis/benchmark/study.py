@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures as common
-from calibration.files import read_json, replacing, write_table
+from calibration.files import read_json, write_table, write_text
 from calibration.tables import read_written
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
@@ -274,6 +274,5 @@ def merge(tables, output):
     )
     rates = summarise(table)
     write_table(rates, output.summary)
-    with replacing(output.page) as partial:
-        partial.write_text(page(table, rates))
+    write_text(page(table, rates), output.page)
     common.save(benchmark_figure(table, rates), output.figure)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from calibration.files import replacing
+from calibration.files import write_text
 
 HEAD = {
     "id": "claim",
@@ -35,8 +35,7 @@ def write_audit(table: pd.DataFrame, *paths: str | Path) -> None:
         if target.suffix not in writers:
             raise ValueError(f"{target}: the suffix must be one of {', '.join(writers)}")
     for target in targets:
-        with replacing(target) as partial:
-            partial.write_text(writers[target.suffix](table), encoding="utf-8")
+        write_text(writers[target.suffix](table), target)
 
 
 def _shown(value: object) -> str:
