@@ -54,7 +54,7 @@ def test_the_tutorial_runs_from_top_to_bottom(tmp_path):
     text = "\n".join(shown)
     assert "angle_of_repose_deg" in text
     assert "particles.cuont" in text
-    assert "screening 19/19" in text
+    assert "tutorial: 19 of 43 runs done, none failed" in text
     study = tmp_path / "results" / "tutorial"
     optimum = json.loads((study / "optimise" / "optimum.json").read_text())
     validation = json.loads((study / "validation" / "validation.json").read_text())
