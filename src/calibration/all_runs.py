@@ -12,38 +12,45 @@ from scipy.io import netcdf_file
 from calibration.campaign import read_plan
 from calibration.config import numbers_of
 from calibration.files import replacing
+from calibration.places import CRATE
 from calibration.store import RunStore
 from dem.errors import ResultError
 from dem.units import in_ascii, unit_of
 
 ABOUT = ("run", "stages", "experiment", "engine")
 """Columns of words; all others are numbers."""
-CRATE = "provenance"
-"""Folder of a study's results that holds copies of the others."""
 
 
 def planned(folder):
-    """{run name: (spec, [stages])} of all plans below a study's folder."""
+    """{run name: [stages]} of all plans below a study's folder."""
     found = {}
     for path in sorted(Path(folder).rglob("plan.json")):
         stage = path.parent.relative_to(folder).as_posix()
         if stage.startswith(f"{CRATE}/"):
             continue
-        for name, spec in read_plan(path).items():
-            found.setdefault(name, (spec, []))[1].append(stage)
+        for name in read_plan(path):
+            found.setdefault(name, []).append(stage)
     return found
 
 
-def runs_table(study):
-    """Table (pandas) of the finished runs of a study: name, stages, experiment and engine; the
+def finished(folder):
+    """[(run name, [stages], result)] of the planned runs that are done and can be trusted;
+    `calibration verify` says which of the others are damaged."""
+    store, found = RunStore(), []
+    for name, stages in planned(folder).items():
+        try:
+            found.append((name, stages, store.result(name)))
+        except ResultError:
+            continue
+    return found
+
+
+def runs_table(study, runs):
+    """Table (pandas) of the `finished` runs of a study: name, stages, experiment and engine; the
     dotted keys of the run specs that are numbers and not the same in all runs, and those of the
     factors; the metrics, empty where a run has none of that name; its wall time."""
-    store, rows, specs = RunStore(), [], []
-    for name, (_, stages) in planned(study.folder).items():
-        try:
-            result = store.result(name)
-        except ResultError:
-            continue  # not made, or not to be trusted: `calibration verify` says which
+    rows, specs = [], []
+    for name, stages, result in runs:
         rows.append(
             {"run": name, "stages": " ".join(stages), "experiment": result["experiment"]}
             | {"engine": result["engine"]}

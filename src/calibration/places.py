@@ -7,6 +7,8 @@ import sys
 from pathlib import Path
 
 WORKFLOW = Path(__file__).parent / "workflow"
+CRATE = "provenance"
+"""Folder of a study's results that holds copies of the others."""
 OWN = ("Snakefile", "workflow/Snakefile")
 """Where snakemake looks for a workflow by itself."""
 

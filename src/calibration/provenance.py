@@ -13,13 +13,12 @@ from pathlib import Path
 import yaml
 
 import calibration
-from calibration.all_runs import CRATE, planned, runs_table, write_netcdf
+from calibration.all_runs import finished, runs_table, write_netcdf
 from calibration.errors import CalibrationError
 from calibration.export.parameters import to_yaml
 from calibration.extras import extra
 from calibration.files import replacing, write_text
-from calibration.store import RunStore
-from dem.errors import ResultError
+from calibration.places import CRATE
 from dem.io.files import write_json
 
 SHOWN = (".csv", ".json", ".html", ".yaml")
@@ -39,11 +38,11 @@ UNSTATED = {
 def provenance(study, source, output):
     """Write the crate into the folder of `output.crate`, its metadata last."""
     folder = Path(output.crate).parent
-    table = runs_table(study)
-    if table.empty:
+    runs = finished(study.folder)
+    if not runs:
         raise CalibrationError(f"{study.folder}: has no finished run")
-    about = f"All {len(table)} finished runs of the study {study.name}"
-    write_netcdf(table, output.runs, {"title": about, "source": _name()})
+    about = f"All {len(runs)} finished runs of the study {study.name}"
+    write_netcdf(runs_table(study, runs), output.runs, {"title": about, "source": _name()})
     given = {key: Path(getattr(study.config, key)) for key in ("factors", "measurements")}
     tables = {key: f"inputs/{path.name}" for key, path in given.items()}
     copied = {tables[key]: path for key, path in given.items()}
@@ -54,7 +53,7 @@ def provenance(study, source, output):
     configuration = yaml.safe_load((study.folder / CONFIGURATION).read_text("utf-8"))
     write_text(to_yaml(configuration | tables), folder / STUDY)
     files = [STUDY, *copied], [*results, Path(output.runs).name]
-    write_json(output.crate, metadata(study, folder, *files, _software(study)))
+    write_json(output.crate, metadata(study, folder, *files, _software(runs)))
 
 
 def metadata(study, folder, inputs, results, software):
@@ -116,21 +115,18 @@ def _name():
     return f"granular-calibration {calibration.__version__}"
 
 
-def _software(study):
-    """{identifier: properties} of the programs that the runs were made with, by their manifests."""
-    store, found = RunStore(), {}
+def _software(runs):
+    """{identifier: properties} of the programs that `finished` runs were made with, by their
+    manifests."""
+    found = {}
 
     def add(name, version):
         properties = {"@type": "SoftwareApplication", "name": name, "softwareVersion": version}
         found[f"#{name}-{version}".replace(" ", "-")] = properties
 
     add(*_name().split())
-    for run, (spec, _) in planned(study.folder).items():
-        try:
-            result = store.result(run)
-        except ResultError:
-            continue
-        other = spec.get("engine")
+    for _, _, result in runs:
+        other = result["spec"].get("engine")
         if other:
             add(other["name"], str(other["identity"].get("version", "not stated")))
         else:

@@ -10,7 +10,7 @@ import pytest
 import yaml
 from scipy.io import netcdf_file
 
-from calibration.all_runs import runs_table, write_netcdf
+from calibration.all_runs import finished, runs_table, write_netcdf
 from calibration.batches import simulate
 from calibration.campaign import write_plan
 from calibration.errors import CalibrationError
@@ -125,7 +125,7 @@ def test_another_program_reads_it(crate):
 
 
 def test_all_runs_are_in_one_table(study):
-    table = runs_table(study)
+    table = runs_table(study, finished(study.folder))
     assert list(table["stages"]) == ["screening validation"] * 4
     key = "contacts.particle_wall.restitution"
     assert sorted(table[key]) == [0.4, 0.5, 0.5, 0.6]
@@ -134,7 +134,7 @@ def test_all_runs_are_in_one_table(study):
 
 
 def test_the_file_holds_the_table(study, tmp_path):
-    table = runs_table(study)
+    table = runs_table(study, finished(study.folder))
     table.loc[0, "rebound_height_mm"] = np.nan
     write_netcdf(table, tmp_path / "runs.nc", {"title": "a test"})
     with netcdf_file(tmp_path / "runs.nc", mmap=False) as file:

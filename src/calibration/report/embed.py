@@ -123,19 +123,25 @@ def table(path, title, first=None, rows=SHOWN_ROWS, unshown=()):
 def html_of(frame):
     """HTML of a table; numbers to four digits, headings without underscores. A cell has its heading
     with it, as a short and wide table is shown as cards on a phone."""
-    names = [escape(str(column).replace("_", " ")) for column in frame]
-    head = "".join(f'<th scope="col">{name}</th>' for name in names)
-    rows = "".join(
-        f"<tr>{''.join(_cell(name, value) for name, value in zip(names, row, strict=True))}</tr>\n"
-        for row in frame.itertuples(index=False, name=None)
+    names = [str(column).replace("_", " ") for column in frame]
+    rows = [map(cell, row) for row in frame.itertuples(index=False, name=None)]
+    return html_table(names, rows, cards=len(names) > NARROW and len(frame) <= CARDS)
+
+
+def html_table(names, rows, cards, words=escape):
+    """HTML of rows of texts below their headings; words: what makes HTML of a text."""
+    head = "".join(f'<th scope="col">{words(name)}</th>' for name in names)
+    body = "".join(
+        "<tr>"
+        + "".join(
+            f'<td data-label="{escape(name)}">{words(text)}</td>'
+            for name, text in zip(names, row, strict=True)
+        )
+        + "</tr>\n"
+        for row in rows
     )
-    cards = len(names) > NARROW and len(frame) <= CARDS
     kind = ' class="cards"' if cards else ""
-    return f"<table{kind}><thead><tr>{head}</tr></thead><tbody>\n{rows}</tbody></table>"
-
-
-def _cell(name, value):
-    return f'<td data-label="{name}">{escape(cell(value))}</td>'
+    return f"<table{kind}><thead><tr>{head}</tr></thead><tbody>\n{body}</tbody></table>"
 
 
 def cell(value):

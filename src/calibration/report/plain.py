@@ -9,7 +9,7 @@ from jinja2 import Environment, PackageLoader
 from markupsafe import Markup
 
 from calibration.files import write_text
-from calibration.report.embed import caption, figure
+from calibration.report.embed import caption, figure, html_table
 
 FIGURE = re.compile(r"!\[(.*)\]\((.*\.svg)\)")
 
@@ -57,21 +57,8 @@ def _figure(words, path):
 
 def _table(rows):
     """Rows of cells, the second of which rules the head off."""
-    names, cells = rows[0], rows[2:]
-    head = "".join(f'<th scope="col">{_words(name)}</th>' for name in names)
-    body = "".join(
-        "<tr>"
-        + "".join(
-            f'<td data-label="{escape(name)}">{_words(text)}</td>'
-            for name, text in zip(names, row, strict=True)
-        )
-        + "</tr>"
-        for row in cells
-    )
-    return (
-        f'<div class="scroll"><table class="cards"><thead><tr>{head}</tr></thead>'
-        f"<tbody>{body}</tbody></table></div>"
-    )
+    table = html_table(rows[0], rows[2:], cards=True, words=_words)
+    return f'<div class="scroll">{table}</div>'
 
 
 def _words(text):

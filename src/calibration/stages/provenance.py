@@ -1,14 +1,12 @@
 """Provenance: the study as an RO-Crate, with all of its runs in one file."""
 
+from calibration.places import CRATE
 from calibration.stages.stage import Stage, Task
-
-FOLDER = "provenance"
-
 
 STAGES = (
     # makes no run; it holds the report, which so cannot show it
     Stage(
-        name=FOLDER,
+        name=CRATE,
         title="Provenance",
         place=9.9,
         tasks=(
@@ -18,8 +16,8 @@ STAGES = (
                 reads=("factors", "measurements", "target"),
                 inputs={"report": "report.html"},
                 outputs={
-                    "crate": f"{FOLDER}/ro-crate-metadata.json",
-                    "runs": f"{FOLDER}/runs.nc",
+                    "crate": f"{CRATE}/ro-crate-metadata.json",
+                    "runs": f"{CRATE}/runs.nc",
                 },
             ),
         ),
