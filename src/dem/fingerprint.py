@@ -15,6 +15,7 @@ OUTSIDE = {
     "template.py",
     "advice.py",
     "kernel_cache.py",
+    "export.py",
     "benchmark",
     "render",
 }  # no run's result depends on these
@@ -38,6 +39,8 @@ TARGET = (
     "NUMBA_CPU_NAME",
     "NUMBA_CPU_FEATURES",
 )  # what a user may compile for in place of the host
+SAID = {"equation", "source", "exports", "left_out", "dispensable"}
+"""What a `Law` says for the documentation and for other codes: no run's result depends on it."""
 _WITHOUT_MEANING = {"ctx", "kind", "type_comment", "type_ignores"}
 
 
@@ -49,7 +52,7 @@ def engine_sources():
 @cache
 def engine_fingerprint():
     """First 16 hex digits of the SHA-256 over the syntax trees of `engine_sources`: comments,
-    docstrings and the layout of the code do not count."""
+    docstrings, the layout of the code and what a law says (SAID) do not count."""
     return _digest(engine_sources())
 
 
@@ -84,6 +87,8 @@ def _text(node):
         value = getattr(node, name, None)
         if name == "body" and _has_docstring(node):
             value = value[1:]
+        if name == "keywords" and getattr(getattr(node, "func", None), "id", "") == "Law":
+            value = [keyword for keyword in value if keyword.arg not in SAID]
         # fields that a newer Python adds are empty in older code
         empty = value is None and not isinstance(node, ast.Constant)
         if name not in _WITHOUT_MEANING and not empty and value != []:

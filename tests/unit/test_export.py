@@ -17,11 +17,14 @@ from calibration.config import overlay, parse_config
 from calibration.export import edem, lammps, liggghts, mercurydpm, rolling, stage, yade
 from calibration.export.conversion import Conversion
 from calibration.export.decks import BLOCKS, allowed, write_decks
-from calibration.export.material import granulate, rolling_dashpot, rolling_stiffness
+from calibration.export.material import granulate
 from calibration.export.parameters import parameter_interval, to_yaml
 from calibration.statistics.surface import fit_surface
 from calibration.study import Study
+from dem.constants import GRAVITY
+from dem.contact.catalogue import LAWS
 from dem.contact.damping.tsuji import factor
+from dem.contact.rolling.elastic_plastic import dashpot_of, mercury_spring, spring_of
 from dem.io.mapping import read_mapping
 from dem.spec import ContactSpec, RunSpec, load_spec, parse_spec
 from dem.units import in_ascii, unit_of
@@ -93,6 +96,26 @@ def conversion(mapping, **changes):
     return Conversion(parse_spec(mapping), found(**changes))
 
 
+def mass(material):
+    """Mass of the mean grain [kg]."""
+    return 4 / 3 * math.pi * material.radius**3 * material.grain.density
+
+
+def numbers(code, slot, name, pair):
+    """What a code's file says of a law for a `Pair`."""
+    return LAWS[slot][name].exports[code].numbers(pair)
+
+
+def rolls(code, pair):
+    return numbers(code, "rolling", "elastic_plastic", pair)
+
+
+@pytest.fixture(scope="module")
+def pairs(material, mapping):
+    """The two `Pair`s, whose grains have the rolling friction MU_R on each other."""
+    return conversion(mapping).pairs(material)
+
+
 def test_effective_constants_are_those_of_hertz_and_mindlin(material):
     """E* = E/(2(1 - nu^2)) and G* = G/(2(2 - nu)) of equal grains; against a rigid wall the grain's
     own part."""
@@ -107,28 +130,28 @@ def test_effective_constants_are_those_of_hertz_and_mindlin(material):
 
 
 def test_contact_radius_gives_back_the_hertz_force(material):
-    p, load = material.grain_grain, material.load
-    a = p.contact_radius(load)
-    assert 4 / 3 * p.young * a**3 / p.radius == pytest.approx(load)
+    p = material.grain_grain
+    weight = 4 / 3 * math.pi * material.radius**3 * material.grain.density * GRAVITY
+    assert p.load == pytest.approx(10 * weight)
+    assert 4 / 3 * p.young * p.contact_radius**3 / p.radius == pytest.approx(p.load)
 
 
 # --- LIGGGHTS -------------------------------------------------------------------------------------
 
 
-def test_liggghts_rolling_spring_and_dashpot_are_ours(material):
+def test_liggghts_rolling_spring_and_dashpot_are_ours(material, pairs):
     """epsd3: k_r = f k_n (mu R*)^2 with k_n = 4/3 E* a; dashpot 2 eta sqrt(I k_r), I = 1.4 m R^2
     reduced."""
-    for p, mass in (
-        (material.grain_grain, material.mass / 2),
-        (material.grain_wall, material.mass),
-    ):
-        a = p.contact_radius(material.load)
-        ours = rolling_stiffness(p, MU_R, material.load, 2.25)
-        theirs = liggghts.rolling_stiffness_factor(2.25) * 4 / 3 * p.young * a
-        assert theirs * (MU_R * p.radius) ** 2 == pytest.approx(ours)
-        inertia = 1.4 * mass * material.radius**2
-        dashpot = 2 * 0.3 * math.sqrt(inertia * ours)
-        assert dashpot == pytest.approx(rolling_dashpot(p, ours, 0.3))
+    whole = mass(material)
+    for p, m in zip(pairs, (whole / 2, whole), strict=True):
+        theirs, mu_r = rolls("liggghts", p), p.contact.rolling_friction
+        assert theirs["coefficientRollingFriction"] == mu_r
+        k_n = 4 / 3 * p.young * p.contact_radius
+        spring = theirs["rollingStiffness"] * k_n * (mu_r * p.radius) ** 2
+        assert spring == pytest.approx(spring_of(p))
+        inertia = 1.4 * m * material.radius**2
+        dashpot = 2 * theirs["coefficientRollingViscousDamping"] * math.sqrt(inertia * spring)
+        assert dashpot == pytest.approx(dashpot_of(p, spring))
 
 
 def test_liggghts_block_has_full_symmetric_matrices(material, mapping):
@@ -153,42 +176,47 @@ def test_liggghts_is_told_of_soft_grains(mapping):
 # --- LAMMPS ---------------------------------------------------------------------------------------
 
 
-def test_lammps_stiffnesses_and_dashpots_are_ours(material):
+def test_lammps_stiffnesses_and_dashpots_are_ours(material, pairs):
     """Forces written as LAMMPS's sources have them, at an overlap, against the laws here."""
-    for p, mass in (
-        (material.grain_grain, material.mass / 2),
-        (material.grain_wall, material.mass),
-    ):
-        overlap = 1e-5
+    whole = mass(material)
+    for p, m in zip(pairs, (whole / 2, whole), strict=True):
+        overlap, e = 1e-5, p.contact.restitution
         a = math.sqrt(p.radius * overlap)
-        theirs = lammps.hertz_stiffness(p) * math.sqrt(p.radius) * overlap**1.5
+        normal, sideways = (
+            numbers("lammps", *law, p) for law in (("normal", "hertz"), ("tangential", "mindlin"))
+        )
+        theirs = normal["k"] * math.sqrt(p.radius) * overlap**1.5
+        assert normal["e"] == e
         assert theirs == pytest.approx(4 / 3 * p.young * math.sqrt(p.radius) * overlap**1.5)
-        beta = -math.log(p.restitution) / math.hypot(math.log(p.restitution), math.pi)
-        eta_n = math.sqrt(1.5) * 2 * math.sqrt(5 / 6) * beta * math.sqrt(mass * theirs / overlap)
-        assert eta_n == pytest.approx(factor(p.restitution) * math.sqrt(2 * p.young * a * mass))
-        eta_t = factor(p.restitution) * math.sqrt(8 * p.shear * a * mass)
-        assert lammps.tangential_damping(p) * eta_n == pytest.approx(eta_t)
-        assert lammps.tangential_stiffness(p) * a == pytest.approx(8 * p.shear * a)
+        beta = -math.log(e) / math.hypot(math.log(e), math.pi)
+        eta_n = math.sqrt(1.5) * 2 * math.sqrt(5 / 6) * beta * math.sqrt(m * theirs / overlap)
+        assert eta_n == pytest.approx(factor(e) * math.sqrt(2 * p.young * a * m))
+        eta_t = factor(e) * math.sqrt(8 * p.shear * a * m)
+        assert sideways["x"] * eta_n == pytest.approx(eta_t)
+        assert sideways["k"] * a == pytest.approx(8 * p.shear * a)
 
 
-def test_lammps_rolling_spring_has_the_torque_of_ours(material, mapping):
+def test_lammps_rolling_spring_has_the_torque_of_ours(pairs):
     """sds: torque R* k R* angle below the limit, R* mu F at it."""
-    p, e = material.grain_grain, conversion(mapping).equivalent
-    k, gamma = lammps.rolling(p, MU_R, material.load, e)
-    k_r = rolling_stiffness(p, MU_R, material.load, e.stiffness_factor)
-    assert k * p.radius**2 == pytest.approx(k_r)
-    assert gamma * p.radius**2 == pytest.approx(rolling_dashpot(p, k_r, e.damping_ratio))
+    for p in pairs:
+        theirs = rolls("lammps", p)
+        assert theirs["k"] * p.radius**2 == pytest.approx(spring_of(p))
+        assert theirs["gamma"] * p.radius**2 == pytest.approx(dashpot_of(p, spring_of(p)))
+        assert theirs["mu"] == p.contact.rolling_friction
 
 
 # --- YADE -----------------------------------------------------------------------------------------
 
 
-def test_yade_limit_of_the_moment_is_ours(material):
-    """eta (R1 + R2)/2 F against mu_r R* F; a facet counts as a sphere of twice the radius."""
-    r, gg, gw = material.radius, material.grain_grain, material.grain_wall
-    assert yade.eta(gg, MU_R, (r, r)) * r == pytest.approx(MU_R * gg.radius)
-    assert yade.eta(gg, MU_R, (r, r)) == pytest.approx(MU_R / 2)
-    assert yade.eta(gw, 0.3, (2 * r, r)) * 1.5 * r == pytest.approx(0.3 * r)
+def test_yade_limit_of_the_moment_is_ours(material, pairs):
+    """eta (R1 + R2)/2 F against mu_r R* F of two equal grains; at a wall, where a facet counts as a
+    sphere of twice the radius, the smaller radius times a number of its own."""
+    r, (grains, wall) = material.radius, pairs
+    limit = grains.contact.rolling_friction * grains.radius
+    assert rolls("yade", grains)["eta"] * (r + r) / 2 == pytest.approx(limit)
+    limit = wall.contact.rolling_friction * wall.radius
+    assert rolls("yade", wall)["maxBendPl"] * min(2 * r, r) == pytest.approx(limit)
+    assert rolls("yade", wall)["krot"] == spring_of(wall)
 
 
 def test_yade_block_is_python_with_the_friction_angles(material, mapping):
@@ -202,30 +230,31 @@ def test_yade_block_is_python_with_the_friction_angles(material, mapping):
 # --- MercuryDPM -----------------------------------------------------------------------------------
 
 
-def test_mercury_forces_are_ours(material):
+def test_mercury_forces_are_ours(material, pairs):
     """Forces as MercuryDPM's sources have them, at an overlap, against the laws here."""
-    for p, mass in (
-        (material.grain_grain, material.mass / 2),
-        (material.grain_wall, material.mass),
-    ):
-        a = math.sqrt(p.radius * 1e-5)
-        log2 = math.log(p.restitution) ** 2
-        theirs = math.sqrt(5 * log2 / (log2 + math.pi**2)) * math.sqrt(mass * 4 / 3 * p.young * a)
-        assert theirs == pytest.approx(factor(p.restitution) * math.sqrt(2 * p.young * a * mass))
-        zero = 8 * mercurydpm.shear_modulus(p) * a
+    whole = mass(material)
+    for p, m in zip(pairs, (whole / 2, whole), strict=True):
+        a, e = math.sqrt(p.radius * 1e-5), p.contact.restitution
+        log2 = math.log(e) ** 2
+        theirs = math.sqrt(5 * log2 / (log2 + math.pi**2)) * math.sqrt(m * 4 / 3 * p.young * a)
+        assert theirs == pytest.approx(factor(e) * math.sqrt(2 * p.young * a * m))
+        sideways = numbers("mercurydpm", "tangential", "mindlin", p)
+        zero = 8 * sideways["EffectiveShearModulus"] * a
         assert 2 / 3 * zero == pytest.approx(8 * p.shear * a)
-        dashpot = mercurydpm.sliding_dissipation(p) * math.sqrt(mass * zero)
-        assert dashpot == pytest.approx(factor(p.restitution) * math.sqrt(8 * p.shear * a * mass))
-        assert 2 * p.radius * mercurydpm.rolling_friction(MU_R) == pytest.approx(MU_R * p.radius)
-        k_r = mercurydpm.rolling_stiffness(p, material.load)
-        c = mercurydpm.rolling_dissipation(p, material.load, 0.3) * (2 * p.radius) ** 2
+        dashpot = sideways["SlidingDissipation"] * math.sqrt(m * zero)
+        assert dashpot == pytest.approx(factor(e) * math.sqrt(8 * p.shear * a * m))
+        rolling, mu_r = rolls("mercurydpm", p), p.contact.rolling_friction
+        lever = 2 * p.radius
+        assert lever * rolling["RollingFrictionCoefficient"] == pytest.approx(mu_r * p.radius)
+        c = rolling["RollingDissipation"] * lever**2
+        k_r = 8 * sideways["EffectiveShearModulus"] * p.contact_radius * lever**2
         assert c == pytest.approx(2 * 0.3 * math.sqrt(p.inertia * k_r))
 
 
-def test_mercury_spring_is_as_much_stiffer_as_the_docstring_says(material):
-    p, load = material.grain_grain, material.load
-    ratio = mercurydpm.rolling_stiffness(p, load) / rolling_stiffness(p, MU_R, load, 2.25)
-    g = mercurydpm.shear_modulus(p)
+def test_mercury_spring_is_as_much_stiffer_as_the_docstring_says(pairs):
+    p = pairs[0]
+    g = numbers("mercurydpm", "tangential", "mindlin", p)["EffectiveShearModulus"]
+    ratio = mercury_spring(p) / spring_of(p)
     assert ratio == pytest.approx(16 * g / (p.young * 2.25 * MU_R**2))
 
 

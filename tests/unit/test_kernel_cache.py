@@ -42,6 +42,10 @@ def test_below_the_users_folder_each_engine_has_its_own(copy, tmp_path):
     law = copy / "dem" / "contact" / "friction" / "constant.py"
     law.write_text("# a remark\n\n" + law.read_text())
     assert folder_of(copy, tmp_path) == before
+    said = law.read_text().replace('words="', 'words="other ').replace("Coulomb", "Amontons")
+    assert said != law.read_text()
+    law.write_text(said)
+    assert folder_of(copy, tmp_path) == before, "what a law says is no part of the engine"
     law.write_text(law.read_text() + "\nANOTHER = 1\n")
     assert folder_of(copy, tmp_path) not in (before, before.parent)
 

@@ -50,6 +50,14 @@ def test_one_file_of_the_engine_names_a_law(law):
     assert set(engine) - set(combined) - set(timed) == {own}
 
 
+@pytest.mark.parametrize("law", [x for x in every_law() if x.name not in GENERIC], ids=ids)
+def test_no_export_names_a_law(law):
+    """What a code makes of it is in its own file; the search for the calibrated angle is one in two
+    laws of rolling friction and names them."""
+    rooms = [*SRC.glob("calibration/export/*.py"), *SRC.glob("calibration/engines/*.py")]
+    assert not [p for p in rooms if law.name in words_of(p) and p.stem != "rolling"]
+
+
 @pytest.mark.parametrize("law", list(every_law()), ids=ids)
 def test_what_a_law_declares_is_whole(law):
     assert set(law.kernels) <= set(ROLES)
@@ -166,6 +174,27 @@ def test_a_law_added_as_the_page_says_is_known(with_the_law):
     assert "| `rate_free` |" in said
     assert "friction_rate_free.limit(p, normal)" in said
     assert "friction_floor=0.001" in said
+
+
+EXPORTED = """
+from calibration.export import lammps, liggghts
+from calibration.export.conversion import Conversion
+from calibration.export.header import left_out
+from calibration.export.material import granulate
+
+for code in (lammps, liggghts):
+    told = left_out(spec, code.CODE)
+    print(code.CODE, code.block(granulate(spec), Conversion(spec), told), sep="\\n")
+"""
+
+
+def test_a_law_added_as_the_page_says_is_exported(with_the_law):
+    """To the code that its file names, in that code's words; the others are told that it lacks."""
+    lammps, liggghts = with_the_law(SPEC + EXPORTED).split("liggghts\n", 1)
+    assert re.search(r"tangential mindlin_rescale/force \S+ \S+ floor \S+ rolling sds", lammps)
+    assert "NOT CONVERTED" not in lammps.replace("NOT CONVERTED: rolling", "")
+    assert "coefficientFriction" in liggghts
+    assert "NOT CONVERTED: friction rate_free" in liggghts
 
 
 @pytest.mark.slow

@@ -109,7 +109,7 @@ def identity(settings):
 
 def refuse(spec):
     """Raise EngineError for what LAMMPS cannot represent of a `RunSpec`."""
-    rig.refuse(spec, "LAMMPS", block)
+    rig.refuse(spec, "LAMMPS", block.CODE)
 
 
 def deck(spec, folder, material=None):

@@ -83,7 +83,7 @@ def identity(settings):
 
 def refuse(spec):
     """Raise EngineError for what LIGGGHTS cannot represent of a `RunSpec`."""
-    rig.refuse(spec, "LIGGGHTS", block)
+    rig.refuse(spec, "LIGGGHTS", block.CODE)
 
 
 def deck(spec, folder, material=None):

@@ -11,6 +11,7 @@ from calibration.export.conversion import Conversion
 from calibration.export.header import left_out
 from calibration.export.material import granulate
 from dem.constants import GRAVITY
+from dem.contact.catalogue import LAWS
 from dem.experiments.heap import LOST_BELOW, Rig
 from dem.experiments.setup import time_step_of
 from dem.grains import mean_radius, number_fractions
@@ -41,35 +42,36 @@ run 0
 """
 """End of a heap's deck in LIGGGHTS and LAMMPS: run until the compute `kinetic` says rest, then
 dump."""
-ROLLING = ("none", "elastic_plastic")
-"""Rolling laws that other engines have too."""
 
 
-def refuse(spec, code, block):
-    """Raise EngineError for what `code` cannot represent of a `RunSpec`: laws by name, meshes.
-    block: the module of `calibration.export` that writes its material."""
-    if spec.laws.rolling not in ROLLING:
+def refuse(spec, name, code):
+    """Raise EngineError for what a code cannot represent of a `RunSpec`: laws by name, meshes.
+    name: for the sentence; code: as the laws' exports have it."""
+    laws = LAWS["rolling"].values()
+    known = [law for law in laws if not law.kernels or code in law.exports]
+    names = [law.name for law in sorted(known, key=lambda law: bool(law.kernels))]
+    if spec.laws.rolling not in names:
         raise EngineError(
-            f"{code} has no rolling friction {spec.laws.rolling}; a study in {code} takes "
-            f"run.laws.rolling: {' or '.join(ROLLING)}"
+            f"{name} has no rolling friction {spec.laws.rolling}; a study in {name} takes "
+            f"run.laws.rolling: {' or '.join(names)}"
         )
-    refuse_lost(spec, code, block)
+    refuse_lost(spec, name, code)
 
 
-def refuse_lost(spec, code, block):
+def refuse_lost(spec, name, code):
     """As `refuse`, without the check of the rolling law: a deck takes its number from a search."""
-    told = left_out(spec, block)
+    told = left_out(spec, code)
     lost = [s.removeprefix("NOT CONVERTED: ") for s in told if "NOT CONVERTED" in s]
     if lost:
-        raise EngineError(f"{code} cannot represent: {' '.join(lost)}")
+        raise EngineError(f"{name} cannot represent: {' '.join(lost)}")
     if getattr(spec.geometry, "feed", "rain") != "rain":
-        raise EngineError(f"{code}: geometry.feed: opened is not carried over; feed: rain is")
+        raise EngineError(f"{name}: geometry.feed: opened is not carried over; feed: rain is")
     if getattr(spec.geometry, "plate_rim_height_mm", 0.0):
-        raise EngineError(f"{code}: geometry.plate_rim_height_mm is not carried over")
+        raise EngineError(f"{name}: geometry.plate_rim_height_mm is not carried over")
     meshes = [k for k in ("funnel_stl", "plate_stl") if getattr(spec.geometry, k, None)]
     if meshes:
         raise EngineError(
-            f"{code}: geometry.{meshes[0]} is not carried over; the rig's own walls are"
+            f"{name}: geometry.{meshes[0]} is not carried over; the rig's own walls are"
         )
 
 

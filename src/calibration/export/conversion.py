@@ -1,7 +1,7 @@
 """What the search for the calibrated angle in other codes found, as numbers and sentences for the
 exports."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from calibration.export.rolling import (
     DAMPING_RATIO,
@@ -11,6 +11,12 @@ from calibration.export.rolling import (
     needs_search,
 )
 from calibration.numbers import fixed
+from dem.contact.catalogue import LAWS, SLOTS
+from dem.contact.export import Export
+
+STAND_IN = ("normal", "damping", "tangential", "friction", "rolling")
+"""Slots of which every code has a law: where it lacks the calibrated one, another stands in."""
+ROTATION = ("rolling", "torsion")
 
 
 @dataclass(frozen=True)
@@ -53,6 +59,32 @@ class Conversion:
             pair.static_friction,
             STIFFNESS_FACTOR if factor is None else factor,
             DAMPING_RATIO if damping is None else damping,
+        )
+
+    def export(self, slot, code):
+        """`Export` of the law that `code` has for the calibrated one of a slot: the same law, in
+        the slots of STAND_IN otherwise the first that the code has, or an empty one."""
+        own = LAWS[slot][getattr(self.spec.laws, slot)]
+        others = LAWS[slot].values() if slot in STAND_IN else ()
+        return next((x.exports[code] for x in (own, *others) if code in x.exports), Export())
+
+    def exports(self, code):
+        """{slot: `Export`} of what a file for `code` states; without rolling where grains do not
+        turn."""
+        turning = self.equivalent.rotates
+        slots = [s for s in SLOTS if turning or s not in ROTATION]
+        return {slot: self.export(slot, code) for slot in slots}
+
+    def pairs(self, material):
+        """The two `Pair`s of a `Granulate`, with the numbers that give the calibrated angle in the
+        laws of other codes."""
+        e = self.equivalent
+        both = {"rolling_stiffness": e.stiffness_factor, "rolling_damping": e.damping_ratio}
+        grains = {"static_friction": e.static_friction, "rolling_friction": e.rolling_friction}
+        held = {} if e.rotates else {"rolling_friction": 0.0}
+        return tuple(
+            replace(pair, contact=replace(pair.contact, **changes | both | held))
+            for pair, changes in ((material.grain_grain, grains), (material.grain_wall, {}))
         )
 
     def sentences(self, name):

@@ -88,13 +88,13 @@ def write_decks(spec, conversion, about, expected, folder):
 def _refuse(code, spec, expected):
     if spec.experiment != "heap":
         raise EngineError(f"a deck pours a heap; this study calibrates a {spec.experiment}")
-    rig.refuse_lost(spec, NAMES[code], BLOCKS[code])
+    rig.refuse_lost(spec, NAMES[code], code)
     if not expected["metric"].endswith("_deg"):
         raise EngineError(f"a check compares an angle, not {expected['metric']}")
 
 
 def _write_deck(code, spec, conversion, about, expected, place):
-    lines = [*about, *left_out(spec, BLOCKS[code])]
+    lines = [*about, *left_out(spec, code)]
     block = BLOCKS[code].block(granulate(spec), conversion, lines)
     import_module(f"calibration.engines.{code}").deck(spec, place, block)
     write_text(to_yaml(spec.model_dump(mode="json")), place / "spec.yaml")

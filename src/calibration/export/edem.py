@@ -8,16 +8,14 @@ spring 2.25 k_n (mu_r R*)^2, a slider and a dashpot whose damping ratio refers t
 the contact point, as here.
 """
 
-from calibration.export.header import no_torsion
-from dem.contact.catalogue import LAWS
+from calibration.export.header import dispensed
 
-TYPE_C_FACTOR = 2.25
+CODE = "edem"
 
 
 def block(material, conversion, about):
     """Markdown. material: `Granulate`; conversion: `Conversion`; about: lines of provenance."""
-    g, law = material, material.spec.laws.rolling
-    gg, gw = g.grain_grain, g.grain_wall
+    g, rolling = material, conversion.export("rolling", CODE)
     rows = [
         ("Bulk material", "Poisson's ratio", g.grain.poisson_ratio, ""),
         ("", "Solids density", g.grain.density, "kg/m3"),
@@ -28,32 +26,25 @@ def block(material, conversion, about):
         ("", "Shear modulus", g.wall.shear_modulus, "Pa"),
         ("", "Young's modulus (instead)", g.wall.young_modulus, "Pa"),
     ]
-    for name, p in (("Bulk : bulk", gg), ("Bulk : equipment", gw)):
+    for name, p in (
+        ("Bulk : bulk", g.grain_grain.contact),
+        ("Bulk : equipment", g.grain_wall.contact),
+    ):
         rows += [
             (f"Interaction {name}", "Coefficient of restitution", p.restitution, ""),
             ("", "Coefficient of static friction", p.static_friction, ""),
             ("", "Coefficient of rolling friction", p.rolling_friction, ""),
         ]
-    notes = no_torsion(material.spec)
-    if law == "elastic_plastic":
-        e = conversion.equivalent
-        rows += [
-            ("Rolling friction, type C", "Rolling viscous damping ratio", e.damping_ratio, ""),
-            ("", "Factor of the rolling stiffness", e.stiffness_factor, ""),
-        ]
-        notes.append(
-            "The numbers of type C are used as they are; here alone the rolling spring's moment "
-            "falls with the stiffness while a contact unloads (docs/howto-export.md)."
-        )
-        if e.stiffness_factor != TYPE_C_FACTOR:
-            notes.append(
-                f"NOT CONVERTED: the factor of the rolling stiffness, {e.stiffness_factor:g}; EDEM "
-                f"has {TYPE_C_FACTOR}."
-            )
+    heads = [rolling.words]
+    for name, value in rolling.numbers(g.grain_grain).items():
+        rows.append((heads.pop() if heads else "", name, value, ""))
     rows.append(("Simulator", "Time step", g.time_step, "s"))
     table = [f"| {a} | {b} | {v:.6g} | {u} |" for a, b, v, u in rows]
-    model = LAWS["rolling"][law].edem
-    note = f"Physics: {model}. It is the law calibrated with: its numbers are used as they are."
+    note = (
+        f"Physics: {rolling.called}. It is the law calibrated with: its numbers are used as they "
+        "are."
+    )
+    notes = [*dispensed(g.spec, CODE), *rolling.notes(g.grain_grain)]
     text = ["# EDEM: parameters to type in", *about, note, *notes]
     head = ["| where | parameter | value | unit |", "|---|---|---|---|"]
     return "\n\n".join(text) + "\n\n" + "\n".join(head + table) + "\n"

@@ -8,35 +8,28 @@ from dem.materials import laws_of
 WIDTH = 110
 
 
-def header(mark, title, about, conversion, law, *notes):
+def header(mark, title, about, conversion, code, *notes):
     """Comment lines behind `mark`: title, provenance (lines), how rolling friction was converted,
-    and notes.
-
-    conversion: `Conversion`; law: `elastic_plastic` in that code's words.
-    """
+    what differs in the `code`, and notes. conversion: `Conversion`."""
+    called = conversion.export("rolling", code).called
     out = []
-    for text in (title, *about, *conversion.sentences(law), *notes):
+    for text in (title, *about, *conversion.sentences(called), *notes):
         out += [f"{mark} {line}" for line in textwrap.wrap(text, WIDTH - len(mark))]
     return out
 
 
-def no_torsion(spec):
-    """Sentences on the torsion of the calibrated `RunSpec` for a code whose contacts do not resist
-    it."""
-    if spec.laws.torsion == "none":
-        return []
-    return [
-        f"NOT CONVERTED: torsion {spec.laws.torsion}; a grain that spins about the normal of its "
-        f"contact spins on."
-    ]
+def dispensed(spec, code):
+    """Sentences on the laws of the calibrated `RunSpec` that `code` does not have and a heap does
+    not need."""
+    lost = [law for law in laws_of(spec).chosen() if code not in law.exports]
+    return [law.left_out for law in lost if law.dispensable]
 
 
-def left_out(spec, code=None):
-    """Sentences on what an export does not carry over of the calibrated `RunSpec`. code: the module
-    that writes the export, whose CARRIED names laws that it alone has; none unless given."""
-    carried = getattr(code, "CARRIED", ())
-    lost = [law for law in laws_of(spec).chosen() if law.name not in carried]
-    out = [law.left_out for law in lost if law.left_out]
+def left_out(spec, code=""):
+    """Sentences on what the export to a code does not carry over of the calibrated `RunSpec`; any
+    code unless given."""
+    lost = [law for law in laws_of(spec).chosen() if code not in law.exports]
+    out = [law.left_out for law in lost if law.left_out and not law.dispensable]
     if spec.particles.elongation != 1.0:
         out.append(
             f"NOT CONVERTED: grains {spec.particles.elongation:g} times as long as wide; these are "

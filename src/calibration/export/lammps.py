@@ -23,43 +23,17 @@ gran_sub_mod_twisting.cpp, `twisting marshall`
     scaling on unloading.
 """
 
-import math
-
 from calibration.export.header import header
-from calibration.export.material import rolling_dashpot, rolling_stiffness
 
-SPRING = (
-    "The rolling spring is a constant in LAMMPS: that of a contact under {load:.3g} N, ten "
-    "grain weights."
-)
-
-
-def hertz_stiffness(pair):
-    """k of `hertz` [Pa]: 4/3 E*."""
-    return 4.0 / 3.0 * pair.young
-
-
-def tangential_stiffness(pair):
-    """k_t of `mindlin` [Pa]: 8 G*."""
-    return 8.0 * pair.shear
-
-
-def tangential_damping(pair):
-    """x_gamma,t: tangential over normal dashpot, 2 sqrt(G*/E*)."""
-    return 2.0 * math.sqrt(pair.shear / pair.young)
-
-
-def rolling(pair, rolling_friction, load, equivalent):
-    """(k [N/m], gamma [N s/m]) of `sds` that equal the elastic-plastic law at a load [N]."""
-    stiffness = rolling_stiffness(pair, rolling_friction, load, equivalent.stiffness_factor)
-    dashpot = rolling_dashpot(pair, stiffness, equivalent.damping_ratio)
-    return stiffness / pair.radius**2, dashpot / pair.radius**2
+CODE = "lammps"
+ORDER = ("normal", "tangential", "friction", "rolling", "torsion", "damping")
+"""Slots in the order of a `pair_coeff`."""
 
 
 def block(material, conversion, about):
     """Text of the include file. material: `Granulate`; conversion: `Conversion`; about: lines of
     provenance."""
-    g, e, gw = material, conversion.equivalent, material.grain_wall
+    g, exports, pairs = material, conversion.exports(CODE), conversion.pairs(material)
     lines = header(
         "#",
         "LAMMPS, package GRANULAR: include this after `create_box`; atom_style sphere, units si, "
@@ -67,13 +41,13 @@ def block(material, conversion, about):
         "comm_modify vel yes. Move the grains with `fix move all ${integrator}`.",
         about,
         conversion,
-        "rolling sds",
-        *([SPRING.format(load=g.load)] if e.rotates else []),
+        CODE,
+        *[note for export in exports.values() for note in export.notes(pairs[0])],
     )
     lines += [
-        _law("grain_grain", g.grain_grain, e.static_friction, e.rolling_friction, g, e),
-        _law("grain_wall", gw, gw.static_friction, gw.rolling_friction, g, e),
-        f"variable integrator string {'nve/sphere' if e.rotates else 'nve'}",
+        _law("grain_grain", exports, pairs[0]),
+        _law("grain_wall", exports, pairs[1]),
+        f"variable integrator string {'nve/sphere' if conversion.equivalent.rotates else 'nve'}",
         "pair_style granular",
         "pair_coeff * * ${grain_grain}",
         f"timestep {g.time_step:.4g}",
@@ -83,14 +57,8 @@ def block(material, conversion, about):
     return "\n".join(lines) + "\n"
 
 
-def _law(name, pair, static_friction, rolling_friction, material, equivalent):
-    k, gamma = rolling(pair, rolling_friction, material.load, equivalent)
-    sds = f"rolling sds {k:.6g} {gamma:.6g} {rolling_friction:.6g} " if equivalent.rotates else ""
-    twists = equivalent.rotates and material.spec.laws.torsion != "none"
-    twisting = "twisting marshall " if twists else ""
-    return (
-        f'variable {name} string "hertz {hertz_stiffness(pair):.6g} {pair.restitution:.6g} '
-        f"tangential mindlin_rescale/force {tangential_stiffness(pair):.6g} "
-        f"{tangential_damping(pair):.6g} "
-        f'{static_friction:.6g} {sds}{twisting}damping coeff_restitution"'
-    )
+def _law(name, exports, pair):
+    parts = []
+    for export in (exports[slot] for slot in ORDER if slot in exports):
+        parts += [export.words, *(f"{x:.6g}" for x in export.numbers(pair).values())]
+    return f'variable {name} string "{" ".join(filter(None, parts))}"'

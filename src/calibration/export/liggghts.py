@@ -25,31 +25,20 @@ cohesion_model_sjkr2.h
     change what friction is limited by, as here.
 """
 
-from calibration.export.header import header, no_torsion
-from dem.materials import contact_parameters
+from calibration.export.header import dispensed, header
 
+CODE = "liggghts"
 MIN_YOUNG = 5.0e6
 MAX_YOUNG = 1.0e9
 """Outside these LIGGGHTS asks for `soft_particles yes` or `hard_particles yes`."""
-CARRIED = ("sjkr",)
-"""Laws that it has, and other codes have not."""
-GRAINS_AREA, WALL_AREA = 4.0, 2.0
-"""Contact area of sjkr2 over ours, of two grains and at a wall."""
-SECANT = 1.5
-"""Tangent over secant of the Hertz force."""
-
-
-def rolling_stiffness_factor(factor):
-    """`rollingStiffness` of epsd3 for the factor of `elastic_plastic`."""
-    return SECANT * factor
+ORDER = ("normal", "tangential", "cohesion", "rolling")
+"""Slots in the order of a `pair_style`."""
 
 
 def block(material, conversion, about):
     """Text of the include file. material: `Granulate`; conversion: `Conversion`; about: lines of
     provenance."""
-    g, e = material, conversion.equivalent
-    gg, gw = g.grain_grain, g.grain_wall
-    sticks = g.spec.laws.cohesion == "sjkr"
+    g, exports, pairs = material, conversion.exports(CODE), conversion.pairs(material)
     young = [g.grain.young_modulus, g.wall.young_modulus]
     lines = header(
         "#",
@@ -58,23 +47,20 @@ def block(material, conversion, about):
         "Move the grains with `fix move all ${integrator}`.",
         about,
         conversion,
-        "epsd3",
-        *no_torsion(g.spec),
+        CODE,
+        *dispensed(g.spec, CODE),
     )
     if max(young) > MAX_YOUNG:
         lines.append("hard_particles yes")
     if min(young) < MIN_YOUNG:
         lines.append("soft_particles yes")
+    words = [exports[slot].words for slot in ORDER if slot in exports]
     lines += [
         _per_type("youngsModulus", young),
         _per_type("poissonsRatio", [g.grain.poisson_ratio, g.wall.poisson_ratio]),
-        _per_pair("coefficientRestitution", gg.restitution, gw.restitution),
-        _per_pair("coefficientFriction", e.static_friction, gw.static_friction),
-        *(_rolling(e, gw) if e.rotates else []),
-        *(_cohesion(g.spec) if sticks else []),
-        'variable law string "model hertz tangential history'
-        f'{" cohesion sjkr2" * sticks}{" rolling_friction epsd3" * e.rotates}"',
-        f"variable integrator string {'nve/sphere' if e.rotates else 'nve'}",
+        *[line for export in exports.values() for line in _numbers(export, *pairs)],
+        f'variable law string "{" ".join(filter(None, words))}"',
+        f"variable integrator string {'nve/sphere' if conversion.equivalent.rotates else 'nve'}",
         "pair_style gran ${law}",
         "pair_coeff * *",
         f"timestep {g.time_step:.4g}",
@@ -84,22 +70,14 @@ def block(material, conversion, about):
     return "\n".join(lines) + "\n"
 
 
-def _rolling(equivalent, grain_wall):
-    damping = equivalent.damping_ratio
-    stiffness = rolling_stiffness_factor(equivalent.stiffness_factor)
-    return [
-        _per_pair(
-            "coefficientRollingFriction", equivalent.rolling_friction, grain_wall.rolling_friction
-        ),
-        _per_pair("coefficientRollingViscousDamping", damping, damping),
-        f"fix rollingStiffness all property/global rollingStiffness scalar {stiffness:.6g}",
-    ]
-
-
-def _cohesion(spec):
-    pairs = contact_parameters(spec)
-    grain, wall = (pairs["particle", x].cohesion_energy_density for x in ("particle", "wall"))
-    return [_per_pair("cohesionEnergyDensity", grain / GRAINS_AREA, wall / WALL_AREA)]
+def _numbers(export, grain_grain, grain_wall):
+    """Lines of a law's numbers."""
+    on_wall = export.numbers(grain_wall)
+    for name, value in export.numbers(grain_grain).items():
+        if name in export.alone:
+            yield f"fix {name} all property/global {name} scalar {value:.6g}"
+        else:
+            yield _per_pair(name, value, on_wall[name])
 
 
 def _per_type(name, values):

@@ -17,61 +17,25 @@ A wall has no curvature: R* = R there (BaseInteraction.cc).
 setRotation(false) keeps grains from turning (DPMBase.h).
 """
 
-import math
+from calibration.export.header import dispensed, header
 
-from calibration.export.header import header, no_torsion
-from calibration.export.material import rolling_dashpot
-
-TANGENTIAL = 2.0 / 3.0
-SPRING = (
-    "MercuryDPM takes the stiffness of the rolling spring from the shear modulus; it is stiffer "
-    "than in the runs "
-    "behind this number."
-)
-
-
-def shear_modulus(pair):
-    """setEffectiveShearModulus [Pa]: G*/(2/3)."""
-    return pair.shear / TANGENTIAL
-
-
-def sliding_dissipation(pair):
-    """setSlidingDissipation [-]: ours is dashpot sqrt(m* 8 G* a), theirs a number times sqrt(m* 8 G
-    a)."""
-    return pair.dashpot * math.sqrt(TANGENTIAL)
-
-
-def rolling_friction(coefficient):
-    """setRollingFrictionCoefficient for mu_r of `elastic_plastic`: the lever is 2 R* where ours is
-    R*."""
-    return 0.5 * coefficient
-
-
-def rolling_stiffness(pair, load):
-    """Rotational stiffness [N m] of the rolling spring under a load [N]: 8 G a (2 R*)^2."""
-    lever = 2.0 * pair.radius
-    return 8.0 * shear_modulus(pair) * pair.contact_radius(load) * lever**2
-
-
-def rolling_dissipation(pair, load, ratio):
-    """setRollingDissipation [N s/m] for a damping ratio of the rolling spring under a load [N]."""
-    dashpot = rolling_dashpot(pair, rolling_stiffness(pair, load), ratio)
-    return dashpot / (2.0 * pair.radius) ** 2
+CODE = "mercurydpm"
 
 
 def block(material, conversion, about):
     """Text of the C++ block. material: `Granulate`; conversion: `Conversion`; about: lines of
     provenance."""
-    g, e, gw = material, conversion.equivalent, material.grain_wall
+    g, exports, pairs = material, conversion.exports(CODE), conversion.pairs(material)
+    stated = exports | {"rolling": conversion.export("rolling", CODE)}  # 0 where it is held
     head = header(
         "//",
         "MercuryDPM 1.0: put this into setupInitialConditions(), with "
         "#include <Species/HertzianViscoelasticMindlinRollingTorsionSpecies.h>",
         about,
         conversion,
-        "rolling of HertzianViscoelasticMindlinRollingTorsionSpecies",
-        *([SPRING] if e.rotates else []),
-        *no_torsion(g.spec),
+        CODE,
+        *[note for export in exports.values() for note in export.notes(pairs[0])],
+        *dispensed(g.spec, CODE),
         "This block has been checked against the sources, not run.",
     )
     body = [
@@ -82,22 +46,18 @@ def block(material, conversion, about):
         "auto wall = speciesHandler.copyAndAddObject(species);",
         "auto grainWall = dynamic_cast<HertzianViscoelasticMindlinRollingTorsionMixedSpecies*>(",
         "    speciesHandler.getMixedObject(grain->getIndex(), wall->getIndex()));",
-        *_setters("grain", g.grain_grain, e.static_friction, e.rolling_friction, g.load, e),
-        *_setters("grainWall", gw, gw.static_friction, gw.rolling_friction, g.load, e),
-        *([] if e.rotates else ["setRotation(false);"]),
+        *_setters("grain", stated, pairs[0]),
+        *_setters("grainWall", stated, pairs[1]),
+        *([] if conversion.equivalent.rotates else ["setRotation(false);"]),
         f"setTimeStep({g.time_step:.4g});",
     ]
     return "\n".join(head + body) + "\n"
 
 
-def _setters(name, pair, static_friction, rolling, load, equivalent):
-    values = (
-        ("EffectiveElasticModulusAndRestitutionCoefficient", pair.young, pair.restitution),
-        ("EffectiveShearModulus", shear_modulus(pair)),
-        ("SlidingDissipation", sliding_dissipation(pair)),
-        ("SlidingFrictionCoefficient", static_friction),
-        ("RollingFrictionCoefficient", rolling_friction(rolling) if equivalent.rotates else 0.0),
-        ("RollingDissipation", rolling_dissipation(pair, load, equivalent.damping_ratio)),
-        ("TorsionFrictionCoefficient", 0.0),
-    )
-    return [f"{name}->set{k}({', '.join(f'{x:.6g}' for x in v)});" for k, *v in values]
+def _setters(name, exports, pair):
+    numbers = {}
+    for export in exports.values():
+        numbers |= export.numbers(pair)
+    for key, values in (numbers | {"TorsionFrictionCoefficient": 0.0}).items():
+        values = values if isinstance(values, tuple) else (values,)
+        yield f"{name}->set{key}({', '.join(f'{x:.6g}' for x in values)});"

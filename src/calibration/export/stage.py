@@ -203,5 +203,5 @@ def _write_decks(study, mapping, conversion, lines, folder):
 def _write_blocks(codes, mapping, conversion, lines, folder):
     spec = parse_spec(mapping)
     for name, code in codes.items():
-        about = [*lines, *left_out(spec, code)]
+        about = [*lines, *left_out(spec, code.CODE)]
         write_text(code.block(granulate(spec), conversion, about), folder / name)

@@ -21,22 +21,9 @@ Ig2_Facet_Sphere_ScGeom
     anyway.
 """
 
-import math
+from calibration.export.header import dispensed, header
 
-from calibration.export.header import header, no_torsion
-from calibration.export.material import rolling_stiffness
-
-
-def eta(pair, rolling_friction, radii):
-    """eta = mu_r R* / ((R1 + R2)/2) for mu_r of `elastic_plastic`; radii (2,) [m] as in YADE."""
-    return rolling_friction * pair.radius / (0.5 * sum(radii))
-
-
-SPRING = (
-    "The rolling spring is a constant in YADE, that of a contact under {load:.3g} N, ten grain "
-    "weights, and has no "
-    "dashpot. eta is one number for all pairs, so wallRolling() sets the moment of grains on walls."
-)
+CODE = "yade"
 HOLD = """def holdGrains():
     for b in O.bodies:
         if b.mat.id == grain and b.state.blockedDOFs != "XYZ":
@@ -46,18 +33,15 @@ HOLD = """def holdGrains():
 upkeep = PyRunner(command="holdGrains()", iterPeriod=50, firstIterRun=1)"""
 
 
-def _rolling(material, equivalent):
+def _rolling(export, grain_grain, grain_wall):
     """Arguments of the physics and the engine that give grains their rolling moment."""
-    gg, gw, r = material.grain_grain, material.grain_wall, material.radius
-    mu, factor = equivalent.rolling_friction, equivalent.stiffness_factor
-    k_grain = rolling_stiffness(gg, mu, material.load, factor)
-    k_wall = rolling_stiffness(gw, gw.rolling_friction, material.load, factor)
-    moment = f"    krot={k_grain:.6g},\n    eta={eta(gg, mu, (r, r)):.6g},\n"
+    grain, wall = export.numbers(grain_grain), export.numbers(grain_wall)
+    moment = f"    krot={grain['krot']:.6g},\n    eta={grain['eta']:.6g},\n"
     upkeep = f"""def wallRolling():
     for i in O.interactions:
         if i.isReal and wall in (O.bodies[i.id1].mat.id, O.bodies[i.id2].mat.id):
-            i.phys.maxBendPl = {gw.rolling_friction:.6g} * min(i.geom.refR1, i.geom.refR2)
-            i.phys.kr = {k_wall:.6g}
+            i.phys.maxBendPl = {wall["maxBendPl"]:.6g} * min(i.geom.refR1, i.geom.refR2)
+            i.phys.kr = {wall["krot"]:.6g}
 
 
 upkeep = PyRunner(command="wallRolling()", iterPeriod=50)"""
@@ -79,8 +63,8 @@ def _material(name, material, angle):
 def block(material, conversion, about):
     """Text of the script. material: `Granulate`; conversion: `Conversion`; about: lines of
     provenance."""
-    g, e = material, conversion.equivalent
-    gg, gw = g.grain_grain, g.grain_wall
+    g, exports, pairs = material, conversion.exports(CODE), conversion.pairs(material)
+    rotates = conversion.equivalent.rotates
     head = header(
         "#",
         "YADE 2023.02: execute this in a script, exec(open('yade.py').read()), and use grain, "
@@ -88,12 +72,15 @@ def block(material, conversion, about):
         "the engine upkeep.",
         about,
         conversion,
-        "the rolling moment of Law2_ScGeom_MindlinPhys_Mindlin",
-        *([SPRING.format(load=g.load)] if e.rotates else []),
-        *no_torsion(g.spec),
+        CODE,
+        *[note for export in exports.values() for note in export.notes(pairs[0])],
+        *dispensed(g.spec, CODE),
     )
-    angles = [math.atan(mu) for mu in (e.static_friction, gw.static_friction)]
-    moment, upkeep = _rolling(material, e) if e.rotates else ("", HOLD)
+    (en, angles) = (
+        [exports[slot].numbers(pair)[name] for pair in pairs]
+        for slot, name in (("damping", "en"), ("friction", "frictAngle"))
+    )
+    moment, upkeep = _rolling(exports["rolling"], *pairs) if rotates else ("", HOLD)
     return (
         "\n".join(head)
         + f"""
@@ -101,13 +88,13 @@ def block(material, conversion, about):
 {_material("wall", g.wall, angles[1])}
 physics = Ip2_FrictMat_FrictMat_MindlinPhys(
     en=MatchMaker(
-        matches=((grain, grain, {gg.restitution:.6g}), (grain, wall, {gw.restitution:.6g}))
+        matches=((grain, grain, {en[0]:.6g}), (grain, wall, {en[1]:.6g}))
     ),
     frictAngle=MatchMaker(
         matches=((grain, grain, {angles[0]:.6g}), (grain, wall, {angles[1]:.6g}))
     ),
 {moment})
-law = Law2_ScGeom_MindlinPhys_Mindlin(includeMoment={e.rotates})
+law = Law2_ScGeom_MindlinPhys_Mindlin(includeMoment={rotates})
 
 
 {upkeep}

@@ -85,9 +85,11 @@ class Law:
     remembers : what it keeps from step to step
     longest_step : (`ContactParameters`, mass of the smallest grain [kg], its longest step by the
         Rayleigh time [s]) -> longest step [s]; None where the Rayleigh time's is short enough
-    edem : EDEM's name of the same law
+    exports : code -> `dem.contact.export.Export`, for each code that has the law too
     holds_at_rest : why a result holds for heaps at rest alone; empty where it holds in motion
-    left_out : what to say in an export that does not carry it; empty where each does
+    left_out : what to say in the export to a code that does not have it; empty where it is the
+        absence of a law, or where another law of its slot stands in
+    dispensable : whether a heap comes out alike without it, so that no code is refused for it
     """
 
     slot: str
@@ -103,6 +105,7 @@ class Law:
     default: bool = False
     remembers: str = ""
     longest_step: Callable | None = None
-    edem: str = ""
+    exports: dict = field(default_factory=dict)
     holds_at_rest: str = ""
     left_out: str = ""
+    dispensable: bool = False

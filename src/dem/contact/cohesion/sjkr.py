@@ -6,7 +6,11 @@ k is the cohesion energy density [J/m3]. The attraction ends where the spheres p
 from math import pi
 
 from dem.arithmetic import law, maximum
+from dem.contact.export import Export
 from dem.contact.law import Law, Parameter
+
+LIGGGHTS_AREA, LIGGGHTS_WALL_AREA = 4.0, 2.0
+"""Contact area of its sjkr2 over that here, of two grains and at a wall."""
 
 
 @law
@@ -32,5 +36,14 @@ LAW = Law(
     ),
     constants=("cohesion",),
     values=lambda contact: {"cohesion": contact.cohesion_energy_density},
+    exports={
+        "liggghts": Export(
+            words="cohesion sjkr2",
+            numbers=lambda pair: {
+                "cohesionEnergyDensity": pair.contact.cohesion_energy_density
+                / (LIGGGHTS_WALL_AREA if pair.wall else LIGGGHTS_AREA)
+            },
+        )
+    },
     left_out="NOT CONVERTED: cohesion sjkr; these grains do not stick.",
 )

@@ -11,6 +11,7 @@ of 0.5).
 import math
 
 from dem.arithmetic import law, sqrt
+from dem.contact.export import Export
 from dem.contact.law import Law
 
 
@@ -38,5 +39,12 @@ LAW = Law(
     constants=("damping",),
     values=lambda contact: {"damping": factor(contact.restitution)},
     only_with={"normal": ("hertz",)},
+    exports={
+        "liggghts": Export(
+            numbers=lambda pair: {"coefficientRestitution": pair.contact.restitution}
+        ),
+        "lammps": Export(words="damping coeff_restitution"),
+        "yade": Export(numbers=lambda pair: {"en": pair.contact.restitution}),
+    },
     default=True,
 )

@@ -1,6 +1,9 @@
 """Coulomb friction: the limit is mu times the normal force."""
 
+import math
+
 from dem.arithmetic import law
+from dem.contact.export import Export
 from dem.contact.law import Law
 
 
@@ -16,5 +19,17 @@ LAW = Law(
     equation="μ F_n",
     source="Coulomb",
     kernels={"limit": limit},
+    exports={
+        "liggghts": Export(
+            numbers=lambda pair: {"coefficientFriction": pair.contact.static_friction}
+        ),
+        "lammps": Export(numbers=lambda pair: {"mu": pair.contact.static_friction}),
+        "yade": Export(
+            numbers=lambda pair: {"frictAngle": math.atan(pair.contact.static_friction)}
+        ),
+        "mercurydpm": Export(
+            numbers=lambda pair: {"SlidingFrictionCoefficient": pair.contact.static_friction}
+        ),
+    },
     default=True,
 )

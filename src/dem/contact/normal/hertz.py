@@ -5,6 +5,7 @@ Hertz (1882); Johnson (1985), Contact Mechanics, chapter 4.
 """
 
 from dem.arithmetic import law, maximum, sqrt
+from dem.contact.export import Export
 from dem.contact.law import Law
 
 
@@ -28,5 +29,20 @@ LAW = Law(
         "damping": ("none",),
         "tangential": ("linear",),
     },  # e unmet; a stretched spring gives work
+    exports={
+        "liggghts": Export(words="model hertz"),
+        "lammps": Export(
+            words="hertz",
+            numbers=lambda pair: {"k": 4.0 / 3.0 * pair.young, "e": pair.contact.restitution},
+        ),
+        "mercurydpm": Export(
+            numbers=lambda pair: {
+                "EffectiveElasticModulusAndRestitutionCoefficient": (
+                    pair.young,
+                    pair.contact.restitution,
+                )
+            }
+        ),
+    },
     default=True,
 )

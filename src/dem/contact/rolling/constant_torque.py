@@ -11,6 +11,7 @@ The torques of the two spheres are not opposite, so angular momentum is not cons
 """
 
 from dem.arithmetic import law
+from dem.contact.export import Export
 from dem.contact.law import Law
 
 
@@ -28,6 +29,6 @@ LAW = Law(
     source="Ai et al. (2011), type A",
     kernels={"resistance": resistance},
     default=True,
-    edem="Hertz-Mindlin (no slip) with standard rolling friction",
+    exports={"edem": Export("Hertz-Mindlin (no slip) with standard rolling friction")},
     holds_at_rest="brakes each grain's own spin, also where grains turn together and nothing rolls",
 )

@@ -7,6 +7,7 @@ does not stop at reversal.
 """
 
 from dem.arithmetic import law, minimum, sqrt
+from dem.contact.export import Export
 from dem.contact.law import Law
 from dem.vectors import dot, reject, scale
 
@@ -31,5 +32,5 @@ LAW = Law(
     equation="μ_r F_n R* on the relative spin (LIGGGHTS `cdt` as its manual has it)",
     source="Ai et al. (2011), type A",
     kernels={"rolling": torque},
-    edem="Hertz-Mindlin with RVD rolling friction",
+    exports={"edem": Export("Hertz-Mindlin with RVD rolling friction")},
 )

@@ -18,7 +18,9 @@ There k_r is held at `limit` I/dt^2. The largest torque stays as it is.
 import math
 
 from dem.arithmetic import law, minimum, sqrt, where
+from dem.contact.export import Export
 from dem.contact.law import Law, Parameter
+from dem.contact.tangential.mindlin import MERCURY
 from dem.vectors import dot, reject, scale, subtract
 
 TINY = 1e-30
@@ -63,6 +65,48 @@ def torque(p, n, spin, normal, stiffness, unloading, r_eff, inertia, spring, dt)
     return subtract(spring, scale(dashpot, rolling)), spring
 
 
+SECANT = 1.5
+"""Tangent over secant of the Hertz force: LIGGGHTS' spring is a factor of the secant."""
+EDEM_FACTOR = 2.25
+CONSTANT = (
+    "The rolling spring is a constant in {} that of a contact under {:.3g} N, ten grain weights"
+)
+
+
+def spring_of(pair):
+    """Rotational stiffness k_r [N m] of a `Pair` under its load: factor S_n (mu_r R*)^2, S_n = 2 E*
+    a."""
+    normal = 2.0 * pair.young * pair.contact_radius
+    return (
+        pair.contact.rolling_stiffness * normal * (pair.contact.rolling_friction * pair.radius) ** 2
+    )
+
+
+def mercury_spring(pair):
+    """Rotational stiffness [N m] in MercuryDPM under the load of a `Pair`: 8 G a (2 R*)^2, G its
+    own shear modulus."""
+    return 8.0 * pair.shear / MERCURY * pair.contact_radius * (2.0 * pair.radius) ** 2
+
+
+def dashpot_of(pair, spring):
+    """Coefficient of the rolling dashpot [N m s] of a `Pair` beside a spring [N m]: 2 ratio sqrt(I
+    k_r)."""
+    return 2.0 * pair.contact.rolling_damping * math.sqrt(pair.inertia * spring)
+
+
+def _in_edem(factor):
+    notes = [
+        "The numbers of type C are used as they are; here alone the rolling spring's moment falls "
+        "with the stiffness while a contact unloads (docs/howto-export.md)."
+    ]
+    if factor != EDEM_FACTOR:
+        notes.append(
+            f"NOT CONVERTED: the factor of the rolling stiffness, {factor:g}; EDEM has "
+            f"{EDEM_FACTOR}."
+        )
+    return notes
+
+
 LAW = Law(
     slot="rolling",
     name="elastic_plastic",
@@ -92,5 +136,62 @@ LAW = Law(
         "rolling_limit": limit(contact.rolling_damping),
     },
     remembers="the spring moment",
-    edem="Hertz-Mindlin with type C rolling friction",
+    exports={
+        "liggghts": Export(
+            "epsd3",
+            "rolling_friction epsd3",
+            lambda pair: {
+                "coefficientRollingFriction": pair.contact.rolling_friction,
+                "coefficientRollingViscousDamping": pair.contact.rolling_damping,
+                "rollingStiffness": SECANT * pair.contact.rolling_stiffness,
+            },
+            alone=("rollingStiffness",),
+        ),
+        "lammps": Export(
+            "rolling sds",
+            "rolling sds",
+            lambda pair: {
+                "k": spring_of(pair) / pair.radius**2,
+                "gamma": dashpot_of(pair, spring_of(pair)) / pair.radius**2,
+                "mu": pair.contact.rolling_friction,
+            },
+            notes=lambda pair: [CONSTANT.format("LAMMPS:", pair.load) + "."],
+        ),
+        "yade": Export(
+            "the rolling moment of Law2_ScGeom_MindlinPhys_Mindlin",
+            "includeMoment=True",
+            lambda pair: {
+                "krot": spring_of(pair),
+                "eta": 0.5 * pair.contact.rolling_friction,
+                "maxBendPl": pair.contact.rolling_friction,  # times the grain's radius
+            },
+            notes=lambda pair: [
+                CONSTANT.format("YADE,", pair.load) + ", and has no dashpot. eta is one number for "
+                "all pairs, so wallRolling() sets the moment of grains on walls."
+            ],
+        ),
+        "mercurydpm": Export(
+            "rolling of HertzianViscoelasticMindlinRollingTorsionSpecies",
+            "",
+            lambda pair: {
+                "RollingFrictionCoefficient": 0.5 * pair.contact.rolling_friction,
+                "RollingDissipation": dashpot_of(pair, mercury_spring(pair))
+                / (2.0 * pair.radius) ** 2,
+            },
+            notes=lambda pair: [
+                "MercuryDPM takes the stiffness of the rolling spring from the shear modulus; it "
+                "is stiffer than in the runs behind this number."
+            ],
+        ),
+        "edem": Export(
+            "Hertz-Mindlin with type C rolling friction",
+            "Rolling friction, type C",
+            lambda pair: {
+                "Rolling viscous damping ratio": pair.contact.rolling_damping,
+                "Factor of the rolling stiffness": pair.contact.rolling_stiffness,
+            },
+            alone=("Rolling viscous damping ratio", "Factor of the rolling stiffness"),
+            notes=lambda pair: _in_edem(pair.contact.rolling_stiffness),
+        ),
+    },
 )

@@ -6,11 +6,16 @@ varying stiffness from creating energy (Thornton, Cummins, Cleary 2013, Powder T
 dashpot of the same form as the normal one acts beside the spring; their sum is limited by friction.
 """
 
+import math
+
 from dem.arithmetic import law, maximum, minimum, sqrt
+from dem.contact.export import Export
 from dem.contact.law import Law
 from dem.vectors import dot, reject, scale, subtract
 
 TINY = 1e-30
+MERCURY = 2.0 / 3.0
+"""Of 8 G a, which is its spring of a displacement."""
 
 
 @law
@@ -39,5 +44,21 @@ LAW = Law(
     kernels={"tangential": tangential_force},
     constants=("damping",),
     remembers="the spring force and the contact radius",
+    exports={
+        "liggghts": Export(words="tangential history"),
+        "lammps": Export(
+            words="tangential mindlin_rescale/force",
+            numbers=lambda pair: {
+                "k": 8.0 * pair.shear,
+                "x": 2.0 * math.sqrt(pair.shear / pair.young),
+            },
+        ),
+        "mercurydpm": Export(
+            numbers=lambda pair: {
+                "EffectiveShearModulus": pair.shear / MERCURY,
+                "SlidingDissipation": pair.dashpot * math.sqrt(MERCURY),
+            }
+        ),
+    },
     default=True,
 )

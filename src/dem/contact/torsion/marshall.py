@@ -9,6 +9,7 @@ by (a/a_before)^3 as the stiffness 4 G* a^3: a varying stiffness then creates no
 """
 
 from dem.arithmetic import law, maximum, minimum, sqrt
+from dem.contact.export import Export
 from dem.contact.law import Law
 
 
@@ -37,4 +38,8 @@ LAW = Law(
     constants=("damping",),
     only_with={"tangential": ("mindlin",)},
     remembers="the spring moment",
+    exports={"lammps": Export(words="twisting marshall")},
+    left_out="NOT CONVERTED: torsion marshall; a grain that spins about the normal of its contact "
+    "spins on.",
+    dispensable=True,
 )
