@@ -125,9 +125,9 @@ def softening(table):
     )
     mean = stiff["difference"].mean()
     return (
-        f"With 10 MPa in place of 3 MPa the angle at full scale changes by {each}, and by "
-        f"{mean:+.2f}° ({mean - half:+.2f} to {mean + half:+.2f}) on average (95 %). Correct an "
-        "angle by this where it is to stand for 10 MPa."
+        f"With 10 MPa in place of 3 MPa the angle at full scale changes by {each}. On average it "
+        f"changes by {mean:+.2f}° ({mean - half:+.2f} to {mean + half:+.2f}). All intervals are of "
+        "95 %. Correct an angle by this where it is to stand for 10 MPa."
     )
 
 

@@ -104,7 +104,7 @@ def _weighed(summary):
         ends = (f"{100 * row[end] / poured:.1f}" for end in ("low", "high"))
         share = f" ({' to '.join(ends)} % of those poured)"
     return [
-        f"The mass on the plate costs a weighing and no run: the distribution expects "
+        f"The mass on the plate needs a weighing and no run. The distribution expects "
         f"{row['low']:.0f} to {row['high']:.0f} grains there{share}, and {summary['readings']} "
         f"heaps tell their mean to ±{row['error']:.0f}. Of the spread it would leave {left}."
     ]
