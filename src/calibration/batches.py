@@ -6,12 +6,14 @@ a batch that was cut off goes on where it stopped.
 """
 
 import sys
+import tarfile
 from math import ceil
 
 from calibration import engines
 from calibration.ahead import run_seconds
 from calibration.campaign import read_plan, run_id
 from calibration.errors import CalibrationError, in_words
+from calibration.files import read_json
 from calibration.runner import run_each
 from calibration.store import RunStore
 from dem.errors import PHYSICAL, StoppedError
@@ -79,6 +81,24 @@ def run_told_batch(plan_file, batch, batches, done, log, config, root=None):
         write_json(done, {"runs": list(specs), "failed": []})
     except OSError as error:
         sys.exit(in_words(error))
+
+
+def pack_runs(done, archive, root=None):
+    """Put the folders of the runs that a batch left `done` into one file."""
+    store = RunStore(root)
+    with tarfile.open(archive, "w") as tar:
+        for name in read_json(done)["runs"]:
+            tar.add(store.folder(name), name)
+
+
+def unpack_runs(archive, root=None):
+    """Put the runs of an archive where they are kept. Raises CalibrationError for one that is
+    broken."""
+    try:
+        with tarfile.open(archive) as tar:
+            tar.extractall(RunStore(root).folder("."), filter="data")
+    except tarfile.TarError as error:
+        raise CalibrationError(f"{archive}: {error}") from None
 
 
 def share_of(plan_file, batch, batches):

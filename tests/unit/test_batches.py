@@ -15,9 +15,11 @@ from calibration.batches import (
     LEAST_JOBS,
     START_S,
     batch_count,
+    pack_runs,
     run_batch,
     run_told_batch,
     runs_per_job,
+    unpack_runs,
 )
 from calibration.campaign import run_id
 from calibration.config import parse_config
@@ -168,3 +170,18 @@ def test_the_mark_of_a_batch_falls_with_one_of_its_runs(study, damage):
         result.write_text(result.read_text().replace("seed", "sead", 1))
     before_planning(config, dry_run=True)
     assert not mark.exists()
+
+
+def test_what_a_batch_did_is_packed_and_unpacked_as_it_was(tmp_path):
+    texts = {name: f'{{"of": "{name}"}}' for name in ("drop-1", "drop-2", "drop-other")}
+    for name, text in texts.items():
+        (tmp_path / "runs" / name).mkdir(parents=True)
+        (tmp_path / "runs" / name / "result.json").write_text(text)
+    write_json(tmp_path / "0.json", {"runs": ["drop-1", "drop-2"], "failed": []})
+    pack_runs(tmp_path / "0.json", tmp_path / "0.tar", tmp_path / "runs")
+    unpack_runs(tmp_path / "0.tar", tmp_path / "elsewhere")
+    found = {p.parent.name: p.read_text() for p in tmp_path.glob("elsewhere/*/result.json")}
+    assert found == {name: texts[name] for name in ("drop-1", "drop-2")}
+    (tmp_path / "broken.tar").write_bytes(b"no archive")
+    with pytest.raises(CalibrationError, match=r"broken\.tar"):
+        unpack_runs(tmp_path / "broken.tar", tmp_path / "elsewhere")

@@ -32,9 +32,8 @@ def measure(folder, experiment, **parts):
     ("contact", "low", "high"), [(SMOOTH, 0.63, 0.64), (ROUGH, 0.56, 0.60)], ids=["smooth", "rough"]
 )
 def test_equal_spheres_lie_as_densely_as_is_published(tmp_path, contact, low, high):
-    """0.63 to 0.64 without friction, random close packing (Scott and Kilgour 1969, J. Phys. D
-    2:863); 0.56 to 0.60 with it, between loose packing (Onoda and Liniger 1990, Physical Review
-    Letters 64:2727) and what pouring gives (Scott 1960, Nature 188:908)."""
+    """0.63 to 0.64 without friction, 0.56 to 0.60 with it; docs/laboratory.md names the sources
+    and what was read of them."""
     found = measure(
         tmp_path,
         "bulk_density",
@@ -106,9 +105,9 @@ EEPA = {"normal": "eepa", "damping": "none"}
 
 @pytest.mark.slow
 def test_what_was_pressed_harder_stands_more(tmp_path):
-    """The flow function of a cohesive powder: unconfined strength rises with the consolidation
-    stress (Thakur, Morrissey, Sun, Chen and Ooi 2014, Granular Matter 16:383). Each step of stress
-    is fourfold; strength must rise by a tenth at least each time."""
+    """The flow function of a cohesive powder: the strength is a function of the past consolidation
+    stress and rises with it (Thakur 2014, thesis, University of Edinburgh, abstract). Each step of
+    stress is fourfold; strength must rise by a tenth at least each time."""
     glue = {"adhesion_energy_J_m2": 10.0, "wall_adhesion_energy_J_m2": 0.0, "plasticity_ratio": 0.8}
     found = [strength(tmp_path / str(load), load, EEPA, glue) for load in (2.0, 8.0, 32.0)]
     assert found[0] > 0.0

@@ -2,7 +2,9 @@ import os
 import sys
 from pathlib import Path
 
-from calibration.batches import batch_count
+from snakemake.io import get_flag_value
+
+from calibration.batches import batch_count, unpack_runs
 from calibration.campaign import planned_spec, read_plan
 from calibration.config import Config, given, parse_config, stands_alone
 from calibration.config.as_data import refuse_unasked_code
@@ -26,15 +28,16 @@ if not workflow.modifier.skip_configfile and not any(map(stands_alone, CONFIG_FI
     configfile: "config/config.yaml"
 
 
-# results are read where they are, beside an index that no rule names; a storage would hold copies
-if workflow.storage_settings.default_storage_provider:
+# in a storage, too, the packages read and write the local copies, beside an index that no rule names
+STORED = workflow.storage_settings.default_storage_provider is not None
+if STORED and not workflow.storage_settings.keep_storage_local:
     raise WorkflowError(
-        "--default-storage-provider: this workflow keeps its results in a folder; mount the "
-        "storage and name the folder there with the key `results` (docs/howto-deploy.md)"
+        "--default-storage-provider: add --keep-storage-local-copies, since stages read what "
+        "earlier ones left (docs/howto-deploy.md)"
     )
 
 # rules name paths below RESULTS as they are without the prefix that a `module` statement may ask
-# for; the packages read and write them where they are
+# for, and without that of a storage; the packages read and write them where they are
 RESULTS = str(config.get("results", Config.model_fields["results"].default))
 config = {**config, "results": str(workflow.modifier.modify_path(RESULTS))}
 
@@ -47,11 +50,8 @@ STAGES = load_stages(*DECLARED)
 
 try:
     STUDY_OBJECT = Study(parse_config(config, files=CONFIG_FILES, stages=STAGES))
-    # in a dry run too: what cannot be trusted, how many runs there are, and how many are left
     if workflow.is_main_process:
         refuse_unasked_code(STUDY_OBJECT.config, asked=workflow.config_settings.config)
-        print(*opening(STUDY_OBJECT.config), sep="\n", file=sys.stderr)
-        begin(STUDY_OBJECT.config, dry_run=workflow.output_settings.dryrun)
 except (CalibrationError, DemError) as error:
     raise WorkflowError(str(error))
 except OSError as error:
@@ -90,13 +90,19 @@ def batches_of(plan):
     count = PLANS[plan].batches
     if count is None:
         specs = read_plan(STUDY_OBJECT.folder / plan / "plan.json")
-        return batch_count(specs, SETTINGS.runs_per_job)
+        # what a batch did is stored in one file, so in a storage each run is in a batch
+        alone = len(specs) if STORED else None
+        return batch_count(specs, SETTINGS.runs_per_job) or alone
     return count(STUDY_OBJECT) if callable(count) else count
 
 
 def marks_of(plan):
     """What the batches of a plan leave when all of their runs are done."""
-    return [f"{STUDY}/{plan}/batches/{n}.json" for n in range(batches_of(plan))]
+    return [
+        f"{STUDY}/{plan}/batches/{n}.{end}"
+        for n in range(batches_of(plan))
+        for end in (("json", "tar") if STORED else ("json",))
+    ]
 
 
 def runs_of(plan):
@@ -188,3 +194,44 @@ def params_of(task):
     fresh = lambda wildcards: task_digest(task, SETTINGS)
     params = {"function": task.function, "reads": list(task.reads), "fresh": fresh}
     return params if task.seeds is None else params | {"seeds": task.seeds}
+
+
+def fetch(path):
+    """The local copy of a file below RESULTS, fetched where the storage alone has it; None where
+    neither has it or it was here."""
+    local_copy = workflow.modifier.modify_path(path)
+    stored = get_flag_value(local_copy, "storage_object")
+    if Path(local_copy).exists() or not stored.exists():
+        return None
+    Path(local_copy).parent.mkdir(parents=True, exist_ok=True)
+    stored.retrieve_object()
+    return local_copy
+
+
+def fetch_study():
+    """What the storage has of the study and this machine has not: its stages' files and its runs."""
+    for stage in STAGES.values():
+        for task in stage.tasks:
+            for files in outputs_of(stage, task).values():
+                for file in [files] if isinstance(files, str) else files:
+                    fetch(str(file))
+    planned = [p for p in PLANS if (STUDY_OBJECT.folder / p / "plan.json").exists()]
+    for plan in planned:
+        for mark in marks_of(plan):
+            copy = fetch(mark)
+            if copy and copy.endswith(".tar"):
+                unpack_runs(copy, SETTINGS.runs)
+
+
+if STORED:
+    fetch_study()
+
+# in a dry run too: what cannot be trusted, how many runs there are, and how many are left
+if workflow.is_main_process:
+    try:
+        print(*opening(SETTINGS), sep="\n", file=sys.stderr)
+        begin(SETTINGS, dry_run=workflow.output_settings.dryrun)
+    except (CalibrationError, DemError) as error:
+        raise WorkflowError(str(error))
+    except OSError as error:
+        raise WorkflowError(in_words(error))

@@ -1,6 +1,6 @@
 import sys
 
-from calibration.batches import run_batch, run_told_batch
+from calibration.batches import pack_runs, run_batch, run_told_batch
 from calibration.jobs import logged, work_for
 from calibration.runner import report_sometimes
 from calibration.store import RunStore
@@ -23,3 +23,6 @@ else:
             # the log takes what the runs say; how far the study is goes to the screen
             tell=lambda: report_sometimes(config, store, sys.__stderr__),
         )
+
+if snakemake.output.runs:
+    pack_runs(snakemake.output.done, snakemake.output.runs, config.runs)
