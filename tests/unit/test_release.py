@@ -42,6 +42,8 @@ def test_the_version_is_the_same_everywhere():
     newest = re.findall(r"^## (\d\S*)", (ROOT / "CHANGELOG.md").read_text(), re.M)[0]
     assert citation["version"] == stated
     assert newest == stated
+    assert ()
+    assert f"granular_calibration-{stated}-py3" in (ROOT / "docs/howto-deploy.md").read_text()
 
 
 def test_a_release_is_of_the_version_that_its_tag_names():
