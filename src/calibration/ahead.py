@@ -13,7 +13,7 @@ from calibration.errors import CalibrationError, ConfigError
 from calibration.factors import read_factors
 from dem.errors import DemError, SpecError
 from dem.experiments import experiment_of
-from dem.spec import input_digests, parse_spec
+from dem.spec import input_digests, parse_spec, require_material
 
 RESERVED = ("runs", "reference")
 """Folders below results/ that are no study's."""
@@ -30,8 +30,8 @@ GRAIN_STEPS_PER_S = 1.0e7
 
 def check_ahead(config):
     """Raise ConfigError for the first thing that would stop the study later. It may be a name that
-    is taken, a level that no run can have, a design or a mesh that cannot be used, or a run that
-    needs more memory than this machine has."""
+    is taken, a level that no run can have, a number of the material that nothing gives, a design or
+    a mesh that cannot be used, or a run that needs more memory than this machine has."""
     if config.name in RESERVED:
         raise ConfigError("is taken", key="name", value=config.name, allowed="another name")
     factors = read_factors(config.factors)
@@ -43,6 +43,7 @@ def check_ahead(config):
             parsed = parse_spec(spec)
         except SpecError as error:
             raise ConfigError(f"{error}", key=where) from None
+        _check_given(where, parsed)
         first = first or parsed
         _check_files(where, parsed, tried)
     needed, there = memory_mb(first.particles.count), machine_memory_mb()
@@ -54,6 +55,15 @@ def check_ahead(config):
             value=first.particles.count,
             allowed=f"about {(there - BASE_MB) / MB_PER_GRAIN:.0f} grains",
         )
+
+
+def _check_given(where, spec):
+    """Refuse a run spec that leaves a number of the material to the schema."""
+    try:
+        require_material(spec)
+    except SpecError as error:
+        why = f"must be given, by `run` or a factor, for the runs of {where}"
+        raise ConfigError(why, key=error.key) from None
 
 
 def _check_held(config, factors):
@@ -194,6 +204,10 @@ def _specs_ahead(config, factors):
     for name, machine in config.push_through.items():
         run = machine_run(config, machine)
         yield f"push_through.{name}", at(run, machine.experiment, {})
+    scaling = config.scaling
+    for experiment in ("heap", "drop") if scaling else ():
+        run = bench_run(config, getattr(scaling, experiment))
+        yield f"scaling.{experiment}", at(run, experiment, scaling.point)
     shear = config.bench.shear
     if shear:
         run = bench_run(config, shear.run)

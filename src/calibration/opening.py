@@ -4,20 +4,18 @@ from pathlib import Path
 
 from calibration.config import point_spec, read_back
 from calibration.factors import read_factors
-from dem.spec import parse_spec, require_material
+from dem.spec import parse_spec
 
 
 def opening(config):
     """Sentences: the measured values of each target as they were read, then the engine's warnings.
 
-    Raises ConfigError for a table that cannot be read, SpecError where neither `run` nor a factor
-    gives a number of the material.
+    Raises ConfigError for a table that cannot be read.
     """
     found = [f"read {text}" for text in read_back(config)]
     factors = read_factors(config.factors)
     levels = {f.key: config.fixed.get(f.name, f.centre) for f in factors}
     spec = parse_spec(point_spec(config.run, config.experiment, levels, config.seed))
-    require_material(spec, file=f"{config.name}: run and factors")
     return found + [f"warning: {text}" for text in _warnings(spec)]
 
 

@@ -266,9 +266,12 @@ def parse_spec(data, file=None):
 
 
 def require_material(spec, file=None):
-    """Raise SpecError where a spec, as read, leaves a number of the grains' material or contacts to
-    the schema: what stands there is an example's, and no material is like another. Grain on grain
-    counts where grains are poured, and the wall's own material is steel unless given."""
+    """Raise SpecError where a spec, as read, leaves a number of the grains' material, size or
+    contacts to the schema: what stands there is an example's, and no material is like another.
+    Grain on grain counts where grains are poured, and the wall's own material is steel unless
+    given."""
+    if spec.particles.sizes is None and "diameter_mm" not in spec.particles.model_fields_set:
+        raise SpecError("particles.diameter_mm", None, "this key must be given", file)
     parts = {
         "materials.particle": spec.materials.particle,
         "contacts.particle_wall": spec.contacts.particle_wall,

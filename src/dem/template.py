@@ -11,7 +11,7 @@ def template(experiment):
     spec = parse_spec({"experiment": experiment})  # some defaults depend on the experiment
     lines = [
         f"# A run of the {experiment} experiment. Every value below is the default;",
-        "# those of the grains' material and contacts are an example's, and a file must give them.",
+        "# those of the grains' material, size and contacts are an example's. A file gives them.",
         f"experiment: {experiment}",
     ]
     for name, field in RunSpec.model_fields.items():

@@ -12,9 +12,7 @@ from calibration.campaign import plan, run_id
 from calibration.config import Config, given, overlay, parse_config, section_of
 from calibration.errors import CalibrationError, ConfigError
 from calibration.factors import Factor, factor_of, read_factors
-from calibration.opening import opening
 from calibration.statistics.design import box_behnken, plackett_burman, steepest_path
-from dem.errors import SpecError
 
 ROOT = Path(__file__).parents[2]
 
@@ -252,10 +250,20 @@ def test_what_a_run_writes_does_not_rename_it(data):
 
 
 def test_a_number_of_the_material_that_nothing_gives_is_refused_before_any_run(data):
-    opening(parse_config(data))
+    check_ahead(parse_config(data))
     del data["run"]["materials"]["particle"]["density_kg_m3"]
-    with pytest.raises(SpecError, match=r"materials.particle.density_kg_m3.*must be given"):
-        opening(parse_config(data))
+    with pytest.raises(ConfigError, match=r"materials.particle.density_kg_m3.*must be given"):
+        check_ahead(parse_config(data))
+
+
+@pytest.mark.parametrize("place", ["run", "bench.tilt.run", "bench.shear.run", "scaling.heap"])
+def test_the_size_of_the_grains_is_no_default(data, place):
+    section = data
+    for name in place.split("."):
+        section = section[name]
+    del section["particles"]["diameter_mm"]
+    with pytest.raises(ConfigError, match=r"particles\.diameter_mm.*must be given"):
+        check_ahead(parse_config(data))
 
 
 def test_a_factor_without_a_level_while_it_is_not_varied_is_refused_before_any_run(data):

@@ -2,6 +2,7 @@
 capacity."""
 
 import json
+import re
 import zlib
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from calibration.stages import load_stages
 from calibration.study import Study
 from dem.results import write_result
 from dem.spec import parse_spec
+from small_heap import RUN
 from stage_files import Files
 
 RULES = {"rates_per_s": [500, 1000, 2000], "heaps": 8, "opened": {"funnel_top_diameter_mm": 90.0}}
@@ -33,7 +35,8 @@ def config_of(tmp_path, monkeypatch, rules=RULES, **more):
     data = {
         "name": "made-up", "factors": "factors.tsv", "measurements": "measured.csv",
         "target": {"metric": "angle_of_repose_deg"},
-        "run": {"particles": {"count": 100, "diameter_mm": 2.0},
+        "run": {"materials": RUN["materials"], "contacts": RUN["contacts"],
+                "particles": {"count": 100, "diameter_mm": 2.0},
                 "geometry": {"generation_rate_per_s": 1000}},
         "pour_rate": rules,
     }  # fmt: skip
@@ -78,11 +81,12 @@ def test_the_angle_over_the_rate_is_told(tmp_path, monkeypatch):
     for rig, expected in (("500", 41.0), ("1000", 42.0), ("2000", 44.0), ("opened", 46.0)):
         assert rows[rig]["mean"] == pytest.approx(expected, abs=0.4)
         assert rows[rig]["low"] < rows[rig]["mean"] < rows[rig]["high"]
-    # 100 grains of 2 mm and the default density make a rate in grams
+    # 100 grains of 2 mm make a rate in grams
     grain = found["grain_g"]
     assert rows["1000"]["rate_g_s"] == pytest.approx(1000 * grain)
     said = sentences(found, ANGLE)
-    assert "differs by up to +2.9" in said[0]
+    most = re.search(r"differs by up to \+([\d.]+)°", said[0])[1]
+    assert float(most) == pytest.approx(3.0, abs=0.4)
     mean = f"{rows['opened']['mean']:.2f}"
     assert f"Out of a funnel that is filled and then opened it is {mean}°" in said[1]
     assert f"{found['capacity_per_s']:.0f} grains/s (Beverloo)" in said[2]

@@ -21,6 +21,7 @@ from calibration.statistics.nested import nested
 from calibration.study import Study
 from dem.results import write_result
 from dem.spec import parse_spec
+from small_heap import RUN
 from stage_files import Files
 
 KEYS = {
@@ -82,7 +83,8 @@ def config_of(tmp_path, monkeypatch, **machine):
     data = {
         "name": "made-up", "seed": 7, "factors": "factors.tsv", "measurements": "measured.csv",
         "target": {"metric": "angle_of_repose_deg"}, "fixed": {"wall": 0.33},
-        "run": {"particles": {"count": 100, "diameter_mm": 2.0},
+        "run": {"materials": RUN["materials"], "contacts": RUN["contacts"],
+                "particles": {"count": 100, "diameter_mm": 2.0},
                 "geometry": {"generation_rate_per_s": 1000}},
         "push_through": {"chute": MACHINE | machine},
     }  # fmt: skip

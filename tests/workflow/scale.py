@@ -73,7 +73,7 @@ experiment: nothing
 fixed: {fixed}
 run:
   materials: {{ particle: {{ density_kg_m3: 2500, shear_modulus_Pa: 1.0e+7, poisson_ratio: 0.2 }} }}
-  particles: {{count: 1}}
+  particles: {{count: 1, diameter_mm: 2.0}}
 screening: {{design: design.csv}}
 """
 HEAPS = """name: scale

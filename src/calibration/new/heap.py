@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from calibration.config.schema import COARSER
 from dem.constants import GRAVITY
 from dem.contact.registry import Material
-from dem.experiments.heap import PACKING
-from dem.flow import C_BEVERLOO, FREE_FLOW_RATIO, K_BEVERLOO, beverloo
+from dem.experiments.heap import PACKING, solid_rate
+from dem.flow import FREE_FLOW_RATIO, K_BEVERLOO
 from dem.timescales import hertz_contact_time, rayleigh_time
 
 SPILL = 1.3  # grains poured over grains of a full cone: some roll off
@@ -58,7 +58,7 @@ class Heap:
     def _passes(self, d):
         """Solid volume [m3/s] of grains of `d` [m] that the orifice passes."""
         opening = max(1e-3 * self.orifice_diameter_mm, (K_BEVERLOO + 0.1) * d)
-        return C_BEVERLOO * beverloo(PACKING, opening, d)
+        return solid_rate(opening, d)
 
     @property
     def feed_per_s(self):

@@ -116,9 +116,14 @@ def capacity(spec):
 
     d is the diameter of the mean grain; 0 where the orifice is narrower than k d.
     """
-    g = spec.geometry
-    volume = beverloo(PACKING, 1e-3 * g.orifice_diameter_mm, 2.0 * mean_radius(spec))
-    return C_BEVERLOO * volume / grain_volume(spec)
+    orifice = 1e-3 * spec.geometry.orifice_diameter_mm
+    return solid_rate(orifice, 2.0 * mean_radius(spec)) / grain_volume(spec)
+
+
+def solid_rate(orifice, diameter):
+    """Volume of grains per second [m3/s] that an orifice [m] passes, by Beverloo; diameter of the
+    mean grain [m]."""
+    return C_BEVERLOO * beverloo(PACKING, orifice, diameter)
 
 
 def advice(spec):
