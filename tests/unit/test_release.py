@@ -42,7 +42,6 @@ def test_the_version_is_the_same_everywhere():
     newest = re.findall(r"^## (\d\S*)", (ROOT / "CHANGELOG.md").read_text(), re.M)[0]
     assert citation["version"] == stated
     assert newest == stated
-    assert ()
     assert f"granular_calibration-{stated}-py3" in (ROOT / "docs/howto-deploy.md").read_text()
 
 
