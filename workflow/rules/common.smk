@@ -28,7 +28,7 @@ if not workflow.modifier.skip_configfile and not any(map(stands_alone, CONFIG_FI
     configfile: "config/config.yaml"
 
 
-# in a storage, too, the packages read and write the local copies, beside an index that no rule names
+# in a storage too the packages read and write the local copies, beside an index that no rule names
 STORED = workflow.storage_settings.default_storage_provider is not None
 if STORED and not workflow.storage_settings.keep_storage_local:
     raise WorkflowError(
@@ -209,7 +209,7 @@ def fetch(path):
 
 
 def fetch_study():
-    """What the storage has of the study and this machine has not: its stages' files and its runs."""
+    """Fetch what the storage has of the study and this machine has not: stages' files and runs."""
     for stage in STAGES.values():
         for task in stage.tasks:
             for files in outputs_of(stage, task).values():
