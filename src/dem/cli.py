@@ -54,6 +54,12 @@ def _parser(more):
     go.add_argument(
         "--frames", type=float, metavar="SECONDS", help="write VTK frames at this interval"
     )
+    go.add_argument(
+        "--threads",
+        metavar="N",
+        help="threads of this run, for many grains; the numbers do not depend on it (default: "
+        "DEM_THREADS, else 1)",
+    )
     go.set_defaults(command=_run)
     _add_render(commands)
     check = commands.add_parser("check", help="check a spec without running it")
@@ -66,7 +72,7 @@ def _parser(more):
     )
     benchmark.add_argument(
         "--case",
-        choices=("bed", "ratio", "heap", "scaling", "million", "cores", "start"),
+        choices=("bed", "ratio", "heap", "scaling", "million", "cores", "threads", "start"),
         action="append",
         help="default: bed, ratio, heap",
     )
@@ -126,7 +132,10 @@ def _run(args):
     spec = parse_spec(data, file=str(args.spec))
     _warn(spec)
     from dem.run import run  # the engine takes a second to import; bad input is told at once
+    from dem.team import use_threads
 
+    if args.threads is not None:
+        use_threads(args.threads)
     with tqdm(total=100, unit="%", bar_format="{l_bar}{bar}| {elapsed}<{remaining} {desc}") as bar:
 
         def show(fraction, text):

@@ -1,6 +1,7 @@
-"""Forces of all pairs: the fast path on lanes and the float64 reference path, both around
+"""Forces of the pairs: the fast path on lanes and the float64 reference path, both around
 `pair_contact`."""
 
+import numpy as np
 from numba import njit, types
 from numba.extending import overload
 
@@ -15,14 +16,14 @@ from dem.lanes import (
     scatter_add,
     store_block,
 )
-from dem.state import GHOSTS
 
 
 @njit(error_model="numpy")
-def _pair_forces_lanes(codes, table, dt, particles, pairs, count, overlap_limit):
+def _pair_forces_lanes(codes, table, dt, particles, pairs, share, overlap_limit):
     """WIDTH pairs at a time, float32 but for the separations."""
-    excess = -1
-    for block in range(count // WIDTH):
+    excess, blocks, to_first, to_second = -1, share.blocks, share.to_first, share.to_second
+    for m in range(len(blocks)):
+        block = np.int64(blocks[m])
         start = block * WIDTH
         g = gather_pairs(particles.position, pairs.first, pairs.second, start)
         separation = (g[0], g[1], g[2])
@@ -38,20 +39,21 @@ def _pair_forces_lanes(codes, table, dt, particles, pairs, count, overlap_limit)
             codes, p, dt, separation, distance, overlap, first, second, history
         )
         store_block(pairs.history, block, history)
-        scatter_add(particles.force, pairs.first, start, on_first)
-        scatter_add(particles.force, pairs.second, start, on_second)
+        scatter_add(particles.force, to_first, start, on_first)
+        scatter_add(particles.force, to_second, start, on_second)
         if any_lane(overlap > overlap_limit * minimum(r_i, r_j)):
             excess = start
     return excess
 
 
 @njit(error_model="numpy")
-def _pair_forces_plain(codes, table, dt, particles, pairs, count, overlap_limit):
+def _pair_forces_plain(codes, table, dt, particles, pairs, share, overlap_limit):
     """One pair at a time, float64 throughout."""
     excess = -1
-    for k in range(count):
+    for m in range(len(share.blocks) * WIDTH):
+        block, lane = np.int64(share.blocks[m // WIDTH]), m % WIDTH
+        k = block * WIDTH + lane
         i, j = pairs.first[k], pairs.second[k]
-        block, lane = k // WIDTH, k % WIDTH
         x, a, b = particles.position, particles.kinetic[i], particles.kinetic[j]
         h = pairs.history[block]
         separation = (x[i, 0] - x[j, 0], x[i, 1] - x[j, 1], x[i, 2] - x[j, 2])
@@ -71,15 +73,15 @@ def _pair_forces_plain(codes, table, dt, particles, pairs, count, overlap_limit)
         for f in range(FIELDS):
             h[f, lane] = history[f]
         for f in range(8):
-            particles.force[i, f] += on_first[f]
-            particles.force[j, f] += on_second[f]
+            particles.force[share.to_first[k], f] += on_first[f]
+            particles.force[share.to_second[k], f] += on_second[f]
         if overlap > overlap_limit * min(a[6], b[6]):
             excess = k
     return excess
 
 
-def pair_forces(codes, table, dt, particles, pairs, count, overlap_limit):
-    """Add the forces of all pairs to the particles and update the contacts' history.
+def pair_forces(codes, table, dt, particles, pairs, share, overlap_limit):
+    """Add the forces of a thread's pairs to the particles and update the contacts' history.
 
     Returns a pair (its block's first in the fast path) whose overlap exceeds overlap_limit *
     radius, or -1.
@@ -88,19 +90,11 @@ def pair_forces(codes, table, dt, particles, pairs, count, overlap_limit):
 
 
 @overload(pair_forces)
-def _pair_forces(codes, table, dt, particles, pairs, count, overlap_limit):
+def _pair_forces(codes, table, dt, particles, pairs, share, overlap_limit):
     fast = particles.types[1].dtype == types.float32
     chosen = _pair_forces_lanes if fast else _pair_forces_plain
 
-    def call(codes, table, dt, particles, pairs, count, overlap_limit):
-        return chosen(codes, table, dt, particles, pairs, count, overlap_limit)
+    def call(codes, table, dt, particles, pairs, share, overlap_limit):
+        return chosen(codes, table, dt, particles, pairs, share, overlap_limit)
 
     return call
-
-
-@njit(error_model="numpy")
-def clear_forces(n, force):
-    """Zero the force rows of n particles and the ghosts."""
-    for i in range(n + GHOSTS):
-        for f in range(8):
-            force[i, f] = 0.0

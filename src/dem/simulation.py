@@ -2,7 +2,9 @@
 
 import math
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -17,14 +19,17 @@ from dem.state import (
     GHOSTS,
     Pairs,
     WallContacts,
+    aligned,
     new_pairs,
     new_particles,
+    new_stage,
     new_wall_contacts,
     new_wall_scratch,
     no_clusters,
     place_ghosts,
 )
 from dem.step import DONE, OVERLAP, WALL_OVERLAP, Model, advance
+from dem.team import plan_shares, shares_of, threads_chosen
 from dem.walls.builder import WallSet
 from dem.walls.contacts import find_wall_contacts
 
@@ -65,6 +70,8 @@ class Simulation:
     precision : 'mixed' (float32 forces, exact separations) or 'double' (float64 throughout)
     walls : WallSet
     overlap_limit : share of the radius at which a run is stopped as blown up
+    threads : number of threads, that of the environment unless given; the numbers do not depend
+        on it
 
     Raises ValueError for laws that cannot be combined, and when particles are added that can meet
     each other or a wall without parameters for that pair of materials.
@@ -83,7 +90,9 @@ class Simulation:
         air=None,
         overlap_limit=0.2,
         skin=None,
+        threads=None,
     ):
+        self.threads = threads_chosen(threads)
         self.laws = laws or Laws()
         self.materials = dict(materials)
         self.material_names = list(self.materials)
@@ -112,6 +121,7 @@ class Simulation:
         self.clusters = no_clusters()
         self.row_of = np.zeros(0, np.int64)
         self._next_tag = 0
+        self._team = None
         self._stale = True
         self._pair_count = self._wall_count = 0
         self._pairs, self._old_pairs = new_pairs(64, precision), new_pairs(64, precision)
@@ -313,6 +323,7 @@ class Simulation:
         grid = (cell_size, dims, first_cell, low, start)
         self._renew_pairs(reach, level, grid, new_row)
         self._renew_walls(reach, grid, new_row, 0.5 * widest)
+        self._share_out()
         self.rebuilds += 1
         self._stale = False
         self.rebuild_seconds += time.perf_counter() - begin
@@ -389,6 +400,23 @@ class Simulation:
             old if len(old.particle) == len(new.particle) else new_wall_contacts(len(new.particle))
         )
 
+    def _share_out(self):
+        """Say which thread does what until the lists are made again."""
+        plan = plan_shares(
+            self.threads, self.n, self._pairs, self._pair_count, self._walls_list, self._wall_count
+        )
+        force = self.particles.force
+        if plan.kept[-1] > len(force):
+            room = aligned((int(1.2 * plan.kept[-1]), force.shape[1]), force.dtype)
+            self.particles = self.particles._replace(force=room)
+        self._shares = shares_of(
+            plan,
+            self.particles,
+            self._walls_list,
+            self._scratch,
+            partial(new_stage, self.precision),
+        )
+
     # --- time -------------------------------------------------------------------------------------
 
     def advance(self, steps):
@@ -399,11 +427,7 @@ class Simulation:
                 # a particle that is nowhere would be sorted into memory of others
                 self._check_finite()
                 self.rebuild_lists()
-            done, status, contact = advance(
-                min(left, CHECK_INTERVAL), self.model, self.n, self.particles, self._pairs,
-                self._pair_count, self.wall_state, self._walls_list, self._wall_count,
-                self._allowance, self._scratch, self.clusters, self.row_of,
-            )  # fmt: skip
+            done, status, contact = self._advance_shares(min(left, CHECK_INTERVAL))
             self.steps += done
             left -= done
             self._stale = status != DONE
@@ -414,6 +438,21 @@ class Simulation:
             if left == 0 or self.steps % CHECK_INTERVAL < done:
                 self._check_finite()
         self.advance_seconds += time.perf_counter() - begin
+
+    def _advance_shares(self, steps):
+        """`advance` on all threads at once, which all return the same."""
+        what = (
+            steps, self.model, self.particles, self._pairs, self.wall_state, self._walls_list,
+            self._wall_count, self._allowance, self._scratch, self.clusters, self.row_of,
+        )  # fmt: skip
+        first, *others = self._shares
+        if others and self._team is None:
+            self._team = ThreadPoolExecutor(self.threads - 1)
+        waiting = [self._team.submit(advance, *what, share) for share in others]
+        out = advance(*what, first)
+        for one in waiting:
+            one.result()
+        return out
 
     def _report_overlap(self, pair):
         last = min(pair + WIDTH, self._pair_count)
@@ -626,3 +665,4 @@ class Simulation:
         self._pair_count, self._wall_count = pair_count, wall_count
         self._allowance, self.row_of = np.array(saved["allowance"]), np.array(saved["row_of"])
         self._stale = bool(stale)
+        self._share_out()

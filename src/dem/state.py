@@ -75,6 +75,10 @@ class WallScratch(NamedTuple):
     """(m,) float64 [m]."""
     covered: np.ndarray
     """(m,) bool: another element of the body is closer there."""
+    acts: np.ndarray
+    """(m,) bool: the particle feels this contact."""
+    push: np.ndarray
+    """(m, 3) float64 force on the particle of each contact that acts [N]."""
     stage: np.ndarray
     """(6, FIELDS, WIDTH) real: geometry, wall spin, particle, history in; force columns, history
     out."""
@@ -170,11 +174,20 @@ def new_wall_contacts(capacity):
 
 def new_wall_scratch(capacity, precision):
     """Scratch for `capacity` candidate wall contacts."""
-    real = np.float32 if precision == "mixed" else np.float64
     return WallScratch(
         np.zeros((capacity, 3)),
         np.zeros(capacity),
         np.zeros(capacity, np.bool_),
+        np.zeros(capacity, np.bool_),
+        np.zeros((capacity, 3)),
+        *new_stage(precision),
+    )
+
+
+def new_stage(precision):
+    """`stage` and `staged` of `WallScratch`: what each thread needs for itself."""
+    real = np.float32 if precision == "mixed" else np.float64
+    return (
         aligned((6, FIELDS, WIDTH), real),
         np.zeros(WIDTH, np.int64),
     )

@@ -8,9 +8,10 @@ from numba import njit
 from dem.clusters import advance_clusters
 from dem.contact.properties import LawCodes
 from dem.drag import apply_drag
-from dem.forces import clear_forces, pair_forces
+from dem.forces import pair_forces
 from dem.integrate import advance_particles
-from dem.walls.contacts import wall_forces
+from dem.team import PAIR, STALE_LIST, WALL, add_kept, clear_forces, highest, meet
+from dem.walls.contacts import load_bodies, wall_forces
 from dem.walls.motion import move_bodies
 
 DONE, STALE, OVERLAP, WALL_OVERLAP = range(4)
@@ -34,33 +35,45 @@ class Model(NamedTuple):
     """Share of the radius at which a run counts as blown up [-]."""
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def advance(
-    steps, model, n, particles, pairs, pair_count, walls, wall_list, wall_count, allowance, scratch,
-    clusters, row_of,
+    steps, model, particles, pairs, walls, contacts, contact_count, allowance, scratch, clusters,
+    row_of, share,
 ):  # fmt: skip
-    """Advance up to `steps` steps; stop early when the lists are stale or an overlap is too large.
+    """Advance a thread's share up to `steps` steps; all stop early when the lists are stale or an
+    overlap is too large.
 
     Returns the steps done, DONE | STALE | OVERLAP | WALL_OVERLAP, and the pair or wall contact that
     overlaps too much or -1.
     """
     codes, table, kind_of, dt = model.codes, model.table, model.kind_of, model.dt
+    own, near, limit = share.particles, share.contacts, model.overlap_limit
+    found, count = share.found[share.me], len(own.tag)
     for s in range(steps):
-        clear_forces(n, particles.force)
-        limit = model.overlap_limit
+        clear_forces(own.force)
+        clear_forces(share.kept)
         excess = wall_forces(
-            codes, table, kind_of, dt, particles, walls, wall_list, wall_count, scratch, limit
-        )
-        if excess >= 0:
-            return s, WALL_OVERLAP, excess
-        excess = pair_forces(codes, table, dt, particles, pairs, pair_count, limit)
-        if excess >= 0:
-            return s, OVERLAP, excess
+            codes, table, kind_of, dt, particles, walls, near, len(near.element), share.scratch,
+            limit,
+        )  # fmt: skip
+        found[WALL] = excess + share.first_contact if excess >= 0 else -1
+        found[PAIR] = pair_forces(codes, table, dt, particles, pairs, share, limit)
+        meet(share)
+        for column, status in ((WALL, WALL_OVERLAP), (PAIR, OVERLAP)):
+            if highest(share, column) >= 0:
+                return s, status, highest(share, column)
+        add_kept(particles.force, share.inbox)
         if model.air[0] > 0.0:
-            apply_drag(n, particles, model.air[0], model.air[1])
-        stale = advance_particles(n, particles, model.gravity, dt)
-        stale |= advance_clusters(clusters, particles, row_of, model.gravity, dt)
-        stale |= move_bodies(walls, model.gravity, dt, allowance)
-        if stale:
+            apply_drag(count, own, model.air[0], model.air[1])
+        stale = advance_particles(count, own, model.gravity, dt)
+        if len(clusters.mass) > 0:
+            meet(share)  # a cluster has members of several threads
+        if share.me == 0:
+            load_bodies(walls, contacts, contact_count, scratch)
+            stale |= advance_clusters(clusters, particles, row_of, model.gravity, dt)
+            stale |= move_bodies(walls, model.gravity, dt, allowance)
+        found[STALE_LIST] = stale
+        meet(share)
+        if highest(share, STALE_LIST) > 0:
             return s + 1, STALE, -1
     return steps, DONE, -1

@@ -114,11 +114,13 @@ RUNS = {
     },
 }
 RUN_ALL = """
-import hashlib, json, sys, tempfile
+import hashlib, json, os, sys, tempfile
 import numpy as np
+from dem import team
 from dem.run import run
 from dem.spec import parse_spec
 
+team.LEAST = int(os.environ.get("LEAST", team.LEAST))
 out = {}
 for name, spec in json.load(sys.stdin).items():
     for precision in sys.argv[1:]:
@@ -208,6 +210,16 @@ def test_processors_with_fused_multiplication_agree_to_the_bit(tmp_path, names):
     for name, (_, metrics) in here.items():
         # what is measured from a state may round its sines and cosines in another way
         assert there[name][1] == pytest.approx(metrics, rel=1e-9), name
+
+
+@pytest.mark.slow
+def test_the_threads_of_a_run_do_not_change_a_bit():
+    """Whole runs with walls that move, a lid that falls and grains of several spheres; of few
+    grains, so that most forces meet at a border between two threads."""
+    names = ("heap", "shear", "drum", "lifted_cylinder", "elongated grains")
+    runs = {name: RUNS[name] for name in names}
+    alone = run_all(runs, ("mixed",), DEM_THREADS="1")
+    assert run_all(runs, ("mixed",), DEM_THREADS="2", LEAST="1") == alone
 
 
 def test_the_exceptions_are_still_there():

@@ -4,6 +4,9 @@ from calibration.batches import pack_runs, run_batch, run_told_batch
 from calibration.jobs import logged, work_for
 from calibration.runner import report_sometimes
 from calibration.store import RunStore
+from dem.team import use_threads
+
+use_threads(snakemake.threads)
 
 config = work_for(snakemake.config).config
 share = (

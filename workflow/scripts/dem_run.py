@@ -1,7 +1,9 @@
 from pathlib import Path
 
 from calibration.runner import run_logged
+from dem.team import use_threads
 
+use_threads(snakemake.threads)
 run_logged(
     snakemake.params.spec, Path(snakemake.output.result).parent, snakemake.log[0], snakemake.config
 )

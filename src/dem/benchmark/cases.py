@@ -51,7 +51,15 @@ def tiled(sim, settle, across):
     return (sim.position[None] + shift[:, None]).reshape(-1, 3), across * width
 
 
-def bed(n=10000, ratio=1.0, precision="mixed", rolling="constant_torque", start=None, stir=STIR):
+def bed(
+    n=10000,
+    ratio=1.0,
+    precision="mixed",
+    rolling="constant_torque",
+    start=None,
+    stir=STIR,
+    threads=None,
+):
     """A box of n grains that have yet to settle; ratio: largest over smallest radius, uniform by
     number.
 
@@ -78,6 +86,7 @@ def bed(n=10000, ratio=1.0, precision="mixed", rolling="constant_torque", start=
         time_step=dt,
         precision=precision,
         walls=walls,
+        threads=threads,
     )
     # the lattice alone settles into standing columns with half the contacts of a bed
     sim.add_particles(position, radius, velocity=rng.uniform(-stir, stir, (n, 3)))

@@ -126,6 +126,25 @@ def _processes(count):
     return max(float(p.communicate()[0]) for p in running)
 
 
+def _threads():
+    """One bed on one thread and on two, in turn; the numbers are the same."""
+    sim = bed()
+    sim.advance(SETTLE_STEPS)
+    state = {name: np.array(value) for name, value in sim.state_dict().items()}
+    teams = [bed(threads=number) for number in (1, 2)]
+    for team in teams:
+        team.restore(state)
+    rounds = [[_wall_time(team) for team in teams] for _ in range(ROUNDS)]
+    alone, both = np.median(rounds, axis=0)
+    return [{"case": "one run on two threads", "wall_time_s": both, "ratio": alone / both}]
+
+
+def _wall_time(sim):
+    begin = time.perf_counter()
+    sim.advance(BLOCK)
+    return time.perf_counter() - begin
+
+
 CASES = {
     "bed": _bed,
     "ratio": _ratio,
@@ -133,6 +152,7 @@ CASES = {
     "scaling": _scaling,
     "million": _million,
     "cores": _cores,
+    "threads": _threads,
     "start": _start,
 }
 

@@ -138,8 +138,9 @@ def _measure(particles, walls, contacts, count, scratch):
     position, particle, element = particles.position, contacts.particle, contacts.element
     bodies, kind, parameters = walls.body, walls.kind, walls.parameters
     origin, rotation = walls.origin, walls.rotation
-    point, distance = scratch.point, scratch.distance
+    point, distance, acts = scratch.point, scratch.distance, scratch.acts
     for k in range(count):
+        acts[k] = False
         i, e = particle[k], element[k]
         b = bodies[e]
         x, y, z = (
@@ -159,13 +160,11 @@ def _measure(particles, walls, contacts, count, scratch):
 def wall_forces(
     codes, table, kind_of, dt, particles, walls, contacts, count, scratch, overlap_limit
 ):
-    """Add the wall forces to the particles and to the bodies.
+    """Add the wall forces to the particles and keep them for the bodies (`load_bodies`).
 
     table: properties of pairs; kind_of (materials, materials): rows of it. Contacts that act are
     collected on a stage until WIDTH of one kind are together. Returns a contact whose overlap
     exceeds overlap_limit * radius, or -1."""
-    walls.force[:] = 0.0
-    walls.torque[:] = 0.0
     _measure(particles, walls, contacts, count, scratch)
     resolve_joints(particles, walls, contacts, count, scratch)
     waiting, kind, excess = 0, -1, -1
@@ -227,18 +226,46 @@ def _flush(codes, table, kind, dt, particles, walls, contacts, waiting, scratch)
     staged_forces(codes, properties_of(table, kind), dt, stage, waiting)
     for lane in range(waiting):
         k = scratch.staged[lane]
-        i, b, q = contacts.particle[k], walls.body[contacts.element[k]], scratch.point[k]
+        i = contacts.particle[k]
         for f in range(8):
             particles.force[i, f] += stage[4, f, lane]
         for f in range(FIELDS):
             contacts.history[k, f] = stage[5, f, lane]
-        fx, fy, fz = float(stage[4, 0, lane]), float(stage[4, 1, lane]), float(stage[4, 2, lane])
-        walls.force[b, 0] -= fx
-        walls.force[b, 1] -= fy
-        walls.force[b, 2] -= fz
-        walls.torque[b, 0] -= q[1] * fz - q[2] * fy
-        walls.torque[b, 1] -= q[2] * fx - q[0] * fz
-        walls.torque[b, 2] -= q[0] * fy - q[1] * fx
+        scratch.acts[k] = True
+        for f in range(3):
+            scratch.push[k, f] = float(stage[4, f, lane])
+
+
+@njit(cache=True, error_model="numpy")
+def load_bodies(walls, contacts, count, scratch):
+    """Force and torque of the particles on the bodies: the sums over all contacts in the order of
+    the list."""
+    walls.force[:] = 0.0
+    walls.torque[:] = 0.0
+    body, fx, fy, fz, tx, ty, tz = 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(count):
+        if not scratch.acts[k]:
+            continue
+        b = walls.body[contacts.element[k]]
+        if b != body:  # in registers as long as the body stays the same
+            _put_load(walls, body, fx, fy, fz, tx, ty, tz)
+            body = b
+            fx, fy, fz = walls.force[b, 0], walls.force[b, 1], walls.force[b, 2]
+            tx, ty, tz = walls.torque[b, 0], walls.torque[b, 1], walls.torque[b, 2]
+        q, px, py, pz = scratch.point[k], scratch.push[k, 0], scratch.push[k, 1], scratch.push[k, 2]
+        fx, fy, fz = fx - px, fy - py, fz - pz
+        tx -= q[1] * pz - q[2] * py
+        ty -= q[2] * px - q[0] * pz
+        tz -= q[0] * py - q[1] * px
+    if len(walls.mass) > 0:
+        _put_load(walls, body, fx, fy, fz, tx, ty, tz)
+
+
+@inlined
+def _put_load(walls, b, fx, fy, fz, tx, ty, tz):
+    """Store the sums of a body."""
+    walls.force[b, 0], walls.force[b, 1], walls.force[b, 2] = fx, fy, fz
+    walls.torque[b, 0], walls.torque[b, 1], walls.torque[b, 2] = tx, ty, tz
 
 
 @law
