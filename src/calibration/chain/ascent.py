@@ -63,6 +63,7 @@ def analyse_ascent(config, design_file, output):
             "target": target,
             "path": str(best["path"]),
             "responses": [float(v) for v in runs["response"]],
+            "centre_named": sorted(config.response_surface.centre),
             "left_out": left_out(every),
         },
     )
@@ -79,7 +80,10 @@ def ascent(study, source, output):
 def sentences(summary, response):
     """What came out, for the report."""
     path = ", ".join(response.value(v) for v in summary["responses"])
+    named = ", ".join(map(figures.label, summary.get("centre_named", ())))
+    apart = f", but for {named}, whose centre the configuration names" if named else ""
     return [
         f"Along the path: {path}. Point {summary['step']} comes nearest to the measured "
-        f"{response.value(summary['target'])} and becomes the centre of the response surface."
+        f"{response.value(summary['target'])} and becomes the centre of the response surface"
+        f"{apart}."
     ]
