@@ -78,7 +78,7 @@ def _check_held(config, factors):
                 "must be given: the factor's level while it is not varied, as for all runs after a "
                 "screening that does not send it on",
                 key=f"fixed.{factor.name}",
-                allowed=f"a number, for instance of the range {factor.low:g} to {factor.high:g}",
+                allowed=f"a level of it: {factor.levels}",
             )
 
 
@@ -179,13 +179,14 @@ def _specs_ahead(config, factors):
     # it draws, and every job of the workflow loads this module
     from calibration.bench_tests.sweep import SWEEPS
 
-    keys = {f.name: f.key for f in factors}
-    fixed = {f.key: f.centre for f in factors}
-    fixed |= {keys[name]: level for name, level in config.fixed.items()}
+    known = {f.name: f for f in factors}
+    fixed = {f.name: f.natural(0.0) for f in factors} | config.fixed
 
     def at(base, experiment, levels):
-        named = {keys.get(name, name): level for name, level in levels.items()}
-        return point_spec(base, experiment, fixed | named, config.seed)
+        levels = fixed | levels  # a bench test names keys that no factor sets
+        levels = {n: known[n].value(level) if n in known else level for n, level in levels.items()}
+        keyed = {known[n].key if n in known else n: level for n, level in levels.items()}
+        return point_spec(base, experiment, keyed, config.seed)
 
     for where, levels in _points(config, factors):
         yield where, at(config.run, config.experiment, levels)

@@ -42,8 +42,9 @@ def plan(design, factors, config, experiment=None, seeds=None):
     used = [f for f in factors if f.name in design]
     seen, rows, specs = {}, [], {}
     for row in design.to_dict("records"):
-        levels = {f.key: row[f.name] for f in used}
-        levels = {f.key: config.fixed[f.name] for f in factors if f.name in config.fixed} | levels
+        levels = {f.name: row[f.name] for f in used}
+        levels = config.fixed | levels
+        levels = {f.key: f.value(levels[f.name]) for f in factors if f.name in levels}
         point = tuple(sorted(levels.items()))
         seed = first_seed + seen.get(point, 0)
         seen[point] = seen.get(point, 0) + 1

@@ -1,12 +1,19 @@
 """The factors of a calibration: names, the key each sets in a run spec, and levels."""
 
+import re
 from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
 
 from calibration.errors import ConfigError
 from calibration.plausible import plausible_number
 from calibration.tables import read_table
 
 COLUMNS = ("code", "name", "key", "low", "high", "description")
+
+WORD = r"(?!nan$|inf$)[a-z][a-z_]*"
+"""A word of a run spec, such as the name of a law."""
 
 RESERVED = {
     "run",
@@ -35,6 +42,8 @@ class Factor:
     low: float
     high: float
     description: str = ""
+    has_middle: ClassVar[bool] = True
+    """Whether there are levels between low and high."""
 
     @property
     def centre(self):
@@ -55,6 +64,50 @@ class Factor:
     def coded(self, natural):
         """Coded level of a natural one."""
         return (natural - self.centre) / self.half_range
+
+    def value(self, level):
+        """What a run spec has at a natural level."""
+        return level
+
+    @property
+    def levels(self):
+        """In words."""
+        return f"{self.low:g} to {self.high:g}"
+
+
+@dataclass(frozen=True)
+class Choice(Factor):
+    """A factor that has two words and nothing between them, such as two laws of rolling friction.
+    Its natural levels in tables are -1 and +1, as its coded ones."""
+
+    words: tuple = ()
+    has_middle: ClassVar[bool] = False
+
+    def natural(self, coded):
+        """The level of a coded one; there is none in the middle, where the first word stands."""
+        level = np.where(np.asarray(coded) > 0, 1.0, -1.0)
+        return float(level) if level.ndim == 0 else level
+
+    def value(self, level):
+        """The word of a level, which may be a word already. Raises ConfigError for another."""
+        if level in self.words:
+            return level
+        if level in (-1.0, 1.0):
+            return self.words[int(level > 0)]
+        raise ConfigError("is no level", key=self.name, value=level, allowed=self.levels)
+
+    @property
+    def levels(self):
+        """In words."""
+        return " or ".join(self.words)
+
+
+def refuse_choices(factors, where):
+    """Raise ConfigError for a `Choice` among factors that are varied between their levels."""
+    for factor in factors:
+        if isinstance(factor, Choice):
+            reason = f"is a choice between words, which {where} cannot vary"
+            raise ConfigError(reason, key=factor.name, allowed="factors whose levels are numbers")
 
 
 def read_factors(path):
@@ -108,6 +161,10 @@ def _factor(table, line, row):
     for column in ("code", "name", "key"):
         if not row[column]:
             raise ConfigError("is empty", path=table.path, line=line, column=column)
+    given = row["code"], row["name"], row["key"]
+    words = tuple(row[c].strip() for c in ("low", "high"))
+    if all(re.fullmatch(WORD, word) for word in words) and words[0] != words[1]:
+        return Choice(*given, -1.0, 1.0, row.get("description", ""), words)
     low, high = (plausible_number(table, line, c, row[c], row["key"]) for c in ("low", "high"))
     if low >= high:
         raise ConfigError(
@@ -118,4 +175,4 @@ def _factor(table, line, row):
             value=high,
             allowed=f"more than {low:g}",
         )
-    return Factor(row["code"], row["name"], row["key"], low, high, row.get("description", ""))
+    return Factor(*given, low, high, row.get("description", ""))

@@ -14,7 +14,7 @@ def opening(config):
     """
     found = [f"read {text}" for text in read_back(config)]
     factors = read_factors(config.factors)
-    levels = {f.key: config.fixed.get(f.name, f.centre) for f in factors}
+    levels = {f.key: f.value(config.fixed.get(f.name, f.natural(0.0))) for f in factors}
     spec = parse_spec(point_spec(config.run, config.experiment, levels, config.seed))
     return found + [f"warning: {text}" for text in _warnings(spec)]
 

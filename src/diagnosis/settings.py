@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from calibration.config import overlay
 from calibration.errors import ConfigError
-from calibration.factors import read_factors
+from calibration.factors import read_factors, refuse_choices
 from calibration.measurements import raise_faults
 from calibration.quantities import LEVERS, QUANTITIES
 from dem.errors import SpecError
@@ -160,6 +160,7 @@ def parameters_of(settings, factors_file, experiments):
             )
         if f.key in wanted:
             chosen.append(replace(f, low=low, high=high))
+    refuse_choices(chosen, "the diagnosis")
     return chosen
 
 

@@ -1,11 +1,12 @@
 """Screening: which factors matter."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from calibration import figures
 from calibration.campaign import write_plan
 from calibration.chain.files import further_files
-from calibration.factors import read_factors
+from calibration.factors import Choice, read_factors
 from calibration.files import write_table
 from calibration.numbers import signed
 from calibration.responses import (
@@ -107,6 +108,9 @@ def _going_on(config, factors, deciding):
         if config.ascent.rule == "configured"
         else []
     )
+    # a choice has an effect and no direction: later stages take the word in `fixed`
+    numbers = {f.code for f in factors if not isinstance(f, Choice)}
+    deciding = replace(deciding, table=deciding.table[deciding.table["code"].isin(numbers)])
     if rules.go_on:
         codes = [f.code for f in factors if f.name in rules.go_on]
     else:

@@ -10,7 +10,7 @@ from calibration.config.measured import goals, is_measured, read_target
 from calibration.config.schema import METRICS, Config, FurtherTarget, named_section_of, section_of
 from calibration.config.specs import SEEDS_A_STAGE, bench_run, point_spec
 from calibration.errors import ConfigError
-from calibration.factors import read_factors
+from calibration.factors import Choice, read_factors, refuse_choices
 from calibration.plausible import check_plausible, in_key_units
 from dem.errors import SpecError
 from dem.io.mapping import read_mapping
@@ -143,6 +143,7 @@ def _parse(data, file):
                 raise ConfigError(
                     "is no factor", path=file, key=f"{section}.{name}", allowed=", ".join(names)
                 )
+    _check_choices(config, factors, file)
     if (config.optimise.rule == "closest_to_point") != bool(config.optimise.point):
         raise ConfigError(
             "goes with the rule closest_to_point and only with it",
@@ -159,6 +160,24 @@ def _parse(data, file):
     _check_run(config, factors, file)
     _check_measured(config, file)
     return config
+
+
+def _check_choices(config, factors, file):
+    """Levels in `fixed` are words for choices and numbers for others; after the screening no choice
+    is varied."""
+    for factor in (f for f in factors if f.name in config.fixed):
+        level = config.fixed[factor.name]
+        if isinstance(factor, Choice):
+            good, allowed = level in factor.words, factor.levels
+        else:
+            good, allowed = not isinstance(level, str), "a number"
+        if not good:
+            key = f"fixed.{factor.name}"
+            raise ConfigError("is no level", path=file, key=key, value=level, allowed=allowed)
+    surface = config.response_surface
+    varied = {*config.ascent.start, *config.ascent.step, *(config.screening.go_on or ())}
+    varied |= {*surface.centre, *surface.half_width, *config.optimise.point}
+    refuse_choices([f for f in factors if f.name in varied], "a stage after the screening")
 
 
 def _refuse_moved(errors, file):
@@ -323,7 +342,8 @@ def _check_run(config, factors, file):
         for column in ("low", "high"):
             level = getattr(f, column)
             try:
-                parse_spec(point_spec(config.run, config.experiment, {f.key: level}, 1))
+                value = f.value(level)
+                parse_spec(point_spec(config.run, config.experiment, {f.key: value}, 1))
             except SpecError as error:
-                text = f"{f.name} cannot be {level:g}: {error}"
+                text = f"{f.name} cannot be {value}: {error}"
                 raise ConfigError(text, path=config.factors, column=column) from None

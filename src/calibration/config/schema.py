@@ -373,7 +373,9 @@ class Config(_Part):
     supplements: list[str] = Field(
         [], description="stages that the report waits for beside the chain: tilt, drop, shear ..."
     )
-    fixed: dict[str, float] = Field({}, description="factor name: level while it is not varied")
+    fixed: dict[str, float | str] = Field(
+        {}, description="factor name: level while it is not varied, a word for a choice"
+    )
     fixed_from: Literal["config", "bench"] = Field(
         "config", description="bench: what tilt, drop and shear found replaces the levels in fixed"
     )

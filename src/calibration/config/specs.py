@@ -5,7 +5,7 @@ SEEDS_A_STAGE = 1000
 
 
 def point_spec(base, experiment, levels, seed):
-    """Run spec as a mapping: `base` with the keys of `levels` {dotted key: value} set."""
+    """Run spec as a mapping: `base` with the keys of `levels` {dotted key: number or word} set."""
     return {**with_levels(base, levels), "experiment": experiment, "seed": int(seed)}
 
 
@@ -17,7 +17,7 @@ def with_levels(base, levels):
         *path, last = key.split(".")
         for name in path:
             part = part.setdefault(name, {})
-        part[last] = float(value)
+        part[last] = value if isinstance(value, str) else float(value)
     return spec
 
 

@@ -85,7 +85,7 @@ def calibrated_spec(config, factors, optimum, seed=None):
     """Run spec (a mapping) at the calibrated point {factor: level}; the study's first seed unless
     given."""
     levels = config.fixed | optimum
-    keys = {f.key: levels[f.name] for f in factors if f.name in levels}
+    keys = {f.key: f.value(levels[f.name]) for f in factors if f.name in levels}
     return point_spec(config.run, config.experiment, keys, config.seed if seed is None else seed)
 
 

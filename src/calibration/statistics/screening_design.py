@@ -1,5 +1,7 @@
 """Which design a screening takes."""
 
+import numpy as np
+
 from calibration.errors import CalibrationError
 from calibration.statistics.definitive import definitive_screening
 from calibration.statistics.design import plackett_burman, read_two_level
@@ -16,6 +18,13 @@ def screening_design(factors, rules):
     appends the runs with all signs changed. Raises CalibrationError or ConfigError as the designs
     do.
     """
+    choices = [f for f in factors if not f.has_middle]
+    if choices and rules.kind == "definitive" and not rules.design:
+        names = ", ".join(f.name for f in choices)
+        raise CalibrationError(
+            f"a definitive design has three levels of each factor, and there is none in the middle "
+            f"of {names}"
+        )
     if rules.design:
         design = read_two_level(rules.design, factors, rules.replicates)
     elif rules.kind == "resolution_iv":
@@ -28,4 +37,6 @@ def screening_design(factors, rules):
         raise CalibrationError(
             f"unknown screening design {rules.kind!r}; known: {', '.join(KINDS)}"
         )
+    # a choice has no middle: a run at the centre has its first word
+    design = design.assign(**{f.code: np.where(design[f.code] > 0, 1.0, -1.0) for f in choices})
     return foldover(design, factors) if rules.foldover else design

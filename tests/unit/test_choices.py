@@ -1,0 +1,151 @@
+"""A choice between two words, such as two laws of rolling friction, as a factor of a screening."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+from calibration.ahead import check_ahead
+from calibration.batches import simulate
+from calibration.chain.screening import _going_on
+from calibration.config import parse_config
+from calibration.errors import CalibrationError, ConfigError
+from calibration.factors import Choice, read_factors
+from calibration.statistics.screening import screen
+from calibration.statistics.screening_design import screening_design
+from calibration.study import Study
+from dem.contact.catalogue import LAWS
+
+ROOT = Path(__file__).parents[2]
+HEAD = "code\tname\tkey\tlow\thigh\tdescription\n"
+RESTITUTION = "A\trestitution\tcontacts.particle_wall.restitution\t0.4\t0.8\tof the floor\n"
+MODULUS = "B\tmodulus\tmaterials.particle.shear_modulus_Pa\t1e7\t2e7\tof the grain\n"
+LAW = "C\tdamping_law\tlaws.damping\ttsuji\tthornton\thow energy is lost\n"
+
+
+@pytest.fixture
+def study(tmp_path, monkeypatch):
+    """make(**changes): configuration of a screening of drops with a choice of the damping law."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("config", "data"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    (tmp_path / "factors.tsv").write_text(HEAD + RESTITUTION + MODULUS + LAW)
+    salt = yaml.safe_load((ROOT / "config/config.yaml").read_text())
+    run = {key: salt["run"][key] for key in ("materials",)}
+    own = {"restitution": 0.6, "static_friction": 0.5, "rolling_friction": 0.1}
+    run |= {
+        "materials": {
+            "particle": {"density_kg_m3": 2100, "shear_modulus_Pa": 1e7, "poisson_ratio": 0.2},
+            "wall": {"density_kg_m3": 7800, "shear_modulus_Pa": 1e9, "poisson_ratio": 0.3},
+        },
+        "contacts": {"particle_particle": own, "particle_wall": own},
+        "particles": {"diameter_mm": 4.0},
+        "geometry": {"drops": 1, "drop_height_mm": 150.0},
+    }
+
+    def make(**changes):
+        data = {
+            "name": "laws",
+            "factors": "factors.tsv",
+            "experiment": "drop",
+            "target": {"metric": "rebound_height_mm"},
+            "measurements": salt["measurements"],
+            "screening": {"centre_runs": 2},
+            "fixed": {"restitution": 0.6, "modulus": 1e7, "damping_law": "tsuji"},
+            "run": run,
+        }
+        return parse_config(data | changes)
+
+    return make
+
+
+def test_words_in_the_table_are_a_choice(study):
+    *numbers, choice = read_factors(study().factors)
+    assert not any(isinstance(f, Choice) for f in numbers)
+    assert choice.words == ("tsuji", "thornton")
+    assert [choice.value(choice.natural(x)) for x in (-1.0, 0.0, 1.0)] == [
+        "tsuji",
+        "tsuji",
+        "thornton",
+    ]
+    with pytest.raises(ConfigError, match="allowed: tsuji or thornton"):
+        choice.value("hertz")
+
+
+@pytest.mark.parametrize("kind", ["resolution_iv", "plackett_burman"])
+def test_each_run_has_one_of_the_two_laws(study, kind):
+    rules = {"kind": kind, "centre_runs": 2 if kind == "resolution_iv" else 0}
+    config = study(screening=rules)
+    check_ahead(config)
+    factors = read_factors(config.factors)
+    table, specs = Study(config).plan(screening_design(factors, config.screening))
+    for row in table.to_dict("records"):
+        law = specs[row["run_id"]]["laws"]["damping"]
+        assert law == {-1.0: "tsuji", 1.0: "thornton"}[row["C"]]
+    assert set(table["C"]) == {-1.0, 1.0}
+
+
+def test_its_effect_is_that_of_the_runs_and_it_does_not_go_on(study):
+    """Real drops: the two laws agree on the restitution at impact speeds near the one they were
+    set at, so that the choice is far smaller than the restitution itself; and it has no
+    direction."""
+    config = study()
+    factors = read_factors(config.factors)
+    table, specs = Study(config).plan(screening_design(factors, config.screening))
+    rebound = {n: m["rebound_height_mm"] for n, m in simulate(specs).items()}
+    response = pd.Series([rebound[n] for n in table["run_id"]])
+    found = screen(table, ["A", "B", "C"], response, 0.05)
+    effects = found.table.set_index("code")["effect"]
+    low, high = (response[table["C"] == s] for s in (-1.0, 1.0))
+    corners = table["A"] != 0.0
+    expected = high.mean() - response[(table["C"] == -1.0) & corners].mean()
+    assert effects["C"] == pytest.approx(expected, abs=0.05 * abs(effects["A"]))
+    assert effects["A"] > 5.0 * abs(effects["C"])
+    assert len(low) == len(high) + 2
+    codes, _ = _going_on(config, factors, found)
+    assert "C" not in codes
+    assert "A" in codes
+
+
+def test_a_law_that_does_not_exist_is_refused(study, tmp_path):
+    (tmp_path / "factors.tsv").write_text(HEAD + RESTITUTION + LAW.replace("tsuji", "rubber"))
+    with pytest.raises(ConfigError, match="damping_law cannot be rubber"):
+        study(fixed={"restitution": 0.6, "damping_law": "thornton"})
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"fixed": {"restitution": 0.6, "modulus": 1e7, "damping_law": 1.0}}, "fixed.damping_law"),
+        ({"fixed": {"restitution": "high", "modulus": 1e7}}, "fixed.restitution"),
+        ({"screening": {"go_on": ["damping_law", "restitution"]}}, "a choice between words"),
+        ({"response_surface": {"centre": {"damping_law": 0.0}}}, "a choice between words"),
+    ],
+)
+def test_a_choice_where_a_number_is_needed_is_refused(study, changes, message):
+    with pytest.raises(ConfigError, match=message):
+        study(**changes)
+
+
+def test_a_definitive_design_has_three_levels(study):
+    config = study(screening={"kind": "definitive"})
+    with pytest.raises(CalibrationError, match="none in the middle of damping_law"):
+        screening_design(read_factors(config.factors), config.screening)
+
+
+def test_a_choice_needs_a_word_for_the_stages_after_the_screening(study):
+    config = study(fixed={"restitution": 0.6, "modulus": 1e7}, screening={"at_least": 1})
+    with pytest.raises(ConfigError, match="allowed: a level of it: tsuji or thornton"):
+        check_ahead(config)
+
+
+def test_every_law_is_a_word():
+    from calibration.factors import WORD
+
+    names = [name for laws in LAWS.values() for name in laws]
+    assert all(np.char.isalpha(name.replace("_", "")) for name in names)
+    import re
+
+    assert all(re.fullmatch(WORD, name) for name in names)
