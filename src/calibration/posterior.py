@@ -229,17 +229,6 @@ def _starts(log_density, prior, walkers, rng):
     return candidates[np.argsort(-keys)[:walkers]]
 
 
-def ranks(truths, posteriors, thin):
-    """Rank (k, d) of each true u (k, d) among `thin` draws of its posterior: uniform on 0 to thin
-    where the posterior is right (simulation-based calibration: Talts et al. 2018,
-    arXiv:1804.06788)."""
-    found = []
-    for truth, posterior in zip(truths, posteriors, strict=True):
-        pick = np.linspace(0, len(posterior.draws) - 1, thin).round().astype(int)
-        found.append((posterior.draws[pick] < truth).sum(axis=0))
-    return np.array(found)
-
-
 def sobol_indices(emulator, names, seed=1):
     """First-order and total Sobol indices of the emulated mean over the box, with 95 % half widths,
     by SALib.

@@ -7,7 +7,6 @@ decimal mark if no other reading is left. `1,234` alone could be a thousand.
 
 import csv
 import re
-from dataclasses import dataclass
 
 from calibration.errors import ConfigError
 
@@ -24,14 +23,6 @@ _POINT_GROUPS = re.compile(r"[+-]?[1-9]\d{0,2}(?:\.\d{3})+")
 _GERMAN = re.compile(r"[+-]?\d{1,3}(?:\.\d{3})+,\d+")
 _ENGLISH = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+\.\d+")
 _LEADING = re.compile(r"\s*([+-]?[\d.,]*\d(?:[eE][+-]?\d+)?)")
-
-
-@dataclass(frozen=True)
-class Dialect:
-    """separator: one character, empty for a single column; decimal: `.` or `,`."""
-
-    separator: str
-    decimal: str
 
 
 def cells_of(text, separator, path, line):
