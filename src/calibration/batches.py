@@ -9,17 +9,14 @@ import sys
 import tarfile
 from math import ceil
 
-from calibration import engines
 from calibration.ahead import run_seconds
-from calibration.campaign import read_plan, run_id
+from calibration.campaign import read_plan
 from calibration.errors import CalibrationError, in_words
 from calibration.files import read_json
 from calibration.runner import run_each
+from calibration.simulated import simulate
 from calibration.store import RunStore
-from dem.errors import PHYSICAL, StoppedError
 from dem.io.files import write_json
-from dem.results import write_failure
-from dem.spec import parse_spec
 
 START_S = 4.0
 """What a job of the workflow takes of one core before its first run [s]; measured."""
@@ -105,45 +102,3 @@ def share_of(plan_file, batch, batches):
     """{run id: spec} of every `batches`-th run of a plan, from number `batch` on."""
     specs = read_plan(plan_file)
     return {name: specs[name] for name in sorted(specs)[batch::batches]}
-
-
-def simulate(specs, root=None, note=lambda text: None):
-    """{run id: metrics or None} of {run id: spec}; None where the run fails physically, which is
-    kept as failed.json.
-
-    Any other failure, such as a full disk, is no property of the run and is not kept:
-    CalibrationError names these runs after the others have been done.
-    """
-    store, found, faults = RunStore(root), {}, []
-    for name, spec in specs.items():
-        try:
-            found[name] = _metrics(store, name, spec, note)
-        except StoppedError:
-            raise
-        except Exception as error:
-            faults.append(f"{name}: {type(error).__name__}: {error}")
-            note(f"{faults[-1]} (not kept: the run is made again)")
-    if faults:
-        raise CalibrationError(f"{len(faults)} runs could not be made\n" + "\n".join(faults))
-    return found
-
-
-def named(specs):
-    """{run id: spec} of a list of specs."""
-    return {run_id(s): s for s in specs}
-
-
-def _metrics(store, name, spec, note):
-    known = store.current(name) or store.failure(name)
-    if known:
-        return known["metrics"] or None  # a stage keeps a run without a value as a result
-    parsed, folder = parse_spec(spec), store.folder(name)
-    try:
-        metrics = engines.make(spec, folder, again=False)["metrics"]
-    except PHYSICAL as error:
-        note(f"{name} failed: {error}")
-        write_failure(folder, parsed, error)
-        return None
-    store.entry(name)
-    note(f"{name} done")
-    return metrics

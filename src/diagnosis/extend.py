@@ -3,8 +3,8 @@ to."""
 
 import numpy as np
 
-from calibration.batches import named
 from calibration.quantities import QUANTITIES
+from calibration.simulated import named
 from diagnosis.fit import Data, data_of, fit, spread_unit
 
 RESAMPLES = 4000

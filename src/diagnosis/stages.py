@@ -7,9 +7,9 @@ import pandas as pd
 from scipy import stats
 
 from calibration import figures as common
-from calibration.batches import simulate
 from calibration.files import read_json, write_table, write_text
 from calibration.report.plain import write_page
+from calibration.simulated import simulate
 from dem.io.files import write_json
 from diagnosis import (
     aside,

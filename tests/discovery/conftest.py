@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from calibration.batches import simulate
+from calibration.simulated import simulate
 from diagnosis.benchmark import hidden
 from diagnosis.benchmark.laboratory import Laboratory
 from diagnosis.catalogue import load_catalogue

@@ -16,12 +16,12 @@ import pandas as pd
 import pytest
 
 from calibration import store as store_module
-from calibration.batches import simulate
 from calibration.campaign import read_metric, read_plan, run_id, write_plan
 from calibration.chain.screening import plan_screening
 from calibration.cli import main
 from calibration.config import parse_config
 from calibration.errors import CalibrationError
+from calibration.simulated import simulate
 from calibration.store import RunStore
 from calibration.study import Study
 from calibration.verify import before_planning, faults_of, hold, plan_faults
