@@ -1,9 +1,9 @@
 """What a rule's result depends on beside its files: the code and the sections of the configuration
 that it reads.
 
-The code is found from the imports, beginning with the module of the rule's function. Comments,
-docstrings and layout do not count. Runs are not among these rules: their spec and the engine name
-them.
+The code is found from the imports, beginning with the module of the rule's function and that of
+the study. Comments, docstrings and layout do not count. Runs are not among these rules: their spec
+and the engine name them.
 """
 
 import ast
@@ -12,15 +12,18 @@ import json
 from functools import cache
 from pathlib import Path
 
-from dem.fingerprint import code_of
+from dem.fingerprint import SAID, code_of
 
 SOURCES = Path(__file__).parents[1]
-FINDS_BY_ITSELF = ("iter_modules", "import_module")
+HANDED = "calibration.study"
+DOCUMENTED = {"equation", "source"}  # of a law: read by the documentation alone
+FINDS_BY_ITSELF = ("iter_modules", '.glob("*.py")')
+"""What stands in a module that finds the modules beside it."""
 
 
 def task_digest(task, config, sources=SOURCES):
-    """The `digest` of a declared task."""
-    return digest(config, task.reads, [task.function.split(":")[0]], sources)
+    """The `digest` of a declared task: of its function and of the study that this is handed."""
+    return digest(config, task.reads, [task.function.split(":")[0], HANDED], sources)
 
 
 def digest(config, sections, names, sources=SOURCES):
@@ -48,7 +51,7 @@ def modules(name, sources=SOURCES):
 
 @cache
 def _imported(path, sources):
-    """Files of the project that a module imports; all of its package where it finds modules by
+    """Files of the project that a module imports; all of its folder where it finds modules by
     itself."""
     text = path.read_text()
     tree, found = ast.parse(text), set()
@@ -57,7 +60,7 @@ def _imported(path, sources):
             found |= {_file(alias.name, sources) for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             found |= {_source(node.module, alias.name, sources) for alias in node.names}
-    if path.name == "__init__.py" and any(word in text for word in FINDS_BY_ITSELF):
+    if any(word in text for word in FINDS_BY_ITSELF):
         found |= set(path.parent.rglob("*.py"))
     return frozenset(found - {None})
 
@@ -98,4 +101,12 @@ def _data_beside(path):
 @cache
 def _content(path, _changed):
     """What counts of a file; many tasks share it."""
-    return code_of(path.read_bytes()) if path.suffix == ".py" else path.read_text()
+    text = path.read_text()
+    return f"{code_of(text)}\n{_for_other_codes(text)}" if path.suffix == ".py" else text
+
+
+def _for_other_codes(text):
+    """What a law's file says of other codes, which `code_of` leaves out: no run depends on it, the
+    exports do."""
+    said = (node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.keyword))
+    return "\n".join(ast.unparse(node.value) for node in said if node.arg in SAID - DOCUMENTED)

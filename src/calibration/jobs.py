@@ -5,6 +5,7 @@ import traceback
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 
+from calibration.config import Config, with_engine
 from calibration.errors import CalibrationError, in_words, of_the_machine
 from calibration.stages import resolve
 from calibration.store import keep_runs_in
@@ -32,10 +33,16 @@ def logged(log):
             raise
 
 
+def study_of(data):
+    """The study of already checked settings (a mapping). Raises ConfigError where its engine's
+    program is missing."""
+    return Study(with_engine(Config.model_validate(data)))
+
+
 def work_for(config):
     """Let this process work for the study of a checked configuration (a mapping); returns the
     study."""
-    study = Study.of(config)
+    study = study_of(config)
     keep_runs_in(study.config.runs)
     return study
 

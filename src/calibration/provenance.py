@@ -8,11 +8,11 @@ ro-crate-metadata.json, which describes the files beside it in schema.org's word
 import mimetypes
 import shutil
 from datetime import UTC, datetime
+from importlib import metadata as packages
 from pathlib import Path
 
 import yaml
 
-import calibration
 from calibration.all_runs import finished, runs_table, write_netcdf
 from calibration.errors import CalibrationError
 from calibration.export.parameters import to_yaml
@@ -112,7 +112,8 @@ def _results(study):
 
 
 def _name():
-    return f"granular-calibration {calibration.__version__}"
+    package = "granular-calibration"
+    return f"{package} {packages.version(package)}"
 
 
 def _software(runs):

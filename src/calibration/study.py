@@ -7,7 +7,7 @@ declares; in Python `Study("wheat")` opens one from its folder.
 from functools import cached_property
 from pathlib import Path
 
-from calibration.config import Config, goals, is_measured, read_target, with_engine
+from calibration.config import Config, goals, is_measured, read_target
 from calibration.errors import CalibrationError
 from calibration.factors import read_factors
 from calibration.files import read_json
@@ -64,12 +64,6 @@ class Study(Results):
         `calibration.stages.Task`."""
         super().__init__(folder or f"{config.results}/{config.name}")
         self.config, self.seeds = config, seeds
-
-    @classmethod
-    def of(cls, data):
-        """The study of already checked settings (a mapping). Raises ConfigError where its engine's
-        program is missing."""
-        return Study(with_engine(Config.model_validate(data)))
 
     def with_bench(self, files):
         """This study with the levels that the bench tests found, files of them, in place of its

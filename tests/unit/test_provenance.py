@@ -11,13 +11,12 @@ import yaml
 from scipy.io import netcdf_file
 
 from calibration.all_runs import finished, runs_table, write_netcdf
-from calibration.batches import simulate
 from calibration.campaign import write_plan
 from calibration.errors import CalibrationError
 from calibration.extras import extra
-from calibration.jobs import work_for
+from calibration.jobs import study_of, work_for
 from calibration.provenance import provenance
-from calibration.study import Study
+from calibration.simulated import simulate
 from stage_files import Files
 from workflow.deployed import write_study
 
@@ -114,7 +113,7 @@ def test_its_configuration_reads_its_own_tables(crate, monkeypatch):
     monkeypatch.chdir(crate[0])
     data = yaml.safe_load((crate[0] / "inputs" / "study.yaml").read_text())
     assert data["factors"] == "inputs/factors.tsv"
-    assert Study.of(data).factors[0].name == "bounce"
+    assert study_of(data).factors[0].name == "bounce"
 
 
 def test_another_program_reads_it(crate):

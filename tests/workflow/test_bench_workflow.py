@@ -12,7 +12,7 @@ import yaml
 from calibration.campaign import read_plan
 from calibration.chain.validation import plan_validation
 from calibration.config import parse_config
-from calibration.study import Study
+from calibration.jobs import study_of
 from stage_files import Files, PlanFiles
 
 ROOT = Path(__file__).parents[2]
@@ -83,7 +83,7 @@ def test_values_of_the_bench_tests_reach_the_planned_runs(tmp_path, monkeypatch)
     optimum = tmp_path / "optimum.json"
     optimum.write_text(json.dumps({"optimum": {"salt_salt_rolling_friction": 0.2}}))
     for files, friction in (([], 0.71), ([found], 0.6543)):
-        study = Study.of(config.model_dump(mode="json")).with_bench(files)
+        study = study_of(config.model_dump(mode="json")).with_bench(files)
         plan_validation(study, Files(optimum=optimum), PlanFiles.of(tmp_path / "validation"))
         specs = read_plan(tmp_path / "validation" / "plan.json").values()
         assert {s["contacts"]["particle_wall"]["static_friction"] for s in specs} == {friction}

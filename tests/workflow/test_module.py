@@ -17,7 +17,7 @@ from deployed import ROOT, copied, done, write_study
 
 from calibration.config import parse_config
 from calibration.errors import ConfigError
-from calibration.study import Study
+from calibration.jobs import study_of
 
 SNAKEMAKE = [sys.executable, "-m", "snakemake"]
 NO_PROFILE = ("--workflow-profile", "none")
@@ -196,12 +196,12 @@ def test_a_job_makes_its_runs_with_the_study_s_engine(monkeypatch, tmp_path):
     """What a job is handed is the configuration as it was written; its plans name the engine."""
     study = write_study(tmp_path / "bounce")
     monkeypatch.chdir(tmp_path)
-    opened = Study.of(yaml.safe_load(study.read_text()))
+    opened = study_of(yaml.safe_load(study.read_text()))
     _, specs = opened.plan(pd.DataFrame({"bounce": [0.5]}))
     assert [spec["engine"]["name"] for spec in specs.values()] == ["command"]
     engine = {"name": "command", "command": "x", "version": "1", "files": ["gone.py"]}
     with pytest.raises(ConfigError, match=r"gone\.py"):
-        Study.of(yaml.safe_load(study.read_text()) | {"engine": engine})
+        study_of(yaml.safe_load(study.read_text()) | {"engine": engine})
 
 
 def locked(name):
