@@ -20,7 +20,7 @@ STAGES = (
             Task(
                 "calibration.chain.ascent:ascent",
                 "steepest ascent: the region's centre",
-                reads=("factors", *TARGETS),
+                reads=("factors", "response_surface", *TARGETS),
                 inputs={"design": "ascent/design.csv", "runs": Runs("ascent")},
                 outputs={
                     "runs": "ascent/runs.csv",
