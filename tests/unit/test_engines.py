@@ -135,6 +135,9 @@ def test_a_changed_row_of_a_table_is_told(tmp_path):
     [
         ("edem", "is no engine.*allowed: dem, command"),
         ({"name": "command", "version": "1"}, r"engine\.command"),
+        ({"name": "command", "command": "x {here}", "version": "1"}, r"engine\.command.*'here'"),
+        ({"name": "command", "command": "x {", "version": "1"}, r"engine\.command.*filled in"),
+        ({"name": "command", "command": "x 'y", "version": "1"}, r"engine\.command.*quotation"),
         ({"name": "command", "command": "x", "version": "1", "files": ["none.py"]}, "none.py"),
         ({"name": "dem", "timeout_s": 3}, "is no engine"),
         ({"name": "table", "responses": "r.csv", "code": "EDEM 2024", "sep": ";"}, r"engine\.sep"),

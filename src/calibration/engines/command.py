@@ -12,7 +12,7 @@ import shlex
 from pathlib import Path
 
 import yaml
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from calibration.engines import Engine, EngineError, Settings
 from calibration.engines.program import run
@@ -28,6 +28,24 @@ class CommandSettings(Settings):
         description="version of the program, yours to raise: other versions are other runs"
     )
     files: list[str] = Field([], description="scripts and tables whose content names the runs too")
+
+    @field_validator("command")
+    @classmethod
+    def _can_be_filled_in(cls, text):
+        try:
+            filled_in(text, "", "", 0)
+        except (ValueError, LookupError, AttributeError) as error:
+            raise ValueError(
+                f"cannot be filled in ({error}); allowed: {{spec}}, {{out}}, {{seed}}, and double "
+                "braces for its own"
+            ) from None
+        return text
+
+
+def filled_in(command, spec, out, seed):
+    """Words of a command line. Raises ValueError, LookupError or AttributeError for one that is
+    none."""
+    return [word.format(spec=spec, out=out, seed=seed) for word in shlex.split(command)]
 
 
 def identity(settings):
@@ -49,8 +67,7 @@ def simulate(spec, folder, entry):
     settings = entry["settings"]
     (folder / "spec.yaml").write_text(yaml.safe_dump(spec.model_dump(mode="json")))
     (folder / "metrics.json").unlink(missing_ok=True)
-    given = {"spec": folder / "spec.yaml", "out": folder, "seed": spec.seed}
-    words = [word.format(**given) for word in shlex.split(settings["command"])]
+    words = filled_in(settings["command"], folder / "spec.yaml", folder, spec.seed)
     # files are named as the study names them, so the command starts where the study does
     run([_here(word) for word in words], folder, settings["timeout_s"])
     return read_metrics(folder / "metrics.json"), {}
