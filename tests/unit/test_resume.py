@@ -10,6 +10,7 @@ import time
 import numpy as np
 import yaml
 
+from dem.io.checked import read_checked_arrays
 from dem.template import template
 
 CHANGES = {
@@ -19,11 +20,15 @@ CHANGES = {
 }
 
 
-def start(spec, out):
+GRACE_S = 30.0
+"""Between SIGTERM and SIGKILL where a cluster says nothing else (SLURM's KillWait)."""
+
+
+def start(spec, out, stderr=subprocess.DEVNULL):
     """Begin `dem run` in a process of its own."""
     command = [sys.executable, "-c", "from dem.cli import main; raise SystemExit(main())"]
     return subprocess.Popen(
-        [*command, "run", str(spec), "--out", str(out)], stderr=subprocess.DEVNULL
+        [*command, "run", str(spec), "--out", str(out)], stderr=stderr, text=True
     )
 
 
@@ -38,12 +43,34 @@ def kill_after_a_new_checkpoint(process, checkpoint, wait):
     return process.wait()
 
 
-def test_a_run_killed_at_random_moments_ends_as_an_uninterrupted_one(tmp_path):
-    spec = tmp_path / "heap.yaml"
+def heap_spec(folder, **output):
+    spec = folder / "heap.yaml"
     mapping = yaml.safe_load(template("heap"))
     for part, values in CHANGES.items():
         mapping[part] |= values
+    mapping["output"] |= output
     spec.write_text(yaml.safe_dump(mapping))
+    return spec
+
+
+def test_a_heap_that_is_asked_to_stop_saves_its_state_in_time_and_says_so(tmp_path):
+    """One that saves nothing of its own accord: what SIGTERM finds is all there is."""
+    spec = heap_spec(tmp_path, checkpoint_interval_s=3600, frame_interval_s=0.001)
+    out = tmp_path / "out"
+    process = start(spec, out, stderr=subprocess.PIPE)
+    while not any(out.glob("frames/*.vtp")):  # from then on it pours
+        assert process.poll() is None, process.communicate()[1]
+        time.sleep(0.005)
+    process.terminate()
+    said = process.communicate(timeout=GRACE_S)[1]
+    assert process.returncode == 143
+    assert "goes on from there" in said
+    arrays = read_checked_arrays(out / "checkpoint.npz")
+    assert len(arrays["particles_position"]) > 0
+
+
+def test_a_run_killed_at_random_moments_ends_as_an_uninterrupted_one(tmp_path):
+    spec = heap_spec(tmp_path)
     whole, broken = tmp_path / "whole", tmp_path / "broken"
     assert start(spec, whole).wait() == 0
 
