@@ -7,6 +7,7 @@ from pathlib import Path
 
 from calibration.config import Config, with_engine
 from calibration.errors import CalibrationError, in_words, of_the_machine
+from calibration.fresh import record
 from calibration.stages import resolve
 from calibration.store import keep_runs_in
 from calibration.study import Study
@@ -57,3 +58,5 @@ def run_task(job):
         study = work_for(job.config).with_bench(job.input.get("fixed", ()))
         study = study.reading(job.params.reads, job.params.get("seeds"))
         resolve(job.params.function)(study, job.input, job.output)
+        if stamp := job.input.get("made_from"):
+            record(stamp, job.output, study.folder)

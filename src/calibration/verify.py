@@ -17,7 +17,8 @@ from filelock import FileLock, Timeout
 from calibration import engines
 from calibration.campaign import changed_since_planned, read_plan, run_id
 from calibration.errors import CalibrationError
-from calibration.files import read_json, sweep_abandoned
+from calibration.files import read_json, sweep_abandoned, write_text
+from calibration.fresh import altered, reopen
 from calibration.store import RunStore
 from dem.errors import DemError, ResultError
 from dem.io.files import sweep_partial
@@ -28,14 +29,21 @@ HELD = "CALIBRATION_HELD"
 """Environment variable: the folders of results, a line each, that this process holds, or one that
 waits for it."""
 
+MISSING, SET_ASIDE = "missing_runs.txt", "plan_set_aside.txt"
+"""In the folder of a plan: the runs that were missing at the last start that missed any, or the
+plan itself; why the plan was set aside last. What was made before is older than these files and so
+stale: snakemake makes nothing again that is missing while what was made from it is there."""
+
 
 @dataclass(frozen=True)
 class Fault:
-    """What is wrong with a run (`run`, its name) or with the plan in a stage's folder (`plan`)."""
+    """What is wrong with a run (`run`, its name), with the plan in a stage's folder (`plan`), or
+    with a file that a stage wrote (`made`: its stamp, see `calibration.fresh`, and the file)."""
 
     text: str
     run: str | None = None
     plan: Path | None = None
+    made: tuple[Path, Path] | None = None
     stale: bool = False
 
     def __str__(self):
@@ -43,11 +51,16 @@ class Fault:
 
 
 def faults_of(results="results", full=True):
-    """`Fault`s of all runs and plans below a folder of results; `full` reads all files, else only
-    those that the store's index does not know as unchanged."""
+    """`Fault`s of all runs, plans and files of stages below a folder of results; `full` reads all
+    files, else only those runs that the store's index does not know as unchanged."""
     store = RunStore(Path(results) / "runs")
     plans = sorted(Path(results).glob("*/**/plan.json"))
-    return [*_run_faults(store, full), *(f for p in plans for f in plan_faults(p.parent))]
+    studies = sorted(p.parent for p in Path(results).glob("*/.made_from"))
+    return [
+        *_run_faults(store, full),
+        *(f for p in plans for f in plan_faults(p.parent)),
+        *(f for s in studies for f in _file_faults(s)),
+    ]
 
 
 def checked_runs(results):
@@ -95,6 +108,19 @@ def plan_faults(folder):
             yield Fault(f"{folder / 'plan.json'}: {name} is now {found}: {text}", plan=folder)
 
 
+def _file_faults(study):
+    """`Fault`s of the files that the stages of a study's folder wrote."""
+    for stamp, file in altered(study):
+        yield Fault(f"{file}: has changed since {stamp.name} wrote it", made=(stamp, file))
+
+
+def _set_file_aside(fault):
+    """Rename a file that is not as its stage left it, and let the stage make its files again."""
+    stamp, file = fault.made
+    os.replace(file, f"{file}.damaged")
+    reopen(stamp, fault)
+
+
 def _one_of_each_rig(specs):
     """A run of each rig, sizes and shape of a plan, which may be read from files: what changes one
     name changes those of the same."""
@@ -119,6 +145,10 @@ def repair(faults, results="results", note=print):
         if fault.plan:
             os.replace(fault.plan / "plan.json", fault.plan / "plan.json.damaged")
             note(f"{fault.plan}: set aside; `snakemake` plans it again")
+            continue
+        if fault.made:
+            _set_file_aside(fault)
+            note(f"{fault.made[1]}: set aside; `snakemake` makes it again")
             continue
         spec = known.get(fault.run) or _own_spec(store.folder(fault.run))
         store.set_aside(fault.run)
@@ -171,6 +201,11 @@ def before_planning(config, dry_run, results="results"):
         said += [f"{fault}; it is planned again" for fault in faults]
         if faults:
             os.replace(plan, plan.with_name("plan.json.damaged"))
+            _note(plan.with_name(SET_ASIDE), faults)
+            _note(plan.with_name(MISSING), [plan.name])
+    for fault in _file_faults(Path(results) / config.name):
+        _set_file_aside(fault)
+        said.append(f"{fault}; it is made again")
     for fault in _run_faults(store, full=False):
         if not fault.stale:
             store.set_aside(fault.run)
@@ -179,13 +214,22 @@ def before_planning(config, dry_run, results="results"):
             stale += 1
             if not dry_run:
                 store.set_aside(fault.run)
-    for folder in {p.parent for p in (Path(results) / config.name).glob("**/plan.json")}:
-        _forget_batches(folder, store)
+    for plan in (Path(results) / config.name).glob("**/plan.json"):
+        _forget_batches(plan.parent, store)
+        missing = [name for name in _specs(plan) if not _there(store, name)]
+        if missing:
+            _note(plan.with_name(MISSING), missing)
     if stale:
         said.append(
             f"{stale} runs of {config.name} were made by another engine; they are made again"
         )
     return said
+
+
+def _note(path, lines):
+    """Write lines and the present time to a file, in a folder that can be written."""
+    with suppress(OSError):
+        write_text("\n".join([time.strftime("%Y-%m-%d %H:%M:%S"), *map(str, lines), ""]), path)
 
 
 def _date_back(results):
@@ -210,11 +254,11 @@ def _forget_batches(folder, store):
 
 
 def _there(store, name):
-    """Whether a run is finished or kept as failed, undamaged."""
+    """Whether a run is finished, or kept as failed by this engine, undamaged."""
     try:
         return bool(store.entry(name))
     except ResultError:
-        return (store.folder(name) / FAILED).exists()
+        return store.failure(name) is not None
 
 
 def hold(results):

@@ -64,6 +64,27 @@ def test_files_that_a_page_names_exist(page):
     assert not missing
 
 
+def promised_tests():
+    """Paths and functions of tests that the page of promises names; a path without a folder is in
+    tests/unit."""
+    text = (ROOT / "docs/reliability.md").read_text()
+    for path in re.findall(r"`([\w./]*(?:test_\w+|kills)\.py)\b[^`]*`", text):
+        yield (ROOT / "tests/unit" / path).resolve()
+
+
+def test_every_promise_names_a_test_that_exists():
+    rows = re.findall(
+        r"^\| (?!promise|the same spec|-)(.*)\|$", (ROOT / "docs/reliability.md").read_text(), re.M
+    )
+    unnamed = [row for row in rows if "test_" not in row]
+    # what stands outside the tests says so itself
+    assert all(".ci/" in row or "no test of its own" in row for row in unnamed), unnamed
+    assert len(set(promised_tests())) > 15
+    for path in promised_tests():
+        assert path.is_file(), path
+        assert "def test_" in path.read_text() or path.name == "kills.py", path
+
+
 def test_the_readme_is_a_screen_and_a_half():
     assert len((ROOT / "README.md").read_text().splitlines()) <= 80
 

@@ -1,6 +1,7 @@
 """What is made again: a task whose function imports what was edited, or that reads the section that
 was changed."""
 
+import os
 import shutil
 from pathlib import Path
 
@@ -8,7 +9,15 @@ import pytest
 import yaml
 
 from calibration.config import Config, overlay, parse_config
-from calibration.fresh import modules, task_digest
+from calibration.fresh import (
+    altered,
+    digest_with,
+    modules,
+    record,
+    reopen,
+    stamp,
+    task_digest,
+)
 from calibration.stages import load_stages
 
 ROOT = Path(__file__).parents[2]
@@ -251,3 +260,57 @@ def test_a_task_depends_on_its_module_and_not_on_the_workflow():
     assert ROOT / "src/calibration/chain/screening.py" in found
     assert ROOT / "src/calibration/chain/ascent.py" not in found
     assert not any("stages" in path.parts for path in found)
+
+
+def test_a_stamp_is_as_old_as_its_content(tmp_path):
+    file = tmp_path / "made_from" / "screening"
+    stamp(file, "a", new=False)
+    assert not file.exists()
+    stamp(file, "a")
+    os.utime(file, (1.0, 1.0))
+    stamp(file, "a")
+    assert file.stat().st_mtime == 1.0
+    stamp(file, "b", new=False)
+    assert file.read_text() == "b"
+    assert file.stat().st_mtime > 1.0
+
+
+def test_a_file_is_not_as_it_was_made(tmp_path):
+    """It is told of, and what was made from the same stamp is made again."""
+    table, plan, file = (tmp_path / n for n in ("effects.csv", "plan.json", ".made_from/screening"))
+    for path in (table, plan):
+        path.write_text("1")
+    stamp(file, "a")
+    record(file, [table, plan, tmp_path / "heaps"], tmp_path)
+    plan.write_text("2")  # has checksums of its own
+    assert list(altered(tmp_path)) == []
+    table.write_text("2")
+    assert list(altered(tmp_path)) == [(file, table)]
+    os.utime(file, (1.0, 1.0))
+    reopen(file, "a reason")
+    assert file.stat().st_mtime > 1.0
+    stamp(file, "a")
+    assert file.read_text() == "a\na reason"
+    Path(f"{file}.json").write_text("{}")
+    assert list(altered(tmp_path)) == []
+
+
+def test_a_folder_that_can_only_be_read_stays_as_it_is(tmp_path, monkeypatch):
+    def refuse(*_, **__):
+        raise PermissionError
+
+    monkeypatch.setattr(Path, "write_text", refuse)
+    stamp(tmp_path / "screening", "a")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_table_counts_by_what_is_in_it(tmp_path):
+    table = tmp_path / "factors.tsv"
+    found = {digest_with("code", [table])}
+    table.write_text("1")
+    found.add(digest_with("code", [table]))
+    os.utime(table, (1.0, 1.0))
+    assert digest_with("code", [table]) in found
+    table.write_text("2")
+    found.add(digest_with("code", [table]))
+    assert len(found) == 3

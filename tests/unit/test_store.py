@@ -21,13 +21,14 @@ from calibration.chain.screening import plan_screening
 from calibration.cli import main
 from calibration.config import parse_config
 from calibration.errors import CalibrationError
+from calibration.fresh import record, stamp
 from calibration.simulated import simulate
 from calibration.store import RunStore
 from calibration.study import Study
-from calibration.verify import before_planning, faults_of, hold, plan_faults
+from calibration.verify import MISSING, before_planning, faults_of, hold, plan_faults
 from dem.errors import BlowUpError, MeasureError
 from dem.io.stl import write_stl
-from dem.results import write_result
+from dem.results import write_failure, write_result
 from dem.spec import parse_spec
 from stage_files import PlanFiles
 
@@ -317,6 +318,21 @@ def test_verify_says_what_is_wrong_and_repair_makes_it_again(names, capsys):
     assert found[1] == pytest.approx(5.0 * 0.421**2, rel=0.1)
 
 
+def test_verify_says_which_file_of_a_stage_was_changed(names, capsys):
+    table = Path("results/none/screening/effects.csv")
+    table.parent.mkdir(parents=True)
+    table.write_text("effect\n1.0\n")
+    stamp("results/none/.made_from/screening", "a")
+    record("results/none/.made_from/screening", [table], "results/none")
+    assert main(["verify"]) == 0
+    table.write_text("effect\n2.0\n")
+    assert main(["verify"]) == 1
+    assert "effects.csv: has changed since screening wrote it" in capsys.readouterr().out
+    assert main(["verify", "--repair"]) == 0
+    assert not table.exists()
+    assert main(["verify"]) == 0
+
+
 def test_verify_refuses_a_folder_that_is_not_there(tmp_path, capsys):
     assert main(["verify", str(tmp_path / "none")]) == 2
     assert "is no folder" in capsys.readouterr().err
@@ -337,6 +353,31 @@ def test_a_job_of_the_call_that_holds_a_folder_works_there(tmp_path, monkeypatch
     stranger = {k: v for k, v in os.environ.items() if k != "CALIBRATION_HELD"}
     refused = subprocess.run(call, env=stranger, capture_output=True, text=True)
     assert "another call works here" in refused.stderr
+
+
+def test_a_run_that_is_missing_is_noted_beside_its_plan(names):
+    """snakemake makes nothing again that is missing while what was made from it is there."""
+    folder = Path("results/none/screening")
+    specs = {run_id(drop(n)): drop(n) for n in range(3)}
+    write_plan(folder, pd.DataFrame({"run_id": names}), specs)
+    before_planning(NO_STUDY, dry_run=True)
+    assert not (folder / MISSING).exists()
+    other_digit(result_of(names[1]))
+    before_planning(NO_STUDY, dry_run=True)
+    assert (folder / MISSING).read_text().splitlines()[1:] == [names[1]]
+
+
+def test_a_failure_of_another_engine_is_missing(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    name, folder = run_id(drop(0)), Path("results/none/screening")
+    (Path("results/runs") / name).mkdir(parents=True)
+    write_failure(Path("results/runs") / name, parse_spec(drop(0)), MeasureError("no heap"))
+    write_plan(folder, pd.DataFrame({"run_id": [name]}), {name: drop(0)})
+    before_planning(NO_STUDY, dry_run=True)
+    assert not (folder / MISSING).exists()
+    monkeypatch.setattr("dem.results.engine_fingerprint", lambda: "f" * 16)
+    before_planning(NO_STUDY, dry_run=True)
+    assert (folder / MISSING).exists()
 
 
 def test_what_is_dated_in_the_future_gets_the_present_time(names):

@@ -70,6 +70,9 @@ def test_a_cut_off_result_is_missing_and_a_dry_run_says_so(clone, monkeypatch):
     data = yaml.safe_load(Path("config/config.yaml").read_text())
     plan_screening(Study(parse_config(data)), None, PlanFiles.of("results/salt/screening"))
     specs = json.loads(Path("results/salt/screening/plan.json").read_text())
+    later = time.time() + 60  # than what a start will note of the plan, which no rule has made
+    for file in Path("results/salt/screening").iterdir():
+        os.utime(file, (later, later))
     Path("results/runs").mkdir()
     Path(f"results/runs/engine-{engine_fingerprint()}.compiled").touch()
     for name, spec in specs.items():

@@ -9,11 +9,12 @@ from calibration.campaign import planned_spec, read_plan
 from calibration.config import Config, given, parse_config, stands_alone
 from calibration.config.as_data import refuse_unasked_code
 from calibration.errors import CalibrationError, in_words
-from calibration.fresh import digest, task_digest
+from calibration.fresh import digest, digest_with, stamp, task_digest
 from calibration.opening import closing, opening
 from calibration.runner import begin, watch
 from calibration.stages import Figure, PerTarget, Runs, load_stages
 from calibration.study import Study
+from calibration.verify import MISSING, SET_ASIDE
 from dem.errors import DemError
 from dem.experiments import experiments
 from dem.fingerprint import engine_fingerprint
@@ -122,35 +123,90 @@ def runs_of(plan):
     return done
 
 
+def noted(plan, name):
+    """Input function: what a start has noted of a plan since it was last used, see
+    `calibration.verify`."""
+    return lambda wildcards: beside(f"{plan}/{name}")
+
+
+def beside(name):
+    """A file of the study that no rule makes, as an input: [] where there is none."""
+    path = STUDY_OBJECT.folder / name
+    return local(str(path)) if path.exists() else []
+
+
+def tables_of(task):
+    """{name: paths} of the inputs of a task that are tables of the user, or that a function of the
+    study names."""
+    reads = {"factors": "factors", "measured": "measurements"}
+    tables = {
+        name: getattr(SETTINGS, section) if section in task.reads else []
+        for name, section in reads.items()
+    }
+    named = {n: f for n, f in (task.inputs or {}).items() if callable(f)}
+    return tables | {name: file(STUDY_OBJECT) for name, file in named.items()}
+
+
+def content_of(task):
+    """A digest of the code, the settings and the user's tables that a task reads."""
+    own = [path for path in flat(tables_of(task).values()) if not of_the_results(path)]
+    return digest_with(task_digest(task, SETTINGS), own)
+
+
 def inputs_of(task):
     """{name: input} of a task: what it declares, and the tables that the sections it reads name."""
-    files = {
-        "missing": missing(task),
-        "factors": local(SETTINGS.factors) if "factors" in task.reads else [],
-        "measured": (
-            local(SETTINGS.measurements) if "measurements" in task.reads else []
-        ),
-    }
+    files = {name: placed(paths) for name, paths in tables_of(task).items()}
+    files["missing"] = missing(task)
+    files["made_from"] = made_from(task.rule, lambda: content_of(task))
+    if task.plans:
+        files["set_aside"] = noted(task.plans, SET_ASIDE)
     for name, file in (task.inputs or {}).items():
         if isinstance(file, Runs):
             files[name] = runs_of(file.plan)
-        else:
-            files[name] = (
-                placed(file(STUDY_OBJECT)) if callable(file) else f"{STUDY}/{file}"
-            )
+            files[f"lost_{name}"] = noted(file.plan, MISSING)
+        elif not callable(file):
+            files[name] = f"{STUDY}/{file}"
     return files
 
 
+def made_from(rule, content):
+    """Input function: a file that is as old as the present code, settings and tables of a rule,
+    whose digest `content()` is. By its time alone, without snakemake's own records, it makes
+    their results stale. A storage has none: it would be new on each machine."""
+
+    def file(wildcards):
+        name = f".made_from/{rule}"
+        if workflow.is_main_process and not STORED:
+            real = not workflow.output_settings.dryrun
+            new = real or STUDY_OBJECT.folder.is_dir()
+            stamp(STUDY_OBJECT.folder / name, content(), new)
+        return beside(name)
+
+    return file
+
+
+def flat(files):
+    """The paths in values that are a path or a list of them each."""
+    return [
+        path
+        for value in files
+        for path in (value if isinstance(value, list) else [value])
+    ]
+
+
+def of_the_results(file):
+    """Whether the workflow makes a file, which else is the user's."""
+    return file.startswith(f"{SETTINGS.results}/")
+
+
 def placed(files):
-    """Paths as rules name them: below RESULTS, or of the user's, which no prefix moves."""
+    """Paths as rules name them: below RESULTS, or of the user's, which no prefix moves. The time of
+    a user's file says nothing; `made_from` holds what is in it."""
     if isinstance(files, list):
         return [placed(file) for file in files]
-    top = f"{SETTINGS.results}/"
-    return (
-        f"{RESULTS}/{files.removeprefix(top)}"
-        if files.startswith(top)
-        else local(files)
-    )
+    if of_the_results(files):
+        return f"{RESULTS}/{files.removeprefix(f'{SETTINGS.results}/')}"
+    return ancient(local(files))
 
 
 def missing(task):
@@ -190,9 +246,10 @@ def output_of(stage, file):
 
 
 def params_of(task):
-    """What the script needs, and a digest: other code or settings that it uses make it stale."""
-    fresh = lambda wildcards: task_digest(task, SETTINGS)
-    params = {"function": task.function, "reads": list(task.reads), "fresh": fresh}
+    """What the script needs, and in a storage what `made_from` holds elsewhere."""
+    params = {"function": task.function, "reads": list(task.reads)}
+    if STORED:
+        params["fresh"] = lambda wildcards: content_of(task)
     return params if task.seeds is None else params | {"seeds": task.seeds}
 
 

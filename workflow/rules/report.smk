@@ -14,6 +14,7 @@ rule heaps:
     input:
         design=f"{STUDY}/{{stage}}/design.csv",
         runs=lambda w: runs_of(w.stage)(w),
+        lost=lambda w: noted(w.stage, MISSING)(w),
     output:
         report(
             directory(f"{STUDY}/heaps/{{stage}}"),
@@ -51,6 +52,12 @@ onsuccess:
 # first
 rule report:
     input:
+        made_from=made_from(
+            "report",
+            lambda: digest(
+                SETTINGS, ["target"], ["calibration.report.build", *DECLARED]
+            ),
+        ),
         validation=f"{STUDY}/validation/validation.json",
         heaps=expand(f"{STUDY}/heaps/{{stage}}", stage=PICTURED),
         supplements=[f"{STUDY}/{STAGES[name].result}" for name in SETTINGS.supplements],
@@ -68,9 +75,6 @@ rule report:
         "../envs/calibration.yaml"
     params:
         declared=DECLARED,
-        fresh=lambda w: digest(
-            SETTINGS, ["target"], ["calibration.report.build", *DECLARED]
-        ),
         # with its time: the page is written anew when it changes. It is no input, as that would
         # make what nobody asked for
         beside=lambda w: {
