@@ -30,8 +30,8 @@ GRAIN_STEPS_PER_S = 1.0e7
 
 def check_ahead(config):
     """Raise ConfigError for the first thing that would stop the study later. It may be a name that
-    is taken, a level that no run can have, a number of the material that nothing gives, a design or
-    a mesh that cannot be used, or a run that needs more memory than this machine has."""
+    is taken, a level that no run can have, or a number of the material that nothing gives. It may
+    be a design or a mesh that cannot be used, or a run that needs more memory than there is."""
     if config.name in RESERVED:
         raise ConfigError("is taken", key="name", value=config.name, allowed="another name")
     factors = read_factors(config.factors)

@@ -35,7 +35,7 @@ def run_logged(spec, out, log, config):
     """Run `spec` (a mapping) into folder `out` and write its progress to `log`.
 
     A failed run says which points of which designs need it, why it failed, the likely cause and
-    where its log is, keeps its spec beside the log, and ends the job with status 1.
+    where its log is. It keeps its spec beside the log, and ends the job with status 1.
     """
     store = RunStore(Path(out).parent)
     if _fault(spec, Path(out).name, log, Config.model_validate(config), store):

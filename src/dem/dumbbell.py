@@ -2,9 +2,8 @@
 
 Spheres of radius a with centres 2 h apart; the elongation is length over width, (2 a + 2 h) / 2 a =
 1 + h / a, from 1 (one sphere) to 2 (two that touch). The overlap counts once: each half of the body
-is a sphere cut at the plane between the two, and with t the distance from its centre along the
-axis, from -h to a, volume and moments are integrals of its slices, discs of squared radius a^2 -
-t^2.
+is a sphere cut at the plane between the two. Let t be the distance from its centre along the axis,
+from -h to a. Volume and moments are integrals of its slices, discs of squared radius a^2 - t^2.
 """
 
 import math

@@ -2,9 +2,9 @@
 
 Each particle has its own skin: what it may travel before the list is stale. Grains in fast, dilute
 flow get a wide one, grains at rest almost none. A particle with reach h = radius + skin falls into
-a level of a hierarchy of grids whose cells are twice the largest h of the level, so that a size
-ratio of ten does not fill the coarse cells with fines. Particles are sorted by level and cell; the
-cells x-1, x, x+1 of one row are then one run of memory.
+a level of a hierarchy of grids. The cells of a level are twice its largest h. So a size ratio of
+ten does not fill the coarse cells with fines. Particles are sorted by level and cell; the cells
+x-1, x, x+1 of one row are then one run of memory.
 """
 
 import numpy as np

@@ -205,8 +205,8 @@ class Simulation:
 
         position (k, m, 3) [m]; radius (k, m) or scalar [m]; velocity (k, 3) or scalar [m/s]. Mass,
         inertia and centre of mass of a body are the sums over its spheres, an overlap counted once
-        per sphere, unless mass (k,) [kg], inertia (k, 3, 3) about the centre of mass [kg m2] and
-        centre (k, 3) [m] are given. Returns the tags (k, m).
+        per sphere; or give mass (k,) [kg], inertia (k, 3, 3) about the centre of mass [kg m2] and
+        centre (k, 3) [m]. Returns the tags (k, m).
         """
         position = np.asarray(position, float)
         k, m = shape = position.shape[:2]

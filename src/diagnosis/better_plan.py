@@ -1,11 +1,11 @@
 """A plan of as many settings that tells more: D-optimal for a bent curve in each state at once.
 
 Each free law asks for a level, a slope and a bend over the scaled logarithm of its state. The
-plan's settings are exchanged one by one (Fedorov 1972, Theory of Optimal Experiments) for those
-that raise the sum over the laws of the logarithms of what is known of slope and bend. Readings at
-one level of a lever share an error, as the diagnosis has it, so that repeating a level tells less
-than a new one. Settings stay within the plan's own ranges, and a lever that it does not vary is
-left alone.
+plan's settings are exchanged one by one (Fedorov 1972, Theory of Optimal Experiments). The new ones
+raise the sum over the laws of the logarithms of what is known of slope and bend. Readings at one
+level of a lever share an error, as the diagnosis has it, so that repeating a level tells less than
+a new one. Settings stay within the plan's own ranges, and a lever that it does not vary is left
+alone.
 """
 
 import itertools

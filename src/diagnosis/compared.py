@@ -1,10 +1,10 @@
 """Which cause explains another code's runs: held-out scores against what chance makes of them.
 
-A cause is scored by how well it predicts rows that are left out, its strength and the scatter of
-the rest averaged over what the other rows allow; the best gain is compared with that on data that
-differ from ours by chance alone. A cause may leave one row in ten as it is (a mixture of following
-it and not), so that a row that was read in another way does not hide what the others show; such
-rows are named by line.
+A cause is scored by how well it predicts rows that are left out. Its strength and the scatter of
+the rest are averaged over what the other rows allow. The best gain is compared with that on data
+that differ from ours by chance alone. A cause may leave one row in ten as it is (a mixture of
+following it and not). So a row that was read in another way does not hide what the others show.
+Such rows are named by line.
 """
 
 import numpy as np

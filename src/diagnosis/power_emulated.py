@@ -1,9 +1,9 @@
 """Power of a plan with heaps or shear cells: what the emulators expect it to show.
 
-Data are simulated with each mechanism at rising strengths, the base parameters those of the plan's
-guesses, with the errors of the plan and of the emulators, as a diagnosis draws data of its base
-model. Each set is judged as a diagnosis judges it: the best gain of the catalogue and the misfit
-against those of data without a mechanism.
+Data are simulated with each mechanism at rising strengths. The base parameters are those of the
+plan's guesses. The errors are those of the plan and of the emulators, as a diagnosis draws data of
+its base model. Each set is judged as a diagnosis judges it: the best gain of the catalogue and the
+misfit against those of data without a mechanism.
 """
 
 from collections import Counter

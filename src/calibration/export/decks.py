@@ -1,7 +1,7 @@
 """Decks: folders with all that another program needs to pour the calibrated heap, and one command
 that checks its angle.
 
-`python check.py` in such a folder starts the program on the deck as it is, measures the heap as
+`python check.py` in such a folder starts the program on the deck as it is. It measures the heap as
 this engine's heaps are measured, and compares the angle with that of the calibrated model.
 """
 

@@ -17,8 +17,8 @@ rolling_model_epsd3.h
     as here: eta is eta. Limit mu_r |F_n| R*; R* = R at a wall.
 rolling_model_cdt.h
     Not used. The torque is mu_r k_n overlap R* times the part of the relative spin in the contact
-    plane over the whole of it, and nothing stops it from turning a spin around within a step, so
-    grains at rest shake.
+    plane over the whole of it. Nothing stops it from turning a spin around within a step, so grains
+    at rest shake.
 cohesion_model_sjkr2.h
     F = k A with A = 2 pi overlap 2R* of two grains and 2 pi overlap R at a wall. `sjkr` has
     pi R* overlap for both, R* = R at a wall, so k is a fourth of ours, at a wall half. It does not

@@ -1,10 +1,10 @@
 """Sizes out of what a laser diffraction instrument of the Mastersizer 2000 family exports as a
 table.
 
-The format, as public exports and readers of it have it (github.com/paddy-r/PSD-Analyser): one line
-of headings with `Result Between User Sizes (Sizes in um)`, below it the limits of the size classes
-[um] from that column on, then one line a sample with its name first and, below each limit but the
-first, the volume between it and the limit before [%].
+The format is that of public exports and of a reader of them (github.com/paddy-r/PSD-Analyser). One
+line of headings has `Result Between User Sizes (Sizes in um)`. Below it stand the limits of the
+size classes [um], from that column on. Then each sample has a line, its name first. Below each
+limit but the first stands the volume between it and the limit before [%].
 """
 
 import math

@@ -10,8 +10,8 @@ from calibration.errors import CalibrationError
 
 @dataclass(frozen=True)
 class Nested:
-    """Mean of all, standard deviation from draw to draw and from run to run at a draw (None where
-    no draw has two), and the interval that holds a further run at a further draw."""
+    """Mean of all, standard deviation from draw to draw, and from run to run at a draw (None where
+    no draw has two). low, high: the interval that holds a further run at a further draw."""
 
     mean: float
     between_sd: float

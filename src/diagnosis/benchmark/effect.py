@@ -19,8 +19,8 @@ STEPS = 161
 
 def sizes(emulated, conditions, name, coded):
     """Size (k,) of an effect at k coded strengths, with the base parameters at their ranges'
-    centre, the chi-square (k,) of the fitted base model, and whether its parameters lie within
-    their ranges (k,)."""
+    centre. Beside it the chi-square (k,) of the fitted base model, and whether its parameters lie
+    within their ranges (k,)."""
     model = emulated.model(conditions, [name])
     theta = np.tile(model.prior_mean, (len(coded), 1))
     theta[:, -1] = coded
