@@ -24,7 +24,6 @@ run:
   materials: {{ particle: {{ density_kg_m3: 2500, shear_modulus_Pa: 1.0e+7, poisson_ratio: 0.2 }} }}
   particles: {{ count: 1, diameter_mm: 2.0 }}
   geometry: {{ drop_height_mm: 5.0, drops: 2 }}
-  particles: {{ diameter_mm: 2.0 }}
 screening: {{ kind: plackett_burman, runs: 4, replicates: 2 }}
 runs_per_job: 4
 """
