@@ -170,19 +170,16 @@ def inputs_of(task):
 
 
 def made_from(rule, content):
-    """Input function: a file that is as old as the present code, settings and tables of a rule,
-    whose digest `content()` is. By its time alone, without snakemake's own records, it makes
-    their results stale. A storage has none: it would be new on each machine."""
-
-    def file(wildcards):
-        name = f".made_from/{rule}"
-        if workflow.is_main_process and not STORED:
-            real = not workflow.output_settings.dryrun
-            new = real or STUDY_OBJECT.folder.is_dir()
-            stamp(STUDY_OBJECT.folder / name, content(), new)
-        return beside(name)
-
-    return file
+    """An input: a file that is as old as the present code, settings and tables of a rule, whose
+    digest is `content()`. By its time alone, without snakemake's own records, it makes their
+    results stale. It is written before snakemake looks at what is there. A storage has none: it
+    would be new on each machine."""
+    name = f".made_from/{rule}"
+    if workflow.is_main_process and not STORED:
+        real = not workflow.output_settings.dryrun
+        new = real or STUDY_OBJECT.folder.is_dir()
+        stamp(STUDY_OBJECT.folder / name, content(), new)
+    return beside(name)
 
 
 def flat(files):
