@@ -130,7 +130,7 @@ def noted(plan, name):
 
 
 def beside(name):
-    """A file of the study that no rule makes, as an input: [] where there is none."""
+    """A file of the study that no job makes, for an input; [] where there is none."""
     path = STUDY_OBJECT.folder / name
     return local(str(path)) if path.exists() else []
 
