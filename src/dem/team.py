@@ -294,9 +294,10 @@ def _nap(typingctx):
     """Sleep for as short a time as the system can."""
 
     def codegen(context, builder, sig, args):
-        kind = ir.FunctionType(ir.IntType(32), [ir.IntType(32)])
-        sleep = cgutils.get_or_insert_function(builder.module, kind, "usleep")
-        builder.call(sleep, [ir.Constant(ir.IntType(32), NAP_US)])
+        if os.name == "posix":  # elsewhere there is one thread, and no such function
+            kind = ir.FunctionType(ir.IntType(32), [ir.IntType(32)])
+            sleep = cgutils.get_or_insert_function(builder.module, kind, "usleep")
+            builder.call(sleep, [ir.Constant(ir.IntType(32), NAP_US)])
         return context.get_dummy_value()
 
     return types.none(), codegen
