@@ -37,6 +37,29 @@ def test_the_catalogue_holds_what_it_should_and_can_leave_one_out():
     assert set(load_catalogue(without=["cohesion"])) == EXPECTED - {"cohesion"}
 
 
+TAKEN = {
+    "laws": {"damping": "plastic", "friction": "stress_dependent", "cohesion": "sjkr"},
+    "law_parameters": {
+        "yield_velocity_m_s": 0.1,
+        "friction_exponent": 0.1,
+        "friction_reference_force_N": 0.01,
+        "cohesion_energy_density_J_m3": 100.0,
+    },
+}
+"""Laws with parameters of their own in slots that mechanisms put theirs in."""
+
+
+@pytest.mark.parametrize(
+    "name", ["liquid_bridge", "viscoelastic_restitution", "stress_dependent_friction"]
+)
+def test_a_law_that_takes_the_place_of_another_leaves_nothing_of_it(name):
+    mechanism = CATALOGUE[name]
+    spec = mechanism.apply({"experiment": "heap"} | TAKEN, mechanism.strength.high)
+    slots = [slot for slot in TAKEN["laws"] if spec["laws"][slot] != TAKEN["laws"][slot]]
+    assert (slots == []) == (name == "stress_dependent_friction")
+    parse_spec(spec)
+
+
 @pytest.mark.parametrize("name", sorted(EXPECTED))
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
 def test_each_mechanism_makes_a_valid_spec(name, share):

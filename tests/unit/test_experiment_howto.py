@@ -7,16 +7,19 @@ Each of the package's own experiments is named by one file.
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from dem.cli import main
 from dem.errors import DemError
 from dem.experiments import experiments, outside_files
+from dem.fingerprint import engine_fingerprint
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/howto-experiment.md").read_text()
@@ -176,18 +179,32 @@ def test_a_distance_over_two_decades_is_emulated_within_its_error(folder):
     assert float(miss) < 0.5
 
 
-@pytest.mark.long
+LAW_PAGE = (ROOT / "docs/howto-law.md").read_text()
+LAW_FILE, LAW = re.search(
+    r"```python\n# (src/dem/contact/\S+\.py)\n(.*?)```", LAW_PAGE, re.S
+).groups()
+CHOSEN = {"laws": {"friction": "rate_free"}, "law_parameters": {"friction_floor_N": 1e-7}}
+"""The law of docs/howto-law.md; its floor is a thousandth of what holds a grain by its weight."""
+
+
 @pytest.mark.slow
-def test_a_study_screens_and_diagnoses_it_without_another_file(folder):
-    for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):
+def test_a_study_screens_and_diagnoses_it_and_a_made_up_law_without_another_file(folder):
+    """The two pages' files and nothing else: a new experiment under a new law, in a temporary
+    folder."""
+    for name in ("Snakefile", "workflow", "config", "profiles", "data"):
         (folder / name).symlink_to(ROOT / name)
-    (folder / "study.yaml").write_text(STUDY + DIAGNOSIS)
+    shutil.copytree(ROOT / "src", folder / "src", symlinks=True)
+    (folder / LAW_FILE).write_text(LAW)
+    study = yaml.safe_load(STUDY + DIAGNOSIS)
+    study["run"] |= CHOSEN
+    (folder / "study.yaml").write_text(yaml.safe_dump(study))
     row = "contacts.particle_wall"
     (folder / "factors.tsv").write_text(
         "code\tname\tkey\tlow\thigh\n"
         f"A\twall_friction\t{row}.static_friction\t0.3\t0.8\n"
         f"B\twall_restitution\t{row}.restitution\t0.3\t0.8\n"
         f"C\twall_rolling\t{row}.rolling_friction\t0.1\t0.4\n"
+        "D\tfloor\tlaw_parameters.friction_floor_N\t1e-8\t1e-7\n"
     )
     speeds = np.array([0.12, 0.2, 0.3, 0.4, 0.55])
     stops = 1e3 * speeds**2 / (2.0 * 0.5 * GRAVITY)
@@ -201,12 +218,16 @@ def test_a_study_screens_and_diagnoses_it_without_another_file(folder):
         [sys.executable, "-m", "snakemake", "-j2", "--configfile", "study.yaml", "--"]
         + ["screening", "diagnose"],
         cwd=folder,
-        env=os.environ | {"DEM_EXPERIMENTS": str(folder / "mine")},
+        env=os.environ
+        | {"DEM_EXPERIMENTS": str(folder / "mine"), "PYTHONPATH": str(folder / "src")},
         capture_output=True,
         text=True,
         check=False,
     )
     assert done.returncode == 0, done.stderr[-3000:]
+    made = [json.loads(p.read_text()) for p in folder.glob("results/runs/throw-*/result.json")]
+    assert {r["engine"] for r in made} != {engine_fingerprint()}
+    assert {r["spec"]["laws"]["friction"] for r in made} == {"rate_free", "stress_dependent"}
     effects = json.loads((folder / "results/thrown/screening/screening.json").read_text())
     assert "wall_friction" in json.dumps(effects)
     verdict = json.loads((folder / "results/thrown/diagnosis/verdict.json").read_text())

@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from calibration.errors import ConfigError
+from dem.contact.catalogue import LAWS, groups_needed, keys_allowed
 from dem.experiments import experiments
 
 
@@ -84,12 +85,20 @@ class Mechanism:
 
 
 def set_law(spec, slot, law, **parameters):
-    """Run spec (a mapping) with one law chosen and its parameters set; the given one is left as it
-    was."""
+    """Run spec (a mapping) with one law chosen and its parameters set, without those of the law
+    that it replaces; the given one is left as it was."""
+    before = LAWS[slot].get(spec.get("laws", {}).get(slot))
+    gone = keys_of(before) - keys_of(LAWS[slot][law]) if before else ()
+    kept = {k: v for k, v in spec.get("law_parameters", {}).items() if k not in gone}
     return spec | {
         "laws": spec.get("laws", {}) | {slot: law},
-        "law_parameters": spec.get("law_parameters", {}) | parameters,
+        "law_parameters": kept | parameters,
     }
+
+
+def keys_of(law):
+    """Keys of `law_parameters` that a law has."""
+    return {key for group in groups_needed(law) for key in group} | set(keys_allowed(law))
 
 
 def set_part(spec, part, **values):
