@@ -185,6 +185,7 @@ LAW_FILE, LAW = re.search(
 ).groups()
 CHOSEN = {"laws": {"friction": "rate_free"}, "law_parameters": {"friction_floor_N": 1e-7}}
 """The law of docs/howto-law.md; its floor is a thousandth of what holds a grain by its weight."""
+FIXED = {"wall_friction": 0.5, "wall_restitution": 0.5, "wall_rolling": 0.2, "floor": 1e-8}
 
 
 @pytest.mark.slow
@@ -197,6 +198,7 @@ def test_a_study_screens_and_diagnoses_it_and_a_made_up_law_without_another_file
     (folder / LAW_FILE).write_text(LAW)
     study = yaml.safe_load(STUDY + DIAGNOSIS)
     study["run"] |= CHOSEN
+    study["fixed"] = FIXED
     (folder / "study.yaml").write_text(yaml.safe_dump(study))
     row = "contacts.particle_wall"
     (folder / "factors.tsv").write_text(
