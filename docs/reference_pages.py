@@ -6,10 +6,12 @@ and its meaning; the factor table's columns and the command's help.
 """
 
 import contextlib
+import inspect
 import io
 import os
 import posixpath
 import re
+from functools import partial
 from pathlib import Path
 
 from mkdocs.structure.files import File
@@ -146,10 +148,7 @@ def run_spec():
         part = model.model_json_schema()
         text += f"\n## Geometry: {experiment}\n\n" + HEADER
         text += rows(part, part.get("$defs", {}), "geometry.")
-        text += "\n| metric | unit | meaning | a study's target |\n|---|---|---|---|\n"
-        for m in experiments()[experiment].metrics:
-            target = "yes" if m.target else "no"
-            text += f"| `{m.name}` | {unit_of(m.name) or ''} | {m.meaning} | {target} |\n"
+        text += "\n" + metrics_of(experiments()[experiment])
     text += "\n## Which law needs what\n\n| law | needs | may take |\n|---|---|---|\n"
     for slot, law in [*REQUIRED, *(key for key in OPTIONAL if key not in REQUIRED)]:
         needs = " and ".join(
@@ -157,6 +156,45 @@ def run_spec():
         )
         more = ", ".join(f"`{n}`" for n in OPTIONAL.get((slot, law), ()))
         text += f"| `{slot}: {law}` | {needs} | {more} |\n"
+    return text
+
+
+def metrics_of(experiment):
+    """Table of an experiment's metrics."""
+    text = "| metric | unit | meaning | a study's target |\n|---|---|---|---|\n"
+    for m in experiment.metrics:
+        target = "yes" if m.target else "no"
+        text += f"| `{m.name}` | {unit_of(m.name) or ''} | {m.meaning} | {target} |\n"
+    return text
+
+
+def experiment_page(name):
+    """The page of an experiment, of what its file declares."""
+    e, part = experiments()[name], GEOMETRY[name].model_json_schema()
+    text = f"# {e.title}\n\n`experiment: {name}`\n\n{inspect.getdoc(inspect.getmodule(e.run))}\n\n"
+    text += "## What is set\n\n" + HEADER + rows(part, part.get("$defs", {}), "geometry.")
+    text += "\n## What a run gives\n\n" + metrics_of(e)
+    text += "\n## In the laboratory\n\n"
+    if e.quantity:
+        text += f"A table of measurements has `{e.quantity.name}` [{e.quantity.unit}] of `{name}`, "
+        text += "and what was set:\n\n| column | unit | meaning |\n|---|---|---|\n"
+        for column, lever in e.levers.items():
+            text += f"| `{column}` | {lever.unit} | {lever.words} |\n"
+    if e.mechanisms:
+        shown = ", ".join(f"`{m}`" for m in e.mechanisms)
+        text += (
+            f"\nMechanisms of the diagnosis that show on it, beside those that name it: {shown}.\n"
+        )
+    text += f"\n```bash\ndem init --experiment {name} --out {name}.yaml\n"
+    text += f"dem run {name}.yaml --out run\n```\n"
+    return text + "\n[What it is set against, and what a run costs](../laboratory.md).\n"
+
+
+def experiments_page():
+    """The list of the experiments."""
+    text = "# Experiments\n\n| experiment | page |\n|---|---|\n"
+    for name, e in experiments().items():
+        text += f"| `{name}` | [{e.title}](experiment_{name}.md) |\n"
     return text
 
 
@@ -189,7 +227,13 @@ def help_of(arguments):
     return stream.getvalue()
 
 
-PAGES = {"configuration.md": configuration, "run_spec.md": run_spec, "command.md": command}
+PAGES = {
+    "configuration.md": configuration,
+    "run_spec.md": run_spec,
+    "command.md": command,
+    "experiments.md": experiments_page,
+}
+PAGES |= {f"experiment_{name}.md": partial(experiment_page, name) for name in experiments()}
 
 
 SOURCES = {

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from calibration.config import Config, section_of
+from dem.experiments import experiments
 from dem.spec import RunSpec
 
 ROOT = Path(__file__).parents[2]
@@ -40,6 +41,15 @@ def test_the_reference_has_every_key(site, page, model):
     text = (site / "reference" / page / "index.html").read_text()
     missing = [k for k in leaves(model) if k != "geometry" and f"<code>{k}</code>" not in text]
     assert not missing
+
+
+@pytest.mark.parametrize("name", sorted(experiments()))
+def test_each_experiment_has_a_page_of_what_it_declares(site, name):
+    e, text = experiments()[name], (site / f"reference/experiment_{name}/index.html").read_text()
+    words = [f"geometry.{key}" for key in e.geometry.model_fields]
+    words += [m.name for m in e.metrics] + [*e.levers, *e.mechanisms, e.title]
+    assert [w for w in words if w not in text] == []
+    assert f"experiment_{name}/" in (site / "reference/experiments/index.html").read_text()
 
 
 def test_the_reference_is_made_from_the_docstrings(site):
