@@ -34,7 +34,8 @@ class Rig:
         own = self.settings.experiments[experiment]
         # the experiment that was calibrated on stands in the calibration's own rig
         calibrated = self.base.get("experiment", Config.model_fields["experiment"].default)
-        shared = ("materials", "contacts", *(["geometry"] if experiment == calibrated else []))
+        shared = ["materials", "contacts", "law_parameters"]
+        shared += ["geometry"] if experiment == calibrated else []
         spec = overlay({k: v for k, v in self.base.items() if k in shared}, own.run)
         spec["laws"] = dict(self.base.get("laws", {}))
         spec |= {"experiment": experiment, "seed": int(seed)}

@@ -2,6 +2,7 @@
 wrong files."""
 
 import math
+import time
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from scipy.integrate import solve_ivp
 from dem.clump import random_turns, shape_of, union
 from dem.dumbbell import moments
 from dem.errors import SpecError
+from dem.experiments import bed
 from dem.experiments.setup import add_grains, build_simulation
 from dem.grains import largest_reach, smallest_radius
 from dem.run import run
@@ -268,6 +270,48 @@ def test_clumps_go_through_every_experiment(tmp_path, experiment):
         assert found["compressed_solid_fraction"] == pytest.approx(count * volume / room, rel=1e-6)
     if experiment == "discharge":
         assert found["discharged_share"] == pytest.approx(1.0 - len(grain) / count, abs=1e-6)
+
+
+def settled(path, count=500):
+    """Grains at rest in a vessel: spheres, or clumps of the table at `path`."""
+    clump = {"clump": {"file": str(path)}} if path else {}
+    spec = parse_spec(
+        {
+            "experiment": "bulk_density",
+            "particles": {"count": count, "diameter_mm": 2.0} | clump,
+            "materials": {"particle": {"shear_modulus_Pa": 1e6}},
+            "geometry": {"vessel_diameter_mm": 32},
+        }
+    )
+    rng, reach = np.random.default_rng(1), largest_reach(spec)
+    sites = bed.sites_in_circle(0.016, reach, rng)
+    top = bed.highest_site(count, sites, 0.0, reach)
+    walls = WallSet().body("vessel", material="wall").disc(0.016).cylinder(0.016, 0.0, top)
+    sim = build_simulation(spec, walls)
+    bed.fill(sim, spec, np.full(count, 1e-3), sites, 0.0, reach, rng)
+    bed.settle(sim, 2.0)
+    return sim
+
+
+def seconds(sim, steps=2000):
+    """Processor time of a step."""
+    start = time.process_time()
+    sim.advance(steps)
+    return (time.process_time() - start) / steps
+
+
+@pytest.mark.slow
+def test_ten_spheres_cost_less_than_eight_times_a_sphere(tmp_path):
+    """Of grains at rest, a step and a grain; the shortest of three turns that alternate, since
+    other programs only add to a time."""
+    centre, radius = random_spheres(10, 5)
+    rows = [",".join(map(str, (*c, r))) for c, r in zip(centre, radius, strict=True)]
+    ten = settled(written(tmp_path, "\n".join(["x_mm,y_mm,z_mm,radius_mm", *rows])))
+    assert len(ten.radius) == 5000
+    one = settled(None)
+    turns = [(seconds(ten), seconds(one)) for _ in range(3)]
+    clumps, spheres = (min(times) for times in zip(*turns, strict=True))
+    assert clumps < 8.0 * spheres
 
 
 HEAD = "x_mm,y_mm,z_mm,radius_mm\n"
