@@ -280,13 +280,13 @@ def settled(path, count=500):
             "experiment": "bulk_density",
             "particles": {"count": count, "diameter_mm": 2.0} | clump,
             "materials": {"particle": {"shear_modulus_Pa": 1e6}},
-            "geometry": {"vessel_diameter_mm": 32},
+            "geometry": {"vessel_diameter_mm": 14},
         }
     )
     rng, reach = np.random.default_rng(1), largest_reach(spec)
-    sites = bed.sites_in_circle(0.016, reach, rng)
+    sites = bed.sites_in_circle(0.007, reach, rng)
     top = bed.highest_site(count, sites, 0.0, reach)
-    walls = WallSet().body("vessel", material="wall").disc(0.016).cylinder(0.016, 0.0, top)
+    walls = WallSet().body("vessel", material="wall").disc(0.007).cylinder(0.007, 0.0, top)
     sim = build_simulation(spec, walls)
     bed.fill(sim, spec, np.full(count, 1e-3), sites, 0.0, reach, rng)
     bed.settle(sim, 2.0)
@@ -304,8 +304,10 @@ def seconds(sim, steps=2000):
 def test_ten_spheres_cost_less_than_eight_times_a_sphere(tmp_path):
     """Of grains at rest, a step and a grain; the shortest of three turns that alternate, since
     other programs only add to a time."""
-    centre, radius = random_spheres(10, 5)
-    rows = [",".join(map(str, (*c, r))) for c, r in zip(centre, radius, strict=True)]
+    turn, height = 2.4 * np.arange(10), np.linspace(-0.45, 0.45, 10)  # along a spiral on a ball
+    out = np.sqrt(0.5**2 - height**2)
+    centre = np.column_stack([out * np.cos(turn), out * np.sin(turn), height])
+    rows = [",".join(map(str, (*c, 0.8))) for c in centre]
     ten = settled(written(tmp_path, "\n".join(["x_mm,y_mm,z_mm,radius_mm", *rows])))
     assert len(ten.radius) == 5000
     one = settled(None)
