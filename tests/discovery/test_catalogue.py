@@ -60,6 +60,15 @@ def test_a_law_that_takes_the_place_of_another_leaves_nothing_of_it(name):
     parse_spec(spec)
 
 
+def test_a_study_is_diagnosed_under_the_parameters_of_its_laws():
+    """They were the defaults, or missing."""
+    for experiment in ("heap", "shear"):
+        levers = LEVERS.get(experiment, {})
+        spec = parse_spec(Rig(SETTINGS, TAKEN).spec(Condition(experiment, levers), 0))
+        for key, value in TAKEN["law_parameters"].items():
+            assert getattr(spec.law_parameters, key) == value
+
+
 @pytest.mark.parametrize("name", sorted(EXPECTED))
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
 def test_each_mechanism_makes_a_valid_spec(name, share):
