@@ -79,3 +79,33 @@ def test_no_line_is_longer_than_it_may_be():
         if len(line) > MOST
     ]
     assert not long
+
+
+def prose(text):
+    """(number, line) of a page's lines outside of code, tables and what programs wrote into it."""
+    code = written = False
+    for n, line in enumerate(text.splitlines(), 1):
+        if line.startswith("```"):
+            code = not code
+        elif line.startswith("<!--"):
+            written = " end" not in line
+        elif not (code or written or line.lstrip().startswith(("|", "!["))):
+            yield n, line
+
+
+PAGES = ("*.md", "config/*.md", "data/*/*.md", "docs/**/*.md", "examples/*/*.md")
+BY_PROGRAMS = {"verification.md"}  # whole pages that a program writes
+
+
+@pytest.mark.parametrize(
+    "page", [p for pattern in PAGES for p in ROOT.glob(pattern) if p.name not in BY_PROGRAMS],
+    ids=lambda p: p.relative_to(ROOT).as_posix(),
+)  # fmt: skip
+def test_prose_is_wrapped_where_it_can_be(page):
+    long = [
+        n
+        for n, line in prose(page.read_text("utf-8"))
+        # a code span or a link's address is not broken
+        if len(line) > MOST and " " in re.sub(r"`[^`]*`|\]\(\S*", "-", line[:MOST]).lstrip("-* ")
+    ]
+    assert not long
