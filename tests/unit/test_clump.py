@@ -330,7 +330,7 @@ HEAD = "x_mm,y_mm,z_mm,radius_mm\n"
         (HEAD + "0,0,0,1\n1,x,0,1\n", ["line 3", "'x'", "a number in y_mm"]),
         (HEAD + "0,0,0,1\n1,0,nan,1\n", ["line 3", "'nan'", "a number in z_mm"]),
         (HEAD + "0,0,0,1\n1,0,0,inf\n", ["line 3", "'inf'", "a number in radius_mm"]),
-        (HEAD + "0,0,0,1\n1,0,0\n", ["line 3", "''", "a number in radius_mm"]),
+        (HEAD + "0,0,0,1\n1,0,0\n", ["line 3", "1,0,0", "4 cells as in the header"]),
         (HEAD + "0,0,0,1\n0.5,0,0,0.3\n", ["line 3", "not inside another", "in sphere 1"]),
         (HEAD + "0,0,0,1\n0,0,0,1\n", ["line 3", "not inside another", "in sphere 1"]),
         (HEAD + "0,0,0,1\n1,0,0,0.05\n", ["line 3", "0.05", "1/10 of the largest"]),

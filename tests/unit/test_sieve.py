@@ -6,6 +6,7 @@ import pytest
 
 from dem.errors import SpecError
 from dem.grains import draw_radii, grain_volume, mean_radius
+from dem.io.sieve import read_sizes
 from dem.spec import content_hash, parse_spec
 
 CURVE = "diameter_mm,passing_percent\n0.5,0\n1,20\n2,70\n5,100\n"
@@ -68,6 +69,37 @@ def test_a_wrong_table_is_one_sentence(tmp_path, text, words):
         spec(path)
     for word in words:
         assert word in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "diameter_mm;fraction\n1,5;0,25\n2,25;0,75\n",
+        "diameter_mm\tfraction\n1.5\t0.25\n2.25\t0.75\n",
+        "diameter_mm,fraction\n1.5,0.25\n2.25,0.75\n",
+    ],
+)
+def test_separators_and_decimal_commas_of_another_land_are_read(tmp_path, text):
+    path = tmp_path / "sizes.csv"
+    path.write_text(text)
+    found = read_sizes(path, "mass")
+    assert found["diameters_mm"] == [1.5, 2.25]
+    assert found["fractions"] == [0.25, 0.75]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("diameter_mm,fraction\n1,5,30\n2,0,70\n", "2 cells as in the header, not 3"),
+        ("diameter_mm;fraction\n1,250;0,25\n2;0,75\n", "1.250 or 1250, written so"),
+    ],
+)
+def test_what_can_be_read_in_two_ways_is_refused_by_line(tmp_path, text, words):
+    path = tmp_path / "sizes.csv"
+    path.write_text(text)
+    with pytest.raises(SpecError, match=words) as error:
+        read_sizes(path, "mass")
+    assert "line 2" in str(error.value)
 
 
 def test_a_missing_table_and_lists_beside_one_are_refused(tmp_path):
