@@ -12,6 +12,7 @@ import yaml
 from calibration.bench_tests.sweep import (
     SWEEPS,
     analyse_sweep,
+    bench_parameters,
     inverse_of,
     plan_confirmation,
     plan_sweep,
@@ -134,3 +135,16 @@ def test_of_two_levels_the_one_is_taken_where_the_curve_runs_as_from_end_to_end(
     assert inverse_of(curve, sign * 0.0049, 0.2, 0.9) == pytest.approx(0.37)
     with pytest.raises(CalibrationError, match="no level between"):
         inverse_of(curve, sign * 5.0, 0.2, 0.9)
+
+
+def test_the_levels_of_the_bench_tests_are_written_whatever_else_the_workflow_hands_on(tmp_path):
+    """Such as the file that tells what the stage is made from, which is no summary."""
+    found = {"tilt": ("static", 0.71), "drop": ("restitution", 0.40004), "shear": ("inner", None)}
+    files = {name: tmp_path / f"{name}.json" for name in found}
+    for name, (factor, inverse) in found.items():
+        files[name].write_text(json.dumps({"factor": factor, "inverse": inverse}))
+    (tmp_path / "stamp").write_text("0a1b")
+    source = Files(made_from=tmp_path / "stamp", **files)
+    bench_parameters(None, source, Files(fixed=tmp_path / "fixed.json"))
+    levels = {"static": 0.71, "restitution": 0.4}
+    assert json.loads((tmp_path / "fixed.json").read_text()) == {"fixed": levels}

@@ -157,7 +157,7 @@ def closed_form(test, measured, geometry):
 def bench_parameters(study, source, output):
     """Write {factor: level} that the bench tests found, for the heap's fixed parameters; a test
     without a level adds none."""
-    found = [read_json(path) for path in source]
+    found = [read_json(path) for path in (source.tilt, source.drop, source.shear)]
     levels = {f["factor"]: round(f["inverse"], 4) for f in found if f["inverse"] is not None}
     write_json(output.fixed, {"fixed": levels})
 
