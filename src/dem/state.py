@@ -185,11 +185,12 @@ def new_wall_scratch(capacity, precision):
 
 
 def new_stage(precision):
-    """`stage` and `staged` of `WallScratch`: what each thread needs for itself."""
+    """`stage` and `staged` of `WallScratch`: what each thread needs for itself, in cache lines of
+    its own."""
     real = np.float32 if precision == "mixed" else np.float64
     return (
         aligned((6, FIELDS, WIDTH), real),
-        np.zeros(WIDTH, np.int64),
+        aligned((WIDTH,), np.int64),
     )
 
 

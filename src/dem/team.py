@@ -18,13 +18,15 @@ from numba.extending import intrinsic
 
 from dem.errors import DemError
 from dem.lanes import WIDTH, inlined
-from dem.state import GHOSTS, Particles, WallContacts, WallScratch
+from dem.state import GHOSTS, Particles, WallContacts, WallScratch, aligned
 
 VARIABLE = "DEM_THREADS"
 LEAST = 500  # grains of a thread: with fewer it waits for the others more than it works
 SPINS = 100_000  # looks at the gate, some 100 us, before a thread sleeps: others may need its core
 NAP_US = 1
 TOUCHING, IDLE, TOUCHING_WALL = 12, 2, 5  # work of what acts or not, in units of a grain's motion
+
+LINE = 8  # int64 in a cache line
 
 WALL, PAIR, STALE_LIST = range(3)
 """Columns of what a thread has found in a step."""
@@ -56,9 +58,9 @@ class Share(NamedTuple):
     """(q, 2) int32 rows of the kept forces for its grains, and of these grains, in the list's
     order."""
     found: np.ndarray
-    """(size, 3) int64, shared: what each thread has found in this step."""
+    """(size, LINE) int64, shared: what each thread has found in this step, in three columns."""
     gate: np.ndarray
-    """(2,) int64, shared: how many threads have arrived, and how often all have."""
+    """(LINE,) int64, shared: how many threads have arrived, and how often all have."""
 
 
 def threads_chosen(text=None):
@@ -129,7 +131,8 @@ def shares_of(plan, particles, contacts, scratch, new_stage):
     """The `Share` of each thread of a plan. new_stage() -> (stage, staged), which no two threads
     share."""
     size, shares = len(plan.cuts) - 1, []
-    found, gate = np.zeros((size, 3), np.int64), np.zeros(2, np.int64)
+    # a cache line for each: two threads that write to one wait for each other
+    found, gate = aligned((size, LINE), np.int64), aligned((LINE,), np.int64)
     for k in range(size):
         rows, edge = slice(*plan.cuts[k : k + 2]), slice(*plan.edges[k : k + 2])
         stage, staged = new_stage()
