@@ -166,7 +166,7 @@ def test_a_law_changed_tenfold_slides_at_its_own_angle(copy, tmp_path):
     """tan(angle) is the friction: with a tenth of it compiled in, the old compiled code would give
     the old angle."""
     spec = tmp_path / "tilt.yaml"
-    few = {"geometry": {"trials": 1}, "particles": {"count": 4}}
+    few = {"geometry": {"trials": 1}, "particles": {"count": 4, "diameter_mm": 2.0}}
     spec.write_text(yaml.safe_dump(yaml.safe_load(template("tilt")) | few))
     law = copy / "dem" / "contact" / "friction" / "constant.py"
     found = []
