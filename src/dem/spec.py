@@ -34,7 +34,7 @@ class MaterialSpec(Part):
     """Elastic constants and density of a material. A file gives those of the grains: the defaults
     are an example's."""
 
-    density_kg_m3: float = field(1210.0, "density of the grain", gt=0)
+    density_kg_m3: float = field(1500.0, "density of the grain", gt=0)
     shear_modulus_Pa: float = field(1.0e7, "shear modulus; softened values save time steps", gt=0)
     poisson_ratio: float = field(0.25, "Poisson's ratio", ge=0, lt=0.5)
 
@@ -58,20 +58,18 @@ class ContactSpec(Part):
     """Contact parameters of a pair of materials. A file gives them: the defaults are an
     example's."""
 
-    restitution: float = field(0.544, "coefficient of restitution", ge=0.03, le=1)
-    static_friction: float = field(0.85, "coefficient of static friction", ge=0, le=5)
-    rolling_friction: float = field(0.23, "coefficient of rolling friction", ge=0, le=5)
+    restitution: float = field(0.5, "coefficient of restitution", ge=0.03, le=1)
+    static_friction: float = field(0.5, "coefficient of static friction", ge=0, le=5)
+    rolling_friction: float = field(0.2, "coefficient of rolling friction", ge=0, le=5)
 
 
 class WallContactSpec(ContactSpec):
     """Grain on wall."""
 
-    restitution: float = field(0.421, "coefficient of restitution, grain on wall", ge=0.03, le=1)
-    static_friction: float = field(
-        0.71, "coefficient of static friction, grain on wall", ge=0, le=5
-    )
+    restitution: float = field(0.5, "coefficient of restitution, grain on wall", ge=0.03, le=1)
+    static_friction: float = field(0.5, "coefficient of static friction, grain on wall", ge=0, le=5)
     rolling_friction: float = field(
-        0.368, "coefficient of rolling friction, grain on wall", ge=0, le=5
+        0.2, "coefficient of rolling friction, grain on wall", ge=0, le=5
     )
 
 

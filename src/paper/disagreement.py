@@ -113,11 +113,11 @@ def spec_of(study):
     def made(run, values, changes):
         kind = run.experiment
         if kind == config.experiment:
-            base, held = overlay(config.run, changes), config.fixed
+            base = overlay(config.run, changes)
         else:
             base = bench_run(config, overlay(getattr(config.bench, kind).run, changes))
-            base, held = overlay(base, {k: v for k, v in changes.items() if k == "materials"}), {}
-        levels = {keys[k]: v for k, v in (held | values).items()}
+            base = overlay(base, {k: v for k, v in changes.items() if k == "materials"})
+        levels = {keys[k]: v for k, v in (config.fixed | values).items()}
         return point_spec(base, kind, levels, config.seed)
 
     return made

@@ -68,7 +68,7 @@ HEAP = {
     "particles": {"count": 1250, "diameter_mm": 4.0},
     "geometry": {"generation_rate_per_s": 1250, "orifice_diameter_mm": 28},
 }
-FULL = {"experiment": "heap", "geometry": {"generation_rate_per_s": 2000}}
+FULL = {"experiment": "heap", "geometry": {"generation_rate_per_s": 1000}}
 
 
 def many(spec, count):
