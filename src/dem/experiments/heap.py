@@ -57,7 +57,7 @@ class HeapGeometry(Part):
     discharge_height_mm: float = field(75.0, "orifice above the plate", gt=0)
     funnel_half_angle_deg: float = field(30.0, "flank from the vertical", gt=0, lt=90)
     funnel_top_diameter_mm: float = field(80.0, "mouth of the funnel", gt=0)
-    generation_rate_per_s: float = field(10000.0, "grains made per second", gt=0)
+    generation_rate_per_s: float = field(5000.0, "grains made per second", gt=0)
     injection_speed_m_s: float = field(0.3, "downward speed of new grains", gt=0)
     feed: Literal["rain", "opened"] = field(
         "rain", "grains rain through the open funnel, or fill it closed and it is then opened"
