@@ -52,12 +52,22 @@ def read_emulators(path):
         raise CalibrationError(f"{path}: holds no emulators ({error})") from None
     groups = {of: {} for of in KINDS}
     for number, part in enumerate(structure):
-        key, found = tuple(part["key"]), groups[part["of"]]
-        if "values" in part:
-            found[key] = emulator = object.__new__(KINDS[part["of"]])
-            held = {name: arrays[f"{number}.{name}"] for name in part["arrays"]}
-            vars(emulator).update(part["values"] | held)
-        else:
-            lever = part["lever"] | {"strength": Strength(**part["lever"]["strength"])}
-            found[key] = Multiplied(found[tuple(part["base"])], MultipliedLever(**lever))
+        try:
+            groups[part["of"]][tuple(part["key"])] = _entry(part, number, arrays, groups)
+        except (KeyError, TypeError) as error:
+            raise CalibrationError(
+                f"{path}: entry {number} is no emulator as this version writes it ({error}); "
+                "remove the file, and its stage makes it again"
+            ) from None
     return groups["value"], groups["failure"]
+
+
+def _entry(part, number, arrays, groups):
+    """The emulator of one part of the structure, those before it in `groups`."""
+    if "values" not in part:
+        lever = part["lever"] | {"strength": Strength(**part["lever"]["strength"])}
+        return Multiplied(groups[part["of"]][tuple(part["base"])], MultipliedLever(**lever))
+    emulator = object.__new__(KINDS[part["of"]])
+    held = {name: arrays[f"{number}.{name}"] for name in part["arrays"]}
+    vars(emulator).update(part["values"] | held)
+    return emulator

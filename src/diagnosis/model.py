@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from calibration.errors import CalibrationError
 from diagnosis.design import WIDENED, factor_share, inputs_of
 from diagnosis.emulator import inverse
 from diagnosis.rig import combine
@@ -118,6 +119,11 @@ class _Part:
         self.share = np.column_stack(share)
         names = inputs_of(settings, model.factors, experiment, BASE)
         self.columns = [model.names.index(n) for n in names if n not in ranges]
+        if (experiment, BASE) not in trained:
+            raise CalibrationError(
+                f"{experiment}: there is no emulator of the base model: more than half of its runs "
+                "gave no value, or the emulators are of other measurements"
+            )
         self.base = trained[experiment, BASE]
         self.laws, self.readings = [], []
         for k, m in enumerate(model.mechanisms, len(model.factors)):

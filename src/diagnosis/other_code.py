@@ -14,6 +14,7 @@ from calibration.measurements import read_measured
 from calibration.quantities import QUANTITIES
 from calibration.tables import read_table
 from diagnosis.contacts import integrated
+from diagnosis.design import WIDENED
 from diagnosis.measurements import CONTACTS
 
 STRENGTHS = 11
@@ -110,12 +111,27 @@ def conventions(runs, ours):
     ]  # fmt: skip
 
 
+def _need_parameters(runs, kind, factors):
+    """Raise ConfigError where the runs of an experiment do not say what one of its parameters was:
+    the value of our own run spec would stand in its place."""
+    known = dict(runs[0].known)
+    for f in factors:
+        if f.name not in known:
+            allowed = f"the value of {f.key} that each run was made with"
+            found = ", ".join(known) or None
+            reason = f"is no column of the runs of {kind}"
+            raise ConfigError(reason, column=f.name, value=found, allowed=allowed)
+
+
 def of_contacts(runs, rig, catalogue):
     """(ours (n,), [`Cause`]) of one experiment's drops or slides, integrated by the engine.
-    Raises ConfigError for an experiment of many grains."""
+    Raises ConfigError for an experiment of many grains, and for runs without a column of one of the
+    experiment's parameters."""
     kind = runs[0].experiment
     if kind not in CONTACTS:
         raise ConfigError("is no single contact", value=kind, allowed=" and ".join(CONTACTS))
+    own = rig.settings.experiments[kind].parameters
+    _need_parameters(runs, kind, [f for f in rig.factors if f.key in own])
     specs = [rig.spec(m.condition, rig.settings.seed, dict(m.known)) for m in runs]
     ours = np.array([integrated(s, m) for s, m in zip(specs, runs, strict=True)])
     causes = conventions(runs, ours)
@@ -148,9 +164,10 @@ def _mechanism(mechanism, specs, runs, ours):
 def emulated(runs, model_of, names):
     """(ours (n,), [`Cause`]) of one experiment's runs by emulators.
 
-    model_of: names of mechanisms -> `diagnosis.model.Model` of the runs' conditions."""
+    model_of: names of mechanisms -> `diagnosis.model.Model` of the runs' conditions. Raises
+    ConfigError for runs whose parameters the emulators do not have or do not cover."""
     base = model_of(())
-    known = np.array([[f.coded(dict(m.known)[f.name]) for f in base.factors] for m in runs])
+    known = _covered(runs, base.factors)
     ours, causes = _own(base, known), []
     for name in names:
         model = model_of((name,))
@@ -160,6 +177,28 @@ def emulated(runs, model_of, names):
         natural = np.array([strength.natural(c) for c in coded])
         causes.append(Cause(name, "mechanism", strength.unit, natural, np.array(values)))
     return ours, causes
+
+
+def _covered(runs, factors):
+    """Coded levels (n, p) of the emulators' factors in each run. Raises ConfigError for a column
+    that is missing, for one that the emulators do not have, and for a level beyond their range."""
+    kind = runs[0].experiment
+    _need_parameters(runs, kind, factors)
+    strange = set(dict(runs[0].known)) - {f.name for f in factors}
+    if strange:
+        names = ", ".join(f.name for f in factors)
+        allowed = f"{names}; leave a column out whose value is that of the experiment's run spec"
+        reason = f"is no parameter of the emulators of {kind}"
+        raise ConfigError(reason, column=min(strange), allowed=allowed)
+    levels = np.array([[f.coded(dict(m.known)[f.name]) for f in factors] for m in runs])
+    for m, k in zip(runs, np.argmax(np.abs(levels), axis=1), strict=True):
+        f, value = factors[k], dict(m.known)[factors[k].name]
+        if abs(f.coded(value)) > WIDENED:
+            low, high = f.natural(-WIDENED), f.natural(WIDENED)
+            where = {"line": m.line, "column": f.name, "value": value}
+            reason, allowed = "is outside what the emulators cover", f"{low:g} to {high:g}"
+            raise ConfigError(reason, **where, allowed=allowed)
+    return levels
 
 
 def _own(model, theta):

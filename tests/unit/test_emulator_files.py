@@ -1,17 +1,22 @@
 """Trained emulators come back from their file to the bit, and the file can hold nothing that is
 executed."""
 
+import json
 import pickle
 
 import numpy as np
 import pytest
+from diagnosis_cases import FACTORS
 
 from calibration.errors import CalibrationError
+from dem.io.checked import read_checked_arrays, write_checked_arrays
 from diagnosis.catalogue import Strength
 from diagnosis.design import MultipliedLever
 from diagnosis.emulator import Emulator, Multiplied
 from diagnosis.emulator_files import read_emulators, write_emulators
 from diagnosis.failures import Chance
+from diagnosis.model import Emulated
+from diagnosis.settings import parameters_of, read_settings
 
 LEVER = MultipliedLever(1, 0.7, Strength("factor", "-", 0.8, 1.25, log=True, off=1.0))
 
@@ -78,3 +83,34 @@ def test_damaged_emulators_are_refused(emulators, tmp_path):
         path.write_bytes(damaged)
         with pytest.raises(CalibrationError, match="holds no emulators"):
             read_emulators(path)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda arrays, parts: arrays.pop("0.alpha"),
+        lambda arrays, parts: parts[0].update(of="weather"),
+        lambda arrays, parts: parts[0].pop("key"),
+        lambda arrays, parts: parts[1].update(base=["drop", "cohesion"]),
+        lambda arrays, parts: parts[1]["lever"].update(colour="red"),
+    ],
+    ids=["array", "kind", "key", "base", "lever"],
+)
+def test_an_entry_that_is_missing_or_foreign_is_told(emulators, tmp_path, change):
+    path = tmp_path / "emulators.npz"
+    write_emulators(path, emulators)
+    arrays = dict(read_checked_arrays(path))
+    parts = json.loads(str(arrays["structure"]))
+    change(arrays, parts)
+    write_checked_arrays(path, arrays | {"structure": np.array(json.dumps(parts))})
+    with pytest.raises(CalibrationError, match=r"entry [01] is no emulator.*makes it again"):
+        read_emulators(path)
+
+
+def test_an_experiment_without_a_base_model_is_told():
+    """More than half of its runs gave no value, so nothing was trained."""
+    settings = read_settings("config/diagnosis.yaml")
+    factors = parameters_of(settings, FACTORS, ["tilt"])
+    emulated = Emulated({}, settings, factors, {})
+    with pytest.raises(CalibrationError, match="tilt: there is no emulator of the base model"):
+        emulated.model([("tilt", {})])

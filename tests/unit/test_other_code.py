@@ -1,6 +1,7 @@
 """Another code's runs are read as measurements at known parameters, and a difference gets a cause
 or the plain words that there is none."""
 
+import types
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from diagnosis_cases import BASE, FACTORS, bench
 
 from calibration.errors import ConfigError
 from calibration.factors import read_factors
+from calibration.measurements import Measurement
 from diagnosis.catalogue import load_catalogue
 from diagnosis.compared import compare
 from diagnosis.other_code import (
@@ -53,6 +55,39 @@ def test_faults_are_said_by_line(tmp_path):
         read_runs(table(tmp_path, rows[:3]), ALL)
     again = [rows[0], *rows[:4]]
     assert len(read_runs(table(tmp_path, again), ALL)) == 4
+
+
+def test_a_parameter_that_no_column_gives_is_asked_for(tmp_path):
+    """Its value would else be that of our own run spec, or of no study at all."""
+    settings = read_settings("config/diagnosis.yaml")
+    rig = Rig(settings, BASE, parameters_of(settings, FACTORS, ["tilt"]))
+    rows = [f"tilt,sliding_angle,{a},deg,5" for a in (20, 25, 30, 33)]
+    rows = [f"{r},{k}" for r, k in zip(rows, (0.4, 0.5, 0.6, 0.7), strict=True)]
+    runs = read_runs(table(tmp_path, rows, HEAD.replace("static", "rolling")), ALL)
+    with pytest.raises(ConfigError, match="salt_steel_static_friction: is no column of the runs"):
+        of_contacts(runs, rig, {})
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda known: known[1:], "is no column of the runs of shear .*static_friction"),
+        (lambda known: [*known, ("salt_steel_restitution", 0.4)],
+         "salt_steel_restitution: is no parameter of the emulators of shear"),
+        (lambda known: [(known[0][0], 2.0 * known[0][1]), *known[1:]],
+         "line 3, column .*: is outside what the emulators cover"),
+    ],
+    ids=["missing", "foreign", "beyond"],
+)  # fmt: skip
+def test_runs_that_the_emulators_do_not_have_are_refused(change, message):
+    factors = parameters_of(read_settings("config/diagnosis.yaml"), FACTORS, ["shear"])
+    known = change([(f.name, f.high) for f in factors])
+    runs = [
+        Measurement("shear", 1.0, None, 1, {"normal_stress_kPa": 2.0}, line=3, known=tuple(known))
+    ]
+    model = types.SimpleNamespace(factors=factors, predict=lambda theta: (np.ones((1, 1)), None))
+    with pytest.raises(ConfigError, match=message):
+        emulated(runs, lambda names: model, [])
 
 
 def test_a_row_that_does_not_follow_the_cause_is_named_and_hides_nothing(tmp_path):
