@@ -7,7 +7,7 @@ from calibration import engines
 from calibration.campaign import run_id
 from calibration.errors import CalibrationError
 from calibration.store import RunStore
-from dem.errors import PHYSICAL, StoppedError
+from dem.errors import PHYSICAL, BlowUpError, StoppedError
 from dem.results import write_failure
 from dem.spec import parse_spec
 
@@ -31,6 +31,14 @@ def simulate(specs, root=None, note=lambda text: None):
     if faults:
         raise CalibrationError(f"{len(faults)} runs could not be made\n" + "\n".join(faults))
     return found
+
+
+def blown_up(names, root=None):
+    """The set of those runs that ended because the simulation became unphysical, as the kept
+    failures say: no test that ends without a value, but a fault of the step or the stiffness."""
+    store = RunStore(root)
+    kinds = {name: (store.failure(name) or {}).get("kind") for name in names}
+    return {name for name, kind in kinds.items() if kind == BlowUpError.__name__}
 
 
 def named(specs):

@@ -10,24 +10,26 @@ from diagnosis.fit import Data, data_of, fit, spread_unit
 RESAMPLES = 4000
 
 
-def held_out_points(model, measurements):
-    """(n, p) posterior modes, each fitted without one setting."""
-    data = data_of(measurements)
-    n = len(measurements)
+def held_out_points(model, data):
+    """(n, p) posterior modes, each fitted to one set of `Data` without one of its n readings. The
+    tests without a value stay, as they stand in the fit to all."""
+    n = data.value.shape[1]
     error = np.tile(data.error, (n, 1))
     error[np.arange(n), np.arange(n)] = 1e9  # a setting with no weight is a setting left out
-    return fit(model, Data(np.tile(data.value, (n, 1)), error)).theta
+    failed = None if data.failed is None else np.tile(data.failed, (n, 1))
+    return fit(model, Data(np.tile(data.value, (n, 1)), error, failed, data.tests)).theta
 
 
-def extension_plan(rig, models, measurements, seed=90_000):
+def extension_plan(rig, models, measurements, data, seed=90_000):
     """`gain_runs` runs of each model at the parameters fitted without each setting, at that
     setting.
 
-    models: {label: Model}. Returns rows [{label, setting, theta, run_ids}] and {run id: spec}.
+    models: {label: Model}; data: the `Data` that they were fitted to.
+    Returns rows [{label, setting, theta, run_ids}] and {run id: spec}.
     """
     rows, specs = [], {}
     for label, model in models.items():
-        for i, theta in enumerate(held_out_points(model, measurements)):
+        for i, theta in enumerate(held_out_points(model, data)):
             seeds = [seed + i + 1000 * k for k in range(rig.settings.gain_runs)]
             own = named([real_spec(rig, model, measurements[i], theta, s) for s in seeds])
             specs |= own

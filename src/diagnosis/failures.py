@@ -4,7 +4,7 @@ by the runs that gave one and by those that did not.
 Weights have normal priors; their size is the one of `SIZES` with the largest evidence (Laplace's
 approximation). What is not known of the weights draws the probability towards one half: MacKay
 (1992), Neural Computation 4:720. The runs' failures are not told apart: a funnel that clogs, an
-arch and a heap that does not form all give no value.
+arch and a heap that does not form all give no value. A run that blew up is none of them.
 """
 
 from collections import defaultdict
@@ -82,13 +82,18 @@ def log_likelihood(odds, failed, tests):
     return failed * odds - tests * np.logaddexp(0.0, odds)
 
 
-def train_failures(rows, metrics, settings, factors):
+def train_failures(rows, metrics, settings, factors, faults=()):
     """{(experiment, mechanism): Chance or Multiplied}, as `diagnosis.emulator.train` its emulators;
-    of the experiments of which a run gave no value."""
+    of the experiments of which a run gave no value.
+
+    faults: runs that a fault of the simulation ended. They are no tests, and teach nothing."""
     out, known, by_key = {}, catalogue_of(settings, list(settings.experiments)), defaultdict(list)
     for row in rows:
-        by_key[row["experiment"], row["mechanism"]].append(row)
+        ran = [name for name in row["run_ids"] if name not in faults]
+        if ran:
+            by_key[row["experiment"], row["mechanism"]].append(row | {"run_ids": ran})
     failing = {e for (e, _), own in by_key.items() if any(_failed(r, metrics) for r in own)}
+    failing = {e for e in failing if (e, BASE) in by_key}
     for (experiment, name), own in by_key.items():
         if experiment not in failing:
             continue

@@ -19,7 +19,7 @@ from scipy.special import expit, logsumexp, xlogy
 from scipy.stats import chi2
 
 from calibration.quantities import QUANTITIES
-from diagnosis.failures import log_likelihood
+from diagnosis.failures import log_likelihood, outcomes_of
 
 STARTS = (0.2, 0.7)
 DESCENTS = 2
@@ -275,3 +275,11 @@ def data_of(measurements, tests=None):
     if tests is None:
         return Data(value[None], error[None])
     return Data(value[None], error[None], tests.failed[None], tests.tests)
+
+
+def evidence(emulated, measurements):
+    """What a fit of an `Emulated` to measurements takes, tests without a value among them: the
+    measurements with a value, the conditions of the tests, and the `Data` of both."""
+    tests = outcomes_of(measurements, emulated.failures)
+    valued = [m for m in measurements if not m.outcome]
+    return valued, tests.conditions if tests else (), data_of(valued, tests)

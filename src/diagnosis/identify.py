@@ -16,8 +16,7 @@ from scipy.stats import chi2
 
 from calibration.numbers import NORMAL_95
 from diagnosis.chance import CLOSE, share_above
-from diagnosis.failures import outcomes_of
-from diagnosis.fit import Data, data_of, fit, moderated_sd
+from diagnosis.fit import Data, evidence, fit, moderated_sd
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.settings import BASE
 
@@ -72,23 +71,25 @@ class Scores:
         """The `Condition` of each measurement."""
         return [m.condition for m in self.measurements]
 
+    @property
+    def lack_p(self):
+        """Share of data of the base model that it misses as badly as the measurements."""
+        return share_above(self.null["misfit"], float(self.fits[BASE].misfit[0]))
+
 
 def identify(emulated, measurements, alpha=0.05, replicates=300, seed=0):
     """`Identification` of the measurements, tests without a value among them."""
     return decide(weigh(emulated, measurements, replicates, seed), alpha)
 
 
-def weigh(emulated, measurements, replicates=300, seed=0):
-    """`Scores` of the base model and the whole catalogue."""
-    tests = outcomes_of(measurements, emulated.failures)
-    tried = tests.conditions if tests else ()
-    measurements = [m for m in measurements if not m.outcome]
+def weigh(emulated, measurements, replicates=300, seed=0, names=None):
+    """`Scores` of the base model and of the mechanisms in `names`, the whole catalogue unless
+    given."""
+    measurements, tried, data = evidence(emulated, measurements)
     conditions = [m.condition for m in measurements]
-    data = data_of(measurements, tests)
     models = {BASE: emulated.model(conditions, (), tried)}
-    models |= {
-        name: emulated.model(conditions, [name], tried) for name in emulated.applicable(conditions)
-    }
+    names = emulated.applicable(conditions) if names is None else names
+    models |= {name: emulated.model(conditions, [name], tried) for name in names}
     fits = {name: fit(model, data) for name, model in models.items()}
     rng = np.random.default_rng(seed)
     null = null_of(models, fits[BASE], measurements, data, replicates, rng)
@@ -102,7 +103,7 @@ def decide(scores, alpha=0.05, without=()):
     gains = {name: float((fits[name].score - fits[BASE].score)[0]) for name in singles}
     best = max(gains, key=gains.get)
     null_best = np.max([null[n] for n in singles], axis=0)
-    lack_p = share_above(null["misfit"], float(fits[BASE].misfit[0]))
+    lack_p = scores.lack_p
     family_p = share_above(null_best, gains[best])
     misfit, gained = significant(lack_p, family_p, alpha)
     level = level_beside(lack_p, alpha)
@@ -135,6 +136,15 @@ def decide(scores, alpha=0.05, without=()):
     else:
         _settle(out, scores, singles)
     return out
+
+
+def lack_of_fit(fitted, p):
+    """The mapping of verdict.json of the base model's fit, with the chance p of such a misfit: the
+    chi-square of the readings, and beside it the deviance of tests without a value."""
+    out = {"chi_square": float(fitted.chi_square[0]), "freedom": float(fitted.freedom[0])}
+    if fitted.deviances.size:
+        out["deviance"] = float(fitted.deviances.sum())
+    return out | {"p": p}
 
 
 def carried(model, fitted):

@@ -38,6 +38,11 @@ class Setup:
         """What is calibrated on."""
         return self.table.fitted
 
+    @property
+    def tested(self):
+        """The same and the tests that ended without a value."""
+        return self.table.fitted + self.table.outcomes
+
     @cached_property
     def kinds(self):
         """The experiments among the measurements."""

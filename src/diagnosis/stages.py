@@ -4,12 +4,11 @@ import shutil
 from pathlib import Path
 
 import pandas as pd
-from scipy import stats
 
 from calibration import figures as common
 from calibration.files import read_json, write_table, write_text
 from calibration.report.plain import write_page
-from calibration.simulated import simulate
+from calibration.simulated import blown_up, simulate
 from dem.io.files import write_json
 from diagnosis import (
     aside,
@@ -28,8 +27,7 @@ from diagnosis.emulator import train
 from diagnosis.emulator_files import write_emulators
 from diagnosis.extend import extension_plan, gain, real_values
 from diagnosis.failures import train_failures
-from diagnosis.fit import data_of, fit
-from diagnosis.identify import identify
+from diagnosis.identify import identify, lack_of_fit, weigh
 from diagnosis.last_word import last_word
 from diagnosis.residuals import calibration, residual_rows, trends
 from diagnosis.settings import BASE, study_settings
@@ -79,7 +77,8 @@ def train_all(settings, factors, source, output):
 
 def _train(settings, factors, design, metrics, emulators_file, errors_file):
     emulators, table = train(design, metrics, settings, factors)
-    failures = train_failures(design, metrics, settings, factors)
+    faults = blown_up(name for name, found in metrics.items() if found is None)
+    failures = train_failures(design, metrics, settings, factors, faults)
     write_emulators(emulators_file, emulators, failures)
     write_json(errors_file, table)
 
@@ -89,7 +88,7 @@ def plan_refinement(setup, source, output, wave):
     rows, specs, found = [], {}, []
     if not setup.of_contacts:
         emulated = setup.emulated(source.emulators)
-        rows, specs, found = waves.plan_wave(emulated, setup.measurements, setup.rig, wave)
+        rows, specs, found = waves.plan_wave(emulated, setup.tested, setup.rig, wave)
     write_json(output.design, rows)
     write_json(output.plan, specs)
     write_json(output.left, {"wave": wave, "runs": len(specs), "left": found})
@@ -112,22 +111,17 @@ def refine(setup, source, output, wave):
 
 def calibrate(setup, source, output):
     """Calibrate the base model on all measurements at once and show where it fails."""
-    measurements = setup.measurements
     if setup.of_contacts:
-        found = contacts.base(measurements, setup.settings, setup.factors)
+        found = contacts.base(setup.measurements, setup.settings, setup.factors)
         _write_calibration(found, output)
         return
-    model = setup.emulated(source.emulators).model([m.condition for m in measurements])
-    fitted = fit(model, data_of(measurements))
-    rows = residual_rows(measurements, fitted)
-    chi, freedom = float(fitted.chi_square[0]), float(fitted.freedom[0])
+    settings, emulated = setup.settings, setup.emulated(source.emulators)
+    scores = weigh(emulated, setup.tested, settings.replicates, settings.seed, ())
+    model, fitted = scores.models[BASE], scores.fits[BASE]
+    rows = residual_rows(scores.measurements, fitted)
     summary = {
         "calibration": calibration(model, fitted),
-        "lack_of_fit": {
-            "chi_square": chi,
-            "freedom": freedom,
-            "p": float(stats.chi2.sf(chi, freedom)),
-        },
+        "lack_of_fit": lack_of_fit(fitted, scores.lack_p),
         "patterns": trends(rows),
     }
     _write_calibration(summary | {"residuals": rows}, output)
@@ -148,15 +142,14 @@ def name_causes(setup, source, output):
         return
     settings, measurements, table = setup.settings, setup.measurements, setup.table
     emulated = setup.emulated(source.emulators)
-    rows = measurements + table.outcomes
-    found = identify(emulated, rows, settings.alpha, settings.replicates, settings.seed)
+    found = identify(emulated, setup.tested, settings.alpha, settings.replicates, settings.seed)
     errors = read_json(source.errors)
     name = extended_name(found)
     verdict = findings(emulated, measurements, found) | {"emulators": errors}
     verdict["refinement"] = {
         "share": waves.SHARE,
         "waves": [read_json(getattr(source, f"left_{k}")) for k in range(1, WAVES + 1)],
-        "left": waves.left(emulated, measurements),
+        "left": waves.left(emulated, setup.tested),
     }
     verdict["exclusion"] = exclusion.of_mechanisms(found)
     shown = {"before": ((), found.fits[BASE])}
@@ -165,7 +158,7 @@ def name_causes(setup, source, output):
     verdict["outcomes"] = aside.of_outcomes(found, name)
     verdict["remarks"] = aside.remarks(table, {r["experiment"] for r in verdict["outcomes"]})
     models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
-    rows, specs = extension_plan(setup.rig, models, measurements)
+    rows, specs = extension_plan(setup.rig, models, measurements, found.data)
     base_fit = found.fits[BASE].theta[0]
     steps, more = time_step.plan(setup.rig, found.models[BASE], base_fit, measurements)
     mechanisms = [m.name for m in models["after"].mechanisms] if name else []

@@ -11,7 +11,7 @@ from calibration.figures import label
 from calibration.numbers import fixed
 from calibration.quantities import LEVERS, QUANTITIES
 from diagnosis import discrepancy
-from diagnosis.identify import carried, key_of
+from diagnosis.identify import carried, key_of, lack_of_fit
 from diagnosis.next_measurement import propose
 from diagnosis.residuals import calibration, moved, residual_rows, trends
 from diagnosis.settings import BASE
@@ -38,11 +38,7 @@ def findings(emulated, measurements, found):
         "verdict": found.verdict,
         "causes": found.causes,
         "reason": found.reason,
-        "lack_of_fit": {
-            "chi_square": float(base.chi_square[0]),
-            "freedom": float(base.freedom[0]),
-            "p": found.lack_of_fit_p,
-        },
+        "lack_of_fit": lack_of_fit(base, found.lack_of_fit_p),
         "family_p": found.family_p,
         "threshold_level": found.level,
         "null_threshold_best": found.threshold,
@@ -150,9 +146,11 @@ def _causes(verdict):
 
 def _tests(verdict):
     fit = verdict["lack_of_fit"]
+    deviance = fit.get("deviance")
+    tests = "" if deviance is None else f", and {deviance:.1f} of the tests without a value"
     return (
         f"The base model's chi-square is {fit['chi_square']:.1f} on {fit['freedom']:.1f} degrees "
-        f"of freedom: "
+        f"of freedom{tests}: "
         f"{_chance(fit['p'])} of data made by it look as bad. {_chance(verdict['family_p'])} of "
         f"them would bring up a "
         "mechanism as helpful as the best one here."

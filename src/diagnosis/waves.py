@@ -14,7 +14,7 @@ import numpy as np
 from scipy.stats import norm, qmc
 
 from diagnosis.design import factor_share, inputs_of, multiplied, row_of
-from diagnosis.fit import data_of, fit
+from diagnosis.fit import data_of, evidence, fit
 from diagnosis.settings import BASE, lever_values
 
 SHARE = 0.5
@@ -32,10 +32,10 @@ def modes(emulated, measurements):
     """{name: (`Model`, `Fit`)} of the base model and of the mechanisms still in play, best first.
 
     One whose emulator is too rough to be judged by its score stays in play."""
-    rows = [m for m in measurements if not m.outcome]
-    conditions, data = [m.condition for m in rows], data_of(rows)
-    models = {BASE: emulated.model(conditions)}
-    models |= {n: emulated.model(conditions, [n]) for n in emulated.applicable(conditions)}
+    rows, tests, data = evidence(emulated, measurements)
+    conditions = [m.condition for m in rows]
+    models = {BASE: emulated.model(conditions, (), tests)}
+    models |= {n: emulated.model(conditions, [n], tests) for n in emulated.applicable(conditions)}
     fits = {name: fit(model, data) for name, model in models.items()}
     score = {name: float(f.score[0]) for name, f in fits.items()}
     best = max(score.values())
@@ -55,7 +55,7 @@ def left(emulated, measurements, play=None):
     settings."""
     rows = [m for m in measurements if not m.outcome]
     measured, out = data_of(rows).error[0], []
-    for name, (model, fitted) in (play or modes(emulated, rows)).items():
+    for name, (model, fitted) in (play or modes(emulated, measurements)).items():
         error = model.predict(fitted.theta[:1])[1][0] / measured
         for kind in dict.fromkeys(m.experiment for m in rows):
             if name != BASE and (kind, name) not in emulated.emulators:

@@ -62,7 +62,7 @@ def test_leverage_gives_the_same_held_out_residuals_as_refits(laboratory, drops)
     data = measure(laboratory, drops, 0)
     model = laboratory.emulated.model([m.condition for m in data])
     whole = fit(model, data_of(data))
-    predicted, _ = model.predict(held_out_points(model, data))
+    predicted, _ = model.predict(held_out_points(model, data_of(data)))
     refitted = (data_of(data).value[0] - np.diag(predicted)) / whole.sd[0]
     quick = whole.residual[0] / (1.0 - whole.leverage[0])
     assert quick == pytest.approx(refitted, abs=0.05)

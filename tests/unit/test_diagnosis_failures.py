@@ -1,7 +1,9 @@
 """Tests that end without a value are evidence: the chance of it is learnt from the runs that
 failed."""
 
+import json
 import math
+import types
 
 import numpy as np
 import pytest
@@ -11,9 +13,10 @@ from scipy.special import expit
 from scipy.stats import binom
 
 from calibration.measurements import Measurement
-from diagnosis import aside
+from diagnosis import aside, stages, waves
 from diagnosis.design import plan
 from diagnosis.emulator import train
+from diagnosis.extend import extension_plan
 from diagnosis.failures import Chance, log_likelihood, outcomes_of, train_failures
 from diagnosis.fit import Data, data_of, fit, held_out
 from diagnosis.identify import identify, weigh
@@ -101,6 +104,38 @@ def clogs(spec):
 @pytest.fixture(scope="module")
 def emulated():
     return clogging()
+
+
+def test_runs_that_blow_up_are_no_tests(tmp_path, monkeypatch):
+    """Half of the large grains clog; where the other half blew up, the chance is of the rest."""
+    rng = np.random.default_rng(4)
+    rows = [
+        {"experiment": "heap", "mechanism": BASE, "inputs": [x, 0.5], "run_ids": [f"r{k}"]}
+        for k, x in enumerate(rng.random(200))
+    ]
+    large = [r["run_ids"][0] for r in rows if r["inputs"][0] > 0.5]
+    metrics = {r["run_ids"][0]: {"angle_of_repose_deg": 30.0} for r in rows}
+    metrics |= dict.fromkeys(large[::2])
+    settings = read_settings("config/diagnosis.yaml")
+
+    def chance(faults):
+        trained = train_failures(rows, metrics, settings, [], faults)
+        return trained["heap", BASE] if trained else None
+
+    clogged = chance(())
+    assert (clogged.failed, clogged.runs) == (len(large[::2]), 200)
+    assert chance(large[::2]) is None
+    part = chance(large[::4])
+    assert (part.failed, part.runs) == (len(large[2::4]), 200 - len(large[::4]))
+    # the stage asks the kept failures which runs these are
+    monkeypatch.setattr(stages, "train", lambda *_: ({}, []))
+    monkeypatch.setattr(stages, "blown_up", set)
+    written = {}
+    monkeypatch.setattr(
+        stages, "write_emulators", lambda path, own, failing: written.update(failing)
+    )
+    stages._train(settings, [], rows, metrics, "", tmp_path / "errors.json")
+    assert written == {}
 
 
 SIZES = (1.7, 1.9, 2.1, 2.3, 2.5)
@@ -218,3 +253,31 @@ def test_the_verdict_tells_how_likely_each_outcome_was(emulated):
     text = page(verdict | {"outcomes": told})
     assert text.count("| 4 of 4 |") == 3
     validate(verdict | {"outcomes": told})
+
+
+def test_every_stage_fits_the_outcomes_that_the_verdict_fits(emulated, tmp_path):
+    """The parameters that are shown first, those of the waves and those of the gain's runs."""
+    rows = heaps(1.3)
+    read = [m for m in rows if not m.outcome]
+    settings = emulated.settings.model_copy(update={"replicates": 60})
+    found = identify(emulated, rows, settings.alpha, settings.replicates, settings.seed)
+    verdict = findings(emulated, read, found)
+    own = types.SimpleNamespace(
+        of_contacts=False, settings=settings, measurements=read, tested=rows,
+        emulated=lambda file: emulated,
+    )  # fmt: skip
+    files = {k: str(tmp_path / k) for k in ("table", "residuals.svg", "summary")}
+    files["residuals"] = files.pop("residuals.svg")
+    stages.calibrate(own, types.SimpleNamespace(emulators=""), types.SimpleNamespace(**files))
+    shown = json.loads((tmp_path / "summary").read_text())
+    assert shown["calibration"] == verdict["calibration"]
+    assert shown["lack_of_fit"] == verdict["lack_of_fit"]
+    assert shown["lack_of_fit"]["deviance"] > 1.0
+    _, fitted = waves.modes(emulated, rows)["size_bias"]
+    assert fitted.theta == pytest.approx(found.fits["size_bias"].theta)
+    rig = Rig(settings, RUN, emulated.factors)
+    models = {"after": found.models["size_bias"]}
+    extension, _ = extension_plan(rig, models, read, found.data)
+    strength = emulated.catalogue["size_bias"].strength
+    # the angles alone leave the strength at its prior's 1.025
+    assert all(strength.natural(r["theta"][-1]) > 1.1 for r in extension)

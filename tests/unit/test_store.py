@@ -22,7 +22,7 @@ from calibration.cli import main
 from calibration.config import parse_config
 from calibration.errors import CalibrationError
 from calibration.fresh import record, stamp
-from calibration.simulated import simulate
+from calibration.simulated import blown_up, simulate
 from calibration.store import RunStore
 from calibration.study import Study
 from calibration.verify import MISSING, before_planning, faults_of, hold, plan_faults
@@ -224,6 +224,7 @@ def test_a_physical_failure_is_kept(tmp_path, monkeypatch, error):
     for _ in range(2):
         assert simulate({name: drop(0)}) == {name: None}
     assert len(calls) == 1
+    assert blown_up([name, "heap-0"]) == ({name} if isinstance(error, BlowUpError) else set())
     failed = Path("results/runs") / name / "failed.json"
     failed.write_text(failed.read_text().replace("0", "1"))
     simulate({name: drop(0)})
