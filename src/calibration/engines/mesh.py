@@ -1,11 +1,18 @@
-"""Surfaces of revolution as triangles, for engines whose walls are meshes."""
+"""Walls as triangles, for engines whose walls are meshes."""
+
+import math
+from itertools import pairwise
 
 import numpy as np
 
 from dem.io.stl import write_stl
+from dem.io.vtk import wall_surface
+from dem.walls.geometry import REVOLVED
 
 SIDES = 64
 """Sides of the polygons that stand for circles."""
+LONGEST = 6.0
+"""Length of a triangle over its width at the most: LIGGGHTS takes no needles."""
 
 
 def frustum(low_radius, low, high_radius, high):
@@ -26,6 +33,29 @@ def disc(radius, height=0.0):
     """Triangles of a flat disc; a ring between, so that none is very long."""
     half = 0.5 * radius
     return frustum(radius, height, half, height) + frustum(half, height, 0.0, height)
+
+
+def body(walls, name):
+    """Triangles of a body of a `WallSet` where it starts."""
+    origin = next(b["origin"] for b in walls.bodies if b["name"] == name)
+    out = []
+    for kind, numbers, owner in walls.elements:
+        if owner == name:
+            out += _revolved(*numbers[:4]) if kind == REVOLVED else _flat(kind, numbers)
+    return [np.asarray(triangle) + origin for triangle in out]
+
+
+def _revolved(r0, z0, r1, z1):
+    """A segment turned about z, in bands that are not much longer than wide."""
+    width = 2.0 * np.pi * max(r0, r1) / SIDES
+    bands = max(math.ceil(math.hypot(r1 - r0, z1 - z0) / (LONGEST * width)), 1)
+    cuts = np.column_stack([np.linspace(r0, r1, bands + 1), np.linspace(z0, z1, bands + 1)])
+    return [t for low, high in pairwise(cuts) for t in frustum(*low, *high)]
+
+
+def _flat(kind, numbers):
+    corners, polygons = wall_surface(kind, numbers)
+    return [corners[[p[0], p[k], p[k + 1]]] for p in polygons for k in range(1, len(p) - 1)]
 
 
 def _ring(radius, z):

@@ -82,6 +82,14 @@ def read_dump(path):
     return frames[-1]
 
 
+def time_of(path, time_step):
+    """Time [s] of the last frame of a dump. Raises EngineError."""
+    try:
+        return time_step * int(Path(path).read_text().split("ITEM: TIMESTEP")[-1].split()[0])
+    except (OSError, ValueError, IndexError) as error:
+        raise EngineError(f"{Path(path).name} cannot be read: {error}") from None
+
+
 def state_of(dump):
     """Arrays of the grains at the end, from a dump with x, v, omega, radius and id."""
     at = {

@@ -25,23 +25,35 @@ EXTRA = 0.3
 """Time after the last grain is made before a deck first looks whether the heap is at rest [s]."""
 LOOK = 0.05
 """Time between these looks [s]."""
-UNTIL_REST = """\
+REST = """\
 thermo 10000
 thermo_modify lost ignore norm no
 variable energy equal c_kinetic
 run {first}
-variable look loop {looks}
-label more
-run {between}
-if "${{energy}} < {rest:.6g}" then "jump SELF rest"
-next look
-jump SELF more
-label rest
-dump end all custom 1 end.dump id radius x y z vx vy vz omegax omegay omegaz
-run 0
 """
-"""End of a heap's deck in LIGGGHTS and LAMMPS: run until the compute `kinetic` says rest, then
-dump."""
+"""End of a heap's deck in LIGGGHTS and LAMMPS, before it looks whether the compute `kinetic` says
+rest."""
+UNTIL = """\
+variable {label}_look loop {looks}
+label {label}_more
+run {between}
+if "${{{label}_look}} > {least} && ${{energy}} < {energy:.6g}" then "jump SELF {label}"
+next {label}_look
+jump SELF {label}_more
+label {label}
+"""
+DUMP = """\
+dump {name} all custom 1 {name}.dump id radius x y z vx vy vz omegax omegay omegaz
+run 0
+undump {name}
+"""
+"""Leaves all grains in LIGGGHTS and LAMMPS."""
+
+
+def until(label, between, looks, energy, least=0):
+    """Commands of LIGGGHTS and LAMMPS that run until the variable `energy` is below `energy` [J]:
+    `looks` times `between` steps at most, more than `least` times."""
+    return UNTIL.format(label=label, between=between, looks=looks, energy=energy, least=least)
 
 
 def refuse(spec, name, code):
@@ -147,6 +159,13 @@ class Pour:
         more = max(math.ceil((self.max_time - first) / LOOK), 1)
         return round(first / self.dt), round(LOOK / self.dt), more
 
+    @property
+    def end(self):
+        """Commands that run until the heap is at rest, and dump it."""
+        first, between, looks = self.looks
+        rest = until("rest", between, looks, self.rest_energy)
+        return REST.format(first=first) + rest + DUMP.format(name="end")
+
 
 def heap_metrics(state, pour, made):
     """Metrics of a heap from the last state that another engine left; made: grains that it made."""
@@ -219,15 +238,17 @@ class Drop:
         every = max(round(0.01 * fall / self.dt), 1)
         return round((fall + 2.0 * self.contact_time) / self.dt), every, 20
 
-    def deck(self, spec, head, body, units=""):
-        """A code's deck: its head (a function of spec, box and radius), then `body` with the
-        grains, one a line, and the steps between looks. units: words behind a grain's place."""
+    def deck(self, spec, head, space, body, units=""):
+        """A code's deck: its head (a function of spec, space and radius), `space` with the box,
+        then `body` with the grains, one a line, and the steps between looks. units: words behind a
+        grain's place."""
         at = self.starts(spec.seed)
         first, every, looks = self.looks
         grains = "\n".join(
             f"create_atoms 1 single {x:.12g} {y:.12g} {z:.12g}{units}" for x, y, z in at
         )
-        return head(spec, box_around(at, self.radius), self.radius) + body.format(
+        box = space.format(box=box_around(at, self.radius))
+        return head(spec, box, self.radius) + body.format(
             grains=grains,
             diameter=2.0 * self.radius,
             density=self.density,

@@ -81,7 +81,8 @@ class Conversion:
         e = self.equivalent
         both = {"rolling_stiffness": e.stiffness_factor, "rolling_damping": e.damping_ratio}
         grains = {"static_friction": e.static_friction, "rolling_friction": e.rolling_friction}
-        held = {} if e.rotates else {"rolling_friction": 0.0}
+        rolls = e.rotates and self.spec.laws.rolling != "none"
+        held = {} if rolls else {"rolling_friction": 0.0}
         return tuple(
             replace(pair, contact=replace(pair.contact, **changes | both | held))
             for pair, changes in ((material.grain_grain, grains), (material.grain_wall, {}))

@@ -1,0 +1,105 @@
+"""The start of a bed in another code: the very grains, places and speeds that ours starts from, and
+commands that run until they rest."""
+
+import numpy as np
+
+from calibration.engines.rig import DUMP, until
+from dem.constants import GRAVITY
+from dem.experiments import bed
+from dem.experiments.setup import time_step_of
+from dem.grains import draw_radii, largest_reach, smallest_radius
+
+SETTLED = 1e-4
+"""Energy of motion at which `dem.experiments.bed.settle` takes the grains to rest."""
+ROOM = 0.01
+"""Free height of the box above the highest wall or grain [m]."""
+SETTLE = """\
+compute kinetic all ke
+variable energy equal c_kinetic
+thermo_style custom step atoms c_kinetic
+thermo 100000
+thermo_modify lost ignore norm no
+"""
+
+
+class Grains:
+    """Spheres as arrays, where this engine's functions take a `Simulation`: to be filled by
+    `bed.fill`, or as another code left them."""
+
+    def __init__(self, density, state=None):
+        """density [kg/m3]; state: arrays as `program.state_of` gives them, none at first."""
+        state = state or {k: np.empty((0, 3)) for k in ("position", "velocity")}
+        self.density = density
+        self.position, self.velocity = state["position"], state["velocity"]
+        self.radius = state.get("radius", np.empty(0))
+
+    def add_particles(self, position, radius, velocity):
+        """Add spheres: position, velocity (n, 3) [m], [m/s], radius (n,) [m]."""
+        self.position = np.concatenate([self.position, position])
+        self.velocity = np.concatenate([self.velocity, velocity])
+        self.radius = np.concatenate([self.radius, radius])
+
+    @property
+    def n(self):
+        """Number of spheres."""
+        return len(self.radius)
+
+    @property
+    def cubed_radius(self):
+        """(n,) [m3]"""
+        return self.radius**3
+
+    @property
+    def mass(self):
+        """(n,) [kg]"""
+        return 4.0 / 3.0 * np.pi * self.density * self.cubed_radius
+
+    @property
+    def lift_energy(self):
+        """Energy that lifts every grain by its radius [J]."""
+        return GRAVITY * float((self.mass * self.radius).sum())
+
+    def data(self, low, high):
+        """Text of a data file of LIGGGHTS or LAMMPS: these grains in the box low..high (3,) [m]."""
+        sides = zip(low, high, "xyz", strict=True)
+        box = "\n".join(f"{a:.6g} {b:.6g} {x}lo {x}hi" for a, b, x in sides)
+        diameter = 2.0 * self.radius
+        atoms = "\n".join(
+            f"{k} 1 {d:.9g} {self.density:.9g} {x:.9g} {y:.9g} {z:.9g}"
+            for k, (d, (x, y, z)) in enumerate(zip(diameter, self.position, strict=True), 1)
+        )
+        speeds = "\n".join(
+            f"{k} {u:.9g} {v:.9g} {w:.9g} 0 0 0" for k, (u, v, w) in enumerate(self.velocity, 1)
+        )
+        head = f"grains at the start\n\n{self.n} atoms\n2 atom types\n\n{box}"
+        return f"{head}\n\nAtoms\n\n{atoms}\n\nVelocities\n\n{speeds}\n"
+
+
+def filled(spec, radius, bottom):
+    """`Grains` that ours makes in a cylinder of `radius` above `bottom` [m] with the spec's seed,
+    and the height that none of them reaches [m]."""
+    rng, reach = np.random.default_rng(spec.seed), largest_reach(spec)
+    radii = draw_radii(spec, spec.particles.count, rng)
+    sites = bed.sites_in_circle(radius, reach, rng)
+    grains = Grains(spec.materials.particle.density_kg_m3)
+    bed.fill(grains, spec, radii, sites, bottom, reach, rng)
+    return grains, bed.highest_site(len(radii), sites, bottom, reach)
+
+
+def start(spec, grains, dialect, folder, low, high):
+    """Head of a deck whose grains stand in a data file, written into `folder`."""
+    (folder / "grains.data").write_text(grains.data(low, high))
+    return dialect.head(spec, "read_data grains.data", smallest_radius(spec))
+
+
+def settle(spec, grains):
+    """Commands that run until the grains rest, as `bed.settle` does, and dump them."""
+    step = steps(spec, bed.LOOK)
+    looks = max(round(spec.numerics.max_time_s / bed.LOOK), 1)
+    calm = SETTLED * grains.lift_energy
+    return SETTLE + until("settled", step, looks, calm, least=5) + DUMP.format(name="settled")
+
+
+def steps(spec, duration):
+    """Time steps in `duration` [s], one at least."""
+    return max(round(duration / time_step_of(spec)), 1)

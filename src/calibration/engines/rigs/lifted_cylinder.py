@@ -1,0 +1,69 @@
+"""The lifted cylinder in other codes. What differs from ours: the cylinder stops when it is clear
+of the grains, where ours rises on above them."""
+
+import numpy as np
+
+from calibration.engines import bed
+from calibration.engines.program import read_dump, state_of, time_of
+from calibration.engines.rig import DUMP, until
+from dem.experiments import lifted_cylinder as own
+from dem.experiments.bed import LOOK
+from dem.experiments.setup import time_step_of
+from dem.measure.heap import coverage, measure_heap
+
+CLEAR = 1.2
+"""Depths of the grains by which the cylinder rises."""
+LIFT = """\
+variable depth equal bound(all,zmax)
+variable rising equal "ceil({looks_a_metre:.9g}*v_depth)*{look}"
+variable clear equal ${{rising}}
+{lift}
+run ${{clear}}
+{hold}
+"""
+
+
+def _sizes(spec):
+    """Radii of cylinder and plate [m]."""
+    g = spec.geometry
+    return 0.5e-3 * g.cylinder_diameter_mm, 0.5e-3 * g.plate_diameter_mm
+
+
+def deck(spec, dialect, folder):
+    """Text of the deck of a `RunSpec`; its grains and walls are written into `folder`."""
+    radius, plate = _sizes(spec)
+    grains, top = bed.filled(spec, radius, 0.0)
+    speed, look = 1e-3 * spec.geometry.lift_speed_mm_s, bed.steps(spec, 2.0 * LOOK)
+    side, height = 1.5 * plate, (1.0 + CLEAR) * top + speed * 2.0 * LOOK + bed.ROOM
+    text = bed.start(
+        spec, grains, dialect, folder, (-side, -side, -own.LOST_BELOW), (side, side, height)
+    )
+    text += dialect.walls(own._walls(radius, top, plate), folder, moves="cylinder")
+    text += bed.settle(spec, grains)
+    text += LIFT.format(
+        looks_a_metre=CLEAR / speed / (look * time_step_of(spec)),
+        look=look,
+        lift=dialect.lift("cylinder", speed),
+        hold=dialect.hold("cylinder"),
+    )
+    looks = max(round(spec.numerics.max_time_s / (2.0 * LOOK)), 1)
+    text += until("rest", look, looks, own.CALM * grains.lift_energy)
+    return text + DUMP.format(name="end")
+
+
+def read(spec, folder, output):
+    """Metrics and last state of a run in `folder`. Raises EngineError, MeasureError."""
+    plate = _sizes(spec)[1]
+    depth = float(read_dump(folder / "settled.dump")["z"].max())
+    state = state_of(read_dump(folder / "end.dump"))
+    position, radius = state["position"], state["radius"]
+    found = measure_heap(position, radius, state["velocity"], plate)
+    names = [m.name for m in own.EXPERIMENT.metrics]
+    metrics = {k: v for k, v in found.items() if k in names} | {
+        "spilled": spec.particles.count - len(np.unique(state["tag"])),
+        "plate_coverage": coverage(position, radius, plate),
+        "base_radius_mm": 1e3 * own._base(position, plate),
+        "column_depth_mm": 1e3 * depth,
+        "rest_time_s": time_of(folder / "end.dump", time_step_of(spec)),
+    }
+    return metrics, state
