@@ -8,6 +8,8 @@ import json
 import re
 import zlib
 from html.parser import HTMLParser
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -22,6 +24,8 @@ from calibration.report.answer import _interval
 from calibration.report.build import NOT_CONVERTED_MARK
 from calibration.report.embed import _inline, cell
 from calibration.report.heaps import LEVELS
+from calibration.report.pictures import WIDTH as PICTURE
+from calibration.report.pictures import heaps
 from calibration.report.sheet import HEIGHT, WIDTH
 from calibration.stages import load_stages
 from dem.fingerprint import engine_fingerprint
@@ -69,8 +73,9 @@ def write(path, content):
     path.write_text(content if isinstance(content, str) else json.dumps(content))
 
 
-def make_run(root, seed, height):
-    """A finished heap of a few hundred grains, as a run leaves it; returns its name."""
+def make_run(root, seed, height, stands=True):
+    """A finished heap of a few hundred grains, as a run leaves it, without its angle where it does
+    not stand; returns its name."""
     line = np.arange(-0.03, 0.031, 0.002)
     x, y, z = (a.ravel() for a in np.meshgrid(line, line, line[line >= 0.0] + 0.001))
     position = np.column_stack([x, y, z])[z < height - np.hypot(x, y) * height / 0.03]
@@ -86,7 +91,7 @@ def make_run(root, seed, height):
         velocity=zero,
         tag=np.arange(len(position)),
     )
-    metrics = measure_heap(position, radius, zero, 0.04) | {"in_funnel": 7}
+    metrics = (measure_heap(position, radius, zero, 0.04) if stands else {}) | {"in_funnel": 7}
     numerics = {"wall_time_s": 60.0, "steps": 1000, "simulated_time_s": 1.0}
     write_result(folder, spec, metrics, numerics)
     return name
@@ -278,6 +283,16 @@ def test_one_sheet_shows_every_heap(page, study):
             assert colour == pytest.approx((90 * (int(run) - 1), 120, 150), abs=12)
     shown = re.findall(r'<button type="button" class="heap">.*?aria-label="run (\d)', page)
     assert shown == ["1", "2", "3"]
+
+
+def test_grains_that_form_no_heap_have_a_picture(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    name = make_run(tmp_path, 1, 0.004, stands=False)
+    pd.DataFrame({"run_id": [name]}).to_csv("design.csv", index=False)
+    heaps(None, SimpleNamespace(design=Path("design.csv")), ["heaps"])
+    with Image.open(tmp_path / "heaps" / f"{name}.webp") as picture:
+        assert picture.width == PICTURE
+        assert len(picture.convert("RGB").getcolors(1 << 20)) > 100  # grains, not bare ground
 
 
 def test_many_heaps_weigh_no_more_than_a_hundred(tmp_path):
