@@ -41,7 +41,12 @@ def _add_new(commands):
     )
     new.add_argument("--orifice", help="diameter of the funnel's orifice: 25mm")
     new.add_argument("--plate", help="diameter of the base plate: 100mm")
-    new.add_argument("--height", help="orifice above the plate: 75mm")
+    new.add_argument(
+        "--height",
+        help="orifice above the plate: 75mm. Where pouring ended as the heap touched the funnel "
+        "(a fixed funnel), just above the heap",
+    )
+    new.add_argument("--rim", help="of the plate, where it has one: 3mm")
     new.add_argument("--rate", help="mass poured in a second, where it was measured: 12g/s")
     new.add_argument(
         "--grains",

@@ -5,6 +5,7 @@ import math
 import subprocess
 import sys
 from argparse import Namespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,9 +19,10 @@ from calibration.errors import CalibrationError
 from calibration.factors import Factor, read_factors
 from calibration.measurements import read_measured
 from calibration.new.heap import Heap
-from calibration.new.pilot import Trial, advice, coarse, corners, pilot, shrunk
+from calibration.new.pilot import Trial, advice, coarse, corners, levels_at, pilot, shrunk
 from calibration.new.questions import answers, mean_diameter, measured_angles, sieve_curve
 from calibration.new.ranges import WIDE, factors_of, materials
+from calibration.new.reach import changes, reach
 from calibration.new.study import study_name
 from calibration.opening import opening
 from dem.errors import StoppedError
@@ -110,6 +112,16 @@ def test_a_bulk_density_is_a_second_experiment_and_no_target(here, capsys):
     given = [*ANGLES, *RIG, "--sieve", str(spread), "--bulk-density", "0.76g/cm3"]
     assert main(["new", "lentils", *given]) == 0
     check_ahead(read(here / "lentils"))
+
+
+def test_a_rim_holds_a_bed_and_carries_the_heap(here, capsys):
+    assert main(["new", "peas", *ANGLES, *RIG, "--rim", "4mm"]) == 0
+    run = read(here / "peas").run
+    assert run["geometry"]["plate_rim_height_mm"] == 4
+    bare, rimmed = (Heap(4.0, 1350, 25, 100, 75, 30, 3e6, plate_rim_height_mm=h) for h in (0, 4))
+    bed = 1.3 * 0.6 * np.pi / 4 * 100**2 * 4 / (np.pi / 6 * 4**3)
+    assert rimmed.count - bare.count == pytest.approx(bed, abs=1)
+    assert rimmed.apex_mm == pytest.approx(4 + 50 * np.tan(np.pi / 6))
 
 
 def test_no_more_grains_are_simulated_than_asked(here, capsys):
@@ -216,6 +228,8 @@ def test_every_other_name_makes_a_study(name):
         (["--grains", "20"], ["--grains 20", "300 or more"]),
         (["--plate", "2cm"], ["--plate 20 mm", "more than 25 mm"]),
         (["--height", "20mm"], ["--height 20 mm", "25.7 mm high", "would reach the orifice"]),
+        (["--rim", "60mm"], ["--height 75 mm", "85.7 mm high"]),
+        (["--rim", "3s"], ["--rim 3s", "another kind"]),
         (["--rate", "5kg/s"], ["--rate 5000 g/s", "passes about 77.1 g/s"]),
         (["--measured", "26±1"], ["--measured 26±1", "a mean with its spread", "each reading"]),
         (["--measured", "26+/-1", "27"], ["--measured 26+/-1", "each reading"]),
@@ -235,7 +249,7 @@ def test_a_wrong_answer_gets_a_sentence_and_leaves_nothing(here, change, words, 
 
 def test_what_is_not_told_is_asked_for():
     given = Namespace(measured=None, material=None, density=None, grain=None, sieve=None,
-                      orifice="25mm", plate=None, height=None, rate=None)  # fmt: skip
+                      orifice="25mm", plate=None, height=None, rate=None, rim=None)  # fmt: skip
     told = {"Measured": "26.1 28.4", "Density": "1.35 g/cm3", "Diameter of the grain": "4",
             "Diameter of the base": "10 cm", "Orifice above": "7.5 cm", "Material": "",
             "Mass poured": "0.6 kg/min"}  # fmt: skip
@@ -351,11 +365,80 @@ def test_the_pilot_says_whether_its_heaps_reach_the_measured_angle():
     heaps = [Trial((0.5,), angle, "", 1.0) for angle in (12.0, 28.2)]
     assert "their angles are 12.0° to 28.2°; yours is 22.7°" in advice(heaps, 22.7)
     (steep,) = (s for s in advice(heaps, 34.0) if "yours" in s)
-    assert "out of their reach by 5.8°" in steep
-    assert "more friction" in steep
+    assert "5.8° steeper than all of them" in steep
     (flat,) = (s for s in advice(heaps, 10.0) if "yours" in s)
-    assert "out of their reach by 2.0°" in flat
-    assert "less friction" in flat
+    assert "2.0° flatter than all of them" in flat
+    assert "Less friction" in flat
+
+
+def poured(monkeypatch, angle_of):
+    """Heaps of `angle_of(run spec, levels)` in place of the engine's; returns what was poured."""
+    seen = []
+
+    def one_heap(config, run_spec, levels, point):
+        seen.append((run_spec, levels))
+        return Trial(point, angle_of(run_spec, levels), "", 1.0)
+
+    monkeypatch.setattr("calibration.new.reach.one_heap", one_heap)
+    return seen
+
+
+def corner_trials(config, factors, angle_of):
+    points = corners(config, factors)
+    angles = [angle_of(config.run, levels_at(factors, p)) for p in points]
+    return [Trial(tuple(p), a, "", 1.0) for p, a in zip(points, angles, strict=True)]
+
+
+ROLLING = "contacts.particle_particle.rolling_friction"
+BOUNCE = "contacts.particle_particle.restitution"
+
+
+def test_a_steeper_angle_is_looked_for_at_the_ends_that_steepen_the_heap(here, monkeypatch):
+    """Friction steepens, restitution flattens: no point of the screening has the steep ends of all
+    seven."""
+    main(["new", "peas", *ANGLES, *RIG])
+    config = read(here / "peas")
+    factors = read_factors(config.factors)
+
+    def angle_of(run, levels):
+        steep = [1.0 if "friction" in key else -1.0 for key in levels]
+        return 20.0 + 10.0 * sum(s * x for s, x in zip(steep, levels.values(), strict=True))
+
+    found = corner_trials(config, factors, angle_of)
+    seen = poured(monkeypatch, angle_of)
+    highest = max(t.angle_deg for t in found)
+    assert reach(config, factors, found, highest) == []  # within what was poured
+    assert seen == []
+    (said,) = reach(config, factors, found, highest + 0.1)
+    assert said == "the ranges reach yours, at the ends that steepen the heap"
+    ((_, levels),) = seen
+    assert {f.key: levels[f.key] == f.high for f in factors} == {
+        f.key: "friction" in f.key for f in factors
+    }
+
+
+def test_what_would_reach_a_steeper_angle_is_poured_and_named(here, monkeypatch):
+    main(["new", "peas", *ANGLES, *RIG])
+    config = read(here / "peas")
+    factors = read_factors(config.factors)
+
+    def angle_of(run, levels):
+        low = run["geometry"]["discharge_height_mm"] < 40
+        return 20.0 + 10.0 * levels[ROLLING] - levels[BOUNCE] + 10.0 * low
+
+    found = corner_trials(config, factors, angle_of)
+    seen, shown = poured(monkeypatch, angle_of), []
+    (said,) = reach(config, factors, found, 30.0, shown.append)
+    # half of 100 mm times tan 30 degrees is 28.9 mm
+    assert said.endswith("one does poured from 29 mm, just above the heap (--height)")
+    assert any("rolling_friction 0.7" in s and "quartz sand" in s for s in shown)
+    assert any("elongation" in s for s in shown)
+    assert any(r["geometry"].get("plate_rim_height_mm") == 4 for r, _ in seen)
+    (said,) = reach(config, factors, found, 60.0)
+    assert "in this rig" in said
+    published = [replace(f, description="a paper") for f in factors]
+    words = [c.words for c in changes(config, published, 60.0)]
+    assert not any("friction" in w for w in words)  # a published range is not widened
 
 
 def test_coarse_heaps_have_the_same_volume_and_pass_the_orifice():

@@ -22,6 +22,11 @@ IMPACT_STEPS = 5.5  # that an impact on the plate lasts at least; the engine war
 STEEL = Material(7800.0, 8.0e10, 0.3)
 
 
+def cone_height(plate_mm, angle_deg):
+    """Height [mm] of a cone of the angle over the whole plate."""
+    return 0.5 * plate_mm * math.tan(math.radians(angle_deg))
+
+
 @dataclass(frozen=True)
 class Heap:
     """A funnel pour; lengths [mm], density of the grain [kg/m3], modulus [Pa], angle [deg]."""
@@ -35,15 +40,23 @@ class Heap:
     shear_modulus_Pa: float
     poisson_ratio: float = 0.25
     mass_flow_g_s: float | None = None  # poured in a second, where the laboratory measured it
+    plate_rim_height_mm: float = 0.0
+
+    @property
+    def apex_mm(self):
+        """Height [mm] above the plate of a full cone of the measured angle, which stands on the
+        rim."""
+        return self.plate_rim_height_mm + cone_height(self.plate_diameter_mm, self.angle_deg)
 
     @property
     def count(self):
-        """Grains that a cone of the measured angle over the whole plate takes, and what rolls
-        off."""
-        radius = 0.5 * self.plate_diameter_mm
-        cone = math.pi / 3 * radius**3 * math.tan(math.radians(self.angle_deg))
+        """Grains that a cone of the measured angle over the whole plate takes, with the bed inside
+        the rim, and what rolls off."""
+        area = math.pi / 4 * self.plate_diameter_mm**2
+        cone = area * cone_height(self.plate_diameter_mm, self.angle_deg) / 3
         grain = math.pi / 6 * self.diameter_mm**3
-        return max(round(SPILL * PACKING * cone / grain), FEWEST)
+        heap = cone + area * self.plate_rim_height_mm
+        return max(round(SPILL * PACKING * heap / grain), FEWEST)
 
     @property
     def capacity_per_s(self):

@@ -29,6 +29,11 @@ class Trial:
     fault: str
     seconds: float
 
+    @property
+    def found(self):
+        """The angle, or why there is none, in words."""
+        return self.fault or f"{self.angle_deg:.1f}°"
+
 
 def corners(config, factors):
     """The distinct points of the study's screening in the unit cube (n, factors): what has to stand
@@ -41,15 +46,17 @@ def pilot(config, factors, points, show=lambda text: None):
     """[Trial] of a coarse heap at each of `points` (n, factors) of the ranges' unit cube."""
     trials = []
     for k, point in enumerate(points, 1):
-        levels = {
-            f.key: round(f.low + x * (f.high - f.low), 6)
-            for f, x in zip(factors, point, strict=True)
-        }
-        trial = _try(coarse(config.run), config.experiment, levels, config.seed, tuple(point))
-        found = trial.fault or f"{trial.angle_deg:.1f}°"
-        show(f"heap {k} of {len(points)}: {found} ({trial.seconds:.0f} s)")
+        trial = one_heap(config, config.run, levels_at(factors, point), tuple(point))
+        show(f"heap {k} of {len(points)}: {trial.found} ({trial.seconds:.0f} s)")
         trials.append(trial)
     return trials
+
+
+def levels_at(factors, point):
+    """Natural levels {key: value} of a point of the ranges' unit cube."""
+    return {
+        f.key: round(f.low + x * (f.high - f.low), 6) for f, x in zip(factors, point, strict=True)
+    }
 
 
 def coarse(run):
@@ -68,10 +75,12 @@ def coarse(run):
     return overlay(run, changes | {"geometry": {"generation_rate_per_s": rate}})
 
 
-def _try(run_spec, experiment, levels, seed, point):
+def one_heap(config, run_spec, levels, point):
+    """`Trial` of a coarse heap of a run spec, which may be another than the configuration's, at
+    levels {key: value}."""
     from dem.run import run  # compiles the engine
 
-    spec = parse_spec(point_spec(run_spec, experiment, levels, seed))
+    spec = parse_spec(point_spec(coarse(run_spec), config.experiment, levels, config.seed))
     with tempfile.TemporaryDirectory() as folder:
         try:
             result = run(spec, Path(folder) / "run")
@@ -141,9 +150,8 @@ def advice(trials, measured=None):
         found.append(_reach(min(angles), max(angles), measured))
     if rolled > len(trials) / 4:
         found.append(
-            f"{rolled} rolled off: a plate with a rim (geometry.plate_stl, docs/howto-geometry.md) "
-            f"or a "
-            "lower discharge_height_mm keeps them; is your own plate bare?"
+            f"{rolled} rolled off: a plate with a rim (--rim, geometry.plate_rim_height_mm) or a "
+            f"lower orifice (--height) keeps them; is your own plate bare?"
         )
     if clogged:
         found.append(f"{clogged} clogged: a wider orifice, or a lifted cylinder in the laboratory")
@@ -154,12 +162,11 @@ def _reach(low, high, measured):
     found = f"their angles are {low:.1f}° to {high:.1f}°; yours is {measured:.1f}°"
     if low <= measured <= high:
         return found
-    steeper = measured > high
+    if measured > high:
+        return f"{found}: {measured - high:.1f}° steeper than all of them"
     return (
-        f"{found}: out of their reach by {measured - high if steeper else low - measured:.1f}°. "
-        f"The heaps of the study are finer and may reach it; if not, its report says so, and "
-        f"{'more' if steeper else 'less'} friction between grains or a "
-        f"{'longer' if steeper else 'rounder'} grain (particles.elongation) would"
+        f"{found}: {low - measured:.1f}° flatter than all of them. Less friction between grains or "
+        f"a rounder grain (particles.elongation) would be flatter"
     )
 
 
@@ -175,6 +182,5 @@ def cost(config, trials, cores=2):
     seconds = np.median([t.seconds for t in ran]) * full["count"] / small["count"] * finer
     heaps = expected_runs(config)
     minutes = heaps * seconds / cores / 60
-    return f"{heaps} heaps, about {minutes:.0f} minutes on {cores} cores" if minutes >= 1 else (
-        f"{heaps} heaps, about {60 * minutes:.0f} seconds on {cores} cores"
-    )  # fmt: skip
+    said = f"{minutes:.0f} minutes" if minutes >= 1.5 else f"{60 * minutes:.0f} seconds"
+    return f"{heaps} heaps, about {said} on {cores} cores"

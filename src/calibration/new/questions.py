@@ -38,7 +38,8 @@ QUESTIONS = (
 RATE = Question("rate", "mass_flow_g_s", "Mass poured in a second, such as 12 g/s (or empty)")
 """The one that may stay open: the funnel is then fed safely below what its orifice passes."""
 BULK = Question("bulk-density", "poured_density_kg_m3", "")
-"""Never asked: an option alone."""
+RIM = Question("rim", "plate_rim_height_mm", "")
+"""Never asked: options alone."""
 
 
 def answers(args, ask=None):
@@ -61,6 +62,7 @@ def answers(args, ask=None):
         lengths[q.key] = _number(text, q)
     rate = args.rate or (ask(RATE.text) if ask else None)
     lengths[RATE.key] = _number(rate, RATE) if rate else None
+    lengths[RIM.key] = _number(args.rim, RIM) if args.rim else 0.0
     heap = Heap(**lengths, angle_deg=sum(values) / len(values), shear_modulus_Pa=SOFTENED_PA)
     _check_rig(heap)
     material = args.material or (ask and ask(f"Material ({', '.join(materials())}, or empty)"))
@@ -74,11 +76,11 @@ def _check_rig(heap):
         raise CalibrationError(
             f"--plate {plate:g} mm: is no wider than the orifice; allowed: more than {orifice:g} mm"
         )
-    high = 0.5 * plate * math.tan(math.radians(heap.angle_deg))
+    high = heap.apex_mm
     if heap.discharge_height_mm <= high:
         raise CalibrationError(
             f"--height {heap.discharge_height_mm:g} mm: a heap of {heap.angle_deg:.1f}° on the "
-            f"plate is {high:.3g} mm high and would reach the orifice; allowed: more than that"
+            f"plate stands {high:.3g} mm high and would reach the orifice; allowed: more than that"
         )
     if heap.mass_flow_g_s is not None and heap.feed_share >= 1.0:
         most = heap.mass_flow_g_s / heap.feed_share

@@ -58,6 +58,18 @@ def factors_of(material=None):
     ]
 
 
+def most_published(key):
+    """(largest published value of a key, its material), whatever the material; None where none is
+    published."""
+    table = _published()
+    found = [
+        (table.number(line, "high", row["high"]), row["material"])
+        for line, row in table.rows
+        if row["key"] == key
+    ]
+    return max(found, default=None)
+
+
 def _factor(code, name, key, published, table):
     if published is None:
         return Factor(code, name, key, *WIDE[key], UNPUBLISHED)

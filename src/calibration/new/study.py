@@ -171,7 +171,13 @@ def _configuration(folder, name, heap, factors, sizes, second=None):
         if sizes
         else f"diameter_mm: {heap.diameter_mm:g}"
     )
+    mouth = max(heap.plate_diameter_mm, 2 * heap.orifice_diameter_mm)
     supplements = "posterior, push_through" if second else "posterior"
+    rim = (
+        f"    plate_rim_height_mm: {heap.plate_rim_height_mm:g}\n"
+        if heap.plate_rim_height_mm
+        else ""
+    )
     return f"""\
 # A study of {folder.name}. From the folder that {quoted(folder)} lies in:
 #   calibration run {quoted(folder)} -n       what it would do
@@ -201,7 +207,7 @@ run: # what all heaps share
     orifice_diameter_mm: {heap.orifice_diameter_mm:g}
     plate_diameter_mm: {heap.plate_diameter_mm:g}
     discharge_height_mm: {heap.discharge_height_mm:g}
-    funnel_top_diameter_mm: {max(heap.plate_diameter_mm, 2 * heap.orifice_diameter_mm):g} # assumed
+{rim}    funnel_top_diameter_mm: {mouth:g} # assumed
     generation_rate_per_s: {heap.feed_per_s:.0f} # {_fed(heap)}
   numerics:
     max_time_s: {max(12.0, 2 * heap.pouring_s + 5):.3g}

@@ -7,6 +7,7 @@ import yaml
 from calibration.config import parse_config, read_target
 from calibration.factors import read_factors
 from calibration.new.pilot import advice, corners, cost, pilot, shrunk
+from calibration.new.reach import reach
 from calibration.new.study import write_factors
 
 
@@ -30,6 +31,10 @@ def try_study(folder, show=print):
         if old != new:
             show(f"{new.name}: {old.low:g} to {old.high:g} becomes {new.low:g} to {new.high:g}")
     write_factors(config.factors, cut)
-    for sentence in (*advice(trials, read_target(config).mean()), cost(config, trials)):
-        if sentence:
-            show(sentence)
+    measured = read_target(config).mean()
+    for sentence in advice(trials, measured):
+        show(sentence)
+    for sentence in reach(config, cut, trials, measured, show):
+        show(sentence)
+    if said := cost(config, trials):
+        show(said)
