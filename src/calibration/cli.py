@@ -57,6 +57,7 @@ def _run(args):
     from calibration.api import config_file  # loads pandas
 
     _check_stages(args.arguments)
+    _check_settings(args.arguments)
     command = snakemake_command([config_file(args.study)], *args.arguments)
     try:
         return call(command).returncode
@@ -75,6 +76,19 @@ def _check_stages(arguments):
         near = difflib.get_close_matches(name, known, n=1, cutoff=0.8)
         if name not in known and near:
             raise CalibrationError(f"{name}: is no stage; did you mean {near[0]}?")
+
+
+def _check_settings(arguments):
+    """Raise CalibrationError for a word behind --config that is no KEY=VALUE: snakemake would end
+    with a traceback."""
+    settings = False
+    for word in arguments:
+        if word.startswith("-"):
+            settings = word in ("--config", "-C")
+        elif settings and "=" not in word:
+            raise CalibrationError(
+                f"{word}: is no setting; allowed behind --config: KEY=VALUE (a stage stands before)"
+            )
 
 
 def _verify(args):

@@ -264,3 +264,11 @@ def test_a_misspelt_stage_is_named_before_anything_is_planned(study, word, meant
     study()
     assert main(["run", "Weizen Prüfung 1", "-n", "-j2", word]) == 2
     assert f"{word}: is no stage; did you mean {meant}?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", ["--config", "-C"])
+def test_a_stage_behind_the_settings_is_no_setting(study, option, capsys):
+    study()
+    words = ["-n", "-j2", option, "resolution=quick", "screening"]
+    assert main(["run", "Weizen Prüfung 1", *words]) == 2
+    assert "screening: is no setting; allowed behind --config: KEY=VALUE" in capsys.readouterr().err
