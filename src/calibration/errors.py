@@ -2,6 +2,8 @@
 
 import errno
 
+from dem.errors import InputError
+
 MACHINE = {
     errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EFBIG, errno.EIO,
     errno.EMFILE, errno.ENOMEM,
@@ -13,23 +15,8 @@ class CalibrationError(Exception):
     """Base class of everything that is shown to the user as one line."""
 
 
-class ConfigError(CalibrationError):
+class ConfigError(CalibrationError, InputError):
     """A configuration or data file that cannot be used."""
-
-    def __init__(
-        self, reason, *, path=None, line=None, column=None, key=None, value=None, allowed=None
-    ):
-        self.path, self.line, self.column, self.key = path, line, column, key
-        self.reason, self.value, self.allowed = reason, value, allowed
-        where = [str(path)] if path else []
-        where += [f"line {line}"] if line else []
-        where += [f"column {column}"] if column else []
-        text = f"{', '.join(where)}: " if where else ""
-        text += f"{key}: " if key else ""
-        text += reason
-        text += f" (got {value!r:.200})" if value is not None else ""
-        text += f"; allowed: {allowed}" if allowed else ""
-        super().__init__(text)
 
 
 def of_the_machine(error):

@@ -16,6 +16,25 @@ class SpecError(DemError):
         super().__init__(f"{where}{key} = {value!r:.200}; allowed: {allowed}")
 
 
+class InputError(DemError):
+    """A file that a user gives and that cannot be used: where, what is wrong, what is allowed."""
+
+    def __init__(
+        self, reason, *, path=None, line=None, column=None, key=None, value=None, allowed=None
+    ):
+        self.path, self.line, self.column, self.key = path, line, column, key
+        self.reason, self.value, self.allowed = reason, value, allowed
+        where = [str(path)] if path else []
+        where += [f"line {line}"] if line else []
+        where += [f"column {column}"] if column else []
+        text = f"{', '.join(where)}: " if where else ""
+        text += f"{key}: " if key else ""
+        text += reason
+        text += f" (got {value!r:.200})" if value is not None else ""
+        text += f"; allowed: {allowed}" if allowed else ""
+        super().__init__(text)
+
+
 class MeshError(DemError):
     """A triangle mesh that cannot be used as a wall."""
 

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from dem.clump import random_turns, shape_of, union
 from dem.dumbbell import moments
-from dem.errors import SpecError
+from dem.errors import DemError, SpecError
 from dem.experiments import bed
 from dem.experiments.setup import add_grains, build_simulation
 from dem.grains import largest_reach, smallest_radius
@@ -327,19 +327,19 @@ HEAD = "x_mm,y_mm,z_mm,radius_mm\n"
         (HEAD + "0,0,0,1\n3,0,0,1\n", ["line 3", "(3.0, 0.0, 0.0, 1.0)", "touch or overlap"]),
         (HEAD + "0,0,0,1\n1,0,0,-1\n", ["line 3", "-1.0", "a radius above 0"]),
         (HEAD + "0,0,0,1\n1,0,0,0\n", ["line 3", "0.0", "a radius above 0"]),
-        (HEAD + "0,0,0,1\n1,x,0,1\n", ["line 3", "'x'", "a number in y_mm"]),
-        (HEAD + "0,0,0,1\n1,0,nan,1\n", ["line 3", "'nan'", "a number in z_mm"]),
-        (HEAD + "0,0,0,1\n1,0,0,inf\n", ["line 3", "'inf'", "a number in radius_mm"]),
-        (HEAD + "0,0,0,1\n1,0,0\n", ["line 3", "1,0,0", "4 cells as in the header"]),
+        (HEAD + "0,0,0,1\n1,x,0,1\n", ["line 3", "column y_mm", "'x'", "is not a number"]),
+        (HEAD + "0,0,0,1\n1,0,nan,1\n", ["line 3", "column z_mm", "'nan'", "not finite"]),
+        (HEAD + "0,0,0,1\n1,0,0,inf\n", ["line 3", "column radius_mm", "'inf'", "not finite"]),
+        (HEAD + "0,0,0,1\n1,0,0\n", ["line 3", "column radius_mm", "is empty"]),
         (HEAD + "0,0,0,1\n0.5,0,0,0.3\n", ["line 3", "not inside another", "in sphere 1"]),
         (HEAD + "0,0,0,1\n0,0,0,1\n", ["line 3", "not inside another", "in sphere 1"]),
         (HEAD + "0,0,0,1\n1,0,0,0.05\n", ["line 3", "0.05", "1/10 of the largest"]),
         (HEAD + "1e300,0,0,1\n", ["line 2", "1e+300", "within 1e+06 mm"]),
-        ("# made by hand\nx,y,z,r\n0,0,0,1\n", ["line 1", "x_mm, y_mm, z_mm, radius_mm"]),
+        ("# made by hand\nx,y,z,r\n0,0,0,1\n", ["line 2", "x_mm, y_mm, z_mm, radius_mm"]),
     ],
 )
 def test_a_wrong_file_is_one_sentence(tmp_path, text, words):
-    with pytest.raises(SpecError) as error:
+    with pytest.raises(DemError) as error:
         spec_of(written(tmp_path, text))
     for word in ["particles.clump.file", *words]:
         assert word in str(error.value)

@@ -2,9 +2,10 @@
 is one sentence."""
 
 import numpy as np
+import openpyxl
 import pytest
 
-from dem.errors import SpecError
+from dem.errors import DemError, InputError, SpecError
 from dem.grains import draw_radii, grain_volume, mean_radius
 from dem.io.sieve import read_sizes
 from dem.spec import content_hash, parse_spec
@@ -53,7 +54,7 @@ def test_single_sizes_are_as_the_lists_would_give_them(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (CURVE.replace("1,20", "1,x"), ["line 3", "'x'", "a number"]),
+        (CURVE.replace("1,20", "1,x"), ["line 3", "column passing_percent", "'x'", "not a number"]),
         (CURVE.replace("2,70", "2,10"), ["line 4", "10", "at least 20"]),
         (CURVE.replace("2,70", "0.9,70"), ["line 4", "0.9", "more than 1"]),
         (CURVE.replace("5,100", "5,99"), ["line 5", "99", "100 at this end"]),
@@ -65,7 +66,7 @@ def test_single_sizes_are_as_the_lists_would_give_them(tmp_path):
 def test_a_wrong_table_is_one_sentence(tmp_path, text, words):
     path = tmp_path / "sieve.csv"
     path.write_text(text)
-    with pytest.raises(SpecError) as error:
+    with pytest.raises(DemError) as error:
         spec(path)
     for word in words:
         assert word in str(error.value)
@@ -90,21 +91,29 @@ def test_separators_and_decimal_commas_of_another_land_are_read(tmp_path, text):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("diameter_mm,fraction\n1,5,30\n2,0,70\n", "2 cells as in the header, not 3"),
-        ("diameter_mm;fraction\n1,250;0,25\n2;0,75\n", "1.250 or 1250, written so"),
+        ("diameter_mm,fraction\n1,5,30\n2,0,70\n", "is 5,30 one number with a decimal comma"),
+        ("diameter_mm;fraction\n1,250;1\n", "1.250 .decimal comma. or 1250"),
     ],
 )
 def test_what_can_be_read_in_two_ways_is_refused_by_line(tmp_path, text, words):
     path = tmp_path / "sizes.csv"
     path.write_text(text)
-    with pytest.raises(SpecError, match=words) as error:
+    with pytest.raises(InputError, match=words) as error:
         read_sizes(path, "mass")
     assert "line 2" in str(error.value)
 
 
 def test_a_missing_table_and_lists_beside_one_are_refused(tmp_path):
-    with pytest.raises(SpecError, match="can be read"):
+    with pytest.raises(InputError, match="cannot be read"):
         spec(tmp_path / "none.csv")
     sizes = {"file": "x.csv", "fractions": [1.0]}
     with pytest.raises(SpecError, match="nothing beside"):
         parse_spec({"experiment": "heap", "particles": {"sizes": sizes}})
+
+
+def test_a_sieve_curve_is_read_from_a_workbook(tmp_path):
+    path, book = tmp_path / "sieve.xlsx", openpyxl.Workbook()
+    for row in (("diameter_mm", "passing_percent"), (1.0, 0), (2.0, 100)):
+        book.active.append(row)
+    book.save(path)
+    assert read_sizes(path, "mass")["upper_diameters_mm"] == [2.0]

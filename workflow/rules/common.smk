@@ -216,7 +216,7 @@ def missing(task):
                 given(SETTINGS, key, task.rule)
             if {"target", "measurements"} <= set(task.reads):
                 STUDY_OBJECT.measured()
-        except CalibrationError as error:
+        except (CalibrationError, DemError) as error:
             raise WorkflowError(str(error))
         return []
 

@@ -16,6 +16,7 @@ from calibration.measurements import readings_table
 from calibration.new.heap import MOST, STEEL
 from calibration.quantities import quantity_name
 from calibration.tables import summary
+from dem.errors import DemError
 from dem.experiments import experiments
 from dem.experiments.heap import PACKING
 from dem.flow import FREE_FLOW_RATIO
@@ -83,7 +84,7 @@ def write_study(folder, values, heap, factors, sizes=None, bulk=(), most=MOST):
         write_factors(folder / "factors.tsv", factors)
         write_text(text, folder / "config.yaml")
         parse_config(yaml.safe_load(text), files=[folder / "config.yaml"])
-    except CalibrationError:
+    except (CalibrationError, DemError):
         for path in folder.iterdir():
             path.unlink()
         folder.rmdir()

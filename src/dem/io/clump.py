@@ -1,24 +1,28 @@
-"""The spheres of a grain from a table: a CSV file with the columns `x_mm`, `y_mm`, `z_mm` and
+"""The spheres of a grain from a table: the columns `x_mm`, `y_mm`, `z_mm` and
 `radius_mm`, one sphere a row."""
 
 from dem.clump import fault
 from dem.errors import SpecError
-from dem.io.table import read_number, read_rows
+from dem.tables import named_by, read_table
 
 KEY = "particles.clump.file"
 COLUMNS = ("x_mm", "y_mm", "z_mm", "radius_mm")
 
 
 def read_clump(path):
-    """{column: values (m,) [mm]} of a table. Raises SpecError naming line, value and what is
-    allowed."""
-    header, rows = read_rows(KEY, path)
-    if sorted(header) != sorted(COLUMNS):
+    """{column: values (m,) [mm]} of a table. Raises InputError or SpecError naming line, value and
+    what is allowed."""
+    with named_by(KEY):
+        table = read_table(path)
+        found = {c: table.numbers(c) for c in table.header}
+    if sorted(table.header) != sorted(COLUMNS):
         allowed = f"the columns {', '.join(COLUMNS)}, one sphere a row"
-        raise SpecError(KEY, ", ".join(header), allowed, f"{path}, line 1")
-    spheres = [tuple(read_number(KEY, path, n, r, header, c) for c in COLUMNS) for n, r in rows]
-    wrong = fault(spheres)
+        where = f"{path}, line {table.header_line}"
+        raise SpecError(KEY, ", ".join(table.header), allowed, where)
+    if not table.rows:
+        raise SpecError(KEY, str(path), "a table with a header and a row at least")
+    wrong = fault(list(zip(*(found[c] for c in COLUMNS), strict=True)))
     if wrong:
         place, value, allowed = wrong
-        raise SpecError(KEY, value, allowed, f"{path}, line {rows[place][0]}")
-    return {c: [s[k] for s in spheres] for k, c in enumerate(COLUMNS)}
+        raise SpecError(KEY, value, allowed, f"{path}, line {table.rows[place][0]}")
+    return {c: found[c] for c in COLUMNS}

@@ -1,7 +1,7 @@
 """A size distribution from a table: a sieve curve, whose classes are filled evenly, or single
 sizes.
 
-The table is a CSV file with the column `diameter_mm` and one of two others: `passing_percent`, the
+The table has the column `diameter_mm` and one of two others: `passing_percent`, the
 share that passes each sieve (from 0 to 100, ascending), or `fraction`, the share of grains of
 exactly that size.
 """
@@ -9,7 +9,7 @@ exactly that size.
 from itertools import pairwise
 
 from dem.errors import SpecError
-from dem.io.table import read_number, read_rows
+from dem.tables import named_by, read_table
 
 KEY = "particles.sizes.file"
 DIAMETER, PASSING, FRACTION = "diameter_mm", "passing_percent", "fraction"
@@ -19,21 +19,23 @@ def read_sizes(path, by):
     """{by, diameters_mm, fractions} and for a sieve curve `upper_diameters_mm` of a table; by:
     number or mass.
 
-    Raises SpecError naming line, value and what is allowed.
+    Raises InputError or SpecError naming line, value and what is allowed.
     """
-    header, rows = read_rows(KEY, path)
-    if DIAMETER not in header or (PASSING in header) == (FRACTION in header):
+    with named_by(KEY):
+        table = read_table(path)
+    if DIAMETER not in table.header or (PASSING in table.header) == (FRACTION in table.header):
         allowed = f"the columns {DIAMETER} and either {PASSING} or {FRACTION}"
-        raise SpecError(KEY, ", ".join(header), allowed, f"{path}, line 1")
-    share = PASSING if PASSING in header else FRACTION
-    table = [
-        tuple(read_number(KEY, path, n, r, header, c) for c in (DIAMETER, share)) for n, r in rows
-    ]
-    lines = [n for n, _ in rows]
+        given = ", ".join(table.header)
+        raise SpecError(KEY, given, allowed, f"{path}, line {table.header_line}")
+    share = PASSING if PASSING in table.header else FRACTION
+    with named_by(KEY):
+        diameters, shares = table.numbers(DIAMETER), table.numbers(share)
+    if not diameters:
+        raise SpecError(KEY, str(path), "a table with a header and a row at least")
     if share == FRACTION:
-        diameters, fractions = (list(column) for column in zip(*table, strict=True))
-        return {"by": by, "diameters_mm": diameters, "fractions": fractions}
-    return {"by": by} | _classes(path, lines, table)
+        return {"by": by, "diameters_mm": diameters, "fractions": shares}
+    lines = [n for n, _ in table.rows]
+    return {"by": by} | _classes(path, lines, list(zip(diameters, shares, strict=True)))
 
 
 def _classes(path, lines, table):

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from calibration.errors import ConfigError
-from calibration.tables import dialect as dialects
-from calibration.tables.encoding import WORKBOOK, decode, kind_of, read_bytes, split_lines
-from calibration.tables.workbook import DATE, workbook_rows
+from dem.errors import InputError
+from dem.tables import dialect as dialects
+from dem.tables.encoding import WORKBOOK, decode, kind_of, read_bytes, split_lines
+from dem.tables.workbook import DATE, workbook_rows
 
 NEEDED = "a line of headings and the values below"
 _IN_BRACKETS = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*\Z")
@@ -35,16 +35,16 @@ class Table:
     units: dict
 
     def texts(self, column):
-        """[(line, text)] of a column. Raises ConfigError where there is none of this name."""
+        """[(line, text)] of a column. Raises InputError where there is none of this name."""
         self.require(column)
         return [(line, row[column]) for line, row in self.rows]
 
     def require(self, *columns):
-        """Raise ConfigError for the first of the columns that is missing, with the nearest name
+        """Raise InputError for the first of the columns that is missing, with the nearest name
         that is there."""
         for column in columns:
             if column not in self.header:
-                raise ConfigError(
+                raise InputError(
                     f"is missing{_nearest(column, self.header)}",
                     path=self.path,
                     line=self.header_line,
@@ -57,13 +57,13 @@ class Table:
 
         convert: takes a text with a decimal point, where cells may carry a unit.
 
-        Raises ConfigError naming line, column and value.
+        Raises InputError naming line, column and value.
         """
         where = {"path": self.path, "line": line, "column": column}
         if not text:
-            raise ConfigError("is empty", **where, allowed="a number")
+            raise InputError("is empty", **where, allowed="a number")
         if _DATE.fullmatch(text):
-            raise ConfigError(
+            raise InputError(
                 DATE, **where, value=text, allowed="a number in a cell of the kind text"
             )
         point = dialects.plain(text, self.decimal)
@@ -71,13 +71,13 @@ class Table:
             value = convert(point) if convert else float(point)
         except ValueError as error:
             reason = str(error) if convert else "is not a number"
-            raise ConfigError(reason, **where, value=text) from None
+            raise InputError(reason, **where, value=text) from None
         if finite and not math.isfinite(value):
-            raise ConfigError("is not finite", **where, value=text, allowed="a number")
+            raise InputError("is not finite", **where, value=text, allowed="a number")
         return value
 
     def numbers(self, column, convert=None):
-        """[number] of a column. Raises ConfigError as `number` does."""
+        """[number] of a column. Raises InputError as `number` does."""
         return [self.number(line, column, text, convert) for line, text in self.texts(column)]
 
 
@@ -88,7 +88,7 @@ def _nearest(name, names):
 
 def read_rows(path):
     """[(line, cells)] of a file as it is, for a table that is laid out in its own way: numbers have
-    a decimal point, blank lines are left out. Raises ConfigError as `read_table` does."""
+    a decimal point, blank lines are left out. Raises InputError as `read_table` does."""
     path = Path(path)
     data = read_bytes(path)
     if kind_of(data, path) == WORKBOOK:
@@ -109,7 +109,7 @@ def read_table(path, check=None):
 
     A line that begins with `#` is a comment. Blank lines do not count. Line numbers are those of
     the file. check: called with the headings and their line before any row is read. Raises
-    ConfigError naming file, line and what is allowed.
+    InputError naming file, line and what is allowed.
     """
     path = Path(path)
     data = read_bytes(path)
@@ -121,10 +121,10 @@ def read_table(path, check=None):
 
 
 def table_of(text, path="the table", encoding="", check=None):
-    """`Table` of a text, as one that was pasted. Raises ConfigError as `read_table` does."""
+    """`Table` of a text, as one that was pasted. Raises InputError as `read_table` does."""
     declared, lines = _lines(text)
     if not lines:
-        raise ConfigError("is empty", path=path, allowed=NEEDED)
+        raise InputError("is empty", path=path, allowed=NEEDED)
     separator = dialects.separator_of(lines, path, declared)
     rows = [(n, dialects.cells_of(x, separator, path, n)) for n, x in lines]
     how = ", ".join(w for w in (dialects.NAMES.get(separator, separator), encoding) if w)
@@ -145,7 +145,7 @@ def _lines(text):
 
 def _table(path, rows, separator, how, check):
     if not rows:
-        raise ConfigError("is empty", path=path, allowed=NEEDED)
+        raise InputError("is empty", path=path, allowed=NEEDED)
     line, cells = rows[0]
     header, units = _header(cells, path, line)
     if check:
@@ -158,16 +158,16 @@ def _table(path, rows, separator, how, check):
 
 
 def _header(cells, path, line):
-    """(names, {name: unit in brackets behind it}). Raises ConfigError for a number among them."""
+    """(names, {name: unit in brackets behind it}). Raises InputError for a number among them."""
     names, units = [], {}
     for cell in cells:
         if _NUMBER.fullmatch(cell.replace(",", ".")):
             reason = "is a number where a heading should stand"
-            raise ConfigError(reason, path=path, line=line, value=cell, allowed=NEEDED)
+            raise InputError(reason, path=path, line=line, value=cell, allowed=NEEDED)
         match = _IN_BRACKETS.search(cell)
         name = (cell[: match.start()].strip() if match else cell) or cell
         if name and name in names:
-            raise ConfigError("stands twice", path=path, line=line, column=name)
+            raise InputError("stands twice", path=path, line=line, column=name)
         if match and name != cell:
             units[name] = match[1].strip()
         names.append(name)
@@ -182,7 +182,7 @@ def _halves(cells):
 
 
 def _fitted(cells, header, separator, path, line):
-    """Cells of a row, as many as the header has. Raises ConfigError for cells without heading."""
+    """Cells of a row, as many as the header has. Raises InputError for cells without heading."""
     value = (separator or ",").join(cells)[:80]
     if len(cells) > len(header):
         reason = f"has {len(cells)} cells under {len(header)} columns"
@@ -190,8 +190,8 @@ def _fitted(cells, header, separator, path, line):
             left, right = _halves(cells)
             reason += f": is {left},{right} one number with a decimal comma, or {left} and {right}?"
         allowed = "a cell a column; semicolons or tabs between cells where decimals have commas"
-        raise ConfigError(reason, path=path, line=line, value=value, allowed=allowed)
+        raise InputError(reason, path=path, line=line, value=value, allowed=allowed)
     if any(c and not h for c, h in zip(cells, header, strict=False)):
         reason = "has a cell under a column without heading"
-        raise ConfigError(reason, path=path, line=line, value=value, allowed=NEEDED)
+        raise InputError(reason, path=path, line=line, value=value, allowed=NEEDED)
     return cells + [""] * (len(header) - len(cells))

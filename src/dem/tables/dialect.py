@@ -8,7 +8,7 @@ decimal mark if no other reading is left. `1,234` alone could be a thousand.
 import csv
 import re
 
-from calibration.errors import ConfigError
+from dem.errors import InputError
 
 NAMES = {
     "\t": "tab-separated",
@@ -26,17 +26,17 @@ _LEADING = re.compile(r"\s*([+-]?[\d.,]*\d(?:[eE][+-]?\d+)?)")
 
 
 def cells_of(text, separator, path, line):
-    """Cells of one line, stripped. Raises ConfigError where a quotation mark is not closed."""
+    """Cells of one line, stripped. Raises InputError where a quotation mark is not closed."""
     try:
         (cells,) = csv.reader([text], delimiter=separator or "\t", strict=True)
     except (csv.Error, ValueError):
         reason = "has a quotation mark that is not closed"
-        raise ConfigError(reason, path=path, line=line, value=text.strip()[:60]) from None
+        raise InputError(reason, path=path, line=line, value=text.strip()[:60]) from None
     return [c.strip() for c in cells]
 
 
 def separator_of(lines, path, declared=None):
-    """Separator of [(line, text)], the header first. Raises ConfigError where two fit or the rows
+    """Separator of [(line, text)], the header first. Raises InputError where two fit or the rows
     do not."""
     if declared is not None:
         return declared
@@ -48,7 +48,7 @@ def separator_of(lines, path, declared=None):
         readings = " or ".join(
             f"{' | '.join(cells_of(header, s, path, line))} ({NAMES[s]})" for s in found
         )
-        raise ConfigError(f"can be read in two ways: {readings}", path=path, line=line,
+        raise InputError(f"can be read in two ways: {readings}", path=path, line=line,
                           allowed="one separator: tab, semicolon or comma")  # fmt: skip
     if not found:
         _check_single(lines, path)
@@ -66,7 +66,7 @@ def _check_single(lines, path):
         for separator in ("\t", ";"):
             if len([c for c in cells_of(text, separator, path, line) if c]) > 1:
                 reason = f"has more cells than the header, which is {lines[0][1].strip()!r}"
-                raise ConfigError(reason, path=path, line=line, value=text.strip(),
+                raise InputError(reason, path=path, line=line, value=text.strip(),
                                   allowed="one cell, or a heading for each column")  # fmt: skip
     values = [(n, text.strip().strip('"').rstrip(";\t")) for n, text in lines[1:]]
     counted = [text.split(",")[0] for _, text in values if _COMMA.fullmatch(text)]
@@ -74,7 +74,7 @@ def _check_single(lines, path):
         line, text = values[0]
         first, second = text.split(",")
         readings = f"{first}.{second} (decimal comma) or the values {first} and {second}"
-        raise ConfigError(f"can be read in two ways: {readings}", path=path, line=line, value=text,
+        raise InputError(f"can be read in two ways: {readings}", path=path, line=line, value=text,
                           allowed="decimal points, or a heading for each column")  # fmt: skip
 
 
@@ -85,7 +85,7 @@ def _counts_up(texts):
 
 
 def decimal_of(rows, separator, path):
-    """Decimal mark of [(line, cells)]. Raises ConfigError for a mixture, or where thousands fit."""
+    """Decimal mark of [(line, cells)]. Raises InputError for a mixture, or where thousands fit."""
     cells = [(line, number) for line, row in rows for cell in row if (number := _number_in(cell))]
     commas = [(n, c) for n, c in cells if _COMMA.fullmatch(c) or _GERMAN.fullmatch(c)]
     points = [(n, c) for n, c in cells if _POINT.fullmatch(c) or _ENGLISH.fullmatch(c)]
@@ -121,7 +121,7 @@ def _of_both(commas, points, path):
         return "."
     (line, comma), (other, point) = commas[0], points[0]
     reason = f"mixes decimal commas and points: {comma} here, {point} on line {other}"
-    raise ConfigError(reason, path=path, line=line, allowed="one decimal mark in the whole table")
+    raise InputError(reason, path=path, line=line, allowed="one decimal mark in the whole table")
 
 
 def _of_one(cells, groups, mark, path):
@@ -132,7 +132,7 @@ def _of_one(cells, groups, mark, path):
         f"{text.replace(mark, '.')} (decimal {_name(mark)}) or {text.replace(mark, '')} (thousands)"
     )
     allowed = "numbers without a mark between thousands, decimals with a point"
-    raise ConfigError(
+    raise InputError(
         f"can be read in two ways: {readings}", path=path, line=line, value=text, allowed=allowed
     )
 

@@ -6,7 +6,7 @@ import io
 import re
 import zipfile
 
-from calibration.errors import ConfigError
+from dem.errors import InputError
 
 WORKBOOK, TEXT = "workbook", "text"
 SAVE_AS = "CSV or tab-separated text, or a workbook .xlsx"
@@ -28,35 +28,35 @@ _MARKS = (
 
 
 def read_bytes(path):
-    """Content of a file. Raises ConfigError where it cannot be read or is empty."""
+    """Content of a file. Raises InputError where it cannot be read or is empty."""
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise ConfigError(f"cannot be read ({error.strerror})", path=path) from None
+        raise InputError(f"cannot be read ({error.strerror})", path=path) from None
     if not data.strip(b"\0 \t\r\n"):
-        raise ConfigError("is empty", path=path, allowed="a line of headings and the values below")
+        raise InputError("is empty", path=path, allowed="a line of headings and the values below")
     return data
 
 
 def kind_of(data, path):
-    """WORKBOOK or TEXT, by content. Raises ConfigError where the name says otherwise, or for a file
+    """WORKBOOK or TEXT, by content. Raises InputError where the name says otherwise, or for a file
     of another kind."""
     found = next((what for start, what in _OTHERS if data.startswith(start)), None)
     if found:
-        raise ConfigError(found, path=path, allowed=SAVE_AS)
+        raise InputError(found, path=path, allowed=SAVE_AS)
     named = path.suffix.lower() in (".xlsx", ".xlsm")
     if not data.startswith(b"PK\x03\x04"):
         if named:
             reason = "is named as a workbook and is none"
-            raise ConfigError(reason, path=path, allowed="a name ending in .csv where it is text")
+            raise InputError(reason, path=path, allowed="a name ending in .csv where it is text")
         return TEXT
     if not _is_workbook(data):
         reason = "is a compressed file and no workbook (OpenDocument, or a zip archive)"
-        raise ConfigError(reason, path=path, allowed=SAVE_AS)
+        raise InputError(reason, path=path, allowed=SAVE_AS)
     if not named:
         reason = f"is an Excel workbook under the name of a {path.suffix or 'text'} file"
         allowed = f"{path.stem}.xlsx, or the table saved as CSV"
-        raise ConfigError(reason, path=path, allowed=allowed)
+        raise InputError(reason, path=path, allowed=allowed)
     return WORKBOOK
 
 
@@ -70,7 +70,7 @@ def _is_workbook(data):
 def decode(data, path):
     """(text, encoding) of a text file: by its byte order mark, else UTF-8, else Windows' cp1252.
 
-    Raises ConfigError where it is none of these.
+    Raises InputError where it is none of these.
     """
     encoding = next((name for mark, name in _MARKS if data.startswith(mark)), None)
     encoding = encoding or _unmarked(data)
@@ -79,7 +79,7 @@ def decode(data, path):
     except UnicodeDecodeError:
         text = None
     if text is None or _unreadable(text):
-        raise ConfigError("is not text", path=path, allowed="UTF-8, UTF-16 or cp1252")
+        raise InputError("is not text", path=path, allowed="UTF-8, UTF-16 or cp1252")
     return text, encoding.removesuffix("-sig")
 
 

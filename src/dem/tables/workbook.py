@@ -4,7 +4,7 @@ import datetime
 import io
 import zipfile
 
-from calibration.errors import ConfigError
+from dem.errors import InputError
 
 DATE = "is a date: a spreadsheet turned a number such as 26.1 into one"
 
@@ -12,7 +12,7 @@ DATE = "is a date: a spreadsheet turned a number such as 26.1 into one"
 def workbook_rows(data, path):
     """[(row number, [text])] of the one sheet that holds anything.
 
-    Raises ConfigError for none, several, or a file that cannot be read.
+    Raises InputError for none, several, or a file that cannot be read.
     """
     import openpyxl  # takes a quarter of a second, which a text table need not wait for
 
@@ -22,15 +22,13 @@ def workbook_rows(data, path):
         )
     except (ValueError, KeyError, OSError, SyntaxError, zipfile.BadZipFile) as error:
         reason = f"cannot be read as a workbook ({str(error).splitlines()[0]})"
-        raise ConfigError(
-            reason, path=path, allowed="a workbook without password, or CSV"
-        ) from None
+        raise InputError(reason, path=path, allowed="a workbook without password, or CSV") from None
     filled = [s for s in values.worksheets if any(any(c is not None for c in r) for r in s.values)]
     if not filled:
-        raise ConfigError("is empty", path=path, allowed="a sheet with headings and values")
+        raise InputError("is empty", path=path, allowed="a sheet with headings and values")
     if len(filled) > 1:
         names = ", ".join(s.title for s in filled)
-        raise ConfigError(
+        raise InputError(
             "has several sheets", path=path, value=names, allowed="one sheet with cells"
         )
     return _rows(filled[0], formulas[filled[0].title], path)
@@ -42,7 +40,7 @@ def _rows(sheet, formulas, path):
         cells = []
         for column, value in enumerate(row, 1):
             if value is None and formulas.cell(number, column).value is not None:
-                raise ConfigError(
+                raise InputError(
                     "is a formula without its result",
                     path=path,
                     line=number,
