@@ -118,11 +118,16 @@ class Measurements:
 
 
 class MeasurementErrors(ConfigError):
-    """All faults of a file, one a line; `faults` holds the `ConfigError` of each."""
+    """The faults of a file, one a line up to SHOWN; `faults` holds the `ConfigError` of each."""
+
+    SHOWN = 10  # a wrong column is a fault in every row
 
     def __init__(self, faults):
         self.faults = list(faults)
-        super().__init__("\n".join(str(f) for f in self.faults))
+        lines = [str(f) for f in self.faults[: self.SHOWN]]
+        if len(self.faults) > self.SHOWN:
+            lines.append(f"and {len(self.faults) - self.SHOWN} more faults in this file")
+        super().__init__("\n".join(lines))
 
 
 def raise_faults(faults):

@@ -101,6 +101,14 @@ def test_every_fault_of_a_file_is_one_line(tmp_path):
         assert where in text
 
 
+def test_a_column_that_is_wrong_in_every_row_is_told_in_ten_lines(tmp_path):
+    with pytest.raises(MeasurementErrors) as caught:
+        read_measurements(write(tmp_path, ["slide,x,1,mm,1,5,,,,"] * 200))
+    lines = str(caught.value).splitlines()
+    assert len(lines) == 11
+    assert lines[-1] == f"and {len(caught.value.faults) - 10} more faults in this file"
+
+
 def test_too_few_conditions(tmp_path):
     with pytest.raises(ConfigError, match="too few conditions"):
         read_measurements(write(tmp_path, GOOD[:2]))
