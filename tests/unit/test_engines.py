@@ -260,6 +260,35 @@ def test_a_deck_lifts_the_cylinder_off_the_grains_that_ours_starts_from(tmp_path
     assert 0.5 * SHAKE < abs(speeds[:, 1:4]).max() <= SHAKE
 
 
+@pytest.mark.parametrize(
+    ("code", "lines"),
+    [
+        ("liggghts", ["unfix gate", "unfix rig", "n_meshes 1 meshes silo"]),
+        ("lammps", ["unfix gate0", "cone z 0 0 0.008 0.02 0 0.0069282 open 1", "0.02 0.0069282"]),
+    ],
+)
+def test_a_deck_opens_the_silo(tmp_path, code, lines):
+    geometry = {"silo_diameter_mm": 40, "orifice_diameter_mm": 16, "hopper_half_angle_deg": 60}
+    particles = {"count": 5000, "diameter_mm": 2.0}
+    _, text = deck_of(
+        code, tmp_path, experiment="discharge", particles=particles, geometry=geometry
+    )
+    assert all(line in text for line in lines), text
+    filled, opened = text.split(lines[0])
+    assert "jump SELF settled" in filled
+    assert "mass(all)" in opened
+
+
+def test_a_silo_made_of_a_mesh_is_refused_by_the_code_that_has_none(tmp_path):
+    stl = tmp_path / "bottom.stl"
+    stl.write_text("solid none")
+    geometry = {"geometry": {"bottom_stl": str(stl)}, "particles": {"diameter_mm": 2.0}}
+    spec = parse_spec(OWN | {"experiment": "discharge"} | geometry)
+    engines.engines()["liggghts"].refuse(spec)
+    with pytest.raises(engines.EngineError, match=r"LAMMPS has no meshes as walls.*bottom_stl"):
+        engines.engines()["lammps"].refuse(spec)
+
+
 def test_grains_that_roll_freely_have_no_rolling_friction_in_another_code(tmp_path):
     for code in ("liggghts", "lammps"):
         deck_of(code, tmp_path)  # rolling: none, with a coefficient that stays unused

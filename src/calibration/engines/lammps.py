@@ -119,6 +119,11 @@ def identity(settings):
 def refuse(spec):
     """Raise EngineError for what LAMMPS cannot represent of a `RunSpec`."""
     rig.refuse(spec, "LAMMPS", block.CODE)
+    meshes = [key for key, value in spec.geometry if key.endswith("_stl") and value]
+    if meshes:
+        raise EngineError(
+            f"LAMMPS has no meshes as walls: geometry.{meshes[0]} is not carried over"
+        )
 
 
 def deck(spec, folder, material=None):

@@ -1,0 +1,87 @@
+"""The discharge of a silo in other codes. What has left lies below the box and is taken out there.
+The mass that is left is printed at each look, and read as ours is watched."""
+
+import re
+
+from calibration.engines import bed
+from calibration.engines.program import read_dump, state_of
+from calibration.engines.rig import DUMP
+from dem.experiments import discharge as own
+from dem.experiments import outflow
+from dem.experiments.setup import time_step_of
+from dem.flow import beverloo
+from dem.grains import mean_radius
+
+FLOW = """\
+variable grains equal count(all)
+variable weight equal mass(all)
+variable quiet equal 0
+variable before equal ${{grains}}
+variable flow loop {looks}
+label flowing
+run {look}
+variable now equal ${{grains}}
+print "left ${{now}} ${{weight}}"
+if "${{now}} < ${{before}}" then "variable quiet equal 0" else "variable quiet equal ${{quiet}}+1"
+variable before equal ${{now}}
+if "${{now}} == 0 || ${{quiet}} > {quiet}" then "jump SELF flowed"
+next flow
+jump SELF flowing
+label flowed
+"""
+
+
+def deck(spec, dialect, folder):
+    """Text of the deck of a `RunSpec`; its grains and walls are written into `folder`."""
+    silo = own._Silo(spec.geometry)
+    grains, top = bed.filled(spec, silo.radius, silo.shoulder)
+    walls, side = silo.walls(top), silo.radius + bed.ROOM
+    low = -own.OUT * 2.0 * mean_radius(spec)
+    text = bed.start(spec, grains, dialect, folder, (-side, -side, low), (side, side, top))
+    text += dialect.walls(walls, folder) + bed.settle(spec, grains)
+    text += dialect.remove(walls, "gate") + FLOW.format(
+        look=bed.steps(spec, outflow.INTERVAL),
+        looks=round(spec.numerics.max_time_s / outflow.INTERVAL) + 2,
+        quiet=round(outflow.QUIET / outflow.INTERVAL),
+    )
+    return text + DUMP.format(name="end")
+
+
+class _Outflow:
+    """What a run printed, where `outflow.watch` takes a `Simulation`."""
+
+    def __init__(self, spec, grains, output):
+        self.time, self.time_step = 0.0, time_step_of(spec)
+        rows = re.findall(r"^left (\d+) (\S+)", output, re.MULTILINE)
+        self.rows = iter([(int(n), float(mass)) for n, mass in rows])
+        self.n, self.left = grains.n, float(grains.mass.sum())
+        self.gone = 0.0
+
+    def advance(self, steps):
+        """To the next look."""
+        self.time += steps * self.time_step
+        before = self.left
+        self.n, self.left = next(self.rows, (self.n, self.left))
+        self.gone = max(before - self.left, 0.0)
+
+
+def read(spec, folder, output):
+    """Metrics and last state of a run in `folder`. Raises EngineError, MeasureError."""
+    silo, density = own._Silo(spec.geometry), spec.materials.particle.density_kg_m3
+    full = bed.Grains(density, state_of(read_dump(folder / "settled.dump")))
+    state = state_of(read_dump(folder / "end.dump"))
+    rest, flow = bed.Grains(density, state), _Outflow(spec, full, output)
+    times, masses = outflow.watch(
+        flow, lambda: flow.gone, spec.numerics.max_time_s, look=lambda mass: None
+    )
+    bulk, rate = own._bulk_density(full, spec, silo), outflow.steady_flow(times, masses)
+    law = beverloo(bulk, 2.0 * silo.orifice, 2.0 * mean_radius(spec))
+    return {
+        "mass_flow_g_s": 1e3 * rate,
+        "beverloo_constant": rate / law,
+        "emptying_time_s": outflow.ended(times, masses),
+        "discharged_share": float(masses[-1] / full.mass.sum()),
+        "arched": int(own._arched(rest, silo, spec)),
+        "drained_angle_deg": own._drained(rest, silo, spec),
+        "bulk_density_kg_m3": bulk,
+    }, state
