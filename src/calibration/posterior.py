@@ -3,8 +3,8 @@ own runs.
 
 Coded parameters u lie in [0, 1]^d, the prior's box. A measurement's mean is normal about the
 emulated mean, with the measurement's own standard error, the emulator's error at u and a stated
-discrepancy of the model. Arrays in, arrays out; the stage `calibration.chain.posterior` reads and
-writes.
+discrepancy of the model. Runs that gave no value count by their chance. Arrays in, arrays out; the
+stage `calibration.chain.posterior` reads and writes.
 """
 
 from dataclasses import dataclass
@@ -17,6 +17,7 @@ from scipy import stats
 
 from calibration.emulator import Emulator
 from calibration.errors import CalibrationError
+from calibration.no_value import Chance, log_likelihood
 
 WALKERS, BURN, STEPS = 32, 300, 1200
 AUTOCORRELATIONS = 25
@@ -129,6 +130,22 @@ class Measured:
 
 
 @dataclass(frozen=True)
+class Formed:
+    """`tests` of the laboratory that all gave a value, and the `Chance` of a run that gives none.
+
+    A run without a value has no number to be fitted; what is known of it is that the laboratory's
+    tests did not end so."""
+
+    chance: Chance
+    tests: int
+
+    def log_likelihood(self, u):
+        """(k,) log probability that all tests give a value at u (k, d)."""
+        odds, _, _ = self.chance.with_slope(np.atleast_2d(u), [])
+        return log_likelihood(odds, 0, self.tests)
+
+
+@dataclass(frozen=True)
 class Prior:
     """Independent priors of u (d,) in [0, 1]: uniform, or where sd is finite normal about `mean`,
     cut to the box."""
@@ -184,8 +201,8 @@ def sample(measured, prior, seed=1, steps=STEPS, burn=BURN, walkers=WALKERS):
     """The posterior by emcee's affine-invariant ensemble (Foreman-Mackey et al. 2013, PASP
     125:306).
 
-    measured: list of `Measured`. Chains that are too short for their autocorrelation are run on, to
-    four times `steps`; `converged` says whether that was enough.
+    measured: list of `Measured` and `Formed`. Chains that are too short for their autocorrelation
+    are run on, to four times `steps`; `converged` says whether that was enough.
     """
     d = len(prior.mean)
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from calibration.errors import CalibrationError
+from calibration.no_value import Chance
 from dem.io.checked import read_checked_arrays, write_checked_arrays
 from diagnosis.catalogue import Strength
 from diagnosis.design import MultipliedLever
 from diagnosis.emulator import Emulator, Multiplied
-from diagnosis.failures import Chance
 
 KINDS = {"value": Emulator, "failure": Chance}
 """What an emulator of the file tells of a test."""

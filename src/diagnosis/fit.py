@@ -18,8 +18,9 @@ import numpy as np
 from scipy.special import expit, logsumexp, xlogy
 from scipy.stats import chi2
 
+from calibration.no_value import log_likelihood
 from calibration.quantities import QUANTITIES
-from diagnosis.failures import log_likelihood, outcomes_of
+from diagnosis.failures import outcomes_of
 
 STARTS = (0.2, 0.7)
 DESCENTS = 2

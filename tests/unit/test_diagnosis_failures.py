@@ -13,11 +13,12 @@ from scipy.special import expit
 from scipy.stats import binom
 
 from calibration.measurements import Measurement
+from calibration.no_value import Chance, log_likelihood
 from diagnosis import aside, stages, waves
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.extend import extension_plan
-from diagnosis.failures import Chance, log_likelihood, outcomes_of, train_failures
+from diagnosis.failures import outcomes_of, train_failures
 from diagnosis.fit import Data, data_of, fit, held_out
 from diagnosis.identify import identify, weigh
 from diagnosis.model import Emulated

@@ -9,12 +9,12 @@ import pytest
 from diagnosis_cases import FACTORS
 
 from calibration.errors import CalibrationError
+from calibration.no_value import Chance
 from dem.io.checked import read_checked_arrays, write_checked_arrays
 from diagnosis.catalogue import Strength
 from diagnosis.design import MultipliedLever
 from diagnosis.emulator import Emulator, Multiplied
 from diagnosis.emulator_files import read_emulators, write_emulators
-from diagnosis.failures import Chance
 from diagnosis.model import Emulated
 from diagnosis.settings import parameters_of, read_settings
 

@@ -9,10 +9,13 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy import stats
+from scipy.special import expit
 
 from calibration.errors import CalibrationError
 from calibration.information import expected_information, expected_spread
+from calibration.no_value import Chance
 from calibration.posterior import (
+    Formed,
     Measured,
     Prior,
     ScatterEmulator,
@@ -56,7 +59,19 @@ def test_two_targets_fix_what_one_leaves_open():
     assert both.draws.mean(axis=0) == pytest.approx([0.6, 0.4], abs=0.01)
 
 
-@pytest.mark.slow
+def test_tests_that_gave_a_value_speak_against_parameters_at_which_runs_give_none():
+    """Under a flat prior the density goes with (1 - p)^tests, p the chance of no value."""
+    x = np.random.default_rng(3).random((60, 2))
+    chance = Chance(x, x[:, 1] > 0.6, np.ones(60))
+    found = sample([Formed(chance, 10)], Prior.uniform(2), steps=3000).draws[:, 1]
+    # the first input decides nothing: its weight is small, and the density is that of the second
+    grid = np.linspace(0.0, 1.0, 201)
+    odds = chance.with_slope(np.column_stack([np.full(201, 0.5), grid]), [])[0]
+    density = (1.0 - expit(odds)) ** 10
+    assert found.mean() == pytest.approx((grid * density).sum() / density.sum(), abs=0.02)
+    assert np.quantile(found, 0.975) < 0.6
+
+
 def ranks(truths, posteriors, thin):
     """Rank (k, d) of each true u (k, d) among `thin` draws of its posterior: uniform on 0 to thin
     where the posterior is right (simulation-based calibration: Talts et al. 2018,
@@ -301,6 +316,33 @@ def test_what_is_weighed_tells_what_the_angle_leaves_open(chain):
     # 400 grains a unit of a parameter known to 0.05, about 1060 of 1200 at 0.4
     low, high = best["low"], best["high"]
     assert f"{low:.0f} to {high:.0f} grains there ({100 * low / 1200:.1f} to" in said
+
+
+def test_runs_without_a_value_count_against_their_parameters(chain, monkeypatch):
+    from calibration.chain import posterior as stage
+    from calibration.chain.posterior_words import sentences
+    from calibration.figures import ANGLE
+
+    before = analysed(*chain)
+    assert before["without_value"] == []
+    values = stage.with_responses
+    steep = 0.42  # of the first factor, above which no heap forms
+    monkeypatch.setattr(
+        stage,
+        "with_responses",
+        lambda t, c: values(t, c).assign(
+            response=lambda d: d["response"].where(d["first"] < steep)
+        ),
+    )
+    monkeypatch.setattr(stage, "reason_without", lambda name: "no heap formed")
+    found = analysed(*chain)
+    left = found["without_value"]
+    assert {row["reason"] for row in left} == {"no heap formed"}
+    assert found["trained_by"] + len(left) == before["trained_by"]
+    ends = [s["parameters"]["first"]["interval"][1] for s in (before, found)]
+    assert ends[1] < ends[0] - 0.005
+    said = f"{len(left)} of {before['trained_by']} runs here gave no value"
+    assert said in " ".join(sentences(found, ANGLE))
 
 
 def test_what_is_printed_is_what_the_reference_holds():

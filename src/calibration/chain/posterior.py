@@ -5,13 +5,14 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures
-from calibration.campaign import read_metric
+from calibration.campaign import read_metric, reason_without
 from calibration.chain.files import read_region
 from calibration.config import is_measured, read_target
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
 from calibration.information import expected_information, expected_spread
-from calibration.posterior import Measured, Prior, ScatterEmulator, sample, sobol_indices
+from calibration.no_value import Chance
+from calibration.posterior import Formed, Measured, Prior, ScatterEmulator, sample, sobol_indices
 from calibration.responses import columns, with_responses
 from calibration.tables import read_written
 from dem.experiments import experiments
@@ -36,7 +37,7 @@ def analyse_posterior(config, design_files, optimum_file, output):
     u = _unit(region, runs)
     targets = [config.target, *(t for t in config.further_targets if is_measured(config, t))]
     measured = [_measured(config, target, runs, u) for target in targets]
-    posterior = sample(measured, _prior(config, region), config.seed)
+    posterior = sample([*measured, *_formed(config, runs, u)], _prior(config, region), config.seed)
     thinned = np.linspace(0, len(posterior.draws) - 1, _kept(config, posterior)).astype(int)
     kept, main = posterior.draws[thinned], measured[0]
     forward = _pushed(main, kept, config.seed)
@@ -61,7 +62,8 @@ def analyse_posterior(config, design_files, optimum_file, output):
                 for t, m in zip(targets, measured, strict=True)
             },
             "pushed_forward": {name: _interval(v) for name, v in forward.items()},
-            "trained_by": len(runs),
+            "trained_by": int(runs["response"].notna().sum()),
+            "without_value": _without_value(runs),
             "emulator_error": main.emulator.emulator.error,
             "seed_sd": float(main.emulator.scatter(kept).mean()),
             "sobol": sobol_indices(lambda x: main.emulator.mean(x)[0], names, config.seed),
@@ -84,12 +86,13 @@ def _kept(config, posterior):
 
 
 def _runs(config, region, design_files):
-    """Runs of all designs that hold the region's factors near it and have a response, each once."""
+    """Runs of all designs that hold the region's factors near it, each once; one that gave no value
+    has no response."""
     names = [f.name for f in region]
     tables = [with_responses(read_written(file), config) for file in design_files]
     wanted = [*names, "run_id", *columns(config)]
     runs = pd.concat([t[wanted] for t in tables if set(names) <= set(t)], ignore_index=True)
-    runs = runs.drop_duplicates("run_id").dropna(subset=["response"])
+    runs = runs.drop_duplicates("run_id")
     near = np.all([np.abs(f.coded(runs[f.name])) <= TRAINED_WITHIN for f in region], axis=0)
     return runs[near].reset_index(drop=True)
 
@@ -112,6 +115,20 @@ def _measured(config, target, runs, u):
     error = float(values.std(ddof=1) / np.sqrt(len(values)))
     discrepancy = config.posterior.discrepancy.get(target.metric, 0.0)
     return Measured(emulator, float(values.mean()), error, discrepancy)
+
+
+def _formed(config, runs, u):
+    """What the laboratory's tests say that all gave a value: nothing where no run lacks one."""
+    failed = runs["response"].isna().to_numpy()
+    if not failed.any():
+        return []
+    tests = len(read_target(config, config.target))
+    return [Formed(Chance(u, failed, np.ones(len(runs))), tests)]
+
+
+def _without_value(runs):
+    names = runs.loc[runs["response"].isna(), "run_id"]
+    return [{"run": name, "reason": reason_without(name)} for name in names]
 
 
 def _prior(config, region):

@@ -14,6 +14,7 @@ def sentences(summary, response):
             known(summary),
             _together(summary),
             _forward(summary, response),
+            _without_value(summary),
             following(summary, response),
             *_weighed(summary),
             *_doubts(summary),
@@ -63,6 +64,16 @@ def _forward(summary, response):
     return (
         f"Over the whole distribution the mean {response.name} is expected between {low} and "
         f"{high}. A single run is expected between {first} and {last}."
+    )
+
+
+def _without_value(summary):
+    runs, trained = len(summary["without_value"]), summary["trained_by"]
+    if not runs:
+        return ""
+    return (
+        f"{runs} of {runs + trained} runs here gave no value. Where that is likely the parameters "
+        f"are less probable, since every test of the laboratory gave one."
     )
 
 
