@@ -25,6 +25,7 @@ COARSE = {"rayleigh_fraction": 0.2, "precision": "double"}
 """Of a bounce, whose restitution must be resolved; of a slide, which asks for the force at rest
 only."""
 
+PHASES = 24  # of a coarse step, at which a contact may begin
 LONGEST = 12.0  # elastic contact times after which a grain that has not left counts as stuck
 FLIGHT_STEPS = 60
 SETTLE, SLIP_SPEED, LOOK, LOOKS = 20.0, 0.2, 5, 400
@@ -35,12 +36,25 @@ force, and looks."""
 def rebounds(spec, heights, finer=1.0):
     """Rebound heights (k,) [mm] of the grain of a drop's run spec (a mapping) from heights (k,)
     [mm], the time step over `finer`."""
-    own = parse_spec(spec | {"numerics": _step(STEP, finer)})
+    return _rebounds(spec, heights, _step(STEP, finer), 0.0)
+
+
+def coarse_rebounds(spec, height, fraction):
+    """Mean and standard deviation [mm] of the rebounds from a height [mm] at a time step that is a
+    fraction of Rayleigh's: a contact of few steps depends on where in a step it begins."""
+    numerics = STEP | {"rayleigh_fraction": fraction, "overlap_limit": 1.0}
+    phase = (np.arange(PHASES) + 0.5) / PHASES
+    found = _rebounds(spec, np.full(PHASES, height), numerics, phase)
+    return float(found.mean()), float(found.std(ddof=1))
+
+
+def _rebounds(spec, heights, numerics, phase):
+    own = parse_spec(spec | {"numerics": numerics})
     air = _air(own)
     heights = 1e-3 * np.asarray(heights, float)
     radius = mean_radius(own)
     impact = _fall(own, radius, heights, air)
-    place, speed = _bounce(own, radius, impact)
+    place, speed = _bounce(own, radius, impact, phase)
     return 1e3 * np.maximum(place + _rise(own, radius, speed, air), 0.0)
 
 
@@ -58,13 +72,13 @@ def _contact_time(spec, radius, speed):
     return hertz_contact_time(radius, speed, grain, wall)
 
 
-def _bounce(spec, radius, impact):
+def _bounce(spec, radius, impact, phase=0.0):
     """Height above the plate [m] and speed [m/s] (k,) of grains that have left it; 0 where they
-    stick."""
+    stick. phase: share of a time step after which they touch it."""
     sim = _plate(spec)
     position = np.zeros((len(impact), 3))
     position[:, 0] = 20.0 * radius * np.arange(len(impact))
-    position[:, 2] = np.float32(radius)
+    position[:, 2] = np.float32(radius) + phase * sim.time_step * impact
     velocity = np.zeros_like(position)
     velocity[:, 2] = -impact
     sim.add_particles(position, radius, velocity=velocity)

@@ -12,7 +12,9 @@ from calibration.numbers import NORMAL_95
 from calibration.quantities import Condition
 from dem.spec import parse_spec
 from diagnosis import time_step
+from diagnosis.chance import share_above
 from diagnosis.collision import rebounds, sliding_angles
+from diagnosis.fit import data_of, redrawn_error
 from diagnosis.laws.found import discover, predictions
 from diagnosis.laws.known import COEFFICIENT, known_curves
 from diagnosis.laws.mixed import LEVEL_SD
@@ -71,27 +73,20 @@ def _defaults(settings, kind):
 
 def findings(measurements, found, settings, factors):
     """The mapping of verdict.json from a `Found`, the gain left open."""
-    levels = {kind: _level(measurements, kind, found) for kind in _kinds(measurements)}
-    rows = _rows(measurements, levels)
-    chi = sum(r["standardised"] ** 2 for r in rows)
-    freedom = max(len(rows) - len(levels), 1)
     ranking = [
         {"mechanism": r["mechanism"], "score": r["gain"], "gain": r["gain"], "p": r["p"]}
         | {"null_threshold": r["threshold"], "p_family": found.p}
         for r in found.ranking
     ]
-    return {
+    return base(measurements, settings, factors, found) | {
         "verdict": found.verdict,
         "causes": found.causes,
         "reason": found.reason,
-        "lack_of_fit": {"chi_square": chi, "freedom": freedom, "p": float(chi2.sf(chi, freedom))},
         "family_p": found.p,
+        "tried": sum(len(t.candidates) for t in found.trials.values()),
         "threshold_level": settings.alpha,
         "null_threshold_best": found.threshold,
         "ranking": ranking,
-        "residuals": rows,
-        "patterns": trends(rows),
-        "calibration": _calibration(settings, factors, levels),
         "law": found.law,
         "scatter": found.scatter,
         "outliers": found.outliers,
@@ -100,19 +95,51 @@ def findings(measurements, found, settings, factors):
     }
 
 
-def base(measurements, settings, factors):
-    """The constants fitted to the measurements, before any law is looked for: calibration,
-    lack_of_fit, patterns and residuals."""
-    levels = {kind: _level(measurements, kind, None) for kind in _kinds(measurements)}
+def base(measurements, settings, factors, found=None):
+    """The constants fitted to the measurements: calibration, lack_of_fit, patterns and residuals.
+
+    found: the `Found` of the measurements, whose outliers and shared errors then count; None before
+    any law is looked for."""
+    levels = {kind: _level(measurements, kind, found) for kind in _kinds(measurements)}
     rows = _rows(measurements, levels)
-    chi = sum(r["standardised"] ** 2 for r in rows)
-    freedom = max(len(rows) - len(levels), 1)
+    kept = _kept(measurements, found.trials if found else {})
     return {
         "calibration": _calibration(settings, factors, levels),
-        "lack_of_fit": {"chi_square": chi, "freedom": freedom, "p": float(chi2.sf(chi, freedom))},
+        "lack_of_fit": misfit_of(kept, settings.replicates, settings.seed),
         "patterns": trends(rows),
         "residuals": rows,
     }
+
+
+def _kept(measurements, trials):
+    """The measurements without those that the trials set aside."""
+    rows = {int(i) for trial in trials.values() for i in trial.readings.rows}
+    return [m for i, m in enumerate(measurements) if i in rows or m.experiment not in trials]
+
+
+def misfit_of(measurements, replicates, seed):
+    """{chi_square, freedom, p} of a constant for each experiment within the stated spread.
+
+    p: share of data of the constants that have such a chi-square. Few replicates do not know their
+    spread, so the law of chi-square itself would call up to a fifth of such data a misfit."""
+    rng = np.random.default_rng([seed, 21])
+    kinds, chi, null = _kinds(measurements), 0.0, np.zeros(replicates)
+    for kind in kinds:
+        own = [m for m in measurements if m.experiment == kind]
+        readings, stated = readings_of(own, kind, {}), data_of(own).error[0]
+        chi += float(_about_constant(readings.log[None], readings.error[None])[0])
+        drawn = readings.error * rng.standard_normal((replicates, len(own)))
+        error = redrawn_error(own, stated, replicates, rng) * readings.error / stated
+        null += _about_constant(drawn, error)
+    freedom = max(len(measurements) - len(kinds), 1)
+    return {"chi_square": chi, "freedom": freedom, "p": share_above(null, chi)}
+
+
+def _about_constant(log, error):
+    """Chi-square (b,) of readings (b, n) with errors (b, n) about their best constant."""
+    weight = error**-2.0
+    level = (weight * log).sum(1) / weight.sum(1)
+    return (weight * (log - level[:, None]) ** 2).sum(1)
 
 
 def half_step(measurements, rig):

@@ -267,6 +267,16 @@ def moderated_sd(measurements, own=None):
     return unit * np.sqrt((prior * common**2 + freedom * own**2) / (prior + freedom))
 
 
+def redrawn_error(measurements, error, replicates, rng):
+    """Standard errors (replicates, n) that laboratories would state of readings whose true ones are
+    `error` (n,): the spreads of their replicates drawn anew and moderated."""
+    n = np.array([m.n for m in measurements], float)
+    freedom = np.maximum(n - 1.0, 1.0)
+    draws = rng.chisquare(freedom, (replicates, len(n))) / freedom
+    found = np.where(n > 1, np.sqrt(draws), 1.0)
+    return moderated_sd(measurements, error * np.sqrt(n) * found) / np.sqrt(n)
+
+
 def data_of(measurements, tests=None):
     """`Data` of one set of measurements, and of `diagnosis.failures.Outcomes` beside them."""
     n = np.array([m.n for m in measurements], float)

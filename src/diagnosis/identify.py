@@ -16,7 +16,7 @@ from scipy.stats import chi2
 
 from calibration.numbers import NORMAL_95
 from diagnosis.chance import CLOSE, share_above
-from diagnosis.fit import Data, evidence, fit, moderated_sd
+from diagnosis.fit import Data, evidence, fit, moderated_sd, redrawn_error
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.settings import BASE
 
@@ -27,8 +27,8 @@ NULL_STARTS = (0.3,)  # coded strength at which fits of data without an effect b
 
 @dataclass
 class Identification:
-    """What the scores say; `fits` holds the fit of each candidate, by its names joined with ' +
-    '."""
+    """What the scores say; `fits` holds the fit of each candidate, by its names joined with ' + ';
+    tried: how many of them were compared with the base model."""
 
     verdict: str
     causes: list
@@ -41,6 +41,7 @@ class Identification:
     models: dict = field(repr=False)
     data: Data = field(default=None, repr=False)
     reason: str = ""
+    tried: int = 0
 
 
 def key_of(names):
@@ -122,7 +123,7 @@ def decide(scores, alpha=0.05, without=()):
     ]
     out = Identification(
         "", [], ranking, lack_p, family_p, level, threshold, dict(fits), dict(scores.models),
-        scores.data,
+        scores.data, tried=len(singles),
     )  # fmt: skip
     if not gained:
         out.verdict = "unexplained" if misfit else "adequate"
@@ -186,15 +187,12 @@ def simulate_data(model, fitted, measurements, data, replicates, rng):
     noise = data.error[0] * rng.standard_normal((replicates, len(truth)))
     noise += emulator * (rng.standard_normal((replicates, len(truth))) @ root.T)
     value = truth + float(fitted.scale[0]) * noise
-    n = np.array([m.n for m in measurements], float)
-    freedom = np.maximum(n - 1.0, 1.0)
-    found = np.where(n > 1, np.sqrt(rng.chisquare(freedom, value.shape) / freedom), 1.0)
-    drawn = moderated_sd(measurements, data.error[0] * np.sqrt(n) * found)
+    drawn = redrawn_error(measurements, data.error[0], replicates, rng)
     if data.failed is None:
-        return Data(value, drawn / np.sqrt(n))
+        return Data(value, drawn)
     odds, _ = model.odds(fitted.theta[:1], slope=False)
     failed = rng.binomial(data.tests.astype(int), expit(odds[0]), (replicates, len(data.tests)))
-    return Data(value, drawn / np.sqrt(n), failed.astype(float), data.tests)
+    return Data(value, drawn, failed.astype(float), data.tests)
 
 
 def _root(correlation):
@@ -350,6 +348,7 @@ def _best_pair(out, scores, singles, rng):
         out.models[name] = scores.emulated.model(scores.conditions, pair, tests)
         out.fits[name] = fit(out.models[name], scores.data)
         by_pair[pair] = float(out.fits[name].score[0])
+    out.tried += len(by_pair)
     ordered = sorted(by_pair, key=by_pair.get, reverse=True)
     if not ordered or by_pair[ordered[0]] - out.ranking[0]["score"] < out.threshold:
         return None

@@ -40,6 +40,7 @@ def findings(emulated, measurements, found):
         "reason": found.reason,
         "lack_of_fit": lack_of_fit(base, found.lack_of_fit_p),
         "family_p": found.family_p,
+        "tried": found.tried,
         "threshold_level": found.level,
         "null_threshold_best": found.threshold,
         "ranking": found.ranking,
@@ -158,14 +159,23 @@ def _tests(verdict):
 
 
 def _odds(verdict):
-    """How much better the best mechanism predicts what was left out, where it was named."""
-    best = verdict["ranking"][0] if verdict["ranking"] else None
-    if verdict["verdict"] not in ("identified", "ambiguous") or best["gain"] <= LEAST_GAIN:
+    """How much better the best of the named mechanisms predicts what was left out."""
+    causes = set(verdict["causes"])
+    named = [r for r in verdict["ranking"] if causes.issuperset(r["mechanism"].split(" + "))]
+    if verdict["verdict"] not in ("identified", "ambiguous") or not named:
         return ""
-    return (
+    best, tried = named[0], verdict.get("tried", 1)
+    if best["gain"] <= LEAST_GAIN:
+        return ""
+    text = (
         f"Settings that were left out are predicted better with {label(best['mechanism'])} than "
-        f"without: the odds are {odds(best['gain'])}. "
+        f"without: the odds are {odds(best['gain'])}"
     )
+    if tried > 1:
+        # each is as probable beforehand as any other, and one of them as probable as none
+        shared = odds(best["gain"] - math.log(tried))
+        text += f", and {shared} as one of {tried} models that were tried"
+    return f"{text}. "
 
 
 def odds(gain):
@@ -246,8 +256,9 @@ def _ranking(verdict):
         "## Which mechanism would mend it",
         "",
         "The gain says how much better settings are predicted that were left out of the fit, in "
-        "nats and as odds of a model with the mechanism against one without. Chance alone reaches "
-        f"the threshold in {_chance(verdict['threshold_level'])} of data.",
+        "nats and as odds of a model with the mechanism against one without. In "
+        f"{_chance(verdict['threshold_level'])} of data chance alone brings a mechanism to its own "
+        f"threshold, and the best of all to {verdict['null_threshold_best']:.1f}, which decides.",
         "",
         "| mechanism | gain | odds | threshold | strength (95 % interval) |",
         "|---|---|---|---|---|",

@@ -2,12 +2,17 @@
 
 import json
 import types
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from diagnosis_cases import BASE, FACTORS
 
+from calibration.factors import read_factors
+from calibration.measurements import Measurement
 from diagnosis import setup, stages
+from diagnosis.contacts import base, misfit_of
+from diagnosis.laws.found import discover
 from diagnosis.settings import read_settings
 from diagnosis.verdict import validate
 
@@ -65,3 +70,34 @@ def test_thirty_rows_of_single_grains_get_a_law(table, tmp_path):
         assert point["low"] <= 0.8 - 0.08 * point["state"] <= point["high"]
     assert law["held_out"]["after"] < 0.5 * law["held_out"]["before"]
     assert "restitution falls from" in (tmp_path / "diagnosis.md").read_text()
+
+
+def drops(rng, n, sd=0.03):
+    """Twelve settings of a constant restitution, `n` replicates with a scatter of 3 %."""
+    rows = []
+    for h in (50.0, 100.0, 150.0, 200.0, 300.0, 400.0):
+        for d in (1.0, 2.0):
+            read = 0.2 * h * (1.0 + sd * rng.standard_normal(n))
+            levers = {"drop_height_mm": h, "particle_diameter_mm": d}
+            rows.append(Measurement("drop", read.mean(), read.std(ddof=1), n, levers))
+    return rows
+
+
+def test_a_misfit_has_the_chance_that_is_stated_of_few_replicates():
+    """By the law of chi-square 20 % of these data had p below 5 %."""
+    rng = np.random.default_rng(2)
+    p = [misfit_of(drops(rng, 2), 199, k)["p"] for k in range(200)]
+    # 10 or fewer are expected; more than 18 have a chance of 1 %
+    assert np.sum(np.array(p) < 0.05) <= 18
+
+
+def test_a_reading_that_was_set_aside_is_no_misfit():
+    settings = read_settings("config/diagnosis.yaml", {"replicates": 99})
+    factors = read_factors(FACTORS)
+    rows = drops(np.random.default_rng(3), 5)
+    whole = [*rows[:4], replace(rows[4], value=1.5 * rows[4].value), *rows[5:]]
+    found = discover(whole, (), replicates=99)
+    assert [o["value"] for o in found.outliers] == [whole[4].value]
+    told = base(whole, settings, factors, found)["lack_of_fit"]
+    assert told == misfit_of([*whole[:4], *whole[5:]], 99, settings.seed)
+    assert told["p"] > 0.05 > base(whole, settings, factors)["lack_of_fit"]["p"]

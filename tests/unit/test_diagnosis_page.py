@@ -80,6 +80,31 @@ def test_a_gain_is_told_as_odds(gain, text):
     assert odds(gain) == text
 
 
+def ranked(**gains):
+    return [{"mechanism": k.replace("__", " + "), "gain": g} for k, g in gains.items()]
+
+
+@pytest.mark.parametrize(
+    ("verdict", "causes", "ranking", "tried", "told"),
+    [
+        ("identified", ["air_drag"], ranked(air_drag=math.log(400.0)), 1, "are 400 to 1. "),
+        ("identified", ["air_drag"], ranked(air_drag=math.log(400.0)), 8,
+         "are 400 to 1, and 50 to 1 as one of 8 models that were tried. "),
+        # the cause that is named is not the one with the largest gain
+        ("identified", ["cohesion"], ranked(air_drag=9.0, cohesion=math.log(20.0)), 2,
+         "with cohesion than without: the odds are 20 to 1, and 10 to 1"),
+        ("identified", ["air_drag", "cohesion"],
+         ranked(air_drag__cohesion=math.log(90.0), air_drag=1.0), 3, "are 90 to 1, and 30 to 1"),
+        ("ambiguous", [], ranked(air_drag=9.0), 2, None),
+        ("unexplained", ["air_drag"], ranked(air_drag=9.0), 2, None),
+    ],
+)  # fmt: skip
+def test_the_odds_are_those_of_what_is_named(ball, verdict, causes, ranking, tried, told):
+    more = {"verdict": verdict, "causes": causes, "ranking": ranking, "tried": tried}
+    text = page(ball | more)
+    assert told in text if told else "the odds are" not in text
+
+
 def test_the_page_is_one_file_in_plain_words_with_its_own_names(ball, tmp_path):
     out = tmp_path / "diagnosis.html"
     write_page("Diagnosis", page(ball), REFERENCE, out)

@@ -12,6 +12,7 @@ from calibration.errors import ConfigError
 from calibration.factors import read_factors
 from calibration.measurements import Measurement
 from diagnosis.catalogue import load_catalogue
+from diagnosis.collision import STEP, _rebounds
 from diagnosis.compared import compare
 from diagnosis.other_code import (
     Cause,
@@ -88,6 +89,28 @@ def test_runs_that_the_emulators_do_not_have_are_refused(change, message):
     model = types.SimpleNamespace(factors=factors, predict=lambda theta: (np.ones((1, 1)), None))
     with pytest.raises(ConfigError, match=message):
         emulated(runs, lambda names: model, [])
+
+
+@pytest.mark.parametrize("step", [0.5, 0.8])
+def test_a_code_with_few_steps_in_a_contact_is_named(step):
+    """Single bounces of four and of 2.5 steps: each begins anywhere in a step."""
+    settings = read_settings("config/diagnosis.yaml")
+    rig = Rig(settings, BASE, parameters_of(settings, FACTORS, ["drop"]))
+    name, rng, runs = rig.factors[0].name, np.random.default_rng(0), []
+    numerics = STEP | {"rayleigh_fraction": step, "overlap_limit": 1.0}
+    for e in np.linspace(0.35, 0.75, 12):
+        run = Measurement(
+            "drop", 1.0, None, 1, {"drop_height_mm": 150.0}, quantity="rebound_height",
+            known=((name, e),),
+        )  # fmt: skip
+        spec = rig.spec(run.condition, 7, {name: e})
+        [value] = _rebounds(spec, [150.0], numerics, rng.random(1))
+        runs.append(replace(run, value=float(value)))
+    found = compare(runs, *of_contacts(runs, rig, {}))
+    best = found["ranking"][0]
+    assert (best["cause"], best["unit"]) == ("time step", "of Rayleigh")
+    assert best["strength"] == pytest.approx(step, abs=0.11)
+    assert (step < 0.8) or "time step" in found["causes"]
 
 
 def test_a_row_that_does_not_follow_the_cause_is_named_and_hides_nothing(tmp_path):
