@@ -21,7 +21,7 @@ def train_failures(rows, metrics, settings, factors, faults=()):
     """{(experiment, mechanism): Chance or Multiplied}, as `diagnosis.emulator.train` its emulators;
     of the experiments of which a run gave no value.
 
-    faults: runs that a fault of the simulation ended. They are no tests, and teach nothing."""
+    faults: runs that a fault of the simulation ended. They are no tests, and train nothing."""
     out, known, by_key = {}, catalogue_of(settings, list(settings.experiments)), defaultdict(list)
     for row in rows:
         ran = [name for name in row["run_ids"] if name not in faults]

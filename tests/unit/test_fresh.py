@@ -52,6 +52,8 @@ PUSHED = {"plan_push_through", "push_through"}
 POURED = {"plan_pour_rate", "pour_rate"}
 EVERY = set(TASKS)
 """What every task imports: the schemas of run specs, and with them experiments and laws."""
+FOREIGN = EVERY - CHAIN - HEAPS - NUMERICS - PUSHED - POURED - PAPER - {"posterior", "provenance"}
+"""What may run another code."""
 EDITS = {
     # a module that is edited: the rules that run again. A file's plan and analysis go together
     "calibration/chain/validation.py": {"plan_validation", "validation"},
@@ -71,9 +73,8 @@ EDITS = {
     "calibration/comparison/study.py": set(),
     "calibration/study.py": EVERY,
     "calibration/config/measured.py": EVERY,
-    "calibration/engines/lammps.py": (
-        EVERY - CHAIN - HEAPS - NUMERICS - PUSHED - POURED - PAPER - {"posterior", "provenance"}
-    ),
+    "calibration/engines/lammps.py": FOREIGN,
+    "calibration/engines/rigs/discharge.py": FOREIGN,
     "calibration/new/heap.py": set(),
     "calibration/photo/measure.py": set(),
     "calibration/report/plain.py": DIAGNOSIS | SUITE,  # which write a page of their own
