@@ -17,6 +17,9 @@ from dem.spec import parse_spec
 from . import peer
 
 RESTITUTION, FRICTION, ROLLING = 0.544, 0.5, 0.23
+OPTIMUM = {"restitution": RESTITUTION, "static_friction": 0.85}
+STEEL = {"restitution": 0.421, "static_friction": 0.71, "rolling_friction": 0.368}
+"""The paper's optimum, but for the rolling friction between grains."""
 PITCH = 8e-3  # between pairs, out of each other's reach [m]
 ROW = 8
 PAIRS, SINGLES = 40, 20
@@ -151,7 +154,11 @@ def heap_spec(law, rolling, seed, count=2500, diameter_mm=3.1748):
         {
             "experiment": "heap",
             "seed": seed,
-            "contacts": {"particle_particle": {"rolling_friction": rolling}},
+            "materials": {"particle": {"density_kg_m3": SALT.density}},
+            "contacts": {
+                "particle_particle": OPTIMUM | {"rolling_friction": rolling},
+                "particle_wall": STEEL,
+            },
             "laws": {"rolling": law},
             "law_parameters": extra,
             "particles": {"count": count, "diameter_mm": diameter_mm},
