@@ -44,7 +44,7 @@ def _add_new(commands):
     new.add_argument(
         "--height",
         help="orifice above the plate: 75mm. Where pouring ended as the heap touched the funnel "
-        "(a fixed funnel), just above the heap",
+        "(a fixed funnel), a little above the heap",
     )
     new.add_argument("--rim", help="of the plate, where it has one: 3mm")
     new.add_argument("--rate", help="mass poured in a second, where it was measured: 12g/s")

@@ -124,6 +124,15 @@ def test_a_rim_holds_a_bed_and_carries_the_heap(here, capsys):
     assert rimmed.apex_mm == pytest.approx(4 + 50 * np.tan(np.pi / 6))
 
 
+def test_an_orifice_that_steeper_heaps_would_touch_is_warned_of(here, capsys):
+    low = ["30mm" if x == "75mm" else x for x in RIG]
+    assert main(["new", "peas", *ANGLES, *low]) == 0  # the measured heap is 25.7 mm high
+    # half of 100 mm times tan 32.17 degrees is 31.4 mm
+    assert "touch the orifice and are cut off; at 32 mm" in capsys.readouterr().out
+    assert main(["new", "beans", *ANGLES, *RIG]) == 0
+    assert "touch the orifice" not in capsys.readouterr().out
+
+
 def test_no_more_grains_are_simulated_than_asked(here, capsys):
     assert main(["new", "peas", *ANGLES, *RIG, "--grains", "800"]) == 0
     said = capsys.readouterr().out
@@ -429,8 +438,8 @@ def test_what_would_reach_a_steeper_angle_is_poured_and_named(here, monkeypatch)
     found = corner_trials(config, factors, angle_of)
     seen, shown = poured(monkeypatch, angle_of), []
     (said,) = reach(config, factors, found, 30.0, shown.append)
-    # half of 100 mm times tan 30 degrees is 28.9 mm
-    assert said.endswith("one does poured from 29 mm, just above the heap (--height)")
+    # half of 100 mm times tan 35 degrees is 35.01 mm
+    assert said.endswith("one does poured from 36 mm, a little above the heap (--height)")
     assert any("rolling_friction 0.7" in s and "quartz sand" in s for s in shown)
     assert any("elongation" in s for s in shown)
     assert any(r["geometry"].get("plate_rim_height_mm") == 4 for r, _ in seen)

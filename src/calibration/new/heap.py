@@ -19,12 +19,19 @@ From 70 % on a funnel packs in some runs and not in others, and the angles come 
 SETTLING = 1.5  # s after the last grain has left the funnel
 RAYLEIGH = 0.4  # Rayleigh times in a time step, at most
 IMPACT_STEPS = 5.5  # that an impact on the plate lasts at least; the engine warns below 5
+ROOM = 5.0  # deg by which a heap may be steeper than the measured one and not touch the orifice
 STEEL = Material(7800.0, 8.0e10, 0.3)
 
 
 def cone_height(plate_mm, angle_deg):
     """Height [mm] of a cone of the angle over the whole plate."""
     return 0.5 * plate_mm * math.tan(math.radians(angle_deg))
+
+
+def roomy_height(plate_mm, rim_mm, angle_deg):
+    """Lowest orifice [mm] that a heap by ROOM steeper than the angle does not touch; it stands on
+    the rim."""
+    return math.ceil(rim_mm + cone_height(plate_mm, angle_deg + ROOM))
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,12 @@
 """What would bring the pilot's heaps up to a measured angle that is steeper than all of them: the
 heap at the ends of the ranges that steepen it, then that heap with one thing changed."""
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from calibration.config import overlay
-from calibration.new.heap import cone_height
+from calibration.new.heap import roomy_height
 from calibration.new.pilot import levels_at, one_heap
 from calibration.new.ranges import UNPUBLISHED, most_published
 
@@ -67,12 +66,12 @@ def _of_the_rig(run, measured):
     geometry = run["geometry"]
     rim, height = geometry.get("plate_rim_height_mm", 0.0), geometry["discharge_height_mm"]
     rate, time = geometry["generation_rate_per_s"], run["numerics"]["max_time_s"]
-    heap = cone_height(geometry["plate_diameter_mm"], measured)
-    just_above = math.floor(rim + heap) + 1
-    if just_above < LOWER * height:
+    plate = geometry["plate_diameter_mm"]
+    above = roomy_height(plate, rim, measured)
+    if above < LOWER * height:
         yield Change(
-            f"poured from {just_above} mm, just above the heap (--height)",
-            {"geometry": {"discharge_height_mm": just_above}},
+            f"poured from {above} mm, a little above the heap (--height)",
+            {"geometry": {"discharge_height_mm": above}},
         )
     yield Change(
         "poured at a quarter of the rate (--rate)",
@@ -80,7 +79,7 @@ def _of_the_rig(run, measured):
     )
     if not rim and not geometry.get("plate_stl"):
         grain = _largest(run["particles"])
-        high = max(height, math.floor(grain + heap) + 1)
+        high = max(height, roomy_height(plate, grain, measured))
         yield Change(
             f"on a plate with a rim of one grain, {grain:.3g} mm (--rim)",
             {"geometry": {"plate_rim_height_mm": grain, "discharge_height_mm": high}},

@@ -13,7 +13,7 @@ from calibration.errors import CalibrationError
 from calibration.factors import COLUMNS
 from calibration.files import write_table, write_text
 from calibration.measurements import readings_table
-from calibration.new.heap import MOST, STEEL
+from calibration.new.heap import MOST, STEEL, roomy_height
 from calibration.quantities import quantity_name
 from calibration.tables import summary
 from dem.errors import DemError
@@ -143,6 +143,12 @@ def _choices(heap, simulated):
             f"they are {ratio:.2f} times as large as yours, of the same volume together: "
             f"{heap.count:,} "
             "are more than are simulated at most (--grains; run.particles in config.yaml)"
+        )
+    roomy = roomy_height(heap.plate_diameter_mm, heap.plate_rim_height_mm, heap.angle_deg)
+    if heap.discharge_height_mm < roomy:
+        found.append(
+            f"warning: heaps little steeper than yours touch the orifice and are cut off; at "
+            f"{roomy} mm (--height) they would not be"
         )
     across = heap.orifice_diameter_mm / heap.diameter_mm
     if across < FREE_FLOW_RATIO:
