@@ -332,6 +332,23 @@ def test_the_ends_at_which_heaps_do_not_stand_move_in(least, low):
     assert "by the pilot" in friction.description
 
 
+def test_ends_that_most_failed_heaps_do_not_share_move_in_as_well():
+    """Heaps stand by two ranges together. The high end of the first is shared by most failed ones
+    and moves in twice; that is not enough, and the low end of the second follows."""
+    cube = [(a, b) for a in (0.0, 1.0) for b in (0.0, 0.0, 0.0, 0.5, 1.0)]
+
+    def pour(factors, points):
+        levels = [[f.low + x * (f.high - f.low) for f, x in zip(factors, p, strict=True)]
+                  for p in points]  # fmt: skip
+        return trials(points, [b >= 0.7 * a - 0.05 for a, b in levels])
+
+    ranges = [Factor("A", "bounce", "k", 0.0, 1.0), Factor("B", "friction", "q", 0.0, 1.0)]
+    (bounce, friction), poured = shrunk(ranges, pour(ranges, cube), pour)
+    assert (bounce.low, bounce.high) == (0.0, pytest.approx(0.6))
+    assert friction.low == pytest.approx(0.4)
+    assert not any(t.fault for t in poured)
+
+
 def test_ranges_stay_where_all_heaps_stand_or_none():
     square = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)]
     for least in (0.0, 1.0):

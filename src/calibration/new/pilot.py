@@ -16,7 +16,10 @@ from dem.spec import parse_spec
 COARSE = 1250  # grains
 WIDE_ENOUGH = 5.0  # grains across the orifice
 ROUNDS = 2  # of moving ends of ranges
-MOVE = 0.2  # of a range, by which an end moves in a round; the middle stays inside in all of them
+MOVE = 0.2  # of a range, by which an end moves in a round
+MOST = 0.4  # of a range, that an end moves in all rounds: the middle stays inside
+FURTHER = 2  # rounds more where over a quarter of the heaps still does not stand
+TELLING = 0.25  # more of the heaps at an end than at the other do not stand, where it moves then
 
 
 @dataclass(frozen=True)
@@ -99,17 +102,24 @@ def one_heap(config, run_spec, levels, point):
 
 def shrunk(factors, trials, pour):
     """(factors, trials) after the ends at which heaps do not stand have moved in: heaps that failed
-    are poured again at the new ends, in at most ROUNDS rounds. Where none stands nothing moves.
+    are poured again at the new ends, in at most ROUNDS rounds, and FURTHER ones where that is not
+    enough. Where none stands nothing moves.
 
     pour(factors, points) -> [Trial].
     """
     cut = np.zeros((len(factors), 2))
-    for _ in range(ROUNDS):
+    for turn in range(ROUNDS + FURTHER):
         failed = [k for k, t in enumerate(trials) if t.fault]
         if not failed or len(failed) == len(trials):
             break
-        for j, side in _shared_ends(trials, failed):
-            cut[j, side] += MOVE
+        if turn >= ROUNDS and len(failed) <= len(trials) / 4:
+            break
+        ends = _shared_ends(trials, failed) if turn < ROUNDS else _telling_ends(trials)
+        ends = [end for end in ends if cut[end] < MOST]
+        if not ends:
+            break
+        for end in ends:
+            cut[end] += MOVE
         points = [trials[k].point for k in failed]
         again = pour(_cut_all(factors, cut), points)
         trials = list(trials)
@@ -124,6 +134,18 @@ def _shared_ends(trials, failed):
     points = np.array([trials[k].point for k in failed])
     shares = np.stack([(points == 0.0).mean(axis=0), (points == 1.0).mean(axis=0)], axis=1)
     return list(zip(*np.nonzero(shares >= shares.max()), strict=True))
+
+
+def _telling_ends(trials):
+    """(factor, side) of the ends at which by TELLING more of the heaps do not stand than at the
+    other end."""
+    points, failed = np.array([t.point for t in trials]), np.array([bool(t.fault) for t in trials])
+    ends = []
+    for j, at in enumerate(points.T):
+        low, high = failed[at == 0.0].mean(), failed[at == 1.0].mean()
+        if abs(high - low) >= TELLING:
+            ends.append((j, int(high > low)))
+    return ends
 
 
 def _cut_all(factors, cut):
