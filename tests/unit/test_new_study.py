@@ -139,6 +139,12 @@ def test_no_more_grains_are_simulated_than_asked(here, capsys):
     particles = read(here / "peas").run["particles"]
     assert particles["count"] == pytest.approx(800, rel=1e-2)
     assert f"{particles['diameter_mm'] / 4:.2f} times as large as yours" in said
+    assert "the quick profile" not in said  # this rig takes no 4,000
+    fine = ["2mm" if x == "4mm" else x for x in RIG]
+    assert main(["new", "lentils", *ANGLES, *fine, "--grains", "2400"]) == 0
+    said = capsys.readouterr().out
+    assert "the quick profile pours 600 grains" in said
+    assert "--grains 4000 gives it 1000" in said
 
 
 def test_a_sieve_curve_keeps_mass(tmp_path):
