@@ -37,14 +37,23 @@ def test_a_dry_run_plans_the_second_material_alone(clone):
     assert "audit" not in done.stdout
 
 
-def test_a_study_begun_from_published_values_is_whole_and_names_their_sources(monkeypatch):
+@pytest.mark.parametrize(
+    ("name", "measured", "sources"),
+    [
+        ("maize", [23.5, 21.86], ["Agriculture"]),
+        ("quartz_sand", [32, 34, 36], ["Al-Hashemi", "Wensrich"]),
+    ],
+)
+def test_a_study_begun_from_published_values_is_whole_and_names_their_sources(
+    name, measured, sources, monkeypatch
+):
     monkeypatch.chdir(ROOT)
-    text = Path("examples/maize/config.yaml").read_text()
-    config = parse_config(yaml.safe_load(text), file="examples/maize/config.yaml")
+    path = f"examples/{name}/config.yaml"
+    config = parse_config(yaml.safe_load(Path(path).read_text()), file=path)
     check_ahead(config)
-    assert list(read_target(config)) == [23.5, 21.86]
-    published = [f.name for f in read_factors(config.factors) if "Agriculture" in f.description]
-    assert len(published) == 3
+    assert list(read_target(config)) == measured
+    told = [f.description for f in read_factors(config.factors)]
+    assert sum(any(s in text for s in sources) for text in told) == 3
 
 
 @pytest.mark.parametrize(
