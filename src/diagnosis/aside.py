@@ -30,6 +30,21 @@ def remarks(measured, counted=()):
     ]
 
 
+def untrained(errors):
+    """Sentences on the mechanisms that have no emulator, in the table of the emulators' errors, as
+    most of their runs gave no value: their models have no effect on the experiment."""
+    out = []
+    for row in errors:
+        if "error" not in row:
+            words, name = QUANTITIES[row["experiment"]].words, row["mechanism"].replace("_", " ")
+            runs = row["failed"] + row["runs"]
+            out.append(
+                f"The {words} has no emulator of {name}, as {row['failed']} of its {runs} runs "
+                "gave no value: it counts as without effect there."
+            )
+    return out
+
+
 def of_outcomes(found, extended=None):
     """[{experiment, levers, tests, failed, before, after}] of the conditions whose tests ended
     without a value or with one, in an `Identification`: the chance of none by the base model, and

@@ -227,14 +227,14 @@ def _calibration(settings, factors, levels):
         factor = known[settings.experiments[kind].parameters[0]]
         ends = [float(np.exp((log + z * error) / power)) for z in (-NORMAL_95, NORMAL_95)]
         value = float(np.exp(log / power))
-        prior = LEVEL_SD / power * value
+        left = error / LEVEL_SD
         out[factor.name] = {
             "value": value,
             "sd": value * error / power,
             "low": ends[0],
             "high": min(ends[1], 1.0) if kind == "drop" else ends[1],
-            "prior_sd_left": value * error / power / prior,
-            "identified": True,
+            "prior_sd_left": left,
+            "identified": left < 0.5,
             "at_bound": not factor.low <= value <= factor.high,
             "words": parameter_words(factor.key),
         }

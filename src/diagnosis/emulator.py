@@ -64,7 +64,8 @@ def train(rows, metrics, settings, factors):
     for key, own in finished.items():
         done = sum(len(r["run_ids"]) for r in own)
         if done < 0.5 * planned[key]:
-            table.append({"experiment": key[0], "mechanism": key[1], "failed": planned[key]})
+            row = {"experiment": key[0], "mechanism": key[1], "runs": done}
+            table.append(row | {"failed": planned[key] - done})
             continue
         off = None if key[1] == BASE else coded_off(known[key[1]].strength)
         more = [] if off is None else rows_at_strength(off, finished[key[0], BASE])

@@ -126,6 +126,7 @@ def gain(measurements, before, after, seed=0):
     ]
     return {
         "settings": len(kept),
+        "without_value": len(measurements) - len(kept),
         "rmse_unit": "standard errors of measurement and simulation",
         **_summary(miss, np.random.default_rng(seed)),
         "by_experiment": _by_experiment(kept, value, means),

@@ -47,7 +47,7 @@ def power(measurements, known=(), catalogue=None, alpha=0.05, seed=0, defaults=N
         readings = readings_of(measurements, kind, (defaults or {}).get(kind))
         if not readings.folds:
             continue
-        tried = trial(readings, known, 0, seed, everything=True)
+        tried = trial(readings, known, 0, everything=True)
         bench = _Bench(tried, alpha, seed)
         for effect in _effects(tried, catalogue or {}):
             out.append({"experiment": kind} | _detect(bench, effect))

@@ -157,6 +157,7 @@ def name_causes(setup, source, output):
     verdict["held_out"] = aside.by_emulators(emulated, measurements, table.held_out, shown)
     verdict["outcomes"] = aside.of_outcomes(found, name)
     verdict["remarks"] = aside.remarks(table, {r["experiment"] for r in verdict["outcomes"]})
+    verdict["remarks"] += aside.untrained(errors)
     models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
     rows, specs = extension_plan(setup.rig, models, measurements, found.data)
     base_fit = found.fits[BASE].theta[0]

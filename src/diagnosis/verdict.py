@@ -369,13 +369,19 @@ def _gain(verdict):
         "",
         f"Root mean square error in {g['rmse_unit']}: {g['held_out_rmse_before']:.2f} before, "
         f"{g['held_out_rmse_after']:.2f} after; difference {fixed(low, 2)} to {fixed(high, 2)} "
-        f"(95 %), {g['settings']} settings.",
+        f"(95 %), {g['settings']} settings{_lost(g)}.",
         "",
         "![Miss at each left-out setting](gain.svg)",
         "",
     ]
     lines += [f"- {m['sentence']}" for m in verdict.get("moved", {}).values()]
     return [*lines, ""]
+
+
+def _lost(gain):
+    """How many settings the gain is not of."""
+    lost = gain.get("without_value")
+    return f"; at {lost} more one of the models gives no value" if lost else ""
 
 
 def _discrepancy(verdict):

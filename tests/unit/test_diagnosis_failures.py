@@ -232,6 +232,23 @@ def test_tables_without_outcomes_say_nothing_of_failures(emulated):
     assert list(tests.tests) == [4.0] * 5
 
 
+def test_a_mechanism_whose_runs_gave_no_value_is_told():
+    """It would else count as without effect without a word."""
+    changes = {"runs_per_input": 4, "experiments": {"shear": {"mechanisms": ["cohesion"]}}}
+    settings = read_settings("config/diagnosis.yaml", changes)
+    factors = parameters_of(settings, FACTORS, ["shear"])
+    known = {"cohesion": catalogue_of(settings, ["shear"])["cohesion"]}
+    rows, specs = plan(Rig(settings, RUN, factors), known, ["shear"])
+    metrics = {n: closed_form(s) for n, s in specs.items()}
+    own = [n for r in rows if r["mechanism"] == "cohesion" for n in r["run_ids"]]
+    metrics |= dict.fromkeys(own[: len(own) // 2 + 1])
+    emulators, table = train(rows, metrics, settings, factors)
+    assert ("shear", "cohesion") not in emulators
+    [text] = aside.untrained(table)
+    told = f"no emulator of cohesion, as {len(own) // 2 + 1} of its {len(own)} runs gave no value"
+    assert told in text
+
+
 def test_an_experiment_whose_runs_all_gave_a_value_has_no_chance():
     kinds = ["tilt"]
     settings = read_settings("config/diagnosis.yaml", {"runs_per_input": 4})

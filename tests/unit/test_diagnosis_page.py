@@ -52,6 +52,12 @@ def test_what_was_not_named_or_not_run_is_left_as_it_is(ball):
     assert last_word(ball | {"gain": None, "extended_with": []})["verdict"] == "identified"
 
 
+def test_settings_that_gave_no_value_are_told(ball):
+    assert "gives no value" not in page(ball)
+    lost = ball | {"gain": ball["gain"] | {"without_value": 3}}
+    assert "settings; at 3 more one of the models gives no value." in page(lost)
+
+
 def test_a_model_that_gives_no_value_anywhere_is_not_confirmed(ball):
     found = last_word(ball | {"gain": None, "extended_with": ["air_drag"]})
     assert found["verdict"] == "unexplained"

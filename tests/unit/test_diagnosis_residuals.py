@@ -98,14 +98,17 @@ def test_the_gain_of_a_better_model_has_intervals_on_its_side():
         "after": pytest.approx(0.1),
         "unit": "deg",
     }
-    figures.gain_figure(found)
+    shown = [line.get_xdata() for line in figures.gain_figure(found).axes[0].lines[1:]]
+    for key, at in zip(("miss_before", "miss_after"), shown, strict=True):
+        assert sorted(at) == sorted(p[key] for p in found["points"])
 
 
 def test_settings_that_could_not_be_run_are_left_out_of_the_gain():
     before = np.array([[23.0, np.nan], [np.nan, np.nan], [30.0, 30.2]])
-    assert gain(CONDITIONS, before, np.full((3, 2), 20.0))["settings"] == 2
+    found = gain(CONDITIONS, before, np.full((3, 2), 20.0))
+    assert (found["settings"], found["without_value"]) == (2, 1)
     assert gain(CONDITIONS, np.full((3, 2), np.nan), before) is None
-    figures.gain_figure(None)
+    assert "no model was extended" in figures.gain_figure(None).axes[0].get_title()
 
 
 def test_scatter_of_the_runs_counts_as_error():

@@ -44,10 +44,11 @@ def centre_of(readings, nuisance):
     return np.full(len(readings.log), (weight * readings.log).sum() / weight.sum())
 
 
-def trial(readings, known=(), replicates=199, seed=0, everything=False):
+def trial(readings, known=(), replicates=199, seed=(0, 1), everything=False):
     """`Trial` of every free law and of the catalogue's curves (`known`, functions of readings and
     centre).
 
+    seed: of numpy's generator, for the data that chance makes.
     everything: also of laws whose term would have the wrong sign here, for readings that are but a
     guess."""
     nuisance = nuisance_of(readings)
@@ -65,7 +66,7 @@ def trial(readings, known=(), replicates=199, seed=0, everything=False):
     laws = {name: law for name, law in laws.items() if name in candidates}
     out = Trial(readings, nuisance, centre, laws, candidates, fits, base, base_fit)
     if replicates:
-        rng = np.random.default_rng([seed, 1])
+        rng = np.random.default_rng(seed)
         data = draw(base, nuisance, base_fit, log, centre, readings, replicates, rng)
         nothing = evaluate(base, readings, nuisance, data, centre).score
         out.null_gain = {
