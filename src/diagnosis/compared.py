@@ -9,7 +9,7 @@ Such rows are named by line.
 
 import numpy as np
 from scipy.special import logsumexp
-from scipy.stats import chi2, norm
+from scipy.stats import chi2, f, norm
 
 from calibration.quantities import QUANTITIES, measurable
 from diagnosis.chance import CLOSE, share_above
@@ -39,15 +39,15 @@ def compare(runs, ours, causes, alpha=0.05, seed=0, spread=None):
     rng = np.random.default_rng([seed, 11])
     made = base + max(scatter, FLOOR) * rng.standard_normal((REPLICATES, len(base)))
     chance = np.max(list(_gains(made, base, tables).values()), axis=0)
-    spread = _spread(runs, share) if spread is None else spread
+    spread, freedom = _spread(runs, share) if spread is None else (spread, np.inf)
     order = sorted(causes, key=lambda c: -gains[c.name])
     ranking = [
         {"cause": c.name, "kind": c.kind, "gain": gains[c.name],
         "p": share_above(chance, gains[c.name]), "unit": c.unit}
-        | _fit_of(c, runs, theirs, base, tables[c.name], spread)
+        | _fit_of(c, runs, theirs, base, tables[c.name], spread, freedom)
         for c in order
     ]  # fmt: skip
-    verdict, named = _verdict(ranking, theirs - base, spread, alpha)
+    verdict, named = _verdict(ranking, theirs - base, spread, freedom, alpha)
     out = {
         "experiment": runs[0].experiment,
         "words": words,
@@ -59,17 +59,20 @@ def compare(runs, ours, causes, alpha=0.05, seed=0, spread=None):
     return out | {"sentence": sentence_of(out)}
 
 
-def _fit_of(cause, runs, theirs, base, table, spread):
+def _fit_of(cause, runs, theirs, base, table, spread, freedom):
     """What a cause makes of all rows: its strength, what it leaves, and which rows do not follow
     it."""
     k, follows = _fitted(theirs, base, *table)
     off, kept = theirs - table[0][k], follows >= ODD
     size = np.hypot(spread or 0.0, table[1][k])
+    if spread:
+        # a noise that is known makes the whole better known (Satterthwaite 1946, Biometrics 2:110)
+        freedom = freedom * np.mean(size**2) ** 2 / spread**4
     return {
         "strength": float(cause.strengths[k]),
         "scatter_after": _rms(off),
         "scatter_of_most": _rms(off[kept]),
-        "p_left": _chance(off[kept], size[kept]),
+        "p_left": _chance(off[kept], size[kept], freedom),
         "odd_lines": [m.line for m, own in zip(runs, kept, strict=True) if not own],
     }
 
@@ -87,16 +90,19 @@ def _scaled(values, share):
 
 
 def _spread(runs, share):
-    """Median standard error that the table states, in the scale of the comparison; None without."""
-    stated = [m.sd / np.sqrt(m.n) / (m.value if share else 1.0) for m in runs if m.sd]
-    return float(np.median(stated)) if stated else None
+    """Root mean square standard error that the table states, in the scale of the comparison, and
+    the degrees of freedom of its replicates; None without."""
+    stated = [m for m in runs if m.sd]
+    errors = [m.sd / np.sqrt(m.n) / (m.value if share else 1.0) for m in stated]
+    freedom = sum(m.n - 1 for m in stated)
+    return (_rms(np.array(errors)) if stated else None), freedom or np.inf
 
 
-def _verdict(ranking, off, spread, alpha):
-    """(verdict, names). Differences off (n,) that chi-square allows by the spread are no
+def _verdict(ranking, off, spread, freedom, alpha):
+    """(verdict, names). Differences off (n,) that chance allows by the spread are no
     disagreement."""
     best = ranking[0]
-    if spread is not None and _chance(off, np.full(len(off), spread)) >= alpha:
+    if spread is not None and _chance(off, np.full(len(off), spread), freedom) >= alpha:
         return "agree", []
     if best["p"] >= alpha:
         return "unexplained", []
@@ -104,9 +110,13 @@ def _verdict(ranking, off, spread, alpha):
     return ("identified" if len(close) == 1 else "ambiguous"), close
 
 
-def _chance(off, size):
-    """p of differences (n,) whose standard deviations (n,) are known; None where one is not."""
-    return float(chi2.sf(np.sum((off / size) ** 2), len(off))) if size.all() else None
+def _chance(off, size, freedom):
+    """p of differences (n,) whose standard deviations (n,) are known with so many degrees of
+    freedom (chi-square; Fisher's F where they are finite); None where one is not."""
+    if not size.all():
+        return None
+    square, n = np.sum((off / size) ** 2), len(off)
+    return float(chi2.sf(square, n) if np.isinf(freedom) else f.sf(square / n, n, freedom))
 
 
 def _rms(off):
