@@ -449,6 +449,18 @@ def test_a_steeper_angle_is_looked_for_at_the_ends_that_steepen_the_heap(here, m
     }
 
 
+def test_a_heap_that_grows_into_the_orifice_is_steep_enough(here, monkeypatch):
+    main(["new", "peas", *ANGLES, *RIG])
+    config = read(here / "peas")
+    factors = read_factors(config.factors)
+    found = corner_trials(config, factors, lambda run, levels: 20.0)
+    blocked = Trial((1.0,) * 7, 38.0, "clogged: 1 grains left in the funnel", 1.0)
+    monkeypatch.setattr("calibration.new.reach.one_heap", lambda *a: blocked)
+    assert reach(config, factors, found, 34.0) == [
+        "the ranges reach yours, at the ends that steepen the heap"
+    ]
+
+
 def test_what_would_reach_a_steeper_angle_is_poured_and_named(here, monkeypatch):
     main(["new", "peas", *ANGLES, *RIG])
     config = read(here / "peas")

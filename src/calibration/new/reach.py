@@ -35,17 +35,22 @@ def reach(config, factors, trials, measured, show=lambda text: None):
     levels = levels_at(factors, point)
     corner = one_heap(config, config.run, levels, point)
     show(f"heap at the ends that steepen it: {corner.found} ({corner.seconds:.0f} s)")
-    if not corner.fault and corner.angle_deg >= measured:
+    if _as_steep(corner, measured):
         return ["the ranges reach yours, at the ends that steepen the heap"]
     reaching = []
     for change in changes(config, factors, measured):
         trial = one_heap(config, overlay(config.run, change.run), levels | change.levels, point)
         show(f"the same, {change.words}: {trial.found} ({trial.seconds:.0f} s)")
-        if not trial.fault and trial.angle_deg >= measured:
+        if _as_steep(trial, measured):
             reaching.append(change.words)
     if reaching:
         return [f"within the ranges no heap reaches yours; one does {', or '.join(reaching)}"]
     return ["no heap reaches yours; was it measured in this rig, on grains of this shape?"]
+
+
+def _as_steep(trial, measured):
+    """Whether a heap reaches the angle [deg]; one that has grown into the orifice does as well."""
+    return trial.angle_deg is not None and trial.angle_deg >= measured
 
 
 def steepest_corner(trials):
