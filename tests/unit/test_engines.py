@@ -1,6 +1,8 @@
 """Other engines behind a study's runs: names of runs, refusals, and what a program may do wrong."""
 
 import importlib
+import math
+import re
 import sys
 import textwrap
 
@@ -14,8 +16,10 @@ from calibration.engines.rig import Drop, Pour
 from calibration.engines.table import read_row
 from calibration.errors import ConfigError
 from calibration.store import RunStore
+from dem.constants import GRAVITY
 from dem.errors import DemError
 from dem.experiments.bed import SHAKE
+from dem.io.stl import read_stl
 from dem.run import run
 from dem.spec import content_hash, parse_spec
 
@@ -277,6 +281,50 @@ def test_a_deck_opens_the_silo(tmp_path, code, lines):
     filled, opened = text.split(lines[0])
     assert "jump SELF settled" in filled
     assert "mass(all)" in opened
+
+
+RING = {
+    "experiment": "shear",
+    "particles": {"count": 300, "diameter_mm": 2.0},
+    "geometry": {
+        "inner_diameter_mm": 14,
+        "outer_diameter_mm": 26,
+        "normal_stress_kPa": 2.0,
+        "preshear_normal_stress_kPa": 3.0,
+    },
+}
+
+
+def test_a_deck_presses_the_lid_and_turns_the_trough(tmp_path):
+    _, text = deck_of("liggghts", tmp_path, **RING)
+    area = math.pi * (0.013**2 - 0.007**2)
+    mass = 300 * 1200 * math.pi / 6 * 0.002**3
+    first = re.search(r"target_val -(\S+) vel_max (\S+) &\n\s+kp \S+ ki (\S+)", text)
+    weight, speed, gain = (float(x) for x in first.groups())
+    assert weight == pytest.approx(mass * GRAVITY)
+    assert speed * gain / weight == pytest.approx(1.0 / mass)  # what a newton adds in a second
+    loads = re.findall(r"equal ([\d.]+)\+\((-?[\d.]+)\)\*v_(\w+)_part/20", text)
+    assert [name for *_, name in loads] == ["pressed", "relieved"]
+    ends = [float(start) + float(more) for start, more, _ in loads]
+    assert ends == [pytest.approx(3000 * area), pytest.approx(2000 * area)]
+    period = float(re.search(r"axis 0 0 1 period (\S+)", text)[1])
+    assert 2.0 * math.pi * 0.01 / period == pytest.approx(0.03)
+    stretches = re.findall(r"ave/time 1 (\d+) \1 f_lid\[3\] f_lid\[6\].*\nrun (\d+)", text)
+    assert [int(run) // int(each) for each, run in stretches] == [50, 50]
+    _, floor = read_stl(tmp_path / "trough.stl")
+    vertices, _ = read_stl(tmp_path / "lid.stl")
+    assert len(floor) > 64
+    grains = np.array(
+        [r.split() for r in (tmp_path / "grains.data").read_text().split("\n\n")[4].split("\n")],
+        float,
+    )
+    assert (vertices[:, 2] > grains[:, 6].max()).all()  # its vanes hang above the grains
+
+
+def test_a_code_without_a_lid_refuses_the_shear_cell():
+    entry = {"name": "lammps", "identity": {}, "settings": {}}
+    with pytest.raises(engines.EngineError, match="lammps cannot run the experiment shear; it can"):
+        engines.check(parse_spec(OWN | RING | {"engine": entry}))
 
 
 def test_a_silo_made_of_a_mesh_is_refused_by_the_code_that_has_none(tmp_path):

@@ -13,13 +13,14 @@ SETTLED = 1e-4
 """Energy of motion at which `dem.experiments.bed.settle` takes the grains to rest."""
 ROOM = 0.01
 """Free height of the box above the highest wall or grain [m]."""
-SETTLE = """\
+ENERGY = """\
 compute kinetic all ke
 variable energy equal c_kinetic
 thermo_style custom step atoms c_kinetic
 thermo 100000
 thermo_modify lost ignore norm no
 """
+"""What `until` looks at."""
 
 
 class Grains:
@@ -97,7 +98,7 @@ def settle(spec, grains):
     step = steps(spec, bed.LOOK)
     looks = max(round(spec.numerics.max_time_s / bed.LOOK), 1)
     calm = SETTLED * grains.lift_energy
-    return SETTLE + until("settled", step, looks, calm, least=5) + DUMP.format(name="settled")
+    return ENERGY + until("settled", step, looks, calm, least=5) + DUMP.format(name="settled")
 
 
 def steps(spec, duration):

@@ -10,7 +10,7 @@ import numpy as np
 
 from calibration.engines import Engine, EngineError, Settings, rig
 from calibration.engines.program import find, prime_seed, read_dump, read_frames, run, state_of
-from calibration.engines.rigs import Dialect, rigs
+from calibration.engines.rigs import Dialect, experiments_of, rigs
 from calibration.export import lammps as block
 from dem.walls.geometry import REVOLVED
 
@@ -251,4 +251,6 @@ DIALECT = Dialect(
     hold="variable stays equal ${{{0}_up}}\nvariable {0}_up equal ${{stays}}".format,
     remove=lambda walls, name: f"unfix {name}0\n",
 )
-ENGINE = Engine("lammps", Settings, ("heap", "drop", *rigs()), identity, refuse, simulate)
+ENGINE = Engine(
+    "lammps", Settings, ("heap", "drop", *experiments_of(DIALECT)), identity, refuse, simulate
+)

@@ -1,6 +1,7 @@
 """LIGGGHTS (3.8, public version) as the engine, with the exported material block and its own
 walls."""
 
+import math
 import re
 import subprocess
 from functools import cache
@@ -11,7 +12,7 @@ import numpy as np
 from calibration.engines import Engine, EngineError, Settings, rig
 from calibration.engines.mesh import body, disc, frustum, write_mesh
 from calibration.engines.program import find, prime_seed, read_dump, read_frames, run, state_of
-from calibration.engines.rigs import Dialect, rigs
+from calibration.engines.rigs import Dialect, experiments_of, rigs
 from calibration.export import liggghts as block
 
 INSTALL = "Debian and Ubuntu have it: apt-get install liggghts"
@@ -182,12 +183,37 @@ def _drop(spec, folder):
     return rig.Drop.of(spec).deck(spec, _head, BOX, DROP, units=" units box")
 
 
-def _walls(walls, folder, moves=None):
+LID = """\
+fix {lid.name} all mesh/surface/stress/servo file {lid.name}.stl type 2 com 0 0 {lid.height:.9g} &
+    ctrlPV force axis 0 0 1 target_val -{lid.force:.9g} vel_max {lid.speed:.9g} &
+    kp {kp:.9g} ki {ki:.9g} kd 0"""
+LOAD = """\
+variable kp equal v_force*{kp:.9g}
+variable ki equal v_force*{ki:.9g}
+fix_modify {lid.name} servo/target_val -${{force}}
+fix_modify {lid.name} servo/ctrlParam ${{kp}} ${{ki}} 0"""
+
+
+def _gains(lid, force):
+    """The servo multiplies by speed/force: so its speed goes with the mobility and the mass.
+
+    A lid that presses down has a negative target along z: with a positive one along -z what the
+    servo has added up changes its sign at the greatest speed (3.8.0, limit_vel)."""
+    kp = force * lid.mobility / lid.speed
+    return {"lid": lid, "kp": kp, "ki": force / (lid.mass * lid.speed)}
+
+
+def _walls(walls, folder, moves=None, lid=None):
     """Each body is a mesh."""
     names = [b["name"] for b in walls.bodies]
     for name in names:
         write_mesh(folder / f"{name}.stl", body(walls, name))
-    meshes = [f"fix {name} all mesh/surface file {name}.stl type 2" for name in names]
+    meshes = [
+        LID.format(**_gains(lid, lid.force))
+        if lid and name == lid.name
+        else f"fix {name} all mesh/surface file {name}.stl type 2"
+        for name in names
+    ]
     return "\n".join([*meshes, _touch(names)]) + "\n"
 
 
@@ -208,5 +234,17 @@ DIALECT = Dialect(
     lift=lambda name, speed: f"fix move_{name} all move/mesh mesh {name} linear 0 0 {speed:.9g}",
     hold="unfix move_{}".format,
     remove=_remove,
+    load=lambda lid: LOAD.format(**_gains(lid, 1.0)),
+    height=lambda lid: f"f_{lid.name}[9]",
+    turn=lambda name, rate: (
+        f"fix move_{name} all move/mesh mesh {name} rotate origin 0 0 0 axis 0 0 1 "
+        f"period {2.0 * math.pi / rate:.9g}"
+    ),
+    stop="unfix move_{}".format,
+    watch=lambda label, name, steps: (
+        f"fix {label} all ave/time 1 {steps} {steps} f_{name}[3] f_{name}[6] file {label}.txt"
+    ),
 )
-ENGINE = Engine("liggghts", Settings, ("heap", "drop", *rigs()), identity, refuse, simulate)
+ENGINE = Engine(
+    "liggghts", Settings, ("heap", "drop", *experiments_of(DIALECT)), identity, refuse, simulate
+)

@@ -11,7 +11,7 @@ from dem.walls.geometry import REVOLVED
 
 SIDES = 64
 """Sides of the polygons that stand for circles."""
-LONGEST = 6.0
+LONGEST = 15.0
 """Length of a triangle over its width at the most: LIGGGHTS takes no needles."""
 
 

@@ -1,0 +1,186 @@
+"""The ring shear cell in other codes: the lid is a wall that a servo presses on the grains.
+
+Ours is a lid of the grains' mass with a drag. A servo has neither: its speed is
+v = b (f - F) + (1/m) integral of (f - F), where f presses up and F is wanted down. The second term
+is the same mass. The first one, b, damps the lid on its grains as the drag does ours.
+"""
+
+import math
+import re
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from calibration.engines import EngineError, bed
+from calibration.engines.program import read_dump, state_of
+from calibration.engines.rig import DUMP, until
+from calibration.engines.rigs import Lid
+from calibration.export.material import granulate
+from dem.constants import GRAVITY
+from dem.experiments import shear_ring as own
+from dem.experiments.setup import time_step_of
+from dem.grains import draw_radii, largest_reach, mean_radius
+
+NEEDS = ("load", "height", "turn", "stop", "watch")
+LOOK = 5e-3
+"""Between looks at the energy [s], and the energy at which the grains rest, of what lifts each by
+its radius [-]; as `own._Ring.rest`."""
+AT_REST = 1e-4
+DAMPING = 100.0
+"""Drag of our lid over its mass [1/s]."""
+SOONEST = 0.05
+"""Time after which the grains may be taken to rest [s]."""
+PARTS = 20
+"""Steps of a change of load."""
+WALL = 0.2
+"""Height of our trough's walls [m]."""
+LOAD = """\
+variable {label}_part loop {parts}
+label {label}_more
+variable force equal {now:.9g}+({more:.9g})*v_{label}_part/{parts}
+{load}
+run {steps}
+next {label}_part
+jump SELF {label}_more
+"""
+SHEAR = """\
+variable ahead equal ceil(step/{steps})*{steps}-step
+variable wait equal ${{ahead}}
+run ${{wait}}
+{turn}
+{watch}
+run {path}
+unfix {label}
+{stop}
+"""
+
+
+HEIGHT = """\
+variable height equal {height}
+print "lid ${{height}}"
+"""
+
+
+class Cell(own._Ring):
+    """Our cell without its simulation: sizes, walls, grains at the start, loads."""
+
+    def __init__(self, spec):
+        g, rng = spec.geometry, np.random.default_rng(spec.seed)
+        self.spec = spec
+        self.inner, self.outer = 0.5e-3 * g.inner_diameter_mm, 0.5e-3 * g.outer_diameter_mm
+        self.area = math.pi * (self.outer**2 - self.inner**2)
+        self.moment = 2.0 / 3.0 * math.pi * (self.outer**3 - self.inner**3)
+        self.rate = 1e-3 * g.shear_speed_mm_s / (0.5 * (self.inner + self.outer))
+        self.sim = bed.Grains(spec.materials.particle.density_kg_m3)
+        reach = largest_reach(spec)
+        self.top = self._fill(spec, draw_radii(spec, spec.particles.count, rng), reach, rng)
+        self.walls = self._walls(reach)
+        next(b for b in self.walls.bodies if b["name"] == "lid")["origin"] = (0.0, 0.0, self.top)
+        self.mass = float(self.sim.mass.sum())
+        self.weight = self.mass * GRAVITY
+
+    @property
+    def mobility(self):
+        """b [m/s/N]: a lid of stiffness k swings as exp(-b k t/2), ours as exp(-DAMPING t/2)."""
+        grains, radius = granulate(self.spec), mean_radius(self.spec)
+        count = self.area / (4.0 * radius**2)
+        layers = max(self.spec.particles.count / count, 1.0)
+        load = 1e3 * self.spec.geometry.normal_stress_kPa * self.area / count
+        pair = grains.grain_grain
+        contact = (0.75 * load * pair.radius / pair.young) ** (1.0 / 3.0)
+        return DAMPING * layers / (count * 2.0 * pair.young * contact)
+
+    def force(self, stress_kPa):
+        """What the lid presses with under a normal stress [N]."""
+        return 1e3 * stress_kPa * self.area
+
+    def stretch(self, path_mm):
+        """Time steps of one of own.STRETCHES of a shear path."""
+        speed = self.rate * 0.5 * (self.inner + self.outer)
+        return max(round(1e-3 * path_mm / speed / time_step_of(self.spec) / own.STRETCHES), 1)
+
+
+def deck(spec, dialect, folder):
+    """Text of the deck of a `RunSpec`; its grains and walls are written into `folder`."""
+    cell, g = Cell(spec), spec.geometry
+    before = cell.force(g.preshear_normal_stress_kPa or g.normal_stress_kPa)
+    test = cell.force(g.normal_stress_kPa)
+    side, high = cell.outer + bed.ROOM, max(cell.top, WALL) + bed.ROOM
+    lid = Lid("lid", cell.top, cell.weight, cell.mass, cell.mobility, GRAVITY / DAMPING)
+    return "".join(
+        [
+            bed.start(
+                spec, cell.sim, dialect, folder, (-side, -side, -bed.ROOM), (side, side, high)
+            ),
+            dialect.walls(cell.walls, folder, lid=lid),
+            bed.ENERGY,
+            _rest(cell, "filled", 0.5),
+            _load(cell, dialect, lid, "pressed", cell.weight, before),
+            _rest(cell, "compact", 0.3),
+            _shear(cell, dialect, "preshear", g.preshear_displacement_mm),
+            _load(cell, dialect, lid, "relieved", before, test),
+            _rest(cell, "ready", 0.1),
+            HEIGHT.format(height=dialect.height(lid)),
+            _shear(cell, dialect, "shear", g.shear_displacement_mm),
+            DUMP.format(name="end"),
+        ]
+    )
+
+
+def _rest(cell, label, limit):
+    looks, step = round(limit / LOOK), bed.steps(cell.spec, LOOK)
+    return until(label, step, looks, AT_REST * cell.sim.lift_energy, least=round(SOONEST / LOOK))
+
+
+def _load(cell, dialect, lid, label, now, wanted):
+    return LOAD.format(
+        label=label,
+        parts=PARTS,
+        now=now,
+        more=wanted - now,
+        load=dialect.load(lid),
+        steps=bed.steps(cell.spec, own.RAMP / PARTS),
+    )
+
+
+def _shear(cell, dialect, label, path_mm):
+    steps = cell.stretch(path_mm)
+    return SHEAR.format(
+        label=label,
+        steps=steps,
+        path=steps * own.STRETCHES,
+        turn=dialect.turn("trough", cell.rate),
+        watch=dialect.watch(label, "lid", steps),
+        stop=dialect.stop("trough"),
+    )
+
+
+def read(spec, folder, output):
+    """Metrics and last state of a run in `folder`. Raises EngineError."""
+    cell, state = Cell(spec), state_of(read_dump(folder / "end.dump"))
+    lost = spec.particles.count - len(state["radius"])
+    if lost:
+        raise EngineError(f"{lost} grains left the shear cell")
+    _, preshear = _stresses(cell, folder / "preshear.txt")
+    normal, curve = _stresses(cell, folder / "shear.txt")
+    late, depth = curve[own.STRETCHES // 2 :], float(re.search(r"^lid (\S+)", output, re.M)[1])
+    smooth = sliding_window_view(curve, own.STRETCHES // 10).mean(axis=1)
+    return {
+        "shear_stress_kPa": float(smooth.max()),
+        "steady_shear_stress_kPa": float(late.mean()),
+        "steady_shear_stress_sd_kPa": float(late.std(ddof=1)),
+        "preshear_stress_kPa": float(preshear[own.STRETCHES // 2 :].mean()),
+        "normal_stress_kPa": float(normal.mean()),
+        "bulk_density_kg_m3": cell.mass / (depth * cell.area),
+    }, state
+
+
+def _stresses(cell, path):
+    """Normal and shear stress (own.STRETCHES,) [kPa] on the lid. Raises EngineError."""
+    try:
+        _, force, torque = np.loadtxt(path, ndmin=2).T
+    except (OSError, ValueError) as error:
+        raise EngineError(f"{path.name} cannot be read: {error}") from None
+    if len(force) != own.STRETCHES:
+        raise EngineError(f"{path.name} holds {len(force)} of {own.STRETCHES} stretches")
+    return 1e-3 * force / cell.area, 1e-3 * torque / cell.moment
