@@ -1,6 +1,12 @@
 """Rigs whose runs take seconds with grains of 1.6 mm, spheres or clumps: experiment -> grains,
 geometry."""
 
+ROUGH = {
+    "particle_particle": {"restitution": 0.55, "static_friction": 0.85, "rolling_friction": 0.1},
+    "particle_wall": {"restitution": 0.4, "static_friction": 0.7, "rolling_friction": 0.35},
+}
+"""Contacts of grains that pile up in these rigs."""
+
 RIGS = {
     "compression": (
         {"count": 200},

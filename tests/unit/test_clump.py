@@ -254,7 +254,7 @@ def test_clumps_go_through_every_experiment(tmp_path, experiment):
         experiment,
         particles={"diameter_mm": 1.6} | particles,
         materials={"particle": {"shear_modulus_Pa": 3e6}},
-        contacts={"particle_particle": {"rolling_friction": 0.1}},
+        contacts=small_rigs.ROUGH,
         geometry=geometry,
     )
     count, volume = spec.particles.count, math.pi / 6.0 * spec.particles.diameter_mm**3

@@ -149,6 +149,9 @@ def test_the_solid_fraction_of_layers_does_not_hang_on_where_the_core_ends(shift
     assert found == pytest.approx(math.pi / 6.0, rel=0.04)
 
 
+ROUGH = {"restitution": 0.5, "static_friction": 0.8, "rolling_friction": 0.2}
+
+
 @pytest.mark.slow
 def test_the_bed_below_the_flowing_layer_turns_with_the_drum(tmp_path):
     found = measure(
@@ -156,6 +159,7 @@ def test_the_bed_below_the_flowing_layer_turns_with_the_drum(tmp_path):
         "drum",
         particles={"count": 500},
         geometry={"drum_diameter_mm": 40, "drum_width_mm": 8, "rotation_rate_deg_s": 180},
+        contacts=both(ROUGH),
     )
     assert found["passive_rotation_ratio"] == pytest.approx(1.0, abs=0.05)
     assert found["froude_number"] == pytest.approx(math.pi**2 * 0.02 / 9.81)

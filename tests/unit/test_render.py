@@ -1,6 +1,8 @@
 """Pictures of runs: spheres where they are, lit and hidden rightly, with the lines that the angle
 was read from."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -130,6 +132,12 @@ def test_the_image_shows_the_lines_and_is_reproducible(run):
     assert red[:, :150].sum() > 60
     assert red[:, 150:].sum() > 60
     assert (image == np.asarray(draw_run(finished, width=300))).all()
+
+
+def test_a_run_without_an_angle_is_drawn_without_flanks(run):
+    finished = replace(read_run(run), metrics={})
+    red = np.array(LINE)
+    assert not (np.asarray(draw_run(finished, width=300)) == red).all(axis=2).any()
 
 
 def test_heights_stand_where_they_are():

@@ -103,7 +103,7 @@ RUNS = {
         "experiment": name,
         "particles": {"diameter_mm": 1.6} | particles,
         "geometry": geometry,
-        "contacts": {"particle_particle": {"rolling_friction": 0.1}},
+        "contacts": small_rigs.ROUGH,
     }
     for name, (particles, geometry) in RIGS.items()
 } | {
@@ -111,6 +111,7 @@ RUNS = {
         "experiment": "heap",
         "particles": {"count": 150, "diameter_mm": 4.0, "elongation": 1.5},
         "geometry": WIDE,
+        "contacts": small_rigs.ROUGH,
     },
 }
 RUN_ALL = """
@@ -230,7 +231,7 @@ def test_the_exceptions_are_still_there():
 def heaps(seeds):
     """Specs of coarse heaps, one a seed."""
     return {
-        str(seed): {"experiment": "heap", "seed": seed}
+        str(seed): {"experiment": "heap", "seed": seed, "contacts": small_rigs.ROUGH}
         | {"particles": {"count": 300, "diameter_mm": 4.0}, "geometry": WIDE}
         for seed in seeds
     }

@@ -24,11 +24,12 @@ FORMATS = {
 def draw_run(run, width=800, colour="auto", azimuth=None, elevation=0.0):
     """`PIL.Image` of a `FinishedRun`, `width` [px] wide; angles of the view [deg].
 
-    A heap seen from the side (elevation 0) has its fitted flanks drawn; unless `azimuth` is given
-    it is seen from where its two flanks come nearest to the run's angle of repose.
+    A heap with an angle seen from the side (elevation 0) has its fitted flanks drawn; unless
+    `azimuth` is given it is seen from where its two flanks come nearest to the run's angle of
+    repose.
     """
     plate = plate_of(run.spec)
-    heap = plate is not None
+    heap = plate is not None and "angle_of_repose_deg" in run.metrics
     if azimuth is None:
         azimuth = _telling_view(run, plate) if heap else 0.0
     # what hangs in the funnel would make the heap small
