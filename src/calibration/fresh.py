@@ -36,8 +36,18 @@ def digest(config, sections, names, sources=SOURCES):
     """First 12 hex digits of a hash of sections of a `Config` and of the code that importing the
     modules `names` brings in; sources: the folder of the packages."""
     values = config.model_dump(mode="json", include=set(sections))
-    parts = [json.dumps(values, sort_keys=True)]
     files = {path for name in names for path in modules(name, Path(sources))}
+    return _hash([json.dumps(values, sort_keys=True)], files)
+
+
+def code_digest(name, packages, sources=SOURCES):
+    """First 12 hex digits of a hash of the code of `packages` that importing a module brings in."""
+    roots = [sources.joinpath(*package.split(".")) for package in packages]
+    files = {p for p in modules(name, sources) if any(root in p.parents for root in roots)}
+    return _hash([], files)
+
+
+def _hash(parts, files):
     parts += [_content(path, path.stat().st_mtime_ns) for path in sorted(files)]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:12]
 

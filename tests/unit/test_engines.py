@@ -3,13 +3,14 @@
 import importlib
 import math
 import re
+import shutil
 import sys
 import textwrap
 
 import numpy as np
 import pytest
 
-from calibration import engines
+from calibration import engines, fresh
 from calibration.campaign import run_id
 from calibration.engines.program import prime_seed, read_dump
 from calibration.engines.rig import Drop, Pour
@@ -19,6 +20,7 @@ from calibration.store import RunStore
 from dem.constants import GRAVITY
 from dem.errors import DemError
 from dem.experiments.bed import SHAKE
+from dem.grains import draw_radii
 from dem.io.stl import read_stl
 from dem.run import run
 from dem.spec import content_hash, parse_spec
@@ -319,6 +321,40 @@ def test_a_deck_presses_the_lid_and_turns_the_trough(tmp_path):
         float,
     )
     assert (vertices[:, 2] > grains[:, 6].max()).all()  # its vanes hang above the grains
+
+
+@pytest.mark.parametrize("by", ["mass", "number"])
+def test_a_sieve_curve_is_poured_in_sizes_between_its_sieves(by):
+    """Against grains drawn by our own engine: mass, mean size and spread of the whole curve."""
+    sizes = {
+        "by": by,
+        "diameters_mm": [1.0, 2.0],
+        "upper_diameters_mm": [2.0, 5.0],
+        "fractions": [0.3, 0.7],
+    }
+    spec = parse_spec(OWN | {"experiment": "heap", "particles": {"sizes": sizes}})
+    pour = Pour.of(spec)
+    radii, shares = np.array(pour.radii), np.array(pour.shares)
+    drawn = draw_radii(spec, 50_000, np.random.default_rng(1))
+    assert len(radii) == 10
+    assert 0.5e-3 < radii.min() < radii.max() < 2.5e-3
+    assert shares.sum() == pytest.approx(1.0)
+    assert shares @ radii**3 == pytest.approx((drawn**3).mean(), rel=0.02)
+    assert shares @ radii == pytest.approx(drawn.mean(), rel=0.02)
+    assert shares @ (radii - shares @ radii) ** 2 == pytest.approx(drawn.var(), rel=0.1)
+
+
+def test_a_changed_deck_is_another_run(tmp_path):
+    """What writes a deck is part of the run's name, and our words about it are not."""
+    sources = tmp_path / "src"
+    shutil.copytree(fresh.SOURCES, sources, ignore=shutil.ignore_patterns("__pycache__"))
+    name, packages = "calibration.engines.liggghts", ("calibration.engines",)
+    before = fresh.code_digest(name, packages, sources)
+    file = sources / "calibration" / "engines" / "rigs" / "discharge.py"
+    file.write_text("# a comment\n" + file.read_text())
+    assert fresh.code_digest(name, packages, sources) == before
+    file.write_text(file.read_text() + "\nMORE = 1\n")
+    assert fresh.code_digest(name, packages, sources) != before
 
 
 def test_a_code_without_a_lid_refuses_the_shear_cell():

@@ -19,6 +19,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from calibration.errors import ConfigError
+from calibration.fresh import code_digest
 from dem.errors import DemError
 from dem.io.files import write_arrays
 from dem.results import OTHER, STATE
@@ -100,10 +101,22 @@ def entry_of(chosen):
         key = ".".join(["engine", *map(str, first["loc"])])
         raise ConfigError(first["msg"], key=key, value=first.get("input")) from None
     try:
-        identity = engine.identity(settings)
+        identity = _identity(engine, settings)
     except EngineError as error:
         raise ConfigError(str(error), key="engine", value=name) from None
     return {"name": name, "identity": identity, "settings": settings.model_dump(mode="json")}
+
+
+def _identity(engine, settings):
+    """What a run's numbers depend on beyond its spec: what the engine says, and the code that
+    writes its input and reads its output, where that is ours."""
+    found = engine.identity(settings)
+    if not engine.experiments:
+        return found
+    module = f"{__name__}.{engine.name}"
+    return found | {
+        "adapter": code_digest(module, ("calibration.engines", "calibration.export", "dem"))
+    }
 
 
 def check(spec):
@@ -130,7 +143,7 @@ def _simulate(spec, context):
     engine, entry = engines()[spec.engine.name], spec.engine
     if engine.experiments:
         check(spec)
-    found = engine.identity(engine.settings.model_validate(entry.settings))
+    found = _identity(engine, engine.settings.model_validate(entry.settings))
     if found != entry.identity:
         raise EngineError(
             f"{engine.name}: this run was planned with {entry.identity}, here is {found}; plan the "

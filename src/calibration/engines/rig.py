@@ -3,6 +3,7 @@ they leave."""
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -25,6 +26,8 @@ EXTRA = 0.3
 """Time after the last grain is made before a deck first looks whether the heap is at rest [s]."""
 LOOK = 0.05
 """Time between these looks [s]."""
+SLICES = 5
+"""Single sizes that stand for a class of a sieve curve."""
 REST = """\
 thermo 10000
 thermo_modify lost ignore norm no
@@ -92,6 +95,33 @@ def block_of(module, spec):
     return module.block(granulate(spec), Conversion(spec), ["A run of a study, in SI units."])
 
 
+def sliced(sizes):
+    """Single sizes in place of a sieve curve's classes, which these codes pour no grains between:
+    each class in SLICES of equal share, each of its grain of mean volume. Mass and number of all
+    grains are as before."""
+    if sizes.upper_diameters_mm is None:
+        return sizes
+    found, shares = [], []
+    for a, b, share in zip(
+        sizes.diameters_mm, sizes.upper_diameters_mm, sizes.fractions, strict=True
+    ):
+        if a == b:
+            found, shares = [*found, a], [*shares, share]
+            continue
+        edges = np.linspace(a, b, SLICES + 1)
+        # the share is even over the diameter: by mass the number goes with its power of -3
+        for low, high in pairwise(edges):
+            cube = (
+                2.0 * (low * high) ** 2 / (low + high)
+                if sizes.by == "mass"
+                else (low + high) * (low**2 + high**2) / 4.0
+            )
+            found.append(float(np.cbrt(cube)))
+            shares.append(share / SLICES)
+    single = {"diameters_mm": found, "upper_diameters_mm": None, "fractions": shares}
+    return sizes.model_copy(update=single)
+
+
 @dataclass(frozen=True)
 class Pour:
     """A funnel heap in SI units, as a deck needs it."""
@@ -119,8 +149,9 @@ class Pour:
         if p.sizes is None:
             radii, shares = (scale * p.diameter_mm,), (1.0,)
         else:
-            radii = tuple(scale * d for d in p.sizes.diameters_mm)
-            shares = tuple(number_fractions(p.sizes))
+            sizes = sliced(p.sizes)
+            radii = tuple(scale * d for d in sizes.diameters_mm)
+            shares = tuple(number_fractions(sizes))
         density = spec.materials.particle.density_kg_m3
         lift = sum(s * 4 / 3 * math.pi * r**4 for r, s in zip(radii, shares, strict=True))
         return cls(
