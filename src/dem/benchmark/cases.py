@@ -13,6 +13,10 @@ from dem.walls.builder import WallSet
 
 SALT = Material(1210.0, 1.0e7, 0.25)
 CONTACT = ContactParameters(0.544, 0.5, 0.23)
+HEAP_CONTACTS = {
+    "particle_particle": {"restitution": 0.544, "static_friction": 0.85, "rolling_friction": 0.23},
+    "particle_wall": {"restitution": 0.421, "static_friction": 0.71, "rolling_friction": 0.368},
+}
 TIME_STEP = 7.5e-6
 RADIUS = 1e-3
 PITCH = 2.1 * RADIUS
@@ -118,10 +122,12 @@ def timed_bed(n=10000, ratio=1.0, settle=SETTLE_STEPS, block=BLOCK, blocks=BLOCK
 
 
 def timed_heap(count=10000):
-    """The default funnel heap, from start to rest, without measuring the angle."""
+    """The funnel heap of calibrated salt, from start to rest, without measuring the angle."""
     spec = parse_spec(
         {
             "experiment": "heap",
+            "materials": {"particle": {"density_kg_m3": SALT.density}},
+            "contacts": HEAP_CONTACTS,
             "particles": {"count": count, "diameter_mm": 2.0 * (10000 / count) ** (1 / 3)},
             "geometry": {"generation_rate_per_s": count},
         }
