@@ -25,6 +25,7 @@ OF_A_PLAN = ("design.csv", "plan.json")
 DOCUMENTED = {"equation", "source"}  # of a law: read by the documentation alone
 FINDS_BY_ITSELF = ("iter_modules", '.glob("*.py")')
 """What stands in a module that finds the modules beside it."""
+OWN = Path(__file__).name  # where these words stand and nothing is found
 
 
 def task_digest(task, config, sources=SOURCES):
@@ -133,7 +134,7 @@ def _imported(path, sources):
             found |= {_file(alias.name, sources) for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             found |= {_source(node.module, alias.name, sources) for alias in node.names}
-    if any(word in text for word in FINDS_BY_ITSELF):
+    if path.name != OWN and any(word in text for word in FINDS_BY_ITSELF):
         found |= set(path.parent.rglob("*.py"))
     return frozenset(found - {None})
 

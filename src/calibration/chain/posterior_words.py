@@ -68,7 +68,7 @@ def _forward(summary, response):
 
 
 def _without_value(summary):
-    runs, trained = len(summary["without_value"]), summary["trained_by"]
+    runs, trained = len(summary.get("without_value", ())), summary["trained_by"]
     if not runs:
         return ""
     return (

@@ -178,7 +178,8 @@ def read(spec, folder, output):
 def _stresses(cell, path):
     """Normal and shear stress (own.STRETCHES,) [kPa] on the lid. Raises EngineError."""
     try:
-        _, force, torque = np.loadtxt(path, ndmin=2).T
+        rows = [row.split() for row in path.read_text().splitlines() if row[:1] != "#"]
+        _, force, torque = np.array(rows, float).T
     except (OSError, ValueError) as error:
         raise EngineError(f"{path.name} cannot be read: {error}") from None
     if len(force) != own.STRETCHES:
