@@ -16,6 +16,7 @@ import time
 from pathlib import Path
 
 import psutil
+from filelock import FileLock, Timeout
 
 ROOT = Path(__file__).parents[2]
 READ = ("Snakefile", "workflow", "config", "profiles", "src", "data")
@@ -154,9 +155,24 @@ def outcome(folder):
 
 
 def left_behind(folder):
-    """Files in the folders of runs that only a writer at work may have."""
-    names = (".*.partial", ".partial.*", "checkpoint.npz", ".lock")
-    return [p for name in names for p in folder.glob(f"results/runs/*/{name}")]
+    """Files in the folders of runs that only a writer at work may have.
+
+    A process that is killed between its result and the removal of its lock's file leaves that file,
+    which is empty and locks nothing: nobody enters a finished run again."""
+    names = (".*.partial", ".partial.*", "checkpoint.npz")
+    found = [p for name in names for p in folder.glob(f"results/runs/*/{name}")]
+    locks = folder.glob("results/runs/*/.lock")
+    return found + [p for p in locks if not (p.with_name("result.json").exists() and _free(p))]
+
+
+def _free(path):
+    lock = FileLock(path)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        return False
+    lock.release()
+    return True
 
 
 def main(folder, kills, seed, targets):
