@@ -177,5 +177,6 @@ def test_a_law_changed_tenfold_slides_at_its_own_angle(copy, tmp_path):
         done = subprocess.run(command, env=env, capture_output=True, text=True, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
         found.append(float(done.stdout.split("sliding_friction")[1].split()[0]))
-    assert found[0] == pytest.approx(0.5, rel=0.03)
-    assert found[1] == pytest.approx(0.05, rel=0.1)
+    # the plate turns on by half a degree until the slip is seen
+    assert found[0] == pytest.approx(0.5, abs=0.01)
+    assert found[1] == pytest.approx(0.05, abs=0.01)
