@@ -63,7 +63,7 @@ def check(spec):
         refuse("silo_diameter_mm", spec, allowed + more)
 
 
-class _Silo:
+class Silo:
     """Dimensions in SI; the orifice lies at z = 0."""
 
     def __init__(self, geometry):
@@ -90,10 +90,10 @@ class _Silo:
 
 def run(spec, context):
     """Fill, open, weigh; returns the metrics."""
-    silo, rng = _Silo(spec.geometry), np.random.default_rng(spec.seed)
+    silo, rng = Silo(spec.geometry), np.random.default_rng(spec.seed)
     sim = _filled(spec, silo, rng)
     context.progress(0.3, "filled")
-    total, density = float(sim.mass.sum()), _bulk_density(sim, spec, silo)
+    total, density = float(sim.mass.sum()), bulk_density(sim, spec, silo)
     setup.take_away(sim, "gate")
     below = -OUT * 2.0 * mean_radius(spec)
 
@@ -117,8 +117,8 @@ def run(spec, context):
         "beverloo_constant": flow / law,
         "emptying_time_s": outflow.ended(times, masses),
         "discharged_share": float(masses[-1] / total),
-        "arched": int(_arched(sim, silo, spec)),
-        "drained_angle_deg": _drained(sim, silo, spec),
+        "arched": int(is_arched(sim, silo, spec)),
+        "drained_angle_deg": drained_angle(sim, silo, spec),
         "bulk_density_kg_m3": density,
     }
 
@@ -135,7 +135,7 @@ def _filled(spec, silo, rng):
     return sim
 
 
-def _bulk_density(sim, spec, silo):
+def bulk_density(sim, spec, silo):
     """Density of the bed's core above the shoulder and below the surface [kg/m3]."""
     position, edge = sim.position, 3.0 * mean_radius(spec)
     low = silo.shoulder + edge
@@ -158,7 +158,7 @@ def _volume(silo, height):
     return frustum + math.pi * silo.radius**2 * max(height - silo.shoulder, 0.0)
 
 
-def _arched(sim, silo, spec):
+def is_arched(sim, silo, spec):
     """Whether grains stand over the orifice: what hangs there would fall if no arch held it."""
     if not sim.n:
         return False
@@ -168,7 +168,7 @@ def _arched(sim, silo, spec):
     return bool(over.any())
 
 
-def _drained(sim, silo, spec):
+def drained_angle(sim, silo, spec):
     """Slope [deg] of what stays on a flat bottom, from ring to ring; 0 where nothing does."""
     if not silo.flat or not sim.n:
         return 0.0
@@ -197,10 +197,10 @@ EXPERIMENT = Experiment(
     ),
     defaults={"particles": {"count": 6000}, "numerics": {"max_time_s": 10.0}},
     check=check,
-    prepare=lambda spec: _Silo(spec.geometry),  # an unusable mesh is refused here
+    prepare=lambda spec: Silo(spec.geometry),  # an unusable mesh is refused here
     bonded=True,
     poured=True,
-    walls=lambda spec: _Silo(spec.geometry).walls(3e-3 * spec.geometry.silo_diameter_mm),
+    walls=lambda spec: Silo(spec.geometry).walls(3e-3 * spec.geometry.silo_diameter_mm),
     quantity=Quantity("mass_flow", "g/s", 1e-4, 1e6, "mass flow", relative=True),
     levers=COUNT
     | {

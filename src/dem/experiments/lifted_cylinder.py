@@ -76,7 +76,7 @@ def run(spec, context):
         "on_plate": found["on_plate"],
         "spilled": lost,
         "plate_coverage": coverage(position, sim.radius, plate),
-        "base_radius_mm": 1e3 * _base(position, plate),
+        "base_radius_mm": 1e3 * base_radius(position, plate),
         "column_depth_mm": 1e3 * depth,
         "rest_time_s": sim.time,
     }
@@ -105,7 +105,7 @@ def _lift(sim, spec, context, depth):
     return lost
 
 
-def _base(position, plate):
+def base_radius(position, plate):
     """Radius [m] within which 95 % of the grains on the plate lie."""
     out = np.sort(np.hypot(position[:, 0], position[:, 1]))
     return min(float(out[int(0.95 * len(out)) - 1]), plate)

@@ -54,7 +54,7 @@ def check(spec):
 def run(spec, context):
     """Shear at one normal stress; returns the metrics of docs/architecture.md."""
     g = spec.geometry
-    cell = _Ring(spec, np.random.default_rng(spec.seed))
+    cell = Ring(spec, np.random.default_rng(spec.seed))
     context.progress(0.05, "filling")
     cell.rest(0.5)
     cell.load(g.preshear_normal_stress_kPa or g.normal_stress_kPa)
@@ -80,7 +80,7 @@ def run(spec, context):
     }
 
 
-class _Ring:
+class Ring:
     """Trough, lid and grains."""
 
     def __init__(self, spec, rng):
@@ -92,15 +92,16 @@ class _Ring:
         )  # of the area about the axis [m3]
         self.rate = 1e-3 * g.shear_speed_mm_s / (0.5 * (self.inner + self.outer))
         radii = draw_radii(spec, spec.particles.count, rng)
-        self.sim = setup.build_simulation(spec, self._walls(largest_reach(spec)))
-        top = self._fill(spec, radii, largest_reach(spec), rng)
+        self.sim = setup.build_simulation(spec, self.build_walls(largest_reach(spec)))
+        top = self.fill(spec, radii, largest_reach(spec), rng)
         lid, walls = self.sim.walls.index("lid"), self.sim.wall_state
         walls.origin[lid, 2] = top
         walls.mass[lid] = float(self.sim.mass.sum())
         # the lid follows the grains but does not bounce on them
         walls.drag[lid] = 100.0 * walls.mass[lid]
 
-    def _walls(self, r):
+    def build_walls(self, r):
+        """`WallSet` of trough and lid for grains that reach `r` [m]."""
         walls = builder.WallSet().body("trough", material=setup.WALL)
         walls.revolved(self.inner, 0.0, self.outer, 0.0)
         for radius in (self.inner, self.outer):
@@ -119,7 +120,7 @@ class _Ring:
             centre = middle * out + (0.0, 0.0, 0.5 * (low + high))
             walls.rectangle(centre, 0.999 * half * out, (0.0, 0.0, 0.5 * (high - low)))
 
-    def _fill(self, spec, radii, r, rng):
+    def fill(self, spec, radii, r, rng):
         """Rings of grains, layer on layer, above the floor's vanes; returns the height of the lid
         [m]."""
         pitch = 2.1 * r

@@ -33,7 +33,7 @@ label flowed
 
 def deck(spec, dialect, folder):
     """Text of the deck of a `RunSpec`; its grains and walls are written into `folder`."""
-    silo = own._Silo(spec.geometry)
+    silo = own.Silo(spec.geometry)
     grains, top = bed.filled(spec, silo.radius, silo.shoulder)
     walls, side = silo.walls(top), silo.radius + bed.ROOM
     low = -own.OUT * 2.0 * mean_radius(spec)
@@ -67,21 +67,21 @@ class _Outflow:
 
 def read(spec, folder, output):
     """Metrics and last state of a run in `folder`. Raises EngineError, MeasureError."""
-    silo, density = own._Silo(spec.geometry), spec.materials.particle.density_kg_m3
+    silo, density = own.Silo(spec.geometry), spec.materials.particle.density_kg_m3
     full = bed.Grains(density, state_of(read_dump(folder / "settled.dump")))
     state = state_of(read_dump(folder / "end.dump"))
     rest, flow = bed.Grains(density, state), _Outflow(spec, full, output)
     times, masses = outflow.watch(
         flow, lambda: flow.gone, spec.numerics.max_time_s, look=lambda mass: None
     )
-    bulk, rate = own._bulk_density(full, spec, silo), outflow.steady_flow(times, masses)
+    bulk, rate = own.bulk_density(full, spec, silo), outflow.steady_flow(times, masses)
     law = beverloo(bulk, 2.0 * silo.orifice, 2.0 * mean_radius(spec))
     return {
         "mass_flow_g_s": 1e3 * rate,
         "beverloo_constant": rate / law,
         "emptying_time_s": outflow.ended(times, masses),
         "discharged_share": float(masses[-1] / full.mass.sum()),
-        "arched": int(own._arched(rest, silo, spec)),
-        "drained_angle_deg": own._drained(rest, silo, spec),
+        "arched": int(own.is_arched(rest, silo, spec)),
+        "drained_angle_deg": own.drained_angle(rest, silo, spec),
         "bulk_density_kg_m3": bulk,
     }, state

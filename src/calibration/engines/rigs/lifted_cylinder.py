@@ -62,7 +62,7 @@ def read(spec, folder, output):
     metrics = {k: v for k, v in found.items() if k in names} | {
         "spilled": spec.particles.count - len(np.unique(state["tag"])),
         "plate_coverage": coverage(position, radius, plate),
-        "base_radius_mm": 1e3 * own._base(position, plate),
+        "base_radius_mm": 1e3 * own.base_radius(position, plate),
         "column_depth_mm": 1e3 * depth,
         "rest_time_s": time_of(folder / "end.dump", time_step_of(spec)),
     }

@@ -24,7 +24,7 @@ from dem.grains import draw_radii, largest_reach, mean_radius
 NEEDS = ("load", "height", "turn", "stop", "watch")
 LOOK = 5e-3
 """Between looks at the energy [s], and the energy at which the grains rest, of what lifts each by
-its radius [-]; as `own._Ring.rest`."""
+its radius [-]; as `own.Ring.rest`."""
 AT_REST = 1e-4
 DAMPING = 100.0
 """Drag of our lid over its mass [1/s]."""
@@ -61,7 +61,7 @@ print "lid ${{height}}"
 """
 
 
-class Cell(own._Ring):
+class Cell(own.Ring):
     """Our cell without its simulation: sizes, walls, grains at the start, loads."""
 
     def __init__(self, spec):
@@ -73,8 +73,8 @@ class Cell(own._Ring):
         self.rate = 1e-3 * g.shear_speed_mm_s / (0.5 * (self.inner + self.outer))
         self.sim = bed.Grains(spec.materials.particle.density_kg_m3)
         reach = largest_reach(spec)
-        self.top = self._fill(spec, draw_radii(spec, spec.particles.count, rng), reach, rng)
-        self.walls = self._walls(reach)
+        self.top = self.fill(spec, draw_radii(spec, spec.particles.count, rng), reach, rng)
+        self.walls = self.build_walls(reach)
         next(b for b in self.walls.bodies if b["name"] == "lid")["origin"] = (0.0, 0.0, self.top)
         self.mass = float(self.sim.mass.sum())
         self.weight = self.mass * GRAVITY
