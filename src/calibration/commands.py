@@ -1,6 +1,6 @@
 """The `dem` command with what stands above the engine: `dem new` begins a study, `dem angle`
-measures photographs, `dem bounce` sounds, `dem clump` fills a grain's mesh with spheres, `dem
-serve` shows a study while it runs."""
+measures photographs, `dem bounce` sounds, `dem shear` reads shear testers' tables, `dem clump`
+fills a grain's mesh with spheres, `dem serve` shows a study while it runs."""
 
 import sys
 from pathlib import Path
@@ -12,7 +12,9 @@ from dem.cli import main as engine_main
 def main(argv=None):
     """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input."""
     try:
-        return engine_main(argv, (_add_new, _add_angle, _add_bounce, _add_clump, _add_serve))
+        return engine_main(
+            argv, (_add_new, _add_angle, _add_bounce, _add_shear, _add_clump, _add_serve)
+        )
     except CalibrationError as error:
         print(f"dem: {error}", file=sys.stderr)
         return 2
@@ -130,6 +132,33 @@ def _bounce(args):
     from calibration.sound import measure_sounds  # loads scipy
 
     for line in measure_sounds(args.sounds, args.out):
+        print(line)
+
+
+def _add_shear(commands):
+    shear = commands.add_parser(
+        "shear",
+        help="yield locus out of a shear tester's table",
+        description="Read normal and shear stresses out of tables, or out of what RheoCompass "
+        "(Anton Paar) exports, and tell the yield locus.",
+    )
+    shear.add_argument("tables", type=Path, nargs="+", metavar="TABLE")
+    shear.add_argument(
+        "--intervals",
+        type=int,
+        nargs="+",
+        default=[],
+        metavar="N",
+        help="of an export: those that are points of the yield locus, and no pre-shear",
+    )
+    shear.add_argument("--out", type=Path, help="table of shear stresses to write")
+    shear.set_defaults(command=_shear)
+
+
+def _shear(args):
+    from calibration.shear_tester import measure_shear  # loads scipy
+
+    for line in measure_shear(args.tables, args.intervals, args.out):
         print(line)
 
 

@@ -31,10 +31,10 @@ class Table(tables.Table):
             return super().number(*cell, **options)
 
 
-def read_rows(path):
+def read_rows(path, *options):
     """`dem.tables.read_rows` that raises ConfigError."""
     with _as_ours():
-        return tables.read_rows(path)
+        return tables.read_rows(path, *options)
 
 
 def read_table(path, check=None):
