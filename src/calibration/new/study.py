@@ -173,7 +173,7 @@ def _fed(heap):
     share = f"{heap.feed_share:.0%} of what the orifice passes"
     if heap.mass_flow_g_s is None:
         return f"{share}; not measured"
-    return f"{heap.mass_flow_g_s:g} g/s as measured, {share}"
+    return f"{heap.mass_flow_g_s:g} g/s as given, {share}"
 
 
 def _configuration(folder, name, heap, factors, sizes, second=None):
