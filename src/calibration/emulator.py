@@ -1,9 +1,12 @@
 """A Gaussian process of a response over coded inputs, trained by runs, with its own error by
 leave-one-out."""
 
-import numpy as np
+import warnings
 
-from calibration.process import fit_process
+import numpy as np
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, WhiteKernel
 
 
 class Emulator:
@@ -22,15 +25,17 @@ class Emulator:
         runs = np.ones(len(z)) if runs is None else np.asarray(runs, float)
         self.mean, self.spread = float(z.mean()), float(z.std()) or 1.0
         known = None if noise is None else noise / self.spread**2
-        process = fit_process(x, (z - self.mean) / self.spread, runs, known)
-        self.x, self.alpha = x, process.alpha
-        self.scale, self.length = process.scale, process.length
-        self.linear, self.offset = process.linear, process.offset
-        self._inverse = np.linalg.inv(process.covariance)
+        process = _process(x, (z - self.mean) / self.spread, runs, known)
+        self.x, self.alpha = x, process.alpha_
+        smooth = process.kernel_.k1
+        self.scale = smooth.k1.k1.constant_value
+        self.length = np.atleast_1d(smooth.k1.k2.length_scale)  # of one input a plain number
+        self.linear, self.offset = smooth.k2.k1.constant_value, smooth.k2.k2.sigma_0**2
+        self._inverse = np.linalg.inv(process.kernel_(x))
         left_out = self.alpha / np.diag(self._inverse)
         self._misses = (self.spread * left_out) ** 2
         self.error = float(np.sqrt(np.mean(self._misses[:judged])))
-        scatter = process.noise if scatters else 0.0
+        scatter = process.kernel_.k2.noise_level if scatters else 0.0
         self._nugget = scatter / runs.mean()
         self.scatter = self.spread * float(np.sqrt(scatter))
         self.runs = int(runs.sum())
@@ -108,3 +113,36 @@ class Emulator:
         own = self.scale + self.linear * ((x * x).sum(1) + self.offset)
         mean = np.maximum(own - ((cross @ self._inverse) * cross).sum(1), 0.0)
         return mean / (mean + self._nugget)
+
+
+class _Scatter(WhiteKernel):
+    """Noise of means (n,): that of one run over the number of runs (n,) behind each."""
+
+    def __init__(self, noise_level, noise_level_bounds, runs):
+        super().__init__(noise_level, noise_level_bounds)
+        self.runs = runs
+
+    def __call__(self, X, Y=None, eval_gradient=False):
+        if Y is not None:
+            return super().__call__(X, Y)
+        noise = np.diag(self.noise_level / self.runs)
+        if not eval_gradient:
+            return noise
+        free = 0 if self.hyperparameter_noise_level.fixed else 1
+        return noise, np.repeat(noise[:, :, None], free, axis=2)
+
+
+def _process(x, z, runs, noise=None):
+    """The fitted Gaussian process: squared exponential with a length an input, a linear trend,
+    noise; its variance (of z) is fitted too unless given."""
+    d = x.shape[1]
+    level, bounds = (1e-3, (1e-8, 1.0)) if noise is None else (noise, "fixed")
+    kernel = (
+        ConstantKernel(1.0, (1e-3, 1e3)) * RBF(np.full(d, 1.5), (0.15, 30.0))
+        + ConstantKernel(1.0, (1e-4, 1e2)) * DotProduct(1.0, (1e-2, 1e2))
+        + _Scatter(level, bounds, runs)
+    )
+    process = GaussianProcessRegressor(kernel, n_restarts_optimizer=1, random_state=0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound is no fault
+        return process.fit(x, z)

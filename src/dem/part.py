@@ -22,3 +22,9 @@ class Part(BaseModel):
 def field(default, description, **limits):
     """A key with its default, its meaning and pydantic's limits (gt, ge, lt, le)."""
     return Field(default, description=description, **limits)
+
+
+def mesh_field(description):
+    """A key that names a STL file in place of a rig's own walls. A spec without one is written, and
+    named, as if there were no such key."""
+    return Field(None, description=description, exclude_if=lambda value: value is None)

@@ -107,7 +107,7 @@ class RunContext:
             from dem.io.vtk import write_frame, write_walls  # needs XML, which few runs do
 
             if self._frames == 0:
-                write_walls(self.out / "frames" / "walls.vtp", sim.walls)
+                write_walls(self.out / "frames" / "walls.vtp", sim.walls, sim.position)
             write_frame(self.out / "frames" / f"grains_{self._frames:05d}.vtp", sim)
             self._frames += 1
 
@@ -122,7 +122,8 @@ class RunContext:
                 "spin": sim.spin,
                 "tag": sim.tag,
                 "grain": sim.grain,
-            },
+            }
+            | wall_arrays(sim.wall_state),
         )
         self.summary = {
             "time_step_s": sim.time_step,
@@ -131,6 +132,17 @@ class RunContext:
             "list_rebuilds": sim.rebuilds,
             "precision": sim.precision,
         }
+
+
+def wall_arrays(walls):
+    """{name: array} of wall elements as they stand, of `Walls`: kind (e,), parameters (e, 9), and
+    origin (e, 3) [m] and rotation (e, 3, 3) of the body of each."""
+    return {
+        "wall_kind": walls.kind,
+        "wall_parameters": walls.parameters,
+        "wall_origin": walls.origin[walls.body],
+        "wall_rotation": walls.rotation[walls.body],
+    }
 
 
 def _refuse_not_finite(arrays):

@@ -14,7 +14,14 @@ from scipy.special import expit
 from calibration.errors import CalibrationError
 from calibration.information import expected_information, expected_spread
 from calibration.no_value import Chance
-from calibration.posterior import Formed, Measured, Prior, ScatterEmulator, sample
+from calibration.posterior import (
+    Formed,
+    Measured,
+    Prior,
+    ScatterEmulator,
+    sample,
+    sobol_indices,
+)
 
 
 class Linear:
@@ -154,6 +161,25 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
         weight = np.cumsum(np.exp(value - value.max()))
         inside += 0.025 <= np.interp(truth, grid[:, 0], weight / weight[-1]) <= 0.975
     assert stats.binomtest(inside, draws, 0.95).pvalue > 0.001
+
+
+def test_sobols_g_function():
+    """First-order and total indices in closed form: V_i = 1 / (3 (1 + a_i)^2), V = prod (1 + V_i) -
+    1 (Saltelli and Sobol 1995, Reliability Engineering and System Safety 50:225)."""
+    a = np.array([0.0, 1.0, 4.5, 9.0, 99.0, 99.0, 99.0, 99.0])
+    part = 1.0 / (3.0 * (1.0 + a) ** 2)
+    whole = np.prod(1.0 + part) - 1.0
+    total = part * np.prod(1.0 + part) / (1.0 + part) / whole
+
+    def g(u):
+        return np.prod((np.abs(4.0 * u - 2.0) + a) / (1.0 + a), axis=1)
+
+    found = sobol_indices(g, list("ABCDEFGH"))
+    for k, row in enumerate(found.values()):
+        assert row["first"] == pytest.approx(part[k] / whole, abs=0.02)
+        assert row["total"] == pytest.approx(total[k], abs=0.02)
+    with pytest.raises(CalibrationError, match="constant"):
+        sobol_indices(lambda u: np.ones(len(u)), ["A", "B"])
 
 
 def test_expected_information_of_normal_draws_is_shannons():

@@ -12,9 +12,8 @@ from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
 from calibration.information import expected_information, expected_spread
 from calibration.no_value import Chance
-from calibration.posterior import Formed, Measured, Prior, ScatterEmulator, sample
+from calibration.posterior import Formed, Measured, Prior, ScatterEmulator, sample, sobol_indices
 from calibration.responses import columns, with_responses
-from calibration.sobol import sobol_indices
 from calibration.tables import read_written
 from dem.experiments import experiments
 from dem.io.files import write_json

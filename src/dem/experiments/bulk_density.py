@@ -19,9 +19,10 @@ from dem.experiments.declare import (
     refuse,
     refuse_narrow,
 )
+from dem.experiments.mesh import at_rims, read_mesh
 from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
 from dem.lazy import lazily
-from dem.part import Part, field
+from dem.part import Part, field, mesh_field
 
 bed = lazily("dem.experiments.bed")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
@@ -39,6 +40,10 @@ class BulkDensityGeometry(Part):
     vessel_diameter_mm: float = field(24.0, "inner diameter of the vessel", gt=0)
     taps: int = field(20, "drops of the vessel after it was filled", ge=0, le=10000)
     tap_height_mm: float = field(3.0, "height of each drop", gt=0)
+    vessel_stl: str | None = mesh_field(
+        "mesh [mm] in place of the cylinder: about the z axis, its floor flat at z = 0, and "
+        "vessel_diameter_mm wide inside where it is narrowest"
+    )
 
 
 def check(spec):
@@ -54,26 +59,52 @@ def check(spec):
         refuse("vessel_diameter_mm", spec, f"{allowed}; or more grains")
 
 
+class _Vessel:
+    """A cylinder, or a mesh; `radius` is that of its narrowest part [m]."""
+
+    def __init__(self, spec):
+        self.radius = 0.5e-3 * spec.geometry.vessel_diameter_mm
+        self.mesh = read_mesh(spec, "vessel_stl", at_rims())
+        if self.mesh:
+            self.radius = self.mesh.narrowest(0.0, self.mesh.high)
+            self.mesh.agree("its narrowest inside", 2.0 * self.radius, "vessel_diameter_mm")
+            floor = self.mesh.floor(0.95 * self.radius, "its floor")
+            self.mesh.in_place("its floor", floor, 0.0)
+            self.mesh.take(spec)
+
+    def walls(self, top):
+        """Vessel, open at `top`; a mesh goes on as a cylinder above its rim while grains are
+        filled in."""
+        walls = builder.WallSet().body("vessel", material=setup.WALL)
+        if self.mesh is None:
+            return walls.disc(self.radius).cylinder(self.radius, 0.0, top)
+        return self.mesh.extended(walls, top)
+
+    def volume(self, level):
+        """Volume below a level [m3]."""
+        if self.mesh is None:
+            return math.pi * self.radius**2 * level
+        return self.mesh.volume(level)
+
+
 def run(spec, context):
     """Fill, tap, and measure before and after."""
     g, rng = spec.geometry, np.random.default_rng(spec.seed)
-    radius, reach = 0.5e-3 * g.vessel_diameter_mm, largest_reach(spec)
+    vessel, reach = _Vessel(spec), largest_reach(spec)
     radii = draw_radii(spec, spec.particles.count, rng)
-    sites = bed.sites_in_circle(radius, reach, rng)
+    sites = bed.sites_in_circle(vessel.radius, reach, rng)
     top = bed.highest_site(len(radii), sites, 0.0, reach)
-    walls = builder.WallSet().body("vessel", material=setup.WALL)
-    walls.disc(radius).cylinder(radius, 0.0, top)
-    sim = setup.build_simulation(spec, walls)
+    sim = setup.build_simulation(spec, vessel.walls(top))
     bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
     bed.settle(sim, spec.numerics.max_time_s)
     context.progress(0.3, "poured")
-    poured = _density(sim, radius), _packing(sim, spec, radius)
+    poured = _density(sim, vessel), _packing(sim, spec, vessel.radius)
     for tap in range(g.taps):
         _tap(sim, 1e-3 * g.tap_height_mm)
         context.progress(0.3 + 0.7 * (tap + 1) / g.taps, f"tap {tap + 1} of {g.taps}")
         context.frame(sim)
     bed.settle(sim, 0.5)
-    tapped = _density(sim, radius), _packing(sim, spec, radius)
+    tapped = _density(sim, vessel), _packing(sim, spec, vessel.radius)
     context.finish(sim)
     return {
         "poured_density_kg_m3": poured[0],
@@ -99,11 +130,11 @@ def _above_floor(sim):
     return sim.position - sim.wall_origin("vessel")
 
 
-def _density(sim, radius):
+def _density(sim, vessel):
     """Mass below the struck level over the volume to there [kg/m3]."""
     z, mass = _above_floor(sim)[:, 2], sim.mass
     level = float(np.sort(z)[int(SURFACE * len(z)) - 1])
-    return float(mass[z <= level].sum()) / (math.pi * radius**2 * level)
+    return float(mass[z <= level].sum()) / vessel.volume(level)
 
 
 def _packing(sim, spec, radius):
@@ -128,6 +159,7 @@ EXPERIMENT = Experiment(
     ),
     defaults={"particles": {"count": 2000}, "numerics": {"max_time_s": 3.0}},
     check=check,
+    prepare=_Vessel,  # an unusable mesh is refused here
     bonded=True,
     poured=True,
     quantity=Quantity("poured_density", "kg/m³", 1.0, 3e4, "poured bulk density", relative=True),

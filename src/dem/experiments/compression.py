@@ -21,10 +21,11 @@ from dem.experiments.declare import (
     refuse,
     refuse_narrow,
 )
-from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm
+from dem.experiments.mesh import outside, read_mesh
+from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, smallest_radius
 from dem.lazy import lazily
 from dem.linear import slope
-from dem.part import Part, field
+from dem.part import Part, field, mesh_field
 
 bed = lazily("dem.experiments.bed")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
@@ -47,6 +48,10 @@ class CompressionGeometry(Part):
     press_speed_mm_s: float = field(20.0, "speed of the lid", gt=0)
     unconfined_strain: float = field(
         0.1, "way of the lid after the walls are gone, over the depth", gt=0, lt=0.5
+    )
+    lid_stl: str | None = mesh_field(
+        "mesh [mm] of a punch in place of the flat lid: its lowest points at z = 0, and as wide as "
+        "the box about x = y = 0 but for less than the smallest grain's radius on each side"
     )
     packing: Literal["poured", "cubic"] = field(
         "poured", "poured, or grain on grain in a square lattice, which has a closed form"
@@ -121,7 +126,7 @@ def _filled(spec, rng):
     radii = draw_radii(spec, spec.particles.count, rng)
     sites = bed.sites_in_rectangle((-half, -half), (half, half), reach, rng)
     high = max(bed.highest_site(len(radii), sites, 0.0, reach), 1e-3 * g.box_height_mm)
-    sim = setup.build_simulation(spec, _walls(half, high))
+    sim = setup.build_simulation(spec, _walls(spec, half, high))
     if g.packing == "cubic":
         sim.add_particles(_lattice(half, radii), radii)
         bed.advance_for(sim, 0.02)
@@ -140,7 +145,25 @@ def _lattice(half, radii):
     return np.column_stack([place[row], place[column], radii[0] * (2.0 * layer + 1.0)])
 
 
-def _walls(half, high):
+def _punch(spec):
+    """`Mesh` of the lid; None for a flat one."""
+    half = 0.5e-3 * spec.geometry.box_width_mm
+    least = half - smallest_radius(spec)
+    mesh = read_mesh(spec, "lid_stl", outside((-least, -least), (least, least)))
+    if mesh is None:
+        return None
+    under = mesh.surface((-least, -least), (least, least), "its underside", side=-1.0)
+    mesh.in_place("its lowest point", np.array([under.min()]), 0.0)
+    widest = float(np.abs(mesh.vertices[:, :2]).max())
+    if widest > half + mesh.slack:
+        mesh.refuse(
+            f"reaches {1e3 * widest:.4g} mm from the middle, into the walls of the box; allowed: "
+            f"{1e3 * half:.4g} mm"
+        )
+    return mesh
+
+
+def _walls(spec, half, high):
     walls = builder.WallSet().body("floor", material=setup.WALL).plane((0, 0, 0), (0, 0, 1))
     up = np.array([0.0, 0.0, 0.5 * high])
     for k, (axis, sign) in enumerate(SIDES):
@@ -148,7 +171,10 @@ def _walls(half, high):
         out[axis], along[1 - axis] = sign * half, half
         walls.body(f"side{k}", material=setup.WALL).rectangle(out + up, along, up)
     walls.body("lid", material=setup.WALL, origin=(0.0, 0.0, 2.0 * high))
-    return walls.rectangle((0, 0, 0), (half, 0, 0), (0, half, 0))
+    mesh = _punch(spec)
+    if mesh is None:
+        return walls.rectangle((0, 0, 0), (half, 0, 0), (0, half, 0))
+    return walls.mesh(mesh.vertices, mesh.triangles)
 
 
 class _Press:
@@ -232,6 +258,7 @@ EXPERIMENT = Experiment(
         "numerics": {"max_time_s": 2.0, "rayleigh_fraction": 0.3},
     },
     check=check,
+    prepare=_punch,  # an unusable mesh is refused here
     bonded=True,
     poured=True,
     quantity=Quantity(

@@ -153,7 +153,8 @@ class Experiment:
     bonded : whether grains may be several bonded spheres, pairs or clumps
     poured : whether runs scatter from seed to seed, because grains never lie twice alike
     resumes : whether a run that was cut off continues from its checkpoint
-    walls : walls(spec) -> `WallSet` for pictures; None without a rig to be drawn
+    walls : walls(spec) -> `WallSet` with which it starts, for pictures of runs of other engines,
+        which keep no walls; ours keep those of any experiment
     heap_plate : heap_plate(spec) -> radius [m] of the disc that a heap stands on at the end; None
         without a heap
     quantity : what a laboratory measures; None where the diagnosis does not know the experiment

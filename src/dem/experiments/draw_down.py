@@ -19,10 +19,18 @@ from dem.experiments.declare import (
     refuse,
     refuse_narrow,
 )
+from dem.experiments.mesh import at_rims, read_mesh, rectangle
 from dem.flow import FREE_FLOW_RATIO, LOOSE
-from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
+from dem.grains import (
+    draw_radii,
+    grain_volume,
+    largest_reach,
+    longest_mm,
+    mean_radius,
+    smallest_radius,
+)
 from dem.lazy import lazily
-from dem.part import Part, field
+from dem.part import Part, field, mesh_field
 
 bed, outflow = lazily("dem.experiments.bed"), lazily("dem.experiments.outflow")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
@@ -40,6 +48,10 @@ class DrawDownGeometry(Part):
     depth_mm: float = field(12.0, "inner distance of front and back plate", gt=0)
     slot_width_mm: float = field(16.0, "slot across the middle of the upper floor", gt=0)
     fall_height_mm: float = field(60.0, "upper floor above the lower one", gt=0)
+    boxes_stl: str | None = mesh_field(
+        "mesh [mm] of both boxes in one, without the gate, in place of the keys' walls: inside it "
+        "is as the keys say, the slot about x = 0, the lower floor at z = 0, and open above"
+    )
 
 
 def check(spec):
@@ -68,15 +80,57 @@ def check(spec):
 class _Boxes:
     """Dimensions in SI: x across, y from front to back, z = 0 the lower floor."""
 
-    def __init__(self, geometry):
-        g = geometry
+    def __init__(self, spec):
+        g = spec.geometry
         self.upper, self.lower = 0.5e-3 * g.upper_width_mm, 0.5e-3 * g.lower_width_mm
         self.deep, self.slot = 0.5e-3 * g.depth_mm, 0.5e-3 * g.slot_width_mm
         self.floor = 1e-3 * g.fall_height_mm
+        self.mesh = read_mesh(spec, "boxes_stl", at_rims())
+        if self.mesh:
+            self._check(spec)
+
+    def _check(self, spec):
+        """Floors, slot and sides of a mesh must be where the keys have them."""
+        mesh, gap = self.mesh, smallest_radius(spec)
+        volume = 4.0 * self.upper * self.deep * (mesh.high - self.floor)
+        if LOOSE * volume < spec.particles.count * grain_volume(spec):
+            mesh.refuse("is too low: loosely poured, the grains reach above its rim")
+        middle = 0.5 * (self.floor + mesh.high)
+        mesh.four_sided("the upper box", middle, self.upper, self.deep)
+        mesh.four_sided("the lower box", 0.5 * self.floor, self.lower, self.deep)
+        y = self.deep - gap
+        through = mesh.surface((gap - self.slot, -y), (self.slot - gap, y), "below the slot")
+        mesh.in_place("the first surface below the slot", through, 0.0)
+        for side in (-1.0, 1.0):
+            ends = sorted([side * (self.slot + gap), side * (self.upper - gap)])
+            ledge = mesh.surface((ends[0], -y), (ends[1], y), "beside the slot its floor")
+            mesh.in_place("the upper floor", ledge, self.floor)
+        below = rectangle((gap - self.lower, -y), (self.lower - gap, y))
+        floor = mesh.covering(below, "its lower floor", below=0.5 * self.floor)
+        mesh.in_place("the lower floor", floor, 0.0)
 
     def walls(self, top):
         """Two floors, four sides, front and back up to `top`, and the gate over the slot."""
         walls = builder.WallSet().body("boxes", material=setup.WALL)
+        if self.mesh is None:
+            self._own(walls, top)
+        else:
+            walls.mesh(self.mesh.vertices, self.mesh.triangles)
+            self._collar(walls, top)
+        gate = walls.body("gate", material=setup.WALL)
+        return gate.rectangle((0.0, 0.0, self.floor), (self.slot, 0.0, 0.0), (0.0, self.deep, 0.0))
+
+    def _collar(self, walls, top):
+        """Sides of the upper box above a mesh, within which grains are made."""
+        half = 0.5 * (top - self.mesh.high)
+        if half <= 0.0:
+            return
+        for side in (-1.0, 1.0):
+            z = top - half
+            walls.rectangle((side * self.upper, 0.0, z), (0.0, self.deep, 0.0), (0.0, 0.0, half))
+            walls.rectangle((0.0, side * self.deep, z), (self.upper, 0.0, 0.0), (0.0, 0.0, half))
+
+    def _own(self, walls, top):
         high, ledge = 0.5 * (top - self.floor), 0.5 * (self.upper - self.slot)
         flat, up = np.array([0.0, self.deep, 0.0]), np.array([0.0, 0.0, 1.0])
         wide, out = max(self.upper, self.lower), np.array([1.0, 0.0, 0.0])
@@ -87,13 +141,11 @@ class _Boxes:
             walls.rectangle((side * self.upper, 0.0, self.floor + high), flat, high * up)
             walls.rectangle((side * self.lower, 0.0, 0.5 * self.floor), flat, 0.5 * self.floor * up)
             walls.rectangle((0.0, side * self.deep, 0.5 * top), wide * out, 0.5 * top * up)
-        gate = walls.body("gate", material=setup.WALL)
-        return gate.rectangle((0.0, 0.0, self.floor), self.slot * out, flat)
 
 
 def run(spec, context):
     """Fill the upper box, open the slot, and read both slopes when all rest."""
-    boxes, rng = _Boxes(spec.geometry), np.random.default_rng(spec.seed)
+    boxes, rng = _Boxes(spec), np.random.default_rng(spec.seed)
     sim = _filled(spec, boxes, rng)
     context.progress(0.3, "filled")
     total = float(sim.mass.sum())
@@ -176,9 +228,10 @@ EXPERIMENT = Experiment(
     ),
     defaults={"particles": {"count": 4000}, "numerics": {"max_time_s": 10.0}},
     check=check,
+    prepare=_Boxes,  # an unusable mesh is refused here
     bonded=True,
     poured=True,
-    walls=lambda spec: _Boxes(spec.geometry).walls(2e-3 * spec.geometry.fall_height_mm),
+    walls=lambda spec: _Boxes(spec).walls(2e-3 * spec.geometry.fall_height_mm),
     quantity=Quantity("angle_of_repose", "deg", 0.1, 89.0, "angle of repose", relative=False),
     levers=COUNT
     | {

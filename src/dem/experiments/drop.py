@@ -13,14 +13,16 @@ import numpy as np
 from dem.constants import GRAVITY
 from dem.errors import MeasureError
 from dem.experiments.declare import Experiment, Lever, LogShare, Metric, Quantity
+from dem.experiments.mesh import read_mesh
 from dem.grains import mean_radius
 from dem.lazy import lazily
-from dem.part import Part, field
+from dem.part import Part, field, mesh_field
 from dem.timescales import hertz_contact_time
 
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 drag = lazily("dem.drag")
 
+APART = 20.0  # radii between grains: they never meet
 LEAST_REBOUND = 1e-4  # of the drop height; a grain that sticks has no logarithm
 
 
@@ -31,6 +33,10 @@ class DropGeometry(Part):
     drops: int = field(5, "independent drops, at different phases of the time step", ge=1, le=1000)
     output_interval_s: float | None = field(
         None, "read heights at these instants only, as a coarse output would", gt=0
+    )
+    plate_stl: str | None = mesh_field(
+        "mesh [mm] of a target in place of the endless plate: under each grain one of its own, hit "
+        "at x = y = z = 0"
     )
 
 
@@ -43,13 +49,12 @@ def run(spec, context):
     """Drop the grains described by `spec`; returns the metrics of docs/architecture.md."""
     g = spec.geometry
     radius, height = mean_radius(spec), 1e-3 * g.drop_height_mm
-    walls = builder.WallSet().body("plate", material=setup.WALL).plane((0, 0, 0), (0, 0, 1))
+    walls, apart = _targets(spec)
     sim = setup.build_simulation(spec, walls)
     rng = np.random.default_rng(spec.seed)
     impact = math.sqrt(2.0 * GRAVITY * height)
     phase = (np.arange(g.drops) + rng.random()) / g.drops
     start = height + phase * impact * sim.time_step
-    apart = 20.0 * radius
     position = np.column_stack([np.arange(g.drops) * apart, np.zeros(g.drops), radius + start])
     sim.add_particles(position, radius)
     # a restitution of one would come back after three quarters of a whole bounce
@@ -69,6 +74,28 @@ def run(spec, context):
         "contact_time_s": contact,
         "steps_per_contact": contact / sim.time_step,
     }
+
+
+def _target(spec):
+    """`Mesh` of the target; None for a plate."""
+    radius = mean_radius(spec)
+    mesh = read_mesh(spec, "plate_stl", lambda v: np.hypot(v[:, 0], v[:, 1]) > radius)
+    if mesh:
+        mesh.floor(radius, "under the grain its surface")
+        mesh.in_place("its surface on the z axis", mesh.floor(0.0, "its surface"), 0.0)
+    return mesh
+
+
+def _targets(spec):
+    """Walls under all grains, and the distance of the grains [m], along x."""
+    walls = builder.WallSet().body("plate", material=setup.WALL)
+    apart, mesh = APART * mean_radius(spec), _target(spec)
+    if mesh is None:
+        return walls.plane((0, 0, 0), (0, 0, 1)), apart
+    apart += 2.0 * float(np.abs(mesh.vertices[:, 0]).max())
+    for k in range(spec.geometry.drops):
+        walls.mesh(mesh.vertices + [k * apart, 0.0, 0.0], mesh.triangles)
+    return walls, apart
 
 
 def _longest_fall(sim, height):
@@ -153,6 +180,7 @@ EXPERIMENT = Experiment(
     ),
     # a drop is over in one contact, which must be resolved (44 steps at 1.7 m/s)
     defaults={"numerics": {"rayleigh_fraction": 0.05}},
+    prepare=_target,  # an unusable mesh is refused here
     impact_speed=impact_speed,
     least_steps=20,  # the rebound goes with the square of the restitution
     quantity=Quantity(

@@ -13,9 +13,10 @@ import numpy as np
 from dem.constants import GRAVITY
 from dem.errors import MeasureError, SpecError
 from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, refuse_narrow
+from dem.experiments.mesh import circle, read_mesh
 from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
 from dem.lazy import lazily
-from dem.part import Part, field
+from dem.part import Part, field, mesh_field
 
 bed = lazily("dem.experiments.bed")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
@@ -26,6 +27,7 @@ STRIPS = 16  # of the surface
 CHORD = 0.6  # share of the drum's radius within which the surface is read
 PASSIVE = 4.0  # mean diameters from the drum inwards that count as the passive bed
 PACKING = 0.6
+LEAST_CLEAR = 0.5  # of the drum's radius: lifters reach no further inwards
 SHELL = "shell"  # the wall that turns
 
 
@@ -37,6 +39,11 @@ class DrumGeometry(Part):
     rotation_rate_deg_s: float = field(90.0, "speed of rotation; 90 are 15 turns a minute", gt=0)
     start_turns: float = field(0.3, "turns before the angle is read", gt=0)
     turns: float = field(0.3, "turns over which it is read", gt=0)
+    shell_stl: str | None = mesh_field(
+        "mesh [mm] of the shell with its end plates, and lifters if there are any, in place of the "
+        "smooth drum: about the z axis, end plates at z = 0 and drum_width_mm, and "
+        "drum_diameter_mm wide inside where it is widest"
+    )
 
 
 def _filling(spec):
@@ -81,18 +88,51 @@ def _froude(spec):
     return rate**2 * 0.5e-3 * spec.geometry.drum_diameter_mm / GRAVITY
 
 
+class _Drum:
+    """A smooth drum, or a mesh; `clear` is the radius of the cylinder that nothing reaches into
+    [m]."""
+
+    def __init__(self, spec):
+        g = spec.geometry
+        self.radius, self.width = 0.5e-3 * g.drum_diameter_mm, 1e-3 * g.drum_width_mm
+        self.clear, self.mesh = self.radius, read_mesh(spec, "shell_stl")
+        if self.mesh:
+            self._check()
+
+    def _check(self):
+        mesh, middle = self.mesh, 0.5 * self.width
+        widest = float(mesh.around(middle)[0].max())
+        mesh.agree("its widest inside", 2.0 * widest, "drum_diameter_mm")
+        self.clear = mesh.narrowest(0.0, self.width)
+        if self.clear < LEAST_CLEAR * self.radius:
+            mesh.refuse(
+                f"reaches to {1e3 * self.clear:.4g} mm from the axis; allowed: "
+                f"{1e3 * LEAST_CLEAR * self.radius:.4g} mm at the least, or grains cannot flow"
+            )
+        ends = mesh.heights(circle(0.95 * self.clear))
+        for what, side, wanted in (("low", -1.0, 0.0), ("high", 1.0, self.width)):
+            beyond = np.where(side * (ends - middle) > 0.0, side * ends, np.inf).min(axis=1)
+            if not np.isfinite(beyond).all():
+                mesh.refuse(f"has no end plate on its {what} side along z")
+            mesh.in_place(f"its end plate on the {what} side", side * beyond, wanted)
+
+    def walls(self):
+        """The body that turns."""
+        walls = builder.WallSet().body(SHELL, material=setup.WALL)
+        if self.mesh:
+            return walls.mesh(self.mesh.vertices, self.mesh.triangles)
+        walls.cylinder(self.radius, 0.0, self.width)
+        return walls.disc(self.radius, 0.0).disc(self.radius, self.width)
+
+
 def run(spec, context):
     """Fill, turn, and read the surface."""
     g, rng = spec.geometry, np.random.default_rng(spec.seed)
-    radius, width, reach = (
-        0.5e-3 * g.drum_diameter_mm,
-        1e-3 * g.drum_width_mm,
-        largest_reach(spec),
-    )
-    rate = math.radians(g.rotation_rate_deg_s)
-    sim = setup.build_simulation(spec, _walls(radius, width), gravity=(0.0, -GRAVITY, 0.0))
+    drum, reach = _Drum(spec), largest_reach(spec)
+    radius, rate = drum.radius, math.radians(g.rotation_rate_deg_s)
+    sim = setup.build_simulation(spec, drum.walls(), gravity=(0.0, -GRAVITY, 0.0))
     radii = draw_radii(spec, spec.particles.count, rng)
-    _fill(sim, spec, radii, radius, width, reach, rng)
+    _fill(sim, spec, radii, drum.clear, drum.width, reach, rng)
     bed.settle(sim, spec.numerics.max_time_s)
     sim.move_wall(SHELL, spin=(0.0, 0.0, rate))
     turn = 2.0 * math.pi / rate
@@ -113,11 +153,6 @@ def run(spec, context):
         "froude_number": _froude(spec),
         "filling": _filling(spec),
     }
-
-
-def _walls(radius, width):
-    walls = builder.WallSet().body(SHELL, material=setup.WALL)
-    return walls.cylinder(radius, 0.0, width).disc(radius, 0.0).disc(radius, width)
 
 
 def _fill(sim, spec, radii, radius, width, reach, rng):
@@ -187,6 +222,7 @@ EXPERIMENT = Experiment(
     ),
     defaults={"particles": {"count": 1800}, "numerics": {"max_time_s": 1.0}},
     check=check,
+    prepare=_Drum,  # an unusable mesh is refused here
     advice=advice,
     bonded=True,
     poured=True,

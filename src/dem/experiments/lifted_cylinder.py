@@ -16,10 +16,11 @@ from dem.experiments.declare import (
     refuse,
     refuse_narrow,
 )
+from dem.experiments.mesh import at_rims, circle, read_mesh
 from dem.grains import draw_radii, largest_reach, longest_mm
 from dem.lazy import lazily
 from dem.measure.heap import coverage, measure_heap
-from dem.part import Part, field
+from dem.part import Part, field, mesh_field
 
 bed = lazily("dem.experiments.bed")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
@@ -35,6 +36,10 @@ class LiftedCylinderGeometry(Part):
     cylinder_diameter_mm: float = field(24.0, "inner diameter of the cylinder", gt=0)
     plate_diameter_mm: float = field(100.0, "base plate", gt=0)
     lift_speed_mm_s: float = field(50.0, "speed at which the cylinder is lifted", gt=0)
+    cylinder_stl: str | None = mesh_field(
+        "mesh [mm] of a tube in place of the cylinder: about the z axis, its lower rim at z = 0, "
+        "and cylinder_diameter_mm wide inside where it is narrowest"
+    )
 
 
 def check(spec):
@@ -49,18 +54,44 @@ def check(spec):
         refuse("plate_diameter_mm", spec, allowed)
 
 
+class Rig:
+    """Cylinder, or a mesh in its place, and plate; `radius` is that of the narrowest part [m]."""
+
+    def __init__(self, spec):
+        self.radius = 0.5e-3 * spec.geometry.cylinder_diameter_mm
+        self.plate = 0.5e-3 * spec.geometry.plate_diameter_mm
+        self.mesh = read_mesh(spec, "cylinder_stl", at_rims(low=True))
+        if self.mesh:
+            self._check()
+
+    def _check(self):
+        mesh = self.mesh
+        mesh.in_place("its lower rim", np.array([mesh.low]), 0.0)
+        self.radius = mesh.narrowest(0.0, mesh.high)
+        mesh.agree("its narrowest inside", 2.0 * self.radius, "cylinder_diameter_mm")
+        if np.isfinite(mesh.heights(circle(0.95 * self.radius))).any():
+            mesh.refuse("has a floor or a lid, with which it would lift the grains; open both ends")
+        if np.hypot(*mesh.vertices[:, :2].T).max() > self.plate:
+            mesh.refuse("is wider than the plate; widen geometry.plate_diameter_mm")
+        mesh.take(mesh.spec)
+
+    def walls(self, top):
+        """Plate, and cylinder up to `top` [m]."""
+        walls = builder.WallSet().body("plate", material=setup.WALL).disc(self.plate)
+        walls.body("cylinder", material=setup.WALL)
+        if self.mesh is None:
+            return walls.cylinder(self.radius, 0.0, top)
+        return self.mesh.extended(walls, top)
+
+
 def run(spec, context):
     """Fill, lift, and measure the heap. Raises MeasureError where none stands."""
-    g, rng = spec.geometry, np.random.default_rng(spec.seed)
-    radius, plate, reach = (
-        0.5e-3 * g.cylinder_diameter_mm,
-        0.5e-3 * g.plate_diameter_mm,
-        largest_reach(spec),
-    )
+    rng, rig, reach = np.random.default_rng(spec.seed), Rig(spec), largest_reach(spec)
+    plate = rig.plate
     radii = draw_radii(spec, spec.particles.count, rng)
-    sites = bed.sites_in_circle(radius, reach, rng)
+    sites = bed.sites_in_circle(rig.radius, reach, rng)
     top = bed.highest_site(len(radii), sites, 0.0, reach)
-    sim = setup.build_simulation(spec, _walls(radius, top, plate))
+    sim = setup.build_simulation(spec, rig.walls(top))
     bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
     bed.settle(sim, spec.numerics.max_time_s)
     depth = float(sim.position[:, 2].max())
@@ -80,11 +111,6 @@ def run(spec, context):
         "column_depth_mm": 1e3 * depth,
         "rest_time_s": sim.time,
     }
-
-
-def _walls(radius, top, plate):
-    walls = builder.WallSet().body("plate", material=setup.WALL).disc(plate)
-    return walls.body("cylinder", material=setup.WALL).cylinder(radius, 0.0, top)
 
 
 def _lift(sim, spec, context, depth):
@@ -130,13 +156,10 @@ EXPERIMENT = Experiment(
     ),
     defaults={"particles": {"count": 3000}, "numerics": {"max_time_s": 3.0}},
     check=check,
+    prepare=Rig,  # an unusable mesh is refused here
     bonded=True,
     poured=True,
-    walls=lambda spec: _walls(
-        0.5e-3 * spec.geometry.cylinder_diameter_mm,
-        1e-3 * spec.geometry.cylinder_diameter_mm,
-        0.5e-3 * spec.geometry.plate_diameter_mm,
-    ),
+    walls=lambda spec: Rig(spec).walls(1e-3 * spec.geometry.cylinder_diameter_mm),
     heap_plate=lambda spec: 0.5e-3 * spec.geometry.plate_diameter_mm,
     quantity=Quantity("angle_of_repose", "deg", 0.1, 89.0, "angle of repose", relative=False),
     levers=COUNT

@@ -16,9 +16,10 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from dem.constants import GRAVITY
 from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, Share, refuse
-from dem.grains import draw_radii, largest_reach, longest_mm
+from dem.experiments.mesh import annulus, read_mesh
+from dem.grains import draw_radii, largest_reach, longest_mm, smallest_radius
 from dem.lazy import lazily
-from dem.part import Part, field
+from dem.part import Part, field, mesh_field
 
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 
@@ -40,6 +41,14 @@ class ShearGeometry(Part):
     shear_speed_mm_s: float = field(30.0, "speed of the trough at the mean radius", gt=0)
     preshear_displacement_mm: float = field(4.0, "pre-shear path at the mean radius", gt=0)
     shear_displacement_mm: float = field(6.0, "shear path at the mean radius", gt=0)
+    lid_stl: str | None = mesh_field(
+        "mesh [mm] of the lid with its vanes: about the z axis, as wide as the ring, its underside "
+        "at z = 0 and the vanes below"
+    )
+    floor_stl: str | None = mesh_field(
+        "mesh [mm] of the trough's floor with its vanes: about the z axis, as wide as the ring, "
+        "the floor at z = 0 and the vanes above; the walls are the keys'"
+    )
 
 
 def check(spec):
@@ -80,6 +89,26 @@ def run(spec, context):
     }
 
 
+def _meshes(spec):
+    """`Mesh` of the lid and of the floor; None for one with plain vanes."""
+    g, found, gap = spec.geometry, [], smallest_radius(spec)
+    inner, outer = 0.5e-3 * g.inner_diameter_mm, 0.5e-3 * g.outer_diameter_mm
+    for key, side in (("lid_stl", -1.0), ("floor_stl", 1.0)):
+        mesh = read_mesh(spec, key)
+        found.append(mesh)
+        if mesh is None:
+            continue
+        plate = mesh.covering(annulus(inner + gap, outer - gap), "over the ring its surface", side)
+        mesh.in_place("its surface between the vanes", np.array([(side * plate).min()]), 0.0)
+        out = float(np.hypot(*mesh.vertices[:, :2].T).max())
+        if out > outer + mesh.slack:
+            mesh.refuse(
+                f"reaches {1e3 * out:.4g} mm from the axis; allowed: {1e3 * outer:.4g} mm, the "
+                f"outer wall"
+            )
+    return found
+
+
 class Ring:
     """Trough, lid and grains."""
 
@@ -92,7 +121,7 @@ class Ring:
         )  # of the area about the axis [m3]
         self.rate = 1e-3 * g.shear_speed_mm_s / (0.5 * (self.inner + self.outer))
         radii = draw_radii(spec, spec.particles.count, rng)
-        self.sim = setup.build_simulation(spec, self.build_walls(largest_reach(spec)))
+        self.sim = setup.build_simulation(spec, self.build_walls(spec, largest_reach(spec)))
         top = self.fill(spec, radii, largest_reach(spec), rng)
         lid, walls = self.sim.walls.index("lid"), self.sim.wall_state
         walls.origin[lid, 2] = top
@@ -100,18 +129,27 @@ class Ring:
         # the lid follows the grains but does not bounce on them
         walls.drag[lid] = 100.0 * walls.mass[lid]
 
-    def build_walls(self, r):
+    def build_walls(self, spec, r):
         """`WallSet` of trough and lid for grains that reach `r` [m]."""
+        lid, floor = _meshes(spec)
         walls = builder.WallSet().body("trough", material=setup.WALL)
-        walls.revolved(self.inner, 0.0, self.outer, 0.0)
+        self._plate(walls, floor)
         for radius in (self.inner, self.outer):
             walls.cylinder(radius, 0.0, 0.2)
-        self._vanes(walls, 0.0, 2.0 * r)
+        if floor is None:
+            self._vanes(walls, 0.0, 2.0 * r)
         free = {"mass": 1.0, "axis": (0, 0, 1), "load": 0.0}
         walls.body("lid", material=setup.WALL, free=free)
-        walls.revolved(self.inner, 0.0, self.outer, 0.0)
-        self._vanes(walls, -2.0 * r, 0.0)
+        self._plate(walls, lid)
+        if lid is None:
+            self._vanes(walls, -2.0 * r, 0.0)
         return walls
+
+    def _plate(self, walls, mesh):
+        """A mesh, or the plate that the keys tell, to which vanes belong."""
+        if mesh is None:
+            return walls.revolved(self.inner, 0.0, self.outer, 0.0)
+        return walls.mesh(mesh.vertices, mesh.triangles)
 
     def _vanes(self, walls, low, high):
         middle, half = 0.5 * (self.inner + self.outer), 0.5 * (self.outer - self.inner)
@@ -123,6 +161,7 @@ class Ring:
     def fill(self, spec, radii, r, rng):
         """Rings of grains, layer on layer, above the floor's vanes; returns the height of the lid
         [m]."""
+        lid, floor = _meshes(spec)
         pitch = 2.1 * r
         site = []
         for ring in np.arange(self.inner + 1.05 * r, self.outer - 1.0 * r, pitch):
@@ -131,10 +170,10 @@ class Ring:
             site.append(np.column_stack([ring * np.cos(turn), ring * np.sin(turn)]))
         site = np.vstack(site)
         layer, place = np.divmod(np.arange(len(radii)), len(site))
-        z = 3.1 * r + pitch * layer
+        z = (floor.high + 1.1 * r if floor else 3.1 * r) + pitch * layer
         velocity = rng.uniform(-SHAKE, SHAKE, (len(radii), 3))
         setup.add_grains(self.sim, spec, np.column_stack([site[place], z]), radii, velocity, rng)
-        return z.max() + 4.0 * r
+        return z.max() + (2.0 * r - lid.low if lid else 4.0 * r)
 
     def load(self, stress_kPa):
         """Put the lid under a normal stress; its own weight counts."""
@@ -191,6 +230,7 @@ EXPERIMENT = Experiment(
     ),
     defaults={"numerics": {"rayleigh_fraction": 0.3}},
     check=check,
+    prepare=_meshes,  # an unusable mesh is refused here
     bonded=True,
     poured=True,
     quantity=Quantity(

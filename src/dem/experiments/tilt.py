@@ -11,10 +11,11 @@ import numpy as np
 
 from dem.errors import MeasureError
 from dem.experiments.declare import Experiment, Lever, Metric, Quantity, Tangent, refuse
+from dem.experiments.mesh import outside, read_mesh
 from dem.grains import longest_mm, mean_radius
 from dem.lazy import lazily
 from dem.linear import into_axes
-from dem.part import Part, field
+from dem.part import Part, field, mesh_field
 
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 
@@ -32,6 +33,10 @@ class TiltGeometry(Part):
         None, "half distance of bonded grains; touching unless given", gt=0
     )
     slip_mm: float = field(0.05, "movement along the plate that counts as sliding", gt=0)
+    plate_stl: str | None = mesh_field(
+        "mesh [mm] in place of the smooth plate: its highest points at z = 0, and at least as long "
+        "and wide as the keys say about x = y = 0"
+    )
     trials: int = field(5, "trials with the cluster turned at random", ge=1, le=100)
 
 
@@ -59,6 +64,17 @@ def advice(spec):
         f"may tip "
         "before it slides and the angle is not that of friction: raise geometry.spacing_mm"
     ]
+
+
+def _walls(spec):
+    half = 0.5e-3 * np.array([spec.geometry.plate_length_mm, spec.geometry.plate_width_mm])
+    walls = builder.WallSet().body("plate", material=setup.WALL)
+    mesh = read_mesh(spec, "plate_stl", outside(-half, half))
+    if mesh is None:
+        return walls.rectangle((0, 0, 0), (half[0], 0, 0), (0, half[1], 0))
+    highest = mesh.surface(-half, half, "its surface").max()
+    mesh.in_place("its highest point", np.array([highest]), 0.0)
+    return walls.mesh(mesh.vertices, mesh.triangles)
 
 
 def run(spec, context):
@@ -89,10 +105,7 @@ def _cluster(radius, spacing, rng):
 def _slide(spec, rng, context):
     g = spec.geometry
     radius = mean_radius(spec)
-    width, depth = 0.5e-3 * g.plate_length_mm, 0.5e-3 * g.plate_width_mm
-    walls = builder.WallSet().body("plate", material=setup.WALL)
-    walls.rectangle((0, 0, 0), (width, 0, 0), (0, depth, 0))
-    sim = setup.build_simulation(spec, walls)
+    sim = setup.build_simulation(spec, _walls(spec))
     centres = _cluster(radius, 2e-3 * g.spacing_mm if g.spacing_mm else 2.0 * radius, rng)
     sim.add_clusters([centres + (0.0, 0.0, 1e-3 * radius)], radius)
     sim.advance(round(SETTLE / sim.time_step))
@@ -129,6 +142,7 @@ EXPERIMENT = Experiment(
         Metric("sliding_friction", "its tangent", 0.0, target=False),
     ),
     check=check,
+    prepare=_walls,  # an unusable mesh is refused here
     advice=advice,
     quantity=Quantity(
         "sliding_angle", "deg", 0.1, 89.0, "sliding angle", relative=False, scale=Tangent()

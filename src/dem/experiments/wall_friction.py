@@ -21,9 +21,10 @@ from dem.experiments.declare import (
     refuse,
     refuse_narrow,
 )
-from dem.grains import draw_radii, largest_reach, longest_mm
+from dem.experiments.mesh import outside, read_mesh
+from dem.grains import draw_radii, largest_reach, longest_mm, smallest_radius
 from dem.lazy import lazily
-from dem.part import Part, field
+from dem.part import Part, field, mesh_field
 
 bed = lazily("dem.experiments.bed")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
@@ -41,6 +42,10 @@ class WallFrictionGeometry(Part):
     normal_stress_kPa: float = field(2.0, "load of the lid over the ring's area", gt=0)
     slide_speed_mm_s: float = field(20.0, "speed of the plate", gt=0)
     slide_mm: float = field(4.0, "path of the plate; its second half is read", gt=0)
+    plate_stl: str | None = mesh_field(
+        "mesh [mm] of a profiled plate in place of the smooth one, which slides along x: its "
+        "highest points at z = 0, and under all of the ring to the end of the path"
+    )
 
 
 def check(spec):
@@ -65,7 +70,7 @@ def run(spec, context):
     radii = draw_radii(spec, spec.particles.count, rng)
     sites = bed.sites_in_circle(radius, reach, rng)
     top = bed.highest_site(len(radii), sites, 0.0, reach)
-    sim = setup.build_simulation(spec, _walls(radius, top, GAP * reach))
+    sim = setup.build_simulation(spec, _walls(spec, top))
     sim.wall_state.mass[sim.walls.index("lid")] = 0.0  # it hangs until it is lowered
     bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
     bed.settle(sim, spec.numerics.max_time_s)
@@ -86,8 +91,30 @@ def run(spec, context):
     }
 
 
-def _walls(radius, top, gap):
-    walls = builder.WallSet().body("plate", material=setup.WALL).plane((0, 0, 0), (0, 0, 1))
+def _plate(spec):
+    """`Mesh` of the plate; None for a smooth one."""
+    ring, path = 0.5e-3 * spec.geometry.ring_diameter_mm, 1e-3 * spec.geometry.slide_mm
+    low, high = np.array([-ring - path, -ring]), np.array([ring, ring])
+    mesh = read_mesh(spec, "plate_stl", outside(low, high))
+    if mesh is None:
+        return None
+    surface = mesh.surface(low, high, "under the ring and along its path its surface")
+    mesh.in_place("its highest point", np.array([surface.max()]), 0.0)
+    if surface.min() < -smallest_radius(spec):
+        mesh.refuse(
+            f"is {-1e3 * surface.min():.4g} mm deep; allowed: the smallest grain's radius, "
+            f"{1e3 * smallest_radius(spec):.4g} mm, or grains leave under the ring"
+        )
+    return mesh
+
+
+def _walls(spec, top):
+    radius, gap = 0.5e-3 * spec.geometry.ring_diameter_mm, GAP * largest_reach(spec)
+    walls, mesh = builder.WallSet().body("plate", material=setup.WALL), _plate(spec)
+    if mesh is None:
+        walls.plane((0, 0, 0), (0, 0, 1))
+    else:
+        walls.mesh(mesh.vertices, mesh.triangles)
     walls.body("ring", material=setup.WALL).cylinder(radius, gap, 2.0 * top)
     free = {"mass": 1.0, "axis": (0, 0, 1), "load": 0.0}
     return walls.body("lid", material=setup.WALL, origin=(0.0, 0.0, top), free=free).disc(radius)
@@ -138,6 +165,7 @@ EXPERIMENT = Experiment(
         "numerics": {"max_time_s": 2.0, "rayleigh_fraction": 0.3},
     },
     check=check,
+    prepare=_plate,  # an unusable mesh is refused here
     bonded=True,
     poured=True,
     quantity=Quantity(

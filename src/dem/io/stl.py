@@ -94,15 +94,21 @@ def _check_area(path, vertices, triangles):
         raise MeshError(path, f"triangle {int(flat[0]) + 1} has no area")
 
 
-def _check_closed(path, triangles):
+def free_edges(triangles):
+    """Edges (k, 2), as vertex numbers, that do not have two triangles."""
     edges = np.sort(
         np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), 1
     )
-    _, count = np.unique(edges, axis=0, return_counts=True)
-    if (count != 2).any():
+    edges, count = np.unique(edges, axis=0, return_counts=True)
+    return edges[count != 2]
+
+
+def _check_closed(path, triangles):
+    free = free_edges(triangles)
+    if len(free):
         raise MeshError(
             path,
-            f"is not closed: {int((count != 2).sum())} edges do not have two triangles; grains "
+            f"is not closed: {len(free)} edges do not have two triangles; grains "
             f"leak through a hole. "
             "geometry.meshes: open is for surfaces that are meant to have free edges",
         )

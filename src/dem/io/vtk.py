@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from dem.io.files import replace_file
-from dem.linear import length
+from dem.linear import into_axes, length
 from dem.walls.geometry import PLANE, RECTANGLE, REVOLVED, TRIANGLE
 
 RESOLUTION = 64  # facets of a surface of revolution
@@ -47,22 +47,47 @@ def write_frame(path, sim):
     write_grains(path, sim.position, sim.radius, sim.velocity, sim.tag)
 
 
-def write_walls(path, walls):
-    """Write the walls of a `WallSet` to one .vtp file; False when there is nothing bounded to
-    draw."""
+def write_walls(path, walls, grains=()):
+    """Write the walls of a `WallSet`, where they start, as `write_surfaces` does."""
     origins = {b["name"]: np.asarray(b["origin"], float) for b in walls.bodies}
+    elements = [(k, p, origins[b], np.eye(3)) for k, p, b in walls.elements]
+    return write_surfaces(path, elements, grains)
+
+
+def write_surfaces(path, elements, grains=()):
+    """Write wall elements, each (kind, parameters, origin (3,), rotation (3, 3)) of its body, to
+    one .vtp file; False when there is nothing to draw.
+
+    A plane has no end: it is drawn as a square under the `grains` (n, 3) [m], without them not at
+    all."""
     points, faces, count = [], [], 0
-    for kind, parameters, body in walls.elements:
+    for kind, parameters, origin, rotation in elements:
         if kind == PLANE:
-            continue
+            if not len(grains):
+                continue
+            inside = into_axes(rotation, np.asarray(grains) - origin)
+            kind, parameters = RECTANGLE, _square(parameters, inside)
         corners, polygons = wall_surface(kind, parameters)
-        points.append(corners + origins[body])
+        points.append((corners[:, None, :] * rotation).sum(-1) + origin)
         faces += [polygon + count for polygon in polygons]
         count += len(corners)
     if not points:
         return False
     _write(path, np.concatenate(points), polys=faces)
     return True
+
+
+def _square(plane, points):
+    """Parameters of a rectangle in a plane, about points (n, 3) and as wide as they lie apart or
+    above it."""
+    at, normal = np.array(plane[:3]), np.array(plane[3:6])
+    above = ((points - at) * normal).sum(-1)
+    half = max(np.ptp(points, axis=0).max(), np.abs(above).max())
+    middle = points.mean(axis=0)
+    u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    u *= half / length(u)
+    centre = middle - ((middle - at) * normal).sum() * normal
+    return [*centre, *u, *np.cross(normal, u)]
 
 
 def wall_surface(kind, p):

@@ -3,21 +3,27 @@
 from pathlib import Path
 
 from dem.experiments import experiment_of
-from dem.io.vtk import write_grains, write_walls
+from dem.experiments.setup import FAR
+from dem.io.vtk import write_grains, write_surfaces, write_walls
 
 
 def export_vtk(run, path=None):
     """Write the last state of a `FinishedRun` as points with radius, velocity, speed and id (glyph
     them by `radius`).
 
-    The file is `path`, or final.vtp in the run's folder; the rig's walls, where the experiment has
-    some to draw, are written beside it, to <name>_walls.vtp. Returns the paths.
+    The file is `path`, or final.vtp in the run's folder; the rig's walls, where there are some to
+    draw, are written beside it as they stood at the end, to <name>_walls.vtp. Returns the paths.
     """
     path = Path(path) if path else run.folder / "final.vtp"
     write_grains(path, run.position, run.radius, run.velocity, run.tag)
-    rig = experiment_of(run.spec).walls
-    if rig is None:
-        return [path]
     walls = path.with_name(f"{path.stem}_walls.vtp")
-    write_walls(walls, rig(run.spec))
-    return [path, walls]
+    return [path, walls] if _write_walls(walls, run) else [path]
+
+
+def _write_walls(path, run):
+    """Write the run's walls, but for gates that were taken away; False where there are none. For a
+    run of another engine, which keeps none, those with which the experiment starts."""
+    if run.walls:
+        return write_surfaces(path, [w for w in run.walls if w[2][2] > FAR], run.position)
+    rig = experiment_of(run.spec).walls
+    return rig is not None and write_walls(path, rig(run.spec), run.position)

@@ -10,11 +10,17 @@ from dem.errors import DemError, ResultError
 from dem.results import RESULT, STATE, read_result
 from dem.spec import parse_spec
 
+WALLS = ("wall_kind", "wall_parameters", "wall_origin", "wall_rotation")
+
 
 @dataclass(frozen=True)
 class FinishedRun:
     """A finished run: its spec, its metrics and its last state; position, velocity (n, 3), radius,
-    tag (n,), SI."""
+    tag (n,), SI.
+
+    walls: wall elements as they stood at the end, each (kind, parameters, origin, rotation); empty
+    where the run kept none, as one of another engine does.
+    """
 
     folder: Path
     spec: object
@@ -23,6 +29,7 @@ class FinishedRun:
     radius: np.ndarray
     velocity: np.ndarray
     tag: np.ndarray
+    walls: tuple = ()
 
     @property
     def frames(self):
@@ -45,6 +52,8 @@ def read_run(folder):
     try:
         with np.load(folder / STATE) as state:
             arrays = {k: state[k] for k in ("position", "radius", "velocity", "tag")}
+            if WALLS[0] in state:
+                arrays["walls"] = tuple(zip(*(state[k] for k in WALLS), strict=True))
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
         raise DemError(f"{folder / STATE}: is not a run's last state ({error})") from None
     return FinishedRun(folder, spec, result["metrics"], **arrays)

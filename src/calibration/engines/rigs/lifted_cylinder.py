@@ -23,22 +23,16 @@ run ${{clear}}
 """
 
 
-def _sizes(spec):
-    """Radii of cylinder and plate [m]."""
-    g = spec.geometry
-    return 0.5e-3 * g.cylinder_diameter_mm, 0.5e-3 * g.plate_diameter_mm
-
-
 def deck(spec, dialect, folder):
     """Text of the deck of a `RunSpec`; its grains and walls are written into `folder`."""
-    radius, plate = _sizes(spec)
-    grains, top = bed.filled(spec, radius, 0.0)
+    rig = own.Rig(spec)
+    grains, top = bed.filled(spec, rig.radius, 0.0)
     speed, look = 1e-3 * spec.geometry.lift_speed_mm_s, bed.steps(spec, 2.0 * LOOK)
-    side, height = 1.5 * plate, (1.0 + CLEAR) * top + speed * 2.0 * LOOK + bed.ROOM
+    side, height = 1.5 * rig.plate, (1.0 + CLEAR) * top + speed * 2.0 * LOOK + bed.ROOM
     text = bed.start(
         spec, grains, dialect, folder, (-side, -side, -own.LOST_BELOW), (side, side, height)
     )
-    text += dialect.walls(own._walls(radius, top, plate), folder, moves="cylinder")
+    text += dialect.walls(rig.walls(top), folder, moves="cylinder")
     text += bed.settle(spec, grains)
     text += LIFT.format(
         looks_a_metre=CLEAR / speed / (look * time_step_of(spec)),
@@ -53,7 +47,7 @@ def deck(spec, dialect, folder):
 
 def read(spec, folder, output):
     """Metrics and last state of a run in `folder`. Raises EngineError, MeasureError."""
-    plate = _sizes(spec)[1]
+    plate = own.Rig(spec).plate
     depth = float(read_dump(folder / "settled.dump")["z"].max())
     state = state_of(read_dump(folder / "end.dump"))
     position, radius = state["position"], state["radius"]

@@ -74,7 +74,7 @@ class Cell(own.Ring):
         self.sim = bed.Grains(spec.materials.particle.density_kg_m3)
         reach = largest_reach(spec)
         self.top = self.fill(spec, draw_radii(spec, spec.particles.count, rng), reach, rng)
-        self.walls = self.build_walls(reach)
+        self.walls = self.build_walls(spec, reach)
         next(b for b in self.walls.bodies if b["name"] == "lid")["origin"] = (0.0, 0.0, self.top)
         self.mass = float(self.sim.mass.sum())
         self.weight = self.mass * GRAVITY

@@ -1,0 +1,239 @@
+"""Meshes that a rig's geometry names in place of its own walls: read, measured, and refused where
+grains would leak or where the mesh is not what the other keys say. Lengths in SI."""
+
+import math
+
+import numpy as np
+
+from dem.errors import MeshError
+from dem.flow import LOOSE
+from dem.grains import grain_volume, smallest_radius
+from dem.io.stl import free_edges, read_stl
+
+AGREES = 0.05
+"""Share by which a mesh's size may differ from the key that tells it; a circle of 10 sides is 4.9 %
+narrower over its flats."""
+
+SLACK = 0.05  # of the smallest grain's radius: surfaces this close to their place are in place
+ROUND = 1e-6  # of an edge: what the single precision of a STL file comes to, and more
+TURNS = 720  # directions in which a section is measured
+LEVELS = 25  # sections of a vessel or tube
+RAYS = 97  # on which a ring is measured, a prime number
+GRID = 25  # points along a side at which a plate is measured
+
+
+def read_mesh(spec, key, may_end=None):
+    """`Mesh` that geometry.`key` names [mm in the file]; None where it names none.
+
+    may_end(vertices (v, 3)) -> (v,) bool: where the mesh may end in free edges, as at the rim of a
+    vessel of no thickness; nowhere unless given. Raises MeshError for a mesh that cannot be read
+    and for one that leaks.
+    """
+    path = getattr(spec.geometry, key)
+    if path is None:
+        return None
+    vertices, triangles = read_stl(path, 1e-3)
+    edges = free_edges(triangles)
+    if may_end is not None:
+        edges = edges[~may_end(vertices)[edges].all(axis=1)]
+    if len(edges):
+        x, y, z = 1e3 * vertices[edges[0]].mean(axis=0)
+        raise MeshError(
+            path,
+            f"leaks: {len(edges)} of its edges do not have two triangles, the first of them at "
+            f"({x:.4g}, {y:.4g}, {z:.4g}) mm; close the mesh there",
+        )
+    return Mesh(spec, path, vertices, triangles)
+
+
+class Mesh:
+    """A mesh with its measures; vertices (v, 3) [m], triangles (t, 3) vertex numbers."""
+
+    def __init__(self, spec, path, vertices, triangles):
+        self.spec, self.path = spec, path
+        self.vertices, self.triangles = vertices, triangles
+        self.slack = SLACK * smallest_radius(spec)
+
+    @property
+    def low(self):
+        """Lowest height [m]."""
+        return float(self.vertices[:, 2].min())
+
+    @property
+    def high(self):
+        """Greatest height [m]."""
+        return float(self.vertices[:, 2].max())
+
+    def heights(self, points):
+        """Heights (n, t) [m] at which the vertical through each of points (n, 2) meets each
+        triangle; nan where it does not."""
+        a, b, c = np.moveaxis(self.vertices[self.triangles], 1, 0)
+        ab, ac = b - a, c - a
+        area = ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0]
+        flat = np.abs(area) > 1e-12 * np.ptp(self.vertices, axis=0).max() ** 2
+        area = np.where(flat, area, np.nan)  # a vertical triangle is an edge from above
+        x, y = (points[:, None, k] - a[None, :, k] for k in (0, 1))
+        v = (x * ac[:, 1] - y * ac[:, 0]) / area
+        w = (y * ab[:, 0] - x * ab[:, 1]) / area
+        inside = (v > -ROUND) & (w > -ROUND) & (v + w < 1.0 + ROUND)
+        return np.where(inside, a[:, 2] + v * ab[:, 2] + w * ac[:, 2], np.nan)
+
+    def section(self, height):
+        """Ends (k, 2), (k, 2) [m] of the lines in which the plane at a height cuts the mesh."""
+        p = self.vertices[self.triangles]
+        above = p[:, :, 2] > height
+        cut = above.any(axis=1) & ~above.all(axis=1)
+        p, above = p[cut], above[cut]
+        odd = above == (above.sum(axis=1) == 1)[:, None]  # the corner alone on its side
+        first = np.argmax(odd, axis=1)
+        each = np.arange(len(p))
+        alone = p[each, first]
+        ends = []
+        for step in (1, 2):
+            other = p[each, (first + step) % 3]
+            share = (height - alone[:, 2]) / (other[:, 2] - alone[:, 2])
+            ends.append(alone[:, :2] + share[:, None] * (other - alone)[:, :2])
+        return ends[0], ends[1]
+
+    def around(self, height):
+        """Distance (TURNS,) [m] from the z axis to the mesh in all directions at a height, and the
+        least one there is. Raises MeshError where a direction meets nothing."""
+        a, b = self.section(height)
+        turn = 2.0 * math.pi * (np.arange(TURNS)[:, None] + 0.5) / TURNS
+        ux, uy, e = np.cos(turn), np.sin(turn), b - a
+        with np.errstate(divide="ignore", invalid="ignore"):
+            across = ux * e[:, 1] - uy * e[:, 0]
+            reach = (a[:, 0] * e[:, 1] - a[:, 1] * e[:, 0]) / across
+            share = (a[:, 0] * uy - a[:, 1] * ux) / across
+            met = (reach > 0.0) & (share > -ROUND) & (share < 1.0 + ROUND)
+            near = np.clip(-(a * e).sum(axis=1) / (e * e).sum(axis=1), 0.0, 1.0)
+        found = np.where(met, reach, np.inf).min(axis=1, initial=np.inf)
+        if not np.isfinite(found).all():
+            self.refuse(f"is open at z = {1e3 * height:.4g} mm: it does not go round the z axis")
+        closest = a + np.nan_to_num(near)[:, None] * e
+        return found, float(np.hypot(*closest.T).min())
+
+    def area(self, height):
+        """Area [m2] around the z axis that the mesh encloses at a height."""
+        return float((self.around(height)[0] ** 2).mean()) * math.pi
+
+    def volume(self, level):
+        """Volume [m3] that it encloses from z = 0 to a level."""
+        middle = level * (np.arange(LEVELS) + 0.5) / LEVELS
+        return level * float(np.mean([self.area(z) for z in middle]))
+
+    def narrowest(self, low, high):
+        """Least distance [m] of the mesh from the z axis between two heights, read at LEVELS."""
+        middle = low + (high - low) * (np.arange(LEVELS) + 0.5) / LEVELS
+        return min(self.around(z)[1] for z in middle)
+
+    def take(self, spec):
+        """Refuse a vessel that does not take the spec's grains, loosely poured, below its rim."""
+        share = LOOSE * self.volume(self.high) / (spec.particles.count * grain_volume(spec))
+        if share < 1.0:
+            most = int(share * spec.particles.count)
+            self.refuse(f"is too small: loosely poured, it takes {most} grains below its rim")
+
+    def extended(self, walls, top):
+        """Add the mesh to the last body of a `WallSet`, with a cylinder from its rim up to `top`
+        [m], within which grains are made. Returns the set."""
+        walls.mesh(self.vertices, self.triangles)
+        if top > self.high:
+            walls.cylinder(self.around((1.0 - 1e-6) * self.high)[1], self.high, top)
+        return walls
+
+    def four_sided(self, what, height, half_x, half_y):
+        """Refuse a mesh that is no rectangle of these half widths [m] about the z axis at a
+        height."""
+        turn = 2.0 * math.pi * (np.arange(TURNS) + 0.5) / TURNS
+        out = self.around(height)[0]
+        x, y = np.abs(out * np.cos(turn)), np.abs(out * np.sin(turn))
+        wrong = np.argmax(np.abs(np.maximum(x - half_x, y - half_y)))
+        if abs(max(x[wrong] - half_x, y[wrong] - half_y)) > self.slack:
+            self.refuse(
+                f"{what} reaches to x = {1e3 * x[wrong]:.4g}, y = {1e3 * y[wrong]:.4g} mm at z = "
+                f"{1e3 * height:.4g} mm; allowed: sides at {1e3 * half_x:.4g} and "
+                f"{1e3 * half_y:.4g} mm"
+            )
+
+    def agree(self, what, found, key):
+        """Refuse a length `found` [m] that is not what geometry.`key` says [mm]."""
+        given = getattr(self.spec.geometry, key)
+        if abs(1e3 * found - given) > AGREES * given:
+            self.refuse(
+                f"{what} is {1e3 * found:.4g} mm; allowed: geometry.{key}, {given:g} mm, within "
+                f"{AGREES:.0%}"
+            )
+
+    def in_place(self, what, heights, wanted):
+        """Refuse a surface of which not all heights (n,) [m] are `wanted`."""
+        wrong = heights[np.argmax(np.abs(heights - wanted))]
+        if abs(wrong - wanted) > self.slack:
+            self.refuse(
+                f"{what} lies at z = {1e3 * wrong:.4g} mm; allowed: {1e3 * wanted:.4g} mm, within "
+                f"{1e3 * self.slack:.2g} mm"
+            )
+
+    def surface(self, low, high, what, side=1.0):
+        """Heights (GRID * GRID,) [m] of the mesh from above (side 1) or from below (-1) over the
+        rectangle low..high, both (2,). Refuses a mesh that does not cover it."""
+        return self.covering(rectangle(low, high), what, side)
+
+    def floor(self, radius, what):
+        """The same from above over a circle of `radius` [m] about the z axis."""
+        return self.covering(circle(radius), what)
+
+    def covering(self, points, what, side=1.0, below=np.inf):
+        """The same over points (n, 2), of what lies below a height [m]."""
+        heights = self.heights(points)
+        found = np.where(heights < below, side * heights, -np.inf).max(axis=1)
+        if not np.isfinite(found).all():
+            x, y = 1e3 * points[np.argmin(found)]
+            self.refuse(f"is too small or lies elsewhere: {what} misses ({x:.4g}, {y:.4g}) mm")
+        return side * found
+
+    def refuse(self, reason):
+        """Raise MeshError."""
+        raise MeshError(self.path, reason)
+
+
+def rectangle(low, high):
+    """Points (k, 2) of a grid over the rectangle low..high, both (2,)."""
+    lines = [np.linspace(a, b, GRID) for a, b in zip(low, high, strict=True)]
+    return np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+def circle(radius):
+    """Points (k, 2) of a grid within a circle."""
+    points = rectangle((-radius, -radius), (radius, radius))
+    return points[np.hypot(*points.T) <= radius]
+
+
+def annulus(inner, outer):
+    """Points (k, 2) between two circles, on rays from the axis, of which few meet evenly turned
+    vanes."""
+    turn = 2.0 * math.pi * (np.arange(RAYS) + 0.5) / RAYS
+    out = np.linspace(inner, outer, GRID)[:, None]
+    return np.stack([out * np.cos(turn), out * np.sin(turn)], axis=-1).reshape(-1, 2)
+
+
+def at_rims(low=False):
+    """`may_end` of vessels: at the upper rim, and with `low` at the lower one too."""
+
+    def may_end(vertices):
+        z = vertices[:, 2]
+        near = ROUND * np.ptp(z)
+        return (z > z.max() - near) | (low & (z < z.min() + near))
+
+    return may_end
+
+
+def outside(low, high):
+    """`may_end` of plates: outside the rectangle low..high, both (2,) [m], in which grains are."""
+
+    def may_end(vertices):
+        xy = vertices[:, :2]
+        near = ROUND * np.ptp(xy)
+        return ((xy < np.asarray(low) + near) | (xy > np.asarray(high) - near)).any(axis=1)
+
+    return may_end
