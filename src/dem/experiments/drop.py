@@ -13,7 +13,7 @@ import numpy as np
 from dem.constants import GRAVITY
 from dem.errors import MeasureError
 from dem.experiments.declare import Experiment, Lever, LogShare, Metric, Quantity
-from dem.experiments.mesh import read_mesh
+from dem.experiments.mesh import outside, read_mesh
 from dem.grains import mean_radius
 from dem.lazy import lazily
 from dem.part import Part, field, mesh_field
@@ -79,7 +79,7 @@ def run(spec, context):
 def _target(spec):
     """`Mesh` of the target; None for a plate."""
     radius = mean_radius(spec)
-    mesh = read_mesh(spec, "plate_stl", lambda v: np.hypot(v[:, 0], v[:, 1]) > radius)
+    mesh = read_mesh(spec, "plate_stl", outside((-radius, -radius), (radius, radius)))
     if mesh:
         mesh.floor(radius, "under the grain its surface")
         mesh.in_place("its surface on the z axis", mesh.floor(0.0, "its surface"), 0.0)

@@ -25,9 +25,9 @@ GRID = 25  # points along a side at which a plate is measured
 def read_mesh(spec, key, may_end=None):
     """`Mesh` that geometry.`key` names [mm in the file]; None where it names none.
 
-    may_end(vertices (v, 3)) -> (v,) bool: where the mesh may end in free edges, as at the rim of a
-    vessel of no thickness; nowhere unless given. Raises MeshError for a mesh that cannot be read
-    and for one that leaks.
+    may_end(ends (k, 2, 3), vertices) -> (k,) bool: which free edges the mesh may have, as at the
+    rim of a vessel of no thickness; none unless given. Raises MeshError for a mesh that cannot be
+    read and for one that leaks.
     """
     path = getattr(spec.geometry, key)
     if path is None:
@@ -35,12 +35,12 @@ def read_mesh(spec, key, may_end=None):
     vertices, triangles = read_stl(path, 1e-3)
     edges = free_edges(triangles)
     if may_end is not None:
-        edges = edges[~may_end(vertices)[edges].all(axis=1)]
+        edges = edges[~may_end(vertices[edges], vertices)]
     if len(edges):
         x, y, z = 1e3 * vertices[edges[0]].mean(axis=0)
         raise MeshError(
             path,
-            f"leaks: {len(edges)} of its edges do not have two triangles, the first of them at "
+            f"leaks: edges without two triangles: {len(edges)}, the first of them at "
             f"({x:.4g}, {y:.4g}, {z:.4g}) mm; close the mesh there",
         )
     return Mesh(spec, path, vertices, triangles)
@@ -220,10 +220,10 @@ def annulus(inner, outer):
 def at_rims(low=False):
     """`may_end` of vessels: at the upper rim, and with `low` at the lower one too."""
 
-    def may_end(vertices):
-        z = vertices[:, 2]
-        near = ROUND * np.ptp(z)
-        return (z > z.max() - near) | (low & (z < z.min() + near))
+    def may_end(ends, vertices):
+        z, near = ends[:, :, 2], ROUND * np.ptp(vertices[:, 2])
+        upper, lower = z > vertices[:, 2].max() - near, z < vertices[:, 2].min() + near
+        return upper.all(axis=1) | (low & lower.all(axis=1))
 
     return may_end
 
@@ -231,9 +231,9 @@ def at_rims(low=False):
 def outside(low, high):
     """`may_end` of plates: outside the rectangle low..high, both (2,) [m], in which grains are."""
 
-    def may_end(vertices):
-        xy = vertices[:, :2]
-        near = ROUND * np.ptp(xy)
-        return ((xy < np.asarray(low) + near) | (xy > np.asarray(high) - near)).any(axis=1)
+    def may_end(ends, vertices):
+        xy, near = ends[:, :, :2], ROUND * np.ptp(vertices[:, :2])
+        before, after = xy < np.asarray(low) + near, xy > np.asarray(high) - near
+        return (before.all(axis=1) | after.all(axis=1)).any(axis=1)
 
     return may_end
