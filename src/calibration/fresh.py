@@ -20,6 +20,8 @@ from dem.io.checked import digest_of, is_sealed, sealed
 from dem.io.files import write_json
 
 SOURCES = Path(__file__).parents[1]
+PACKAGES = ("calibration", "dem", "diagnosis", "paper")
+"""The project's own: where a wheel is installed, all other packages lie beside them."""
 HANDED = "calibration.study"
 OF_A_PLAN = ("design.csv", "plan.json")
 DOCUMENTED = {"equation", "source"}  # of a law: read by the documentation alone
@@ -162,8 +164,11 @@ def _passed_on(package, sources):
 @cache
 def _file(name, sources):
     """File of a module of the project, None for another's."""
-    place = sources.joinpath(*(name or "").split("."))
-    files = (place.with_suffix(".py"), place / "__init__.py") if name else ()
+    parts = (name or "").split(".")
+    if parts[0] not in PACKAGES:
+        return None
+    place = sources.joinpath(*parts)
+    files = place.with_suffix(".py"), place / "__init__.py"
     return next((path for path in files if path.is_file()), None)
 
 

@@ -221,6 +221,14 @@ def test_what_a_law_says_of_other_codes_makes_the_exports_stale(config, sources,
     assert all(after[name] != before[name] for name in EXPORTS)
 
 
+def test_packages_beside_the_projects_own_count_for_nothing(config, sources, before, tmp_path):
+    """In a wheel's environment all packages lie in one folder, and some take names of their own."""
+    site = shutil.copytree(sources, tmp_path / "site-packages")
+    (site / "numpy").mkdir()
+    (site / "numpy/__init__.py").write_text("from numpy import array, linalg\n")
+    assert digests(config, site) == before
+
+
 def test_comments_and_docstrings_make_nothing_stale(config, sources, before):
     path = sources / "calibration/chain/screening.py"
     text = path.read_text()
