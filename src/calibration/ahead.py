@@ -11,6 +11,7 @@ from math import prod
 from calibration.config import bench_run, machine_run, overlay, point_spec
 from calibration.errors import CalibrationError, ConfigError
 from calibration.factors import read_factors
+from calibration.progress import duration
 from dem.errors import DemError, SpecError
 from dem.experiments import experiment_of
 from dem.spec import input_digests, parse_spec, require_material
@@ -115,7 +116,8 @@ def cost_ahead(config):
     has been made."""
     spec = parse_spec(point_spec(config.run, config.experiment, {}, config.seed))
     count = spec.particles.count
-    return f"a run of {count} grains takes about {memory_mb(count):.0f} MB of memory{_time(spec)}"
+    grains = "1 grain" if count == 1 else f"{count:,} grains"
+    return f"a run of {grains} takes about {memory_mb(count):.0f} MB of memory{_time(spec)}"
 
 
 def run_seconds(spec):
@@ -140,9 +142,7 @@ def _time(spec):
     seconds = _seconds(spec)
     if seconds is None:
         return ""
-    hours = seconds / 3600.0
-    shown = f"{60 * hours:.2g} minutes" if hours < 2 else f"{hours:.2g} hours"
-    return f" and about {shown} of one core"
+    return f" and about {duration(max(1.0, seconds))} of one core"
 
 
 def memory_mb(count):

@@ -6,7 +6,8 @@ import sys
 from pathlib import Path
 
 from calibration.errors import CalibrationError
-from calibration.places import call, snakemake_command
+from calibration.places import snakemake_command
+from calibration.plainly import tell
 from dem.errors import DemError
 
 VERIFY = (
@@ -16,7 +17,8 @@ VERIFY = (
 )
 RUN = (
     "Run a study's stages, all of them unless some are named. It is snakemake with the workflow of "
-    "this package, or with that of the current folder where it has one."
+    "this package, or with that of the current folder where it has one. What snakemake says to its "
+    "developers is left out, unless --verbose is given."
 )
 
 
@@ -60,7 +62,7 @@ def _run(args):
     _check_settings(args.arguments)
     command = snakemake_command([config_file(args.study)], *args.arguments)
     try:
-        return call(command).returncode
+        return tell(command)
     except KeyboardInterrupt:
         return 130  # as a shell says it
 
