@@ -105,4 +105,17 @@ def config_file(name):
     path = path / "config.yaml" if path.is_dir() else path
     if not path.is_file():
         raise ConfigError("is no study", path=name, allowed="a folder with config.yaml, or a file")
+    _check_place(path)
     return path
+
+
+def _check_place(path):
+    """Raise ConfigError where a study's factors are not found from here, but from a folder above
+    it: the paths in a configuration count from where the command is started."""
+    named = read_mapping(path)[0].get("factors")
+    if not isinstance(named, str) or Path(named).exists():
+        return
+    there = next((above for above in path.absolute().parents if (above / named).is_file()), None)
+    if there:
+        allowed = f"the same command in the folder {there}, which its paths count from"
+        raise ConfigError("is not here", path=path, key="factors", value=named, allowed=allowed)

@@ -11,14 +11,16 @@ NOISE = re.compile(
     r"""\s*$
     | (Using\ workflow\ specific|Assuming\ unrestricted|Using\ shell|Provided\ cores|Building\ DAG
       |Rules\ claiming|Conda\ environments|Select\ jobs|Execute\ \d+\ jobs|DAG\ of\ jobs
-      |Updating\ checkpoint|Finished\ jobid|Touching\ output|Complete\ log|The\ run\ involves)
+      |Updating\ checkpoint|Finished\ jobid|Touching\ output|Complete\ log|The\ run\ involves
+      |Will\ exit\ after|Shutting\ down|Elapsed\ time|CalledProcessError\ in\ file|Command\ 'set)
     | SNAKEMAKE$ | =+$
     | \ \ (Date|Workflow\ ID|Platform|Host|User|Snakemake\ version|Python\ version|Command|Snakefile
           |Base\ directory|Run\ directory|Working\ directory|Config\ file\(s\)|Config\ MD5):
     | \[\w{3}\ \w{3}\ .*\]$ | \d+\ of\ \d+\ steps
     | Reason:\  | Reasons:$ | \ {4}(\(check\ individual|input\ files\ updated|output\ files\ have)
     | \ {8}[\w,\ ]+$ | \ {4}(resources|input|jobid|reason): | rule\ all:$
-    | WorkflowError\ in\ file | \ \ File\ ".*",\ line\ \d+,\ in\ <module>$
+    | \ {4}message:\ None | RuleException:$ | WorkflowError(:$|\ in\ file)
+    | \ \ File\ ".*",\ line\ \d+,\ in\ <module>$
     """,
     re.VERBOSE,
 )

@@ -55,9 +55,11 @@ def run_each(specs, log, config, root=None):
                 stream.write(f"{name} was there\n")
                 continue
             error = _fault(spec, name, store.folder(name) / "run.log", config, store)
-            stream.write(f"{name} failed: {error}\n" if error else f"{name} done\n")
+            stopped = isinstance(error, StoppedError)
+            ending = "done" if not error else str(error) if stopped else f"failed: {error}"
+            stream.write(f"{name} {ending}\n")
             failed += bool(error)
-            if isinstance(error, StoppedError) or (error and of_the_machine(error)):
+            if stopped or (error and of_the_machine(error)):
                 break  # the next run would meet the same
     if failed:
         sys.exit(1)
@@ -91,6 +93,10 @@ def _attempt(spec, name, log, config, store):
         try:
             ending = _made(spec, out, note, config)
             store.entry(name)
+        except StoppedError as error:  # no failure: it goes on when the study does
+            print(f"run {name}: {error}", file=sys.stderr)
+            stream.write(f"{error}\n")
+            return error
         except Exception as error:
             message = failure(error, spec, name, config)
             print(

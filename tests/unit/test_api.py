@@ -41,6 +41,18 @@ def test_a_study_is_opened_by_its_folder_or_its_file(soybean):
         Study("wheat")
 
 
+def test_a_study_opened_from_its_own_folder_is_told_where_its_paths_count_from(
+    soybean, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(ROOT / "examples" / "soybean")
+    with pytest.raises(ConfigError) as told:
+        Study(".")
+    assert "config.yaml: factors: is not here (got 'examples/soybean/factors.tsv')" in str(
+        told.value
+    )
+    assert f"the same command in the folder {ROOT}," in str(told.value)
+
+
 def test_tables_bear_their_units(soybean):
     table = soybean.table("screening", "effects")
     assert table.attrs["units"] == {"effect": "°"}

@@ -136,7 +136,7 @@ def test_a_batch_goes_on_after_a_run_that_failed_and_tells_of_it(study, monkeypa
     assert json.loads(Path("done.json").read_text())["runs"] == sorted(specs)
 
 
-def test_a_batch_that_is_asked_to_stop_begins_no_further_run(study, monkeypatch):
+def test_a_batch_that_is_asked_to_stop_begins_no_further_run(study, monkeypatch, capfd):
     config, _ = study
     began = []
 
@@ -151,6 +151,10 @@ def test_a_batch_that_is_asked_to_stop_begins_no_further_run(study, monkeypatch)
             config.model_dump(mode="json"),
         )  # fmt: skip
     assert len(began) == 1
+    # it is no failure of the run, and is counted as none
+    assert not list(Path("results").rglob("failed.yaml"))
+    assert capfd.readouterr().err == f"run {began[0]}: stopped at 0 %\n"
+    assert Path("batch.log").read_text() == f"{began[0]} stopped at 0 %\n"
 
 
 @pytest.mark.parametrize("damage", ["removed", "changed"])

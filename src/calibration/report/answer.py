@@ -42,7 +42,7 @@ def answer(study, response):
 def _limits(study):
     """Where the laws of the calibrated run spec make the result hold, and where not."""
     run = study / "exports" / "dem.yaml"
-    return limits_of(load_spec(run)) if run.is_file() else []
+    return [f"{text}." for text in limits_of(load_spec(run))] if run.is_file() else []
 
 
 def _parameters(optimum, region, verdict, posterior):
