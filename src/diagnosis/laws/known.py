@@ -6,10 +6,10 @@ coefficient is chosen so that the mean over the settings is that of the data. Se
 size share a simulation.
 """
 
+import json
 from functools import lru_cache
 
 import numpy as np
-import yaml
 from scipy.interpolate import CubicSpline
 
 from diagnosis.collision import rebounds, sliding_angles
@@ -117,7 +117,7 @@ def _engine(mechanism, strength, coefficient, value, readings, spec_of):
         wall = pair.get("particle_wall", {}) | {coefficient: round(value, 9)}
         spec = mechanism.apply(spec | {"contacts": pair | {"particle_wall": wall}}, strength)
         values, place = np.unique(along, return_inverse=True)
-        text = yaml.safe_dump(spec)
+        text = json.dumps(spec, sort_keys=True)
         read = np.array(_asked(readings.experiment, text, tuple(values)))[place]
         with np.errstate(divide="ignore"):
             part = {k: v[rows] for k, v in levers.items()}
@@ -127,5 +127,5 @@ def _engine(mechanism, strength, coefficient, value, readings, spec_of):
 
 @lru_cache(maxsize=20000)
 def _asked(experiment, text, values):
-    spec = yaml.safe_load(text)
+    spec = json.loads(text)
     return tuple((rebounds if experiment == "drop" else sliding_angles)(spec, np.array(values)))
