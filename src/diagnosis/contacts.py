@@ -5,7 +5,6 @@ The base model is a constant restitution and a constant friction. What it misses
 `diagnosis.laws`."""
 
 import numpy as np
-from scipy.stats import chi2
 
 from calibration.figures import parameter_words
 from calibration.numbers import NORMAL_95
@@ -18,11 +17,9 @@ from diagnosis.fit import data_of, redrawn_error
 from diagnosis.laws.found import discover, predictions
 from diagnosis.laws.known import COEFFICIENT, known_curves
 from diagnosis.laws.mixed import LEVEL_SD
-from diagnosis.laws.readings import FREE, from_log, readings_of
+from diagnosis.laws.readings import FREE, IN_AIR, from_log, readings_of
 from diagnosis.power import power
-from diagnosis.residuals import trends
-
-IN_AIR = 2.0  # a rebound is the square of a restitution
+from diagnosis.residuals import by_chance, tails, trends
 
 
 def _known(rig, catalogue):
@@ -101,12 +98,17 @@ def base(measurements, settings, factors, found=None):
     found: the `Found` of the measurements, whose outliers and shared errors then count; None before
     any law is looked for."""
     levels = {kind: _level(measurements, kind, found) for kind in _kinds(measurements)}
+    stated = data_of(measurements).error[0]
+    drawn = by_chance(measurements, stated, stated)
     rows = _rows(measurements, levels)
+    off = np.array([r["standardised"] for r in rows])
+    for row, tail in zip(rows, tails(measurements, drawn, off), strict=True):
+        row["predictive_p"] = float(tail)
     kept = _kept(measurements, found.trials if found else {})
     return {
         "calibration": _calibration(settings, factors, levels),
         "lack_of_fit": misfit_of(kept, settings.replicates, settings.seed),
-        "patterns": trends(rows),
+        "patterns": trends(rows, drawn),
         "residuals": rows,
     }
 
@@ -197,7 +199,8 @@ def _level(measurements, kind, found):
 
 
 def _rows(measurements, levels):
-    """Residuals of the constant, in the form of `diagnosis.residuals.residual_rows`."""
+    """Residuals of the constant, in the form of `diagnosis.residuals.residual_rows` but for their
+    tail probability."""
     place = {id(m): i for i, m in enumerate(measurements)}
     rows = [None] * len(measurements)
     for kind, (log, _) in levels.items():
@@ -213,7 +216,6 @@ def _rows(measurements, levels):
                 "predicted": float(value),
                 "sd": float(error * value),
                 "standardised": off,
-                "predictive_p": float(chi2.sf(off**2, 1)),
             }
     return rows
 

@@ -14,6 +14,7 @@ from scipy.stats import chi2
 from diagnosis.fit import fit, misfit
 from diagnosis.laws.forms import LADDER
 from diagnosis.laws.mixed import Candidate, profile
+from diagnosis.laws.readings import IN_AIR
 from diagnosis.laws.slots import scaled
 from diagnosis.settings import BASE
 
@@ -80,7 +81,7 @@ def _of_laws(trial):
     The numbers are the change of the coefficient from the least to the largest state, as a share.
     """
     out = []
-    power = 2.0 if trial.readings.experiment == "drop" else 1.0
+    power = IN_AIR if trial.readings.experiment == "drop" else 1.0
     for law in trial.laws.values():
         if law.weight is not None or law.coordinate is None:
             continue

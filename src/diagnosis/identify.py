@@ -338,7 +338,10 @@ def _doubt_a_rough_emulator(out, name):
 
 def _best_pair(out, scores, singles, rng):
     """(verdict, causes) where two mechanisms together fit and gain significantly over the best one;
-    else None."""
+    else None.
+
+    What is significant is known from data of the best one's own fit: the threshold of a single
+    mechanism is that of fewer models with one strength less."""
     by_pair = {}
     for pair in combinations(singles, 2):
         if not scores.emulated.combine(scores.conditions, pair):
@@ -350,10 +353,13 @@ def _best_pair(out, scores, singles, rng):
         by_pair[pair] = float(out.fits[name].score[0])
     out.tried += len(by_pair)
     ordered = sorted(by_pair, key=by_pair.get, reverse=True)
-    if not ordered or by_pair[ordered[0]] - out.ranking[0]["score"] < out.threshold:
+    if not ordered:
         return None
-    first = ordered[0]
-    if not _fits_well(out, key_of(first), scores, rng):
+    first, single = ordered[0], out.ranking[0]
+    lead = by_pair[first] - single["score"]
+    null = _null_of_pairs(out, scores, single["mechanism"], ordered, rng)
+    threshold = float(np.quantile(null, 1.0 - out.level))
+    if lead < threshold or not _fits_well(out, key_of(first), scores, rng):
         return None
     close = [p for p in ordered if by_pair[first] - by_pair[p] < CLOSE]
     out.ranking = [
@@ -361,12 +367,33 @@ def _best_pair(out, scores, singles, rng):
             "mechanism": key_of(p),
             "score": by_pair[p],
             "gain": by_pair[p] - float(out.fits[BASE].score[0]),
+            "null_threshold": single["gain"] + threshold,
+            "p": share_above(null, by_pair[p] - single["score"]),
         }
         for p in ordered[:3]
     ] + out.ranking
     if len(close) == 1:
         return "identified", list(first)
     return "ambiguous", sorted({m for p in close for m in p})
+
+
+def _null_of_pairs(out, scores, single, ordered, rng):
+    """By how much (replicates,) the best pair beats one mechanism on data of that mechanism's fit.
+
+    Pairs that it is not one of would have to imitate it: of them the best on the measurements alone
+    is tried."""
+    simulated = simulate_data(
+        out.models[single],
+        out.fits[single],
+        scores.measurements,
+        scores.data,
+        scores.replicates,
+        rng,
+    )
+    alone = fit(out.models[single], simulated, NULL_STARTS).score
+    tried = [p for p in ordered if single in p or p == ordered[0]]
+    together = [fit(out.models[key_of(p)], simulated, NULL_STARTS).score for p in tried]
+    return np.max(together, axis=0) - alone
 
 
 def strength_of(model, fitted, row):

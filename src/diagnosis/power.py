@@ -13,7 +13,7 @@ import numpy as np
 
 from diagnosis.laws.choose import trial
 from diagnosis.laws.forms import LADDER
-from diagnosis.laws.found import told_in, unit_of
+from diagnosis.laws.found import middle_of, told_in, unit_of
 from diagnosis.laws.mixed import evaluate, from_space
 from diagnosis.laws.readings import readings_of
 from diagnosis.laws.slots import scaled
@@ -109,7 +109,8 @@ def _effects(tried, catalogue):
         else:
             weight = law.weight(readings.levers, tried.centre)
             curves = (law.sign or 1) * LADDER[:, None] * weight
-            told = np.array([told_in(law, tried)(0, z) for z in (law.sign or 1) * LADDER])
+            amount = told_in(law, tried, middle_of(law, readings))
+            told = np.array([amount(0, z) for z in (law.sign or 1) * LADDER])
             of, unit = "what it adds in the middle of the plan", unit_of(law, readings.experiment)
         curves, told = _possible(law.space, curves, told)
         yield Effect(name, tried.candidates[name], curves, told, of, unit, law.same)

@@ -1,23 +1,53 @@
 """What the calibrated base model gets wrong: residuals along each lever, and a sentence for each
-pattern."""
+pattern.
+
+Chances are simulated. A spread that few replicates give is an error itself, so a residual over it
+follows no normal law. What the fit takes up of a pattern is not simulated: where many parameters
+are calibrated the chances are upper bounds.
+"""
 
 import numpy as np
-from scipy import stats
 
 from calibration.figures import parameter_words
 from calibration.numbers import NORMAL_95
 from calibration.quantities import LEVERS, QUANTITIES
+from diagnosis.chance import share_above
 from diagnosis.design import WIDENED
+from diagnosis.fit import redrawn_error
 
 P_TREND = 0.01
+DRAWS = 4000
 
 
-def residual_rows(measurements, fitted):
+def by_chance(measurements, error, sd, draws=DRAWS):
+    """Residuals (draws, n) that chance makes where nothing is missing, in units of the sd that the
+    laboratory and the model would state.
+
+    error: (n,) standard errors of the readings; sd: (n,) with the model's own beside them."""
+    rng = np.random.default_rng(22)
+    model = np.sqrt(np.maximum(sd**2 - error**2, 0.0))
+    noise = error * rng.standard_normal((draws, len(error)))
+    noise += model * rng.standard_normal((draws, len(error)))
+    return noise / np.hypot(redrawn_error(measurements, error, draws, rng), model)
+
+
+def tails(measurements, drawn, off):
+    """Two-sided tail probabilities (n,) of settings that are `off` (n,), among the residuals
+    `drawn` (r, n) of all settings of their experiment."""
+    kinds = np.array([m.experiment for m in measurements])
+    out = np.empty(len(kinds))
+    for kind in set(kinds):
+        own = kinds == kind
+        out[own] = share_above(np.abs(drawn[:, own]).ravel(), np.abs(off[own]))
+    return out
+
+
+def residual_rows(measurements, fitted, drawn):
     """A mapping for each condition: measured, predicted, residual in sd, tail probability when it
-    is left out."""
+    is left out; drawn: see `by_chance`."""
+    tail = tails(measurements, drawn, fitted.residual[0] / np.sqrt(1.0 - fitted.leverage[0]))
     rows = []
     for i, m in enumerate(measurements):
-        left_out = fitted.residual[0, i] / np.sqrt(1.0 - fitted.leverage[0, i])
         rows.append(
             {
                 "experiment": m.experiment,
@@ -26,24 +56,25 @@ def residual_rows(measurements, fitted):
                 "predicted": float(fitted.predicted[0, i]),
                 "sd": float(fitted.sd[0, i]),
                 "standardised": float(fitted.residual[0, i]),
-                "predictive_p": float(2.0 * stats.norm.sf(abs(left_out))),
+                "predictive_p": float(tail[i]),
             }
         )
     return rows
 
 
-def trends(rows):
+def trends(rows, drawn):
     """What the residuals show beyond noise: slopes along a lever, experiments off as a whole,
-    single settings.
+    single settings; drawn: see `by_chance`.
 
     Each mapping: kind (trend, offset or setting), experiment, lever and slope (None but for a
     trend), p, sentence."""
     out = []
     for kind in dict.fromkeys(r["experiment"] for r in rows):
-        own = [r for r in rows if r["experiment"] == kind]
+        at = [k for k, r in enumerate(rows) if r["experiment"] == kind]
+        own, noise = [rows[k] for k in at], drawn[:, at]
         levers = dict.fromkeys(n for r in own for n in r["levers"])
-        found = [t for t in (_trend(kind, lever, own) for lever in levers) if t]
-        out += found or [o for o in (_offset(kind, own),) if o]
+        found = [t for t in (_trend(kind, lever, own, noise) for lever in levers) if t]
+        out += found or [o for o in (_offset(kind, own, noise),) if o]
     told = {p["experiment"] for p in out}
     return out + [
         _setting(r)
@@ -52,17 +83,17 @@ def trends(rows):
     ]
 
 
-def _trend(kind, lever, rows):
-    """The slope of the residuals along a lever, where it is more than noise (normal test, p below
-    P_TREND)."""
-    some = [r for r in rows if lever in r["levers"]]
+def _trend(kind, lever, rows, drawn):
+    """The slope of the residuals along a lever, where it is more than noise (p below P_TREND)."""
+    at = [k for k, r in enumerate(rows) if lever in r["levers"]]
+    some = [rows[k] for k in at]
     x = np.array([r["levers"][lever] for r in some])
     if len(some) < 3 or len(set(x)) < 2:
         return None
     r = np.array([row["standardised"] for row in some])
     shape = np.log(x) - np.log(x).mean()
     slope = float((shape * r).sum() / (shape**2).sum())
-    p = float(2.0 * stats.norm.sf(abs(slope) * np.sqrt((shape**2).sum())))
+    p = share_above(np.abs(drawn[:, at] @ shape), abs(float(shape @ r)))
     if p > P_TREND:
         return None
     parts = []
@@ -74,10 +105,10 @@ def _trend(kind, lever, rows):
     return found | {"p": p, "sentence": sentence}
 
 
-def _offset(kind, rows):
+def _offset(kind, rows, drawn):
     """All settings of an experiment off to one side."""
     r = np.array([row["standardised"] for row in rows])
-    p = float(2.0 * stats.norm.sf(abs(r.sum()) / np.sqrt(len(r))))
+    p = share_above(np.abs(drawn.sum(1)), abs(float(r.sum())))
     if p > P_TREND:
         return None
     where = f"over its {len(rows)} settings" if len(rows) > 1 else "at its one setting"

@@ -29,7 +29,7 @@ from diagnosis.extend import extension_plan, gain, real_values
 from diagnosis.failures import train_failures
 from diagnosis.identify import identify, lack_of_fit, weigh
 from diagnosis.last_word import last_word
-from diagnosis.residuals import calibration, residual_rows, trends
+from diagnosis.residuals import by_chance, calibration, residual_rows, trends
 from diagnosis.settings import BASE, study_settings
 from diagnosis.setup import Setup
 from diagnosis.verdict import extended_name, findings, page, unexplained, validate
@@ -118,11 +118,12 @@ def calibrate(setup, source, output):
     settings, emulated = setup.settings, setup.emulated(source.emulators)
     scores = weigh(emulated, setup.tested, settings.replicates, settings.seed, ())
     model, fitted = scores.models[BASE], scores.fits[BASE]
-    rows = residual_rows(scores.measurements, fitted)
+    drawn = by_chance(scores.measurements, scores.data.error[0], fitted.sd[0])
+    rows = residual_rows(scores.measurements, fitted, drawn)
     summary = {
         "calibration": calibration(model, fitted),
         "lack_of_fit": lack_of_fit(fitted, scores.lack_p),
-        "patterns": trends(rows),
+        "patterns": trends(rows, drawn),
     }
     _write_calibration(summary | {"residuals": rows}, output)
 

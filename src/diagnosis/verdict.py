@@ -13,7 +13,7 @@ from calibration.quantities import LEVERS, QUANTITIES
 from diagnosis import discrepancy
 from diagnosis.identify import carried, key_of, lack_of_fit
 from diagnosis.next_measurement import propose
-from diagnosis.residuals import calibration, moved, residual_rows, trends
+from diagnosis.residuals import by_chance, calibration, moved, residual_rows, trends
 from diagnosis.settings import BASE
 
 SCHEMA = Path(__file__).with_name("verdict.schema.json")
@@ -32,8 +32,9 @@ MEANING = {
 def findings(emulated, measurements, found):
     """The mapping without its gain, of an `Identification`."""
     base = found.fits[BASE]
-    rows = residual_rows(measurements, base)
-    patterns = trends(rows)
+    drawn = by_chance(measurements, found.data.error[0], base.sd[0])
+    rows = residual_rows(measurements, base, drawn)
+    patterns = trends(rows, drawn)
     out = {
         "verdict": found.verdict,
         "causes": found.causes,

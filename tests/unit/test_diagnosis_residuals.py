@@ -6,7 +6,8 @@ import pytest
 from calibration.measurements import Measurement
 from diagnosis import figures
 from diagnosis.extend import gain, run_scatter
-from diagnosis.residuals import moved, trends
+from diagnosis.fit import data_of
+from diagnosis.residuals import by_chance, moved, tails, trends
 
 
 def row(experiment, levers, measured, predicted, sd, p=0.5):
@@ -21,6 +22,11 @@ def row(experiment, levers, measured, predicted, sd, p=0.5):
     }
 
 
+def told(rows):
+    """`trends` where the spreads are known."""
+    return trends(rows, np.random.default_rng(0).standard_normal((4000, len(rows))))
+
+
 def drops(measured, sd=1.0):
     heights = (50.0, 100.0, 200.0, 300.0)
     return [
@@ -30,7 +36,7 @@ def drops(measured, sd=1.0):
 
 
 def test_a_slope_along_a_lever_is_told_with_its_two_ends():
-    [found] = trends(drops([10.1, 19.5, 36.0, 49.2]))
+    [found] = told(drops([10.1, 19.5, 36.0, 49.2]))
     assert (found["kind"], found["lever"]) == ("trend", "drop_height_mm")
     assert found["slope"] < 0
     assert found["sentence"] == (
@@ -40,18 +46,44 @@ def test_a_slope_along_a_lever_is_told_with_its_two_ends():
 
 
 def test_noise_is_no_pattern():
-    assert trends(drops([10.8, 19.3, 40.9, 59.4])) == []
+    assert told(drops([10.8, 19.3, 40.9, 59.4])) == []
+
+
+def test_a_stated_chance_of_a_pattern_is_kept_where_spreads_are_of_two_replicates():
+    """By a normal law 3 % of data of the model showed a slope at 1 %."""
+    rng, tables, replicates, found, odd = np.random.default_rng(4), 1000, 2, 0, []
+    heights = np.repeat((50.0, 100.0, 200.0, 300.0), 2)
+    true = 0.2 * heights
+    for _ in range(tables):
+        read = true[:, None] * (1.0 + 0.02 * rng.standard_normal((len(true), replicates)))
+        value, sd = read.mean(1), read.std(1, ddof=1)
+        measured = [
+            Measurement("drop", v, s, replicates, {"drop_height_mm": h})
+            for v, s, h in zip(value, sd, heights, strict=True)
+        ]
+        error = data_of(measured).error[0]
+        drawn = by_chance(measured, error, error, draws=500)
+        rows = [
+            row("drop", m.levers, m.value, t, e)
+            for m, t, e in zip(measured, true, error, strict=True)
+        ]
+        found += any(p["kind"] == "trend" for p in trends(rows, drawn))
+        off = np.array([r["standardised"] for r in rows])
+        odd += list(tails(measured, drawn, off) < 0.01)
+    # 10 are expected; 20 or more would come in one trial of 300, and 3 % of 1,000 are 30
+    assert 1 < found < 20
+    assert 0.005 < np.mean(odd) < 0.017
 
 
 def test_an_experiment_that_is_off_as_a_whole_and_a_single_setting():
     tilt = row("tilt", {"tilt_rate_deg_s": 5.0}, 36.0, 30.0, 1.0)
-    [offset] = trends([tilt])
+    [offset] = told([tilt])
     assert offset["kind"] == "offset"
     assert offset["sentence"].startswith("The measured sliding angle exceeds the model by 20 %")
     rows = drops([10.0, 23.0, 40.0, 60.0])
     rows[1]["predictive_p"] = 1e-4
     rows[0]["standardised"] = rows[2]["standardised"] = -0.8
-    [single] = trends(rows)
+    [single] = told(rows)
     assert single["kind"] == "setting"
     assert "at a drop height of 100 mm alone exceeds the model by 15 %" in single["sentence"]
 

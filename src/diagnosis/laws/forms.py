@@ -9,12 +9,14 @@ J. Fluid Mech. 163:479), an elastic plate (Zener 1941, Phys. Rev. 59:669), conta
 its work ~ d^(4/3) (Johnson, Kendall, Roberts 1971, Proc. R. Soc. A 324:301).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from diagnosis.chance import share_above
-from diagnosis.laws.mixed import Candidate, draw, evaluate
+from diagnosis.laws.mixed import Candidate, draw, evaluate, posterior
+from diagnosis.laws.readings import IN_AIR
 from diagnosis.laws.slots import scaled
 
 LADDER = np.geomspace(0.003, 0.8, 36)
@@ -23,12 +25,13 @@ directions."""
 
 LEAST = 0.02  # of a factor; below it a form has no meaning any more
 RULED_OUT = 0.02
+FINE = 81  # strengths between five of the ladder, for the coefficients that are told
 
 
 @dataclass(frozen=True)
 class Form:
-    """factor(u, k) that multiplies the coefficient, and its text with {c}, {k}, {s}, {m} and {unit}
-    to fill in."""
+    """factor(u, k) that multiplies the coefficient, and its text with {c} (the coefficient in the
+    middle of the plan), {k}, {s} (the state) and {m} (its middle) to fill in."""
 
     name: str
     factor: object
@@ -82,7 +85,7 @@ def forms_of(law, readings, centre, known=()):
 def _multiplied(law, readings):
     x, _, half = scaled(law, readings.levers)
     u = np.exp(x * half)
-    power = 2.0 if law.experiment == "drop" else 1.0  # a rebound is the square of a restitution
+    power = IN_AIR if law.experiment == "drop" else 1.0
     out = {}
     for form in (*MULTIPLIES, THRESHOLD) if law.slot == "restitution" else MULTIPLIES:
         ks = ONSETS if form is THRESHOLD else _strengths(form, u)
@@ -130,6 +133,37 @@ def _added(law, readings, centre):
         ks = ks[(ks[:, None] * term > -0.95).all(1)] if law.space != "log" else ks
         out[name] = _candidate(law, name, ks[:, None] * term, ks)
     return out
+
+
+def written(law, tried, candidate, fitted, middle, told):
+    """A named form with its coefficients, refitted to the readings; a mechanism's name alone.
+
+    middle: the state in the middle of the plan with its unit, as text; told: amount -> text, of a
+    term that adds."""
+    name, log = candidate.name, tried.readings.log[None]
+    if candidate.catalogue:
+        return name
+    candidate = _between(candidate, int(fitted.curve[0]))
+    fitted = evaluate(candidate, tried.readings, tried.nuisance, log, tried.centre)
+    k = float(candidate.label[fitted.curve[0]])
+    state = " x ".join(law.state)
+    if law.weight:
+        return f"{name}: {told(k)}" + (f" at a {state} of {middle}" if state else "")
+    mean, _ = posterior(candidate, tried.readings, tried.nuisance, fitted, log, tried.centre)
+    level = float((tried.centre + mean - candidate.mean[fitted.curve[0]]).mean())
+    own = np.exp(level / (IN_AIR if law.experiment == "drop" else 1.0))
+    [text] = [f.text for f in (*MULTIPLIES, THRESHOLD) if f.name == name]
+    return f"{name}: {law.slot} = " + text.format(c=f"{own:.3g}", k=k, s=state, m=middle)
+
+
+def _between(candidate, best):
+    """The form at strengths between those of the ladder about the best one."""
+    near = np.arange(max(best - 2, 0), min(best + 3, len(candidate.label)))
+    near = near[np.argsort(candidate.label[near])]
+    at = candidate.label[near]
+    fine = np.linspace(at[0], at[-1], FINE)
+    curves = CubicSpline(at, candidate.mean[near])(fine)
+    return replace(candidate, mean=curves, mean_prior=np.zeros(FINE), label=fine)
 
 
 def compare(tried, candidates, replicates=99, seed=0):

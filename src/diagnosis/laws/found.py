@@ -8,10 +8,10 @@ import numpy as np
 from calibration.numbers import NORMAL_95
 from diagnosis.chance import share_above
 from diagnosis.laws.choose import ruled_out, trial
-from diagnosis.laws.forms import compare, forms_of
+from diagnosis.laws.forms import compare, forms_of, written
 from diagnosis.laws.mixed import from_space, posterior, to_space
 from diagnosis.laws.next_setting import propose
-from diagnosis.laws.readings import FREE, from_log, readings_of, unknown
+from diagnosis.laws.readings import FREE, IN_AIR, SHAPE, from_log, readings_of, unknown
 from diagnosis.laws.slots import BENDS, SIZES, bend, scaled
 from diagnosis.measurements import LEAST_SETTINGS
 
@@ -158,9 +158,9 @@ def sentence_of(law):
     state = " x ".join(law["state"])
     own = " ".join(UNIT.get(s, "") for s in law["state"]).strip()
     verb = "falls" if last["value"] < first["value"] else "rises"
-    subject = what or f"what {law['slot']} adds to the reading"
+    subject = f"The {what}" if what else f"What the {law['slot']} adds"
     return (
-        f"The {subject} {verb} from {first['value']:.3g}{unit} at a {state} of "
+        f"{subject} {verb} from {first['value']:.3g}{unit} at a {state} of "
         f"{first['state']:.3g} {own} to "
         f"{last['value']:.3g}{unit} at {last['state']:.3g} {own}."
     )
@@ -276,12 +276,14 @@ def _name(out, tried, best, seed):
     rivals = _rivals(tried, best, candidate, free, seed)
     known = {n: c for n, c in tried.candidates.items() if c.catalogue}
     own = {n: c for n, c in known.items() if (c.slot, c.state) == (candidate.slot, candidate.state)}
-    left = []
+    left, formula = [], None
     if free is not None:
         candidates = forms_of(free, tried.readings, tried.centre, own)
         forms, fits = compare(tried, candidates, seed=seed)
         left = _once([f["form"] for f in forms if not f["ruled_out"]], candidates, fits, tried)
-    out.law = _law(out, tried, candidate, free, left, rivals)
+        if len(left) == 1:
+            formula = _formula(free, tried, candidates[left[0]], fits[left[0]])
+    out.law = _law(out, tried, candidate, free, left, rivals) | {"formula": formula}
     if free is not None:
         tied = [n for n in left if n not in known]
         out.next_setting = propose(tried, free, tied, [r["law"] for r in rivals], seed)
@@ -305,6 +307,19 @@ def _name(out, tried, best, seed):
             "a free law predicts left-out levels better than chance and better than every other"
         )
     return out
+
+
+def _formula(free, tried, candidate, fitted):
+    """The one form that fits, with its coefficients and the units of the state."""
+    state = middle_of(free, tried.readings)
+    own = " ".join(UNIT.get(s, "") for s in free.state).strip()
+    middle = f"{state[0]:.3g} {own}".rstrip()
+    told, unit = told_in(free, tried, state), unit_of(free, tried.readings.experiment)
+
+    def amount(k):
+        return f"{told(0, k):+.3g}" + ("" if unit == "1" else f" {unit}")
+
+    return written(free, tried, candidate, fitted, middle, amount)
 
 
 def _once(left, candidates, fits, tried):
@@ -366,7 +381,6 @@ def _law(out, tried, candidate, free, left, rivals):
         "values": [],
         "band": 0.95,
         "supported_range": {},
-        "formula": None,
         "tied": [{"slot": r["slot"], "state": r["state"], "form": None} for r in rivals],
         "nearest_known": _nearest(tried, candidate),
     }
@@ -374,9 +388,7 @@ def _law(out, tried, candidate, free, left, rivals):
     if free is None:
         return law
     law["tied"] += [{"slot": s, "state": list(state), "form": None} for s, state in free.same]
-    if len(left) == 1:
-        law["formula"] = left[0]
-    else:
+    if len(left) > 1:
         law["tied"] += [
             {"slot": candidate.slot, "state": list(candidate.state), "form": f} for f in left
         ]
@@ -418,8 +430,8 @@ def curve(law, tried):
     root = direction * np.sqrt(np.maximum(size, 0.0))
     wide = np.abs(rng.standard_normal((DRAWS, len(at))) @ root.T / spread).max(1)
     reach = max(float(np.quantile(wide, 0.95)), NORMAL_95) * spread
-    told = told_in(law, tried)
     state = np.exp(middle + half * at)
+    told = told_in(law, tried, state)
     values = [
         {"state": float(s), "value": float(told(k, mean[k])),
          "low": float(told(k, mean[k] - reach[k])), "high": float(told(k, mean[k] + reach[k]))}
@@ -431,23 +443,31 @@ def curve(law, tried):
     return values, {name: [float(state[0]), float(state[-1])]} if law.coordinate else {}
 
 
-def told_in(law, tried):
-    """A function of place and value that turns a curve in the law's space into what is told."""
+def middle_of(law, readings):
+    """(1,) the state in the middle of the plan; 1 where the law has none."""
+    return np.exp([scaled(law, readings.levers)[1]]) if law.coordinate else np.ones(1)
+
+
+def told_in(law, tried, state):
+    """A function of place and value that turns a curve over states (m,) in the law's space into
+    what is told. What air takes depends on more than its state: it is told of the middle
+    setting."""
     centre, readings = float(tried.centre[0]), tried.readings
     if law.weight is None:
-        power = 0.5 if readings.experiment == "drop" else 1.0
+        power = 1.0 / IN_AIR if readings.experiment == "drop" else 1.0
         most = 1.0 if law.slot == "restitution" else np.inf
         return lambda k, z: min(np.exp(power * (centre + z)), most)
-    weight = law.weight(readings.levers, tried.centre)
-    if readings.experiment == "drop":
-        one = np.median(weight * readings.levers["drop_height_mm"]) * np.exp(centre)
-    elif readings.experiment == "shear":
-        one = np.median(weight * readings.levers["normal_stress_kPa"]) * np.exp(centre)
-    else:
-        one = np.median(weight) * (
-            np.degrees(np.arctan(np.exp(centre))) if law.space == "angle" else np.exp(centre)
-        )
-    return lambda k, z: one * z
+    one = law.weight(readings.levers, tried.centre) * readings.levers.get(
+        SHAPE.get(readings.experiment), 1.0
+    )
+    one = one * (np.degrees(np.arctan(np.exp(centre))) if law.space == "angle" else np.exp(centre))
+    if law.coordinate is None or law.slot == "drag":
+        return lambda k, z: float(np.median(one)) * z
+    here = law.coordinate(readings.levers)
+    least, most = np.argmin(np.where(one > 0.0, here, np.inf)), np.argmax(here)
+    # a law of the simplest kind adds a power of its state
+    power = np.log(one[most] / one[least]) / np.log(here[most] / here[least])
+    return lambda k, z: float(one[most] * (state[k] / here[most]) ** power) * z
 
 
 def _average(law, tried, x, at):

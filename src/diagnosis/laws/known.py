@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 
 from diagnosis.collision import rebounds, sliding_angles
 from diagnosis.laws.mixed import LEVEL_SD, Candidate
-from diagnosis.laws.readings import from_log, to_log
+from diagnosis.laws.readings import IN_AIR, from_log, to_log
 
 STEPS, CURVES = 11, 61
 """Strengths at which the engine is asked, and between which the curves are interpolated."""
@@ -81,7 +81,7 @@ def _curve(mechanism, coded, readings, centre, spec_of):
         return to_log(readings.experiment, np.array(seen, float), readings.levers)[0] - centre
     name, low, high = COEFFICIENT[readings.experiment]
     target = LATTICE * round(float(centre.mean()) / LATTICE)
-    power = 2.0 if readings.experiment == "drop" else 1.0
+    power = IN_AIR if readings.experiment == "drop" else 1.0
     value = _on_lattice(target / power, low, high)
     for _ in range(1 if mechanism.name in NO_COEFFICIENT else SECANTS):
         log = _engine(mechanism, strength, name, value, readings, spec_of)

@@ -18,6 +18,8 @@ FREE = ("drop", "tilt", "shear")
 SHAPE = {"drop": "drop_height_mm", "shear": "normal_stress_kPa"}
 """Lever that the reading of an experiment is proportional to, for constant coefficients."""
 
+IN_AIR = 2.0  # a rebound is the square of a restitution
+
 
 @dataclass(frozen=True)
 class Readings:

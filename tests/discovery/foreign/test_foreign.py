@@ -36,6 +36,47 @@ def test_slot_and_state_of_a_strangers_law_are_found(name, tmp_path):
     assert not found.causes  # without the catalogue nothing can be named
 
 
+@pytest.mark.parametrize(
+    ("name", "added", "formula"),
+    [
+        (
+            "attraction as d^2, drops",
+            lambda d, k: -20.0 * k / d,
+            "work ~ d^2: {:+.3g} mm at a size",
+        ),
+        ("attraction as d^2, slides", lambda d, k: 0.55 * k / d, None),
+        ("reading off by a radius", lambda d, k: k * d, "a share of the diameter: {:+.3g} mm at"),
+    ],
+)
+def test_what_a_law_adds_is_told_at_each_state_in_the_readings_unit(name, added, formula, tmp_path):
+    drawn = strangers.draw(LAWS[name], 40.0, seed=5, which=1)
+    law = found_in(drawn, tmp_path, replicates=39).law
+    for v in law["values"]:
+        assert v["low"] <= added(v["state"], drawn.strength) <= v["high"]
+    ends = [law["values"][k]["value"] for k in (0, -1)]
+    true = [added(law["values"][k]["state"], drawn.strength) for k in (0, -1)]
+    assert ends == pytest.approx(true, rel=0.15)
+    if formula:
+        start, end = formula.split("{:+.3g}")
+        assert law["formula"].startswith(start)
+        assert end in law["formula"]
+        middle = np.sqrt(law["values"][0]["state"] * law["values"][-1]["state"])
+        told = float(law["formula"][len(start) :].split()[0])
+        assert told == pytest.approx(added(middle, drawn.strength), rel=0.15)
+
+
+def test_the_one_form_that_fits_is_told_with_its_coefficients(tmp_path):
+    """A restitution 0.72 v^-k, told about the middle of the plan's speeds."""
+    drawn = strangers.draw(LAWS["power of speed"], 100.0, seed=3, which=1)
+    law = found_in(drawn, tmp_path, replicates=39).law
+    middle = np.sqrt(strangers.speed(40.0) * strangers.speed(600.0))
+    start, end = law["formula"].split(f" (speed/{middle:.3g} m/s)^")
+    name, coefficient = start.split(": restitution = ")
+    assert name == "power"
+    assert float(coefficient) == pytest.approx(0.72 * middle**-drawn.strength, rel=0.02)
+    assert float(end) == pytest.approx(-drawn.strength, rel=0.02)
+
+
 @pytest.mark.parametrize("kind", ["plain", "camera set up anew for each height"])
 def test_data_without_a_law_are_adequate(kind, tmp_path):
     assert found_in(strangers.null(kind, seed=1), tmp_path).verdict == "adequate"
