@@ -280,6 +280,34 @@ def test_what_is_not_told_is_asked_for():
         answers(given)
 
 
+def test_a_wrong_answer_is_asked_for_again_and_told_why(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my angles.csv").write_text("angle [°]\n26.1\n28.4\n")
+    given = Namespace(measured=None, material=None, density=None, grain="4mm", sieve=None,
+                      orifice="25mm", plate="10cm", height=None, rate=None, rim=None)  # fmt: skip
+    told = iter(["26,1 28,4", "'no file.csv'", "my angles.csv", "1.35", "1.35 g/cm3",
+                 "20 mm", "12 kg/s", "75 mm", "", "wheet", "wheat"])  # fmt: skip
+    values, heap, factors, _ = answers(given, lambda text: next(told))
+    assert (values, heap.discharge_height_mm, heap.mass_flow_g_s) == ([26.1, 28.4], 75, None)
+    assert "Agrophysics" in factors[1].description
+    said = capsys.readouterr().out.splitlines()
+    reasons = [
+        "is it 26.1?",
+        "cannot be read",
+        "did you mean 1.35 g/cm³",
+        "would reach the orifice",
+        "did you mean wheat",
+    ]
+    assert len(said) == len(reasons)
+    for line, words in zip(said, reasons, strict=True):
+        assert words in line
+    # what options alone make impossible is not asked for again
+    given.height, given.rate = "2 mm", "1 g/s"
+    again = iter(["26.1 28.4", "1.35 g/cm3"])
+    with pytest.raises(CalibrationError, match="would reach the orifice"):
+        answers(given, lambda text: next(again))
+
+
 def test_measured_angles_come_from_a_table_of_measurements(tmp_path):
     """As `dem angle` writes one; a mean is no list of angles."""
     path, header = tmp_path / "a.csv", "experiment,quantity,value,unit,sd,n\n"

@@ -2,8 +2,10 @@
 once."""
 
 import math
+import shlex
 import sys
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,6 +15,7 @@ from calibration.new.heap import FEWEST, MOST, Heap
 from calibration.new.mastersizer import mastersizer_sizes
 from calibration.new.ranges import factors_of, materials
 from calibration.tables import read_table, summary
+from dem.errors import DemError
 from dem.units import UnitError, in_unit, question, unit_of
 
 PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp")
@@ -28,13 +31,14 @@ class Question:
     text: str
 
 
-QUESTIONS = (
-    Question("density", "density_kg_m3", "Density of the grain, such as 1.35 g/cm3"),
-    Question("grain", "diameter_mm", "Diameter of the grain, such as 4 mm"),
+DENSITY = Question("density", "density_kg_m3", "Density of the grain, such as 1.35 g/cm3")
+GRAIN = Question("grain", "diameter_mm", "Diameter of the grain, such as 4 mm")
+RIG = (
     Question("orifice", "orifice_diameter_mm", "Diameter of the funnel's orifice, such as 25 mm"),
     Question("plate", "plate_diameter_mm", "Diameter of the base plate, such as 100 mm"),
     Question("height", "discharge_height_mm", "Orifice above the plate, such as 75 mm"),
 )
+MEASURED = Question("measured", "", "Measured angles, or the file or photographs that hold them")
 RATE = Question("rate", "mass_flow_g_s", "Mass poured in a second, such as 12 g/s (or empty)")
 """The one that may stay open: the funnel is then fed safely below what its orifice passes."""
 BULK = Question("bulk-density", "poured_density_kg_m3", "")
@@ -48,25 +52,52 @@ def answers(args, ask=None):
 
     Raises CalibrationError for an option that is missing or cannot be.
     """
-    measured = args.measured or [
-        _asked(ask, "measured", "Measured angles, or the file or photographs that hold them")
-    ]
-    values = measured_angles(" ".join(measured).split() if len(measured) == 1 else measured)
+    values = _answer(args.measured, ask, MEASURED, _measured)
     sizes = sieve_curve(args.sieve) if args.sieve else None
-    lengths = {}
-    for q in QUESTIONS:
-        if q.option == "grain" and sizes:
-            lengths[q.key] = mean_diameter(sizes)
-            continue
-        text = getattr(args, q.option) or _asked(ask, q.option, q.text)
-        lengths[q.key] = _number(text, q)
-    rate = args.rate or (ask(RATE.text) if ask else None)
-    lengths[RATE.key] = _number(rate, RATE) if rate else None
-    lengths[RIM.key] = _number(args.rim, RIM) if args.rim else 0.0
-    heap = Heap(**lengths, angle_deg=sum(values) / len(values), shear_modulus_Pa=SOFTENED_PA)
-    _check_rig(heap)
-    material = args.material or (ask and ask(f"Material ({', '.join(materials())}, or empty)"))
-    return values, heap, factors_of(material or None), sizes
+
+    def number(q):
+        return _answer(getattr(args, q.option), ask, q, partial(_number, q=q))
+
+    grain = {DENSITY.key: number(DENSITY)}
+    grain[GRAIN.key] = mean_diameter(sizes) if sizes else number(GRAIN)
+    grain |= {"angle_deg": sum(values) / len(values), "shear_modulus_Pa": SOFTENED_PA}
+    while True:
+        rig = {q.key: number(q) for q in RIG}
+        rig[RATE.key] = _open_answer(args.rate, ask, RATE.text, partial(_number, q=RATE))
+        rig[RIM.key] = _number(args.rim, RIM) if args.rim else 0.0
+        heap = Heap(**grain, **rig)
+        try:
+            _check_rig(heap)
+            break
+        except CalibrationError as error:
+            if not ask or all(getattr(args, q.option) for q in (*RIG, RATE)):
+                raise
+            print(error)
+    known = f"Material ({', '.join(materials())}, or empty)"
+    factors = _open_answer(args.material, ask, known, factors_of)
+    return values, heap, factors or factors_of(None), sizes
+
+
+def _answer(given, ask, q, read):
+    """What `read` makes of an option or of an answer to a question. A person is asked again, and
+    told why. Raises CalibrationError for an option that is missing or cannot be."""
+    if given:
+        return read(given)
+    if ask is None:
+        text = f"{q.text[0].lower()}{q.text[1:]}"
+        raise CalibrationError(f"--{q.option} is missing; allowed: {text}")
+    while True:
+        try:
+            return read(ask(q.text))
+        except CalibrationError as error:
+            print(error)
+
+
+def _open_answer(given, ask, text, read):
+    """The same of what may stay open: None then."""
+    if given or not ask:
+        return read(given) if given else None
+    return _answer(None, ask, Question("", "", text), lambda said: read(said) if said else None)
 
 
 def _check_rig(heap):
@@ -90,15 +121,16 @@ def _check_rig(heap):
         )
 
 
-def _asked(ask, option, text):
-    if ask is None:
-        raise CalibrationError(f"--{option} is missing; allowed: {text[0].lower()}{text[1:]}")
-    return ask(text)
-
-
 def at_terminal():
     """A function that asks, or None where nobody sits at a terminal."""
-    return (lambda text: input(f"{text}: ").strip()) if sys.stdin.isatty() else None
+    return _ask if sys.stdin.isatty() else None
+
+
+def _ask(text):
+    try:
+        return input(f"{text}: ").strip()
+    except EOFError:
+        raise DemError("the questions ended without an answer; nothing was written") from None
 
 
 def _number(text, q):
@@ -132,6 +164,23 @@ def bulk_densities(texts, heap):
                 f"{heap.density_kg_m3:g} kg/m3 (--density)"
             )
     return values
+
+
+def _measured(given):
+    """Angles [deg] of an option's texts, or of one text that was typed or pasted: a name of a file
+    that is there, else several words."""
+    one = given if isinstance(given, str) else given[0] if len(given) == 1 else None
+    if one is None:
+        return measured_angles(given)
+    return measured_angles([one] if Path(one).is_file() else _words(one))
+
+
+def _words(text):
+    """Words as a shell would part them: names with spaces stand between quotation marks."""
+    try:
+        return shlex.split(text)
+    except ValueError:  # a mark that is not closed, or an inch
+        return text.split()
 
 
 def measured_angles(texts):
