@@ -193,11 +193,9 @@ def cylinder_spec(seed):
 def column(spec):
     """The settled column of a lifted cylinder: simulation and the rig that `peer.run_cylinder`
     takes."""
-    radius, plate = (
-        0.5e-3 * d for d in (spec.geometry.cylinder_diameter_mm, spec.geometry.plate_diameter_mm)
-    )
-    rim = 0.1
-    sim = build_simulation(spec, lifted_cylinder._walls(radius, rim, plate))
+    own, rim = lifted_cylinder.Rig(spec), 0.1
+    radius, plate = own.radius, own.plate
+    sim = build_simulation(spec, own.walls(rim))
     rng, reach = np.random.default_rng(spec.seed), largest_reach(spec)
     sites = grains_bed.sites_in_circle(radius, reach, rng)
     radii = draw_radii(spec, spec.particles.count, rng)
