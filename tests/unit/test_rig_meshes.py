@@ -3,8 +3,13 @@ leaks, or is not where or what the keys say, gets a sentence before a grain is m
 
 import numpy as np
 import pytest
+import pyvista as pv
 
+from dem.errors import MeshError
+from dem.experiments import experiments
+from dem.experiments.mesh import read_mesh
 from dem.io.stl import write_stl
+from dem.render import export_vtk, read_run
 from dem.run import run
 from dem.spec import canonical, parse_spec
 
@@ -40,6 +45,16 @@ def slab(low, high):
     return np.asarray(low) + corners * (np.asarray(high) - low), np.array(faces)
 
 
+def sheet(profile, low, high):
+    """Vertices and triangles of a sheet over a line of (x, z) between two y."""
+    n = len(profile)
+    k = np.arange(n - 1)
+    faces = np.concatenate(
+        [np.column_stack([k, k + 1, k + n]), np.column_stack([k + 1, k + 1 + n, k + n])]
+    )
+    return np.concatenate([np.insert(profile, 1, y, axis=1) for y in (low, high)]), faces
+
+
 def joined(*bodies):
     """One mesh of several."""
     points, faces, count = [], [], 0
@@ -48,10 +63,6 @@ def joined(*bodies):
         faces.append(triangles + count)
         count += len(vertices)
     return np.concatenate(points), np.concatenate(faces)
-
-
-def moved(body, by):
-    return body[0] + by, body[1]
 
 
 def cup(radius=7.0, high=60.0, wall=1.0, floor=0.0):
@@ -104,7 +115,7 @@ LIFTERS = [slab((12.0, -0.5, -0.5), (15.4, 0.5, 8.5)), slab((-15.4, -0.5, -0.5),
 
 RIGS = {
     "drop": ("plate_stl", slab((-3, -3, -2), (3, 3, 0)), {"drops": 2}, {}),
-    "tilt": ("plate_stl", slab((-40, -30, -2), (40, 30, 0)), {"trials": 2}, {}),
+    "tilt": ("plate_stl", slab((-40, -30, -2), (40, 30, 0)), {"trials": 1}, {}),
     "wall_friction": (
         "plate_stl",
         slab((-12, -8, -2), (8, 8, 0)),
@@ -157,15 +168,17 @@ RIGS = {
 
 
 def specified(name, geometry=(), particles=(), **parts):
+    """Run spec of a rig, with further keys of its geometry and grains."""
     _, _, own, grains = RIGS[name]
     data = {"experiment": name, "geometry": own | dict(geometry), **parts}
     return parse_spec(data | {"particles": grains | dict(particles)})
 
 
-def with_mesh(name, folder, body=None, **geometry):
+def with_mesh(name, folder, body=None, **parts):
+    """The same with a mesh, that of the rig's own shape unless given."""
     key, own, *_ = RIGS[name]
     write_stl(folder / "rig.stl", *(body or own))
-    return specified(name, {key: str(folder / "rig.stl")} | geometry)
+    return specified(name, {key: str(folder / "rig.stl")}, **parts)
 
 
 @pytest.mark.parametrize("name", RIGS)
@@ -175,10 +188,14 @@ def test_a_spec_without_a_mesh_keeps_the_name_that_it_had_before_there_were_any(
     assert key in canonical(with_mesh(name, tmp_path))
 
 
-def both(name, folder):
-    """Metrics with the rig's own walls, and with the mesh."""
-    own = run(specified(name), folder / "own")["metrics"]
-    return own, run(with_mesh(name, folder), folder / "mesh")["metrics"]
+def both(name, folder, **parts):
+    """Metrics with the rig's own walls, and with the mesh; the walls of both can be drawn."""
+    specs = {"own": specified(name, **parts), "mesh": with_mesh(name, folder, **parts)}
+    for made, spec in specs.items():
+        run(spec, folder / made)
+        _, walls = export_vtk(read_run(folder / made))
+        assert pv.read(walls).n_cells > 0
+    return (read_run(folder / made).metrics for made in specs)
 
 
 def test_a_grain_rebounds_from_a_mesh_as_from_a_plate(tmp_path):
@@ -197,3 +214,169 @@ def test_a_punch_compresses_a_lattice_as_the_lid_does(tmp_path):
     own, mesh = both("compression", tmp_path)
     for metric in ("strain_at_load", "constrained_modulus_kPa", "compression_exponent"):
         assert mesh[metric] == pytest.approx(own[metric], rel=1e-6)
+
+
+def test_grains_that_do_not_roll_slide_on_a_mesh_at_their_coefficient(tmp_path):
+    contacts = {
+        "particle_particle": {"rolling_friction": 5.0},
+        "particle_wall": {"static_friction": 0.4, "rolling_friction": 5.0},
+    }
+    for found in both("wall_friction", tmp_path, contacts=contacts):
+        assert found["wall_friction"] == pytest.approx(0.4, rel=0.01)
+
+
+def test_a_saw_tooth_holds_grains_that_have_no_friction(tmp_path):
+    """Without friction a smooth plate slides away under the bed; teeth must lift it."""
+    smooth = {"restitution": 0.3, "static_friction": 0.0, "rolling_friction": 0.0}
+    contacts = {"particle_particle": smooth, "particle_wall": smooth}
+    # the ridges lie where the surface is measured, on 25 points under the ring and along its path
+    step = 16.0 / 24
+    teeth = np.array([(-9.0 + k * step, -0.6 if k % 2 else 0.0) for k in range(-5, 30)])
+    spec = with_mesh("wall_friction", tmp_path, sheet(teeth, -8.0, 8.0), contacts=contacts)
+    toothed = run(spec, tmp_path / "teeth")["metrics"]
+    flat = run(specified("wall_friction", contacts=contacts), tmp_path / "flat")["metrics"]
+    assert abs(flat["wall_friction"]) < 1e-6
+    assert toothed["wall_friction"] > 0.05
+
+
+def test_a_vessel_of_a_mesh_weighs_grains_as_the_cylinder_does(tmp_path):
+    own, mesh = both("bulk_density", tmp_path)
+    # the polygon has the circle's area; a few hundred grains scatter by 1 to 2 % between fillings
+    for metric in ("poured_density_kg_m3", "tapped_density_kg_m3"):
+        assert mesh[metric] == pytest.approx(own[metric], rel=0.03)
+
+
+def test_the_volume_of_a_cup_is_that_of_its_frustum(tmp_path):
+    low, high, tall = 7.0, 11.0, 60.0
+    wall = [(high + 1.0, tall), (low + 1.0, -1.0), (0.0, -1.0)]
+    cup_of = rounded([(0.0, 0.0), (low, 0.0), (high, tall), *wall])
+    mesh = read_mesh(with_mesh("bulk_density", tmp_path, cup_of), "vessel_stl")
+    level = 36.0
+    top = low + (high - low) * level / tall
+    volume = np.pi * level * (low**2 + low * top + top**2) / 3.0
+    assert mesh.volume(1e-3 * level) == pytest.approx(1e-9 * volume, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_tube_of_a_mesh_leaves_the_heap_of_the_cylinder(tmp_path):
+    own, mesh = both("lifted_cylinder", tmp_path)
+    assert mesh["on_plate"] + mesh["spilled"] == 500
+    assert mesh["column_depth_mm"] == pytest.approx(own["column_depth_mm"], rel=0.03)
+    assert mesh["base_radius_mm"] == pytest.approx(own["base_radius_mm"], rel=0.1)
+    assert mesh["angle_of_repose_deg"] == pytest.approx(own["angle_of_repose_deg"], abs=5.0)
+    for made in ("own", "mesh"):  # drawn where it was lifted to
+        points = 1e3 * pv.read(tmp_path / made / "final_walls.vtp").points
+        tube = points[np.hypot(points[:, 0], points[:, 1]) < 12.0]
+        assert tube[tube[:, 2] > 0.1][:, 2].min() > mesh["column_depth_mm"]
+
+
+@pytest.mark.slow
+def test_a_drum_of_a_mesh_turns_grains_as_the_smooth_one_does(tmp_path):
+    own, mesh = both("drum", tmp_path)
+    for metric in ("dynamic_angle_deg", "centre_angle_deg"):
+        assert mesh[metric] == pytest.approx(own[metric], abs=3.0)
+    assert mesh["passive_rotation_ratio"] == pytest.approx(own["passive_rotation_ratio"], abs=0.1)
+
+
+@pytest.mark.slow
+def test_lifters_carry_a_bed_that_slips_in_a_smooth_drum(tmp_path):
+    few = {"count": 150}
+    smooth = run(specified("drum", particles=few), tmp_path / "smooth")["metrics"]
+    lifted = with_mesh("drum", tmp_path, joined(drum(), *LIFTERS), particles=few)
+    carried = run(lifted, tmp_path / "lifters")["metrics"]
+    assert smooth["passive_rotation_ratio"] < 0.05
+    assert carried["passive_rotation_ratio"] > 0.25
+    assert carried["dynamic_angle_sd_deg"] > 10.0 * smooth["dynamic_angle_sd_deg"]
+
+
+@pytest.mark.slow
+def test_boxes_of_a_mesh_drain_as_the_own_ones_do(tmp_path):
+    own, mesh = both("draw_down", tmp_path)
+    assert mesh["discharged_share"] == pytest.approx(own["discharged_share"], abs=0.06)
+    assert mesh["mass_flow_g_s"] == pytest.approx(own["mass_flow_g_s"], rel=0.2)
+    assert mesh["angle_of_repose_deg"] == pytest.approx(own["angle_of_repose_deg"], abs=6.0)
+
+
+@pytest.mark.slow
+def test_a_lid_of_a_mesh_shears_as_the_own_one_does(tmp_path):
+    """Steady stresses of so small a ring scatter by a quarter of themselves from run to run: means
+    of four runs each are compared, by their own scatter."""
+    found = []
+    for seed in range(1, 5):
+        (tmp_path / str(seed)).mkdir()
+        found.append(list(both("shear", tmp_path / str(seed), seed=seed)))
+    stress, density = (
+        np.array([[m[metric] for m in pair] for pair in found])
+        for metric in ("steady_shear_stress_kPa", "bulk_density_kg_m3")
+    )
+    apart = abs(np.diff(stress.mean(axis=0))[0])
+    assert apart < 3.0 * np.sqrt(stress.var(axis=0, ddof=1).sum() / len(stress))
+    # vanes of 0.1 mm in place of sheets
+    assert density.mean(axis=0)[1] == pytest.approx(density.mean(axis=0)[0], rel=0.02)
+
+
+def refusal(name, folder, body):
+    """What the rig says of a mesh."""
+    with pytest.raises(MeshError) as error:
+        experiments()[name].prepare(with_mesh(name, folder, body))
+    return str(error.value)
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_a_mesh_that_leaks_or_lies_elsewhere_is_refused(name, tmp_path):
+    points, faces = RIGS[name][1]
+    experiments()[name].prepare(with_mesh(name, tmp_path))
+    assert "leaks: edges without two triangles" in refusal(name, tmp_path, (points, faces[1:]))
+    said = refusal(name, tmp_path, (points + [0.0, 0.0, 1.0], faces))
+    assert "z = " in said
+    assert "allowed: 0 mm, within 0.05 mm" in said
+    assert refusal(name, tmp_path, (0.3 * points, faces))
+
+
+@pytest.mark.parametrize(
+    ("name", "body", "words"),
+    [
+        ("drop", slab((-0.5, -3, -2), (0.5, 3, 0)), "too small or lies elsewhere"),
+        ("tilt", slab((-30, -30, -2), (40, 30, 0)), "its surface misses (-40, -30) mm"),
+        ("wall_friction", slab((-8, -8, -2), (8, 8, 0)), "along its path its surface misses"),
+        (
+            "wall_friction",
+            joined(slab((-12, -8, -5), (8, 8, -2)), slab((-12, 0, -1.9), (8, 8, 0))),
+            "is 2 mm deep; allowed: the smallest grain's radius, 1 mm",
+        ),
+        ("compression", slab((-6, -5, 0), (6, 5, 3)), "into the walls of the box; allowed: 5 mm"),
+        ("compression", slab((-3, -5, 0), (5, 5, 3)), "its underside misses (-4, -4) mm"),
+        ("bulk_density", cup(radius=8.0), "16 mm; allowed: geometry.vessel_diameter_mm, 14 mm"),
+        ("bulk_density", cup(high=10.0), "takes 183 grains below its rim"),
+        ("lifted_cylinder", cup(radius=8.0, high=80.0), "its lower rim lies at z = -1 mm"),
+        (
+            "lifted_cylinder",
+            rounded([(0, 0), (9, 0), (9, 80), (8, 80), (8, 1), (0, 1)]),
+            "has a floor or a lid",
+        ),
+        ("lifted_cylinder", tube(wall=40.0), "is wider than the plate"),
+        ("drum", drum(width=9.0), "its end plate on the high side lies at z = 9 mm"),
+        ("drum", tube(radius=15.0, high=8.0), "has no end plate"),
+        (
+            "drum",
+            joined(drum(), slab((5.0, -0.5, -0.5), (15.4, 0.5, 8.5))),
+            "reaches to 5 mm from the axis; allowed: 7.5 mm",
+        ),
+        ("draw_down", boxes(slot=12.0), "the first surface below the slot lies at z = 30 mm"),
+        ("draw_down", boxes(floor=29.0), "the upper floor lies at z = 29 mm; allowed: 30 mm"),
+        ("draw_down", boxes(high=50.0), "is too low"),
+        ("shear", vaned(7.5, 14.0, -2.0, 0.5, 1.0), "over the ring its surface misses"),
+        ("shear", vaned(6.0, 15.0, -2.0, 0.5, 1.0), "allowed: 14 mm, the outer wall"),
+    ],
+)
+def test_a_mesh_that_is_not_what_the_keys_say_gets_a_sentence(name, body, words, tmp_path):
+    assert words in refusal(name, tmp_path, body)
+
+
+def test_a_vessel_of_no_thickness_may_end_at_its_rim_alone(tmp_path):
+    profile = [(0.0, 0.0), (7.0, 0.0), (7.0, 60.0)]
+    points, faces = rounded(profile)
+    faces = faces[~np.isin(faces // SIDES, [2]).any(axis=1) | ~np.isin(faces // SIDES, [0]).any(1)]
+    prepare = experiments()["bulk_density"].prepare
+    prepare(with_mesh("bulk_density", tmp_path, (points, faces)))
+    assert "leaks" in refusal("bulk_density", tmp_path, (points, faces[:-1]))
