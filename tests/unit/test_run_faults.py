@@ -19,6 +19,7 @@ from dem.io.checked import read_checked_arrays, write_checked_arrays
 from dem.results import read_result
 from dem.run import RunContext, finished, run
 from dem.spec import parse_spec
+from dem.walls.state import new_walls
 
 SPEC = parse_spec({"experiment": "drop", "seed": 7, "output": {"checkpoint_interval_s": 1e-9}})
 NEVER = parse_spec({"experiment": "drop", "seed": 7, "output": {"checkpoint_interval_s": 1e9}})
@@ -48,6 +49,7 @@ class Counting:
             types.SimpleNamespace(
                 position=ones, radius=one, velocity=ones, spin=ones, tag=one, grain=one,
                 time_step=1.0, steps=10, time=10.0, rebuilds=0, precision="mixed",
+                wall_state=new_walls(0, 0),
             )
         )  # fmt: skip
         return {"rebound_height_mm": total if self.value is None else self.value}
