@@ -204,24 +204,33 @@ def check_given(settings, measurements, path):
     raise_faults(faults)
 
 
-def check_range(settings, measurements, path):
-    """Raise ConfigError for the conditions outside what the emulators cover, one message each."""
+def widened(settings, measurements):
+    """The settings with the ranges of the emulated levers as wide as the measurements are."""
+    experiments = dict(settings.experiments)
+    for kind, own in settings.experiments.items():
+        levers = {}
+        for name, (low, high) in own.levers.items():
+            seen = [
+                m.levers[name] for m in measurements if m.experiment == kind and name in m.levers
+            ]
+            levers[name] = [min([low, *seen]), max([high, *seen])]
+        experiments[kind] = own.model_copy(update={"levers": levers})
+    return settings.model_copy(update={"experiments": experiments})
+
+
+def check_levers(settings, measurements, path):
+    """Raise ConfigError for the levers that were set and that the emulators hold at one value, one
+    message each."""
     faults = []
     for m in measurements:
         where = {"path": path, "line": m.line}
         levers = settings.experiments[m.experiment].levers
         for name, value in m.levers.items():
-            if name not in SIMULATED:
+            if name not in SIMULATED or name in levers:
                 continue
-            if name in levers:
-                low, high = levers[name]
-                inside = low * (1 - 1e-9) <= value <= high * (1 + 1e-9)
-                allowed = f"{low:g} to {high:g}"
-            else:
-                fixed = _default(settings, m.experiment, name)
-                inside = value == fixed
-                allowed = "empty" if fixed is None else f"empty or {fixed:g}"
-            if not inside:
+            fixed = _default(settings, m.experiment, name)
+            allowed = "empty" if fixed is None else f"empty or {fixed:g}"
+            if value != fixed:
                 key = f"experiments.{m.experiment}.levers.{name} of the diagnosis' settings"
                 more = where | {"column": name, "value": value, "allowed": f"{allowed} ({key})"}
                 faults.append(ConfigError("is outside what the emulators cover", **more))

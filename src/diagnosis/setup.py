@@ -7,7 +7,7 @@ from diagnosis.emulator_files import read_emulators
 from diagnosis.measurements import alone, read_all
 from diagnosis.model import Emulated
 from diagnosis.rig import Rig
-from diagnosis.settings import catalogue_of, check_given, check_range, parameters_of
+from diagnosis.settings import catalogue_of, check_given, check_levers, parameters_of, widened
 
 
 class Setup:
@@ -19,7 +19,7 @@ class Setup:
     """
 
     def __init__(self, study, settings):
-        self.config, self.settings = study.config, settings
+        self.config, self._given = study.config, settings
 
     @cached_property
     def table(self):
@@ -27,11 +27,17 @@ class Setup:
         that cannot be run."""
         table, path = read_all(self.config.measurements), self.config.measurements
         rows = table.fitted + table.held_out
-        check_given(self.settings, rows, path)
+        check_given(self._given, rows, path)
         if not alone(m.experiment for m in table.fitted):
-            check_range(self.settings, rows, path)
-        self._bare.check(rows)
+            check_levers(self._given, rows, path)
+        self._bare(self._given).check(rows)
         return table
+
+    @cached_property
+    def settings(self):
+        """The settings, the ranges of their levers as wide as the table is."""
+        table = self.table
+        return widened(self._given, table.fitted + table.held_out + table.outcomes)
 
     @property
     def measurements(self):
@@ -66,11 +72,11 @@ class Setup:
     @cached_property
     def rig(self):
         """`Rig` with the factors that are calibrated on the measurements."""
-        return self._bare.of(parameters_of(self.settings, self.config.factors, self.kinds))
+        known = parameters_of(self.settings, self.config.factors, self.kinds)
+        return self._bare(self.settings).of(known)
 
-    @property
-    def _bare(self):
-        return Rig(self.settings, self.config.run | {"experiment": self.config.experiment})
+    def _bare(self, settings):
+        return Rig(settings, self.config.run | {"experiment": self.config.experiment})
 
     @cached_property
     def factors(self):

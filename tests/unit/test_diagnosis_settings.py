@@ -3,9 +3,11 @@ folder."""
 
 from collections import Counter
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import yaml
+from diagnosis_cases import BASE as RUN
 
 from calibration.errors import ConfigError
 from calibration.measurements import Measurement, MeasurementErrors
@@ -15,11 +17,13 @@ from diagnosis.rig import Rig
 from diagnosis.settings import (
     catalogue_of,
     check_given,
-    check_range,
+    check_levers,
     parameters_of,
     read_settings,
     study_settings,
+    widened,
 )
+from diagnosis.setup import Setup
 
 FILE = "config/diagnosis.yaml"
 
@@ -59,22 +63,34 @@ def test_a_bad_setting_is_named(changes, says):
         read_settings(FILE, changes)
 
 
-def test_conditions_outside_the_emulators_are_named_each_with_line_and_column():
+def test_levers_that_the_emulators_hold_are_named_each_with_line_and_column():
     settings = read_settings(FILE)
     rows = [
         drop(10.0, 3),
         drop(100.0, 4, particle_diameter_mm=9.0),
         drop(100.0, 5, scale_factor=2.0),
         drop(100.0, 6, output_interval_s=0.01),
+        Measurement("shear", 1.0, 0.1, 5, {"particle_diameter_mm": 3.0}, "", 7),
     ]
     with pytest.raises(MeasurementErrors) as caught:
-        check_range(settings, rows, "m.csv")
+        check_levers(settings, rows, "m.csv")
     lines = str(caught.value).splitlines()
-    wanted = ["3, column drop_height", "4, column particle_dia", "5, column scale"]
+    wanted = ["5, column scale", "7, column particle_dia"]
     assert len(lines) == len(wanted)
     for line, where in zip(lines, wanted, strict=True):
         assert line.startswith(f"m.csv, line {where}")
-    assert "allowed: 30 to 600" in lines[0]
+    assert "allowed: empty or 2" in lines[1]
+
+
+def test_the_ranges_of_the_levers_are_as_wide_as_the_measurements():
+    settings = read_settings(FILE)
+    before, load = (settings.experiments[e].levers for e in ("drop", "shear"))
+    rows = [drop(10.0, 3), drop(700.0, 4), drop(100.0, 5, particle_diameter_mm=9.0)]
+    after = widened(settings, rows).experiments
+    assert after["drop"].levers["drop_height_mm"] == [10.0, 700.0]
+    assert after["drop"].levers["particle_diameter_mm"] == [before["particle_diameter_mm"][0], 9.0]
+    assert after["shear"].levers == load
+    assert widened(settings, rows[2:2]).experiments == settings.experiments
 
 
 def test_no_material_s_grains_and_rigs_are_a_default():
@@ -227,3 +243,17 @@ def test_a_mechanism_is_more_than_its_lever_where_the_number_of_grains_follows_f
     levers = {"particle_count": None}
     _, _, _, rows, _ = _planned({"levers": levers, "hypercubes": None, "repeated": None})
     assert {r["mechanism"] for r in rows} == {"base", "size_bias"}
+
+
+def test_a_table_beyond_the_ranges_is_read_as_it_is(tmp_path):
+    """Shear tests at 0.5 and 12 kPa, where the settings have 0.8 to 9: nobody edits them."""
+    rows = ["experiment,quantity,value,unit,sd,n,normal_stress_kPa"]
+    rows += [f"shear,shear_stress,{0.8 * s},kPa,0.05,5,{s}" for s in (0.5, 2.0, 5.0, 12.0)]
+    path = tmp_path / "loads.csv"
+    path.write_text("\n".join(rows) + "\n")
+    config = SimpleNamespace(
+        experiment="heap", measurements=str(path), factors="config/factors.tsv", run=RUN
+    )
+    own = Setup(SimpleNamespace(config=config), read_settings(FILE))
+    assert own.settings.experiments["shear"].levers == {"normal_stress_kPa": [0.5, 12.0]}
+    assert own.rig.settings is own.settings
