@@ -173,7 +173,12 @@ def _share(hits, asked):
 def table(rows):
     """Markdown of the rates, and of the verdicts."""
     laws, nulls = rows[rows["size"] > 0], rows[rows["size"] == 0]
-    lines = [f"{len(rows)} of the {len(planned())} planned sets have been diagnosed.", ""]
+    engines = " and ".join(f"`{e}`" for e in dict.fromkeys(rows["engine"]))
+    lines = [
+        f"{len(rows)} of the {len(planned())} planned sets have been diagnosed, on",
+        f"{' and '.join(dict.fromkeys(rows['date']))}, engine {engines}.",
+        "",
+    ]
     lines += ["| | share (95 % interval) | asked |", "|---|---|---|"]
     for size, own in laws.groupby("size"):
         asked = "80 %" if size == 10.0 else ""
@@ -184,13 +189,20 @@ def table(rows):
     lines.append(
         "| a law: wrong name of the catalogue | " + _share(laws["wrong_name"], "at most 5 %")
     )
-    lines.append("| no law: adequate | " + _share(nulls["verdict"] == "adequate", "95 %"))
+    fine, shared = nulls["verdict"] == "adequate", nulls["name"].isin(strangers.SHARED)
+    lines.append("| no law: adequate | " + _share(fine, "95 %"))
+    lines.append("| no law, readings share no error: adequate | " + _share(fine[~shared], "95 %"))
+    lines.append("| no law, readings share an error: adequate | " + _share(fine[shared], "95 %"))
     lines += ["", "| verdict | " + " | ".join(VERDICTS) + " |", "|---|" + "---|" * len(VERDICTS)]
     groups = [(f"{s:g} standard errors", g) for s, g in laws.groupby("size")]
     groups += [(f"no law: {name}", g) for name, g in nulls.groupby("name", sort=False)]
     for label, group in groups:
         count = Counter(group["verdict"])
         lines.append(f"| {label} | " + " | ".join(str(count[v]) for v in VERDICTS) + " |")
+    lines += ["", "| no law | adequate (95 % interval) |", "|---|---|"]
+    for name, group in nulls.groupby("name", sort=False):
+        share = _share(group["verdict"] == "adequate", "").removesuffix("|  |")
+        lines.append(f"| {name} | {share}|")
     missed = laws[(laws["right"] == 0) & (laws["size"] >= 10.0)]
     if len(missed):
         lines += ["", "Not right at ten or twenty standard errors:", ""]

@@ -267,6 +267,14 @@ NULLS = (
     "plain slides",
     "plate cleaned for each rate",
 )
+SHARED = (
+    "camera set up anew for each height",
+    "another lot for each size",
+    "declared batches",
+    "two instruments",
+    "plate cleaned for each rate",
+)
+"""Nulls in which readings of a level, a batch or an instrument share an error."""
 
 
 def null(kind, seed, which=0):

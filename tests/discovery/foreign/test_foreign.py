@@ -7,6 +7,7 @@ of them.
 """
 
 import numpy as np
+import pandas as pd
 import pytest
 import rates
 import strangers
@@ -104,6 +105,12 @@ def test_the_plan_is_as_wide_as_asked():
     assert len({s.name for s in sets if s.size}) >= 15
     assert {s.size for s in sets if s.size} == {5.0, 10.0, 20.0}
     assert len(set(sets)) == len(sets)
+
+
+def test_the_page_shows_the_kept_rates():
+    kept = pd.read_csv(rates.KEPT, keep_default_na=False)
+    assert rates.shown(rates.PAGE.read_text()) == rates.table(kept)
+    assert set(strangers.SHARED) < set(strangers.NULLS)
 
 
 @pytest.mark.long
