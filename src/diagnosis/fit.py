@@ -27,6 +27,7 @@ DESCENTS = 2
 ITERATIONS = 14  # of a descent, at most
 SETTLED = 1e-3  # fall of twice the negative log posterior below which a fit has settled
 NODES = 21  # of the quadrature over the odds of a test
+PRIOR = 8.0  # degrees of freedom that the common spread weighs
 STUCK = 1e6  # damping at which no step helps any more
 
 
@@ -252,29 +253,49 @@ def moderated_sd(measurements, own=None):
     - 1), d0 = 8; Smyth (2004), Stat. Appl. Genet. Mol. Biol. 3:3. The spread is relative for drop
     and shear, absolute for angles. The median of spreads from few replicates lies below the true
     spread. So the median is taken of s_i over the median of its law."""
-    prior = 8.0
     unit = spread_unit(measurements)
     own = np.array([m.sd for m in measurements] if own is None else own) / unit
     freedom = np.maximum([m.n - 1.0 for m in measurements], 0.0)
-    # a spread given with a single value is no estimate from it
-    usual = np.where(
-        freedom > 0, np.sqrt(chi2.ppf(0.5, np.maximum(freedom, 1)) / np.maximum(freedom, 1)), 1.0
-    )
+    usual = _usual(freedom)
     common = np.empty(own.shape)
     for kind in {m.experiment for m in measurements}:
         rows = [i for i, m in enumerate(measurements) if m.experiment == kind]
         common[..., rows] = np.median(own[..., rows] / usual[rows], axis=-1, keepdims=True)
-    return unit * np.sqrt((prior * common**2 + freedom * own**2) / (prior + freedom))
+    return unit * _moderated(own, common, freedom)
+
+
+def _usual(freedom):
+    """Median (n,) of the spreads that so many degrees of freedom find, over the true one."""
+    some = np.maximum(freedom, 1)
+    # a spread given with a single value is no estimate from it
+    return np.where(freedom > 0, np.sqrt(chi2.ppf(0.5, some) / some), 1.0)
+
+
+def _moderated(own, common, freedom):
+    return np.sqrt((PRIOR * common**2 + freedom * own**2) / (PRIOR + freedom))
 
 
 def redrawn_error(measurements, error, replicates, rng):
     """Standard errors (replicates, n) that laboratories would state of readings whose true ones are
     `error` (n,): the spreads of their replicates drawn anew and moderated."""
     n = np.array([m.n for m in measurements], float)
+    found = _found_spread(n, replicates, rng)
+    return moderated_sd(measurements, error * np.sqrt(n) * found) / np.sqrt(n)
+
+
+def redrawn_share(n, replicates, rng):
+    """The same over the true ones, of one experiment's settings with n (k,) replicates whose
+    spreads are alike."""
+    found = _found_spread(n, replicates, rng)
+    freedom = np.maximum(n - 1.0, 0.0)
+    return _moderated(found, np.median(found / _usual(freedom), axis=-1, keepdims=True), freedom)
+
+
+def _found_spread(n, replicates, rng):
+    """Spreads (replicates, k) that n (k,) replicates find, over the true one."""
     freedom = np.maximum(n - 1.0, 1.0)
     draws = rng.chisquare(freedom, (replicates, len(n))) / freedom
-    found = np.where(n > 1, np.sqrt(draws), 1.0)
-    return moderated_sd(measurements, error * np.sqrt(n) * found) / np.sqrt(n)
+    return np.where(n > 1, np.sqrt(draws), 1.0)
 
 
 def data_of(measurements, tests=None):

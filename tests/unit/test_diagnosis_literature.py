@@ -91,7 +91,7 @@ def test_the_loss_that_grows_with_the_height_is_the_airs(tmp_path):
 
 
 def test_no_law_is_named_that_rests_on_three_settings():
-    """Wet beads of day two: by chance alone a law would be found in 3.5 % of data, and it is the
+    """Wet beads of day two: by chance alone a law would be found in 2 % of data, and it is the
     day."""
     found = discover(read_measurements(FOLDER / "shear_annular_wet_day2.csv"))
     assert found.p < 0.05

@@ -282,7 +282,7 @@ def _name(out, tried, best, seed):
         forms, fits = compare(tried, candidates, seed=seed)
         left = _once([f["form"] for f in forms if not f["ruled_out"]], candidates, fits, tried)
         if len(left) == 1:
-            formula = _formula(free, tried, candidates[left[0]], fits[left[0]])
+            formula = formula_of(free, tried, candidates[left[0]], fits[left[0]])
     out.law = _law(out, tried, candidate, free, left, rivals) | {"formula": formula}
     if free is not None:
         tied = [n for n in left if n not in known]
@@ -309,7 +309,7 @@ def _name(out, tried, best, seed):
     return out
 
 
-def _formula(free, tried, candidate, fitted):
+def formula_of(free, tried, candidate, fitted):
     """The one form that fits, with its coefficients and the units of the state."""
     state = middle_of(free, tried.readings)
     own = " ".join(UNIT.get(s, "") for s in free.state).strip()

@@ -9,10 +9,12 @@ covariance, a fold G is predicted from the rest with covariance (P_GG)^-1 and re
 z)_G: Rasmussen and Williams (2006), Gaussian Processes for Machine Learning, 5.4.2.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
+
+from diagnosis.fit import redrawn_share
 
 TIMES = (1.5, 4.0, 10.0)
 """Standard deviations of a shared error that are tried, in units of the median error of a setting;
@@ -21,6 +23,7 @@ and none."""
 USUAL = 2.0  # scale of their prior, in the same unit
 LEVEL_SD = 1.5  # prior sd of the level's logarithm
 JITTER = 1e-10
+REST = 1e-6
 
 
 @dataclass(frozen=True)
@@ -140,9 +143,14 @@ def _densities(candidate, nuisance, z, precision, logdet):
 def profile(candidate, readings, nuisance, log, centre):
     """Log likelihood (k,) of one data set, log (1, n), with each of the candidate's curves at the
     best variances for that curve, up to a constant."""
+    return _at_each(candidate, nuisance, log, centre).max(0)[:, 0]
+
+
+def _at_each(candidate, nuisance, log, centre):
+    """The same (g, k, 1) at each place of the grid."""
     z, slope = to_space(candidate.space, log, centre)
     precision, logdet = _precisions(candidate, nuisance, slope.mean(0))
-    return _densities(candidate, nuisance, z, precision, logdet).max(0)[:, 0]
+    return _densities(candidate, nuisance, z, precision, logdet)
 
 
 def _precisions(candidate, nuisance, weight):
@@ -188,11 +196,37 @@ def posterior(candidate, readings, nuisance, fitted, log, centre, row=0):
 
 def draw(candidate, nuisance, fitted, log, centre, readings, replicates, rng):
     """Data sets (replicates, n) of logarithms: what the fit says, with shared errors and noise
-    drawn anew."""
+    drawn anew.
+
+    Neither is known: how large the shared errors are is drawn from what the readings say of it, and
+    the noise is that over a spread which the replicates find."""
     mean, _ = posterior(candidate, readings, nuisance, fitted, log, centre)
     smooth = from_space(candidate.space, mean, centre)
-    root = np.linalg.cholesky(nuisance.covariance[fitted.nuisance[0]])
-    return smooth + rng.standard_normal((replicates, len(smooth))) @ root.T
+    share = _of_nuisances(candidate, nuisance, fitted, log, centre)
+    place, noise = rng.choice(len(share), replicates, p=share), np.diag(readings.error**2)
+    shared = rng.standard_normal((replicates, len(smooth)))
+    for g in np.unique(place):
+        # the rest of the noise makes the root one that exists, and the same everywhere
+        root = np.linalg.cholesky(nuisance.covariance[g] - (1.0 - REST) * noise)
+        shared[place == g] = shared[place == g] @ root.T
+    own = readings.error * rng.standard_normal((replicates, len(smooth)))
+    return smooth + shared + own / redrawn_share(readings.replicates, replicates, rng)
+
+
+def _of_nuisances(candidate, nuisance, fitted, log, centre):
+    """Probabilities (g,) of the shared errors' sizes, the law as it was fitted to the first data
+    set."""
+    h, k = fitted.smooth[:1], fitted.curve[:1]
+    one = replace(
+        candidate,
+        covariance=candidate.covariance[h],
+        prior=candidate.prior[h],
+        mean=candidate.mean[k],
+        mean_prior=candidate.mean_prior[k],
+    )
+    value = _at_each(one, nuisance, log[:1], centre)[:, 0, 0]
+    share = np.exp(value - value.max())
+    return share / share.sum()
 
 
 def from_space(space, z, centre):

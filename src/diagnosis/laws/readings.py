@@ -28,7 +28,7 @@ class Readings:
     rows: (n,) their places among the measurements; levers: {name: (n,)}, nan where not set; log:
     (n,) logarithm of the reading over its shape; error: (n,) standard error of that; groups: {name:
     (n,) codes} of what settings share, levels of levers included; folds: {lever: [indices of a
-    level]}.
+    level]}; replicates: (n,) of each.
     """
 
     experiment: str
@@ -38,6 +38,7 @@ class Readings:
     error: np.ndarray
     groups: dict
     folds: dict
+    replicates: np.ndarray
 
     def without(self, index):
         """These readings without the settings `index`."""
@@ -45,7 +46,13 @@ class Readings:
         levers = {k: v[kept] for k, v in self.levers.items()}
         groups = {k: v[kept] for k, v in self.groups.items() if k not in levers}
         return _with_levels(
-            self.experiment, self.rows[kept], levers, self.log[kept], self.error[kept], groups
+            self.experiment,
+            self.rows[kept],
+            levers,
+            self.log[kept],
+            self.error[kept],
+            groups,
+            self.replicates[kept],
         )
 
 
@@ -71,7 +78,8 @@ def with_setting(readings, levers):
     }
     log = np.append(readings.log, np.median(readings.log))
     error, rows = np.append(readings.error, 1.0), np.append(readings.rows, -1)
-    more = _with_levels(readings.experiment, rows, wider, log, error, groups)
+    n = np.append(readings.replicates, 1.0)
+    more = _with_levels(readings.experiment, rows, wider, log, error, groups, n)
     return unknown(more, [len(log) - 1])
 
 
@@ -95,10 +103,11 @@ def readings_of(measurements, experiment, defaults=None):
         labels = [getattr(m, name) for m in own]
         if len(set(labels)) > 1:
             groups[name] = np.unique(labels, return_inverse=True)[1]
-    return _with_levels(experiment, rows, levers, log, error * slope, groups)
+    n = np.array([m.n for m in own], float)
+    return _with_levels(experiment, rows, levers, log, error * slope, groups, n)
 
 
-def _with_levels(experiment, rows, levers, log, error, groups):
+def _with_levels(experiment, rows, levers, log, error, groups, replicates):
     folds, groups = {}, dict(groups)
     for name, value in levers.items():
         level = np.unique(np.where(np.isnan(value), -1.0, value), return_inverse=True)[1]
@@ -109,7 +118,7 @@ def _with_levels(experiment, rows, levers, log, error, groups):
         # a level of its own for each setting is the error between settings
         if 3 <= count < len(log):
             groups[name] = level
-    return Readings(experiment, rows, levers, log, error, groups, folds)
+    return Readings(experiment, rows, levers, log, error, groups, folds, replicates)
 
 
 def to_log(experiment, value, levers):
