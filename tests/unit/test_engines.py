@@ -6,6 +6,7 @@ import re
 import shutil
 import sys
 import textwrap
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,8 @@ from calibration import engines, fresh
 from calibration.campaign import run_id
 from calibration.engines.program import prime_seed, read_dump
 from calibration.engines.rig import Drop, Pour
+from calibration.engines.rigs import experiments_of
+from calibration.engines.rigs.shear import DAMPING
 from calibration.engines.table import read_row
 from calibration.errors import ConfigError
 from calibration.store import RunStore
@@ -161,7 +164,7 @@ def test_our_own_engine_adds_nothing_to_a_spec():
     assert engines.entry_of({"name": "dem"}) is None
 
 
-@pytest.mark.parametrize("name", ["liggghts", "lammps"])
+@pytest.mark.parametrize("name", ["liggghts", "lammps", "yade"])
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -236,6 +239,21 @@ def test_a_deck_holds_the_spec(tmp_path, code, experiment):
     spec, text = deck_of(code, tmp_path, experiment=experiment)
     steps = Drop.of(spec).looks[0] if experiment == "drop" else Pour.of(spec).looks[0]
     assert f"run {steps}" in text
+
+
+def test_yade_gets_a_script_that_python_can_read(tmp_path):
+    sizes = {"by": "number", "diameters_mm": [1.5, 2.0], "fractions": [0.25, 0.75]}
+    spec = parse_spec(OWN | {"experiment": "heap", "particles": {"count": 200, "sizes": sizes}})
+    yade = importlib.import_module("calibration.engines.yade")
+    yade.deck(spec, tmp_path)
+    text = (tmp_path / "in.py").read_text()
+    for name in ("in.py", "material.py"):
+        compile((tmp_path / name).read_text(), name, "exec")
+    assert "radii, shares, pitch = [0.00075, 0.001], [0.25, 0.75], 0.0022" in text
+    assert f"O.run({Pour.of(spec).looks[0]}, True)" in text
+    entry = {"name": "yade", "identity": {}, "settings": {}}
+    with pytest.raises(engines.EngineError, match="yade cannot run the experiment drop; it can: h"):
+        engines.check(parse_spec(OWN | {"experiment": "drop", "engine": entry}))
 
 
 @pytest.mark.parametrize(
@@ -323,6 +341,27 @@ def test_a_deck_presses_the_lid_and_turns_the_trough(tmp_path):
     assert (vertices[:, 2] > grains[:, 6].max()).all()  # its vanes hang above the grains
 
 
+def test_lammps_presses_a_lid_of_regions_and_turns_the_vanes(tmp_path):
+    _, text = deck_of("lammps", tmp_path, **RING)
+    area = math.pi * (0.013**2 - 0.007**2)
+    mass = 300 * 1200 * math.pi / 6 * 0.002**3
+    weight = float(re.search(r"lid_wanted equal ([\d.]+)", text)[1])
+    assert weight == pytest.approx(mass * GRAVITY)
+    inertia, drag = re.search(r"dt/([\d.e-]+)-([\d.]+)\*v_lid_up", text).groups()
+    assert (float(inertia), float(drag)) == (pytest.approx(mass), pytest.approx(DAMPING))
+    loads = re.findall(r"equal ([\d.]+)\+\((-?[\d.]+)\)\*v_(\w+)_part/20", text)
+    ends = [float(start) + float(more) for start, more, _ in loads]
+    assert ends == [pytest.approx(3000 * area), pytest.approx(2000 * area)]
+    # a vane is a block without thickness, 24 on each body, 15 degrees from one to the next
+    blocks = re.findall(r"^region (\w+?)\d+ block (\S+) (\S+) 0 0 ", text, re.MULTILINE)
+    assert [owner for owner, *_ in blocks] == ["trough"] * 24 + ["lid"] * 24
+    assert {(float(a), float(b)) for _, a, b in blocks} == {(0.007003, 0.012997)}
+    angles = re.findall(r"^variable trough\d+_turn equal v_trough_turn\+(-?[\d.]+)$", text, re.M)
+    turned = np.array(angles[3:], float) % (2.0 * math.pi)  # behind floor and two walls
+    assert turned == pytest.approx(np.arange(24) * math.pi / 12, abs=1e-6)
+    assert len(re.findall(r"region lid\d+ contacts$", text, re.MULTILINE)) == 25
+
+
 @pytest.mark.parametrize("by", ["mass", "number"])
 def test_a_sieve_curve_is_poured_in_sizes_between_its_sieves(by):
     """Against grains drawn by our own engine: mass, mean size and spread of the whole curve."""
@@ -357,10 +396,19 @@ def test_a_changed_deck_is_another_run(tmp_path):
     assert fresh.code_digest(name, packages, sources) != before
 
 
-def test_a_code_without_a_lid_refuses_the_shear_cell():
+def test_a_code_without_a_lid_has_no_shear_cell():
+    dialect = importlib.import_module("calibration.engines.lammps").DIALECT
+    assert set(experiments_of(dialect)) == {"discharge", "lifted_cylinder", "shear"}
+    assert set(experiments_of(replace(dialect, load=None))) == {"discharge", "lifted_cylinder"}
+
+
+def test_an_experiment_that_a_code_has_no_rig_for_is_refused_by_name():
     entry = {"name": "lammps", "identity": {}, "settings": {}}
-    with pytest.raises(engines.EngineError, match="lammps cannot run the experiment shear; it can"):
-        engines.check(parse_spec(OWN | RING | {"engine": entry}))
+    grains = {"count": 1000, "diameter_mm": 2.0}
+    with pytest.raises(engines.EngineError, match="lammps cannot run the experiment drum; it can"):
+        engines.check(
+            parse_spec(OWN | {"experiment": "drum", "particles": grains, "engine": entry})
+        )
 
 
 def test_a_silo_made_of_a_mesh_is_refused_by_the_code_that_has_none(tmp_path):

