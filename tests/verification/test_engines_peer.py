@@ -85,7 +85,7 @@ def test_a_drop_rebounds_by_its_restitution(tmp_path, name):
 
 
 @pytest.mark.parametrize(
-    "name", ["liggghts", "lammps", pytest.param("yade", marks=[pytest.mark.slow, pytest.mark.long])]
+    "name", ["liggghts", "lammps", pytest.param("yade", marks=pytest.mark.slow)]
 )
 def test_a_heap_comes_to_rest_with_all_its_grains(tmp_path, name):
     chosen = entry(name)
