@@ -26,6 +26,7 @@ from calibration.report.embed import _inline, cell
 from calibration.report.heaps import LEVELS
 from calibration.report.pictures import WIDTH as PICTURE
 from calibration.report.pictures import heaps
+from calibration.report.runs import run_times, runs_section
 from calibration.report.sheet import HEIGHT, WIDTH
 from calibration.stages import load_stages
 from dem.fingerprint import engine_fingerprint
@@ -91,9 +92,10 @@ def make_run(root, seed, height, stands=True):
         velocity=zero,
         tag=np.arange(len(position)),
     )
-    metrics = (measure_heap(position, radius, zero, 0.04) if stands else {}) | {"in_funnel": 7}
+    metrics = measure_heap(position, radius, zero, 0.04) | {"in_funnel": 7} if stands else {}
     numerics = {"wall_time_s": 60.0, "steps": 1000, "simulated_time_s": 1.0}
-    write_result(folder, spec, metrics, numerics)
+    refused = {"refused": {"kind": "unmeasured", "reason": "no heap"}}
+    write_result(folder, spec, metrics, numerics if stands else refused)
     return name
 
 
@@ -293,6 +295,17 @@ def test_grains_that_form_no_heap_have_a_picture(tmp_path, monkeypatch):
     with Image.open(tmp_path / "heaps" / f"{name}.webp") as picture:
         assert picture.width == PICTURE
         assert len(picture.convert("RGB").getcolors(1 << 20)) > 100  # grains, not bare ground
+
+
+def test_a_run_without_a_value_has_no_time_and_a_row(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = [make_run(tmp_path, 1, 0.004), make_run(tmp_path, 2, 0.004, stands=False)]
+    (tmp_path / "study" / "screening").mkdir(parents=True)
+    pd.DataFrame({"run_id": names}).to_csv("study/screening/design.csv", index=False)
+    times = run_times(tmp_path / "study", load_stages())
+    assert list(times["run_id"]) == names
+    assert list(times["wall_time_s"].notna()) == [True, False]
+    assert runs_section(tmp_path / "study", load_stages())["texts"][0].startswith("1 runs took")
 
 
 def test_many_heaps_weigh_no_more_than_a_hundred(tmp_path):

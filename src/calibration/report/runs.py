@@ -1,5 +1,7 @@
 """Which runs a study is made of: their number, seeds, size and time."""
 
+import math
+
 import pandas as pd
 
 from calibration.figures import label
@@ -32,7 +34,7 @@ def _row(result):
         "particles": result["spec"]["particles"]["count"],
         "steps": numerics.get("steps"),
         "simulated_time_s": numerics.get("simulated_time_s"),
-        "wall_time_s": numerics["wall_time_s"],
+        "wall_time_s": numerics.get("wall_time_s", math.nan),  # a run without a value has none
         "engine": result["engine"],
     }
 
@@ -54,13 +56,14 @@ def runs_section(study, stages):
         }
         for stage, own in runs.groupby("stage", sort=False)
     ]
-    total = runs.drop_duplicates("run_id")["wall_time_s"].sum() / 60.0
+    timed = runs.dropna(subset="wall_time_s").drop_duplicates("run_id")
+    total = timed["wall_time_s"].sum() / 60.0
     engines = ", ".join(sorted(runs["engine"].unique()))
     return {
         "key": "runs",
         "title": "Runs, times and seeds",
         "texts": [
-            f"{runs['run_id'].nunique()} runs took {total:.1f} minutes of one core, by engine "
+            f"{timed['run_id'].nunique()} runs took {total:.1f} minutes of one core, by engine "
             f"{engines}. A run that "
             "two stages share was made once."
         ],
