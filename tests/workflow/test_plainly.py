@@ -59,16 +59,19 @@ def test_a_signal_reaches_what_runs_and_is_waited_for(tmp_path, sent):
         "for s in (signal.SIGTERM, signal.SIGINT): signal.signal(s, end)\n"
         "pathlib.Path('began').touch(); time.sleep(60)\n"
     )
-    parent = (
-        "import sys; from calibration.plainly import tell\n"
+    parent = (  # begun in the background, a process ignores SIGINT unless it asks for it
+        "import signal, sys; from calibration.plainly import tell\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         f"sys.exit(tell([sys.executable, '-c', {child!r}]))"
     )
-    process = subprocess.Popen(
-        [sys.executable, "-c", parent], cwd=tmp_path, stderr=subprocess.DEVNULL
-    )
-    end = time.monotonic() + 30
-    while not (tmp_path / "began").exists() and time.monotonic() < end:
-        time.sleep(0.05)
-    process.send_signal(sent)
-    process.wait(30)
+    quiet = subprocess.DEVNULL
+    with subprocess.Popen([sys.executable, "-c", parent], cwd=tmp_path, stderr=quiet) as process:
+        end = time.monotonic() + 60
+        while not (tmp_path / "began").exists() and time.monotonic() < end:
+            time.sleep(0.05)
+        process.send_signal(sent)
+        try:
+            process.wait(60)
+        finally:
+            process.kill()
     assert (tmp_path / "ended").exists()
