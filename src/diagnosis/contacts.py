@@ -46,7 +46,6 @@ def discovered(measurements, rig, catalogue):
         measurements,
         _known(rig, catalogue),
         settings.alpha,
-        settings.replicates,
         settings.seed,
         defaults_of(settings, {m.experiment for m in measurements}),
     )

@@ -14,13 +14,15 @@ import numpy as np
 from diagnosis.laws.choose import trial
 from diagnosis.laws.forms import LADDER
 from diagnosis.laws.found import middle_of, told_in, unit_of
-from diagnosis.laws.mixed import evaluate, from_space
+from diagnosis.laws.mixed import errors_at, evaluate, from_space, shares
 from diagnosis.laws.readings import readings_of
 from diagnosis.laws.slots import scaled
 
 POWER = 0.8
 REPLICATES = 99
+OF_CHANCE = 399  # data without a law, of each size of the errors
 LEAST_SHARE = 0.05  # of data in which something else is named, for it to be told
+LEAST_PLACE = 1e-3  # probability below which a size of the errors adds nothing to chance
 
 
 @dataclass(frozen=True)
@@ -57,8 +59,8 @@ def power(measurements, known=(), catalogue=None, alpha=0.05, seed=0, defaults=N
 class _Bench:
     """Draws data of a plan with an effect in them and lets the family judge them.
 
-    As in a diagnosis the threshold is that of data without a law, whose errors are those fitted to
-    the data at hand. An effect along a lever is in part taken for an error that its levels share.
+    Chance is that of a diagnosis: data without a law, with errors as large as the data at hand say,
+    and as uncertain. An effect along a lever is in part taken for an error that its levels share.
     """
 
     def __init__(self, tried, alpha, seed):
@@ -66,33 +68,44 @@ class _Bench:
         self._normal = np.random.default_rng([seed, 7]).standard_normal(
             (REPLICATES, len(tried.readings.log))
         )
-        self._thresholds = {}
+        self._of_chance = {}
 
     def _best(self, log):
-        """Gain (r,) of the best law, its name (r,), and the place (r,) of the fitted errors."""
+        """Gain (r,) of the best law over none, and its name (r,)."""
         t = self.tried
-        nothing = evaluate(t.base, t.readings, t.nuisance, log, t.centre)
+        nothing = evaluate(t.base, t.readings, t.nuisance, log, t.centre).score
         gains = {
-            name: evaluate(c, t.readings, t.nuisance, log, t.centre).score - nothing.score
+            name: evaluate(c, t.readings, t.nuisance, log, t.centre).score - nothing
             for name, c in t.candidates.items()
         }
         table = np.array(list(gains.values()))
-        return table.max(0), np.array(list(gains))[table.argmax(0)], nothing.nuisance
+        return table.max(0), np.array(list(gains))[table.argmax(0)]
 
-    def _threshold(self, place):
-        """Gain that chance exceeds with the probability alpha, under errors of a place of the
-        grid."""
-        if place not in self._thresholds:
-            root = np.linalg.cholesky(self.tried.nuisance.covariance[place])
-            best, *_ = self._best(self.tried.centre + self._normal @ root.T)
-            self._thresholds[place] = float(np.quantile(best, 1.0 - self.alpha))
-        return self._thresholds[place]
+    def _chance(self, place):
+        """Gains (OF_CHANCE,), in order, of data without a law whose errors are those of a place of
+        the grid."""
+        if place not in self._of_chance:
+            t, rng = self.tried, np.random.default_rng([self.seed, 8, place])
+            drawn = errors_at(np.full(OF_CHANCE, place), t.nuisance, t.readings, rng)
+            self._of_chance[place] = np.sort(self._best(t.centre + drawn)[0])
+        return self._of_chance[place]
+
+    def _by_chance(self, best, log):
+        """Share (r,) of data without a law that gain as much, as `share_above` counts it."""
+        t = self.tried
+        above = np.zeros(len(best))
+        for place, share in enumerate(shares(t.base, t.nuisance, log, t.centre)):
+            if share.max() > LEAST_PLACE:
+                below = np.searchsorted(self._chance(place), best)
+                above += share * (1.0 - below / OF_CHANCE)
+        return (1.0 + OF_CHANCE * above) / (1.0 + OF_CHANCE)
 
     def shown(self, effect, k):
         """(share of data that alarm, names (a,) of what leads in those)."""
         smooth = from_space(effect.candidate.space, effect.curves[k], self.tried.centre)
-        best, names, place = self._best(smooth + self._normal * self.tried.readings.error)
-        alarm = best > np.array([self._threshold(int(g)) for g in place])
+        log = smooth + self._normal * self.tried.readings.error
+        best, names = self._best(log)
+        alarm = self._by_chance(best, log) < self.alpha
         return float(alarm.mean()), names[alarm]
 
 

@@ -84,7 +84,10 @@ class Settings(_Part):
         "with as many runs per input as at first",
     )
     replicates: int = Field(
-        300, ge=50, le=10000, description="parametric bootstrap under the base model"
+        300,
+        ge=50,
+        le=10000,
+        description="parametric bootstrap of the base model of emulated runs",
     )
     alpha: float = Field(
         0.05, gt=0, lt=0.5, description="chance of a false alarm over the whole catalogue"

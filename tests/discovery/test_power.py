@@ -43,7 +43,7 @@ def test_a_slope_is_shown_from_a_few_of_its_standard_errors(rows):
 def test_measurements_show_it_as_often_as_stated(rows):
     change, rng = rows["drop:restitution(speed)"]["detectable"], np.random.default_rng(3)
     sets = 20
-    shown = sum(discover(plan(change, rng), replicates=59).p < 0.05 for _ in range(sets))
+    shown = sum(discover(plan(change, rng)).p < 0.05 for _ in range(sets))
     # 80 % are stated; below twelve of twenty have a chance of 1 %
     assert shown >= 12
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from calibration.numbers import NORMAL_95
 from diagnosis.chance import share_above
-from diagnosis.laws.choose import ruled_out, trial
+from diagnosis.laws.choose import OF_CHANCE, ruled_out, trial
 from diagnosis.laws.forms import compare, forms_of, written
 from diagnosis.laws.mixed import from_space, posterior, to_space
 from diagnosis.laws.next_setting import propose
@@ -43,7 +43,7 @@ class Found:
     next_setting: dict | None = None
 
 
-def discover(measurements, known=(), alpha=0.05, replicates=199, seed=0, defaults=None):
+def discover(measurements, known=(), alpha=0.05, seed=0, defaults=None, replicates=OF_CHANCE):
     """`Found` of the measurements of drops, slides and shear tests; None where there are none."""
     kinds = [k for k in FREE if sum(m.experiment == k for m in measurements) >= 3]
     tried, outliers = {}, []

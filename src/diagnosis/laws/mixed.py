@@ -147,7 +147,7 @@ def profile(candidate, readings, nuisance, log, centre):
 
 
 def _at_each(candidate, nuisance, log, centre):
-    """The same (g, k, 1) at each place of the grid."""
+    """Log densities (g, k, r) of data sets (r, n) at each place of the grid."""
     z, slope = to_space(candidate.space, log, centre)
     precision, logdet = _precisions(candidate, nuisance, slope.mean(0))
     return _densities(candidate, nuisance, z, precision, logdet)
@@ -202,31 +202,38 @@ def draw(candidate, nuisance, fitted, log, centre, readings, replicates, rng):
     the noise is that over a spread which the replicates find."""
     mean, _ = posterior(candidate, readings, nuisance, fitted, log, centre)
     smooth = from_space(candidate.space, mean, centre)
-    share = _of_nuisances(candidate, nuisance, fitted, log, centre)
-    place, noise = rng.choice(len(share), replicates, p=share), np.diag(readings.error**2)
-    shared = rng.standard_normal((replicates, len(smooth)))
-    for g in np.unique(place):
-        # the rest of the noise makes the root one that exists, and the same everywhere
-        root = np.linalg.cholesky(nuisance.covariance[g] - (1.0 - REST) * noise)
-        shared[place == g] = shared[place == g] @ root.T
-    own = readings.error * rng.standard_normal((replicates, len(smooth)))
-    return smooth + shared + own / redrawn_share(readings.replicates, replicates, rng)
-
-
-def _of_nuisances(candidate, nuisance, fitted, log, centre):
-    """Probabilities (g,) of the shared errors' sizes, the law as it was fitted to the first data
-    set."""
     h, k = fitted.smooth[:1], fitted.curve[:1]
-    one = replace(
+    as_fitted = replace(
         candidate,
         covariance=candidate.covariance[h],
         prior=candidate.prior[h],
         mean=candidate.mean[k],
         mean_prior=candidate.mean_prior[k],
     )
-    value = _at_each(one, nuisance, log[:1], centre)[:, 0, 0]
-    share = np.exp(value - value.max())
-    return share / share.sum()
+    share = shares(as_fitted, nuisance, log[:1], centre)[:, 0]
+    place = rng.choice(len(share), replicates, p=share)
+    return smooth + errors_at(place, nuisance, readings, rng)
+
+
+def shares(candidate, nuisance, log, centre):
+    """Probabilities (g, r) of the sizes of the shared errors, of data sets of logarithms (r, n).
+
+    The candidate has one smoothness and one curve."""
+    value = _at_each(candidate, nuisance, log, centre)[:, 0]
+    share = np.exp(value - value.max(0))
+    return share / share.sum(0)
+
+
+def errors_at(place, nuisance, readings, rng):
+    """Errors (r, n) of logarithms, shared ones and noise, drawn at places (r,) of the grid."""
+    noise, size = np.diag(readings.error**2), (len(place), len(readings.error))
+    shared = rng.standard_normal(size)
+    for g in np.unique(place):
+        # the rest of the noise makes the root one that exists, and the same everywhere
+        root = np.linalg.cholesky(nuisance.covariance[g] - (1.0 - REST) * noise)
+        shared[place == g] = shared[place == g] @ root.T
+    own = readings.error * rng.standard_normal(size)
+    return shared + own / redrawn_share(readings.replicates, len(place), rng)
 
 
 def from_space(space, z, centre):
