@@ -7,7 +7,7 @@ from numba.extending import overload
 
 from dem.arithmetic import any_lane, minimum
 from dem.contact.model import pair_contact, pair_is_active, pair_overlap
-from dem.contact.properties import properties_of
+from dem.contact.row import properties_of
 from dem.lanes import (
     FIELDS,
     WIDTH,

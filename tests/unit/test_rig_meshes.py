@@ -188,14 +188,17 @@ def test_a_spec_without_a_mesh_keeps_the_name_that_it_had_before_there_were_any(
     assert key in canonical(with_mesh(name, tmp_path))
 
 
-def both(name, folder, **parts):
-    """Metrics with the rig's own walls, and with the mesh; the walls of both can be drawn."""
-    specs = {"own": specified(name, **parts), "mesh": with_mesh(name, folder, **parts)}
-    for made, spec in specs.items():
-        run(spec, folder / made)
-        _, walls = export_vtk(read_run(folder / made))
+def both(name, folder, made=None, **parts):
+    """Metrics with the rig's own walls, and with the mesh; the walls of both can be drawn.
+
+    made: (folder, parts) -> run spec with a mesh other than that of RIGS."""
+    meshed = made(folder, **parts) if made else with_mesh(name, folder, **parts)
+    specs = {"own": specified(name, **parts), "mesh": meshed}
+    for kind, spec in specs.items():
+        run(spec, folder / kind)
+        _, walls = export_vtk(read_run(folder / kind))
         assert pv.read(walls).n_cells > 0
-    return (read_run(folder / made).metrics for made in specs)
+    return (read_run(folder / kind).metrics for kind in specs)
 
 
 def test_a_grain_rebounds_from_a_mesh_as_from_a_plate(tmp_path):
@@ -229,9 +232,7 @@ def test_a_saw_tooth_holds_grains_that_have_no_friction(tmp_path):
     """Without friction a smooth plate slides away under the bed; teeth must lift it."""
     smooth = {"restitution": 0.3, "static_friction": 0.0, "rolling_friction": 0.0}
     contacts = {"particle_particle": smooth, "particle_wall": smooth}
-    # the ridges lie where the surface is measured, on 25 points under the ring and along its path
-    step = 16.0 / 24
-    teeth = np.array([(-9.0 + k * step, -0.6 if k % 2 else 0.0) for k in range(-5, 30)])
+    teeth = np.array([(-12.3 + 0.667 * k, -0.6 if k % 2 else 0.0) for k in range(35)])
     spec = with_mesh("wall_friction", tmp_path, sheet(teeth, -8.0, 8.0), contacts=contacts)
     toothed = run(spec, tmp_path / "teeth")["metrics"]
     flat = run(specified("wall_friction", contacts=contacts), tmp_path / "flat")["metrics"]
@@ -297,14 +298,40 @@ def test_boxes_of_a_mesh_drain_as_the_own_ones_do(tmp_path):
     assert mesh["angle_of_repose_deg"] == pytest.approx(own["angle_of_repose_deg"], abs=6.0)
 
 
+FLOOR = vaned(6.0, 14.0, -0.5, 2.0, -1.0)
+"""Floor of the shear cell: a plate below z = 0 with vanes above."""
+
+
+def with_floor(folder, body=FLOOR, **parts):
+    """Run spec of the shear cell with a mesh for its floor."""
+    write_stl(folder / "floor.stl", *body)
+    return specified("shear", {"floor_stl": str(folder / "floor.stl")}, **parts)
+
+
+def test_a_floor_of_the_shear_cell_that_is_not_what_the_keys_say_gets_a_sentence(tmp_path):
+    prepare, (points, faces) = experiments()["shear"].prepare, FLOOR
+    prepare(with_floor(tmp_path))
+    for body, words in (
+        ((points, faces[1:]), "leaks: edges without two triangles"),
+        ((points + [0.0, 0.0, 1.0], faces), "its surface between the vanes lies at z = 1 mm"),
+        (vaned(7.5, 14.0, -0.5, 2.0, -1.0), "over the ring its surface misses"),
+        (vaned(6.0, 15.0, -0.5, 2.0, -1.0), "allowed: 14 mm, the outer wall"),
+    ):
+        with pytest.raises(MeshError) as error:
+            prepare(with_floor(tmp_path, body))
+        assert words in str(error.value)
+
+
 @pytest.mark.slow
-def test_a_lid_of_a_mesh_shears_as_the_own_one_does(tmp_path):
+@pytest.mark.parametrize("key", ["lid_stl", "floor_stl"])
+def test_a_lid_or_a_floor_of_a_mesh_shears_as_the_own_one_does(key, tmp_path):
     """Steady stresses of so small a ring scatter by a quarter of themselves from run to run: means
     of four runs each are compared, by their own scatter."""
     found = []
     for seed in range(1, 5):
         (tmp_path / str(seed)).mkdir()
-        found.append(list(both("shear", tmp_path / str(seed), seed=seed)))
+        made = with_floor if key == "floor_stl" else None
+        found.append(list(both("shear", tmp_path / str(seed), made, seed=seed)))
     stress, density = (
         np.array([[m[metric] for m in pair] for pair in found])
         for metric in ("steady_shear_stress_kPa", "bulk_density_kg_m3")
@@ -313,6 +340,54 @@ def test_a_lid_of_a_mesh_shears_as_the_own_one_does(tmp_path):
     assert apart < 3.0 * np.sqrt(stress.var(axis=0, ddof=1).sum() / len(stress))
     # vanes of 0.1 mm in place of sheets
     assert density.mean(axis=0)[1] == pytest.approx(density.mean(axis=0)[0], rel=0.02)
+
+
+def ridged(tilted=0.0, high=0.0):
+    """A plate of 1 mm below z = 0 with sharp ridges of 0.7 mm that end at a height, between the
+    points at which plates are measured, and turned in the plane by an angle [rad]."""
+    tops = np.arange(-90.0, 90.0, 1.37) + 0.123
+    line = sorted({(x + dx, z) for x in tops for dx, z in ((-0.3, high - 0.7), (0, high))})
+    c, s = np.cos(tilted), np.sin(tilted)
+    points, faces = sheet(np.array(line), -90.0, 90.0)
+    return points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]), faces
+
+
+@pytest.mark.parametrize("tilted", [0.0, 0.3])
+@pytest.mark.parametrize("name", ["tilt", "wall_friction"])
+def test_sharp_ridges_count_wherever_they_lie(name, tilted, tmp_path):
+    experiments()[name].prepare(with_mesh(name, tmp_path, ridged(tilted)))
+    said = refusal(name, tmp_path, ridged(tilted, high=0.2))
+    assert "its highest point lies at z = 0.2 mm; allowed: 0 mm" in said
+    said = refusal(name, tmp_path, ridged(tilted, high=-0.2))
+    assert "its highest point lies at z = -0.2 mm; allowed: 0 mm" in said
+
+
+def test_a_sharp_tip_of_a_punch_counts_wherever_it_lies(tmp_path):
+    """A pyramid under the punch, its tip beside the points at which the underside is measured."""
+    punch, box = experiments()["compression"], slab((-5, -5, 0.4), (5, 5, 3))
+    foot = [(0.1, 0.1, 0.5), (0.4, 0.1, 0.5), (0.4, 0.4, 0.5), (0.1, 0.4, 0.5)]
+    faces = np.array([(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4), (0, 2, 1), (0, 3, 2)])
+    for tip, allowed in ((0.0, True), (0.2, False), (-0.2, False)):
+        body = joined(box, (np.array([*foot, (0.23, 0.21, tip)]), faces))
+        if allowed:
+            punch.prepare(with_mesh("compression", tmp_path, body))
+        else:
+            words = f"its lowest point lies at z = {tip:g} mm; allowed: 0 mm"
+            assert words in refusal("compression", tmp_path, body)
+
+
+@pytest.mark.parametrize("low", [-4.0, 0.0])
+def test_a_ridge_counts_as_far_as_the_rectangle_reaches(low, tmp_path):
+    """A roof whose ridge rises along y: its highest point is that above the border, also where the
+    ridge itself is a border."""
+    roof = sheet(np.array([(-9.0, -9.0), (0.0, 0.0), (9.0, -9.0)]), -90.0, 90.0)
+    roof[0][:, 2] += 0.1 * roof[0][:, 1]
+    mesh = read_mesh(
+        with_mesh("tilt", tmp_path, roof), "plate_stl", lambda e, _: np.full(len(e), True)
+    )
+    nothing = np.array([-np.inf])
+    tip = mesh.tip(1e-3 * np.array([low, -2.0]), 1e-3 * np.array([5.0, 2.0]), nothing)
+    assert tip == pytest.approx(0.2e-3, rel=1e-6)
 
 
 def refusal(name, folder, body):

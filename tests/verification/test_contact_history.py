@@ -246,6 +246,9 @@ def test_torsion_of_a_pair_keeps_angular_momentum_and_turns_both(record):
 LOOPS = {
     "tangential": Laws(rolling="none"),
     "stress-dependent friction": Laws(rolling="none", friction="stress_dependent"),
+    "friction as a curve": Laws(
+        rolling="none", damping="restitution_curve", friction="friction_curve"
+    ),
     "plastic": Laws(rolling="none", damping="plastic"),
     "elastic-plastic rolling": Laws(rolling="elastic_plastic"),
     "torsion": Laws(rolling="none", torsion="marshall"),
@@ -270,6 +273,9 @@ ALL = WET | {
     "friction_exponent": 0.2,
     "friction_reference": 1e-3,
     "rolling_damping": 0.0,
+    "friction_curve_low": 1e-2,
+    "friction_curve_ratio": 100.0,
+    "friction_curve_1": 1.5,
 }
 FRESH = (0.0,) * FIELDS
 

@@ -64,6 +64,8 @@ PAIR_LAWS = [
     Laws(rolling="none", damping="viscoelastic"),
     Laws(rolling="none", damping="plastic"),
     Laws(rolling="none", friction="stress_dependent"),
+    Laws(rolling="none", damping="restitution_curve"),
+    Laws(rolling="none", friction="friction_curve"),
     Laws(rolling="none", cohesion="sjkr"),
     Laws(rolling="none", cohesion="jkr"),
     Laws(rolling="none", cohesion="liquid_bridge"),
@@ -83,6 +85,11 @@ EXTRA = {
     "yield_pressure": 3e5,
     "friction_exponent": 0.2,
     "friction_reference": 1e-3,
+    "restitution_curve_low": 0.1,
+    "restitution_curve_5": 0.6,
+    "friction_curve_low": 1e-2,
+    "friction_curve_ratio": 100.0,
+    "friction_curve_1": 1.5,
 }
 
 

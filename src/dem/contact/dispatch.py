@@ -7,6 +7,7 @@ in the order of `catalogue`.
 """
 
 import sys
+from inspect import signature
 
 from dem.arithmetic import law
 from dem.contact.catalogue import CODES, LAWS
@@ -26,22 +27,25 @@ FIRST = {"normal": ("cohesion", "normal")}
 
 
 def _players(role):
-    """(slot, code, name of the module, name of the kernel) of every law with the role."""
+    """(slot, code, call of the kernel with the arguments that it names) of every law with the
+    role."""
     slots = FIRST.get(role, LAWS)
     return [
-        (slot, CODES[slot][name], f"{slot}_{name}", one.kernels[role].__name__)
+        (slot, CODES[slot][name], f"{slot}_{name}.{_call(one.kernels[role])}")
         for slot in slots
         for name, one in LAWS[slot].items()
         if role in one.kernels
     ]
 
 
+def _call(kernel):
+    return f"{kernel.__name__}({', '.join(signature(kernel.py_func).parameters)})"
+
+
 def source_of(role):
     """Python source of the function that chooses among the laws with a role."""
-    arguments, lines = ROLES[role], [f"def {role}(codes, {ROLES[role]}):"]
-    players = _players(role)
-    for k, (slot, code, module, kernel) in enumerate(players):
-        call = f"{module}.{kernel}({arguments})"
+    lines, players = [f"def {role}(codes, {ROLES[role]}):"], _players(role)
+    for k, (slot, code, call) in enumerate(players):
         if k + 1 == len(players) and role not in OTHERWISE:
             lines += ["    else:", f"        return {call}"] if k else [f"    return {call}"]
         else:
@@ -55,7 +59,7 @@ def source_of(role):
 
 
 def _spans_source():
-    codes = [f"codes.{slot} == {code}" for slot, code, *_ in _players("reach")]
+    codes = [f"codes.{slot} == {code}" for slot, code, _ in _players("reach")]
     return f"def spans_gap(codes):\n    return {' or '.join(codes) or 'False'}\n"
 
 

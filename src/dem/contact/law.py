@@ -6,20 +6,20 @@ from typing import NamedTuple
 
 ROLES = {
     "normal": "p, overlap, r_eff, deepest",
-    "damped": "p, elastic, stiffness, overlap, r_eff, m_eff, v_n, deepest",
+    "damped": "p, elastic, stiffness, overlap, r_eff, grain, m_eff, v_n, deepest",
     "attraction": "p, overlap, r_eff, grain",
     "reach": "p, r_eff, grain",
-    "limit": "p, normal",
+    "limit": "p, normal, v_t, grain",
     "tangential": "p, n, v_t, stiffness, contact_radius, radius_before, m_eff, spring, limit, dt",
     "rolling": "p, n, spin, normal, stiffness, unloading, r_eff, inertia, spring, dt",
     "resistance": "p, normal, radius",
     "torsion": "p, rate, contact_radius, unloading, m_eff, spring, limit, dt",
 }
-"""What a law can do in a contact -> the arguments of the kernel that does it, in SI units.
+"""What a law can do in a contact -> the arguments that its kernel may name, in SI units.
 
 normal      elastic force [N], stiffness S_n [N/m], contact radius [m], deepest overlap so far [m],
             adhesion that loads friction beside the force [N]
-damped      normal force with its dashpot [N], deepest overlap so far [m]
+damped      normal force with its dashpot [N], deepest overlap so far [m] or what else it keeps
 attraction  attractive force [N]             reach       largest gap [m] that a neck or bridge spans
 limit       largest tangential force [N]     tangential  force and new spring force, each (3,) [N]
 rolling     torque and new spring moment on the relative spin, each (3,) [N m]
@@ -28,9 +28,9 @@ torsion     torque about the normal and new spring moment [N m]
 
 overlap [m], negative across a gap; r_eff, m_eff: effective radius [m] and mass [kg]; grain: radius
 [m] of the sphere on a wall, harmonic mean radius of two; v_n [m/s], positive where the spheres
-part; normal: repulsive force [N]; unloading: contact radius over that of the last step, at most 1;
-inertia: reduced, about the centres [kg m2]; p: the constants of the pair of materials
-(`dem.contact.properties`).
+part; v_t (3,) sliding velocity [m/s]; normal: repulsive force [N]; unloading: contact radius over
+that of the last step, at most 1; inertia: reduced, about the centres [kg m2]; p: the constants of
+the pair of materials (`dem.contact.properties`).
 """
 
 

@@ -8,7 +8,8 @@ History of a contact, dem.lanes.FIELDS numbers:
     0-2 tangential spring force [N]     3-5 rolling spring moment [N m]
     6   contact radius at the last step [m], that of a neck too; BRIDGE while a liquid bridge spans
         a gap; 0 when there is no contact
-    7   deepest overlap so far [m]      8   torsion spring moment about the normal [N m]
+    7   deepest overlap so far [m], or what else a damping law keeps of the contact
+    8   torsion spring moment about the normal [N m]
 """
 
 from dem.arithmetic import law, maximum, minimum, narrow, sqrt, where, widen
@@ -51,7 +52,9 @@ def normal_force(codes, p, overlap, r_eff, grain, m_eff, v_n, deepest):
     deepest overlap."""
     elastic, stiffness, radius, deepest, adhesion = normal(codes, p, overlap, r_eff, deepest)
     pressed = maximum(overlap, 0.0)
-    force, deepest = damped(codes, p, elastic, stiffness, pressed, r_eff, m_eff, v_n, deepest)
+    force, deepest = damped(
+        codes, p, elastic, stiffness, pressed, r_eff, grain, m_eff, v_n, deepest
+    )
     load = maximum(force + adhesion, 0.0)
     force = force - attraction(codes, p, overlap, r_eff, grain)
     return force, load, radius, stiffness, deepest
@@ -75,8 +78,8 @@ def contact_force(codes, p, dt, overlap, n, r_eff, grain, m_eff, inertia, veloci
     )
     zero = 0.0 * r_eff
     force, load = where(active, force, zero), where(active, load, zero)
-    most = limit(codes, p, load)
     slip = subtract(velocity, scale(v_n, n))
+    most = limit(codes, p, load, slip, grain)
     spring = (history[0], history[1], history[2])
     along, spring = tangential(
         codes, p, n, slip, stiffness, radius, history[6], m_eff, spring, most, dt

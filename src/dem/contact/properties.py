@@ -3,7 +3,6 @@ for a run."""
 
 from collections import namedtuple
 
-from dem.arithmetic import law
 from dem.contact.catalogue import SLOTS, every_law
 
 LawCodes = namedtuple("LawCodes", SLOTS, module=__name__)
@@ -23,23 +22,3 @@ young: effective Young's modulus E*, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]
 shear modulus G*, 1/G* = (2 - nu1)/G1 + (2 - nu2)/G2 [Pa]; friction, rolling: coefficients of static
 and rolling friction [-]; then what the laws declare.
 """
-
-N_PROPERTIES = len(PairProperties._fields)
-
-_SOURCE = """
-def properties_of(table, pair):
-    t = table[pair]
-    return PairProperties({columns})
-"""
-
-
-def _properties_of():
-    columns = ", ".join(f"t[{k}]" for k in range(N_PROPERTIES))
-    scope = {"PairProperties": PairProperties, "__name__": __name__}
-    exec(compile(_SOURCE.format(columns=columns), "<properties_of>", "exec"), scope)
-    function = scope["properties_of"]
-    function.__doc__ = "Row `pair` of table (n_pairs, N_PROPERTIES) float64 as named properties."
-    return law(function)
-
-
-properties_of = _properties_of()

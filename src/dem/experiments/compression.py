@@ -149,11 +149,13 @@ def _punch(spec):
     """`Mesh` of the lid; None for a flat one."""
     half = 0.5e-3 * spec.geometry.box_width_mm
     least = half - smallest_radius(spec)
-    mesh = read_mesh(spec, "lid_stl", outside((-least, -least), (least, least)))
+    low, high = np.array([-least, -least]), np.array([least, least])
+    mesh = read_mesh(spec, "lid_stl", outside(low, high))
     if mesh is None:
         return None
-    under = mesh.surface((-least, -least), (least, least), "its underside", side=-1.0)
-    mesh.in_place("its lowest point", np.array([under.min()]), 0.0)
+    under = mesh.surface(low, high, "its underside", side=-1.0)
+    lowest = mesh.tip(low, high, under, side=-1.0)
+    mesh.in_place("its lowest point", np.array([lowest]), 0.0)
     widest = float(np.abs(mesh.vertices[:, :2]).max())
     if widest > half + mesh.slack:
         mesh.refuse(

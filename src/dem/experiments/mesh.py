@@ -192,6 +192,29 @@ class Mesh:
             self.refuse(f"is too small or lies elsewhere: {what} misses ({x:.4g}, {y:.4g}) mm")
         return side * found
 
+    def tip(self, low, high, surface, side=1.0):
+        """Height [m] of the highest point (side 1) or the lowest (-1) over that rectangle.
+
+        surface: of the same arguments. The mesh is made of triangles, so that its highest point is
+        over a corner of the rectangle or on an edge, at an end of what lies over the rectangle.
+        """
+        return side * float((side * np.append(surface, self._ridges(low, high))).max())
+
+    def _ridges(self, low, high):
+        """Heights (2, k) [m] of the ends of the mesh's edges, each cut to the rectangle
+        low..high."""
+        ends = self.vertices[self.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)]
+        start, along = ends[:, 0], ends[:, 1] - ends[:, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            cuts = np.stack([(border - start[:, :2]) / along[:, :2] for border in (low, high)])
+        for cut, far in zip(cuts, (-np.inf, np.inf), strict=True):
+            cut[np.isnan(cut)] = far  # an edge along a border
+        cuts.sort(axis=0)  # shares of the edge at which it enters and leaves
+        enter = cuts[0].max(axis=1).clip(min=0.0)
+        leave = cuts[1].min(axis=1).clip(max=1.0)
+        met = enter <= leave
+        return start[met, 2] + np.stack([enter, leave])[:, met] * along[met, 2]
+
     def refuse(self, reason):
         """Raise MeshError."""
         raise MeshError(self.path, reason)

@@ -72,7 +72,7 @@ def _walls(spec):
     mesh = read_mesh(spec, "plate_stl", outside(-half, half))
     if mesh is None:
         return walls.rectangle((0, 0, 0), (half[0], 0, 0), (0, half[1], 0))
-    highest = mesh.surface(-half, half, "its surface").max()
+    highest = mesh.tip(-half, half, mesh.surface(-half, half, "its surface"))
     mesh.in_place("its highest point", np.array([highest]), 0.0)
     return walls.mesh(mesh.vertices, mesh.triangles)
 

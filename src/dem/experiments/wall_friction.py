@@ -99,7 +99,7 @@ def _plate(spec):
     if mesh is None:
         return None
     surface = mesh.surface(low, high, "under the ring and along its path its surface")
-    mesh.in_place("its highest point", np.array([surface.max()]), 0.0)
+    mesh.in_place("its highest point", np.array([mesh.tip(low, high, surface)]), 0.0)
     if surface.min() < -smallest_radius(spec):
         mesh.refuse(
             f"is {-1e3 * surface.min():.4g} mm deep; allowed: the smallest grain's radius, "

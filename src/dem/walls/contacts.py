@@ -8,7 +8,7 @@ from numba.extending import overload
 
 from dem.arithmetic import law
 from dem.contact.model import wall_contact
-from dem.contact.properties import properties_of
+from dem.contact.row import properties_of
 from dem.lanes import FIELDS, WIDTH, inlined, load_block, store_block
 from dem.neighbours import LEVELS
 from dem.walls.geometry import PLANE, RECTANGLE, TRIANGLE, closest_point

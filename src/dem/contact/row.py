@@ -1,0 +1,58 @@
+"""A row of the property table inside the kernels: each constant is read where a law asks for it.
+
+`p.friction` compiles to one load in the branch of the law that reads it. So the constants of laws
+that are not chosen cost nothing, however many they are.
+"""
+
+from llvmlite import ir
+from numba import types
+from numba.core.typing.templates import AttributeTemplate, infer_getattr
+from numba.extending import intrinsic, lower_getattr_generic, models, register_model
+
+from dem.contact.properties import PairProperties
+
+
+class PropertyRow(types.Type):
+    """Type of a row: the address of its first number."""
+
+    def __init__(self):
+        super().__init__(name="property_row")
+
+
+ROW = PropertyRow()
+
+
+@register_model(PropertyRow)
+class _RowModel(models.PrimitiveModel):
+    def __init__(self, manager, fe_type):
+        super().__init__(manager, fe_type, ir.DoubleType().as_pointer())
+
+
+@infer_getattr
+class _RowAttributes(AttributeTemplate):
+    key = PropertyRow
+
+    def generic_resolve(self, row, name):
+        return types.float64 if name in PairProperties._fields else None
+
+
+@lower_getattr_generic(PropertyRow)
+def _load(context, builder, kind, row, name):
+    place = ir.Constant(ir.IntType(64), PairProperties._fields.index(name))
+    load = builder.load(builder.gep(row, [place]))
+    load.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return load
+
+
+@intrinsic
+def properties_of(typingctx, table, pair):
+    """Row `pair` of table (n_pairs, N_PROPERTIES) float64, C-contiguous, whose numbers are
+    attributes named as in `PairProperties`. The table must outlive it and not change meanwhile."""
+
+    def codegen(context, builder, sig, args):
+        data = context.make_array(sig.args[0])(context, builder, args[0]).data
+        pair = context.cast(builder, args[1], sig.args[1], types.int64)
+        width = ir.Constant(ir.IntType(64), len(PairProperties._fields))
+        return builder.gep(data, [builder.mul(pair, width)])
+
+    return ROW(table, pair), codegen
