@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from calibration.errors import CalibrationError
-from calibration.figures import label, response_of
+from calibration.figures import response_of
 from calibration.responses import without_value
 from calibration.stages import load_stages, resolve
 from calibration.study import Results
@@ -37,14 +37,11 @@ def keep(study, target, tables=KEPT):
 
 
 def found(folder, metric):
-    """Markdown: what each stage in a folder of results says of itself, a line a stage, and the
-    optimum."""
+    """Markdown: what each stage in a folder of results says of itself, a line a stage."""
     results, response, lines = Results(folder), response_of(metric), []
     for stage in load_stages().values():
-        summary = results.summary(stage.name, stage.name)
+        summary = results.summary(stage.name)
         texts = sentences_of(stage, summary, response)
-        if stage.name == "optimise":
-            texts = _optimum(results.summary("optimise"), response)
         if texts:
             lines.append(f"- **{stage.title}.** {' '.join(texts)}")
     return "\n".join(lines)
@@ -56,22 +53,6 @@ def sentences_of(stage, summary, response):
         return []
     texts = resolve(stage.sentences)(summary, response) if stage.sentences else []
     return [*texts, *without_value(summary.get("left_out", []))]
-
-
-def _optimum(summary, response):
-    """The chosen point, and how far the points reach that give the target as well."""
-    if not summary:
-        return []
-    point = ", ".join(f"{label(name)} {level:.3g}" for name, level in summary["optimum"].items())
-    texts = [f"The chosen point is {point}."]
-    if summary.get("solution_set"):
-        reach = ", ".join(
-            f"{label(name)} {low:.3g} to {high:.3g}"
-            for name, (low, high) in summary["solution_set"].items()
-        )
-        target = response.value(summary["target"])
-        texts.append(f"The points of the region that give {target} reach over {reach}.")
-    return texts
 
 
 def put(page, text, begin=BEGIN, end=END):

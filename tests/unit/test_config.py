@@ -41,6 +41,11 @@ def data(monkeypatch):
             ["half_width", "greater than 0"],
         ),
         ({"optimise": {"rule": "best"}}, ["optimise.rule", "closest_to_centre"]),
+        (
+            {"optimise": {"candidate_half_width": 0.5, "candidate_at_most": 5}},
+            ["optimise.candidate_at_most", "5", "10 (candidate_runs) or more"],
+        ),
+        ({"optimise": {"candidate_half_width": 0}}, ["candidate_half_width", "greater than 0"]),
         ({"optimise": {"rule": "closest_to_point"}}, ["optimise.point", "a level"]),
         ({"optimise": {"point": {"salt_salt_restitution": 0.5}}}, ["optimise.point"]),
         ({"optimise": {"point": {"nobody": 0.5}}}, ["optimise.point.nobody"]),

@@ -29,9 +29,11 @@ HEAPS = {
     "plan_screening",
     "plan_ascent",
     "plan_response_surface",
+    "plan_candidate_first",
     "plan_candidate",
     "plan_validation",
 }
+CANDIDATE = {"plan_candidate_first", "plan_candidate"}
 EXPORTS = {
     "export",
     "export_rolling",
@@ -101,8 +103,8 @@ SECTIONS = [
     ("screening", "alpha", 0.1, {"plan_screening", "screening", "export"}),
     ("ascent", "steps", 6, {"plan_ascent", "screening", "export"}),
     ("response_surface", "centre_runs", 6,
-     {"ascent", "plan_response_surface", "plan_candidate", "export"}),
-    ("optimise", "candidate_runs", 9, {"plan_candidate", "candidate", "optimise", "export"}),
+     {"ascent", "plan_response_surface", *CANDIDATE, "export"}),
+    ("optimise", "candidate_runs", 9, CANDIDATE | {"candidate", "optimise", "export"}),
     ("bench", "shear", {"replicates": 5},
      TILT | DROP | SHEAR | {"export", "plan_disagreement"}),
     ("scaling", "margin_deg", 1.5, SCALING | {"export"}),
@@ -117,8 +119,8 @@ SECTIONS = [
     ("pour_rate", None, {"rates_per_s": [1.0, 2.0]}, {"plan_pour_rate", "pour_rate", "export"}),
     ("posterior", "draws", 60, {"posterior", "export"}),
     ("published", "names", {"particles.count": "other"}, {"export"}),
-    ("target", "low", 30.0, CHAIN | EXPORTS | {"numerics", "posterior", "pour_rate",
-     "provenance"}),
+    ("target", "low", 30.0, CHAIN | EXPORTS | {"plan_candidate", "numerics", "posterior",
+     "pour_rate", "provenance"}),
     ("seed", None, 5, PLANS | EXPORTS | {"tilt", "drop", "candidate", "optimise", "posterior"}),
     ("name", None, "other", {"export"}),
     ("supplements", None, ["tilt"], {"export"}),
@@ -137,7 +139,7 @@ SECTIONS = [
     ("resolution", None, "quick",
      EVERY - {"audit", "bench_parameters", "numerics", "provenance"}),
     ("further_targets", None, [{"metric": "height_mm", "goal": "maximise", "low": 1.0, "high": 90}],
-     CHAIN | {"posterior", "export"}),
+     CHAIN | {"plan_candidate", "posterior", "export"}),
 ]  # fmt: skip
 WHOLE = {"experiment", "engine"}
 """Sections that nothing can change alone: another experiment has another geometry and other

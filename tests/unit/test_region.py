@@ -14,7 +14,7 @@ import yaml
 
 from calibration import progress
 from calibration.campaign import SEEDS_A_STAGE, plan
-from calibration.chain.optimum import _moved, plan_candidate
+from calibration.chain.optimum import _moved, plan_candidate, plan_candidate_first
 from calibration.config import Config, parse_config
 from calibration.errors import CalibrationError
 from calibration.factors import Factor, read_factors
@@ -180,7 +180,7 @@ def test_a_stage_that_expects_runs_is_counted(config_of_salt, monkeypatch, tmp_p
     found = progress.progress(config)
     assert (found.chain[-1].name, found.chain[-1].total) == ("polish", 7)
     assert [plan.name for plan in found.chain[:-1]] == [
-        "screening", "ascent", "response_surface", "candidate", "validation",
+        "screening", "ascent", "response_surface", "candidate_first", "validation",
     ]  # fmt: skip
     assert sum(plan.left for plan in found.chain) == progress.expected_runs(config)
     assert found.mean_s is None
@@ -210,8 +210,17 @@ def config_of_salt(request, monkeypatch):
     return config, read_factors(config.factors)
 
 
+def plan_both(config, folder):
+    """Plan the first runs at the candidate, and then all of them in `folder`."""
+    source = Files(optimum=folder / "optimum.json", first=folder / "first" / "design.csv")
+    plan_candidate_first(Study(config), source, PlanFiles.of(folder / "first"))
+    plan_candidate(Study(config), source, PlanFiles.of(folder))
+
+
 def test_the_region_moves_where_the_target_lies_outside(config_of_salt, tmp_path):
     config, factors = config_of_salt
+    rules = config.optimise.model_copy(update={"candidate_half_width": None})
+    config = config.model_copy(update={"optimise": rules})
     codes = {"salt_salt_restitution", "salt_salt_rolling_friction", "salt_steel_rolling_friction"}
     region = [f for f in factors if f.name in codes]
     edge = {f.name: f.high for f in region}
@@ -223,15 +232,16 @@ def test_the_region_moves_where_the_target_lies_outside(config_of_salt, tmp_path
     (tmp_path / "optimum.json").write_text(
         json.dumps({"optimum": edge, "attainable": False, "moved_region": moved})
     )
-    plan_candidate(Study(config), Files(optimum=tmp_path / "optimum.json"), PlanFiles.of(tmp_path))
+    plan_both(config, tmp_path)
     design = pd.read_csv(tmp_path / "design.csv")
+    assert json.loads((tmp_path / "plan.json").read_text()) == {}  # the first plan has them all
     assert len(design) == len(box_behnken(region, config.response_surface.centre_runs))
     assert json.loads((tmp_path / "region.json").read_text()) == moved
     # back inside: repeats at the candidate, an outlier's point with new seeds, and no region left
     # behind
     again = {"optimum": edge, "repeat": [{f.name: f.low for f in region}]}
     (tmp_path / "optimum.json").write_text(json.dumps(again))
-    plan_candidate(Study(config), Files(optimum=tmp_path / "optimum.json"), PlanFiles.of(tmp_path))
+    plan_both(config, tmp_path)
     assert not (tmp_path / "region.json").exists()
     assert len(pd.read_csv(tmp_path / "design.csv")) == config.optimise.candidate_runs + 2
 

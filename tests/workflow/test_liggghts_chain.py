@@ -48,7 +48,7 @@ STUDY = {
     "validation": {"groups": 2, "replicates": 2, "margin": HALF_A_GRAIN},
     "runs_per_job": 8,
 }  # fmt: skip
-PLANS = {"screening": 8, "ascent": 3, "response_surface": 11, "candidate": 2, "validation": 4}
+PLANS = {"screening": 8, "ascent": 3, "response_surface": 11, "candidate_first": 2, "validation": 4}
 
 
 @pytest.fixture(scope="module")

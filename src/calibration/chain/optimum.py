@@ -17,6 +17,7 @@ from calibration.physical import inside, physical_range
 from calibration.responses import columns, with_responses, with_value
 from calibration.statistics.composite import region_design
 from calibration.statistics.optimise import compromise, pareto_front, solve
+from calibration.statistics.replication import mean_interval, runs_needed
 from calibration.statistics.surface import fit_surface, outliers, parameter_interval
 from calibration.tables import read_written
 from dem.io.files import write_json
@@ -24,28 +25,54 @@ from dem.io.files import write_json
 OUTLIER_REPEATS = 2
 
 
-def plan_candidate(study, source, output):
-    """Plan the runs at the candidate that the response surface alone gives, and repeats of its
-    outliers.
+def plan_candidate_first(study, source, output):
+    """Plan the first runs at the candidate that the response surface alone gives, and repeats of
+    the surface's outliers.
 
     Where the target lies outside the region, the region moves: the runs are then the design of the
-    region that the optimum's summary names, which is recorded beside them.
+    region that the optimum's summary names.
     """
+    config = study.config
+    rows = _rows(config, read_json(source.optimum), config.optimise.candidate_runs)
+    write_plan(Path(output.plan).parent, *study.plan(rows))
+
+
+def plan_candidate(study, source, output):
+    """The design of all runs at the candidate, and the plan of those that the first ones, finished
+    by now, ask for. A region that moved asks for none; it is recorded beside the design."""
     config, found = study.config, read_json(source.optimum)
-    folder = Path(output.plan).parent
-    region_file, rules = folder / "region.json", config.response_surface
+    first, folder = read_written(source.first), Path(output.plan).parent
+    region_file, count = folder / "region.json", config.optimise.candidate_runs
     region_file.unlink(missing_ok=True)
     if "moved_region" in found:
-        region = [Factor(**f) for f in found["moved_region"]]
-        rows = region_design(region, rules)
-        rows = rows.drop(columns=[f.code for f in region])
-    else:
-        points = [found["optimum"]] * config.optimise.candidate_runs
-        points += [point for point in found.get("repeat", ()) for _ in range(OUTLIER_REPEATS)]
-        rows = pd.DataFrame([{"run": k + 1} | point for k, point in enumerate(points)])
-    write_plan(folder, *study.plan(rows))
-    if "moved_region" in found:
         write_json(region_file, found["moved_region"])
+    elif config.optimise.candidate_half_width:
+        count = _count(config.optimise, with_responses(first, config)["response"].head(count))
+    table, specs = study.plan(_rows(config, found, count))
+    made = set(first["run_id"])
+    added = {name: spec for name, spec in specs.items() if name not in made}
+    write_plan(folder, table, added, [source.first])
+
+
+def _rows(config, found, count):
+    """Table of the points to run: the candidate `count` times, or the region that moved."""
+    if "moved_region" in found:
+        region = [Factor(**f) for f in found["moved_region"]]
+        rows = region_design(region, config.response_surface)
+        return rows.drop(columns=[f.code for f in region])
+    points = [found["optimum"]] * count
+    points += [point for point in found.get("repeat", ()) for _ in range(OUTLIER_REPEATS)]
+    return pd.DataFrame([{"run": k + 1} | point for k, point in enumerate(points)])
+
+
+def _count(rules, responses):
+    """Number of runs at the candidate in all, by the responses of the first ones; those without a
+    value are made up for."""
+    values = responses.dropna()
+    if len(values) < 2:
+        return len(responses)  # nothing is known of the scatter
+    needed = runs_needed(values, rules.candidate_half_width, rules.candidate_at_most)
+    return min(needed + len(responses) - len(values), rules.candidate_at_most)
 
 
 def augmented_runs(config, runs_file, region, candidate_file):
@@ -81,7 +108,21 @@ def _optimise(config, runs_file, region_file, output, candidate_file=None):
     suspects = used["response"].iloc[outliers(surfaces[0])]
     found["repeat"] = suspects[[f.name for f in region]].to_dict("records")
     found["region"] = [vars(f) for f in region]
+    if candidate_file and not moved.exists():
+        found |= _replicated(config, candidate_file, [f.name for f in region])
     write_json(output.summary, found | {"fitted_runs": len(used["response"])})
+
+
+def _replicated(config, candidate_file, names):
+    """What the runs at the candidate say of their mean; nothing where it has no interval."""
+    design = with_responses(read_written(candidate_file), config)
+    here = design[(design[names] == design[names].iloc[0]).all(axis=1)]["response"]
+    values, first = here.dropna(), here.head(config.optimise.candidate_runs).count()
+    if first < 2:
+        return {}
+    mean, half = mean_interval(values, first)
+    found = {"runs": len(values), "first_runs": int(first), "mean": mean, "half_width_95": half}
+    return {"candidate": found | {"half_width_asked": config.optimise.candidate_half_width}}
 
 
 def _moved(config, region, optimum):
@@ -222,3 +263,36 @@ def candidate(study, source, output):
 def optimise(study, source, output):
     """The optimum of the surface that is fitted to the runs at the candidate as well."""
     _optimise(study.config, source.runs, source.region, output, source.candidate)
+
+
+def sentences(summary, response):
+    """The runs at the candidate, the chosen point, and how far the points reach that give the
+    target as well."""
+    texts = _of_candidate(summary["candidate"], response) if "candidate" in summary else []
+    point = ", ".join(
+        f"{figures.label(name)} {level:.3g}" for name, level in summary["optimum"].items()
+    )
+    texts.append(f"The chosen point is {point}.")
+    if summary.get("solution_set"):
+        reach = ", ".join(
+            f"{figures.label(name)} {low:.3g} to {high:.3g}"
+            for name, (low, high) in summary["solution_set"].items()
+        )
+        target = response.value(summary["target"])
+        texts.append(f"The points of the region that give {target} reach over {reach}.")
+    return texts
+
+
+def _of_candidate(found, response):
+    """The mean of the runs at the candidate, and why there are so many."""
+    half, asked, unit = found["half_width_95"], found["half_width_asked"], response.unit
+    mean = f"{response.value(found['mean'])} ± {half:.2g}{unit} (95 %)"
+    texts = [f"The mean of {found['runs']} runs at the candidate is {mean}."]
+    if asked and half <= asked:
+        texts.append(
+            f"By the scatter of the first {found['first_runs']}, as many give an interval of "
+            f"±{asked:g}{unit} or less (Stein's rule)."
+        )
+    elif asked:
+        texts.append(f"An interval of ±{asked:g}{unit} takes more runs than are allowed.")
+    return texts

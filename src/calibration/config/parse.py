@@ -152,6 +152,7 @@ def _parse(data, file):
             value=config.optimise.point,
             allowed="a level for one factor or more, or no point with another rule",
         )
+    _check_candidate(config, file)
     _check_metrics(config, file)
     _check_machines(config, file)
     _check_pour_rate(config, file)
@@ -178,6 +179,19 @@ def _check_choices(config, factors, file):
     varied = {*config.ascent.start, *config.ascent.step, *(config.screening.go_on or ())}
     varied |= {*surface.centre, *surface.half_width, *config.optimise.point}
     refuse_choices([f for f in factors if f.name in varied], "a stage after the screening")
+
+
+def _check_candidate(config, file):
+    """The most runs at the candidate are no fewer than the first ones."""
+    rules = config.optimise
+    if rules.candidate_half_width and rules.candidate_at_most < rules.candidate_runs:
+        raise ConfigError(
+            "is less than the first runs",
+            path=file,
+            key="optimise.candidate_at_most",
+            value=rules.candidate_at_most,
+            allowed=f"{rules.candidate_runs} (candidate_runs) or more",
+        )
 
 
 def _refuse_moved(errors, file):

@@ -188,7 +188,19 @@ class OptimiseConfig(_Part):
         10,
         ge=2,
         le=100,
-        description="runs at the surface's optimum that are added before it is solved again",
+        description="runs at the surface's optimum that are added before it is solved again; with "
+        "`candidate_half_width` the first of them",
+    )
+    candidate_half_width: Positive | None = Field(
+        None,
+        description="half of the 95 % interval of these runs' mean, in the target's unit: as many "
+        "runs are added as the first ones' scatter asks for (Stein's rule); without it no more",
+    )
+    candidate_at_most: int = Field(
+        100,
+        ge=2,
+        le=1000,
+        description="most of these runs, however wide their interval is then",
     )
     point: dict[str, float] = Field(
         {},

@@ -38,7 +38,7 @@ def _listed(study, stage, response):
         drawn += _further(folder, [Path(f.file).stem for f in own])
     if not stage.tables or (not drawn and not shown):
         return None
-    summary = Results(study).summary(stage.name, stage.name)
+    summary = Results(study).summary(stage.name)
     return {
         "key": stage.name,
         "title": stage.title,

@@ -18,12 +18,12 @@ __all__ = [
 
 def load_stages(*names):
     """{name: Stage} in the order of the report, declared in modules or in all modules of packages;
-    this one unless given. Raises ValueError where two tasks declare the same seeds."""
+    this one unless given. Raises ValueError where two stages declare the same seeds."""
     found = [stage for name in names or (OWN,) for stage in _declared(import_module(name))]
     owners = {}
-    for task in (task for stage in found for task in stage.tasks if task.seeds is not None):
-        other = owners.setdefault(task.seeds, task.rule)
-        if other != task.rule:
+    for stage, task in ((s, t) for s in found for t in s.tasks if t.seeds is not None):
+        owner, other = owners.setdefault(task.seeds, (stage.name, task.rule))
+        if owner != stage.name:
             raise ValueError(f"{other} and {task.rule} declare the same seeds, {task.seeds}")
     return {stage.name: stage for stage in sorted(found, key=lambda stage: stage.place)}
 

@@ -1,7 +1,8 @@
 """Optimum: the candidate of the response surface alone, and the optimum with the runs there added.
 
 The surface's optimum is one point of a fit to few runs. Runs are added there and the surface is
-solved again, so that what is validated does not rest on how five centre runs happened to fall.
+solved again, so that what is validated does not rest on how five centre runs happened to fall. How
+many it takes, the scatter of the first ones says.
 """
 
 from calibration.stages.stage import (
@@ -36,13 +37,27 @@ STAGES = (
                 },
             ),
             Task(
-                "calibration.chain.optimum:plan_candidate",
-                "plan the runs at the candidate",
+                "calibration.chain.optimum:plan_candidate_first",
+                "plan the first runs at the candidate",
                 reads=(*PLANNED, "optimise", "response_surface"),
                 inputs={"optimum": "candidate/optimum.json", "fixed": bench_values},
-                plans="candidate",
+                plans="candidate_first",
                 seeds=3,
                 expected=lambda config: config.optimise.candidate_runs,
+            ),
+            # its design has the first runs too, its plan those that they ask for
+            Task(
+                "calibration.chain.optimum:plan_candidate",
+                "plan as many more runs at the candidate as the scatter of the first asks for",
+                reads=(*PLANNED, "optimise", "response_surface", "target", "further_targets"),
+                inputs={
+                    "optimum": "candidate/optimum.json",
+                    "fixed": bench_values,
+                    "first": "candidate_first/design.csv",
+                    "runs": Runs("candidate_first"),
+                },
+                plans="candidate",
+                seeds=3,
             ),
             Task(
                 "calibration.chain.optimum:optimise",
@@ -62,6 +77,7 @@ STAGES = (
             ),
         ),
         tables=(("solution_set", "Points of the solution set"),),
+        sentences="calibration.chain.optimum:sentences",
         pictured="candidate",
     ),
 )

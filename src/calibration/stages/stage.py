@@ -58,14 +58,15 @@ class Task:
         paths}
     outputs : {name: file below the study's folder, `Figure` or `PerTarget`}
     plans : folder of the plan that it writes
-    seeds : which thousand of seeds its runs have, no other task's; the study's first seeds, which
-        other tasks may have too, where None
+    seeds : which thousand of seeds its runs have, no other stage's; the study's first seeds, which
+        other stages may have too, where None
     batches : processes that share these runs, or a function of the study; where None, as many as
         the cost of a run asks for
     failures : "refused" or "kept"
     needs : keys that must be given
     cheap : it takes seconds and is not sent to a cluster
-    expected : number of runs by the configuration, before they are planned, for the progress
+    expected : number of runs by the configuration, before they are planned, for the progress; None
+        where only earlier runs tell
     """
 
     function: str

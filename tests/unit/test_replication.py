@@ -1,0 +1,174 @@
+"""Stein's two-stage rule: its interval covers as often as it states and is as narrow as asked; the
+runs at the candidate follow it, with the seeds that a fixed number would have."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from scipy import stats
+
+from calibration.chain import optimum
+from calibration.chain.optimum import (
+    _replicated,
+    plan_candidate,
+    plan_candidate_first,
+    sentences,
+)
+from calibration.config import parse_config, read_target
+from calibration.figures import response_of
+from calibration.statistics.replication import mean_interval, runs_needed
+from calibration.study import Study
+from stage_files import Files, PlanFiles
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def config(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    return parse_config(yaml.safe_load(Path("config/config.yaml").read_text()))
+
+
+@pytest.mark.parametrize("at_most", [10**9, 30])
+@pytest.mark.parametrize("sd", [0.1, 0.5, 1.0, 3.0])
+def test_the_interval_covers_as_often_as_it_states_whatever_the_scatter(sd, at_most):
+    rng, draws, first, half = np.random.default_rng(45), 10_000, 8, 0.5
+    held, counts = 0, []
+    for sample in rng.normal(45.0, sd, (draws, first)):
+        count = runs_needed(sample, half, at_most)
+        values = np.concatenate([sample, rng.normal(45.0, sd, count - first)])
+        mean, reach = mean_interval(values, first)
+        assert reach <= half or count == at_most
+        held += abs(mean - 45.0) <= reach
+        counts.append(count)
+    assert 0.94 <= held / draws <= 0.96
+    assert min(counts) >= first
+    if at_most > draws:  # no fewer than a known scatter asks for
+        assert np.mean(counts) >= (1.96 * sd / half) ** 2
+
+
+def test_with_no_further_values_it_is_students_interval():
+    values = np.random.default_rng(1).normal(45.0, 1.0, 12)
+    mean, half = mean_interval(values, 12)
+    low, high = stats.t.interval(0.95, 11, values.mean(), stats.sem(values))
+    assert (mean - half, mean + half) == pytest.approx((low, high))
+
+
+def test_values_without_scatter_ask_for_no_more():
+    assert runs_needed(np.full(5, 45.0), 0.1, 100) == 5
+
+
+def power(half_width, sd, runs, measured, margin):
+    """Chance that a right optimum is shown to be equivalent. It is off by the candidate's error,
+    whose 95 % interval is as wide as asked."""
+    a, b = sd**2 / runs, measured.var(ddof=1) / len(measured)
+    freedom = (a + b) ** 2 / (a**2 / (runs - 1) + b**2 / (len(measured) - 1))
+    room = margin - stats.t.ppf(0.95, freedom) * np.sqrt(a + b)
+    return 1 - 2 * stats.norm.sf(room / np.sqrt(a + b + (half_width / 1.96) ** 2))
+
+
+def test_the_salts_half_width_is_what_its_comment_says(config):
+    """The widest, in tenths, that leaves a right optimum its equivalence nine times in ten, if
+    heaps scatter as the paper's do; and the first runs that need the least in all."""
+    sd = pd.read_csv("data/paper/table13_validation.csv", comment="#")["angle_deg"].std()
+    rules, judged = config.optimise, config.validation
+    runs, measured = judged.groups * judged.replicates, read_target(config)
+    given = (sd, runs, measured, judged.margin)
+    good = [k / 10 for k in range(1, 10) if power(k / 10, *given) >= 0.9]
+    assert rules.candidate_half_width == max(good)
+    rng, expected = np.random.default_rng(2), {}
+    for first in (5, 10, 15, 20, 25):
+        found = sd * np.sqrt(rng.chisquare(first - 1, 20_000) / (first - 1))
+        reach = stats.t.ppf(0.975, first - 1) * found
+        needed = np.maximum(first, np.ceil((reach / rules.candidate_half_width) ** 2))
+        expected[first] = needed.mean(), (needed > rules.candidate_at_most).mean()
+    assert rules.candidate_runs == min(expected, key=expected.get)
+    mean, beyond = expected[rules.candidate_runs]
+    assert round(mean) == 26
+    assert beyond < 0.01
+
+
+def planned(config, folder, responses, monkeypatch, found):
+    """Design and plan of all runs at the candidate, and the first ones' design, where these have
+    `responses`."""
+    monkeypatch.setattr(optimum, "with_responses", lambda t, _: t.assign(response=responses(t)))
+    (folder / "optimum.json").write_text(json.dumps(found))
+    study = Study(config, seeds=3)
+    files = {name: PlanFiles.of(folder / name) for name in ("candidate_first", "candidate")}
+    source = Files(optimum=folder / "optimum.json", first=files["candidate_first"].design)
+    plan_candidate_first(study, source, files["candidate_first"])
+    plan_candidate(study, source, files["candidate"])
+    plan = json.loads(files["candidate"].plan.read_text())
+    return pd.read_csv(files["candidate"].design), plan, pd.read_csv(source.first)
+
+
+def scattering(sd, lost=0):
+    """Responses (n,) of a design whose standard deviation is `sd`, the last ones missing."""
+
+    def responses(design):
+        n = len(design) - lost
+        made = 45.0 + sd * stats.zscore(np.arange(n), ddof=1)
+        return np.append(made, [np.nan] * lost)
+
+    return responses
+
+
+AT = {"salt_salt_rolling_friction": 0.27, "salt_salt_restitution": 0.5}
+
+
+def test_the_scatter_of_the_first_runs_decides_how_many_are_added(config, tmp_path, monkeypatch):
+    design, plan, first = planned(config, tmp_path, scattering(0.955), monkeypatch, {"optimum": AT})
+    rules = config.optimise
+    need = (stats.t.ppf(0.975, 19) * 0.955 / rules.candidate_half_width) ** 2
+    assert (len(first), len(design)) == (20, int(np.ceil(need)))
+    assert list(design["run_id"].head(20)) == list(first["run_id"])
+    assert set(plan) == set(design["run_id"]) - set(first["run_id"])
+    # the runs are those that a fixed number would have been
+    fixed = Study(config, seeds=3).plan(pd.DataFrame([AT] * 50))[0]
+    assert list(design["run_id"]) == list(fixed["run_id"].head(len(design)))
+    assert list(design["seed"]) == list(range(3001, 3001 + len(design)))
+
+
+def test_few_that_scatter_are_enough_and_many_are_no_more_than_allowed(
+    config, tmp_path, monkeypatch
+):
+    design, plan, _ = planned(config, tmp_path, scattering(0.5), monkeypatch, {"optimum": AT})
+    assert (len(design), plan) == (20, {})
+    design, plan, _ = planned(config, tmp_path, scattering(9.0), monkeypatch, {"optimum": AT})
+    assert (len(design), len(plan)) == (50, 30)
+
+
+def test_a_run_without_a_value_is_made_up_for(config, tmp_path, monkeypatch):
+    made = scattering(0.955, lost=2)
+    design, _, _ = planned(config, tmp_path, made, monkeypatch, {"optimum": AT})
+    need = (stats.t.ppf(0.975, 17) * 0.955 / config.optimise.candidate_half_width) ** 2
+    assert len(design) == int(np.ceil(need)) + 2
+
+
+def test_a_fixed_number_and_a_moved_region_ask_for_no_more(config, tmp_path, monkeypatch):
+    rules = config.optimise.model_copy(update={"candidate_half_width": None})
+    fixed = config.model_copy(update={"optimise": rules})
+    repeat = {"optimum": AT, "repeat": [{n: v + 0.01 for n, v in AT.items()}]}
+    design, plan, first = planned(fixed, tmp_path, scattering(9.0), monkeypatch, repeat)
+    assert (len(design), len(first), plan) == (22, 22, {})
+
+
+def test_the_interval_is_told_with_its_reason(config, tmp_path, monkeypatch):
+    design, _, _ = planned(config, tmp_path, scattering(0.955), monkeypatch, {"optimum": AT})
+    told = _replicated(config, tmp_path / "candidate/design.csv", list(AT))["candidate"]
+    values = scattering(0.955)(design)
+    assert told["mean"] == pytest.approx(values.mean())
+    assert told["runs"] == len(design)
+    assert (told["first_runs"], told["half_width_asked"]) == (20, 0.4)
+    half = stats.t.ppf(0.975, 19) * values[:20].std(ddof=1) / np.sqrt(len(values))
+    assert told["half_width_95"] == pytest.approx(half)
+    text = sentences({"candidate": told, "optimum": AT}, response_of("angle_of_repose_deg"))
+    assert "Stein's rule" in " ".join(text)
+    wide = sentences(
+        {"candidate": told | {"half_width_95": 0.5}, "optimum": AT},
+        response_of("angle_of_repose_deg"),
+    )
+    assert "more runs than are allowed" in " ".join(wide)
