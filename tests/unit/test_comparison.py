@@ -5,6 +5,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from calibration.comparison import study
 from calibration.comparison.study import page, runs_needed, summary, trials
 from calibration.comparison.truths import INSIDE, SEED_SD, TRUTHS, Bench
 from calibration.comparison.ways import GRID, WAYS, answer
@@ -59,3 +60,22 @@ def test_the_page_says_what_the_trials_hold(monkeypatch):
     assert "| paper's chain | 22 | 0.41 ±" in text
     assert "| Gaussian-process optimiser | 22 | 1.00 ± 0.00 | states none | states none |" in text
     assert "| posterior, adaptive runs | more than" in text
+
+
+def few_trials(repeats, first):
+    """In place of `trials`: a row a way, drawn by the seed."""
+    misses = np.random.default_rng(first).normal(size=len(WAYS))
+    return pd.DataFrame({"way": list(WAYS), "runs": 22, "seed": first, "miss": misses})
+
+
+def test_processes_share_the_seeds_and_change_nothing(monkeypatch, tmp_path):
+    monkeypatch.setattr(study, "trials", few_trials)  # a process is a fork of this one
+    for processes in (1, 2):
+        study.main([str(tmp_path / f"{processes}"), "--repeats=5", f"--processes={processes}"])
+    names = sorted(path.name for path in (tmp_path / "1").iterdir())
+    assert len(names) == 5 + 2
+    for name in names:
+        assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "2" / name).read_bytes()
+    # what is there is not repeated
+    monkeypatch.setattr(study, "trials", None)
+    study.main([str(tmp_path / "2"), "--repeats=5"])

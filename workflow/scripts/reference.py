@@ -1,5 +1,6 @@
 """Each study of the reference as a call of its own, then the comparison of ways to calibrate."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -12,4 +13,6 @@ with open(snakemake.log[0], "w") as log:
         subprocess.run([*CALL, *files], stdout=log, stderr=log, check=True)
     folder = str(Path(snakemake.output.compared).parent)
     compared = [sys.executable, "-m", "calibration.comparison.study", folder]
-    subprocess.run(compared, stdout=log, stderr=log, check=True)
+    compared.append(f"--processes={snakemake.threads}")
+    single = os.environ | dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+    subprocess.run(compared, stdout=log, stderr=log, check=True, env=single)

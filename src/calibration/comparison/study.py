@@ -1,6 +1,6 @@
 """The comparison: made-up studies by the hundred, the same for each way, and a page of results.
 
-    python -m calibration.comparison.study OUT [--repeats N] [--first SEED]
+    python -m calibration.comparison.study OUT [--repeats N] [--first SEED] [--processes N]
 
 Trials that OUT holds already are not repeated, so that a comparison that was stopped goes on.
 
@@ -10,6 +10,7 @@ study's truth and readings are the same for every way and number of runs.
 """
 
 import argparse
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -111,19 +112,29 @@ def page(found):
     return "\n".join(lines) + "\n"
 
 
+def _trials_file(out, seed):
+    return out / f"trials-{seed}.csv"
+
+
+def _keep_trials(out, seed):
+    """Make the trials of one seed and write them into the folder `out`."""
+    write_table(trials(1, seed), _trials_file(out, seed))
+
+
 def main(argv=None):
     """Run what is missing and write trials of each seed, summary.csv and table.md into a folder."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("out", type=Path)
     parser.add_argument("--repeats", type=int, default=REPEATS)
     parser.add_argument("--first", type=int, default=FIRST)
+    parser.add_argument("--processes", type=int, default=1, help="seeds at a time")
     args = parser.parse_args(argv)
     args.out.mkdir(parents=True, exist_ok=True)
-    files = [args.out / f"trials-{args.first + k}.csv" for k in range(args.repeats)]
-    for k, path in enumerate(files):
-        if not path.exists():
-            write_table(trials(1, args.first + k), path)
-    table = pd.concat([read_written(p) for p in files])
+    files = {s: _trials_file(args.out, s) for s in range(args.first, args.first + args.repeats)}
+    missing = [seed for seed, path in files.items() if not path.exists()]
+    with ProcessPoolExecutor(args.processes) as pool:
+        list(pool.map(_keep_trials, [args.out] * len(missing), missing))
+    table = pd.concat([read_written(p) for p in files.values()])
     found = summary(table)
     write_table(found, args.out / "summary.csv")
     (args.out / "table.md").write_text(page(found))
