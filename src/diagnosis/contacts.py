@@ -14,8 +14,9 @@ from diagnosis import time_step
 from diagnosis.chance import share_above
 from diagnosis.collision import rebounds, sliding_angles
 from diagnosis.fit import data_of, redrawn_error
+from diagnosis.laws.engine_gain import Nested
 from diagnosis.laws.found import discover, predictions
-from diagnosis.laws.known import COEFFICIENT, known_curves
+from diagnosis.laws.known import COEFFICIENT, known_curves, with_coefficient
 from diagnosis.laws.mixed import LEVEL_SD
 from diagnosis.laws.readings import FREE, IN_AIR, from_log, readings_of
 from diagnosis.power import power
@@ -49,6 +50,11 @@ def discovered(measurements, rig, catalogue):
         settings.seed,
         defaults_of(settings, {m.experiment for m in measurements}),
     )
+
+
+def nested(measurements, found, rig, catalogue):
+    """`diagnosis.laws.engine_gain.Nested` of a `Found` that has a law."""
+    return Nested(found, measurements, rig, _known(rig, catalogue), catalogue)
 
 
 def defaults_of(settings, experiments):
@@ -151,10 +157,8 @@ def half_step(measurements, rig):
         log, _ = _level([m], m.experiment, None)
         name, low, high = COEFFICIENT[m.experiment]
         spec = rig.spec(m.condition, rig.settings.seed)
-        pair = spec.get("contacts", {})
         value = float(np.exp(log / (IN_AIR if m.experiment == "drop" else 1.0)))
-        wall = pair.get("particle_wall", {}) | {name: float(np.clip(value, low, high))}
-        spec = spec | {"contacts": pair | {"particle_wall": wall}}
+        spec = with_coefficient(spec, name, np.clip(value, low, high))
         full, half = (integrated(spec, m, finer) for finer in (1.0, 2.0))
         error = m.sd / np.sqrt(m.n)
         out.append(time_step.row_of(m, full, half, 0.0, float(error)))

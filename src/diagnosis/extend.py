@@ -25,7 +25,8 @@ def extension_plan(rig, models, measurements, data, seed=90_000):
     setting.
 
     models: {label: Model}; data: the `Data` that they were fitted to.
-    Returns rows [{label, setting, theta, run_ids}] and {run id: spec}.
+    Returns rows [{label, setting, theta, run_ids, reads}] and {run id: spec}; reads: {mechanism of
+    the reading: strength}.
     """
     rows, specs = [], {}
     for label, model in models.items():
@@ -39,6 +40,7 @@ def extension_plan(rig, models, measurements, data, seed=90_000):
                     "setting": i,
                     "theta": [float(t) for t in theta],
                     "run_ids": list(own),
+                    "reads": _reads(model, measurements[i], theta),
                 }
             )
     return rows, specs
@@ -55,24 +57,29 @@ def real_spec(rig, model, measurement, theta, seed):
     return spec
 
 
-def real_values(settings, model, measurements, rows, metrics):
-    """Values (n, gain_runs) as the measurement would have read them; nan where a run failed."""
-    out = np.full((len(measurements), settings.gain_runs), np.nan)
+def _reads(model, measurement, theta):
+    """{mechanism: strength} of the model's mechanisms that change what is read."""
+    return {
+        m.name: float(m.strength.natural(theta[k]))
+        for k, m in enumerate(model.mechanisms, len(model.factors))
+        if m.observe is not None and measurement.experiment in m.experiments
+    }
+
+
+def real_values(settings, catalogue, measurements, rows, metrics):
+    """{label: values (n, r)} of the runs of rows as the n measurements would have read them; nan
+    where a run failed or there is none."""
+    shape = len(measurements), max(len(row["run_ids"]) for row in rows)
+    out = {row["label"]: np.full(shape, np.nan) for row in rows}
     for row in rows:
         m = measurements[row["setting"]]
         for r, name in enumerate(row["run_ids"]):
             if metrics[name] is not None:
                 value = metrics[name][settings.experiments[m.experiment].metric]
-                out[row["setting"], r] = _as_read(model, m, row["theta"], value)
+                for mechanism, strength in row["reads"].items():
+                    value = catalogue[mechanism].observe(value, m.levers, strength)
+                out[row["label"]][row["setting"], r] = value
     return out
-
-
-def _as_read(model, measurement, theta, value):
-    for k, mechanism in enumerate(model.mechanisms, len(model.factors)):
-        if mechanism.observe is not None and measurement.experiment in mechanism.experiments:
-            strength = mechanism.strength.natural(theta[k])
-            value = mechanism.observe(value, measurement.levers, strength)
-    return value
 
 
 def run_scatter(measurements, values):

@@ -10,7 +10,7 @@ from calibration.figures import label
 FIT = 3.0
 """Root mean square miss at left-out settings, in standard errors, above which nothing is named."""
 
-NAMING = ("identified", "ambiguous")
+NAMING = ("identified", "discovered", "ambiguous")
 
 
 def last_word(verdict):
@@ -21,7 +21,7 @@ def last_word(verdict):
     A law of single contacts has its own test of left-out levels (`diagnosis.laws`).
     """
     gain, run = verdict.get("gain"), verdict.get("extended_with", [])
-    if verdict["verdict"] not in NAMING or not (gain or run):
+    if verdict["verdict"] not in NAMING or verdict.get("law") or not (gain or run):
         return verdict
     miss = gain["held_out_rmse_after"] if gain else np.inf
     if miss <= FIT:

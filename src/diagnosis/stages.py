@@ -28,7 +28,7 @@ from diagnosis.emulator_files import write_emulators
 from diagnosis.extend import extension_plan, gain, real_values
 from diagnosis.failures import train_failures
 from diagnosis.identify import identify, lack_of_fit, weigh
-from diagnosis.last_word import last_word
+from diagnosis.last_word import NAMING, last_word
 from diagnosis.residuals import by_chance, calibration, residual_rows, trends
 from diagnosis.settings import BASE, study_settings
 from diagnosis.setup import Setup
@@ -188,9 +188,14 @@ def _diagnose_contacts(setup, output):
         measurements, table.held_out, found.trials, found.law, defaults
     )
     verdict["remarks"] = aside.remarks(table)
+    rows, specs = [], {}
+    if found.law and found.verdict in NAMING:
+        nested = contacts.nested(measurements, found, setup.rig, setup.catalogue)
+        rows, specs, verdict["law"]["engine"] = nested.plan()
     write_json(output.findings, verdict)
-    write_json(output.extension, {"mechanisms": [], "rows": [], "steps": []})
-    write_json(output.plan, {})
+    named = found.causes if found.verdict == "identified" else []
+    write_json(output.extension, {"mechanisms": named, "rows": rows, "steps": []})
+    write_json(output.plan, specs)
     after = contacts.with_law(measurements, found)
     common.save(
         figures.prediction_figure(verdict["residuals"], after, "the law"), output.predictions
@@ -205,14 +210,13 @@ def conclude(setup, source, output):
     metrics = simulate(read_json(source.plan))
     if extension["steps"]:
         verdict["time_step"] = time_step.check(settings, measurements, extension["steps"], metrics)
-    if extension["rows"]:
-        values = {}
-        for label, names in (("before", []), ("after", extension["mechanisms"])):
-            # no prediction is asked of these models: they only carry parameters and laws
-            model = _Carrier(setup.rig.factors, [setup.catalogue[n] for n in names])
-            rows = [r for r in extension["rows"] if r["label"] == label]
-            values[label] = real_values(settings, model, measurements, rows, metrics)
-        verdict["gain"] = gain(measurements, values["before"], values["after"])
+    rows = extension["rows"]
+    if rows:
+        values = real_values(settings, setup.catalogue, measurements, rows, metrics)
+        # a law of single contacts is run in its own experiment alone
+        own = sorted({r["setting"] for r in rows})
+        pair = (values[label][own] for label in ("before", "after"))
+        verdict["gain"] = gain([measurements[i] for i in own], *pair)
         verdict["extended_with"] = extension["mechanisms"]
     verdict = last_word(verdict)
     if verdict["verdict"] == "unexplained" and "discrepancy" not in verdict:
@@ -280,10 +284,3 @@ def diagnosis_identify(study, source, output):
 def diagnose(study, source, output):
     """Measure the gain with the finished runs, and write the verdict."""
     conclude(_setup(study), source, output)
-
-
-class _Carrier:
-    """Factors and mechanisms in the order of a model's parameters."""
-
-    def __init__(self, factors, mechanisms):
-        self.factors, self.mechanisms = factors, mechanisms

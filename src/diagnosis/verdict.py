@@ -6,6 +6,7 @@ from pathlib import Path
 
 import jsonschema
 import numpy as np
+import yaml
 
 from calibration.figures import label
 from calibration.numbers import fixed
@@ -205,6 +206,12 @@ def _law(verdict):
             f"errors with it and by {held['before']:.1f} without.",
             "",
         ]
+    if "engine" in law and law["engine"] is None:
+        lines += [
+            f"The engine has no law for {_law_name(law)}: what is said of left-out levels is "
+            "computed from the curve, and no runs were made.",
+            "",
+        ]
     if law["formula"]:
         lines += [f"Only one of the forms that were tried fits: {law['formula']}.", ""]
     tied = [
@@ -223,7 +230,16 @@ def _law(verdict):
             for v in law["values"][:: max(len(law["values"]) // 6, 1)]
         ]
         lines.append("")
-    return lines
+    return lines + _keys((law.get("engine") or {}).get("keys"))
+
+
+def _keys(keys):
+    """The keys of a run spec that switch a law on."""
+    if not keys:
+        return []
+    flow = {"default_flow_style": True, "sort_keys": False, "width": math.inf}
+    lines = [f"- `{k}: {yaml.safe_dump(v, **flow).strip()}`" for k, v in keys.items()]
+    return ["A run spec has this law with the keys", "", *lines, ""]
 
 
 def _scatter(verdict):
@@ -306,7 +322,7 @@ def _exclusion(verdict):
 
 
 def _law_name(row):
-    return f"{row['slot']} of {' and '.join(row['state'])}"
+    return f"{row['slot']} of {' and '.join(row['state']) or 'all settings alike'}"
 
 
 def _amount(value, unit):
@@ -368,6 +384,7 @@ def _gain(verdict):
     lines = [
         "## Gain of the extended model, with the real engine on left-out settings",
         "",
+        *_nested((verdict.get("law") or {}).get("engine")),
         f"Root mean square error in {g['rmse_unit']}: {g['held_out_rmse_before']:.2f} before, "
         f"{g['held_out_rmse_after']:.2f} after; difference {fixed(low, 2)} to {fixed(high, 2)} "
         f"(95 %), {g['settings']} settings{_lost(g)}.",
@@ -377,6 +394,23 @@ def _gain(verdict):
     ]
     lines += [f"- {m['sentence']}" for m in verdict.get("moved", {}).values()]
     return [*lines, ""]
+
+
+def _nested(engine):
+    """What was left out where the law is one of single contacts."""
+    if not engine:
+        return []
+    lever = engine["left_out"]
+    what = f"The levels of the {LEVERS[lever].words}" if lever else "Single settings"
+    times = ", ".join(
+        f"{label(name)} {'once' if n == 1 else f'{n} times'}"
+        for name, n in engine["chosen"].items()
+    )
+    return [
+        f"{what} were left out in turn ({engine['levels']}). The law was chosen and fitted anew "
+        f"without each: {times}. So was the constant coefficient.",
+        "",
+    ]
 
 
 def _lost(gain):

@@ -141,3 +141,13 @@ def test_the_page_is_one_file_in_plain_words_with_its_own_names(ball, tmp_path):
 )
 def test_a_parameter_is_called_by_its_key(key, words):
     assert parameter_words(key) == words
+
+
+def test_a_law_that_the_engine_lacks_is_told_without_runs(ball):
+    law = {
+        "experiment": "drop", "slot": "reading", "state": [], "values": [], "tied": [],
+        "formula": None, "nearest_known": None, "sentence": "The reading adds 3 mm.",
+    }  # fmt: skip
+    text = "The engine has no law for reading of all settings alike"
+    assert text in page(ball | {"law": law | {"engine": None}})
+    assert text not in page(ball | {"law": law})

@@ -272,7 +272,7 @@ def _distance(readings, place):
 def _name(out, tried, best, seed):
     """Fill in verdict, causes and law of data that show one."""
     candidate = tried.candidates[best]
-    free = _free_of(tried, candidate)
+    free = free_of(tried, candidate)
     rivals = _rivals(tried, best, candidate, free, seed)
     known = {n: c for n, c in tried.candidates.items() if c.catalogue}
     own = {n: c for n, c in known.items() if (c.slot, c.state) == (candidate.slot, candidate.state)}
@@ -339,7 +339,7 @@ def _once(left, candidates, fits, tried):
     return [n for n in left if n in known or not any(alike(n, k) for k in known)]
 
 
-def _free_of(tried, candidate):
+def free_of(tried, candidate):
     """The free law of a candidate's slot and state, or None."""
     for law in tried.laws.values():
         if (law.slot, law.state) == (candidate.slot, candidate.state):

@@ -72,13 +72,7 @@ def _curve(mechanism, coded, readings, centre, spec_of):
     data's mean."""
     strength = float(mechanism.strength.natural(coded))
     if mechanism.observe is not None:
-        true = from_log(readings.experiment, centre, readings.levers)
-        given = [
-            {k: float(v[i]) for k, v in readings.levers.items() if not np.isnan(v[i])}
-            for i in range(len(true))
-        ]
-        seen = [mechanism.observe(t, c, strength) for t, c in zip(true, given, strict=True)]
-        return to_log(readings.experiment, np.array(seen, float), readings.levers)[0] - centre
+        return observed_log(mechanism, strength, centre, readings) - centre
     name, low, high = COEFFICIENT[readings.experiment]
     target = LATTICE * round(float(centre.mean()) / LATTICE)
     power = IN_AIR if readings.experiment == "drop" else 1.0
@@ -95,6 +89,17 @@ def _curve(mechanism, coded, readings, centre, spec_of):
     return log - log.mean() if mechanism.name not in NO_COEFFICIENT else log - centre
 
 
+def observed_log(mechanism, strength, log, readings):
+    """(n,) logarithms of what would have been read in place of true values with logarithms (n,)."""
+    true = from_log(readings.experiment, log, readings.levers)
+    given = [
+        {k: float(v[i]) for k, v in readings.levers.items() if not np.isnan(v[i])}
+        for i in range(len(true))
+    ]
+    seen = [mechanism.observe(t, c, strength) for t, c in zip(true, given, strict=True)]
+    return to_log(readings.experiment, np.array(seen, float), readings.levers)[0]
+
+
 def _on_lattice(log, low, high):
     """A coefficient near exp(log) that other data sets have, too, so that its contacts are computed
     once."""
@@ -104,6 +109,24 @@ def _on_lattice(log, low, high):
 def _engine(mechanism, strength, coefficient, value, readings, spec_of):
     """(n,) logarithms of what the engine reads with the mechanism at a strength and the coefficient
     at a value."""
+
+    def switched(spec):
+        return mechanism.apply(with_coefficient(spec, coefficient, value), strength)
+
+    return contact_logs(switched, readings, spec_of)
+
+
+def with_coefficient(spec, name, value):
+    """Run spec (a mapping) with a coefficient of grains on the plate."""
+    pair = spec.get("contacts", {})
+    wall = pair.get("particle_wall", {}) | {name: round(float(value), 9)}
+    return spec | {"contacts": pair | {"particle_wall": wall}}
+
+
+def contact_logs(switched, readings, spec_of):
+    """(n,) logarithms of what the engine's one contact reads at each setting.
+
+    switched: run spec (a mapping) -> the one with the laws to be run."""
     levers = readings.levers
     sizes = levers.get("particle_diameter_mm", np.full(len(readings.log), np.nan))
     out = np.empty(len(sizes))
@@ -112,10 +135,7 @@ def _engine(mechanism, strength, coefficient, value, readings, spec_of):
         lever = "drop_height_mm" if readings.experiment == "drop" else "tilt_rate_deg_s"
         along = levers.get(lever, np.full(len(sizes), 5.0))[rows]
         given = {} if np.isnan(size) else {"particle_diameter_mm": float(size)}
-        spec = spec_of(readings.experiment, given | {lever: float(along[0])})
-        pair = spec.get("contacts", {})
-        wall = pair.get("particle_wall", {}) | {coefficient: round(value, 9)}
-        spec = mechanism.apply(spec | {"contacts": pair | {"particle_wall": wall}}, strength)
+        spec = switched(spec_of(readings.experiment, given | {lever: float(along[0])}))
         values, place = np.unique(along, return_inverse=True)
         text = json.dumps(spec, sort_keys=True)
         read = np.array(_asked(readings.experiment, text, tuple(values)))[place]

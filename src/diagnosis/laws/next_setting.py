@@ -48,17 +48,13 @@ def propose(tried, law, forms, rivals, seed=0):
     for i, (free, form) in enumerate(contenders):
         ends = [from_log(readings.experiment, np.array([means[i, best] + s * sds[i, best]]), at)[0]
                 for s in (0.0, -1.0, 1.0)]  # fmt: skip
-        predictions[form or _words(free)] = {"value": ends[0], "sd": 0.5 * (ends[2] - ends[1])}
+        predictions[form or free.words] = {"value": ends[0], "sd": 0.5 * (ends[2] - ends[1])}
     return {
         "experiment": readings.experiment,
         "levers": settings[best],
         "information_bits": float(bits[best]),
         "predictions": predictions,
     }
-
-
-def _words(free):
-    return f"{free.slot} of {' and '.join(free.state) or 'all settings alike'}"
 
 
 def _settings(readings):

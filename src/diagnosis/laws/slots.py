@@ -50,6 +50,11 @@ class FreeLaw:
         """Slot and state in one word."""
         return f"{self.experiment}:{self.slot}({', '.join(self.state)})"
 
+    @property
+    def words(self):
+        """Slot and state as they are told."""
+        return f"{self.slot} of {' and '.join(self.state) or 'all settings alike'}"
+
 
 def speed_of(levers):
     """Impact speed [m/s] of a fall without air."""

@@ -127,7 +127,7 @@ def judged(item, found, drawn, seconds):
 
 
 @cache
-def _study():
+def study():
     """Rig and catalogue of the shipped study."""
     base = yaml.safe_load((ROOT / "config/config.yaml").read_text())["run"]
     return Rig(read_settings(ROOT / "config/diagnosis.yaml"), base), load_catalogue()
@@ -140,7 +140,7 @@ def diagnosed(item):
         path = Path(folder) / "measurements.csv"
         drawn.table.to_csv(path, index=False)
         measurements = read_measurements(path)
-    found = contacts.discovered(measurements, *_study())
+    found = contacts.discovered(measurements, *study())
     return judged(item, found, drawn, time.process_time() - start)
 
 

@@ -12,6 +12,9 @@ import pytest
 import rates
 import strangers
 
+from calibration.simulated import simulate
+from diagnosis import contacts
+from diagnosis.extend import gain, real_values
 from diagnosis.laws.forms import forms_of
 from diagnosis.laws.found import discover, formula_of
 from diagnosis.laws.mixed import evaluate
@@ -117,6 +120,25 @@ def test_the_page_shows_the_kept_rates():
     kept = pd.read_csv(rates.KEPT, keep_default_na=False)
     assert rates.shown(rates.PAGE.read_text()) == rates.table(kept)
     assert set(strangers.SHARED) < set(strangers.NULLS)
+
+
+@pytest.mark.slow
+def test_a_strangers_law_runs_in_the_engine(tmp_path):
+    """Restitution that falls linearly with speed, all settings as they are: at levels that were
+    left out of choice and fit the engine misses less with the curve than with a constant."""
+    drawn = strangers.draw(LAWS["linear in speed"], 20.0, seed=11)
+    path = tmp_path / "measurements.csv"
+    drawn.table.to_csv(path, index=False)
+    measurements, (rig, catalogue) = read_measurements(path), rates.study()
+    found = contacts.discovered(measurements, rig, catalogue)
+    assert found.verdict == "discovered"
+    rows, specs, engine = contacts.nested(measurements, found, rig, catalogue).plan()
+    metrics = simulate(specs, tmp_path / "runs")
+    value = real_values(rig.settings, catalogue, measurements, rows, metrics)
+    won = gain(measurements, value["before"], value["after"])
+    assert won["held_out_rmse_after"] < 0.5 * won["held_out_rmse_before"]
+    assert won["held_out_rmse_difference_interval"][0] > 0.0
+    assert engine["keys"]["laws"] == {"damping": "restitution_curve"}
 
 
 @pytest.mark.long

@@ -1,0 +1,80 @@
+"""A free law as the law that the engine has in its slot: a curve through a few states
+(`dem.contact.curve`)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dem.contact.curve import POINTS
+from diagnosis.catalogue import set_law
+from diagnosis.laws.known import with_coefficient
+from diagnosis.measurements import CONTACTS
+
+DIGITS = 9  # decimals of what is written into a run spec
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A curve of the engine: slot and name of its law, the beginning of its keys; the coefficient
+    of the contact that it multiplies, and the states that it can depend on."""
+
+    slot: str
+    law: str
+    coefficient: str
+    states: tuple
+
+
+CURVES = {
+    "restitution": Curve("damping", "restitution_curve", "restitution", ("speed", "size")),
+    "friction": Curve("friction", "friction_curve", "static_friction", ("load", "speed", "size")),
+}
+"""Slot of a free law -> the curve of the engine in it."""
+
+
+def curve_of(law):
+    """`Curve` that is a law with experiment, slot and state; None where the engine has none.
+
+    The rate of a tilt is no speed of sliding, and the load of a shear cell is not that of a
+    contact."""
+    known = CURVES.get(law.slot)
+    if law.experiment not in CONTACTS or known is None or not law.state:
+        return None
+    return known if set(law.state) <= set(known.states) else None
+
+
+def parameters(law, values):
+    """(coefficient in the middle, {key: value} of `law_parameters`) of a free law.
+
+    values: [{state, value, ...}] at equal steps of the state's logarithm, as `found.curve` has
+    them; the engine takes every few of them."""
+    known = curve_of(law)
+    places = np.linspace(0, len(values) - 1, POINTS).round().astype(int)
+    state = [values[i]["state"] for i in places]
+    value = [values[i]["value"] for i in places]
+    middle = value[POINTS // 2]
+    shares = {
+        f"wall_{known.law}_{k}": round(v / middle, DIGITS) for k, v in enumerate(value, start=1)
+    }
+    reach = {f"{known.law}_low": state[0], f"{known.law}_ratio": state[-1] / state[0]}
+    powers = {f"{known.law}_{s}_power": float(s in law.state) for s in known.states}
+    return middle, shares | reach | powers
+
+
+def switched_on(law, values):
+    """A function of a run spec (a mapping) and a coefficient that gives the spec with the free law
+    switched on, the coefficient that in the middle of its states; and this coefficient as the
+    values have it."""
+    known = curve_of(law)
+    middle, found = parameters(law, values)
+
+    def switch(spec, coefficient):
+        spec = set_law(spec, known.slot, known.law, **found)
+        return with_coefficient(spec, known.coefficient, coefficient)
+
+    return switch, middle
+
+
+def keys(law, values):
+    """The keys of a run spec that switch a free law on: {laws, law_parameters, contacts}."""
+    switch, middle = switched_on(law, values)
+    return switch({}, middle)
