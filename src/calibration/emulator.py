@@ -8,6 +8,8 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, WhiteKernel
 
+LEAST_LENGTH, MOST_LENGTH = 0.15, 30.0  # of the inputs' range
+
 
 class Emulator:
     """z(x) for x in [0, 1]^d, from means z (n,) of `runs` (n,) at inputs x (n, d); one run at each
@@ -132,13 +134,23 @@ class _Scatter(WhiteKernel):
         return noise, np.repeat(noise[:, :, None], free, axis=2)
 
 
+def _lengths(x):
+    """Bounds (d, 2) of the lengths that inputs x (n, d) can tell.
+
+    With a length far below the widest gap between levels the process would forget within it what
+    the levels say, and a design of three levels would fit as well. So the gap is the least length.
+    """
+    gaps = [np.diff(np.unique(column)).max(initial=0.0) for column in x.T]
+    return np.array([(max(LEAST_LENGTH, gap), MOST_LENGTH) for gap in gaps])
+
+
 def _process(x, z, runs, noise=None):
     """The fitted Gaussian process: squared exponential with a length an input, a linear trend,
     noise; its variance (of z) is fitted too unless given."""
     d = x.shape[1]
     level, bounds = (1e-3, (1e-8, 1.0)) if noise is None else (noise, "fixed")
     kernel = (
-        ConstantKernel(1.0, (1e-3, 1e3)) * RBF(np.full(d, 1.5), (0.15, 30.0))
+        ConstantKernel(1.0, (1e-3, 1e3)) * RBF(np.full(d, 1.5), _lengths(x))
         + ConstantKernel(1.0, (1e-4, 1e2)) * DotProduct(1.0, (1e-2, 1e2))
         + _Scatter(level, bounds, runs)
     )

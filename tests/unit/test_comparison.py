@@ -1,11 +1,14 @@
 """The comparison of ways to calibrate: same studies for all, right intervals, a page that says what
 was found."""
 
+import sys
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from calibration.comparison import study
+from calibration.comparison.grain_learning import GrainLearning
 from calibration.comparison.study import page, runs_needed, summary, trials
 from calibration.comparison.truths import INSIDE, SEED_SD, TRUTHS, Bench
 from calibration.comparison.ways import GRID, WAYS, answer
@@ -62,7 +65,7 @@ def test_the_page_says_what_the_trials_hold(monkeypatch):
     assert "| posterior, adaptive runs | more than" in text
 
 
-def few_trials(repeats, first):
+def few_trials(repeats, first, ways):
     """In place of `trials`: a row a way, drawn by the seed."""
     misses = np.random.default_rng(first).normal(size=len(WAYS))
     return pd.DataFrame({"way": list(WAYS), "runs": 22, "seed": first, "miss": misses})
@@ -79,3 +82,32 @@ def test_processes_share_the_seeds_and_change_nothing(monkeypatch, tmp_path):
     # what is there is not repeated
     monkeypatch.setattr(study, "trials", None)
     study.main([str(tmp_path / "2"), "--repeats=5"])
+
+
+STAND_IN = """
+import json, sys
+for line in sys.stdin:
+    task = json.loads(line)
+    if task["iterations"] == 8:
+        print(json.dumps({"error": "a singular matrix"}), flush=True)
+        continue
+    samples = [[0.5, 0.5, 0.0], [0.5, 0.5, 1.0]]
+    for _ in range(task["iterations"]):
+        print(json.dumps({"ask": samples}), flush=True)
+        assert len(json.loads(sys.stdin.readline())["values"]) == 2
+    print(json.dumps({"samples": samples, "weight": [0.25, 0.75]}), flush=True)
+"""
+
+
+def test_another_program_answers_through_its_own_python(tmp_path, monkeypatch):
+    client = tmp_path / "client.py"
+    client.write_text(STAND_IN)
+    monkeypatch.setattr("calibration.comparison.grain_learning.CLIENT", client)
+    bench = Bench.drawn(TRUTHS["quadratic"], 3)
+    with GrainLearning(sys.executable) as other:
+        point, low, high = other.answer(bench, 22)
+        assert other.answer(bench, 92) is None
+    assert point.tolist() == [0.0, 0.0, 0.5]
+    # sd of -1 and 1 at weights of 1/4 and 3/4: sqrt(3)/2
+    assert low[2] == pytest.approx(max(-1.0, 0.5 - 1.96 * np.sqrt(0.75)), abs=1e-3)
+    assert high.tolist() == [0.0, 0.0, 1.0]

@@ -12,6 +12,7 @@ from scipy import stats
 from scipy.special import expit
 
 from calibration.errors import CalibrationError
+from calibration.factors import Factor
 from calibration.information import expected_information, expected_spread
 from calibration.no_value import Chance
 from calibration.posterior import (
@@ -22,6 +23,7 @@ from calibration.posterior import (
     sample,
     sobol_indices,
 )
+from calibration.statistics.design import box_behnken
 
 
 class Linear:
@@ -216,6 +218,21 @@ def test_replicates_tell_the_scatter_that_few_points_hide():
         assert emulator.emulator.scatter == pytest.approx(1.5, rel=0.35)
         miss.append((mean - response(single)) / np.sqrt(variance))
     assert 0.5 < np.sqrt(np.mean(np.square(miss))) < 1.4
+
+
+def test_a_design_of_three_levels_tells_what_lies_between_them():
+    """A Box-Behnken design and thirty runs at its centre, a response that levels off. A process
+    that forgets between two levels answers with its mean there, up to 1.7 of the 8 off."""
+    factors = [Factor(code, code, code, -1.0, 1.0) for code in "ABC"]
+    design = 0.5 + 0.5 * box_behnken(factors)[list("ABC")].to_numpy(float)
+    x = np.vstack([design, np.full((30, 3), 0.5)])
+    between, rng = np.array([[0.5, 0.5, 0.75]]), np.random.default_rng(8)
+    miss = []
+    for _ in range(20):
+        y = 50.0 - 8.0 * np.exp(-2.5 * x[:, 2]) + rng.normal(0.0, 0.9, len(x))
+        miss.append(ScatterEmulator(x, y).mean(between)[0][0] - 50.0 + 8.0 * np.exp(-2.5 * 0.75))
+    # the means of the two levels beside it have standard errors of 0.45 and 0.15
+    assert np.sqrt(np.mean(np.square(miss))) < 0.8
 
 
 def test_too_few_runs_are_refused():

@@ -1,8 +1,10 @@
 """The comparison: made-up studies by the hundred, the same for each way, and a page of results.
 
     python -m calibration.comparison.study OUT [--repeats N] [--first SEED] [--processes N]
+                                               [--grainlearning PYTHON]
 
 Trials that OUT holds already are not repeated, so that a comparison that was stopped goes on.
+PYTHON is one that has GrainLearning, which is then compared too.
 
 Decided before it was run: three responses, REPEATS studies of each from the seed FIRST on, RUNS,
 and that a way is good enough where the root mean square error at its point is at most ENOUGH. A
@@ -11,12 +13,14 @@ study's truth and readings are the same for every way and number of runs.
 
 import argparse
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from scipy import stats
 
+from calibration.comparison.grain_learning import NAME, GrainLearning
 from calibration.comparison.truths import TRUTHS, Bench
 from calibration.comparison.ways import WAYS, answer
 from calibration.files import write_table
@@ -28,16 +32,19 @@ ENOUGH = 1.0 / 3.0
 """A third of the margin of 1 degree that the salt's validation asks for."""
 
 
-def trials(repeats=REPEATS, first=FIRST):
+def trials(repeats=REPEATS, first=FIRST, ways=None):
     """Table: response, way, runs, seed, miss [deg], how many of the three parameters their
-    intervals hold and how wide these are; miss is NaN where the way ended with an error."""
+    intervals hold and how wide these are; miss is NaN where the way ended with an error.
+
+    ways: {name: function of a bench and a number of runs}, those of `WAYS` unless given."""
+    ways = ways or {way: partial(answer, way) for way in WAYS}
     rows = []
     for response, function in TRUTHS.items():
         for seed in range(first, first + repeats):
-            for way in WAYS:
+            for way, answers in ways.items():
                 for runs in RUNS:
                     bench = Bench.drawn(function, seed)
-                    found = answer(way, bench, runs)
+                    found = answers(bench, runs)
                     row = {"response": response, "way": way, "runs": runs, "seed": seed}
                     rows.append(row | _judged(found, bench))
     return pd.DataFrame(rows)
@@ -82,7 +89,8 @@ def summary(table):
 def runs_needed(found):
     """{way: fewest runs of `RUNS` whose error is at most ENOUGH, or None}."""
     good = found[found["rmse"] <= ENOUGH]
-    return {way: _first(good.loc[good["way"] == way, "runs"]) for way in WAYS}
+    ways = dict.fromkeys([*WAYS, *found["way"]])
+    return {way: _first(good.loc[good["way"] == way, "runs"]) for way in ways}
 
 
 def _first(runs):
@@ -112,13 +120,16 @@ def page(found):
     return "\n".join(lines) + "\n"
 
 
-def _trials_file(out, seed):
-    return out / f"trials-{seed}.csv"
+def _made(folder, name, seeds, each, ways=None):
+    """Files of the trials, a seed each; `each`, a map, makes those that are missing."""
+    files = {seed: folder / f"{name}-{seed}.csv" for seed in seeds}
+    missing = {seed: path for seed, path in files.items() if not path.exists()}
+    list(each(partial(_keep, ways), missing, missing.values()))
+    return list(files.values())
 
 
-def _keep_trials(out, seed):
-    """Make the trials of one seed and write them into the folder `out`."""
-    write_table(trials(1, seed), _trials_file(out, seed))
+def _keep(ways, seed, path):
+    write_table(trials(1, seed, ways), path)
 
 
 def main(argv=None):
@@ -128,13 +139,16 @@ def main(argv=None):
     parser.add_argument("--repeats", type=int, default=REPEATS)
     parser.add_argument("--first", type=int, default=FIRST)
     parser.add_argument("--processes", type=int, default=1, help="seeds at a time")
+    parser.add_argument("--grainlearning", metavar="PYTHON", help="one that has GrainLearning")
     args = parser.parse_args(argv)
     args.out.mkdir(parents=True, exist_ok=True)
-    files = {s: _trials_file(args.out, s) for s in range(args.first, args.first + args.repeats)}
-    missing = [seed for seed, path in files.items() if not path.exists()]
+    seeds = range(args.first, args.first + args.repeats)
     with ProcessPoolExecutor(args.processes) as pool:
-        list(pool.map(_keep_trials, [args.out] * len(missing), missing))
-    table = pd.concat([read_written(p) for p in files.values()])
+        files = _made(args.out, "trials", seeds, pool.map)
+    if args.grainlearning:
+        with GrainLearning(args.grainlearning) as process:
+            files += _made(args.out, "grainlearning", seeds, map, {NAME: process.answer})
+    table = pd.concat([read_written(p) for p in files])
     found = summary(table)
     write_table(found, args.out / "summary.csv")
     (args.out / "table.md").write_text(page(found))
