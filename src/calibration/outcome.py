@@ -22,13 +22,16 @@ KEPT = (
     "coefficients.csv",
     "numerics.csv",
     "scaling.csv",
+    "parameters.csv",
+    "next.csv",
 )
+NOT_KEPT = ("logs", ".made_from")
 BEGIN, END = "<!-- found: begin -->", "<!-- found: end -->"
 
 
 def keep(study, target, tables=KEPT):
     """Copy the summaries and `tables` of a study's stages; plans and figures stay behind."""
-    for folder in sorted(p for p in Path(study).iterdir() if p.is_dir() and p.name != "logs"):
+    for folder in sorted(p for p in Path(study).iterdir() if p.is_dir() and p.name not in NOT_KEPT):
         for pattern in tables:
             for path in folder.glob(pattern):
                 if path.name != "plan.json":
