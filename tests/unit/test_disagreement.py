@@ -1,13 +1,16 @@
 """The paper's tables are read as another code's runs; what may differ is switched on at each."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
 
 from calibration import Study
+from calibration.bench_tests.sweep import plan_sweep
 from calibration.campaign import run_id
+from calibration.chain.screening import plan_screening
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import read_json
 from calibration.tables import read_written
@@ -50,11 +53,15 @@ def test_every_printed_run_is_read_with_its_parameters(tables):
     assert {m.levers["drop_height_mm"] for m in tables["Table 9"]} == {150.0}
 
 
-def test_nothing_switched_on_is_the_run_of_the_screening(study, tables):
-    kept, made = read_written(KEPT / "screening" / "runs.csv"), own.spec_of(study)
+def test_nothing_switched_on_is_the_run_of_the_screening(study, tables, tmp_path):
+    made = own.spec_of(study)
     specs = [made(m, dict(m.known), {}) for m in tables["Table 6"]]
-    assert [run_id(s) for s in specs] == list(kept["run_id"])
-    study_of = [Kept(KEPT)]
+    plan_screening(study, None, SimpleNamespace(plan=tmp_path / "plan.json"))
+    assert [run_id(s) for s in specs] == list(read_written(tmp_path / "design.csv")["run_id"])
+
+
+def test_our_values_are_those_kept_at_the_parameters_of_the_runs(study, tables):
+    study_of, kept = [Kept(KEPT)], read_written(KEPT / "screening" / "runs.csv")
     ours = own.our_values(tables["Table 6"], study_of, study.config.fixed)
     assert ours == pytest.approx(kept["response"])
     for name in ("Table 10", "Table 11"):
@@ -63,9 +70,11 @@ def test_nothing_switched_on_is_the_run_of_the_screening(study, tables):
         own.our_values(tables["Table 6"], [Kept("results/none")], study.config.fixed)
 
 
-def test_a_bench_test_is_run_as_the_study_runs_it(study, tables):
-    kept, made = read_written(KEPT / "drop" / "runs.csv"), own.spec_of(study)
-    assert [run_id(made(m, dict(m.known), {})) for m in tables["Table 9"]] == list(kept["run_id"])
+def test_a_bench_test_is_run_as_the_study_runs_it(study, tables, tmp_path):
+    made = own.spec_of(study)
+    plan_sweep(study, "drop", SimpleNamespace(plan=tmp_path / "plan.json"))
+    planned = list(read_written(tmp_path / "design.csv")["run_id"])
+    assert [run_id(made(m, dict(m.known), {})) for m in tables["Table 9"]] == planned
 
 
 def test_each_shipped_cause_changes_every_run_it_is_tried_on(study, tables):
