@@ -57,8 +57,9 @@ def test_every_key_with_a_unit_is_known(model):
         "feed", "packing", "turns", "start_turns", "unconfined_strain", "taps", "skin",
         "skin_horizon", "overlap_limit",
     }  # fmt: skip
-    # an angle and the shape that a file gives stay as they are at any scale
-    unscaled = {k for k in model.model_fields if not k.endswith(("_angle_deg", "_stl"))}
+    # an angle and the shape that a file gives stay as they are at any scale; curves are refused
+    alike = ("_angle_deg", "_stl")
+    unscaled = {k for k in model.model_fields if not k.endswith(alike) and "_curve_" not in k}
     assert {k for k in unscaled if quantity_of(k) is None} <= bare
 
 
@@ -95,6 +96,15 @@ def test_scale_one_is_the_same_under_every_rule():
 def test_a_mesh_cannot_be_enlarged():
     with pytest.raises(ScalingError, match="plate_stl"):
         enlarged(HEAP | {"geometry": {"plate_stl": "plate.stl"}}, "heap", PAPER_RULE, 2)
+
+
+@pytest.mark.parametrize(("slot", "law"), [("friction", "friction_curve"),
+                                           ("damping", "restitution_curve")])  # fmt: skip
+def test_a_law_as_a_curve_cannot_be_enlarged(slot, law):
+    states = {f"{law}_low": 1.0, f"{law}_ratio": 4.0}
+    curved = HEAP | {"laws": {slot: law}, "law_parameters": states}
+    with pytest.raises(ScalingError, match=f"{law}_low: the states of a curve"):
+        enlarged(curved, "heap", PAPER_RULE, 2)
 
 
 def test_the_plan_has_every_case_and_shares_what_is_equal(config, tmp_path):

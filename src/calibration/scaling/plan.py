@@ -55,8 +55,8 @@ def enlarged(run, experiment, rule, h):
     """The run spec `run` (a mapping without experiment and seed), defaults put in, enlarged h times
     by `rule`.
 
-    Raises ScalingError for a mesh, which has no key to scale; SpecError as `dem.spec.parse_spec`
-    does.
+    Raises ScalingError for a mesh, which has no key to scale, and for a law as a curve; SpecError
+    as `dem.spec.parse_spec` does.
     """
     spec = parse_spec(point_spec(run, experiment, {}, 1)).model_dump(mode="json")
     factor = factors(rule.held, h)
@@ -72,6 +72,11 @@ def _scaled(part, factor, key=""):
         return {k: _scaled(v, factor, k) for k, v in part.items()}
     if key.endswith("_stl") and part is not None:
         raise ScalingError(f"{key}: a mesh cannot be enlarged here; use the analytic rig")
+    if key.endswith("_curve_low") and part is not None:
+        raise ScalingError(
+            f"{key}: the states of a curve, whose unit its powers make, cannot be enlarged here; "
+            "use a law with a constant coefficient"
+        )
     quantity = quantity_of(key)
     if quantity is None or part is None:
         return part
