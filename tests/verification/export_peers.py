@@ -20,9 +20,6 @@ from dem.spec import parse_spec
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "results" / "reference" / "salt"
-PLATE, ORIFICE, MOUTH, DISCHARGE, RIM = 0.040, 0.010, 0.040, 0.075, 0.12696
-"""Radii and heights of the paper's rig [m]; the rim follows from the funnel's flank, 30 degrees
-from the vertical."""
 
 
 def program(name):
@@ -90,37 +87,3 @@ def read_dump(path):
     rows = np.array([line.split() for line in lines[1:]], float)
     rows = rows[np.argsort(rows[:, names.index("id")])]
     return dict(zip(names, rows.T, strict=True))
-
-
-def write_rig(folder):
-    """Write plate.stl and funnel.stl [m]: disc, and frustum with a collar of 70 mm above its
-    rim."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 49)
-    ring = {
-        (r, z): np.column_stack([r * np.cos(turn), r * np.sin(turn), np.full(49, z)])
-        for r, z in (
-            (0.5 * PLATE, 0.0),
-            (PLATE, 0.0),
-            (ORIFICE, DISCHARGE),
-            (MOUTH, RIM),
-            (MOUTH, RIM + 0.07),
-        )
-    }
-    inner, outer, orifice, rim, top = ring.values()
-    centre = np.zeros(3)
-    fan = [(centre, inner[i], inner[i + 1]) for i in range(48)]
-    _write_stl(folder / "plate.stl", fan + _band(inner, outer))
-    _write_stl(folder / "funnel.stl", _band(orifice, rim) + _band(rim, top))
-
-
-def _band(a, b):
-    return [t for i in range(48) for t in ((a[i], b[i], b[i + 1]), (a[i], b[i + 1], a[i + 1]))]
-
-
-def _write_stl(path, triangles):
-    lines = ["solid rig"]
-    for triangle in triangles:
-        lines += ["facet normal 0 0 0", "outer loop"]
-        lines += [f"vertex {x:.9e} {y:.9e} {z:.9e}" for x, y, z in triangle]
-        lines += ["endloop", "endfacet"]
-    path.write_text("\n".join([*lines, "endsolid rig"]) + "\n")

@@ -45,7 +45,7 @@ def test_equal_spheres_lie_as_densely_as_is_published(tmp_path, contact, low, hi
     assert low - COUNTING < found["poured_solid_fraction"] < high + COUNTING
 
 
-def angle(folder, monkeypatch, gravity, rate):
+def angle(folder, monkeypatch, gravity, rate, seed):
     """Dynamic angle [deg] of a small drum under so many times our gravity, and its Froude
     number."""
     folder.mkdir()
@@ -55,6 +55,7 @@ def angle(folder, monkeypatch, gravity, rate):
         found = measure(
             folder,
             "drum",
+            seed=seed,
             particles={"count": 720},  # half full
             contacts=both(GLASS),
             geometry={
@@ -68,15 +69,19 @@ def angle(folder, monkeypatch, gravity, rate):
 
 
 @pytest.mark.slow
-def test_the_angle_of_a_drum_goes_with_the_froude_number_alone(tmp_path, monkeypatch):
+@pytest.mark.parametrize("seed", [2, 3])
+def test_the_angle_of_a_drum_goes_with_the_froude_number_alone(tmp_path, monkeypatch, seed):
     """Brucks, Arndt, Ottino and Lueptow (2007), Physical Review E 75:032301, glass beads in a
     tumbler in a centrifuge: the dynamic angle falls where gravity is raised at one speed, and is
     the same at one Froude number whatever gravity. Margins: 1.5 degrees between equal Froude
-    numbers, and twice that, at least, between unequal ones."""
-    slow = angle(tmp_path / "slow", monkeypatch, 1.0, 180.0)
-    fast = angle(tmp_path / "fast", monkeypatch, 1.0, 360.0)
-    slow_heavy = angle(tmp_path / "slow_heavy", monkeypatch, 4.0, 360.0)
-    fast_heavy = angle(tmp_path / "fast_heavy", monkeypatch, 4.0, 720.0)
+    numbers, and twice that, at least, between unequal ones. Grains and filling were changed after
+    the first runs, which had seed 1; these seeds ran only then. Five seeds of this drum
+    with rougher grains scatter by 0.33 degrees (test_drum_peer.py): three standard deviations of a
+    difference are 1.4."""
+    slow = angle(tmp_path / "slow", monkeypatch, 1.0, 180.0, seed)
+    fast = angle(tmp_path / "fast", monkeypatch, 1.0, 360.0, seed)
+    slow_heavy = angle(tmp_path / "slow_heavy", monkeypatch, 4.0, 360.0, seed)
+    fast_heavy = angle(tmp_path / "fast_heavy", monkeypatch, 4.0, 720.0, seed)
     assert slow_heavy[1] == pytest.approx(slow[1])
     assert fast_heavy[1] == pytest.approx(fast[1]) == pytest.approx(4.0 * slow[1])
     assert slow_heavy[0] == pytest.approx(slow[0], abs=1.5)
