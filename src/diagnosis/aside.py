@@ -5,12 +5,13 @@ import numpy as np
 from scipy.special import expit
 
 from calibration.quantities import LEVERS, QUANTITIES, levers_of
-from diagnosis.fit import data_of
+from diagnosis.fit import data_of, spread_unit
 from diagnosis.laws.choose import centre_of
 from diagnosis.laws.mixed import evaluate, from_space, nuisance_of, posterior
 from diagnosis.laws.readings import from_log, readings_of, unknown
 from diagnosis.laws.slots import candidate_of, constant
 from diagnosis.settings import BASE
+from diagnosis.shared import covariance_of
 
 
 def remarks(measured, counted=()):
@@ -43,6 +44,16 @@ def untrained(errors):
                 "gave no value: it counts as without effect there."
             )
     return out
+
+
+def no_free_law(kinds):
+    """Sentence on a table whose experiments are emulated."""
+    words = [QUANTITIES[kind].words for kind in kinds]
+    told = " and ".join([", ".join(words[:-1]), words[-1]] if words[1:] else words)
+    return (
+        f"No free law was tried of the {told}, only the catalogue: free laws are tried where all "
+        "measurements are drops and slides."
+    )
 
 
 def of_outcomes(found, extended=None):
@@ -94,10 +105,12 @@ def _lines(rows):
     return f"Line{'s' * (len(lines) > 1)} {', '.join(lines)}" if lines else "A setting"
 
 
-def by_emulators(emulated, measurements, held_out, fits):
-    """Rows (see `_rows`) of conditions held out, from {label: (names of mechanisms, Fit)}.
+def by_emulators(emulated, measurements, held_out, fits, data):
+    """Rows (see `_rows`) of conditions held out, from {label: (names of mechanisms, Fit)} of the
+    `Data` of the measurements.
 
-    An experiment of which nothing was fitted has no prediction."""
+    An experiment of which nothing was fitted has no prediction. What is known of the error of a
+    row's batch and instrument counts."""
     kinds = {m.experiment for m in measurements}
     place = [i for i, m in enumerate(held_out) if m.experiment in kinds]
     # the parameters of a model are those of all its experiments
@@ -107,8 +120,22 @@ def by_emulators(emulated, measurements, held_out, fits):
         value, error = np.full(len(held_out), np.nan), np.zeros(len(held_out))
         found = emulated.model(together, names).predict(fitted.theta[:1])
         value[place], error[place] = (v[0, len(measurements) :] for v in found)
+        more, variance = _shared(measurements, [held_out[i] for i in place], fitted, data)
+        value[place] += more
+        error[place] = np.hypot(error[place], np.sqrt(variance))
         predicted[label] = value, error
     return _rows(held_out, predicted) if held_out else []
+
+
+def _shared(measurements, held_out, fitted, data):
+    """What errors of batches and instruments are expected to add (k,) to rows that were held out,
+    and its variance."""
+    rows, n = measurements + held_out, len(measurements)
+    covariance = covariance_of(rows, spread_unit(rows), fitted.shared_errors(data))
+    cross = covariance[n:, :n]
+    total = covariance[:n, :n] + np.diag(fitted.sd[0] ** 2)
+    left = covariance[n:, n:] - cross @ np.linalg.solve(total, cross.T)
+    return cross @ (fitted.residual[0] / fitted.sd[0]), np.maximum(np.diag(left), 0.0)
 
 
 def by_contacts(measurements, held_out, tried, law, defaults):

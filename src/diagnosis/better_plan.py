@@ -15,8 +15,8 @@ import numpy as np
 
 from calibration.measurements import Measurement
 from calibration.quantities import LEVERS
-from diagnosis.laws.mixed import TIMES
 from diagnosis.laws.readings import from_log, readings_of
+from diagnosis.laws.sizes import TIMES
 from diagnosis.laws.slots import applicable, scaled
 
 LEVELS = 9

@@ -10,6 +10,9 @@ EMULATORS = {"emulators": "emulators.npz", "errors": "emulators.json"}
 WAVES = 2
 """Times that the emulators of a diagnosis are refined; each is a plan and a training."""
 
+LEFT = {f"left_{k}": f"wave_{k}/left.json" for k in range(1, WAVES + 1)}
+"""{name: file} of what is left to refine before each wave."""
+
 
 @dataclass(frozen=True)
 class Part:
@@ -96,6 +99,12 @@ def _emulated(study):
     return need_emulators(study.config.measurements)
 
 
+def _trained(file):
+    """A file that emulators or their waves leave, as an input; none where single contacts are
+    integrated, so that none of these stages is run."""
+    return lambda study: f"{study.folder}/{OWN.folder}/{file}" if _emulated(study) else []
+
+
 OWN = Part(
     folder="diagnosis",
     module="diagnosis.stages",
@@ -120,7 +129,7 @@ DIAGNOSIS = Stage(
         OWN.task(
             "diagnosis_calibrate",
             "calibrate the base model and show where it fails",
-            {"emulators": of_wave(WAVES)["emulators"]},
+            {"emulators": _trained(of_wave(WAVES)["emulators"])},
             {
                 "summary": "calibration.json",
                 "table": "residuals.csv",
@@ -138,7 +147,7 @@ DIAGNOSIS = Stage(
                 "predictions": OWN.figure("predictions"),
                 "ranking": OWN.figure("ranking"),
             },
-            of_wave(WAVES) | {f"left_{k}": f"wave_{k}/left.json" for k in range(1, WAVES + 1)},
+            {name: _trained(file) for name, file in (of_wave(WAVES) | LEFT).items()},
             folder="/extension",
             cheap=False,
         ),
@@ -163,12 +172,6 @@ DIAGNOSIS = Stage(
 )
 
 
-def _trained(study):
-    """The emulators, for a plan that has other experiments than single contacts."""
-    file = f"{study.folder}/{OWN.folder}/{EMULATORS['emulators']}"
-    return [file] if _emulated(study) else []
-
-
 PLAN = Stage(
     name="diagnosis_power",
     title="What a plan of measurements would show",
@@ -177,7 +180,7 @@ PLAN = Stage(
         OWN.task(
             "diagnosis_power",
             "how strong a law must be for this plan to show it",
-            {"emulators": _trained},
+            {"emulators": _trained(EMULATORS["emulators"])},
             {"power": "power.json", "page": "power.md"},
             cheap=False,
         ),

@@ -1,11 +1,14 @@
 """The gain of the extended model, measured with the real engine on settings that it was not fitted
 to."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from calibration.quantities import QUANTITIES
 from calibration.simulated import named
-from diagnosis.fit import Data, data_of, fit, spread_unit
+from diagnosis.fit import data_of, fit, spread_unit
+from diagnosis.shared import covariance_of
 
 RESAMPLES = 4000
 
@@ -17,7 +20,8 @@ def held_out_points(model, data):
     error = np.tile(data.error, (n, 1))
     error[np.arange(n), np.arange(n)] = 1e9  # a setting with no weight is a setting left out
     failed = None if data.failed is None else np.tile(data.failed, (n, 1))
-    return fit(model, Data(np.tile(data.value, (n, 1)), error, failed, data.tests)).theta
+    value = np.tile(data.value, (n, 1))
+    return fit(model, replace(data, value=value, error=error, failed=failed)).theta
 
 
 def extension_plan(rig, models, measurements, data, seed=90_000):
@@ -101,20 +105,23 @@ def run_scatter(measurements, values):
     return out * unit
 
 
-def gain(measurements, before, after, seed=0):
+def gain(measurements, before, after, seed=0, shared=None):
     """Error on left-out settings before and after, with 95 % bootstrap intervals; None where no
     setting could be run.
 
     before, after: (n, r) values of r runs of the real engine. Errors are in standard errors of the
-    measurement and of the mean of the runs together. The bootstrap resamples settings, the same for
-    both models.
+    measurement and of the mean of the runs together, and of what its batch and its instrument share
+    (`shared`: {(experiment, label): standard deviation}), which no run tells. The bootstrap
+    resamples settings, the same for both models.
     """
     data = data_of(measurements)
+    common = covariance_of(measurements, spread_unit(measurements), shared or {})
+    errors = np.sqrt(data.error[0] ** 2 + np.diag(common))
     good = np.isfinite(before).any(1) & np.isfinite(after).any(1)
     if not good.any():
         return None
     kept = [m for m, g in zip(measurements, good, strict=True) if g]
-    value, error = data.value[0][good], data.error[0][good]
+    value, error = data.value[0][good], errors[good]
     means = [np.nanmean(v[good], axis=1) for v in (before, after)]
     spread = [np.hypot(error, run_scatter(kept, v[good])) for v in (before, after)]
     miss = [(value - m) / s for m, s in zip(means, spread, strict=True)]

@@ -10,9 +10,14 @@ near the mode.
 Tests that end without a value are binomial beside the Gaussian readings: Fisher scoring in place of
 Gauss-Newton. A test that is left out has the odds that the mode and the leverage leave it without
 its own share (Laplace with a cavity: Vehtari and others 2016, J. Mach. Learn. Res. 17:103).
+
+Readings of a batch or an instrument share an error (`diagnosis.shared`). It is integrated out: the
+readings then have a covariance, and a setting is left out of that (Rasmussen and Williams 2006,
+Gaussian Processes for Machine Learning, 5.4.2). How large it is is chosen at the start of a
+descent, as the spread is.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import expit, logsumexp, xlogy
@@ -21,9 +26,11 @@ from scipy.stats import chi2
 from calibration.no_value import log_likelihood
 from calibration.quantities import QUANTITIES
 from diagnosis.failures import outcomes_of
+from diagnosis.shared import Shared, shared_of
 
 STARTS = (0.2, 0.7)
 DESCENTS = 2
+MORE_DESCENTS = 1  # where errors are shared: the first is made before their size is known
 ITERATIONS = 14  # of a descent, at most
 SETTLED = 1e-3  # fall of twice the negative log posterior below which a fit has settled
 NODES = 21  # of the quadrature over the odds of a test
@@ -34,17 +41,47 @@ STUCK = 1e6  # damping at which no step helps any more
 @dataclass(frozen=True)
 class Data:
     """b data sets of n conditions: means and their standard errors (b, n), without the emulators'
-    share; of `tests` (c,) under the model's further conditions `failed` (b, c) gave no value."""
+    share; of `tests` (c,) under the model's further conditions `failed` (b, c) gave no value.
+    shared: what readings share, None where no column says so."""
 
     value: np.ndarray
     error: np.ndarray
     failed: np.ndarray | None = None
     tests: np.ndarray | None = None
+    shared: Shared | None = None
 
     def of(self, rows):
         """The data sets `rows` (m,)."""
         failed = None if self.failed is None else self.failed[rows]
-        return Data(self.value[rows], self.error[rows], failed, self.tests)
+        return replace(self, value=self.value[rows], error=self.error[rows], failed=failed)
+
+
+@dataclass(frozen=True)
+class _Spread:
+    """Standard deviations sd (b, n) of readings without what they share, and the roots (b, n, n)
+    that make residuals over sd independent, None where nothing is shared."""
+
+    sd: np.ndarray
+    root: np.ndarray | None = None
+
+    def of(self, rows):
+        """That of the data sets `rows` (m,)."""
+        return _Spread(self.sd[rows], None if self.root is None else self.root[rows])
+
+    def scaled(self, x):
+        """Values (b, n), or derivatives (b, n, p), of independent residuals of unit spread."""
+        x = x / self.sd if x.ndim == 2 else x / self.sd[:, :, None]
+        if self.root is None:
+            return x
+        return np.einsum("bij,bj...->bi...", self.root, x)
+
+    @property
+    def log(self):
+        """Half the log determinant (b,) of the covariance."""
+        own = np.log(self.sd).sum(1)
+        if self.root is None:
+            return own
+        return own - np.log(np.einsum("bii->bi", self.root)).sum(1)
 
 
 @dataclass(frozen=True)
@@ -53,7 +90,9 @@ class Fit:
     scale, score (b,).
 
     pointwise: held-out log densities (b, n), those of tests without a value behind them (b, n + c);
-    deviances: of the tests (b, c), chi-squares for many tests of a condition."""
+    deviances: of the tests (b, c), chi-squares for many tests of a condition. common (b, n): what
+    the errors that readings share are expected to add to `predicted`; residuals are of both. sizes
+    (b, g): posterior probabilities of the sizes of these errors."""
 
     theta: np.ndarray
     cov: np.ndarray
@@ -66,6 +105,23 @@ class Fit:
     scale: np.ndarray
     pointwise: np.ndarray
     deviances: np.ndarray
+    common: np.ndarray
+    sizes: np.ndarray
+
+    @property
+    def expected(self):
+        """What readings would be (b, n) without an error of their own: `predicted` and `common`."""
+        return self.predicted + self.common
+
+    def shared_errors(self, data):
+        """{(experiment, label): standard deviation} of the errors that readings of the first data
+        set share, as far as they are likely."""
+        return data.shared.at(self.place) if data.shared else {}
+
+    @property
+    def place(self):
+        """Index of the likeliest size of shared errors, of the first data set."""
+        return int(self.sizes[0].argmax())
 
     @property
     def misfit(self):
@@ -86,7 +142,7 @@ def fit(model, data, starts=STARTS):
         theta = np.tile(model.prior_mean, (len(data.value), 1))
         if k:
             theta[:, -k:] = start
-        for _ in range(DESCENTS):
+        for _ in range(DESCENTS + MORE_DESCENTS * (data.shared is not None)):
             theta = _descend(model, data, theta)
         modes.append(theta)
     return _summary(model, data, modes[0] if len(modes) == 1 else _best(model, data, modes))
@@ -106,12 +162,48 @@ def misfit(model, data, theta):
     """Twice the negative log posterior (b,), up to a constant, with the spread at theta itself."""
     value, emulator = model.predict(theta)
     sd = _sd(data, emulator)
-    return _cost(model, data, theta, value, sd) + 2.0 * np.log(sd).sum(1)
+    if data.shared is None:
+        spread = _Spread(sd)
+        return _cost(model, data, theta, value, spread) + 2.0 * spread.log
+    costs = []
+    for place, prior in enumerate(data.shared.prior):
+        spread = _with_root(data, sd, np.full(len(theta), place))
+        costs.append(_cost(model, data, theta, value, spread) + 2.0 * (spread.log - prior))
+    return np.min(costs, axis=0)
 
 
-def _cost(model, data, theta, value, sd):
-    """The same with a given spread."""
-    r = (data.value - value) / sd
+def _with_root(data, sd, places):
+    """`_Spread` with the shared errors of a size each, by their places (b,) on the grid."""
+    root = np.empty((*sd.shape, sd.shape[1]))
+    for place in np.unique(places):
+        rows = places == place
+        together = data.shared.covariance[place] / (sd[rows][:, :, None] * sd[rows][:, None, :])
+        root[rows] = np.linalg.inv(np.linalg.cholesky(together + np.eye(sd.shape[1])))
+    return _Spread(sd, root)
+
+
+def _spread(model, data, theta, value, emulator, slope):
+    """`_Spread` at theta (b, p), and the posterior probabilities (b, g) of the sizes of shared
+    errors with the parameters integrated out, linear about theta."""
+    sd = _sd(data, emulator)
+    if data.shared is None:
+        return _Spread(sd), np.ones((len(sd), 1))
+    j, z = slope / sd[:, :, None], (data.value - value) / sd
+    z = z + np.einsum("bnp,bp->bn", j, theta - model.prior_mean)
+    own = np.einsum("bnp,p,bmp->bnm", j, model.prior_sd**2, j) + np.eye(sd.shape[1])
+    over = 1.0 / (sd[:, :, None] * sd[:, None, :])
+    density = np.empty((len(sd), len(data.shared.prior)))
+    for g, prior in enumerate(data.shared.prior):
+        total = own + data.shared.covariance[g] * over
+        square = np.einsum("bn,bn->b", z, np.linalg.solve(total, z[:, :, None])[:, :, 0])
+        density[:, g] = prior - 0.5 * (square + np.linalg.slogdet(total)[1])
+    sizes = np.exp(density - density.max(1, keepdims=True))
+    return _with_root(data, sd, density.argmax(1)), sizes / sizes.sum(1, keepdims=True)
+
+
+def _cost(model, data, theta, value, spread):
+    """The same with a given spread, less what does not depend on theta."""
+    r = spread.scaled(data.value - value)
     q = (theta - model.prior_mean) / model.prior_sd
     cost = (r * r).sum(1) + (q * q).sum(1)
     if data.failed is None:
@@ -125,15 +217,17 @@ def _descend(model, data, theta):
     alone."""
     theta = theta.copy()
     value, emulator, slope = model.with_slope(theta)
-    sd, damping = _sd(data, emulator), np.full(len(theta), 1e-2)
-    cost = _cost(model, data, theta, value, sd)
+    spread, _ = _spread(model, data, theta, value, emulator, slope)
+    damping = np.full(len(theta), 1e-2)
+    cost = _cost(model, data, theta, value, spread)
     moving = np.arange(len(theta))
     for _ in range(ITERATIONS):
-        own = data.of(moving)
-        scaled = slope[moving] / sd[moving][:, :, None]
-        trial = _step(model, own, theta[moving], value[moving], scaled, sd[moving], damping[moving])
+        own, near = data.of(moving), spread.of(moving)
+        trial = _step(
+            model, own, theta[moving], value[moving], slope[moving], near, damping[moving]
+        )
         there, _, slope_there = model.with_slope(trial, errors=False)
-        after = _cost(model, own, trial, there, sd[moving])
+        after = _cost(model, own, trial, there, near)
         fall = cost[moving] - after
         better = fall > 0.0
         rows = moving[better]
@@ -179,9 +273,10 @@ def _with_tests(model, data, theta, j, r):
     return np.concatenate([j, root[:, :, None] * by_theta], 1), np.concatenate([r, more], 1)
 
 
-def _step(model, data, theta, value, j, sd, damping):
+def _step(model, data, theta, value, slope, spread, damping):
     """Where a damped Gauss-Newton step leads, within the bounds."""
-    j, r = _with_tests(model, data, theta, j, (data.value - value) / sd)
+    j, r = spread.scaled(slope), spread.scaled(data.value - value)
+    j, r = _with_tests(model, data, theta, j, r)
     hessian = _curvature(model, j)
     gradient = _gradient(model, theta, j, r)
     diagonal = np.einsum("bpp->bp", hessian)
@@ -194,24 +289,45 @@ def _step(model, data, theta, value, j, sd, damping):
 
 def _summary(model, data, theta):
     value, emulator, slope = model.with_slope(theta)
-    sd = _sd(data, emulator)
-    n = value.shape[1]
-    j, r = _with_tests(model, data, theta, slope / sd[:, :, None], (data.value - value) / sd)
+    n, off = value.shape[1], data.value - value
+    spread, sizes = _spread(model, data, theta, value, emulator, slope)
+    sd = spread.sd
+    j, r = _with_tests(model, data, theta, spread.scaled(slope), spread.scaled(off))
     # a parameter that is held at its bound does not follow when a setting is left out
     moves = j * ~_held(model, theta, _gradient(model, theta, j, r))[:, None, :]
-    leverage = np.einsum("bnp,bpq,bnq->bn", moves, _covariance(model, moves), moves)
+    inner = _covariance(model, moves)
+    leverage = np.einsum("bnp,bpq,bnq->bn", moves, inner, moves)
     leverage = leverage.clip(0.0, 0.9999)
     tested, deviances = _of_tests(model, data, theta, r[:, n:], leverage[:, n:])
     r, leverage = r[:, :n], leverage[:, :n]
     chi = (r * r).sum(1)
     freedom = np.maximum(r.shape[1] - leverage.sum(1), 1.0)
     scale = np.sqrt(np.maximum(chi / freedom, 1.0))
+    r, leverage, common = _apart(spread, r, leverage, moves[:, :n], inner, off)
     left = 1.0 - leverage
-    spread = scale[:, None] * sd / np.sqrt(left)
-    pointwise = -0.5 * (r * sd / left / spread) ** 2 - np.log(spread) - 0.5 * np.log(2.0 * np.pi)
+    wide = scale[:, None] * sd / np.sqrt(left)
+    pointwise = -0.5 * (r * sd / left / wide) ** 2 - np.log(wide) - 0.5 * np.log(2.0 * np.pi)
     pointwise = np.concatenate([pointwise, tested], 1)
     cov = _covariance(model, j)
-    return Fit(theta, cov, value, r, sd, leverage, chi, freedom, scale, pointwise, deviances)
+    return Fit(
+        theta, cov, value, r, sd, leverage, chi, freedom, scale, pointwise, deviances, common, sizes
+    )
+
+
+def _apart(spread, r, leverage, j, inner, off):
+    """Residuals over sd, leverages and what is shared (b, n) of the readings one by one, of the
+    residuals r, leverages and derivatives j of independent ones.
+
+    With P the inverse covariance over sd, parameters integrated out, a setting that is left out is
+    missed by (P z)_i / P_ii with variance 1 / P_ii: the residual is P z, the leverage 1 - P_ii."""
+    if spread.root is None:
+        return r, leverage, np.zeros_like(off)
+    residual = np.einsum("bij,bi->bj", spread.root, r)
+    whole = np.einsum("bij,bij->bj", spread.root, spread.root)
+    pulled = np.einsum("bij,bip->bjp", spread.root, j)
+    by_theta = np.einsum("bjp,bpq,bjq->bj", pulled, inner, pulled)
+    leverage = (1.0 - whole + by_theta).clip(0.0, 0.9999)
+    return residual, leverage, off - residual * spread.sd
 
 
 def _of_tests(model, data, theta, r, leverage):
@@ -304,9 +420,10 @@ def data_of(measurements, tests=None):
     value = np.array([m.value for m in measurements])
     lever = np.array([m.lever_error for m in measurements])
     error = np.hypot(moderated_sd(measurements) / np.sqrt(n), lever)
+    shared = shared_of(measurements, error, spread_unit(measurements))
     if tests is None:
-        return Data(value[None], error[None])
-    return Data(value[None], error[None], tests.failed[None], tests.tests)
+        return Data(value[None], error[None], shared=shared)
+    return Data(value[None], error[None], tests.failed[None], tests.tests, shared)
 
 
 def evidence(emulated, measurements):

@@ -132,7 +132,7 @@ def decide(scores, alpha=0.05, without=()):
             if out.verdict == "adequate"
             else "the base model misses the data and no mechanism predicts left-out settings better"
         )
-    elif _one_setting_does_it(fits, best):
+    elif _one_setting_does_it(scores, best):
         out.verdict, out.reason = "unexplained", "one setting alone is at odds with the base model"
     else:
         _settle(out, scores, singles)
@@ -179,25 +179,39 @@ def simulate_data(model, fitted, measurements, data, replicates, rng):
     An emulator errs alike at settings that are alike, which looks like a trend; its errors are
     drawn so.
     The spreads that a laboratory would have found are drawn anew and treated as those of the
-    measurements. So is how many of the tests fail; which conditions have readings is not.
+    measurements. So are errors that readings share, of a size that the readings leave probable, and
+    how many of the tests fail; which conditions have readings is not.
     """
     truth = fitted.predicted[0]
     emulator = np.sqrt(np.maximum(fitted.sd[0] ** 2 - data.error[0] ** 2, 0.0))
     root = _root(model.error_correlation(fitted.theta[0]))
     noise = data.error[0] * rng.standard_normal((replicates, len(truth)))
     noise += emulator * (rng.standard_normal((replicates, len(truth))) @ root.T)
+    if data.shared is not None:
+        noise += _shared_errors(data.shared, fitted.sizes[0], replicates, rng)
     value = truth + float(fitted.scale[0]) * noise
     drawn = redrawn_error(measurements, data.error[0], replicates, rng)
     if data.failed is None:
-        return Data(value, drawn)
+        return replace(data, value=value, error=drawn)
     odds, _ = model.odds(fitted.theta[:1], slope=False)
     failed = rng.binomial(data.tests.astype(int), expit(odds[0]), (replicates, len(data.tests)))
-    return Data(value, drawn, failed.astype(float), data.tests)
+    return replace(data, value=value, error=drawn, failed=failed.astype(float))
 
 
-def _root(correlation):
-    """R (n, n) with R R' the correlation, which may be singular."""
-    size, direction = np.linalg.eigh(correlation)
+def _shared_errors(shared, sizes, replicates, rng):
+    """Errors (replicates, n) of batches and instruments, of sizes that are drawn by their
+    probabilities (g,)."""
+    places = rng.choice(len(sizes), replicates, p=sizes)
+    errors = rng.standard_normal((replicates, shared.covariance.shape[1]))
+    for place in np.unique(places):
+        rows = places == place
+        errors[rows] = errors[rows] @ _root(shared.covariance[place]).T
+    return errors
+
+
+def _root(covariance):
+    """R (n, n) with R R' the covariance, which may be singular."""
+    size, direction = np.linalg.eigh(covariance)
     return direction * np.sqrt(np.maximum(size, 0.0))
 
 
@@ -206,6 +220,16 @@ def _as_stated(simulated, fitted):
     centre = fitted.predicted[0]
     value = centre + (simulated.value - centre) / float(fitted.scale[0])
     return replace(simulated, value=value)
+
+
+def _with_sizes_of(scores, name):
+    """The base model's fit and that of the model `name`, errors that readings share of the size
+    that the latter has: else the base model would be helped by larger ones."""
+    fits, data = scores.fits, scores.data
+    if data.shared is None:
+        return fits[BASE], fits[name]
+    data = replace(data, shared=data.shared.only(fits[name].place))
+    return tuple(fit(scores.models[n], data) for n in (BASE, name))
 
 
 def _fits_well(out, name, scores, rng):
@@ -234,17 +258,17 @@ def null_of(models, fitted, measurements, data, replicates, rng):
     return gains | {"misfit": misfit}
 
 
-def _one_setting_does_it(fits, best):
+def _one_setting_does_it(scores, best):
     """Whether dropping one setting mends the base model as well as the best mechanism does with all
     of them.
 
     Both spend one parameter: an outlying setting's own mean, or the mechanism's strength. Compared
     by chi-square, to which tests without a value add their deviance."""
-    base = fits[BASE]
+    base, mended_by = _with_sizes_of(scores, best)
     # chi-square falls by e^2 / (1 - h) when a setting is dropped
     dropped = (base.residual**2 / (1.0 - base.leverage))[0]
     relief = float(max(dropped.max(), *base.deviances[0], 0.0))
-    mended = float((base.misfit - fits[best].misfit)[0])
+    mended = float((base.misfit - mended_by.misfit)[0])
     return relief > mended - 4.0
 
 

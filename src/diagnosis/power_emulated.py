@@ -7,12 +7,13 @@ misfit against those of data without a mechanism.
 """
 
 from collections import Counter
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 
 from diagnosis.chance import share_above
-from diagnosis.fit import Data, data_of, fit
+from diagnosis.fit import data_of, fit
 from diagnosis.identify import NULL_STARTS, null_of, significant, simulate_data
 from diagnosis.power import LEAST_SHARE, POWER, REPLICATES
 from diagnosis.settings import BASE
@@ -39,7 +40,7 @@ class _Bench:
         guessed = data_of(measurements)
         # a plan's guesses need not fit one another: what counts is the model that fits them best
         value = fit(self.models[BASE], guessed).predicted
-        self.data = Data(value, guessed.error)
+        self.data = replace(guessed, value=value)
         self.base = fit(self.models[BASE], self.data)
         rng = np.random.default_rng([seed, 3])
         null = null_of(self.models, self.base, measurements, self.data, replicates, rng)
@@ -80,7 +81,11 @@ class _Bench:
         theta = np.append(self.base.theta[0], coded)[None]
         value, error = model.predict(theta)
         truth = SimpleNamespace(
-            theta=theta, predicted=value, sd=np.hypot(self.data.error, error), scale=np.ones(1)
+            theta=theta,
+            predicted=value,
+            sd=np.hypot(self.data.error, error),
+            scale=np.ones(1),
+            sizes=self.base.sizes,
         )
         rng = np.random.default_rng([self.seed, 5])
         drawn = simulate_data(model, truth, self.measurements, self.data, self.replicates, rng)

@@ -43,8 +43,8 @@ def tails(measurements, drawn, off):
 
 
 def residual_rows(measurements, fitted, drawn):
-    """A mapping for each condition: measured, predicted, residual in sd, tail probability when it
-    is left out; drawn: see `by_chance`."""
+    """A mapping for each condition: measured, predicted (with what its batch and its instrument
+    add), residual in sd, tail probability when it is left out; drawn: see `by_chance`."""
     tail = tails(measurements, drawn, fitted.residual[0] / np.sqrt(1.0 - fitted.leverage[0]))
     rows = []
     for i, m in enumerate(measurements):
@@ -53,7 +53,7 @@ def residual_rows(measurements, fitted, drawn):
                 "experiment": m.experiment,
                 "levers": m.levers,
                 "measured": m.value,
-                "predicted": float(fitted.predicted[0, i]),
+                "predicted": float(fitted.expected[0, i]),
                 "sd": float(fitted.sd[0, i]),
                 "standardised": float(fitted.residual[0, i]),
                 "predictive_p": float(tail[i]),

@@ -29,6 +29,7 @@ from diagnosis.extend import extension_plan, gain, real_values
 from diagnosis.failures import train_failures
 from diagnosis.identify import identify, lack_of_fit, weigh
 from diagnosis.last_word import NAMING, last_word
+from diagnosis.laws.in_engine import not_run
 from diagnosis.residuals import by_chance, calibration, residual_rows, trends
 from diagnosis.settings import BASE, study_settings
 from diagnosis.setup import Setup
@@ -38,7 +39,7 @@ from diagnosis.verdict import extended_name, findings, page, unexplained, valida
 def plan_power(setup, source, output):
     """How strong a law must be for the study's table, its values guesses, to show it."""
     if not setup.of_contacts:
-        emulated = setup.emulated(source.emulators[0])
+        emulated = setup.emulated(source.emulators)
         rows = power_emulated.power(emulated, setup.measurements, setup.settings.alpha)
         _write_power(output, {"plan": rows, "better": [], "better_settings": []}, "")
         return
@@ -155,10 +156,12 @@ def name_causes(setup, source, output):
     verdict["exclusion"] = exclusion.of_mechanisms(found)
     shown = {"before": ((), found.fits[BASE])}
     shown |= {"after": (tuple(name.split(" + ")), found.fits[name])} if name else {}
-    verdict["held_out"] = aside.by_emulators(emulated, measurements, table.held_out, shown)
+    verdict["held_out"] = aside.by_emulators(
+        emulated, measurements, table.held_out, shown, found.data
+    )
     verdict["outcomes"] = aside.of_outcomes(found, name)
     verdict["remarks"] = aside.remarks(table, {r["experiment"] for r in verdict["outcomes"]})
-    verdict["remarks"] += aside.untrained(errors)
+    verdict["remarks"] += [aside.no_free_law(setup.kinds), *aside.untrained(errors)]
     models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
     rows, specs = extension_plan(setup.rig, models, measurements, found.data)
     base_fit = found.fits[BASE].theta[0]
@@ -167,7 +170,7 @@ def name_causes(setup, source, output):
     write_json(output.findings, verdict)
     write_json(output.extension, {"mechanisms": mechanisms, "rows": rows, "steps": steps})
     write_json(output.plan, specs | more)
-    extended = found.fits[name].predicted[0] if name else None
+    extended = found.fits[name].expected[0] if name else None
     common.save(
         figures.prediction_figure(verdict["residuals"], extended, name or ""), output.predictions
     )
@@ -192,6 +195,8 @@ def _diagnose_contacts(setup, output):
     if found.law and found.verdict in NAMING:
         nested = contacts.nested(measurements, found, setup.rig, setup.catalogue)
         rows, specs, verdict["law"]["engine"] = nested.plan()
+        if verdict["law"]["engine"] is None:
+            verdict["law"]["not_run"] = not_run(verdict["law"])
     write_json(output.findings, verdict)
     named = found.causes if found.verdict == "identified" else []
     write_json(output.extension, {"mechanisms": named, "rows": rows, "steps": []})
@@ -216,7 +221,12 @@ def conclude(setup, source, output):
         # a law of single contacts is run in its own experiment alone
         own = sorted({r["setting"] for r in rows})
         pair = (values[label][own] for label in ("before", "after"))
-        verdict["gain"] = gain([measurements[i] for i in own], *pair)
+        sds = (
+            {}
+            if setup.of_contacts
+            else {(s["experiment"], s["of"]): s["sd"] for s in verdict["scatter"]}
+        )
+        verdict["gain"] = gain([measurements[i] for i in own], *pair, shared=sds)
         verdict["extended_with"] = extension["mechanisms"]
     verdict = last_word(verdict)
     if verdict["verdict"] == "unexplained" and "discrepancy" not in verdict:

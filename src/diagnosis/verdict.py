@@ -11,7 +11,7 @@ import yaml
 from calibration.figures import label
 from calibration.numbers import fixed
 from calibration.quantities import LEVERS, QUANTITIES
-from diagnosis import discrepancy
+from diagnosis import discrepancy, shared
 from diagnosis.identify import carried, key_of, lack_of_fit
 from diagnosis.next_measurement import propose
 from diagnosis.residuals import by_chance, calibration, moved, residual_rows, trends
@@ -60,6 +60,8 @@ def findings(emulated, measurements, found):
         ranges = {k: e.levers for k, e in emulated.settings.experiments.items()}
         out |= unexplained(rows, ranges)
     winner = extended_name(found)
+    likeliest = found.fits[winner or BASE]
+    out["scatter"] = shared.scatter(likeliest.shared_errors(found.data))
     if winner:
         out["calibration_extended"] = calibration(found.models[winner], found.fits[winner])
         out["moved"] = moved(out["calibration"], out["calibration_extended"])
@@ -206,12 +208,8 @@ def _law(verdict):
             f"errors with it and by {held['before']:.1f} without.",
             "",
         ]
-    if "engine" in law and law["engine"] is None:
-        lines += [
-            f"The engine has no law for {_law_name(law)}: what is said of left-out levels is "
-            "computed from the curve, and no runs were made.",
-            "",
-        ]
+    if law.get("not_run"):
+        lines += [law["not_run"], ""]
     if law["formula"]:
         lines += [f"Only one of the forms that were tried fits: {law['formula']}.", ""]
     tied = [
@@ -245,8 +243,7 @@ def _keys(keys):
 def _scatter(verdict):
     """How large errors are that the stated spread does not hold, and single readings at odds."""
     lines = [
-        f"- Errors {_between(s['of'])} in the {QUANTITIES[s['experiment']].words}: "
-        f"{100 * s['sd']:.2g} %."
+        f"- Errors {_between(s['of'])} in the {QUANTITIES[s['experiment']].words}: {_size(s)}."
         for s in verdict.get("scatter") or []
     ]
     for o in verdict.get("outliers") or []:
@@ -257,6 +254,12 @@ def _scatter(verdict):
             f"left out; look at it."
         )
     return ["## Errors beyond the stated spread", "", *lines, ""] if lines else []
+
+
+def _size(scatter):
+    """A standard deviation in words; a share of the reading unless a unit is given."""
+    unit = scatter.get("unit", "share")
+    return f"{100 * scatter['sd']:.2g} %" if unit == "share" else f"{scatter['sd']:.2g} {unit}"
 
 
 def _between(of):
@@ -408,9 +411,15 @@ def _nested(engine):
     )
     return [
         f"{what} were left out in turn ({engine['levels']}). The law was chosen and fitted anew "
-        f"without each: {times}. So was the constant coefficient.",
+        f"without each: {times}. So was the constant coefficient.{_part(engine)}",
         "",
     ]
+
+
+def _part(engine):
+    """Which part of the settings was run, where that is not all."""
+    run, all_ = engine.get("run"), engine.get("of")
+    return "" if run == all_ else f" Of the {all_} settings {run} were run, spread over the levels."
 
 
 def _lost(gain):

@@ -240,10 +240,10 @@ def test_rows_held_out_are_predicted_by_the_fit_to_the_others(emulated):
     rows = [Measurement(e, v, 0.01 * v, 5, x) for (e, x), v in zip(CONDITIONS, value, strict=True)]
     fitted, held = rows[:2] + rows[3:], rows[2:3]
     found = fit(emulated.model([(m.experiment, m.levers) for m in fitted]), data_of(fitted))
-    [row] = aside.by_emulators(emulated, fitted, held, {"before": ((), found)})
+    [row] = aside.by_emulators(emulated, fitted, held, {"before": ((), found)}, data_of(fitted))
     assert row["before"] == pytest.approx(held[0].value, rel=0.02)
     assert row["after"] is None
     drops = [m for m in rows if m.experiment == "drop"]
     alone = fit(emulated.model([(m.experiment, m.levers) for m in drops]), data_of(drops))
-    [none] = aside.by_emulators(emulated, drops, rows[3:4], {"before": ((), alone)})
+    [none] = aside.by_emulators(emulated, drops, rows[3:4], {"before": ((), alone)}, data_of(drops))
     assert none["before"] is None

@@ -81,7 +81,8 @@ def test_thirty_rows_of_single_grains_get_a_law_that_the_engine_confirms(table, 
         assert point["low"] <= 0.8 - 0.08 * point["state"] <= point["high"]
     assert law["held_out"]["after"] < 0.5 * law["held_out"]["before"]
     gain, engine = verdict["gain"], law["engine"]
-    assert gain["settings"] == 30
+    # two of the five settings at each of six heights
+    assert (gain["settings"], engine["run"], engine["of"]) == (12, 12, 30)
     assert gain["held_out_rmse_after"] < 0.5 * gain["held_out_rmse_before"]
     assert (engine["left_out"], engine["levels"]) == ("drop_height_mm", 6)
     assert engine["chosen"] == {"restitution of speed": 6}

@@ -39,6 +39,20 @@ def test_the_stages_of_the_diagnosis_are_targets(clone):
         assert message in done.stdout + done.stderr
 
 
+def test_a_table_of_single_contacts_trains_no_emulator(clone):
+    """Each stage is a process that loads the project: those that would make nothing are left
+    out."""
+    table = clone / "mine.csv"
+    table.write_text(
+        "experiment,quantity,value,unit,sd,n,drop_height_mm\n"
+        + "".join(f"drop,rebound_height,{0.3 * h},mm,1,5,{h}\n" for h in (50, 100, 200))
+    )
+    done = snakemake("-n", "diagnose", "--config", "measurements=mine.csv", cwd=clone)
+    assert done.returncode == 0, done.stderr
+    jobs = {line.split()[0] for line in done.stdout.splitlines() if line.startswith("diagnos")}
+    assert jobs == {"diagnosis_calibrate", "diagnosis_identify", "diagnose"}
+
+
 def test_every_fault_of_a_users_table_is_shown_before_any_run(clone):
     table = clone / "mine.csv"
     table.write_text(

@@ -32,6 +32,9 @@ from diagnosis.laws.slots import FAMILY
 SEED = 90_000
 STEPS = 3  # of the search for a coefficient: a reading is nearly a power of it
 LEAST_LEVELS = 3  # of a lever, to leave one out
+MOST_SETTINGS = 12
+"""Settings at most that are run with either model. A drop takes seconds, the more the higher it is,
+and the gain tells no more from further ones."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,19 @@ class Switch:
     apply: Callable
     start: float | None
     reads: dict
+
+
+def some_of(levels, most=MOST_SETTINGS):
+    """Of each level (settings) those to be run: at most so many in all, spread over the levels, and
+    over the settings of a level in turn."""
+    some = np.round(np.linspace(0, len(levels) - 1, min(most, len(levels)))).astype(int)
+    each = max(most // len(levels), 1)
+    out = []
+    for k, index in enumerate(levels):
+        count = min(each, len(index)) if k in some else 0
+        at = (np.arange(count) * len(index) // max(count, 1) + k) % len(index)
+        out.append(np.sort(np.asarray(index)[at]))
+    return out
 
 
 class Nested:
@@ -67,7 +83,9 @@ class Nested:
             return [], {}, None
         lever, levels = self._levels()
         rows, specs, chosen = [], {}, Counter()
-        for index in levels:
+        for index, run in zip(levels, some_of(levels), strict=True):
+            if not len(run):
+                continue
             others = trial(unknown(self._tried.readings, index), self._known, replicates=0)
             usable = (n for n in self._best_first(others) if self._usable(n, others))
             best = next(usable, None)
@@ -75,8 +93,9 @@ class Nested:
             for label, name in (("before", None), ("after", best)):
                 switch = self._switch(name, others)
                 value = self._level(switch, name, others, index)
-                rows += [self._row(label, switch, value, i, specs) for i in index]
-        done = {"left_out": lever, "levels": len(levels), "chosen": dict(chosen)}
+                rows += [self._row(label, switch, value, i, specs) for i in run]
+        done = {"left_out": lever, "levels": sum(chosen.values()), "chosen": dict(chosen)}
+        done |= {"run": len(rows) // 2, "of": sum(map(len, levels))}
         free = self._tried.laws.get(law)
         return rows, specs, done | {"keys": keys(free, self._law["values"]) if free else None}
 

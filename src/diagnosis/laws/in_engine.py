@@ -8,6 +8,7 @@ import numpy as np
 from dem.contact.curve import POINTS
 from diagnosis.catalogue import set_law
 from diagnosis.laws.known import with_coefficient
+from diagnosis.laws.slots import FAMILY
 from diagnosis.measurements import CONTACTS
 
 DIGITS = 9  # decimals of what is written into a run spec
@@ -40,6 +41,17 @@ def curve_of(law):
     if law.experiment not in CONTACTS or known is None or not law.state:
         return None
     return known if set(law.state) <= set(known.states) else None
+
+
+def not_run(law):
+    """Why the engine has no run with a law {experiment, slot, state, ...} of verdict.json."""
+    own = (f for f in FAMILY if f.experiment == law["experiment"])
+    found = [f for f in own if (f.slot, f.state) == (law["slot"], tuple(law["state"]))]
+    words = f"{law['slot']} of {' and '.join(law['state']) or 'all settings alike'}"
+    told = "what is said of left-out levels is computed from the curve, and no runs were made"
+    if any(curve_of(f) for f in found):
+        return f"The engine has a law for {words}, but not beside the study's other laws: {told}."
+    return f"The engine has no law for {words}: {told}."
 
 
 def parameters(law, values):

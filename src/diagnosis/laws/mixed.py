@@ -10,17 +10,12 @@ z)_G: Rasmussen and Williams (2006), Gaussian Processes for Machine Learning, 5.
 """
 
 from dataclasses import dataclass, replace
-from itertools import combinations
 
 import numpy as np
 
 from diagnosis.fit import redrawn_share
+from diagnosis.laws.sizes import combined
 
-TIMES = (1.5, 4.0, 10.0)
-"""Standard deviations of a shared error that are tried, in units of the median error of a setting;
-and none."""
-
-USUAL = 2.0  # scale of their prior, in the same unit
 LEVEL_SD = 1.5  # prior sd of the level's logarithm
 JITTER = 1e-10
 REST = 1e-6
@@ -44,16 +39,11 @@ def nuisance_of(readings):
     for name, code in readings.groups.items():
         kinds[name] = (code[:, None] == code[None, :]).astype(float)
     names = list(kinds)
-    choices = [{}]
-    for size in (1, 2):
-        for chosen in combinations(names, size):
-            for times in np.array(np.meshgrid(*[TIMES] * size)).reshape(size, -1).T:
-                choices.append(dict(zip(chosen, times, strict=True)))
+    choices, prior = combined(names)
     noise = np.diag(readings.error**2)
     covariance = np.array(
         [noise + sum((unit * t) ** 2 * kinds[k] for k, t in c.items()) for c in choices]
     )
-    prior = np.array([-sum(np.log1p((t / USUAL) ** 2) for t in c.values()) for c in choices])
     sds = {k: np.array([unit * c.get(k, 0.0) for c in choices]) for k in names}
     return Nuisance(covariance, prior, sds)
 

@@ -1,0 +1,23 @@
+"""Sizes of shared errors that are tried."""
+
+from itertools import combinations
+
+import numpy as np
+
+TIMES = (1.5, 4.0, 10.0)
+"""Standard deviations of a shared error that are tried, in units of the median error of a setting;
+and none."""
+
+USUAL = 2.0  # scale of their prior, in the same unit
+
+
+def combined(names):
+    """[{name: times}] of the sizes that are tried of the kinds of error in `names`, at most two
+    kinds at once, and the log prior (g,) of each."""
+    choices = [{}]
+    for count in (1, 2):
+        for chosen in combinations(names, count):
+            for times in np.array(np.meshgrid(*[TIMES] * count)).reshape(count, -1).T:
+                choices.append(dict(zip(chosen, times, strict=True)))
+    prior = np.array([-sum(np.log1p((t / USUAL) ** 2) for t in c.values()) for c in choices])
+    return choices, prior

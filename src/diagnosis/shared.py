@@ -1,0 +1,80 @@
+"""Errors that readings of one batch or one instrument share, where experiments are emulated.
+
+A batch (a lot of grains, a day) shifts all its readings of an experiment alike, and so does an
+instrument. The shift is normal; its standard deviation is one of a grid, none among them, with a
+half Cauchy prior. `diagnosis.fit` weighs the grid by the likelihood of the readings with all
+parameters integrated out (REML: Patterson and Thompson 1971, Biometrika 58:545).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calibration.quantities import QUANTITIES
+from diagnosis.laws.sizes import combined
+
+LABELS = ("batch", "instrument")
+"""Columns of a table that say what readings share beside their levers."""
+
+
+@dataclass(frozen=True)
+class Shared:
+    """Grid of the shared errors of n readings: covariance (g, n, n) in their units, log prior (g,),
+    and the standard deviations {(experiment, label): (g,)} of each, in its experiment's unit or as
+    a share of the reading."""
+
+    covariance: np.ndarray
+    prior: np.ndarray
+    sds: dict
+
+    def only(self, place):
+        """The same with the sizes at `place` alone."""
+        one = slice(place, place + 1)
+        sds = {k: v[one] for k, v in self.sds.items()}
+        return Shared(self.covariance[one], self.prior[one], sds)
+
+    def at(self, place):
+        """{(experiment, label): standard deviation} of those that are not zero."""
+        return {k: float(v[place]) for k, v in self.sds.items() if v[place] > 0.0}
+
+
+def shared_of(measurements, error, unit):
+    """`Shared` of measurements whose standard errors are `error` (n,) and whose spreads are
+    compared in `unit` (n,), or None where no column tells readings of an experiment apart."""
+    kinds = {}
+    for kind in dict.fromkeys(m.experiment for m in measurements):
+        own = [i for i, m in enumerate(measurements) if m.experiment == kind]
+        for name in LABELS:
+            if len({getattr(measurements[i], name) for i in own}) > 1:
+                kinds[kind, name] = float(np.median((error / unit)[own]))
+    if not kinds:
+        return None
+    choices, prior = combined(kinds)
+    sds = {k: np.array([size * c.get(k, 0.0) for c in choices]) for k, size in kinds.items()}
+    each = [{k: v[g] for k, v in sds.items()} for g in range(len(choices))]
+    return Shared(np.array([covariance_of(measurements, unit, s) for s in each]), prior, sds)
+
+
+def covariance_of(measurements, unit, sds):
+    """(n, n) covariance of the errors that measurements share, of standard deviations `sds`
+    {(experiment, label): in `unit` (n,)}. A row without a label shares nothing."""
+    n = len(measurements)
+    out = np.zeros((n, n))
+    for (kind, name), sd in sds.items():
+        labels = [getattr(m, name) if m.experiment == kind else "" for m in measurements]
+        same = np.array([[a == b != "" for b in labels] for a in labels])
+        out += same * np.outer(sd * unit, sd * unit)
+    return out
+
+
+def scatter(sds):
+    """[{experiment, of, sd, unit}] of `Shared.at`, as verdict.json has them."""
+    return [
+        {
+            "experiment": kind,
+            "of": name,
+            "sd": sd,
+            "unit": "share" if QUANTITIES[kind].relative else QUANTITIES[kind].unit,
+        }
+        for (kind, name), sd in sds.items()
+    ]

@@ -1,0 +1,287 @@
+"""Batches and instruments where experiments are emulated: the fit with the errors that they share
+against direct linear algebra, and verdicts on closed forms."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from calibration.measurements import Measurement
+from diagnosis import aside
+from diagnosis.catalogue import load_catalogue
+from diagnosis.design import inputs_of
+from diagnosis.emulator import Emulator
+from diagnosis.extend import gain, held_out_points
+from diagnosis.fit import data_of, fit
+from diagnosis.identify import identify
+from diagnosis.model import Emulated
+from diagnosis.settings import BASE, parameters_of, read_settings
+from diagnosis.shared import covariance_of, scatter
+from diagnosis.verdict import findings, page, validate
+
+SETTINGS = read_settings("config/discovery.yaml")
+FACTORS = parameters_of(SETTINGS, "config/factors.tsv", ["heap", "shear"])
+ANGLE, SHARE, REPLICATES = 1.0, 0.03, 5
+"""Noise of one heap [deg] and of one shear test (a share); readings of a setting."""
+
+LARGE = 4.0  # standard errors of a setting that a batch is off by
+
+
+class Linear:
+    """A model that is linear: values x theta, emulators without an error."""
+
+    mechanisms = ()
+
+    def __init__(self, x):
+        self.x, p = x, x.shape[1]
+        self.low, self.high = np.full(p, -1e3), np.full(p, 1e3)
+        self.prior_mean, self.prior_sd = np.full(p, 0.5), np.full(p, 2.0)
+
+    def with_slope(self, theta, slope=True, errors=True):
+        value = theta @ self.x.T
+        by_theta = np.tile(self.x, (len(theta), 1, 1)) if slope else None
+        return value, np.zeros_like(value) if errors else None, by_theta
+
+    def predict(self, theta):
+        return self.with_slope(theta)[:2]
+
+
+def heaps(values, batches=None, instruments=None):
+    n = len(values)
+    return [
+        Measurement(
+            "heap", v, ANGLE, REPLICATES, {"particle_diameter_mm": 3.0 + 0.1 * i}, batch=b,
+            instrument=t,
+        )
+        for i, (v, b, t) in enumerate(
+            zip(values, batches or [""] * n, instruments or [""] * n, strict=True)
+        )
+    ]  # fmt: skip
+
+
+@pytest.fixture(name="linear")
+def linear_case():
+    """Model, measurements of three batches and two instruments, and their `Data`."""
+    rng = np.random.default_rng(3)
+    x = np.column_stack([np.ones(12), np.linspace(-1.0, 1.0, 12)])
+    batches = [f"lot {k % 3}" for k in range(12)]
+    off = dict(zip(sorted(set(batches)), (-2.0, 0.5, 2.0), strict=True))
+    value = 30.0 + x @ [1.0, 2.0] + [off[b] for b in batches]
+    value = value + ANGLE / np.sqrt(REPLICATES) * rng.standard_normal(12)
+    own = heaps(value, batches, ["A", "B"] * 6)
+    model = Linear(x)
+    model.prior_mean[0] = 30.0
+    return model, own, data_of(own)
+
+
+def dense(model, data, place):
+    """Covariance of the readings with all parameters integrated out, and their mean."""
+    own = np.diag(data.error[0] ** 2) + data.shared.covariance[place]
+    by_theta = model.x @ np.diag(model.prior_sd**2) @ model.x.T
+    return own + by_theta, model.x @ model.prior_mean
+
+
+def test_the_size_of_a_shared_error_is_the_likeliest_with_the_parameters_integrated_out(linear):
+    model, _, data = linear
+    found = fit(model, data)
+    density = [
+        multivariate_normal(*reversed(dense(model, data, g))).logpdf(data.value[0]) + prior
+        for g, prior in enumerate(data.shared.prior)
+    ]
+    odds = np.exp(np.array(density) - max(density))
+    assert found.sizes[0] == pytest.approx(odds / odds.sum(), abs=1e-6)
+    assert found.place == int(np.argmax(density))
+    sizes = found.shared_errors(data)
+    assert set(sizes) == {("heap", "batch")}
+    [row] = scatter(sizes)
+    assert row["unit"] == "deg"
+    assert 0.5 < row["sd"] < 5.0
+
+
+def test_settings_are_left_out_of_a_covariance_as_its_inverse_says(linear):
+    """Mode, residuals and held-out densities against solutions of the whole linear model."""
+    model, _, data = linear
+    place = fit(model, data).place
+    data = replace(data, shared=data.shared.only(place))
+    found = fit(model, data)
+    total, mean = dense(model, data, 0)
+    inverse, off = np.linalg.inv(total), data.value[0] - mean
+    theta = model.prior_mean + np.diag(model.prior_sd**2) @ model.x.T @ inverse @ off
+    assert found.theta[0] == pytest.approx(theta, abs=1e-5)
+    left = found.residual[0] * found.sd[0] / (1.0 - found.leverage[0])
+    for i in range(len(off)):
+        others = np.delete(np.arange(len(off)), i)
+        part = np.linalg.solve(total[np.ix_(others, others)], total[others, i])
+        miss, variance = off[i] - part @ off[others], total[i, i] - part @ total[others, i]
+        assert left[i] == pytest.approx(miss, abs=1e-5)
+        own = found.sd[0, i] ** 2 / (1.0 - found.leverage[0, i])
+        assert own == pytest.approx(variance, rel=1e-6)
+        wide = variance * found.scale[0] ** 2
+        density = -0.5 * (miss**2 / wide + np.log(2.0 * np.pi * wide))
+        assert found.pointwise[0, i] == pytest.approx(density, abs=1e-5)
+        # a refit without the setting has the same parameters
+        alone = model.prior_mean + model.prior_sd**2 * (
+            model.x[others].T @ np.linalg.solve(total[np.ix_(others, others)], off[others])
+        )
+        assert held_out_points(model, data)[i] == pytest.approx(alone, abs=1e-4)
+    # what is expected of the batches is what the readings without noise of their own would be
+    common = data.shared.covariance[0] @ inverse @ off
+    assert found.common[0] == pytest.approx(common, abs=1e-5)
+    assert found.expected[0] + found.residual[0] * found.sd[0] == pytest.approx(data.value[0])
+
+
+def test_rows_without_a_label_share_nothing():
+    own = heaps([30.0] * 4, ["A", "A", "", ""])
+    found = covariance_of(own, np.ones(4), {("heap", "batch"): 2.0})
+    assert found == pytest.approx(np.array([[4, 4, 0, 0], [4, 4, 0, 0], [0] * 4, [0] * 4]))
+    assert data_of(heaps([30.0] * 4)).shared is None
+    assert data_of(heaps([30.0] * 4, ["A"] * 4)).shared is None
+
+
+def test_batches_of_two_experiments_share_nothing():
+    heap, shear = heaps([30.0], ["A"])[0], Measurement("shear", 2.0, 0.1, 3, {}, batch="A")
+    sds = {("heap", "batch"): 2.0, ("shear", "batch"): 0.1}
+    found = covariance_of([heap, shear], np.array([1.0, 2.0]), sds)
+    assert found == pytest.approx(np.diag([4.0, 0.04]))
+
+
+def test_a_row_held_out_knows_the_error_of_its_batch():
+    """Fifty readings of a batch tell its error; of another batch nothing but its spread is
+    known."""
+    rng = np.random.default_rng(7)
+    emulated = closed_forms()
+    [free] = plan(("lot 0",))[:1]
+    model = emulated.model([free.condition])
+    level = model.predict(model.prior_mean[None])[0][0, 0]
+    off = {f"lot {k}": 3.0 * s for k, s in enumerate([1, -1, 1, -1])}
+    own = [
+        replace(free, value=level + off[b] + 0.4 * rng.standard_normal(), batch=b, line=k)
+        for k, b in enumerate(list(off) * 12)
+    ]
+    known, new = (replace(free, value=level, batch=b) for b in ("lot 0", "lot 9"))
+    data = data_of(own)
+    found = fit(emulated.model([m.condition for m in own]), data)
+    rows = aside.by_emulators(emulated, own, [known, new], {"before": ((), found)}, data)
+    assert rows[0]["before"] - rows[1]["before"] == pytest.approx(3.0, abs=1.5)
+    assert abs(rows[1]["miss_before"]) < 1.5
+    assert abs(rows[0]["miss_before"]) > 3.0
+
+
+def test_the_gain_counts_what_a_batch_shares_as_an_error():
+    own = heaps([30.0 + 0.5 * k for k in range(6)], ["A", "B"] * 3)
+    runs = np.array([[m.value + 2.0] * 3 for m in own])
+    bare, wide = (gain(own, runs, runs, shared=s) for s in ({}, {("heap", "batch"): 2.0}))
+    error = bare["points"][0]["error"]
+    assert wide["points"][0]["error"] == pytest.approx(np.hypot(error, 2.0))
+    assert wide["held_out_rmse_before"] < 0.5 * bare["held_out_rmse_before"]
+
+
+def closed_forms():
+    """`Emulated` of heaps and shear cells in closed form: an angle of rolling friction, and of
+    restitution, size, height and number a little; a friction of both frictions; cohesion adds to
+    both over a grain's weight or the load."""
+    forms = {
+        "heap": lambda x: (
+            26.0 + 9.0 * x[:, 0] - 2.0 * x[:, 1] - x[:, 2] - x[:, 3] + x[:, 4] + x[:, 0] * x[:, 2]
+        ),
+        "shear": lambda x: 0.4 + 0.2 * x[:, 0] + 0.1 * x[:, 1] + 0.02 * x[:, 2],
+    }
+    more = {
+        "heap": lambda x: 8.0 * x[:, -1] * (1.0 - 0.8 * x[:, 2]),
+        "shear": lambda x: 0.5 * x[:, -1] * 12.5 ** -x[:, 2],
+    }
+    rng, emulators = np.random.default_rng(2), {}
+    for kind, form in forms.items():
+        for name in (BASE, "cohesion"):
+            x = rng.random((90, len(inputs_of(SETTINGS, FACTORS, kind, name))))
+            emulators[kind, name] = Emulator(x, form(x) + (more[kind](x) if name != BASE else 0.0))
+    catalogue = {n: m for n, m in load_catalogue().items() if n == "cohesion"}
+    return Emulated(emulators, SETTINGS, FACTORS, catalogue)
+
+
+def plan(batches=("lot 0", "lot 1", "lot 2"), instruments=("ring", "annulus")):
+    """18 heaps of six sizes and 10 shear tests of five loads, values left open. Which lots and
+    which instruments stand at a setting does not follow the levers."""
+    rows = [
+        Measurement(
+            "heap", 0.0, ANGLE, REPLICATES,
+            {"particle_diameter_mm": d, "discharge_height_mm": h}, line=2,
+        )
+        for d in (2.8, 3.1, 3.4, 3.8, 4.2, 4.6) for h in (60.0, 90.0, 130.0)
+    ]  # fmt: skip
+    rows = [
+        replace(m, batch=batches[(k // 3 + k) % len(batches)], line=k + 2)
+        for k, m in enumerate(rows)
+    ]
+    loads = [(s, t) for s in (0.4, 0.8, 1.5, 2.8, 5.0) for t in instruments]
+    return rows + [
+        Measurement(
+            "shear", 0.0, SHARE, REPLICATES, {"normal_stress_kPa": s}, instrument=t, line=k + 20
+        )
+        for k, (s, t) in enumerate(loads)
+    ]
+
+
+def measured(emulated, seed, large, strength=0.0):
+    """The plan measured: base parameters of the middle of their ranges, cohesion of a coded
+    strength, and lots and instruments that are off by so many standard errors."""
+    rng, rows = np.random.default_rng([seed, 77]), plan()
+    model = emulated.model([m.condition for m in rows], ["cohesion"])
+    theta = np.append(rng.uniform(-0.6, 0.6, len(FACTORS)), strength)
+    true = model.predict(theta[None])[0][0]
+    off = {m.batch + m.instrument: 0.0 for m in rows}
+    off = dict(zip(off, rng.standard_normal(len(off)), strict=True))
+    out = []
+    for m, v in zip(rows, true, strict=True):
+        noise = ANGLE if m.experiment == "heap" else SHARE * v
+        v = v + large * noise / np.sqrt(REPLICATES) * off[m.batch + m.instrument]
+        readings = v + noise * rng.standard_normal(REPLICATES)
+        out.append(replace(m, value=readings.mean(), sd=readings.std(ddof=1)))
+    return out
+
+
+def bare(rows):
+    """The same rows, their batches and instruments not told."""
+    return [replace(m, batch="", instrument="") for m in rows]
+
+
+def alarms(emulated, draws, hide=False):
+    """In how many of the draws without a mechanism, lots and instruments off, the verdict is not
+    `adequate`."""
+    rows = [measured(emulated, s, LARGE) for s in draws]
+    found = [identify(emulated, bare(r) if hide else r, 0.05, 100, 3) for r in rows]
+    return sum(f.verdict != "adequate" for f in found)
+
+
+@pytest.fixture(scope="module", name="emulated")
+def emulated_once():
+    return closed_forms()
+
+
+def test_batch_error_alone_is_adequate_where_the_table_tells_the_batches(emulated):
+    draws = range(100, 108)
+    # at a false-alarm rate of 5 % more than two alarms in eight have a chance of 0.6 %
+    assert alarms(emulated, draws) <= 2
+    assert alarms(emulated, draws, hide=True) >= 6
+
+
+def test_a_mechanism_is_found_beside_batch_error(emulated):
+    for seed in range(200, 203):
+        rows = measured(emulated, seed, LARGE, 0.7)
+        found = identify(emulated, rows, 0.05, 100, 3)
+        assert found.verdict == "identified"
+        verdict = findings(emulated, rows, found)
+        validate(verdict)
+        told = {(s["experiment"], s["of"]): s for s in verdict["scatter"]}
+        assert ("heap", "batch") in told or ("shear", "instrument") in told
+        assert "## Errors beyond the stated spread" in page(verdict)
+
+
+@pytest.mark.slow
+def test_false_alarms_and_finds_with_batches(emulated):
+    assert alarms(emulated, range(300, 340)) <= 5  # 5 % of 40: more has a chance of 1.4 %
+    found = [
+        identify(emulated, measured(emulated, s, LARGE, 0.7), 0.05, 100, 3) for s in range(400, 420)
+    ]
+    assert sum(f.verdict == "identified" for f in found) >= 16
