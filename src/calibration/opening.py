@@ -12,18 +12,27 @@ def opening(config):
 
     Raises ConfigError for a table that cannot be read.
     """
-    found = [f"read {text}" for text in read_back(config)]
-    factors = read_factors(config.factors)
-    levels = {f.key: f.value(config.fixed.get(f.name, f.natural(0.0))) for f in factors}
-    spec = parse_spec(point_spec(config.run, config.experiment, levels, config.seed))
-    return found + [f"warning: {text}" for text in _warnings(spec)]
+    return [f"read {text}" for text in read_back(config)] + [
+        f"warning: {text}" for text in _warnings(config, read_factors(config.factors))
+    ]
 
 
-def _warnings(spec):
-    """The engine's warnings of a run with every factor at its fixed level, else at its middle."""
+def _warnings(config, factors):
+    """The engine's warnings of a run with every factor at its fixed level, else at its middle, and
+    what more it says where one factor is at an end of its range."""
     from dem.advice import warnings_of  # loads the engine
 
-    return warnings_of(spec)
+    def at(levels):
+        return warnings_of(parse_spec(point_spec(config.run, config.experiment, levels, seed)))
+
+    seed = config.seed
+    levels = {f.key: f.value(config.fixed.get(f.name, f.natural(0.0))) for f in factors}
+    found = at(levels)
+    for f in factors:
+        for end in (f.value(f.low), f.value(f.high)):
+            more = [text for text in at(levels | {f.key: end}) if text not in found]
+            found += [f"with {f.name} at {end}: {text}" for text in more]
+    return found
 
 
 def closing(study):

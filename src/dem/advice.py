@@ -1,11 +1,20 @@
 """What a valid spec should still be warned about before it runs."""
 
+import math
+
+from dem.constants import GRAVITY
+from dem.contact.registry import pair_properties
 from dem.experiments import experiment_of
 from dem.experiments.setup import time_step_of
 from dem.grains import smallest_radius
-from dem.materials import laws_of, material_of
+from dem.materials import PARTICLE, contact_parameters, laws_of, material_of
 from dem.timescales import hertz_contact_time
 from dem.units import question
+
+SOLID = 0.6  # share of a bed's volume that its grains fill
+TREMBLES = 1.25
+"""Of `pressed_step`. Salt of restitution 0.15 in a closed funnel rests at 1.22 and at 1.02 of it
+and less, and not at 1.43 and 1.64 (docs/theory.md)."""
 
 
 def limits_of(spec):
@@ -28,7 +37,12 @@ def warnings_of(spec):
     is well."""
     experiment = experiment_of(spec)
     doubtful = _doubtful(spec.model_dump(mode="json"))
-    return [*doubtful, *experiment.advice(spec), *_short_contacts(experiment, spec)]
+    return [
+        *doubtful,
+        *experiment.advice(spec),
+        *_short_contacts(experiment, spec),
+        *_trembling(experiment, spec),
+    ]
 
 
 def _doubtful(data, prefix=""):
@@ -65,3 +79,60 @@ def _steps_per_contact(spec, speed):
     grain = material_of(spec.materials.particle)
     wall = material_of(spec.materials.wall)
     return hertz_contact_time(smallest_radius(spec), speed, grain, wall) / time_step_of(spec)
+
+
+def _trembling(experiment, spec):
+    """A time step at which the spin of grains grows that others press."""
+    if not experiment.poured or (spec.laws.normal, spec.laws.tangential) != ("hertz", "mindlin"):
+        return []
+    pressure = pressure_of(spec)
+    material = material_of(spec.materials.particle)
+    contact = contact_parameters(spec)[PARTICLE, PARTICLE]
+    longest = pressed_step(smallest_radius(spec), material, contact, pressure, laws_of(spec))
+    share = longest / time_step_of(spec)
+    if TREMBLES * share >= 1.0:
+        return []
+    fraction = math.floor(100.0 * share * spec.numerics.rayleigh_fraction) / 100.0
+    lower = (
+        f"numerics.rayleigh_fraction to {fraction:g}"
+        if spec.numerics.time_step_s is None
+        else f"numerics.time_step_s to {share * spec.numerics.time_step_s:.2g}"
+    )
+    return [
+        f"grains of restitution {spec.contacts.particle_particle.restitution:g} under "
+        f"{1e-3 * pressure:.2g} kPa may tremble at this time step and come to rest late or never: "
+        f"lower {lower}"
+    ]
+
+
+def pressure_of(spec):
+    """Pressure on the lowest grains [Pa]: of the bed, or of the lid."""
+    particles, density = spec.particles, spec.materials.particle.density_kg_m3
+    bed = bed_pressure(particles.count, 1e-3 * particles.diameter_mm, density)
+    stresses = (v for k, v in spec.geometry if k.endswith("normal_stress_kPa"))
+    return max(bed, *(1e3 * stress for stress in stresses if stress), 0.0)
+
+
+def bed_pressure(count, diameter, density):
+    """Pressure [Pa] under a bed as deep as the cube that the grains fill; diameter [m], density of
+    the grain [kg/m3]."""
+    depth = (count * math.pi / 6.0 / SOLID) ** (1.0 / 3.0) * diameter
+    return SOLID * density * GRAVITY * depth
+
+
+def pressed_step(radius, material, contact, pressure, laws):
+    """Longest time step [s] at which the spin of grains under a pressure [Pa] dies out.
+
+    radius [m]; material: `Material`; contact: `ContactParameters` of two grains; laws: `Laws`. In a
+    square lattice of grains that all spin alike each turns against four others: W^2 = 20 k_t/m and
+    C = 20 c_t/m, with Mindlin's spring k_t = 8 G* a and its dashpot c_t. The velocity is half a
+    step behind the position, so the spin dies out while (W dt)^2 + 2 C dt < 4. A contact bears the
+    pressure on the square about a grain, by Hertz.
+    """
+    p = pair_properties(laws, material, material, contact)
+    mass = 4.0 / 3.0 * math.pi * radius**3 * material.density
+    force = pressure * (2.0 * radius) ** 2
+    stiffness = 8.0 * p.shear * (0.375 * force * radius / p.young) ** (1.0 / 3.0)
+    square = 20.0 * stiffness / mass
+    resisting = 20.0 * p.damping * math.sqrt(0.5 * stiffness / mass)
+    return (math.sqrt(resisting**2 + 4.0 * square) - resisting) / square

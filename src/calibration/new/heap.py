@@ -4,8 +4,9 @@ import math
 from dataclasses import dataclass, replace
 
 from calibration.config.schema import COARSER
+from dem.advice import TREMBLES, bed_pressure, pressed_step
 from dem.constants import GRAVITY
-from dem.contact.registry import Material
+from dem.contact.registry import ContactParameters, Laws, Material
 from dem.experiments.heap import PACKING, solid_rate
 from dem.flow import FREE_FLOW_RATIO, K_BEVERLOO
 from dem.timescales import hertz_contact_time, rayleigh_time
@@ -48,6 +49,7 @@ class Heap:
     poisson_ratio: float = 0.25
     mass_flow_g_s: float | None = None  # poured in a second, where the laboratory measured it
     plate_rim_height_mm: float = 0.0
+    least_restitution: float | None = None  # between grains, of those that are tried
 
     @property
     def apex_mm(self):
@@ -103,20 +105,31 @@ class Heap:
     @property
     def rayleigh_fraction(self):
         """Rayleigh times in a time step: RAYLEIGH, or fewer where an impact on the plate would last
-        less than IMPACT_STEPS."""
-        elastic = self.density_kg_m3, self.shear_modulus_Pa, self.poisson_ratio
-        radius = 0.5e-3 * self.diameter_mm
+        less than IMPACT_STEPS or pressed grains would tremble."""
+        radius, material = 0.5e-3 * self.diameter_mm, self._material
         speed = math.sqrt(2.0 * GRAVITY * 1e-3 * self.discharge_height_mm)
-        lasts = hertz_contact_time(radius, speed, Material(*elastic), STEEL)
-        most = lasts / (IMPACT_STEPS * rayleigh_time(radius, *elastic))
-        return min(RAYLEIGH, math.floor(100 * most) / 100)
+        longest = [hertz_contact_time(radius, speed, material, STEEL) / IMPACT_STEPS]
+        if self.least_restitution is not None:
+            pressure = bed_pressure(self.count, 2.0 * radius, self.density_kg_m3)
+            contact = ContactParameters(self.least_restitution, 0.0)
+            pressed = pressed_step(radius, material, contact, pressure, Laws())
+            longest.append(TREMBLES * pressed)
+        return min(RAYLEIGH, math.floor(100 * min(longest) / self._rayleigh_time) / 100)
+
+    @property
+    def _material(self):
+        return Material(self.density_kg_m3, self.shear_modulus_Pa, self.poisson_ratio)
+
+    @property
+    def _rayleigh_time(self):
+        m = self._material
+        radius = 0.5e-3 * self.diameter_mm
+        return rayleigh_time(radius, m.density, m.shear_modulus, m.poisson_ratio)
 
     @property
     def particle_steps(self):
         """Work of one heap: grains times steps."""
-        step = self.rayleigh_fraction * rayleigh_time(
-            0.5e-3 * self.diameter_mm, self.density_kg_m3, self.shear_modulus_Pa, self.poisson_ratio
-        )
+        step = self.rayleigh_fraction * self._rayleigh_time
         return self.count * (self.pouring_s + SETTLING) / step
 
     def of_at_most(self, most):

@@ -4,12 +4,13 @@ once."""
 import math
 import shlex
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
 from calibration.errors import CalibrationError
+from calibration.factors import factor_of
 from calibration.measurements import read_measured
 from calibration.new.heap import FEWEST, MOST, Heap
 from calibration.new.mastersizer import mastersizer_sizes
@@ -74,8 +75,9 @@ def answers(args, ask=None):
                 raise
             print(error)
     known = f"Material ({', '.join(materials())}, or empty)"
-    factors = _open_answer(args.material, ask, known, factors_of)
-    return values, heap, factors or factors_of(None), sizes
+    factors = _open_answer(args.material, ask, known, factors_of) or factors_of(None)
+    bounce = factor_of(factors, "contacts.particle_particle.restitution")
+    return values, replace(heap, least_restitution=bounce.low), factors, sizes
 
 
 def _answer(given, ask, q, read):

@@ -226,7 +226,7 @@ run: # what all heaps share
     generation_rate_per_s: {heap.feed_per_s:.0f} # {_fed(heap)}
   numerics:
     max_time_s: {max(12.0, 2 * heap.pouring_s + 5):.3g}
-    rayleigh_fraction: {heap.rayleigh_fraction:g} # an impact on the plate lasts long enough
+    rayleigh_fraction: {heap.rayleigh_fraction:g} # impacts last, pressed grains come to rest
 
 screening: {{ at_least: 3, at_most: 3 }}
 ascent: {{ rule: effects, steps: 5 }}
