@@ -7,6 +7,7 @@ Stat. 9:60). The prior of the strength takes no part.
 """
 
 import copy
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import chi2
@@ -28,12 +29,13 @@ STRENGTHS = 17
 def of_mechanisms(found):
     """[{mechanism, ...}] of every single mechanism of an `Identification`, by the emulators."""
     data, out = found.data, []
-    scale = float(found.fits[BASE].scale[0]) if found.verdict == "adequate" else 1.0
+    if found.verdict == "adequate":
+        data = replace(data, scale=found.fits[BASE].scale[0])
     for name, model in found.models.items():
         if name == BASE or len(model.mechanisms) != 1:
             continue
         coded = np.linspace(0.0, 1.0, STRENGTHS)
-        cost = np.array([_held(model, data, c) for c in coded]) / scale**2
+        cost = np.array([_held(model, data, c) for c in coded])
         out.append(_of_mechanism(model.mechanisms[0], coded, cost))
     return out
 

@@ -42,13 +42,17 @@ STUCK = 1e6  # damping at which no step helps any more
 class Data:
     """b data sets of n conditions: means and their standard errors (b, n), without the emulators'
     share; of `tests` (c,) under the model's further conditions `failed` (b, c) gave no value.
-    shared: what readings share, None where no column says so."""
+    shared: what readings share, None where no column says so; group (n,): number of the experiment
+    of each condition, None where all are of one; scale: factor (n,) on the spread, emulators' share
+    with it."""
 
     value: np.ndarray
     error: np.ndarray
     failed: np.ndarray | None = None
     tests: np.ndarray | None = None
     shared: Shared | None = None
+    group: np.ndarray | None = None
+    scale: np.ndarray | float = 1.0
 
     def of(self, rows):
         """The data sets `rows` (m,)."""
@@ -86,8 +90,9 @@ class _Spread:
 
 @dataclass(frozen=True)
 class Fit:
-    """theta (b, p); cov (b, p, p); predicted, residual (in units of sd), sd, leverage (b, n);
-    scale, score (b,).
+    """theta (b, p); cov (b, p, p), widened where an experiment misfits; predicted, residual (in
+    units of sd), sd, leverage (b, n); scale (b, n): of the misfit of a reading's experiment; score
+    (b,).
 
     pointwise: held-out log densities (b, n), those of tests without a value behind them (b, n + c);
     deviances: of the tests (b, c), chi-squares for many tests of a condition. common (b, n): what
@@ -155,7 +160,7 @@ def _best(model, data, modes):
 
 
 def _sd(data, emulator):
-    return np.sqrt(data.error**2 + emulator**2)
+    return np.sqrt(data.error**2 + emulator**2) * data.scale
 
 
 def misfit(model, data, theta):
@@ -302,16 +307,29 @@ def _summary(model, data, theta):
     r, leverage = r[:, :n], leverage[:, :n]
     chi = (r * r).sum(1)
     freedom = np.maximum(r.shape[1] - leverage.sum(1), 1.0)
-    scale = np.sqrt(np.maximum(chi / freedom, 1.0))
+    scale = _misfit_scale(data, r, leverage)
     r, leverage, common = _apart(spread, r, leverage, moves[:, :n], inner, off)
     left = 1.0 - leverage
-    wide = scale[:, None] * sd / np.sqrt(left)
+    wide = scale * sd / np.sqrt(left)
     pointwise = -0.5 * (r * sd / left / wide) ** 2 - np.log(wide) - 0.5 * np.log(2.0 * np.pi)
     pointwise = np.concatenate([pointwise, tested], 1)
+    j[:, :n] /= scale[:, :, None]
     cov = _covariance(model, j)
     return Fit(
         theta, cov, value, r, sd, leverage, chi, freedom, scale, pointwise, deviances, common, sizes
     )
+
+
+def _misfit_scale(data, r, leverage):
+    """Factor (b, n) on the spread of each reading, from independent residuals (b, n) and leverages:
+    the root of chi-square over the degrees of freedom of its experiment, at least 1."""
+    scale = np.ones_like(r)
+    group = np.zeros(r.shape[1], int) if data.group is None else data.group
+    for own in (group == g for g in np.unique(group)):
+        freedom = np.maximum(own.sum() - leverage[:, own].sum(1), 1.0)
+        chi = (r[:, own] ** 2).sum(1)
+        scale[:, own] = np.sqrt(np.maximum(chi / freedom, 1.0))[:, None]
+    return scale
 
 
 def _apart(spread, r, leverage, j, inner, off):
@@ -421,9 +439,11 @@ def data_of(measurements, tests=None):
     lever = np.array([m.lever_error for m in measurements])
     error = np.hypot(moderated_sd(measurements) / np.sqrt(n), lever)
     shared = shared_of(measurements, error, spread_unit(measurements))
+    group = np.unique([m.experiment for m in measurements], return_inverse=True)[1]
+    found = Data(value[None], error[None], shared=shared, group=group)
     if tests is None:
-        return Data(value[None], error[None], shared=shared)
-    return Data(value[None], error[None], tests.failed[None], tests.tests, shared)
+        return found
+    return replace(found, failed=tests.failed[None], tests=tests.tests)
 
 
 def evidence(emulated, measurements):

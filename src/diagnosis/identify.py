@@ -189,7 +189,7 @@ def simulate_data(model, fitted, measurements, data, replicates, rng):
     noise += emulator * (rng.standard_normal((replicates, len(truth))) @ root.T)
     if data.shared is not None:
         noise += _shared_errors(data.shared, fitted.sizes[0], replicates, rng)
-    value = truth + float(fitted.scale[0]) * noise
+    value = truth + fitted.scale[0] * noise
     drawn = redrawn_error(measurements, data.error[0], replicates, rng)
     if data.failed is None:
         return replace(data, value=value, error=drawn)
@@ -218,7 +218,7 @@ def _root(covariance):
 def _as_stated(simulated, fitted):
     """Simulated data with the stated noise in place of one scaled up by the misfit of the model."""
     centre = fitted.predicted[0]
-    value = centre + (simulated.value - centre) / float(fitted.scale[0])
+    value = centre + (simulated.value - centre) / fitted.scale[0]
     return replace(simulated, value=value)
 
 
@@ -253,7 +253,7 @@ def null_of(models, fitted, measurements, data, replicates, rng):
         if n != BASE
     }
     misfit = reference.misfit
-    if fitted.scale[0] != 1.0:
+    if (fitted.scale[0] != 1.0).any():
         misfit = fit(models[BASE], _as_stated(simulated, fitted)).misfit
     return gains | {"misfit": misfit}
 

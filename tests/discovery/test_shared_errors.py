@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from linear_model import Linear
 from scipy.stats import multivariate_normal
 
 from calibration.measurements import Measurement
@@ -26,25 +27,6 @@ ANGLE, SHARE, REPLICATES = 1.0, 0.03, 5
 """Noise of one heap [deg] and of one shear test (a share); readings of a setting."""
 
 LARGE = 4.0  # standard errors of a setting that a batch is off by
-
-
-class Linear:
-    """A model that is linear: values x theta, emulators without an error."""
-
-    mechanisms = ()
-
-    def __init__(self, x):
-        self.x, p = x, x.shape[1]
-        self.low, self.high = np.full(p, -1e3), np.full(p, 1e3)
-        self.prior_mean, self.prior_sd = np.full(p, 0.5), np.full(p, 2.0)
-
-    def with_slope(self, theta, slope=True, errors=True):
-        value = theta @ self.x.T
-        by_theta = np.tile(self.x, (len(theta), 1, 1)) if slope else None
-        return value, np.zeros_like(value) if errors else None, by_theta
-
-    def predict(self, theta):
-        return self.with_slope(theta)[:2]
 
 
 def heaps(values, batches=None, instruments=None):
@@ -117,7 +99,7 @@ def test_settings_are_left_out_of_a_covariance_as_its_inverse_says(linear):
         assert left[i] == pytest.approx(miss, abs=1e-5)
         own = found.sd[0, i] ** 2 / (1.0 - found.leverage[0, i])
         assert own == pytest.approx(variance, rel=1e-6)
-        wide = variance * found.scale[0] ** 2
+        wide = variance * found.scale[0, i] ** 2
         density = -0.5 * (miss**2 / wide + np.log(2.0 * np.pi * wide))
         assert found.pointwise[0, i] == pytest.approx(density, abs=1e-5)
         # a refit without the setting has the same parameters
