@@ -23,7 +23,12 @@ def named_first(laboratory, data, name, without=()):
 
 
 @pytest.mark.parametrize(
-    "name", ["viscoelastic_restitution", "plastic_restitution", "apex_sampling"]
+    "name",
+    [
+        "viscoelastic_restitution",
+        pytest.param("plastic_restitution", marks=pytest.mark.slow),
+        pytest.param("apex_sampling", marks=pytest.mark.slow),
+    ],
 )
 def test_a_hidden_effect_is_named_first_and_the_test_fails_without_it(laboratory, drops, name):
     data = [measure(laboratory, drops, point, name) for point in range(3)]
@@ -31,6 +36,7 @@ def test_a_hidden_effect_is_named_first_and_the_test_fails_without_it(laboratory
     assert named_first(laboratory, data, name, without=[name]) == 0
 
 
+@pytest.mark.slow
 def test_base_data_are_adequate(laboratory, drops):
     data = [measure(laboratory, drops, point) for point in range(8)]
     verdicts = [laboratory.identify(d, 3).verdict for d in data]

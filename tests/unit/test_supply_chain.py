@@ -150,6 +150,7 @@ def test_the_block_blocks(tmp_path):
     assert done.returncode != 0
 
 
+@pytest.mark.slow
 def test_a_run_asks_for_no_network(tmp_path):
     done = without_network(RUN, tmp_path / "out", cwd=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -45,6 +45,7 @@ def rules_of(clone, *arguments):
     return {words[0] for words in counts if len(words) == 2 and words[1].isdigit()}
 
 
+@pytest.mark.slow
 def test_a_dry_run_says_in_a_line_that_the_settings_have_changed(clone):
     snakemake(clone, "plan_tilt")
     shown = snakemake(clone, "-n", "plan_tilt", "--config", "seed=2")
