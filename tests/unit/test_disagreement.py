@@ -11,9 +11,13 @@ from calibration import Study
 from calibration.bench_tests.sweep import plan_sweep
 from calibration.campaign import run_id
 from calibration.chain.screening import plan_screening
+from calibration.config import overlay, parse_config
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import read_json
+from calibration.opening import opening
 from calibration.tables import read_written
+from dem.advice import warnings_of
+from dem.spec import parse_spec
 from diagnosis import switched
 from diagnosis.other_code import read_runs
 from diagnosis.switched import Switched, read_switched
@@ -91,6 +95,23 @@ def test_each_shipped_cause_changes_every_run_it_is_tried_on(study, tables):
             # values that are equal change nothing when they change places
             assert not same or (cause.exchange and len(same) < len(runs))
             assert set(specs) == {r["run"] for r in rows}
+
+
+def test_no_grain_trembles_behind_the_gate_of_an_opened_funnel(study, tables):
+    """It opens when its grains rest: one that never opened counted as clogged."""
+    cause = {"opened": read_switched(CAUSES)["heap"]["funnel filled, then opened"]}
+    made, seen = own.spec_of(study), 0
+    for name in cause["opened"].tables:
+        _, specs = switched.plan(name, tables[name], cause, made)
+        for spec in specs.values():
+            assert not any("tremble" in text for text in warnings_of(parse_spec(spec)))
+            seen += 1
+    assert seen >= 29
+    laid = [yaml.safe_load(Path("config", *p).read_text())
+            for p in (("config.yaml",), ("rigs", "opened.yaml"))]  # fmt: skip
+    said = opening(parse_config(overlay(*laid)))
+    assert not any("tremble" in text for text in said)
+    assert any("tremble" in text for text in opening(parse_config(laid[0])))
 
 
 def test_parameters_change_places():
