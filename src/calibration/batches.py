@@ -8,6 +8,7 @@ a batch that was cut off goes on where it stopped.
 import sys
 import tarfile
 from math import ceil
+from pathlib import PurePosixPath
 
 from calibration.ahead import run_seconds
 from calibration.campaign import read_plan
@@ -93,9 +94,20 @@ def unpack_runs(archive, root=None):
     broken."""
     try:
         with tarfile.open(archive) as tar:
-            tar.extractall(RunStore(root).folder("."), filter="data")
+            if odd := next((m.name for m in tar if not _of_a_run(m)), None):
+                raise CalibrationError(f"{archive}: holds {odd}, which is no file of a run")
+            # Python 3.11.3 and older know no filter and extract as they always did
+            tar.extraction_filter = getattr(tarfile, "data_filter", None)
+            tar.extractall(RunStore(root).folder("."))
     except tarfile.TarError as error:
         raise CalibrationError(f"{archive}: {error}") from None
+
+
+def _of_a_run(member):
+    """Whether a member of an archive is a file or a folder below the archive's root."""
+    path = PurePosixPath(member.name)
+    below = not path.is_absolute() and ".." not in path.parts
+    return below and (member.isfile() or member.isdir())
 
 
 def share_of(plan_file, batch, batches):

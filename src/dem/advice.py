@@ -3,7 +3,7 @@
 import math
 
 from dem.constants import GRAVITY
-from dem.contact.registry import pair_properties
+from dem.contact.registry import DEFAULTS, pair_properties
 from dem.experiments import experiment_of
 from dem.experiments.setup import time_step_of
 from dem.grains import smallest_radius
@@ -83,7 +83,8 @@ def _steps_per_contact(spec, speed):
 
 def _trembling(experiment, spec):
     """A time step at which the spin of grains grows that others press."""
-    if not experiment.poured or (spec.laws.normal, spec.laws.tangential) != ("hertz", "mindlin"):
+    known = (DEFAULTS["normal"], DEFAULTS["tangential"])  # whose stiffness `pressed_step` has
+    if not experiment.poured or (spec.laws.normal, spec.laws.tangential) != known:
         return []
     pressure = pressure_of(spec)
     material = material_of(spec.materials.particle)

@@ -59,6 +59,22 @@ def compare(runs, ours, causes, alpha=0.05, seed=0, spread=None):
     return out | {"sentence": sentence_of(out)}
 
 
+def in_part(runs, ours, values):
+    """A mapping of a cause whose values (k, n) are NaN where its runs have none: how many `runs`
+    those are, and of the `others` the scatter before and after, at the strength that leaves
+    least."""
+    share = _quantity(runs[0])[2]
+    theirs, base = (_scaled(np.array(v, float), share) for v in ([m.value for m in runs], ours))
+    has = np.isfinite(values).all(0)
+    after = [_rms(theirs[has] - _scaled(v[has], share)) for v in values]
+    return {
+        "runs": int(np.isnan(values).sum()),
+        "others": int(has.sum()),
+        "scatter_before": _rms(theirs[has] - base[has]),
+        "scatter_after": min(after),
+    }
+
+
 def _fit_of(cause, runs, theirs, base, table, spread, freedom):
     """What a cause makes of all rows: its strength, what it leaves, and which rows do not follow
     it."""

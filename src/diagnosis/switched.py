@@ -97,15 +97,16 @@ def plan(table, runs, causes, spec_of):
 
 
 def tried(rows, causes, metrics, metric):
-    """([`diagnosis.other_code.Cause`], {cause: runs without a value}) of one table's rows.
+    """([`diagnosis.other_code.Cause`], {cause: values (k, n)}) of one table's rows.
 
-    A cause that leaves runs without a value has nothing to compare there and is told apart."""
+    A cause that leaves runs without a value has nothing to compare there and is told apart: its
+    values have NaN there."""
     found, without = [], {}
     for name in dict.fromkeys(r["cause"] for r in rows):
         cause, own = causes[name], [r for r in rows if r["cause"] == name]
         table = _table(own, metrics, cause.metric or metric)
         if np.isnan(table).any():
-            without[name] = int(np.isnan(table).sum())
+            without[name] = table
             continue
         noise = _table(own, metrics, cause.scatter) if cause.scatter else np.zeros(table.shape)
         strengths = np.array(list(dict.fromkeys(r["strength"] for r in own)), float)

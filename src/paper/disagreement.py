@@ -21,7 +21,7 @@ from calibration.simulated import simulate
 from calibration.tables import read_written
 from dem.io.files import write_json
 from diagnosis import other_code
-from diagnosis.compared import compare, told
+from diagnosis.compared import compare, in_part, told
 from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of, study_settings
 from diagnosis.switched import plan, read_switched, tried
@@ -178,7 +178,7 @@ def judged(runs, ours, known, apart, rows, causes, metrics):
         | {name: float(v[i]) for name, v in values.items()}
         for i, (m, o) in enumerate(zip(runs, ours, strict=True))
     ]
-    return found | {"without_value": without}
+    return found | {"without_value": {k: in_part(runs, ours, v) for k, v in without.items()}}
 
 
 def _between_runs(paper, studies):
@@ -199,9 +199,13 @@ def page(found):
     lines = ["# Two simulations that disagree: the paper's tables and our runs", ""]
     for name, one in found.items():
         lines += [f"## {name}: {one['verdict']}", "", one["sentence"], ""]
-        if one["without_value"]:
-            names = "; ".join(f"{k} in {n} runs" for k, n in one["without_value"].items())
-            lines += [f"Gave no value, and so was not compared: {names}.", ""]
+        for cause, part in one["without_value"].items():
+            before, after = (told(part[f"scatter_{k}"], one["unit"]) for k in ("before", "after"))
+            lines += [
+                f"Gave no value in {part['runs']} runs, and so was not compared: {cause}. In the "
+                f"other {part['others']} it leaves {after} in place of {before}.",
+                "",
+            ]
         lines += [
             "| cause | kind | at | gain, nats | p | left | chance of that |",
             "|---" * 7 + "|",

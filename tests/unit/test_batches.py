@@ -1,7 +1,9 @@
 """Batches of short runs: each run is kept, none is done twice, and a failure names the run and
 why."""
 
+import io
 import json
+import tarfile
 from pathlib import Path
 
 import pytest
@@ -189,3 +191,21 @@ def test_what_a_batch_did_is_packed_and_unpacked_as_it_was(tmp_path):
     (tmp_path / "broken.tar").write_bytes(b"no archive")
     with pytest.raises(CalibrationError, match=r"broken\.tar"):
         unpack_runs(tmp_path / "broken.tar", tmp_path / "elsewhere")
+
+
+@pytest.mark.parametrize("name", ["../drop-1/result.json", "/tmp/result.json"])
+def test_an_archive_writes_nowhere_but_among_the_runs(tmp_path, name):
+    with tarfile.open(tmp_path / "odd.tar", "w") as tar:
+        tar.addfile(tarfile.TarInfo(name), io.BytesIO())
+    with pytest.raises(CalibrationError, match=r"odd\.tar: holds .*result\.json"):
+        unpack_runs(tmp_path / "odd.tar", tmp_path / "elsewhere")
+    assert not list(tmp_path.rglob("result.json"))
+
+
+def test_a_link_is_no_file_of_a_run(tmp_path):
+    link = tarfile.TarInfo("drop-1/result.json")
+    link.type, link.linkname = tarfile.SYMTYPE, "/etc/hostname"
+    with tarfile.open(tmp_path / "odd.tar", "w") as tar:
+        tar.addfile(link)
+    with pytest.raises(CalibrationError, match="is no file of a run"):
+        unpack_runs(tmp_path / "odd.tar", tmp_path / "elsewhere")

@@ -14,11 +14,13 @@ from calibration.chain.screening import plan_screening
 from calibration.config import overlay, parse_config
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import read_json
+from calibration.measurements import Measurement
 from calibration.opening import opening
 from calibration.tables import read_written
 from dem.advice import warnings_of
 from dem.spec import parse_spec
 from diagnosis import switched
+from diagnosis.compared import in_part
 from diagnosis.other_code import read_runs
 from diagnosis.switched import Switched, read_switched
 from paper import disagreement as own
@@ -135,7 +137,17 @@ def test_a_cause_whose_runs_give_no_value_is_told_apart():
     metrics = {r["run"]: {"angle": 30.0} for r in rows} | {"clogs1": None}
     found, without = switched.tried(rows, causes, metrics, "angle")
     assert [c.name for c in found] == ["pours"]
-    assert without == {"clogs": 1}
+    assert np.isnan(without["clogs"]).tolist() == [[False, True, False]]
+    runs = [
+        Measurement("heap", v, None, 1, {}, quantity="angle_of_repose") for v in (33.0, 30.0, 34.0)
+    ]
+    part = in_part(runs, [35.0, 60.0, 34.0], without["clogs"])
+    assert part == {
+        "runs": 1,
+        "others": 2,
+        "scatter_before": pytest.approx(2.0**0.5),
+        "scatter_after": pytest.approx(12.5**0.5),
+    }
 
 
 def test_the_kept_page_says_what_the_kept_numbers_say():
