@@ -195,7 +195,7 @@ def reaches_python(user):
 
 def test_a_strange_machine(undisturbed, tmp_path):
     """Locale C, a path with a space and an umlaut, no HOME, and where it can be had a user whom
-    nobody knows."""
+    nobody knows. Snakemake itself asks for that one's name and settings."""
     folder = study(tmp_path / "other Maschine ü")
     kept = {k: v for k, v in os.environ.items() if k not in ("HOME", "LANG", "XDG_CACHE_HOME")}
     # compiled code is copied: the user's own cache is no stranger's to read
@@ -204,6 +204,8 @@ def test_a_strange_machine(undisturbed, tmp_path):
     stranger = {}
     if os.getuid() == 0 and reaches_python(STRANGER):
         stranger = STRANGER
+        kept |= {f"XDG_{k}_HOME": str(folder / ".home") for k in ("CONFIG", "DATA", "CACHE")}
+        kept["LOGNAME"] = "stranger"
         subprocess.run(["chown", "-R", "54321:54321", folder, cache], check=True)
         for parent in (folder, *folder.parents):
             if parent.stat().st_uid == 0 and not parent.stat().st_mode & 0o005:
