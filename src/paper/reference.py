@@ -5,6 +5,7 @@ python -m paper.reference results/salt
 """
 
 import sys
+from itertools import chain
 from pathlib import Path
 
 import pandas as pd
@@ -144,9 +145,10 @@ def blocks(kept):
 
 
 def told(kept):
-    """Markdown: what each stage of a kept study found, and of the studies that count beside it."""
-    kept = Path(kept)
-    names = (kept.name, *read_reproduction(SETTINGS).beside.get(kept.name, ()))
+    """Markdown: what each stage of a kept study found, and of those that are told beside it."""
+    kept, settings = Path(kept), read_reproduction(SETTINGS)
+    others = (given.get(kept.name, ()) for given in (settings.beside, settings.rigs))
+    names = (kept.name, *chain.from_iterable(others))
     folders = [kept.parent / name for name in names]
     return "\n\n".join(f"`{f.name}`:\n\n{found(f, METRIC)}" for f in folders if f.is_dir())
 

@@ -6,6 +6,7 @@ import re
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 import yaml
@@ -13,6 +14,7 @@ import yaml
 from calibration import outcome
 from calibration.config import parse_config
 from calibration.errors import CalibrationError
+from calibration.files import read_json
 from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
@@ -209,9 +211,37 @@ def test_the_results_page_says_what_the_committed_stages_found(repository):
     text = PAGE.read_text()
     shown = text.split(outcome.BEGIN)[1].split(outcome.END)[0].strip()
     assert shown == told("results/reference/salt")
-    assert shown.count("**Validation.** Difference") == 2  # of the study, and of the one beside it
+    # of the study, of the one beside it and of the one in another rig
+    assert shown.count("**Validation.** Difference") == 3
     with pytest.raises(CalibrationError, match="has no lines <!-- found: begin -->"):
         outcome.put("README.md", "text")
+
+
+def test_what_the_page_says_of_the_slower_pour_is_in_its_tables(repository):
+    text = " ".join(PAGE.read_text().split()).replace("−", "-")
+    told = text[text.index("In a rig that never packs") : text.index("Ten runs at the candidate")]
+    kept = {n: Path("results/reference", n) for n in ("salt", "salt-slow")}
+    effects = {n: pd.read_csv(p / "screening" / "effects.csv").set_index("code")["effect"]
+               for n, p in kept.items()}  # fmt: skip
+    errors = {n: pd.read_csv(p / "screening" / "effects.csv")["se"][0] for n, p in kept.items()}
+    table = pd.read_csv("data/paper/table06_plackett_burman.csv", comment="#")
+    printed = {c: (table["angle_deg"] * table[c]).mean() * 2.0 for c in "ABCDEFG"}
+    off = {n: np.sqrt(np.mean([(e[c] - printed[c]) ** 2 for c in "ABCDEFG"]))
+           for n, e in effects.items()}  # fmt: skip
+    slow = effects["salt-slow"]
+    for code in "GEC":
+        assert f"({slow[code]:+.1f}°, paper {printed[code]:+.2f}°)" in told
+    assert (
+        f"from {effects['salt']['A']:.1f}° to {slow['A']:.1f}° (paper {printed['A']:+.2f}" in told
+    )
+    assert f"falls from {errors['salt']:.2f}° to {errors['salt-slow']:.2f}°" in told
+    assert f"by {off['salt-slow']:.1f}° (root mean square), and by {off['salt']:.1f}°" in told
+    assert f"{slow['F']:+.1f}° here and {printed['F']:+.2f}° there" in told
+    found = read_json(kept["salt-slow"] / "validation" / "validation.json")
+    assert f"{found['simulated_mean']:.2f}° ± {found['simulated_sd']:.2f}" in told
+    ends = found["difference_low"], found["difference_high"]
+    assert f"{found['difference']:.2f}° too high ({ends[0]:.2f} to {ends[1]:.2f})" in told
+    assert not found["equivalent"]
 
 
 def test_typed_numbers_of_the_results_page_are_those_of_their_tables(repository):

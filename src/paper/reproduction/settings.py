@@ -1,4 +1,4 @@
-"""The settings of the reproduction: which studies count beside one another."""
+"""The settings of the reproduction: which studies count or are told beside one another."""
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -17,6 +17,10 @@ class ReproductionSettings(BaseModel):
         description="study: names of further studies; one of the paper's own factors is compared "
         "point by point where it has been run",
     )
+    rigs: dict[str, list[str]] = Field(
+        {},
+        description="study: names of the same study in other rigs, whose findings stand beside its",
+    )
 
 
 def read_reproduction(path):
@@ -30,7 +34,7 @@ def read_reproduction(path):
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(p) for p in first["loc"])
-        allowed = "the key beside" if first["type"] == "extra_forbidden" else first["msg"]
+        allowed = "the keys beside and rigs" if first["type"] == "extra_forbidden" else first["msg"]
         place = {"path": path, "line": lines.get(key), "key": key}
         raise ConfigError(
             "is not valid", value=first.get("input"), allowed=allowed, **place
