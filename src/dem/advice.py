@@ -5,13 +5,13 @@ import math
 from dem.constants import GRAVITY
 from dem.contact.registry import DEFAULTS, pair_properties
 from dem.experiments import experiment_of
+from dem.experiments.heap import PACKING
 from dem.experiments.setup import time_step_of
 from dem.grains import smallest_radius
 from dem.materials import PARTICLE, contact_parameters, laws_of, material_of
 from dem.timescales import hertz_contact_time
 from dem.units import question
 
-SOLID = 0.6  # share of a bed's volume that its grains fill
 TREMBLES = 1.25
 """Of `pressed_step`. Salt of restitution 0.15 in a closed funnel rests at 1.22 and at 1.02 of it
 and less, and not at 1.43 and 1.64 (docs/theory.md)."""
@@ -117,8 +117,8 @@ def pressure_of(spec):
 def bed_pressure(count, diameter, density):
     """Pressure [Pa] under a bed as deep as the cube that the grains fill; diameter [m], density of
     the grain [kg/m3]."""
-    depth = (count * math.pi / 6.0 / SOLID) ** (1.0 / 3.0) * diameter
-    return SOLID * density * GRAVITY * depth
+    depth = (count * math.pi / 6.0 / PACKING) ** (1.0 / 3.0) * diameter
+    return PACKING * density * GRAVITY * depth
 
 
 def pressed_step(radius, material, contact, pressure, laws):

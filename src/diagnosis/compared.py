@@ -32,7 +32,7 @@ def compare(runs, ours, causes, alpha=0.05, seed=0, spread=None):
     verdict: `agree` where the differences are no larger than that, `identified`, `ambiguous`, or
     `unexplained` where no cause that was tried predicts left-out runs better than chance."""
     words, unit, share = _quantity(runs[0])
-    theirs, base = (_scaled(np.array(v, float), share) for v in ([m.value for m in runs], ours))
+    theirs, base = _both(runs, ours, share)
     tables = {c.name: (_scaled(c.values, share), _noise(c, share)) for c in causes}
     gains = {n: float(g[0]) for n, g in _gains(theirs[None], base, tables).items()}
     scatter = float(np.sqrt(np.mean((theirs - base) ** 2)))
@@ -64,7 +64,7 @@ def in_part(runs, ours, values):
     those are, and of the `others` the scatter before and after, at the strength that leaves
     least."""
     share = _quantity(runs[0])[2]
-    theirs, base = (_scaled(np.array(v, float), share) for v in ([m.value for m in runs], ours))
+    theirs, base = _both(runs, ours, share)
     has = np.isfinite(values).all(0)
     after = [_rms(theirs[has] - _scaled(v[has], share)) for v in values]
     return {
@@ -99,6 +99,11 @@ def _quantity(run):
     if run.quantity == first.name:
         return first.words, first.unit, first.relative
     return run.quantity.replace("_", " "), measurable(run.experiment)[run.quantity].unit, False
+
+
+def _both(runs, ours, share):
+    """Values (n,) of the runs and of ours, in the scale of the comparison."""
+    return (_scaled(np.array(v, float), share) for v in ([m.value for m in runs], ours))
 
 
 def _scaled(values, share):

@@ -201,9 +201,10 @@ def page(found):
         lines += [f"## {name}: {one['verdict']}", "", one["sentence"], ""]
         for cause, part in one["without_value"].items():
             before, after = (told(part[f"scatter_{k}"], one["unit"]) for k in ("before", "after"))
+            rest = f" In the other {part['others']} it leaves {after} in place of {before}."
             lines += [
-                f"Gave no value in {part['runs']} runs, and so was not compared: {cause}. In the "
-                f"other {part['others']} it leaves {after} in place of {before}.",
+                f"Gave no value in {part['runs']} runs, and so was not compared: {cause}."
+                f"{rest if part['others'] else ''}",
                 "",
             ]
         lines += [

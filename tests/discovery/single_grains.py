@@ -9,7 +9,6 @@ A case that has been diagnosed stands in KEPT; delete its row, or the file, to h
 anew.
 """
 
-import csv
 import sys
 import time
 from datetime import date
@@ -21,7 +20,8 @@ import yaml
 from dem.fingerprint import engine_fingerprint
 from diagnosis import contacts
 from diagnosis.benchmark import hidden
-from diagnosis.benchmark.study import cases, wilson
+from diagnosis.benchmark.kept import append, between, share
+from diagnosis.benchmark.study import cases
 from diagnosis.catalogue import load_catalogue
 from diagnosis.rig import Rig
 from diagnosis.settings import parameters_of, read_settings
@@ -104,19 +104,8 @@ def diagnose(kept=KEPT):
         row = judged(case, contacts.discovered(last[1], rig, catalogue), known)
         row["seconds"] = round(time.process_time() - start, 1)
         row |= {"date": date.today().isoformat(), "engine": engine_fingerprint()}
-        with kept.open("a", newline="") as file:
-            writer = csv.DictWriter(file, list(row))
-            if not file.tell():
-                writer.writeheader()
-            writer.writerow(row)
+        append(kept, row)
         print(row, flush=True)
-
-
-def _share(hits):
-    if not len(hits):
-        return "not run"
-    low, high = wilson(int(sum(hits)), len(hits))
-    return f"{int(sum(hits))} of {len(hits)} ({low:.0%} to {high:.0%})"
 
 
 def table(rows, older):
@@ -135,7 +124,7 @@ def table(rows, older):
     null, full, out = ([t[t["case"] == k] for t in (rows, older)] for k in KINDS)
 
     def add(words, *hits):
-        lines.append(f"| {words} | " + " | ".join(_share(h) if h is not None else "" for h in hits)
+        lines.append(f"| {words} | " + " | ".join(share(h) if h is not None else "" for h in hits)
                      + " |")  # fmt: skip
 
     sure = full[1]["verdict"] == "identified"
@@ -175,7 +164,7 @@ def kept_table():
 
 def shown(page):
     """The part of the documentation that the table stands in."""
-    return page.split(BEGIN)[1].split(END)[0]
+    return between(page, BEGIN, END)
 
 
 def write_table():

@@ -8,7 +8,6 @@ A set that has been diagnosed stands in KEPT and is not drawn again; delete its 
 have it diagnosed anew.
 """
 
-import csv
 import sys
 import tempfile
 import time
@@ -25,7 +24,7 @@ import yaml
 
 from dem.fingerprint import engine_fingerprint
 from diagnosis import contacts
-from diagnosis.benchmark.study import wilson
+from diagnosis.benchmark.kept import append, between, share
 from diagnosis.catalogue import load_catalogue
 from diagnosis.measurements import read_measurements
 from diagnosis.rig import Rig
@@ -154,20 +153,12 @@ def diagnose(part=0, parts=1, kept=KEPT):
         if (item.name, item.size, item.seed) in done:
             continue
         row = diagnosed(item)
-        with kept.open("a", newline="") as file:
-            writer = csv.DictWriter(file, list(row))
-            if not file.tell():
-                writer.writeheader()
-            writer.writerow(row)
+        append(kept, row)
         print(row, flush=True)
 
 
 def _share(hits, asked):
-    hits = [bool(h) for h in hits]
-    if not hits:
-        return f"not run | {asked} |"
-    low, high = wilson(sum(hits), len(hits))
-    return f"{sum(hits)} of {len(hits)} ({low:.0%} to {high:.0%}) | {asked} |"
+    return f"{share(hits)} | {asked} |"
 
 
 def table(rows):
@@ -201,8 +192,7 @@ def table(rows):
         lines.append(f"| {label} | " + " | ".join(str(count[v]) for v in VERDICTS) + " |")
     lines += ["", "| no law | adequate (95 % interval) |", "|---|---|"]
     for name, group in nulls.groupby("name", sort=False):
-        share = _share(group["verdict"] == "adequate", "").removesuffix("|  |")
-        lines.append(f"| {name} | {share}|")
+        lines.append(f"| {name} | {share(group['verdict'] == 'adequate')} |")
     missed = laws[(laws["right"] == 0) & (laws["size"] >= 10.0)]
     if len(missed):
         lines += ["", "Not right at ten or twenty standard errors:", ""]
@@ -216,7 +206,7 @@ def table(rows):
 
 def shown(page):
     """The part of the documentation that the table stands in."""
-    return page.split(BEGIN)[1].split(END)[0]
+    return between(page, BEGIN, END)
 
 
 def write_table(kept=KEPT, page=PAGE):
