@@ -198,7 +198,7 @@ def both(name, folder, made=None, **parts):
         run(spec, folder / kind)
         _, walls = export_vtk(read_run(folder / kind))
         assert pv.read(walls).n_cells > 0
-    return (read_run(folder / kind).metrics for kind in specs)
+    return tuple(read_run(folder / kind).metrics for kind in specs)
 
 
 def test_a_grain_rebounds_from_a_mesh_as_from_a_plate(tmp_path):
@@ -241,10 +241,16 @@ def test_a_saw_tooth_holds_grains_that_have_no_friction(tmp_path):
 
 
 def test_a_vessel_of_a_mesh_weighs_grains_as_the_cylinder_does(tmp_path):
-    own, mesh = both("bulk_density", tmp_path)
-    # the polygon has the circle's area; a few hundred grains scatter by 1 to 2 % between fillings
+    """The polygon has the circle's area. The ratio of two fillings of a few hundred grains scatters
+    by 1.6 % (40 pairs, mean 0.1 ± 0.3 %), that of the means of four by 0.8 %."""
+    fillings = []
+    for seed in range(1, 5):
+        folder = tmp_path / str(seed)
+        folder.mkdir()
+        fillings.append(both("bulk_density", folder, seed=seed))
     for metric in ("poured_density_kg_m3", "tapped_density_kg_m3"):
-        assert mesh[metric] == pytest.approx(own[metric], rel=0.03)
+        own, mesh = (np.mean([pair[k][metric] for pair in fillings]) for k in (0, 1))
+        assert mesh == pytest.approx(own, rel=0.03)
 
 
 def test_the_volume_of_a_cup_is_that_of_its_frustum(tmp_path):
