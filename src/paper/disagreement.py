@@ -90,7 +90,8 @@ def our_values(runs, studies, fixed):
     values = np.array([_at(dict(m.known), tables, fixed) for m in runs])
     if np.isnan(values).any():
         raise CalibrationError(
-            f"{np.isnan(values).sum()} of {len(runs)} rows have no run of ours at their parameters"
+            f"{np.isnan(values).sum()} of {len(runs)} rows have no run of ours with a value at "
+            "their parameters"
         )
     return values
 

@@ -10,12 +10,14 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from scipy import stats
 
 from calibration import outcome
 from calibration.config import parse_config
 from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED
+from calibration.statistics.screening import screen
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
 from dem.io.files import write_json
@@ -123,6 +125,42 @@ def test_what_has_not_run_says_so(config, study):
     table = reproduce([study()], config)
     assert set(table.loc[table["item"] == "Table 7", "agreement"]) == {r.NOT_RUN}
     assert "not run" in counts(table)
+
+
+@pytest.mark.parametrize(
+    ("kept", "stage", "run", "rows"),
+    [
+        ("salt", "screening", 2, {"table06.run2"}),
+        ("salt-paper", "ascent", 3, {"table10.level3"}),
+        # without it another run of the design alone decides a coefficient
+        ("salt-paper", "response_surface", 5, {"table11.run5", "table12.R2_pred"}),
+    ],
+)
+def test_a_run_without_a_value_is_a_row_without_a_number(
+    repository, config, tmp_path, kept, stage, run, rows
+):
+    """A funnel that clogs costs its own row, and a degree of freedom of the effects."""
+    before = reproduce([Path("results/reference", kept)], config).set_index("id")
+    folder = tmp_path / kept
+    shutil.copytree(Path("results/reference", kept), folder)
+    runs = pd.read_csv(folder / stage / "runs.csv")
+    runs.loc[runs["run"] == run, "response"] = np.nan
+    runs.to_csv(folder / stage / "runs.csv", index=False)
+    table = reproduce([folder], config).set_index("id")
+    assert set(table.index) == set(before.index)
+    lost = table.index[(table["agreement"] == r.NO_NUMBER) & (before["agreement"] != r.NO_NUMBER)]
+    assert set(lost) == rows
+    assert table.loc[min(rows), "basis"] == "our run gave no value"
+    judged = table.index.difference(lost)
+    was, now = (t.loc[judged, "agreement"] == r.NOT_RUN for t in (before, table))
+    assert (was == now).all()
+    if stage == "screening":
+        wide, narrow = (
+            (t.loc["table07.G.effect", "high"] - t.loc["table07.G.effect", "low"])
+            for t in (table, before)
+        )
+        # two standard errors of the same size, of three degrees of freedom and of four
+        assert wide / narrow == pytest.approx(stats.t.ppf(0.95, 3) / stats.t.ppf(0.95, 4), rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -242,6 +280,35 @@ def test_what_the_page_says_of_the_slower_pour_is_in_its_tables(repository):
     ends = found["difference_low"], found["difference_high"]
     assert f"{found['difference']:.2f}° too high ({ends[0]:.2f} to {ends[1]:.2f})" in told
     assert not found["equivalent"]
+
+
+def test_what_the_page_says_of_other_seeds_is_in_their_tables(repository):
+    text = " ".join(PAGE.read_text().split()).replace("−", "-")
+    told = text[text.index("One seed decides") : text.index("## How fast")]
+    folders = {1: "salt"} | {seed: f"salt-{seed}" for seed in (2, 3, 4)}
+    runs = []
+    for seed, name in folders.items():
+        kept = Path("results/reference", name, "screening")
+        here, effects = (pd.read_csv(kept / f) for f in ("runs.csv", "effects.csv"))
+        runs.append(here)
+        assert set(here["seed"]) == {seed}
+        lost = ", ".join(str(k) for k in here.loc[here["response"].isna(), "run"]) or "none"
+        big = effects[effects["p"] < 0.05].sort_values("effect", key=abs, ascending=False)
+        found = ", ".join(
+            f"{n.replace('_', ' ')} {e:+.1f}°"
+            for n, e in zip(big["name"], big["effect"], strict=True)
+        )
+        assert f"| {seed} | {lost} | {found} |" in told
+    together = pd.concat(runs).dropna(subset="response")
+    table = screen(together, list("ABCDEFG"), together["response"]).table.set_index("code")
+    assert f"In all {len(together)} heaps" in told
+    there = table[table["p"] < 0.05]
+    for code, effect, se in zip(there.index, there["effect"], there["se"], strict=True):
+        assert f"{code} {effect:+.1f}° ± {se:.1f}°" in told
+    assert len(there) == len(re.findall(r"° ± \d\.\d°", told)) == 6
+    lost = pd.concat(runs).set_index("run")["response"].isna().groupby("run").sum()
+    assert f"run 2 clogged in {lost[2]} of 4 and that of run 6 in {lost[6]} of 4" in told
+    assert lost.sum() == lost[2] + lost[6]
 
 
 def test_typed_numbers_of_the_results_page_are_those_of_their_tables(repository):

@@ -131,6 +131,12 @@ def _box_behnken(paper, study):
             yield single_run(place, text, float(here["response"].iloc[n]), *spread(paper, study))
 
 
+def _fitted(study):
+    """Runs of the response surface that have a value, or None where it has not run."""
+    runs = study.table("response_surface", "runs")
+    return None if runs is None else runs[runs["response"].notna()].reset_index(drop=True)
+
+
 def _surfaces(paper, study):
     """The paper's regression of Table 11 (its Box-Behnken levels) and ours, in the paper's letters
     A, B, C."""
@@ -139,7 +145,7 @@ def _surfaces(paper, study):
     )
     theirs = fit_surface(table, list(LETTERS), table["angle_deg"])
     region = {f["name"]: f["code"] for f in study.summary("response_surface", "region")}
-    runs = study.table("response_surface", "runs")
+    runs = _fitted(study)
     ours = pd.DataFrame({a: runs[region[NAMES[x]]] for a, x in LETTERS.items()})
     return theirs, fit_surface(ours, list(LETTERS), runs["response"])
 
@@ -187,10 +193,7 @@ def _terms(paper, study):
 
 def _statistics(paper, study):
     """Fit statistics of our surface, whatever its factors, with intervals drawn from the fit."""
-    runs, region = (
-        study.table("response_surface", "runs"),
-        study.summary("response_surface", "region"),
-    )
+    runs, region = _fitted(study), study.summary("response_surface", "region")
     table = paper.text("table12_summary", "statistic", "value")
     printed = dict(zip(table["statistic"], table["value"], strict=True))
     if runs is None or region is None:

@@ -121,7 +121,9 @@ def means(place, printed, ours, sd, n, paper_sd=None, paper_n=1):
 
 def single_run(place, printed, ours, sd, n, paper_sd=None):
     """A run of ours beside one of theirs. sd: between our seeds, known from n runs; paper_sd:
-    between the paper's runs."""
+    between the paper's runs. Ours may have no value, as of a funnel that clogged."""
+    if math.isnan(ours):
+        return absent(place, printed.text, NO_NUMBER, "our run gave no value")
     if sd is None:
         return without_spread(place, printed, ours)
     error = math.hypot(sd, sd if paper_sd is None else paper_sd), n - 1
@@ -139,7 +141,10 @@ def estimates(place, printed, ours, se, freedom, paper_se=None, margin=None):
 
 
 def within(place, printed, ours, low, high, basis, margin=None):
-    """The paper's value against our own interval [low, high] of at least 90 %."""
+    """The paper's value against our own interval [low, high] of at least 90 %. Ours may be no
+    number, as R² predicted where one run alone decides a coefficient."""
+    if math.isnan(ours):
+        return absent(place, printed.text, NO_NUMBER, "ours is no number")
     interval = low - printed.value, high - printed.value
     apart, margin = ours - printed.value, _margin(place, printed, margin)
     return _judged(place, printed.text, ours, apart, interval, margin, basis)

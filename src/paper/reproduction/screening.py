@@ -63,6 +63,7 @@ def _effects(paper, study, summary):
     ]
     printed_p = paper.text("table07_plackett_burman_anova", "source", "p").set_index("source")["p"]
     alpha = summary["alpha"]
+    valued = min(len(table), int(study.table("screening", "runs")["response"].count()))
     for code in CODES:
         name = names[code]
         if code not in ours.index or ours.loc[code, "name"] != name:
@@ -77,7 +78,7 @@ def _effects(paper, study, summary):
         own_se, their_se = (
             abs(e / x) for e, x in ((mine, ours.loc[code, "t"]), (effect[code], t[code]))
         )
-        freedom = len(table) - 1 - len(CODES)
+        freedom = max(valued - 1 - len(CODES), 1)
         yield estimates(place, printed_of(float(effect[code]), 2), mine, own_se, freedom, their_se)
         place = Place(
             "Table 7", f"table07.{code}.p", f"{readable} significant at {alpha:g}", "1", study.name

@@ -16,7 +16,7 @@ class Study(Results):
         if runs is None or region is None:
             return None
         codes = [f["code"] for f in self.summary("response_surface", "region")]
-        centre = runs.loc[(runs[codes].abs() < 1e-9).all(axis=1), "response"]
+        centre = runs.loc[(runs[codes].abs() < 1e-9).all(axis=1), "response"].dropna()
         return (float(centre.std(ddof=1)), len(centre)) if len(centre) > 1 else None
 
     def region_names(self):
