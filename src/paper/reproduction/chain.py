@@ -7,6 +7,7 @@ three factors. The first study whose screening sent these on is taken.
 import numpy as np
 import pandas as pd
 
+from calibration.responses import with_value
 from calibration.statistics.equivalence import limits, verdict
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
@@ -131,12 +132,6 @@ def _box_behnken(paper, study):
             yield single_run(place, text, float(here["response"].iloc[n]), *spread(paper, study))
 
 
-def _fitted(study):
-    """Runs of the response surface that have a value, or None where it has not run."""
-    runs = study.table("response_surface", "runs")
-    return None if runs is None else runs[runs["response"].notna()].reset_index(drop=True)
-
-
 def _surfaces(paper, study):
     """The paper's regression of Table 11 (its Box-Behnken levels) and ours, in the paper's letters
     A, B, C."""
@@ -145,7 +140,7 @@ def _surfaces(paper, study):
     )
     theirs = fit_surface(table, list(LETTERS), table["angle_deg"])
     region = {f["name"]: f["code"] for f in study.summary("response_surface", "region")}
-    runs = _fitted(study)
+    runs = with_value(study.table("response_surface", "runs"), "response")
     ours = pd.DataFrame({a: runs[region[NAMES[x]]] for a, x in LETTERS.items()})
     return theirs, fit_surface(ours, list(LETTERS), runs["response"])
 
@@ -193,7 +188,10 @@ def _terms(paper, study):
 
 def _statistics(paper, study):
     """Fit statistics of our surface, whatever its factors, with intervals drawn from the fit."""
-    runs, region = _fitted(study), study.summary("response_surface", "region")
+    runs, region = (
+        study.table("response_surface", "runs"),
+        study.summary("response_surface", "region"),
+    )
     table = paper.text("table12_summary", "statistic", "value")
     printed = dict(zip(table["statistic"], table["value"], strict=True))
     if runs is None or region is None:
@@ -204,7 +202,7 @@ def _statistics(paper, study):
             "response_surface",
         )
         return
-    codes = [f["code"] for f in region]
+    runs, codes = with_value(runs, "response"), [f["code"] for f in region]
     ours = fit_surface(runs, codes, runs["response"])
     draws = _drawn(runs, codes, ours)
     names = {"R2": "R²", "R2_adj": "adjusted R²", "R2_pred": "predicted R²", "CV_percent": "CV"}

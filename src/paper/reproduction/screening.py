@@ -32,7 +32,7 @@ def rows(paper, study):
             )
         return
     yield from _runs(paper, study, runs)
-    yield from _effects(paper, study, summary)
+    yield from _effects(paper, study, runs, summary)
 
 
 def _runs(paper, study, runs):
@@ -52,7 +52,7 @@ def _runs(paper, study, runs):
             yield absent(place, text.text, NOT_COMPARABLE, "this study ran another design")
 
 
-def _effects(paper, study, summary):
+def _effects(paper, study, runs, summary):
     table = paper.numbers("table06_plackett_burman", *CODES, RESPONSE)
     theirs = screen(table, CODES, table[RESPONSE])
     effect = theirs.table.set_index("code")["effect"]
@@ -63,7 +63,8 @@ def _effects(paper, study, summary):
     ]
     printed_p = paper.text("table07_plackett_burman_anova", "source", "p").set_index("source")["p"]
     alpha = summary["alpha"]
-    valued = min(len(table), int(study.table("screening", "runs")["response"].count()))
+    valued = min(len(table), runs["response"].count())
+    freedom = max(valued - 1 - len(CODES), 1)
     for code in CODES:
         name = names[code]
         if code not in ours.index or ours.loc[code, "name"] != name:
@@ -78,7 +79,6 @@ def _effects(paper, study, summary):
         own_se, their_se = (
             abs(e / x) for e, x in ((mine, ours.loc[code, "t"]), (effect[code], t[code]))
         )
-        freedom = max(valued - 1 - len(CODES), 1)
         yield estimates(place, printed_of(float(effect[code]), 2), mine, own_se, freedom, their_se)
         place = Place(
             "Table 7", f"table07.{code}.p", f"{readable} significant at {alpha:g}", "1", study.name
