@@ -84,6 +84,10 @@ def test_a_drop_rebounds_by_its_restitution(tmp_path, name):
     assert metrics["rebound_height_mm"] == pytest.approx(RESTITUTION**2 * HEIGHT, rel=2 * TOLERANCE)
 
 
+PLATE = 80.0
+"""Diameter of the heap's plate [mm]."""
+
+
 def rough_contacts(static, rolling):
     pair = {"restitution": 0.5, "static_friction": static, "rolling_friction": rolling}
     return {"particle_particle": pair, "particle_wall": pair}
@@ -94,25 +98,31 @@ def rough_contacts(static, rolling):
 )
 def test_a_heap_comes_to_rest_with_all_its_grains(tmp_path, name):
     chosen = entry(name)
-    # YADE's rolling moment has no dashpot: of so few grains its heap is nearly flat at less
-    rough = {"contacts": rough_contacts(0.9, 0.8)} if name == "yade" else {}
+    # YADE's rolling moment has no dashpot: at less its heap is nearly flat. It does not repeat
+    # itself either, and one heap in six of 400 grains has flanks too short to be measured
+    yade = name == "yade"
+    rough = {"contacts": rough_contacts(0.9, 0.8)} if yade else {}
+    grains, diameter = (1200, 4.0) if yade else (400, 5.8)
     run = spec(
         "heap",
         **rough,
-        particles={"count": 400, "diameter_mm": 5.8},
+        particles={"count": grains, "diameter_mm": diameter},
         geometry={
-            "generation_rate_per_s": 1250,
+            "generation_rate_per_s": 3.125 * grains,
+            "plate_diameter_mm": PLATE,
             "orifice_diameter_mm": 32,
             "discharge_height_mm": 40,
         },
         numerics={"max_time_s": 3.0},
     )
     metrics, state = engines.engines()[name].simulate(run, tmp_path, chosen)
-    assert metrics["on_plate"] + metrics["spilled"] == 400
+    assert metrics["on_plate"] + metrics["spilled"] == grains
     assert metrics["in_funnel"] == 0
-    # the lowest grains lie on the plate, and none has sunk into it
-    lowest = (state["position"][:, 2] - state["radius"])[state["position"][:, 2] > 0].min()
-    assert abs(lowest) < 0.05 * 2.9e-3
+    # the lowest grains lie on the plate, and none has sunk into it. Rolling friction may hold one
+    # on the plate's edge, lower than that
+    x, r = state["position"], state["radius"]
+    over = np.hypot(x[:, 0], x[:, 1]) < 0.5e-3 * PLATE - r
+    assert abs((x[:, 2] - r)[over].min()) < 0.05 * r.min()
     assert np.linalg.norm(state["velocity"], axis=1).max() < 0.15
     assert 5.0 < metrics["radial_angle_deg"] < 45.0
 
