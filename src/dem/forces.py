@@ -32,11 +32,11 @@ def _pair_forces_lanes(codes, table, dt, particles, pairs, share, overlap_limit)
         r_i, r_j = first[6], second[6]
         history = load_block(pairs.history, block)
         p = properties_of(table, pairs.kind[block])
-        overlap, distance = pair_overlap(separation, r_i, r_j)
+        overlap, inverse = pair_overlap(separation, r_i, r_j)
         if not any_lane(pair_is_active(codes, p, overlap, r_i, r_j, history[6])):
             continue
         on_first, on_second, history = pair_contact(
-            codes, p, dt, separation, distance, overlap, first, second, history
+            codes, p, dt, separation, inverse, overlap, first, second, history
         )
         store_block(pairs.history, block, history)
         scatter_add(particles.force, to_first, start, on_first)
@@ -58,7 +58,7 @@ def _pair_forces_plain(codes, table, dt, particles, pairs, share, overlap_limit)
         h = pairs.history[block]
         separation = (x[i, 0] - x[j, 0], x[i, 1] - x[j, 1], x[i, 2] - x[j, 2])
         p = properties_of(table, pairs.kind[block])
-        overlap, distance = pair_overlap(separation, a[6], b[6])
+        overlap, inverse = pair_overlap(separation, a[6], b[6])
         if not pair_is_active(codes, p, overlap, a[6], b[6], h[6, lane]):
             continue
         first = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
@@ -68,7 +68,7 @@ def _pair_forces_plain(codes, table, dt, particles, pairs, share, overlap_limit)
             h[4, lane], h[5, lane], h[6, lane], h[7, lane], h[8, lane],
         )  # fmt: skip
         on_first, on_second, history = pair_contact(
-            codes, p, dt, separation, distance, overlap, first, second, history
+            codes, p, dt, separation, inverse, overlap, first, second, history
         )
         for f in range(FIELDS):
             h[f, lane] = history[f]

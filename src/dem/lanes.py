@@ -14,13 +14,18 @@ import operator
 from llvmlite import ir
 from numba import njit, types
 from numba.core import cgutils
+from numba.core.errors import RequireLiteralValue
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, overload, register_model
 
 from dem.arithmetic import any_lane, maximum, minimum, narrow, power, sqrt, where, widen
 
-WIDTH = 8
-"""Contacts per vector; eight float32 fill one AVX register."""
+WIDTH = 16
+"""Contacts per vector: one register of AVX-512, two of AVX2. A contact is a long chain of steps of
+which each waits for the last; two registers of contacts wait at the same time."""
+
+ROW = 8
+"""Numbers in a row of a grain's motion or force; eight float32 fill one register of AVX."""
 
 FIELDS = 9
 """Numbers per contact in a block of memory: the width of a contact's history and of the stage of
@@ -30,43 +35,45 @@ _CONTRACT = ("contract", "nsz")  # a*b + c may become one fused operation
 
 
 class LaneType(types.Type):
-    """Type of a vector of `WIDTH` elements."""
+    """Type of a vector of `width` elements."""
 
-    def __init__(self, name, element):
-        self.element = element
+    def __init__(self, name, element, width, mask=None):
+        self.vector, self.mask = ir.VectorType(element, width), mask
         super().__init__(name=f"lanes_{name}")
 
 
-F32 = LaneType("f32", ir.FloatType())
-F64 = LaneType("f64", ir.DoubleType())
-MASK = LaneType("mask", ir.IntType(1))
+MASK = LaneType("mask", ir.IntType(1), WIDTH)
+F32 = LaneType("f32", ir.FloatType(), WIDTH, MASK)
+F64 = LaneType("f64", ir.DoubleType(), WIDTH, MASK)
+ROW_MASK = LaneType("row_mask", ir.IntType(1), ROW)
+ROW_F32 = LaneType("row_f32", ir.FloatType(), ROW, ROW_MASK)
 
 
 @register_model(LaneType)
 class _LaneModel(models.PrimitiveModel):
     def __init__(self, manager, fe_type):
-        super().__init__(manager, fe_type, ir.VectorType(fe_type.element, WIDTH))
+        super().__init__(manager, fe_type, fe_type.vector)
 
 
 def broadcast(builder, value, lane_type):
     """Return `value` as a vector of `lane_type`; a scalar float fills every lane."""
     if isinstance(value.type, ir.VectorType):
         return value
-    if isinstance(lane_type.element, ir.FloatType) and isinstance(value.type, ir.DoubleType):
-        value = builder.fptrunc(value, lane_type.element)
-    elif isinstance(lane_type.element, ir.DoubleType) and isinstance(value.type, ir.FloatType):
-        value = builder.fpext(value, lane_type.element)
+    vector = lane_type.vector
+    if isinstance(vector.element, ir.FloatType) and isinstance(value.type, ir.DoubleType):
+        value = builder.fptrunc(value, vector.element)
+    elif isinstance(vector.element, ir.DoubleType) and isinstance(value.type, ir.FloatType):
+        value = builder.fpext(value, vector.element)
     index = ir.Constant(ir.IntType(32), 0)
-    vector = ir.VectorType(lane_type.element, WIDTH)
     first = builder.insert_element(ir.Constant(vector, ir.Undefined), value, index)
-    spread = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
+    spread = ir.Constant(ir.VectorType(ir.IntType(32), vector.count), [0] * vector.count)
     return builder.shuffle_vector(first, ir.Constant(vector, ir.Undefined), spread)
 
 
-def _register_binary(op, emit, result=None):
+def _register_binary(op, emit, compares=False):
     cases = []
-    for lane in (F32, F64):
-        out = result or lane
+    for lane in (F32, F64, ROW_F32):
+        out = lane.mask if compares else lane
         for pair in ((lane, lane), (lane, types.float64), (types.float64, lane)):
             cases.append(signature(out, *pair))
 
@@ -90,7 +97,7 @@ for _op, _sign in (
     (operator.gt, ">"),
     (operator.ge, ">="),
 ):
-    _register_binary(_op, lambda b, x, y, s=_sign: b.fcmp_ordered(s, x, y), result=MASK)
+    _register_binary(_op, lambda b, x, y, s=_sign: b.fcmp_ordered(s, x, y), compares=True)
 
 
 def _register_mask(op, method):
@@ -122,7 +129,7 @@ def _vector_intrinsic(builder, name, value, *more):
     element = "f32" if value.type.element == ir.FloatType() else "f64"
     kind = ir.FunctionType(value.type, [value.type] * (1 + len(more)))
     function = cgutils.get_or_insert_function(
-        builder.module, kind, f"llvm.{name}.v{WIDTH}{element}"
+        builder.module, kind, f"llvm.{name}.v{value.type.count}{element}"
     )
     return builder.call(function, [value, *more])
 
@@ -158,7 +165,7 @@ def _lane_where(typingctx, mask, a, b):
 @intrinsic
 def _lane_narrow(typingctx, x):
     def codegen(context, builder, sig, args):
-        return builder.fptrunc(args[0], ir.VectorType(ir.FloatType(), WIDTH))
+        return builder.fptrunc(args[0], F32.vector)
 
     return F32(x), codegen
 
@@ -166,7 +173,7 @@ def _lane_narrow(typingctx, x):
 @intrinsic
 def _lane_widen(typingctx, x):
     def codegen(context, builder, sig, args):
-        return builder.fpext(args[0], ir.VectorType(ir.DoubleType(), WIDTH))
+        return builder.fpext(args[0], F64.vector)
 
     return F64(x), codegen
 
@@ -174,7 +181,7 @@ def _lane_widen(typingctx, x):
 @intrinsic
 def _lane_any(typingctx, mask):
     def codegen(context, builder, sig, args):
-        bits = builder.bitcast(args[0], ir.IntType(WIDTH))
+        bits = builder.bitcast(args[0], ir.IntType(mask.vector.count))
         return builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
 
     return types.boolean(mask), codegen
@@ -255,24 +262,48 @@ def _constant(n):
 
 
 def _shuffle(builder, a, b, mask):
+    """Elements of a and b, numbered on through both."""
     return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(ir.IntType(32), len(mask)), mask))
 
 
+def _join(builder, parts):
+    """Vectors of one length, one behind the other as one vector."""
+    while len(parts) > 1:
+        mask = list(range(2 * parts[0].type.count))
+        parts = [_shuffle(builder, a, b, mask) for a, b in zip(*[iter(parts)] * 2, strict=True)]
+    return parts[0]
+
+
+def _in_groups(builder, a, b, mask):
+    """`_shuffle` of each group of as many elements as the mask is long, by itself."""
+    size, whole = len(mask), a.type.count
+    return _shuffle(
+        builder,
+        a,
+        b,
+        [
+            start + k if k < size else whole + start + k - size
+            for start in range(0, whole, size)
+            for k in mask
+        ],
+    )
+
+
 def _transpose(builder, rows):
-    """Transpose 8 vectors of 8 in three rounds of interleaving."""
-    assert len(rows) == 8
+    """Transpose 8 vectors of 8 in three rounds of interleaving; of longer vectors each group of 8
+    elements by itself."""
     low, high = [0, 8, 1, 9, 4, 12, 5, 13], [2, 10, 3, 11, 6, 14, 7, 15]
     a = []
     for k in range(0, 8, 2):
-        a += [_shuffle(builder, rows[k], rows[k + 1], m) for m in (low, high)]
+        a += [_in_groups(builder, rows[k], rows[k + 1], m) for m in (low, high)]
     low, high = [0, 1, 8, 9, 4, 5, 12, 13], [2, 3, 10, 11, 6, 7, 14, 15]
     b = []
     for k in (0, 4):
         for h in (0, 1):
-            b += [_shuffle(builder, a[k + h], a[k + h + 2], m) for m in (low, high)]
+            b += [_in_groups(builder, a[k + h], a[k + h + 2], m) for m in (low, high)]
     low, high = [0, 1, 2, 3, 8, 9, 10, 11], [4, 5, 6, 7, 12, 13, 14, 15]
-    out = [_shuffle(builder, b[k], b[k + 4], low) for k in range(4)]
-    return out + [_shuffle(builder, b[k], b[k + 4], high) for k in range(4)]
+    out = [_in_groups(builder, b[k], b[k + 4], low) for k in range(4)]
+    return out + [_in_groups(builder, b[k], b[k + 4], high) for k in range(4)]
 
 
 def _indices(context, builder, array_type, array, start):
@@ -283,6 +314,30 @@ def _indices(context, builder, array_type, array, start):
         pointer = builder.gep(base, [builder.add(start, _constant(lane))])
         out.append(builder.zext(builder.load(pointer), ir.IntType(64)))
     return out
+
+
+def _columns(builder, rows):
+    """Eight vectors of `WIDTH` from the addresses of `WIDTH` rows of eight float32, aligned to 32
+    bytes."""
+    loaded = []
+    for row in rows:
+        load = builder.load(builder.bitcast(row, ROW_F32.vector.as_pointer()))
+        load.align = 4 * ROW
+        loaded.append(load)
+    return _transpose(builder, [_join(builder, loaded[k::8]) for k in range(8)])
+
+
+@intrinsic
+def gather_rows(typingctx, rows, index, start):
+    """The eight F32 columns of rows `index[start:start+WIDTH]` of rows (n, 8) float32, aligned to
+    32 bytes, which may lie apart; index (m,) int32."""
+
+    def codegen(context, builder, sig, args):
+        index = _indices(context, builder, sig.args[1], args[1], args[2])
+        places = [_row(context, builder, sig.args[0], args[0], k, ROW_F32.vector) for k in index]
+        return context.make_tuple(builder, sig.return_type, _columns(builder, places))
+
+    return types.UniTuple(F32, 8)(rows, index, start), codegen
 
 
 @intrinsic
@@ -301,36 +356,26 @@ def gather_pairs(typingctx, rows, first, second, start):
         single = builder.bitcast(double, ir.FloatType().as_pointer())
         i = _indices(context, builder, sig.args[1], args[1], args[3])
         j = _indices(context, builder, sig.args[2], args[2], args[3])
-        four, eight = ir.VectorType(ir.DoubleType(), 4), ir.VectorType(ir.FloatType(), 8)
+        four = ir.VectorType(ir.DoubleType(), 4)
         difference = []
         for a, b in zip(i, j, strict=True):
             ra = _load(builder, double, builder.mul(a, _constant(8)), four, 32)
             rb = _load(builder, double, builder.mul(b, _constant(8)), four, 32)
             difference.append(builder.fsub(ra, rb))
-        # 8 x (x, y, z, spare) to 3 vectors of 8: transpose each half of four lanes, then join the
-        # halves
-        halves = []
-        for h in (0, 4):
-            r = difference[h : h + 4]
-            a0, a1 = (_shuffle(builder, r[0], r[1], m) for m in ([0, 4, 2, 6], [1, 5, 3, 7]))
-            b0, b1 = (_shuffle(builder, r[2], r[3], m) for m in ([0, 4, 2, 6], [1, 5, 3, 7]))
-            x, z = (_shuffle(builder, a0, b0, m) for m in ([0, 1, 4, 5], [2, 3, 6, 7]))
-            y = _shuffle(builder, a1, b1, [0, 1, 4, 5])
-            halves.append((x, y, z))
-        join = list(range(8))
-        values = [_shuffle(builder, p, q, join) for p, q in zip(*halves, strict=True)]
+        # (x, y, z, spare) of each pair to vectors of x, y and z: eight at a time, in groups of four
+        eights = []
+        for h in range(0, WIDTH, 8):
+            r = [_join(builder, [difference[h + k], difference[h + k + 4]]) for k in range(4)]
+            even, odd = [0, 4, 2, 6], [1, 5, 3, 7]
+            a0, a1 = (_in_groups(builder, r[0], r[1], m) for m in (even, odd))
+            b0, b1 = (_in_groups(builder, r[2], r[3], m) for m in (even, odd))
+            x, z = (_in_groups(builder, a0, b0, m) for m in ([0, 1, 4, 5], [2, 3, 6, 7]))
+            y = _in_groups(builder, a1, b1, [0, 1, 4, 5])
+            eights.append((x, y, z))
+        values = [_join(builder, list(parts)) for parts in zip(*eights, strict=True)]
         for index in (i, j):
-            loaded = [
-                _load(
-                    builder,
-                    single,
-                    builder.add(builder.mul(k, _constant(16)), _constant(8)),
-                    eight,
-                    32,
-                )
-                for k in index
-            ]
-            values += _transpose(builder, loaded)
+            places = [builder.add(builder.mul(k, _constant(16)), _constant(8)) for k in index]
+            values += _columns(builder, [builder.gep(single, [k]) for k in places])
         return context.make_tuple(builder, sig.return_type, values)
 
     return out(rows, first, second, start), codegen
@@ -347,8 +392,13 @@ def scatter_add(typingctx, target, index, start, columns):
     def codegen(context, builder, sig, args):
         base = _pointer(context, builder, sig.args[0], args[0], ir.FloatType())
         index = _indices(context, builder, sig.args[1], args[1], args[2])
-        rows = _transpose(builder, [builder.extract_value(args[3], k) for k in range(8)])
-        eight = ir.VectorType(ir.FloatType(), 8)
+        columns = [builder.extract_value(args[3], k) for k in range(8)]
+        eight, groups = ir.VectorType(ir.FloatType(), 8), _transpose(builder, columns)
+        rows = [
+            _shuffle(builder, group, group, list(range(start, start + 8)))
+            for start in range(0, WIDTH, 8)
+            for group in groups
+        ]
         for k, row in zip(index, rows, strict=True):
             pointer = builder.bitcast(
                 builder.gep(base, [builder.mul(k, _constant(8))]), eight.as_pointer()
@@ -361,19 +411,54 @@ def scatter_add(typingctx, target, index, start, columns):
     return types.none(target, index, start, columns), codegen
 
 
+def _field(context, builder, array_type, array, block, k):
+    """Pointer to field k of block `block` of blocks (m, FIELDS, WIDTH) float32."""
+    base = _pointer(context, builder, array_type, array, ir.FloatType())
+    place = builder.add(builder.mul(block, _constant(FIELDS * WIDTH)), _constant(WIDTH * k))
+    return builder.bitcast(builder.gep(base, [place]), F32.vector.as_pointer())
+
+
 @intrinsic
-def load_block(typingctx, blocks, block):
-    """Load the fields of history block `block` from blocks (m, FIELDS, WIDTH) float32 as FIELDS
-    F32."""
+def load_field(typingctx, blocks, block, field):
+    """Field `field`, a literal, of block `block` of blocks (m, FIELDS, WIDTH) float32, as F32."""
+    if not isinstance(field, types.IntegerLiteral):
+        raise RequireLiteralValue("field")
+    number = field.literal_value
 
     def codegen(context, builder, sig, args):
-        base = _pointer(context, builder, sig.args[0], args[0], ir.FloatType())
-        start = builder.mul(args[1], _constant(FIELDS * WIDTH))
-        vector = ir.VectorType(ir.FloatType(), WIDTH)
-        values = [
-            _load(builder, base, builder.add(start, _constant(WIDTH * k)), vector, 4 * WIDTH)
-            for k in range(FIELDS)
-        ]
+        load = builder.load(_field(context, builder, sig.args[0], *args[:2], number))
+        load.align = 4 * WIDTH
+        return load
+
+    return F32(blocks, block, field), codegen
+
+
+@intrinsic
+def store_field(typingctx, blocks, block, field, value):
+    """Store an F32 as field `field`, a literal, of block `block` of blocks (m, FIELDS, WIDTH)
+    float32."""
+    if not isinstance(field, types.IntegerLiteral):
+        raise RequireLiteralValue("field")
+    number = field.literal_value
+
+    def codegen(context, builder, sig, args):
+        pointer = _field(context, builder, sig.args[0], *args[:2], number)
+        builder.store(args[3], pointer).align = 4 * WIDTH
+        return context.get_dummy_value()
+
+    return types.none(blocks, block, field, value), codegen
+
+
+@intrinsic
+def load_block(typingctx, blocks, block):
+    """All fields of block `block` of blocks (m, FIELDS, WIDTH) float32 as FIELDS F32."""
+
+    def codegen(context, builder, sig, args):
+        values = []
+        for k in range(FIELDS):
+            load = builder.load(_field(context, builder, sig.args[0], *args, k))
+            load.align = 4 * WIDTH
+            values.append(load)
         return context.make_tuple(builder, sig.return_type, values)
 
     return types.UniTuple(F32, FIELDS)(blocks, block), codegen
@@ -385,15 +470,9 @@ def store_block(typingctx, blocks, block, fields):
     float32."""
 
     def codegen(context, builder, sig, args):
-        base = _pointer(context, builder, sig.args[0], args[0], ir.FloatType())
-        start = builder.mul(args[1], _constant(FIELDS * WIDTH))
-        vector = ir.VectorType(ir.FloatType(), WIDTH)
         for k in range(len(sig.args[2])):
-            pointer = builder.gep(base, [builder.add(start, _constant(WIDTH * k))])
-            store = builder.store(
-                builder.extract_value(args[2], k), builder.bitcast(pointer, vector.as_pointer())
-            )
-            store.align = 4 * WIDTH
+            pointer = _field(context, builder, sig.args[0], *args[:2], k)
+            builder.store(builder.extract_value(args[2], k), pointer).align = 4 * WIDTH
         return context.get_dummy_value()
 
     return types.none(blocks, block, fields), codegen
@@ -405,7 +484,7 @@ def load_lanes(typingctx, values, start):
 
     def codegen(context, builder, sig, args):
         base = _pointer(context, builder, sig.args[0], args[0], ir.FloatType())
-        return _load(builder, base, args[1], ir.VectorType(ir.FloatType(), WIDTH), 4)
+        return _load(builder, base, args[1], F32.vector, 4)
 
     return F32(values, start), codegen
 
@@ -443,6 +522,8 @@ of pointers."""
 def _row(context, builder, array_type, array, index, vector):
     """Pointer to row `index` of a (n, k) array whose rows may lie apart, as one vector."""
     view = context.make_array(array_type)(context, builder, array)
+    if array_type.layout == "C":  # a row is a vector then
+        return builder.gep(builder.bitcast(view.data, vector.as_pointer()), [index])
     stride = cgutils.unpack_tuple(builder, view.strides, 2)[0]
     raw = builder.bitcast(view.data, ir.IntType(8).as_pointer())
     start = builder.gep(raw, [builder.mul(index, stride)])
@@ -451,25 +532,23 @@ def _row(context, builder, array_type, array, index, vector):
 
 @intrinsic
 def load_row(typingctx, rows, index):
-    """Row `index` of rows (n, 8) float32, aligned to 32 bytes, as F32."""
+    """Row `index` of rows (n, 8) float32, aligned to 32 bytes, as ROW_F32."""
 
     def codegen(context, builder, sig, args):
-        vector = ir.VectorType(ir.FloatType(), WIDTH)
-        load = builder.load(_row(context, builder, sig.args[0], *args, vector))
-        load.align = 4 * WIDTH
+        load = builder.load(_row(context, builder, sig.args[0], *args, ROW_F32.vector))
+        load.align = 4 * ROW
         return load
 
-    return F32(rows, index), codegen
+    return ROW_F32(rows, index), codegen
 
 
 @intrinsic
 def store_row(typingctx, rows, index, values):
-    """Store an F32 as row `index` of rows (n, 8) float32, aligned to 32 bytes."""
+    """Store a ROW_F32 as row `index` of rows (n, 8) float32, aligned to 32 bytes."""
 
     def codegen(context, builder, sig, args):
-        vector = ir.VectorType(ir.FloatType(), WIDTH)
-        pointer = _row(context, builder, sig.args[0], *args[:2], vector)
-        builder.store(args[2], pointer).align = 4 * WIDTH
+        pointer = _row(context, builder, sig.args[0], *args[:2], ROW_F32.vector)
+        builder.store(args[2], pointer).align = 4 * ROW
         return context.get_dummy_value()
 
     return types.none(rows, index, values), codegen
@@ -477,28 +556,28 @@ def store_row(typingctx, rows, index, values):
 
 @intrinsic
 def spread(typingctx, linear, angular):
-    """F32 with `linear` in lanes 0-2, `angular` in 3-5 and 0 in 6 and 7; both float32."""
+    """ROW_F32 with `linear` in lanes 0-2, `angular` in 3-5 and 0 in 6 and 7; both float32."""
 
     def codegen(context, builder, sig, args):
-        one, other = (broadcast(builder, a, F32) for a in args)
+        one, other = (broadcast(builder, a, ROW_F32) for a in args)
         both = _shuffle(builder, one, other, [0, 1, 2, 11, 12, 13, 6, 7])
-        zero = ir.Constant(both.type, [0.0] * WIDTH)
+        zero = ir.Constant(both.type, [0.0] * ROW)
         return _shuffle(builder, both, zero, [0, 1, 2, 3, 4, 5, 14, 15])
 
-    return F32(linear, angular), codegen
+    return ROW_F32(linear, angular), codegen
 
 
 @intrinsic
 def linear_lanes(typingctx, x, y, z):
-    """F32 with three float32 in lanes 0-2 and 0 beyond."""
+    """ROW_F32 with three float32 in lanes 0-2 and 0 beyond."""
 
     def codegen(context, builder, sig, args):
-        out = ir.Constant(ir.VectorType(ir.FloatType(), WIDTH), [0.0] * WIDTH)
+        out = ir.Constant(ROW_F32.vector, [0.0] * ROW)
         for k, value in enumerate(args):
             out = builder.insert_element(out, value, ir.Constant(ir.IntType(32), k))
         return out
 
-    return F32(x, y, z), codegen
+    return ROW_F32(x, y, z), codegen
 
 
 def _sum_of_squares(builder, values, lanes):
@@ -512,7 +591,7 @@ def _sum_of_squares(builder, values, lanes):
 
 @intrinsic
 def angular_square(typingctx, values):
-    """Sum of the squares of lanes 3-5 of an F32, a float32."""
+    """Sum of the squares of lanes 3-5 of a ROW_F32, a float32."""
 
     def codegen(context, builder, sig, args):
         return _sum_of_squares(builder, args[0], (3, 4, 5))
@@ -522,8 +601,8 @@ def angular_square(typingctx, values):
 
 @intrinsic
 def move_row(typingctx, position, drift, index, step):
-    """Add lanes 0-2 of the F32 `step`, whose lane 3 is 0, to a row of position (n, 4) float64 and
-    of drift (n, 4) float32; True when the drift's square exceeds its fourth number."""
+    """Add lanes 0-2 of the ROW_F32 `step`, whose lane 3 is 0, to a row of position (n, 4) float64
+    and of drift (n, 4) float32; True when the drift's square exceeds its fourth number."""
 
     def codegen(context, builder, sig, args):
         four = _shuffle(builder, args[3], args[3], [0, 1, 2, 3])

@@ -80,10 +80,11 @@ class WallScratch(NamedTuple):
     push: np.ndarray
     """(m, 3) float64 force on the particle of each contact that acts [N]."""
     stage: np.ndarray
-    """(6, FIELDS, WIDTH) real: geometry, wall spin, particle, history in; force columns, history
-    out."""
+    """(5, FIELDS, WIDTH) real: geometry, wall spin, history in; force columns, history out."""
     staged: np.ndarray
-    """(WIDTH,) int64 candidate in each lane."""
+    """(WIDTH,) int32 candidate in each lane."""
+    rows: np.ndarray
+    """(WIDTH,) int32 row of its particle."""
 
 
 class Clusters(NamedTuple):
@@ -185,12 +186,13 @@ def new_wall_scratch(capacity, precision):
 
 
 def new_stage(precision):
-    """`stage` and `staged` of `WallScratch`: what each thread needs for itself, in cache lines of
-    its own."""
+    """`stage`, `staged` and `rows` of `WallScratch`: what each thread needs for itself, in cache
+    lines of its own."""
     real = np.float32 if precision == "mixed" else np.float64
     return (
-        aligned((6, FIELDS, WIDTH), real),
-        aligned((WIDTH,), np.int64),
+        aligned((5, FIELDS, WIDTH), real),
+        aligned((WIDTH,), np.int32),
+        aligned((WIDTH,), np.int32),
     )
 
 

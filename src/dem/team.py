@@ -128,22 +128,22 @@ def plan_shares(threads, n, pairs, count, contacts, contact_count):
 
 
 def shares_of(plan, particles, contacts, scratch, new_stage):
-    """The `Share` of each thread of a plan. new_stage() -> (stage, staged), which no two threads
+    """The `Share` of each thread of a plan. new_stage() -> what of the scratch no two threads
     share."""
     size, shares = len(plan.cuts) - 1, []
     # a cache line for each: two threads that write to one wait for each other
     found, gate = aligned((size, LINE), np.int64), aligned((LINE,), np.int64)
     for k in range(size):
         rows, edge = slice(*plan.cuts[k : k + 2]), slice(*plan.edges[k : k + 2])
-        stage, staged = new_stage()
-        room = [array[edge] for array in scratch[:-2]]
+        own = new_stage()
+        room = [array[edge] for array in scratch[: -len(own)]]
         share = Share(
             me=k,
             size=size,
             particles=Particles(*(array[rows] for array in particles)),
             contacts=WallContacts(*(array[edge] for array in contacts)),
             first_contact=int(plan.edges[k]),
-            scratch=WallScratch(*room, stage, staged),
+            scratch=WallScratch(*room, *own),
             blocks=np.flatnonzero(plan.holder == k).astype(np.uint32),
             to_first=plan.to_first,
             to_second=plan.to_second,

@@ -1,6 +1,8 @@
 """Three-vectors as tuples, for floats and lanes alike."""
 
-from dem.arithmetic import law
+from dem.arithmetic import any_lane, law, minimum, sqrt
+
+TINY = 1e-30
 
 
 @law
@@ -37,3 +39,13 @@ def scale(factor, a):
 def reject(a, n):
     """The part of `a` that is normal to the unit vector `n`."""
     return subtract(a, scale(dot(a, n), n))
+
+
+@law
+def at_most(limit, a):
+    """`a`, shortened to the length `limit` where it is longer. Neither root nor division where no
+    lane is: most contacts of a packing stick."""
+    square = dot(a, a)
+    if any_lane(square >= limit * limit):
+        a = scale(minimum(limit / (sqrt(square) + TINY), 1.0), a)
+    return a

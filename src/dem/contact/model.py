@@ -108,15 +108,18 @@ def contact_force(codes, p, dt, overlap, n, r_eff, grain, m_eff, inertia, veloci
 
 @law
 def pair_overlap(separation, r_i, r_j):
-    """Overlap of two spheres [m] and the distance of their centres [m]; separation (3,) is exact to
-    float64.
+    """Overlap of two spheres [m] and the inverse of their centres' distance [1/m]; separation (3,)
+    is exact to float64.
 
     (reach^2 - d^2) / (reach + d): the difference of two nearly equal lengths is taken in float64.
+    One division serves both results.
     """
     squared = dot(separation, separation)
     distance = sqrt(narrow(squared))
     reach = widen(r_i) + widen(r_j)
-    return narrow(reach * reach - squared) / (r_i + r_j + distance), distance
+    both = r_i + r_j + distance
+    shared = 1.0 / (both * distance)
+    return narrow(reach * reach - squared) * (distance * shared), both * shared
 
 
 @law
@@ -128,22 +131,22 @@ def pair_is_active(codes, p, overlap, r_i, r_j, radius_before):
 
 
 @law
-def pair_contact(codes, p, dt, separation, distance, overlap, first, second, history):
+def pair_contact(codes, p, dt, separation, inverse, overlap, first, second, history):
     """Two spheres in contact.
 
-    separation (3,): position of the first minus the second [m]; distance, overlap: of
-    `pair_overlap` [m]; first, second (8,): velocity, spin, radius, mass. Returns the force columns
+    separation (3,): position of the first minus the second [m]; inverse, overlap: of `pair_overlap`
+    [1/m], [m]; first, second (8,): velocity, spin, radius, mass. Returns the force columns
     (8,) for each sphere (force, torque, rolling resistance, load) and the new history (FIELDS,).
     """
     r_i, m_i, r_j, m_j = first[6], first[7], second[6], second[7]
-    inverse = 1.0 / distance
     n = (
         narrow(separation[0]) * inverse,
         narrow(separation[1]) * inverse,
         narrow(separation[2]) * inverse,
     )
-    r_eff = r_i * r_j / (r_i + r_j)
-    m_eff = m_i * m_j / (m_i + m_j)
+    radii, masses = r_i + r_j, m_i + m_j
+    shared = 1.0 / (radii * masses)  # one division serves both
+    r_eff, m_eff = r_i * r_j * (masses * shared), m_i * m_j * (radii * shared)
     inertia_i, inertia_j = INERTIA * m_i * r_i * r_i, INERTIA * m_j * r_j * r_j
     inertia = inertia_i * inertia_j / (inertia_i + inertia_j)
     arm_i, arm_j = r_i - 0.5 * overlap, r_j - 0.5 * overlap

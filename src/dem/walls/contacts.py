@@ -9,38 +9,31 @@ from numba.extending import overload
 from dem.arithmetic import law
 from dem.contact.model import wall_contact
 from dem.contact.row import properties_of
-from dem.lanes import FIELDS, WIDTH, inlined, load_block, store_block
+from dem.lanes import (
+    FIELDS,
+    WIDTH,
+    gather_rows,
+    inlined,
+    load_block,
+    scatter_add,
+    store_block,
+)
 from dem.neighbours import LEVELS
-from dem.walls.geometry import PLANE, RECTANGLE, TRIANGLE, closest_point
+from dem.walls.geometry import (
+    PLANE,
+    RECTANGLE,
+    TRIANGLE,
+    closest_point,
+    into_body,
+    out_of_body,
+)
 from dem.walls.joints import resolve_joints
-
-
-@inlined
-def to_body(walls, b, x, y, z):
-    """A point of space in the frame of body b."""
-    o, r = walls.origin[b], walls.rotation[b]
-    x, y, z = x - o[0], y - o[1], z - o[2]
-    return (
-        r[0, 0] * x + r[1, 0] * y + r[2, 0] * z,
-        r[0, 1] * x + r[1, 1] * y + r[2, 1] * z,
-        r[0, 2] * x + r[1, 2] * y + r[2, 2] * z,
-    )
-
-
-@inlined
-def turn(rotation, x, y, z):
-    """rotation @ (x, y, z)."""
-    return (
-        rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z,
-        rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * z,
-        rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2] * z,
-    )
 
 
 @inlined
 def _within(walls, e, p, reach):
     b = walls.body[e]
-    x, y, z = to_body(walls, b, p[0], p[1], p[2])
+    x, y, z = into_body(walls.origin, walls.rotation, b, p[0], p[1], p[2])
     _, _, _, d = closest_point(walls.kind[e], walls.parameters[e], x, y, z)
     return d < reach
 
@@ -62,7 +55,7 @@ def _bounds(walls, e, low, high):
     low[:] = np.inf
     high[:] = -np.inf
     for k in range(8):
-        c = turn(walls.rotation[b], corners[k, 0], corners[k, 1], corners[k, 2])
+        c = out_of_body(walls.rotation, b, corners[k, 0], corners[k, 1], corners[k, 2])
         for a in range(3):
             low[a] = min(low[a], c[a] + walls.origin[b, a])
             high[a] = max(high[a], c[a] + walls.origin[b, a])
@@ -141,18 +134,12 @@ def _measure(particles, walls, contacts, count, scratch):
     point, distance, acts = scratch.point, scratch.distance, scratch.acts
     for k in range(count):
         acts[k] = False
-        i, e = particle[k], element[k]
-        b = bodies[e]
-        x, y, z = (
-            position[i, 0] - origin[b, 0],
-            position[i, 1] - origin[b, 1],
-            position[i, 2] - origin[b, 2],
+        i, e = np.uint32(particle[k]), np.uint32(element[k])
+        x, y, z = into_body(
+            origin, rotation, bodies[e], position[i, 0], position[i, 1], position[i, 2]
         )
-        px = rotation[b, 0, 0] * x + rotation[b, 1, 0] * y + rotation[b, 2, 0] * z
-        py = rotation[b, 0, 1] * x + rotation[b, 1, 1] * y + rotation[b, 2, 1] * z
-        pz = rotation[b, 0, 2] * x + rotation[b, 1, 2] * y + rotation[b, 2, 2] * z
         point[k, 0], point[k, 1], point[k, 2], distance[k] = closest_point(
-            kind[e], parameters[e], px, py, pz
+            kind[e], parameters[e], x, y, z
         )
 
 
@@ -164,76 +151,69 @@ def wall_forces(
 
     table: properties of pairs; kind_of (materials, materials): rows of it. Contacts that act are
     collected on a stage until WIDTH of one kind are together. Returns a contact whose overlap
-    exceeds overlap_limit * radius, or -1."""
+    exceeds overlap_limit * radius, or -1.
+
+    Flat loops over plain arrays, as in `_measure`; indices without sign, which numba need not try
+    from the end."""
     _measure(particles, walls, contacts, count, scratch)
     resolve_joints(particles, walls, contacts, count, scratch)
-    waiting, kind, excess = 0, -1, -1
-    for k in range(count):
-        i, e = contacts.particle[k], contacts.element[k]
-        radius, distance = particles.kinetic[i, 6], scratch.distance[k]
-        if distance >= radius and contacts.history[k, 6] == 0.0:
-            continue
-        if radius - distance > overlap_limit * radius:
-            excess = k
-        row = kind_of[particles.material[i], walls.material[e]]
-        if waiting == WIDTH or (row != kind and waiting > 0):
-            _flush(codes, table, kind, dt, particles, walls, contacts, waiting, scratch)
-            waiting = 0
-        kind = row
-        _put_on_stage(particles, walls, contacts, k, waiting, scratch)
-        waiting += 1
-    if waiting > 0:
-        _flush(codes, table, kind, dt, particles, walls, contacts, waiting, scratch)
+    particle, element, history = contacts.particle, contacts.element, contacts.history
+    position, kinetic, material = particles.position, particles.kinetic, particles.material
+    force, kind_of_wall, wall_material = particles.force, walls.kind, walls.material
+    bodies, parameters, origin = walls.body, walls.parameters, walls.origin
+    rotation, velocity, spin = walls.rotation, walls.velocity, walls.spin
+    point, distance, acts, push = scratch.point, scratch.distance, scratch.acts, scratch.push
+    stage, staged, rows = scratch.stage, scratch.staged, scratch.rows
+    k, kind, excess = 0, -1, -1
+    while k < count:
+        waiting = 0
+        while k < count:
+            i, e, gap = np.uint32(particle[k]), np.uint32(element[k]), distance[k]
+            radius = float(kinetic[i, 6])
+            if gap >= radius and history[k, 6] == 0.0:
+                k += 1
+                continue
+            row = kind_of[material[i], wall_material[e]]
+            if waiting == WIDTH or (row != kind and waiting > 0):
+                break
+            if radius - gap > overlap_limit * radius:
+                excess = k
+            b, kind = np.uint32(bodies[e]), row
+            # the point, from here on relative to the body's origin, in space
+            x, y, z = out_of_body(rotation, b, point[k, 0], point[k, 1], point[k, 2])
+            point[k, 0], point[k, 1], point[k, 2] = x, y, z
+            if kind_of_wall[e] == PLANE:
+                nx, ny, nz = out_of_body(
+                    rotation, b, parameters[e, 3], parameters[e, 4], parameters[e, 5]
+                )
+            else:
+                inverse = 1.0 / max(gap, 1e-30)
+                nx = (position[i, 0] - origin[b, 0] - x) * inverse
+                ny = (position[i, 1] - origin[b, 1] - y) * inverse
+                nz = (position[i, 2] - origin[b, 2] - z) * inverse
+            stage[0, 0, waiting] = radius - gap
+            stage[0, 1, waiting], stage[0, 2, waiting], stage[0, 3, waiting] = nx, ny, nz
+            stage[0, 4, waiting] = velocity[b, 0] + spin[b, 1] * z - spin[b, 2] * y
+            stage[0, 5, waiting] = velocity[b, 1] + spin[b, 2] * x - spin[b, 0] * z
+            stage[0, 6, waiting] = velocity[b, 2] + spin[b, 0] * y - spin[b, 1] * x
+            for f in range(3):
+                stage[1, f, waiting] = spin[b, f]
+            for f in range(FIELDS):
+                stage[2, f, waiting] = history[k, f]
+            staged[waiting], rows[waiting] = k, i
+            waiting += 1
+            k += 1
+        if waiting > 0:
+            p = properties_of(table, kind)
+            staged_forces(codes, p, dt, stage, rows, waiting, kinetic, force)
+        for lane in range(waiting):
+            m = np.uint32(staged[lane])
+            for f in range(FIELDS):
+                history[m, f] = stage[4, f, lane]
+            acts[m] = True
+            for f in range(3):
+                push[m, f] = float(stage[3, f, lane])
     return excess
-
-
-@inlined
-def _put_on_stage(particles, walls, contacts, k, lane, scratch):
-    """Copy what the contact law needs of candidate k to a lane of the stage."""
-    i, e = contacts.particle[k], contacts.element[k]
-    b, q, stage = walls.body[e], scratch.point[k], scratch.stage
-    rotation, o, v, w = walls.rotation[b], walls.origin[b], walls.velocity[b], walls.spin[b]
-    x, y, z = turn(rotation, q[0], q[1], q[2])
-    q[0], q[1], q[2] = x, y, z  # from here on relative to the body's origin, in space
-    distance = scratch.distance[k]
-    if walls.kind[e] == PLANE:
-        p = walls.parameters[e]
-        nx, ny, nz = turn(rotation, p[3], p[4], p[5])
-    else:
-        p = particles.position[i]
-        inverse = 1.0 / max(distance, 1e-30)
-        nx = (p[0] - o[0] - x) * inverse
-        ny = (p[1] - o[1] - y) * inverse
-        nz = (p[2] - o[2] - z) * inverse
-    stage[0, 0, lane] = float(particles.kinetic[i, 6]) - distance
-    stage[0, 1, lane], stage[0, 2, lane], stage[0, 3, lane] = nx, ny, nz
-    stage[0, 4, lane] = v[0] + w[1] * z - w[2] * y
-    stage[0, 5, lane] = v[1] + w[2] * x - w[0] * z
-    stage[0, 6, lane] = v[2] + w[0] * y - w[1] * x
-    for f in range(3):
-        stage[1, f, lane] = w[f]
-    for f in range(8):
-        stage[2, f, lane] = particles.kinetic[i, f]
-    for f in range(FIELDS):
-        stage[3, f, lane] = contacts.history[k, f]
-    scratch.staged[lane] = k
-
-
-@inlined
-def _flush(codes, table, kind, dt, particles, walls, contacts, waiting, scratch):
-    """Work out the staged contacts and hand out their forces."""
-    stage = scratch.stage
-    staged_forces(codes, properties_of(table, kind), dt, stage, waiting)
-    for lane in range(waiting):
-        k = scratch.staged[lane]
-        i = contacts.particle[k]
-        for f in range(8):
-            particles.force[i, f] += stage[4, f, lane]
-        for f in range(FIELDS):
-            contacts.history[k, f] = stage[5, f, lane]
-        scratch.acts[k] = True
-        for f in range(3):
-            scratch.push[k, f] = float(stage[4, f, lane])
 
 
 @njit(cache=True, error_model="numpy")
@@ -279,20 +259,22 @@ def _staged_contact(codes, p, dt, geometry, wall, particle, history):
 
 
 @njit(error_model="numpy")
-def _staged_forces_lanes(codes, p, dt, stage, waiting):
-    """All lanes at once; lanes beyond `waiting` hold an earlier contact, whose result nobody
-    reads."""
+def _staged_forces_lanes(codes, p, dt, stage, rows, waiting, kinetic, force):
+    """All lanes at once; those beyond `waiting` hold an earlier contact, of a ghost."""
+    for lane in range(waiting, WIDTH):
+        rows[lane] = len(kinetic) - 1
     columns, history = _staged_contact(
         codes,
         p,
         dt,
         load_block(stage, 0),
         load_block(stage, 1),
+        gather_rows(kinetic, rows, 0),
         load_block(stage, 2),
-        load_block(stage, 3),
     )
-    store_block(stage, 4, columns)
-    store_block(stage, 5, history)
+    store_block(stage, 3, columns)
+    store_block(stage, 4, history)
+    scatter_add(force, rows, 0, columns)
 
 
 @njit(error_model="numpy")
@@ -306,30 +288,32 @@ def _column(block, lane):
 
 
 @njit(error_model="numpy")
-def _staged_forces_plain(codes, p, dt, stage, waiting):
+def _staged_forces_plain(codes, p, dt, stage, rows, waiting, kinetic, force):
     """One contact at a time, float64."""
     for lane in range(waiting):
+        k = kinetic[rows[lane]]
         columns, history = _staged_contact(
-            codes, p, dt, _column(stage[0], lane), _column(stage[1], lane), _column(stage[2], lane),
-            _column(stage[3], lane),
+            codes, p, dt, _column(stage[0], lane), _column(stage[1], lane),
+            (k[0], k[1], k[2], k[3], k[4], k[5], k[6], k[7]), _column(stage[2], lane),
         )  # fmt: skip
         for f in range(8):
-            stage[4, f, lane] = columns[f]
+            stage[3, f, lane] = columns[f]
+            force[rows[lane], f] += columns[f]
         for f in range(FIELDS):
-            stage[5, f, lane] = history[f]
+            stage[4, f, lane] = history[f]
 
 
-def staged_forces(codes, p, dt, stage, waiting):
-    """Contact law of the staged contacts: blocks 0-3 of the stage in, force columns (4) and history
-    (5) out."""
+def staged_forces(codes, p, dt, stage, rows, waiting, kinetic, force):
+    """Contact law of the staged contacts: blocks 0-2 of the stage in, force columns (3) and history
+    (4) out; adds the forces to the particles of these rows."""
     raise NotImplementedError("compiled code only")
 
 
 @overload(staged_forces)
-def _staged_forces(codes, p, dt, stage, waiting):
+def _staged_forces(codes, p, dt, stage, rows, waiting, kinetic, force):
     chosen = _staged_forces_lanes if stage.dtype == types.float32 else _staged_forces_plain
 
-    def call(codes, p, dt, stage, waiting):
-        return chosen(codes, p, dt, stage, waiting)
+    def call(codes, p, dt, stage, rows, waiting, kinetic, force):
+        return chosen(codes, p, dt, stage, rows, waiting, kinetic, force)
 
     return call

@@ -20,6 +20,27 @@ _leaf = njit(forceinline=True, error_model="numpy")
 
 
 @_leaf
+def into_body(origin, rotation, b, x, y, z):
+    """A point of space in the frame of body b; origin (b, 3), rotation (b, 3, 3)."""
+    x, y, z = x - origin[b, 0], y - origin[b, 1], z - origin[b, 2]
+    return (
+        rotation[b, 0, 0] * x + rotation[b, 1, 0] * y + rotation[b, 2, 0] * z,
+        rotation[b, 0, 1] * x + rotation[b, 1, 1] * y + rotation[b, 2, 1] * z,
+        rotation[b, 0, 2] * x + rotation[b, 1, 2] * y + rotation[b, 2, 2] * z,
+    )
+
+
+@_leaf
+def out_of_body(rotation, b, x, y, z):
+    """A vector of the frame of body b in space."""
+    return (
+        rotation[b, 0, 0] * x + rotation[b, 0, 1] * y + rotation[b, 0, 2] * z,
+        rotation[b, 1, 0] * x + rotation[b, 1, 1] * y + rotation[b, 1, 2] * z,
+        rotation[b, 2, 0] * x + rotation[b, 2, 1] * y + rotation[b, 2, 2] * z,
+    )
+
+
+@_leaf
 def closest_point(kind, e, x, y, z):
     """Closest point of element `e` to (x, y, z) and the signed distance to it, negative only behind
     a plane."""

@@ -6,11 +6,9 @@ beside it, and friction limits their sum. kappa 2/7: Silbert et al. (2001), Phys
 the contact unloads.
 """
 
-from dem.arithmetic import law, minimum, sqrt
+from dem.arithmetic import law, sqrt
 from dem.contact.law import Law, Parameter
-from dem.vectors import dot, reject, scale, subtract
-
-TINY = 1e-30
+from dem.vectors import at_most, reject, scale, subtract
 
 
 @law
@@ -18,10 +16,9 @@ def force(p, n, v_t, stiffness, contact_radius, radius_before, m_eff, spring, li
     """Tangential force on the first sphere and the new spring force, both (3,) [N]."""
     tangential = p.stiffness_ratio * stiffness
     spring = subtract(reject(spring, n), scale(tangential * dt, v_t))
-    spring = scale(minimum(limit / (sqrt(dot(spring, spring)) + TINY), 1.0), spring)
+    spring = at_most(limit, spring)
     whole = subtract(spring, scale(p.damping * sqrt(tangential * m_eff), v_t))
-    whole = scale(minimum(limit / (sqrt(dot(whole, whole)) + TINY), 1.0), whole)
-    return whole, spring
+    return at_most(limit, whole), spring
 
 
 LAW = Law(

@@ -11,9 +11,8 @@ import math
 from dem.arithmetic import law, maximum, minimum, sqrt
 from dem.contact.export import Export
 from dem.contact.law import Law
-from dem.vectors import dot, reject, scale, subtract
+from dem.vectors import TINY, at_most, reject, scale, subtract
 
-TINY = 1e-30
 MERCURY = 2.0 / 3.0
 """Of 8 G a, which is its spring of a displacement."""
 
@@ -29,10 +28,9 @@ def tangential_force(p, n, v_t, stiffness, contact_radius, radius_before, m_eff,
     unloading = minimum(contact_radius / maximum(radius_before, TINY), 1.0)
     spring = scale(unloading, reject(spring, n))
     spring = subtract(spring, scale(tangential * dt, v_t))
-    spring = scale(minimum(limit / (sqrt(dot(spring, spring)) + TINY), 1.0), spring)
+    spring = at_most(limit, spring)
     force = subtract(spring, scale(p.damping * sqrt(tangential * m_eff), v_t))
-    force = scale(minimum(limit / (sqrt(dot(force, force)) + TINY), 1.0), force)
-    return force, spring
+    return at_most(limit, force), spring
 
 
 LAW = Law(
