@@ -66,7 +66,8 @@ class MeasureError(DemError):
 class RefusedStateError(MeasureError):
     """A heap that stands but tells nothing: most of it is not where it should be.
 
-    kind: `clogged` (grains stay in the funnel) or `uncovered` (the plate is not covered).
+    kind: `clogged` (grains stay in the funnel), `restless` (the closed funnel was never opened) or
+    `uncovered` (the plate is not covered).
     """
 
     def __init__(self, kind, message):

@@ -1,8 +1,11 @@
 """The sizes of a run spec's grains, in SI unless the name says otherwise."""
 
+import math
+
 import numpy as np
 
 from dem.clump import shape_of
+from dem.constants import GRAVITY
 from dem.dumbbell import sphere_radius
 
 
@@ -43,6 +46,12 @@ def mean_radius(spec):
     if sizes is None:
         return scale * spec.particles.diameter_mm
     return scale * float((_mean_power(sizes, 1) * number_fractions(sizes)).sum())
+
+
+def fall_time(spec):
+    """sqrt(r / g) [s] of the mean grain, in which it falls by half its radius. The unit of an
+    experiment's own times: grains and rig enlarged alike then give the same."""
+    return math.sqrt(mean_radius(spec) / GRAVITY)
 
 
 def draw_radii(spec, count, rng):

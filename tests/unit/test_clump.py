@@ -289,7 +289,7 @@ def settled(path, count=500):
     walls = WallSet().body("vessel", material="wall").disc(0.007).cylinder(0.007, 0.0, top)
     sim = build_simulation(spec, walls)
     bed.fill(sim, spec, np.full(count, 1e-3), sites, 0.0, reach, rng)
-    bed.settle(sim, 2.0)
+    bed.settle(sim, spec, 2.0)
     return sim
 
 

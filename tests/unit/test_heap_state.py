@@ -6,6 +6,7 @@ import pytest
 
 from calibration.runner import NO_HEAP, causes
 from dem.errors import MeasureError, RefusedStateError, SpecError
+from dem.experiments import heap, setup
 from dem.experiments.heap import Flow, capacity
 from dem.measure.heap import coverage
 from dem.run import run
@@ -74,6 +75,37 @@ def test_a_filled_funnel_is_opened_onto_a_rimmed_plate(tmp_path):
     assert metrics["emptying_time_s"] > 0.6
     assert metrics["plate_coverage"] > 0.5
     assert metrics["on_plate"] + metrics["spilled"] < 300  # the rest lies below the rim
+
+
+def test_a_funnel_that_is_never_opened_is_not_clogged(tmp_path):
+    """Closed and too little time for its grains to come to rest: nothing is known of its orifice,
+    and the message says what to do."""
+    rig = {"feed": "opened", "orifice_diameter_mm": 32.0}
+    shut = spec(rig, numerics={"max_time_s": 0.52})
+    with pytest.raises(RefusedStateError, match=r"never opened: after 0\.5 s") as error:
+        run(parse_spec(shut), tmp_path)
+    assert error.value.kind == "restless"
+    assert "numerics.rayleigh_fraction" in str(error.value)
+    assert "clogged" not in str(error.value)
+
+
+def test_a_stack_at_the_rim_does_not_block_a_closed_funnel():
+    """Grains at rest in the mouth cost a closed funnel their own sites alone; an open one waits
+    until it has run empty below."""
+    for feed, some in (("opened", True), ("rain", False)):
+        made = parse_spec(spec({"feed": feed}))
+        rig = heap.Rig(made.geometry)
+        source = heap.Source(made, rig, np.random.default_rng(1))
+        sim = setup.build_simulation(made, rig.walls())
+        assert len(source.free_sites(sim)) == len(source.sites)
+        sim.add_particles([[*source.sites[0], source.height]], 1e-3)
+        free = source.free_sites(sim)
+        assert source.make_layer(sim) is some
+        if some:
+            apart = np.hypot(*(free - source.sites[0]).T)
+            assert apart.min() > source.pitch
+            # a site has at most eight others beside it
+            assert len(source.sites) - 9 <= len(free) < len(source.sites)
 
 
 @pytest.mark.parametrize(

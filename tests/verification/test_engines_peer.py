@@ -16,7 +16,7 @@ from calibration.engines import bed, lammps, rig
 from calibration.engines.program import find
 from calibration.engines.program import run as start
 from calibration.engines.rigs import Lid
-from calibration.engines.rigs.shear import DAMPING, Cell
+from calibration.engines.rigs.shear import Cell
 from calibration.errors import ConfigError
 from calibration.export import lammps as block
 from dem.constants import GRAVITY
@@ -215,7 +215,7 @@ def test_a_lid_of_lammps_falls_as_a_mass_with_a_drag(tmp_path):
     cell, dialect = Cell(run), lammps.DIALECT
     cell.sim.position, cell.sim.velocity = np.array([[0.01, 0.001, 0.0011]]), np.zeros((1, 3))
     cell.sim.radius = np.array([1e-3])  # one grain, far below the lid
-    lid = Lid("lid", cell.top, cell.weight, cell.mass, cell.mobility, GRAVITY / DAMPING)
+    lid = Lid("lid", cell.top, cell.weight, cell.mass, cell.mobility, GRAVITY * cell.fall_time)
     box = (-0.03, -0.03, -0.01), (0.03, 0.03, 0.25)
     text = bed.start(run, cell.sim, dialect, tmp_path, *box)
     text += dialect.walls(cell.walls, tmp_path, lid=lid)
@@ -225,7 +225,8 @@ def test_a_lid_of_lammps_falls_as_a_mass_with_a_drag(tmp_path):
     command = [find("lmp", lammps.INSTALL), "-in", "in.lammps", "-log", "none"]
     said = start(command, tmp_path, chosen["settings"]["timeout_s"], lammps.environment())
     t = 1000 * time_step_of(run)
-    expected = -GRAVITY / DAMPING * (t + np.expm1(-DAMPING * t) / DAMPING)
+    unit = cell.fall_time  # 1/D
+    expected = -GRAVITY * unit * (t + np.expm1(-t / unit) * unit)
     assert float(re.search(r"^at (\S+)", said, re.M)[1]) == pytest.approx(expected, rel=0.01)
 
 

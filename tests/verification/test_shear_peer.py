@@ -15,7 +15,7 @@ from calibration.engines import bed, lammps, liggghts, rig
 from calibration.engines.program import find
 from calibration.engines.program import run as start
 from calibration.engines.rigs import Lid
-from calibration.engines.rigs.shear import DAMPING, HEIGHT, SHEAR, Cell
+from calibration.engines.rigs.shear import HEIGHT, SHEAR, Cell
 from calibration.export import lammps as lammps_block
 from calibration.export import liggghts as liggghts_block
 from dem.experiments import setup, shear_ring
@@ -81,7 +81,7 @@ def ours(packed):
     sim = setup.build_simulation(SPEC, packed.build_walls(SPEC, RADIUS))
     lid, walls = sim.walls.index("lid"), sim.wall_state
     walls.origin[lid, 2], walls.mass[lid] = packed.top, packed.mass
-    walls.drag[lid] = DAMPING * packed.mass
+    walls.drag[lid] = packed.mass / packed.fall_time
     walls.load[lid] = packed.weight - packed.force(LOAD)
     sim.add_particles(grains.position, grains.radius, velocity=grains.velocity)
     sim.advance(round(REST / DT))
@@ -97,7 +97,7 @@ def theirs(cell, code, folder):
     module, block, material, arguments = CODES[code]
     dialect, steps = module.DIALECT, part_of(cell)
     force, side = cell.force(LOAD), cell.outer + bed.ROOM
-    lid = Lid("lid", cell.top, force, cell.mass, cell.mobility, force / cell.mass / DAMPING)
+    lid = Lid("lid", cell.top, force, cell.mass, cell.mobility, force / cell.mass * cell.fall_time)
     deck = [
         bed.start(SPEC, cell.sim, dialect, folder, (-side, -side, -bed.ROOM), (side, side, 0.21)),
         dialect.walls(cell.walls, folder, lid=lid),

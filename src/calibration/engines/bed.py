@@ -95,8 +95,8 @@ def start(spec, grains, dialect, folder, low, high):
 
 def settle(spec, grains):
     """Commands that run until the grains rest, as `bed.settle` does, and dump them."""
-    step = steps(spec, bed.LOOK)
-    looks = max(round(spec.numerics.max_time_s / bed.LOOK), 1)
+    step = steps(spec, bed.look(spec))
+    looks = max(round(spec.numerics.max_time_s / bed.look(spec)), 1)
     calm = SETTLED * grains.lift_energy
     return ENERGY + until("settled", step, looks, calm, least=5) + DUMP.format(name="settled")
 

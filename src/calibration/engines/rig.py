@@ -13,15 +13,16 @@ from calibration.export.header import left_out
 from calibration.export.material import granulate
 from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS
-from dem.experiments.heap import LOST_BELOW, Rig
+from dem.experiments.heap import Rig
 from dem.experiments.setup import time_step_of
 from dem.grains import mean_radius, number_fractions
 from dem.materials import material_of
 from dem.measure.heap import measure_heap
 from dem.timescales import hertz_contact_time
 
-COLLAR = 0.03
-"""Height of the wall above the funnel's rim, within which grains are made [m]."""
+COLLAR = 0.75
+"""Height of the wall above the funnel's rim, within which grains are made, in radii of its
+mouth."""
 EXTRA = 0.3
 """Time after the last grain is made before a deck first looks whether the heap is at rest [s]."""
 LOOK = 0.05
@@ -175,12 +176,12 @@ class Pour:
     @property
     def bottom(self):
         """Height below which grains are lost [m]."""
-        return -LOST_BELOW
+        return self.rig.lost_height
 
     @property
     def top(self):
         """Upper end of the wall above the funnel [m]."""
-        return self.rig.rim_height + COLLAR
+        return self.rig.rim_height + COLLAR * self.rig.mouth_radius
 
     @property
     def looks(self):
@@ -208,7 +209,7 @@ def heap_metrics(state, pour, made):
         )
     x, r, v = state["position"], state["radius"], state["velocity"]
     metrics = measure_heap(x, r, v, pour.rig.plate_radius)
-    inside = int((x[:, 2] > pour.rig.orifice_height - 2e-3).sum())
+    inside = int((x[:, 2] > pour.rig.left_height).sum())
     return metrics | {"spilled": pour.count - len(r), "in_funnel": inside}
 
 

@@ -6,11 +6,22 @@ import numpy as np
 
 from dem.constants import GRAVITY
 from dem.experiments.setup import add_grains
+from dem.grains import fall_time
 from dem.linear import slope
 
-SHAKE = 0.3  # speed of the grains when they are made [m/s]: it breaks the lattice
+SHAKE = 3.0  # speed of the grains when they are made, of sqrt(g reach): it breaks the lattice
 PITCH = 2.15  # between grains when they are made, in reaches
-LOOK = 0.01  # between looks at the energy [s]
+LOOK = 1.0  # between looks at the energy, in fall times of the mean grain
+
+
+def shake(reach):
+    """Greatest speed [m/s] along an axis of new grains of half length `reach` [m]."""
+    return SHAKE * math.sqrt(GRAVITY * reach)
+
+
+def look(spec):
+    """Time [s] between two looks at the grains."""
+    return LOOK * fall_time(spec)
 
 
 def sites_in_circle(radius, reach, rng):
@@ -43,13 +54,14 @@ def fill(sim, spec, radii, sites, bottom, reach, rng, order=(0, 1, 2)):
     along = np.column_stack([sites[place], height])
     position = np.empty_like(along)
     position[:, list(order)] = along
-    velocity = rng.uniform(-SHAKE, SHAKE, position.shape)
+    speed = shake(reach)
+    velocity = rng.uniform(-speed, speed, position.shape)
     add_grains(sim, spec, position, radii, velocity, rng)
 
 
 def highest_site(count, sites, bottom, reach):
     """Height above which no grain of `fill` reaches, however it was thrown."""
-    hop = SHAKE**2 / (2.0 * GRAVITY)
+    hop = shake(reach) ** 2 / (2.0 * GRAVITY)
     return bottom + (2.2 + PITCH * ((count - 1) // len(sites))) * reach + 1.5 * hop
 
 
@@ -66,12 +78,12 @@ def motion(sim):
     return energy / (GRAVITY * float((mass * sim.radius).sum()))
 
 
-def settle(sim, limit, threshold=1e-4):
+def settle(sim, spec, limit, threshold=1e-4):
     """Wait until the grains rest, `limit` seconds at most; True when they do."""
-    start = sim.time
+    start, pause = sim.time, look(spec)
     while sim.time - start < limit:
-        advance_for(sim, LOOK)
-        if sim.time - start > 5 * LOOK and motion(sim) < threshold:
+        advance_for(sim, pause)
+        if sim.time - start > 5.0 * pause and motion(sim) < threshold:
             return True
     return False
 

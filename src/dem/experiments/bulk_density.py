@@ -28,8 +28,9 @@ bed = lazily("dem.experiments.bed")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 
 LEAST_WIDTH = 5.0  # of the largest grain: narrower, the walls order all of the bed
-LIFT_SPEED = 0.1  # at which the vessel is raised before it falls [m/s]
-CALM = 0.06  # time that the grains get after each tap [s]
+LIFT = 1.2  # time in which the vessel is raised, of that in which it falls
+CALM = 6.0  # looks that the grains get after each tap
+REST = 50.0  # looks that they get after the last, at most
 EDGE = 1.5  # mean diameters that the core keeps from wall, floor and surface
 SURFACE = 0.95  # of the grains lie below the level at which the vessel is struck off
 
@@ -96,14 +97,14 @@ def run(spec, context):
     top = bed.highest_site(len(radii), sites, 0.0, reach)
     sim = setup.build_simulation(spec, vessel.walls(top))
     bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
-    bed.settle(sim, spec.numerics.max_time_s)
+    bed.settle(sim, spec, spec.numerics.max_time_s)
     context.progress(0.3, "poured")
     poured = _density(sim, vessel), _packing(sim, spec, vessel.radius)
     for tap in range(g.taps):
-        _tap(sim, 1e-3 * g.tap_height_mm)
+        _tap(sim, spec)
         context.progress(0.3 + 0.7 * (tap + 1) / g.taps, f"tap {tap + 1} of {g.taps}")
         context.frame(sim)
-    bed.settle(sim, 0.5)
+    bed.settle(sim, spec, REST * bed.look(spec))
     tapped = _density(sim, vessel), _packing(sim, spec, vessel.radius)
     context.finish(sim)
     return {
@@ -115,15 +116,16 @@ def run(spec, context):
     }
 
 
-def _tap(sim, height):
+def _tap(sim, spec):
     """Raise the vessel and let it fall; it stops dead, the grains do not."""
+    height = 1e-3 * spec.geometry.tap_height_mm
     fall = math.sqrt(2.0 * height / GRAVITY)
-    sim.move_wall("vessel", velocity=(0.0, 0.0, LIFT_SPEED))
-    bed.advance_for(sim, height / LIFT_SPEED)
+    sim.move_wall("vessel", velocity=(0.0, 0.0, height / (LIFT * fall)))
+    bed.advance_for(sim, LIFT * fall)
     sim.move_wall("vessel", velocity=(0.0, 0.0, -height / fall))
     bed.advance_for(sim, fall)
     sim.move_wall("vessel", velocity=(0.0, 0.0, 0.0))
-    bed.advance_for(sim, CALM)
+    bed.advance_for(sim, CALM * bed.look(spec))
 
 
 def _above_floor(sim):

@@ -129,10 +129,10 @@ def _filled(spec, rng):
     sim = setup.build_simulation(spec, _walls(spec, half, high))
     if g.packing == "cubic":
         sim.add_particles(_lattice(half, radii), radii)
-        bed.advance_for(sim, 0.02)
+        bed.advance_for(sim, 2.0 * bed.look(spec))
         return sim
     bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
-    bed.settle(sim, spec.numerics.max_time_s)
+    bed.settle(sim, spec, spec.numerics.max_time_s)
     return sim
 
 

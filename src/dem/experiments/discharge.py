@@ -108,7 +108,7 @@ def run(spec, context):
         context.progress(0.3 + 0.69 * gone / total, f"{sim.time:.2f} s")
         context.frame(sim)
 
-    times, masses = outflow.watch(sim, leave, spec.numerics.max_time_s, look)
+    times, masses = outflow.watch(sim, spec, leave, spec.numerics.max_time_s, look)
     context.finish(sim)
     flow = outflow.steady_flow(times, masses)
     law = beverloo(density, 2.0 * silo.orifice, 2.0 * mean_radius(spec))
@@ -131,7 +131,7 @@ def _filled(spec, silo, rng):
     top = bed.highest_site(len(radii), sites, silo.shoulder, reach)
     sim = setup.build_simulation(spec, silo.walls(top))
     bed.fill(sim, spec, radii, sites, silo.shoulder, reach, rng)
-    bed.settle(sim, spec.numerics.max_time_s)
+    bed.settle(sim, spec, spec.numerics.max_time_s)
     return sim
 
 

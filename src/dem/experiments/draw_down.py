@@ -161,8 +161,8 @@ def run(spec, context):
         context.progress(0.3 + 0.6 * gone / total, f"{sim.time:.2f} s")
         context.frame(sim)
 
-    times, masses = outflow.watch(sim, leave, spec.numerics.max_time_s, look)
-    bed.settle(sim, spec.numerics.max_time_s, CALM)
+    times, masses = outflow.watch(sim, spec, leave, spec.numerics.max_time_s, look)
+    bed.settle(sim, spec, spec.numerics.max_time_s, CALM)
     context.finish(sim)
     position, radius = sim.position, sim.radius
     above = position[:, 2] > boxes.floor
@@ -186,7 +186,7 @@ def _filled(spec, boxes, rng):
     top = bed.highest_site(len(radii), sites, boxes.floor, reach)
     sim = setup.build_simulation(spec, boxes.walls(top))
     bed.fill(sim, spec, radii, sites, boxes.floor, reach, rng)
-    bed.settle(sim, spec.numerics.max_time_s)
+    bed.settle(sim, spec, spec.numerics.max_time_s)
     return sim
 
 

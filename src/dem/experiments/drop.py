@@ -23,6 +23,7 @@ setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 drag = lazily("dem.drag")
 
 APART = 20.0  # radii between grains: they never meet
+MISSED = 5e-6  # of the drop height, at an apex between two looks
 LEAST_REBOUND = 1e-4  # of the drop height; a grain that sticks has no logarithm
 
 
@@ -59,7 +60,7 @@ def run(spec, context):
     sim.add_particles(position, radius)
     # a restitution of one would come back after three quarters of a whole bounce
     limit = 2.2 * _longest_fall(sim, height)
-    apex, sampled = _follow(sim, radius, limit, g.output_interval_s, context)
+    apex, sampled = _follow(sim, radius, height, limit, g.output_interval_s, context)
     rebound = sampled if g.output_interval_s else apex
     contact = _contact_time(spec, radius, impact)
     restitution = np.sqrt(np.maximum(apex, 0.0) / start)
@@ -111,7 +112,7 @@ def _longest_fall(sim, height):
     return fall
 
 
-def _follow(sim, radius, limit, output_interval, context):
+def _follow(sim, radius, height, limit, output_interval, context):
     """Highest point after the first impact of each grain: by energy at any time, and at output
     instants only.
 
@@ -122,11 +123,11 @@ def _follow(sim, radius, limit, output_interval, context):
     n = sim.n
     highest, sampled = np.full(n, -np.inf), np.full(n, -np.inf)
     landed, bounced, done = (np.zeros(n, bool) for _ in range(3))
-    # fine enough that the height missed at the apex, g dt^2 / 8, is below a micrometre
-    pause = max(int(math.sqrt(8e-6 / GRAVITY) / sim.time_step), 1)
+    # fine enough that the height missed at the apex, g dt^2 / 8, is below this share of the drop
+    pause = max(int(math.sqrt(8.0 * MISSED * height / GRAVITY) / sim.time_step), 1)
     if output_interval:
         pause = max(round(output_interval / sim.time_step), 1)
-    fine = max(int(math.sqrt(8e-7 / GRAVITY) / sim.time_step), 1)
+    fine = max(int(math.sqrt(0.8 * MISSED * height / GRAVITY) / sim.time_step), 1)
     steps_to_output = pause
     while sim.time < limit and not done.all():
         step = min(fine, steps_to_output)

@@ -133,13 +133,13 @@ def run(spec, context):
     sim = setup.build_simulation(spec, drum.walls(), gravity=(0.0, -GRAVITY, 0.0))
     radii = draw_radii(spec, spec.particles.count, rng)
     _fill(sim, spec, radii, drum.clear, drum.width, reach, rng)
-    bed.settle(sim, spec.numerics.max_time_s)
+    bed.settle(sim, spec, spec.numerics.max_time_s)
     sim.move_wall(SHELL, spin=(0.0, 0.0, rate))
     turn = 2.0 * math.pi / rate
-    _turn(sim, g.start_turns * turn, context, 0.0, 0.5)
+    _turn(sim, spec, g.start_turns * turn, context, 0.0, 0.5)
     looks = []
     for k in range(LOOKS):
-        _turn(sim, g.turns * turn / LOOKS, context, 0.5 + 0.5 * k / LOOKS, 0.5 / LOOKS)
+        _turn(sim, spec, g.turns * turn / LOOKS, context, 0.5 + 0.5 * k / LOOKS, 0.5 / LOOKS)
         looks.append(_look(sim, radius, 2.0 * mean_radius(spec), rate))
     context.finish(sim)
     surface, centre, passive = np.array(looks).T
@@ -173,9 +173,9 @@ def _fill(sim, spec, radii, radius, width, reach, rng):
         made, height = made + len(now), height + bed.PITCH * reach
 
 
-def _turn(sim, duration, context, begin, share):
+def _turn(sim, spec, duration, context, begin, share):
     """Advance, with progress from `begin` over `share` and frames."""
-    parts = max(round(duration / 0.02), 1)
+    parts = max(round(duration / (2.0 * bed.look(spec))), 1)
     for k in range(parts):
         bed.advance_for(sim, duration / parts)
         context.progress(begin + share * (k + 1) / parts, f"{sim.time:.2f} s")

@@ -32,7 +32,8 @@ setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 
 MIN_ORIFICE_RATIO = 3.0  # orifice over largest grain; below it any funnel clogs
 LEAST_PLATE = 4.0  # plate over largest grain
-MOUTH_ABOVE_RIM = 0.010  # where grains are made, above the funnel's rim [m]
+MOUTH_ABOVE_RIM = 0.25  # where grains are made, above the funnel's rim: radii of its mouth
+COLLAR = 2.5  # height of the wall above the rim, in the same
 MOST_LEFT = 0.05
 """Share of the grains that may stay in the funnel: a heap of 5 % less volume is 2 % lower and as
 steep."""
@@ -43,7 +44,8 @@ Below, they lie about."""
 
 PACKING = 0.6  # solid fraction above the orifice
 NEAR_CAPACITY = 0.3  # feed within this share of the capacity: heaps come in two kinds
-LOST_BELOW = 0.030  # grains this far below the plate have spilled [m]
+LOST_BELOW = 0.75  # radii of the plate; grains this far below it have spilled
+AT_ORIFICE = 0.2  # radii of the orifice; grains this far below it have not left it
 JITTER = (
     0.09  # of half a grain's length: grains are made on a lattice of 2.2 of these, moved at random
 )
@@ -159,7 +161,10 @@ class Rig:
         self.mouth_radius = 0.5e-3 * g.funnel_top_diameter_mm
         slope = math.tan(math.radians(g.funnel_half_angle_deg))
         self.rim_height = self.orifice_height + (self.mouth_radius - self.orifice_radius) / slope
-        self.source_height = self.rim_height + MOUTH_ABOVE_RIM
+        self.source_height = self.rim_height + MOUTH_ABOVE_RIM * self.mouth_radius
+        self.collar_height = self.rim_height + COLLAR * self.mouth_radius
+        self.lost_height = -LOST_BELOW * self.plate_radius
+        self.left_height = self.orifice_height - AT_ORIFICE * self.orifice_radius
         self.plate_rim = 1e-3 * g.plate_rim_height_mm
         self.opened = g.feed == "opened"
         self.funnel_stl, self.plate_stl = g.funnel_stl, g.plate_stl
@@ -184,7 +189,7 @@ class Rig:
             )
         # a collar above the funnel keeps the falling grains in, whatever the funnel is made of
         walls.body("collar", material=setup.WALL)
-        walls.cylinder(self.mouth_radius, self.rim_height, self.rim_height + 0.1)
+        walls.cylinder(self.mouth_radius, self.rim_height, self.collar_height)
         if self.opened:
             walls.body("gate", material=setup.WALL).disc(self.orifice_radius, self.orifice_height)
         return walls
@@ -205,7 +210,7 @@ class Source:
         x, y = np.meshgrid(line, line, indexing="ij")
         inside = np.hypot(x, y) < rig.mouth_radius - 1.2 * r
         self.sites = np.column_stack([x[inside], y[inside]])
-        self.height = rig.source_height
+        self.height, self.opened = rig.source_height, rig.opened
         self.jitter = JITTER * r
         # a layer leaves room for the next after it has fallen by one pitch
         self.interval = self.pitch / self.speed
@@ -217,13 +222,26 @@ class Source:
     def exhausted(self):
         return self.made == len(self.radii)
 
+    def free_sites(self, sim):
+        """Where grains can be made (m, 2) [m]. A funnel that grains run out of is full as soon as
+        one stands in the way, and waits; in a closed one a stack that has come to rest at the rim
+        stays, and the rest of the mouth is filled."""
+        position = sim.particles.position[: sim.n, :3]
+        high = position[position[:, 2] > self.height - 0.9 * self.pitch, :2]
+        if not len(high):
+            return self.sites
+        if not self.opened:
+            return self.sites[:0]
+        gaps = np.hypot(*(self.sites[:, None] - high).transpose(2, 0, 1)).min(axis=1)
+        return self.sites[gaps > self.pitch]
+
     def make_layer(self, sim):
-        """Add one layer unless grains still stand in its way; True when a layer was made."""
-        top = sim.particles.position[: sim.n, 2].max(initial=-np.inf)
-        if top > self.height - 0.9 * self.pitch:
+        """Add one layer where grains do not stand in its way; True when one was made."""
+        sites = self.free_sites(sim)
+        count = min(self.per_layer, len(self.radii) - self.made, len(sites))
+        if not count:
             return False
-        count = min(self.per_layer, len(self.radii) - self.made)
-        site = self.sites[self.rng.choice(len(self.sites), count, replace=False)]
+        site = sites[self.rng.choice(len(sites), count, replace=False)]
         shift = self.rng.uniform(-self.jitter, self.jitter, (count, 3))
         position = np.column_stack([site, np.full(count, self.height)]) + shift
         velocity = np.tile([0.0, 0.0, -self.speed], (count, 1))
@@ -233,10 +251,10 @@ class Source:
         return True
 
 
-def remove_spilled(sim):
+def remove_spilled(sim, rig):
     """Take out grains that have fallen past the plate; returns their number."""
     position = sim.particles.position[: sim.n]
-    return sim.remove(sim.particles.tag[: sim.n][position[:, 2] < -LOST_BELOW])
+    return sim.remove(sim.particles.tag[: sim.n][position[:, 2] < rig.lost_height])
 
 
 def grains_above(sim, height):
@@ -295,7 +313,7 @@ def pour(spec, context):
         if not source.exhausted:
             source.make_layer(sim)
         sim.advance(chunk)
-        spilled += remove_spilled(sim)
+        spilled += remove_spilled(sim, rig)
         flow.note(sim, rig, source.made)
         if source.exhausted and setup.rest_energy(sim) < spec.numerics.rest_energy_ratio:
             if not closed:
@@ -318,9 +336,22 @@ def pour(spec, context):
                 },
             )
         )
-    if not source.exhausted or closed:
+    if closed and source.exhausted:
+        _refuse_restless(spec, sim)
+    if not source.exhausted:
         _refuse_clogged(spec, sim, rig, len(source.radii) - source.made)
     return sim, rig, spilled, flow
+
+
+def _refuse_restless(spec, sim):
+    """Raise RefusedStateError for a closed funnel whose grains never came to rest."""
+    raise RefusedStateError(
+        "restless",
+        f"the funnel was never opened: after {sim.time:.1f} s its grains still move, with "
+        f"{setup.rest_energy(sim):.1e} of the energy that lifts them by a radius; "
+        f"numerics.rest_energy_ratio allows {spec.numerics.rest_energy_ratio:.1e}; lower "
+        "numerics.rayleigh_fraction, or give numerics.max_time_s more",
+    )
 
 
 def _refuse_clogged(spec, sim, rig, unmade=0):
@@ -339,11 +370,11 @@ def _refuse_clogged(spec, sim, rig, unmade=0):
 def run(spec, context):
     """Pour the heap described by `spec` and measure it; returns the metrics of `EXPERIMENT`.
 
-    Raises RefusedStateError where the funnel is clogged or the plate is not covered, MeasureError
-    where no heap stands."""
+    Raises RefusedStateError where the funnel is clogged or never opened or the plate is not
+    covered, MeasureError where no heap stands."""
     sim, rig, spilled, flow = pour(spec, context)
     context.finish(sim)
-    left = grains_above(sim, rig.orifice_height - 2e-3)
+    left = grains_above(sim, rig.left_height)
     share = left / spec.particles.count
     if share > MOST_LEFT:
         _refuse_clogged(spec, sim, rig)

@@ -25,7 +25,7 @@ from dem.part import Part, field, mesh_field
 bed = lazily("dem.experiments.bed")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 
-LOST_BELOW = 0.03  # grains this far below the plate have run off [m]
+LOST_BELOW = 0.75  # radii of the plate; grains this far below it have run off
 LEAST_WIDTH = 5.0  # of the largest grain
 CALM = 1e-5  # energy of motion at which the heap rests
 
@@ -93,9 +93,9 @@ def run(spec, context):
     top = bed.highest_site(len(radii), sites, 0.0, reach)
     sim = setup.build_simulation(spec, rig.walls(top))
     bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
-    bed.settle(sim, spec.numerics.max_time_s)
+    bed.settle(sim, spec, spec.numerics.max_time_s)
     depth = float(sim.position[:, 2].max())
-    lost = _lift(sim, spec, context, depth)
+    lost = _lift(sim, spec, context, depth, -LOST_BELOW * plate)
     context.finish(sim)
     position = sim.position
     found = measure_heap(position, sim.radius, sim.velocity, plate, sim.grain)
@@ -113,15 +113,15 @@ def run(spec, context):
     }
 
 
-def _lift(sim, spec, context, depth):
+def _lift(sim, spec, context, depth, lowest):
     """Lift the cylinder clear of the grains and wait until they rest; returns the grains that ran
     off."""
     speed, lost = 1e-3 * spec.geometry.lift_speed_mm_s, 0
     start, clear = sim.time, 1.2 * depth / speed
     sim.move_wall("cylinder", velocity=(0.0, 0.0, speed))
     while sim.time - start < clear + spec.numerics.max_time_s:
-        bed.advance_for(sim, 2.0 * bed.LOOK)
-        low = sim.particles.position[: sim.n, 2] < -LOST_BELOW
+        bed.advance_for(sim, 2.0 * bed.look(spec))
+        low = sim.particles.position[: sim.n, 2] < lowest
         lost += sim.remove(sim.particles.tag[: sim.n][low])
         gone = sim.time - start
         if gone > clear and bed.motion(sim) < CALM:

@@ -7,28 +7,27 @@ from dem.experiments import bed
 from dem.linear import slope
 
 STEADY = 0.1, 0.4  # shares of the mass that leaves, between which the flow is read
-INTERVAL = 0.01  # between looks at what has left [s]
-QUIET = 0.15  # without a grain leaving, the flow has ended [s]
+QUIET = 15  # looks without a grain leaving: the flow has ended
 
 
-def watch(sim, leave, limit, look):
+def watch(sim, spec, leave, limit, look):
     """Times [s] from now on and the mass [kg] that has left by then, until nothing leaves any more.
 
     leave: leave() -> mass [kg] that has left since the last call; look: look(mass so far) at each.
     Raises MeasureError where grains still leave after `limit` [s].
     """
-    times, masses, last, start = [0.0], [0.0], 0.0, sim.time
-    while sim.n and times[-1] - last < QUIET:
+    times, masses, quiet, start = [0.0], [0.0], 0, sim.time
+    while sim.n and quiet < QUIET:
         if times[-1] > limit:
             raise MeasureError(
                 f"grains still leave after {limit:g} s; give numerics.max_time_s more, widen the "
                 "opening, or take fewer grains"
             )
-        bed.advance_for(sim, INTERVAL)
+        bed.advance_for(sim, bed.look(spec))
         gone = leave()
         times.append(sim.time - start)
         masses.append(masses[-1] + gone)
-        last = times[-1] if gone > 0.0 else last
+        quiet = 0 if gone > 0.0 else quiet + 1
         look(masses[-1])
     return np.array(times), np.array(masses)
 

@@ -17,16 +17,19 @@ from numpy.lib.stride_tricks import sliding_window_view
 from dem.constants import GRAVITY
 from dem.experiments.declare import COUNT, Experiment, Lever, Metric, Quantity, Share, refuse
 from dem.experiments.mesh import annulus, read_mesh
-from dem.grains import draw_radii, largest_reach, longest_mm, smallest_radius
+from dem.grains import draw_radii, fall_time, largest_reach, longest_mm, smallest_radius
 from dem.lazy import lazily
 from dem.part import Part, field, mesh_field
 
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 
 VANES = 24
-RAMP = 0.04  # duration of a change of load [s]
+RAMP = 4.0  # duration of a change of load, in fall times of the mean grain
+PITCH = 2.1  # between grains when they are made, in reaches
 STRETCHES = 50  # the shear path is cut into so many means
-SHAKE = 0.5  # speed of the grains at the start [m/s]: it breaks the lattice on which they are made
+SHAKE = 5.0  # speed of the grains at the start, of sqrt(g reach): it breaks their lattice
+FILLED, PRESSED, RELIEVED = 50.0, 30.0, 10.0  # fall times that the grains get to rest, at most
+LOOK, SOONEST = 0.5, 5.0  # between looks at the grains, and before they may rest: fall times
 
 
 class ShearGeometry(Part):
@@ -65,13 +68,13 @@ def run(spec, context):
     g = spec.geometry
     cell = Ring(spec, np.random.default_rng(spec.seed))
     context.progress(0.05, "filling")
-    cell.rest(0.5)
+    cell.rest(FILLED)
     cell.load(g.preshear_normal_stress_kPa or g.normal_stress_kPa)
-    cell.rest(0.3)
+    cell.rest(PRESSED)
     context.progress(0.3, "pre-shear")
     preshear, _ = cell.shear(1e-3 * g.preshear_displacement_mm)
     cell.load(g.normal_stress_kPa)
-    cell.rest(0.1)
+    cell.rest(RELIEVED)
     density = cell.bulk_density()
     context.progress(0.6, "shear")
     curve, normal = cell.shear(1e-3 * g.shear_displacement_mm)
@@ -121,13 +124,14 @@ class Ring:
         )  # of the area about the axis [m3]
         self.rate = 1e-3 * g.shear_speed_mm_s / (0.5 * (self.inner + self.outer))
         radii = draw_radii(spec, spec.particles.count, rng)
+        self.fall_time = fall_time(spec)
         self.sim = setup.build_simulation(spec, self.build_walls(spec, largest_reach(spec)))
         top = self.fill(spec, radii, largest_reach(spec), rng)
         lid, walls = self.sim.walls.index("lid"), self.sim.wall_state
         walls.origin[lid, 2] = top
         walls.mass[lid] = float(self.sim.mass.sum())
         # the lid follows the grains but does not bounce on them
-        walls.drag[lid] = 100.0 * walls.mass[lid]
+        walls.drag[lid] = walls.mass[lid] / self.fall_time
 
     def build_walls(self, spec, r):
         """`WallSet` of trough and lid for grains that reach `r` [m]."""
@@ -135,7 +139,7 @@ class Ring:
         walls = builder.WallSet().body("trough", material=setup.WALL)
         self._plate(walls, floor)
         for radius in (self.inner, self.outer):
-            walls.cylinder(radius, 0.0, 0.2)
+            walls.cylinder(radius, 0.0, self.height(spec, r))
         if floor is None:
             self._vanes(walls, 0.0, 2.0 * r)
         free = {"mass": 1.0, "axis": (0, 0, 1), "load": 0.0}
@@ -161,19 +165,33 @@ class Ring:
     def fill(self, spec, radii, r, rng):
         """Rings of grains, layer on layer, above the floor's vanes; returns the height of the lid
         [m]."""
-        lid, floor = _meshes(spec)
-        pitch = 2.1 * r
-        site = []
-        for ring in np.arange(self.inner + 1.05 * r, self.outer - 1.0 * r, pitch):
-            count = int(2.0 * math.pi * ring / pitch)
-            turn = 2.0 * math.pi * np.arange(count) / count
-            site.append(np.column_stack([ring * np.cos(turn), ring * np.sin(turn)]))
-        site = np.vstack(site)
-        layer, place = np.divmod(np.arange(len(radii)), len(site))
-        z = (floor.high + 1.1 * r if floor else 3.1 * r) + pitch * layer
-        velocity = rng.uniform(-SHAKE, SHAKE, (len(radii), 3))
+        lid, _ = _meshes(spec)
+        site = self._sites(r)
+        place = np.arange(len(radii)) % len(site)
+        z = self._heights(spec, r)
+        speed = SHAKE * math.sqrt(GRAVITY * r)
+        velocity = rng.uniform(-speed, speed, (len(radii), 3))
         setup.add_grains(self.sim, spec, np.column_stack([site[place], z]), radii, velocity, rng)
         return z.max() + (2.0 * r - lid.low if lid else 4.0 * r)
+
+    def _sites(self, r):
+        """Rings of places (k, 2) for grains that reach `r` [m]."""
+        site = []
+        for ring in np.arange(self.inner + 1.05 * r, self.outer - 1.0 * r, PITCH * r):
+            count = int(2.0 * math.pi * ring / (PITCH * r))
+            turn = 2.0 * math.pi * np.arange(count) / count
+            site.append(np.column_stack([ring * np.cos(turn), ring * np.sin(turn)]))
+        return np.vstack(site)
+
+    def _heights(self, spec, r):
+        """Height (n,) at which each grain is made, above the floor's vanes [m]."""
+        floor = _meshes(spec)[1]
+        layer = np.arange(spec.particles.count) // len(self._sites(r))
+        return (floor.high + 1.1 * r if floor else 3.1 * r) + PITCH * r * layer
+
+    def height(self, spec, r):
+        """Height of the walls, which no grain reaches however it was thrown [m]."""
+        return self._heights(spec, r).max() + (SHAKE**2 + 4.0) * r
 
     def load(self, stress_kPa):
         """Put the lid under a normal stress; its own weight counts."""
@@ -183,14 +201,14 @@ class Ring:
         # in steps: dropped at once, the lid would strike the grains
         for part in np.linspace(0.0, 1.0, 21)[1:]:
             self.sim.move_wall("lid", load=now + part * (wanted - now))
-            self.sim.advance(max(round(RAMP / 20 / self.sim.time_step), 1))
+            self.sim.advance(max(round(RAMP / 20 * self.fall_time / self.sim.time_step), 1))
 
     def rest(self, limit, threshold=1e-4):
-        """Wait until the grains rest, `limit` seconds at most."""
-        sim, start = self.sim, self.sim.time
-        while sim.time - start < limit:
-            sim.advance(max(round(5e-3 / sim.time_step), 1))
-            if sim.time - start > 0.05 and setup.rest_energy(sim) < threshold:
+        """Wait until the grains rest, `limit` fall times at most."""
+        sim, start, unit = self.sim, self.sim.time, self.fall_time
+        while sim.time - start < limit * unit:
+            sim.advance(max(round(LOOK * unit / sim.time_step), 1))
+            if sim.time - start > SOONEST * unit and setup.rest_energy(sim) < threshold:
                 break
 
     def shear(self, path):

@@ -12,15 +12,15 @@ import numpy as np
 from dem.errors import MeasureError
 from dem.experiments.declare import Experiment, Lever, Metric, Quantity, Tangent, refuse
 from dem.experiments.mesh import outside, read_mesh
-from dem.grains import longest_mm, mean_radius
+from dem.grains import fall_time, longest_mm, mean_radius
 from dem.lazy import lazily
 from dem.linear import into_axes
 from dem.part import Part, field, mesh_field
 
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 
-SETTLE = 0.05  # seconds that the grains get to come to rest on the level plate
-LOOK = 2e-3  # seconds between looks at the cluster; the angle is read to tilt rate times this
+SETTLE = 5.0  # fall times that the grains get to come to rest on the level plate
+LOOK = 0.2  # fall times between looks at the cluster; the angle is read to tilt rate times this
 
 
 class TiltGeometry(Part):
@@ -108,14 +108,15 @@ def _slide(spec, rng, context):
     sim = setup.build_simulation(spec, _walls(spec))
     centres = _cluster(radius, 2e-3 * g.spacing_mm if g.spacing_mm else 2.0 * radius, rng)
     sim.add_clusters([centres + (0.0, 0.0, 1e-3 * radius)], radius)
-    sim.advance(round(SETTLE / sim.time_step))
+    settled = SETTLE * fall_time(spec)
+    sim.advance(round(settled / sim.time_step))
     rate = math.radians(g.tilt_rate_deg_s)
     sim.move_wall("plate", spin=(0.0, rate, 0.0))
     start = _along_plate(sim)
-    step = max(round(LOOK / sim.time_step), 1)
+    step = max(round(LOOK * fall_time(spec) / sim.time_step), 1)
     while True:
         sim.advance(step)
-        angle = (sim.time - SETTLE) * rate
+        angle = (sim.time - settled) * rate
         if _along_plate(sim) - start > 1e-3 * g.slip_mm:
             context.finish(sim)
             return math.degrees(angle)

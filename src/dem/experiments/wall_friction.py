@@ -22,7 +22,7 @@ from dem.experiments.declare import (
     refuse_narrow,
 )
 from dem.experiments.mesh import outside, read_mesh
-from dem.grains import draw_radii, largest_reach, longest_mm, smallest_radius
+from dem.grains import draw_radii, fall_time, largest_reach, longest_mm, smallest_radius
 from dem.lazy import lazily
 from dem.part import Part, field, mesh_field
 
@@ -73,9 +73,9 @@ def run(spec, context):
     sim = setup.build_simulation(spec, _walls(spec, top))
     sim.wall_state.mass[sim.walls.index("lid")] = 0.0  # it hangs until it is lowered
     bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
-    bed.settle(sim, spec.numerics.max_time_s)
+    bed.settle(sim, spec, spec.numerics.max_time_s)
     context.progress(0.3, "filled")
-    _press(sim, 1e3 * g.normal_stress_kPa * area)
+    _press(sim, spec, 1e3 * g.normal_stress_kPa * area)
     context.progress(0.5, "loaded")
     friction, normal = _slide(sim, 1e-3 * g.slide_mm, 1e-3 * g.slide_speed_mm_s)
     context.finish(sim)
@@ -120,19 +120,19 @@ def _walls(spec, top):
     return walls.body("lid", material=setup.WALL, origin=(0.0, 0.0, top), free=free).disc(radius)
 
 
-def _press(sim, force):
+def _press(sim, spec, force):
     """Lower the lid onto the grains and load it with `force` [N], its own weight counted."""
     lid, walls = sim.walls.index("lid"), sim.wall_state
     grains = float(sim.mass.sum())
     walls.mass[lid] = grains
     # the lid follows the grains but does not bounce on them
-    walls.drag[lid] = 100.0 * grains
+    walls.drag[lid] = grains / fall_time(spec)
     walls.origin[lid, 2] = float((sim.position[:, 2] + sim.radius).max())
     weight = grains * GRAVITY
     for part in np.linspace(0.0, 1.0, RAMP + 1)[1:]:
         sim.move_wall("lid", load=weight - part * force)
-        bed.advance_for(sim, 4e-3)
-    bed.settle(sim, 0.2)
+        bed.advance_for(sim, 0.4 * bed.look(spec))
+    bed.settle(sim, spec, 20.0 * bed.look(spec))
 
 
 def _slide(sim, path, speed):

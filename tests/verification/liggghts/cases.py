@@ -200,7 +200,7 @@ def column(spec):
     sites = grains_bed.sites_in_circle(radius, reach, rng)
     radii = draw_radii(spec, spec.particles.count, rng)
     grains_bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
-    grains_bed.settle(sim, spec.numerics.max_time_s)
+    grains_bed.settle(sim, spec, spec.numerics.max_time_s)
     depth = float(sim.position[:, 2].max())
     clear = 1.2 * depth / (1e-3 * spec.geometry.lift_speed_mm_s)
     return sim, (radius, rim, plate, clear, CYLINDER_REST)

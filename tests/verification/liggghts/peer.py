@@ -11,14 +11,14 @@ import numpy as np
 
 from dem.benchmark.peers import write_states
 from dem.constants import GRAVITY
-from dem.experiments.heap import LOST_BELOW, Rig
+from dem.experiments.heap import Rig
 from dem.experiments.setup import time_step_of
 from dem.io.stl import write_stl
 from dem.materials import material_of
 
 FOLDER = Path(__file__).parent
 SIDES = 64  # of the polygons that stand for the funnel's circles
-COLLAR = 0.03  # of the funnel above its rim: grains are made 10 mm above it [m]
+COLLAR = 0.75  # of the funnel above its rim, in radii of its mouth: grains are made at 0.25
 ROLLING = {"constant_torque_relative": "cdt", "elastic_plastic": "epsd"}
 """Our name of a rolling law -> theirs."""
 
@@ -141,7 +141,7 @@ def run_cylinder(spec, position, rig, folder):
             "speed": speed,
             "skin": 0.1 * diameter,
             "side": 1.5 * plate,
-            "bottom": -LOST_BELOW,
+            "bottom": -0.75 * plate,
             "top": rim + speed * lift + 0.01,
         },
     )
@@ -188,8 +188,8 @@ def heap_variables(spec, rig, seed, time):
         "source_high": rig.source_height + 1.1 * radius,
         "skin": 0.2 * radius,
         "side": 3.0 * rig.plate_radius,
-        "bottom": -LOST_BELOW,
-        "top": rig.rim_height + COLLAR + radius,
+        "bottom": rig.lost_height,
+        "top": rig.rim_height + COLLAR * rig.mouth_radius + radius,
     }
 
 
@@ -200,7 +200,10 @@ def write_meshes(rig, folder):
     disc = [(plate, 0.0), (0.5 * plate, 0.0), (0.0, 0.0)]
     flank = [(rig.orifice_radius, rig.orifice_height), (rig.mouth_radius, top)]
     write_stl(Path(folder) / "plate.stl", *revolve(disc))
-    write_stl(Path(folder) / "funnel.stl", *revolve([*flank, (rig.mouth_radius, top + COLLAR)]))
+    write_stl(
+        Path(folder) / "funnel.stl",
+        *revolve([*flank, (rig.mouth_radius, top + COLLAR * rig.mouth_radius)]),
+    )
 
 
 def revolve(profile):

@@ -8,6 +8,7 @@ from calibration.engines.program import read_dump, state_of
 from calibration.engines.rig import DUMP
 from dem.experiments import discharge as own
 from dem.experiments import outflow
+from dem.experiments.bed import look as pause_of
 from dem.experiments.setup import time_step_of
 from dem.flow import beverloo
 from dem.grains import mean_radius
@@ -39,10 +40,11 @@ def deck(spec, dialect, folder):
     low = -own.OUT * 2.0 * mean_radius(spec)
     text = bed.start(spec, grains, dialect, folder, (-side, -side, low), (side, side, top))
     text += dialect.walls(walls, folder) + bed.settle(spec, grains)
+    pause = pause_of(spec)
     text += dialect.remove(walls, "gate") + FLOW.format(
-        look=bed.steps(spec, outflow.INTERVAL),
-        looks=round(spec.numerics.max_time_s / outflow.INTERVAL) + 2,
-        quiet=round(outflow.QUIET / outflow.INTERVAL),
+        look=bed.steps(spec, pause),
+        looks=round(spec.numerics.max_time_s / pause) + 2,
+        quiet=outflow.QUIET,
     )
     return text + DUMP.format(name="end")
 
@@ -72,7 +74,7 @@ def read(spec, folder, output):
     state = state_of(read_dump(folder / "end.dump"))
     rest, flow = bed.Grains(density, state), _Outflow(spec, full, output)
     times, masses = outflow.watch(
-        flow, lambda: flow.gone, spec.numerics.max_time_s, look=lambda mass: None
+        flow, spec, lambda: flow.gone, spec.numerics.max_time_s, look=lambda mass: None
     )
     bulk, rate = own.bulk_density(full, spec, silo), outflow.steady_flow(times, masses)
     law = beverloo(bulk, 2.0 * silo.orifice, 2.0 * mean_radius(spec))

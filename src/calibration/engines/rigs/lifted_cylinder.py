@@ -7,7 +7,7 @@ from calibration.engines import bed
 from calibration.engines.program import read_dump, state_of, time_of
 from calibration.engines.rig import DUMP, until
 from dem.experiments import lifted_cylinder as own
-from dem.experiments.bed import LOOK
+from dem.experiments.bed import look as pause_of
 from dem.experiments.setup import time_step_of
 from dem.measure.heap import coverage, measure_heap
 
@@ -27,11 +27,11 @@ def deck(spec, dialect, folder):
     """Text of the deck of a `RunSpec`; its grains and walls are written into `folder`."""
     rig = own.Rig(spec)
     grains, top = bed.filled(spec, rig.radius, 0.0)
-    speed, look = 1e-3 * spec.geometry.lift_speed_mm_s, bed.steps(spec, 2.0 * LOOK)
-    side, height = 1.5 * rig.plate, (1.0 + CLEAR) * top + speed * 2.0 * LOOK + bed.ROOM
-    text = bed.start(
-        spec, grains, dialect, folder, (-side, -side, -own.LOST_BELOW), (side, side, height)
-    )
+    pause = 2.0 * pause_of(spec)
+    speed, look = 1e-3 * spec.geometry.lift_speed_mm_s, bed.steps(spec, pause)
+    side, height = 1.5 * rig.plate, (1.0 + CLEAR) * top + speed * pause + bed.ROOM
+    low, high = (-side, -side, -own.LOST_BELOW * rig.plate), (side, side, height)
+    text = bed.start(spec, grains, dialect, folder, low, high)
     text += dialect.walls(rig.walls(top), folder, moves="cylinder")
     text += bed.settle(spec, grains)
     text += LIFT.format(
@@ -40,7 +40,7 @@ def deck(spec, dialect, folder):
         lift=dialect.lift("cylinder", speed),
         hold=dialect.hold("cylinder"),
     )
-    looks = max(round(spec.numerics.max_time_s / (2.0 * LOOK)), 1)
+    looks = max(round(spec.numerics.max_time_s / pause), 1)
     text += until("rest", look, looks, own.CALM * grains.lift_energy)
     return text + DUMP.format(name="end")
 

@@ -19,21 +19,13 @@ from calibration.export.material import granulate
 from dem.constants import GRAVITY
 from dem.experiments import shear_ring as own
 from dem.experiments.setup import time_step_of
-from dem.grains import draw_radii, largest_reach, mean_radius
+from dem.grains import draw_radii, fall_time, largest_reach, mean_radius
 
 NEEDS = ("load", "height", "turn", "stop", "watch")
-LOOK = 5e-3
-"""Between looks at the energy [s], and the energy at which the grains rest, of what lifts each by
-its radius [-]; as `own.Ring.rest`."""
 AT_REST = 1e-4
-DAMPING = 100.0
-"""Drag of our lid over its mass [1/s]."""
-SOONEST = 0.05
-"""Time after which the grains may be taken to rest [s]."""
+"""Energy at which the grains rest, of what lifts each by its radius [-]; as `own.Ring.rest`."""
 PARTS = 20
 """Steps of a change of load."""
-WALL = 0.2
-"""Height of our trough's walls [m]."""
 LOAD = """\
 variable {label}_part loop {parts}
 label {label}_more
@@ -71,24 +63,26 @@ class Cell(own.Ring):
         self.area = math.pi * (self.outer**2 - self.inner**2)
         self.moment = 2.0 / 3.0 * math.pi * (self.outer**3 - self.inner**3)
         self.rate = 1e-3 * g.shear_speed_mm_s / (0.5 * (self.inner + self.outer))
+        self.fall_time = fall_time(spec)
         self.sim = bed.Grains(spec.materials.particle.density_kg_m3)
         reach = largest_reach(spec)
         self.top = self.fill(spec, draw_radii(spec, spec.particles.count, rng), reach, rng)
-        self.walls = self.build_walls(spec, reach)
+        self.high, self.walls = self.height(spec, reach), self.build_walls(spec, reach)
         next(b for b in self.walls.bodies if b["name"] == "lid")["origin"] = (0.0, 0.0, self.top)
         self.mass = float(self.sim.mass.sum())
         self.weight = self.mass * GRAVITY
 
     @property
     def mobility(self):
-        """b [m/s/N]: a lid of stiffness k swings as exp(-b k t/2), ours as exp(-DAMPING t/2)."""
+        """b [m/s/N]: a lid of stiffness k swings as exp(-b k t/2), ours as
+        exp(-t / (2 fall_time))."""
         grains, radius = granulate(self.spec), mean_radius(self.spec)
         count = self.area / (4.0 * radius**2)
         layers = max(self.spec.particles.count / count, 1.0)
         load = 1e3 * self.spec.geometry.normal_stress_kPa * self.area / count
         pair = grains.grain_grain
         contact = (0.75 * load * pair.radius / pair.young) ** (1.0 / 3.0)
-        return DAMPING * layers / (count * 2.0 * pair.young * contact)
+        return layers / (self.fall_time * count * 2.0 * pair.young * contact)
 
     def force(self, stress_kPa):
         """What the lid presses with under a normal stress [N]."""
@@ -105,8 +99,8 @@ def deck(spec, dialect, folder):
     cell, g = Cell(spec), spec.geometry
     before = cell.force(g.preshear_normal_stress_kPa or g.normal_stress_kPa)
     test = cell.force(g.normal_stress_kPa)
-    side, high = cell.outer + bed.ROOM, max(cell.top, WALL) + bed.ROOM
-    lid = Lid("lid", cell.top, cell.weight, cell.mass, cell.mobility, GRAVITY / DAMPING)
+    side, high = cell.outer + bed.ROOM, cell.high + bed.ROOM
+    lid = Lid("lid", cell.top, cell.weight, cell.mass, cell.mobility, GRAVITY * cell.fall_time)
     return "".join(
         [
             bed.start(
@@ -114,12 +108,12 @@ def deck(spec, dialect, folder):
             ),
             dialect.walls(cell.walls, folder, lid=lid),
             bed.ENERGY,
-            _rest(cell, "filled", 0.5),
+            _rest(cell, "filled", own.FILLED),
             _load(cell, dialect, lid, "pressed", cell.weight, before),
-            _rest(cell, "compact", 0.3),
+            _rest(cell, "compact", own.PRESSED),
             _shear(cell, dialect, "preshear", g.preshear_displacement_mm),
             _load(cell, dialect, lid, "relieved", before, test),
-            _rest(cell, "ready", 0.1),
+            _rest(cell, "ready", own.RELIEVED),
             HEIGHT.format(height=dialect.height(lid)),
             _shear(cell, dialect, "shear", g.shear_displacement_mm),
             DUMP.format(name="end"),
@@ -128,8 +122,9 @@ def deck(spec, dialect, folder):
 
 
 def _rest(cell, label, limit):
-    looks, step = round(limit / LOOK), bed.steps(cell.spec, LOOK)
-    return until(label, step, looks, AT_REST * cell.sim.lift_energy, least=round(SOONEST / LOOK))
+    looks, step = round(limit / own.LOOK), bed.steps(cell.spec, own.LOOK * cell.fall_time)
+    least = round(own.SOONEST / own.LOOK)
+    return until(label, step, looks, AT_REST * cell.sim.lift_energy, least=least)
 
 
 def _load(cell, dialect, lid, label, now, wanted):
@@ -139,7 +134,7 @@ def _load(cell, dialect, lid, label, now, wanted):
         now=now,
         more=wanted - now,
         load=dialect.load(lid),
-        steps=bed.steps(cell.spec, own.RAMP / PARTS),
+        steps=bed.steps(cell.spec, own.RAMP / PARTS * cell.fall_time),
     )
 
 

@@ -1,0 +1,143 @@
+"""Grains and rig enlarged fourfold, gravity kept: the same run in its own units.
+
+By dimensional analysis an experiment in which every length goes as h, every time as the root of h,
+every stress as h and every density as 1 gives the same numbers (Feng, Han, Owen and Loughran 2009,
+Engineering Computations 26, 599). Four and its root are powers of two, so no float rounds
+otherwise, and the same seed must give the same run to the last bits. A length or a time of the code
+itself, in metres or seconds, breaks that.
+"""
+
+import numpy as np
+import pytest
+
+from dem.experiments import experiments
+from dem.experiments.shear_ring import Ring
+from dem.run import run
+from dem.spec import parse_spec
+from dem.units import unit_of
+
+H = 4.0
+POWERS = {
+    "mm": 1.0,
+    "s": 0.5,
+    "1/s": -0.5,
+    "°/s": -0.5,
+    "mm/s": 0.5,
+    "m/s": 0.5,
+    "Pa": 1.0,
+    "kPa": 1.0,
+    "g/s": 2.5,
+    "kg/m³": 0.0,
+    "°": 0.0,
+    None: 0.0,
+}
+"""Unit of a key -> power of h by which its number goes."""
+GRAINS = {"count": 150, "diameter_mm": 4.0}
+SMALL = {
+    "bulk_density": {"geometry": {"vessel_diameter_mm": 22.0, "taps": 3}},
+    "compression": {
+        "geometry": {"box_width_mm": 22.0, "normal_stress_kPa": 2.0},
+    },
+    "discharge": {
+        "particles": {"count": 1500, "diameter_mm": 4.0},
+        "geometry": {"silo_diameter_mm": 50.0, "orifice_diameter_mm": 20.0},
+    },
+    "draw_down": {
+        "particles": {"count": 600, "diameter_mm": 4.0},
+        "geometry": {
+            "upper_width_mm": 70.0,
+            "depth_mm": 16.0,
+            "slot_width_mm": 24.0,
+            "fall_height_mm": 40.0,
+            "lower_width_mm": 120.0,
+        },
+    },
+    "drop": {"particles": {"count": 1, "diameter_mm": 4.0}},
+    "drum": {
+        "geometry": {
+            "drum_diameter_mm": 48.0,
+            "drum_width_mm": 14.0,
+            "start_turns": 0.1,
+            "turns": 0.2,
+            "rotation_rate_deg_s": 60.0,
+        }
+    },
+    "heap": {
+        "particles": {"count": 400, "diameter_mm": 4.0},
+        "geometry": {
+            "orifice_diameter_mm": 32.0,
+            "plate_diameter_mm": 60.0,
+            "funnel_top_diameter_mm": 64.0,
+            "discharge_height_mm": 40.0,
+            "generation_rate_per_s": 1500.0,
+        },
+    },
+    "lifted_cylinder": {
+        "particles": {"count": 400, "diameter_mm": 4.0},
+        "geometry": {"cylinder_diameter_mm": 32.0, "plate_diameter_mm": 80.0},
+    },
+    "shear": {
+        "geometry": {
+            "inner_diameter_mm": 20.0,
+            "outer_diameter_mm": 40.0,
+            "normal_stress_kPa": 1.0,
+            "preshear_displacement_mm": 1.0,
+            "shear_displacement_mm": 1.0,
+        }
+    },
+    "tilt": {"particles": {"count": 4, "diameter_mm": 4.0}, "geometry": {"tilt_rate_deg_s": 40.0}},
+    "wall_friction": {
+        "geometry": {"ring_diameter_mm": 24.0, "slide_mm": 2.0, "normal_stress_kPa": 1.0}
+    },
+}
+"""What each experiment has beyond these grains and its defaults."""
+
+
+def spec_of(name):
+    parts = {
+        "particles": GRAINS,
+        "materials": {"particle": {"shear_modulus_Pa": 1e6}},
+        "contacts": {
+            "particle_particle": {"rolling_friction": 0.2, "static_friction": 0.7},
+            "particle_wall": {"rolling_friction": 0.2, "static_friction": 0.7},
+        },
+        "laws": {"rolling": "constant_torque", "torsion": "none"},
+    }
+    return parse_spec({"experiment": name, "seed": 3} | parts | SMALL[name])
+
+
+def enlarged(part, key=""):
+    """A part of a spec with each number in its place."""
+    if isinstance(part, dict):
+        return {k: enlarged(v, k) for k, v in part.items()}
+    if isinstance(part, float | int) and not isinstance(part, bool):
+        power = POWERS[unit_of(key)]
+        return part * H**power if power else part
+    return part
+
+
+@pytest.mark.parametrize("name", experiments())
+def test_an_experiment_enlarged_fourfold_is_the_same(tmp_path, name):
+    spec = spec_of(name)
+    content = spec.model_dump(mode="json")
+    large = parse_spec(content | {k: enlarged(v) for k, v in content.items() if k != "seed"})
+    small, found = (run(s, tmp_path / n)["metrics"] for s, n in ((spec, "small"), (large, "large")))
+    assert set(small) == set(found)
+    for key, value in small.items():
+        expected = value * H ** POWERS[unit_of(key)]
+        assert found[key] == pytest.approx(expected, rel=1e-12, abs=0.0), key
+
+
+def test_the_walls_of_a_shear_ring_are_higher_than_its_grains():
+    spec = parse_spec(
+        {
+            "experiment": "shear",
+            "particles": {"count": 1000, "diameter_mm": 20.0},
+            "geometry": {"inner_diameter_mm": 100.0, "outer_diameter_mm": 220.0},
+            "seed": 1,
+        }
+    )
+    ring = Ring(spec, np.random.default_rng(1))
+    top = (ring.sim.position[:, 2] + ring.sim.radius).max()
+    assert top > 0.2  # as high as any ring was before
+    assert ring.height(spec, 0.01) > top
