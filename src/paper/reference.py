@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pandas as pd
 
+from calibration.campaign import read_metric
 from calibration.errors import CalibrationError
-from calibration.files import read_json
+from calibration.files import read_json, write_table
 from calibration.numbers import fixed, spread
 from calibration.outcome import KEPT, found, keep, put
 from calibration.tables import read_written
@@ -34,6 +35,8 @@ stand."""
 METRIC = "angle_of_repose_deg"
 README, PAGE = Path("README.md"), Path("docs/results.md")
 TABLE = Path("reproduction") / "reproduction.csv"
+FUNNELS = "funnels.csv"
+POURED = ("screening", "candidate_first", "candidate", "validation")
 ASCENT_ITEM, PRINTED_ASCENT = "Table 10", "table10_steepest_ascent.csv"
 
 
@@ -116,6 +119,15 @@ def _judged(row):
     return f"{apart} ({low} to {high})", f"{row.margin:.{digits}g}"
 
 
+def funnels(study):
+    """Table of a study's heaps: stage, run_id, angle of repose [°] and the most grains that stood
+    in the funnel at once; empty where a run gave no value. A run of two stages counts once."""
+    designs = {s: Path(study) / s / "design.csv" for s in POURED}
+    rows = [read_written(p)[["run_id"]].assign(stage=s) for s, p in designs.items() if p.is_file()]
+    table = pd.concat(rows, ignore_index=True)[["stage", "run_id"]].drop_duplicates("run_id")
+    return table.assign(**{m: read_metric(table["run_id"], m, None) for m in (METRIC, "hold_up")})
+
+
 def main(study):
     """Keep the study's results and put its reproduction table into the README. Raises
     CalibrationError without one."""
@@ -126,6 +138,8 @@ def main(study):
     target = Path("results/reference") / Path(study).name
     if Path(study).resolve() != target.resolve():
         keep(study, target, (*KEPT, "reproduction.csv"))
+        if (Path(study).parent / "runs").is_dir():
+            write_table(funnels(study), target / FUNNELS)
     for page, text in blocks(target).items():
         if page.is_file():
             put(page, text, BEGIN, END)

@@ -377,8 +377,9 @@ def test_what_is_printed_is_what_the_reference_holds():
     left = {n: f"{100 * plate[f'{n} left']:.0f} %" for n in table.index}
     text = " ".join(results.read_text().split())
     assert (
-        f"leave {left['salt_salt_rolling_friction']} of the spread of rolling friction, "
-        f"{left['salt_salt_static_friction']} of static friction" in text
+        f"leave {left['salt_salt_rolling_friction']} of the spread of rolling friction between "
+        f"grains, {left['salt_salt_restitution']} of restitution between them and "
+        f"{left['salt_steel_rolling_friction']} of rolling friction on steel" in text
     )
     whole = json.loads((folder / "posterior.json").read_text())
     assert f"the {whole['trained_by']} runs near the optimum" in text
