@@ -42,6 +42,7 @@ def warnings_of(spec):
         *experiment.advice(spec),
         *_short_contacts(experiment, spec),
         *_trembling(experiment, spec),
+        *_spinning(experiment, spec),
     ]
 
 
@@ -103,6 +104,20 @@ def _trembling(experiment, spec):
         f"grains of restitution {spec.contacts.particle_particle.restitution:g} under "
         f"{1e-3 * pressure:.2g} kPa may tremble at this time step and come to rest late or never: "
         f"lower {lower}"
+    ]
+
+
+def _spinning(experiment, spec):
+    """A heap in which nothing stops a grain that spins about the normal of its contact."""
+    chosen = laws_of(spec).chosen()
+    # a law on a grain's own spin brakes that spin too
+    stopped = spec.laws.torsion != "none" or any(law.holds_at_rest for law in chosen)
+    if experiment.name != "heap" or stopped:
+        return []
+    return [
+        f"laws.rolling {spec.laws.rolling} and laws.torsion none: nothing stops a grain on the "
+        "plate that spins about the vertical, so that the heap may come to rest late or never: "
+        "choose laws.torsion marshall"
     ]
 
 
