@@ -3,6 +3,7 @@
 import os
 from dataclasses import dataclass
 from math import ceil
+from pathlib import Path
 
 from calibration.campaign import read_plan
 from calibration.config import point_spec
@@ -10,6 +11,7 @@ from calibration.stages import load_stages
 from calibration.store import RunStore
 from dem.results import FAILED, is_current
 
+PLAN = "plan.json"
 REPEAT = "failed.yaml"
 """What a run that failed leaves beside its log: its spec, to be repeated."""
 
@@ -17,7 +19,8 @@ REPEAT = "failed.yaml"
 @dataclass(frozen=True)
 class Plan:
     """Runs of one plan: how many are done of how many, and the names of those that failed. planned
-    is false where the number is only expected; short: runs of seconds, which share processes."""
+    is false where the number is only expected; short: runs of seconds, which share processes;
+    above: of a stage of another layer, as the diagnosis."""
 
     name: str
     done: int
@@ -25,6 +28,12 @@ class Plan:
     failed: tuple = ()
     planned: bool = True
     short: bool = False
+    above: bool = False
+
+    @property
+    def counted(self):
+        """Whether its runs count among the study's."""
+        return not (self.short or self.above)
 
     @property
     def left(self):
@@ -51,7 +60,7 @@ class Progress:
     @property
     def chain(self):
         """The plans that every study makes."""
-        return [p for p in self.plans if not p.short]
+        return [p for p in self.plans if p.counted]
 
     @property
     def failed(self):
@@ -85,20 +94,32 @@ class Progress:
 def progress(config, store=None):
     """`Progress` of a study, as the store's index has it: no result is read."""
     store, walls, plans = store or RunStore(config.runs), [], []
-    for task in _planning():
-        names = read_plan(f"{config.results}/{config.name}/{task.plans}/plan.json")
-        if not (names or task.expected):
+    folder = Path(config.results, config.name)
+    for name, task in _plans(folder):
+        names = read_plan(folder / name / PLAN)
+        if not names and not (task and task.expected):
             continue
         ended = [e for n in names if (e := store.known(n)) and is_current(e["engine"])]
         over = {entry["run"] for entry in ended}
+        if task is None:  # stages above keep a run without a value, and go on
+            over |= {n for n in names if (store.folder(n) / FAILED).exists()}
         failed = tuple(n for n in names if n not in over and _failed(store, n))
         total = len(names) or task.expected(config)
-        short = bool(task.batches)  # a share of a process each
-        plans.append(Plan(task.plans, len(ended), total, failed, bool(names), short))
-        if not short:
+        short = bool(task and task.batches)  # a share of a process each
+        plan = Plan(name, len(over), total, failed, bool(names), short, above=task is None)
+        plans.append(plan)
+        if plan.counted:
             walls += [e["wall_time_s"] for e in ended if e["wall_time_s"] is not None]
     mean = sum(walls) / len(walls) if walls else None
     return Progress(tuple(plans), mean, None if walls else _expected_s(config))
+
+
+def _plans(folder):
+    """[(name, task that plans it)] of a study, in the stages' order. Plans of stages above this
+    layer come first, as their folders have them, without a task."""
+    own = {task.plans: task for task in _planning()}
+    others = (path.parent.name for path in sorted(folder.glob(f"*/{PLAN}")))
+    return [(name, None) for name in others if name not in own] + list(own.items())
 
 
 def _failed(store, name):

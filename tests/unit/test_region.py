@@ -186,6 +186,22 @@ def test_a_stage_that_expects_runs_is_counted(config_of_salt, monkeypatch, tmp_p
     assert found.mean_s is None
 
 
+def test_runs_of_a_stage_above_are_told_but_not_counted(config_of_salt, monkeypatch, tmp_path):
+    config, _ = config_of_salt
+    for name in ("config", "data"):
+        (tmp_path / name).symlink_to(Path(name).resolve())
+    monkeypatch.chdir(tmp_path)
+    before = progress.progress(config)
+    folder = tmp_path / config.results / config.name / "weather"
+    folder.mkdir(parents=True)
+    (folder / "plan.json").write_text(json.dumps({"heap-1": {}, "heap-2": {}}))
+    (tmp_path / config.runs / "heap-1").mkdir(parents=True)
+    (tmp_path / config.runs / "heap-1" / "failed.json").write_text("{}")
+    found = progress.progress(config)
+    assert found.chain == before.chain
+    assert "none failed; now weather (1 of 2); about" in found.sentence(2)
+
+
 STAGES = list(load_stages().values())
 POLISH = Stage(
     name="polish",
