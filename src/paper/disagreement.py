@@ -83,27 +83,32 @@ def _natural(coded, low, high):
 
 
 def our_values(runs, studies, fixed):
-    """(n,) our responses at the parameters of runs, means over seeds, from the studies' tables.
-    Raises CalibrationError where a run has none."""
+    """(n,) our responses at the parameters of runs, means over seeds, from the studies' tables; NaN
+    where no run of ours gave a value. Raises CalibrationError where a row has no run of ours, or
+    none has a value."""
     tables = [s.table(stage, "runs") for s in studies for stage in OURS]
     tables = [t for t in tables if t is not None]
-    values = np.array([_at(dict(m.known), tables, fixed) for m in runs])
-    if np.isnan(values).any():
+    values = [_at(dict(m.known), tables, fixed) for m in runs]
+    missing = sum(v is None for v in values)
+    if missing:
         raise CalibrationError(
-            f"{np.isnan(values).sum()} of {len(runs)} rows have no run of ours with a value at "
-            "their parameters"
+            f"{missing} of {len(runs)} rows have no run of ours at their parameters"
         )
-    return values
+    if np.isnan(values).all():
+        raise CalibrationError(f"none of our runs at the {len(runs)} rows gave a value")
+    return np.array(values)
 
 
 def _at(known, tables, fixed):
+    """Mean response of the first table with runs at these levels, NaN where none of them gave a
+    value; None without a run."""
     for table in tables:
         levels = {k: table[k] if k in table else fixed.get(k, math.nan) for k in known}
         here = np.all([np.isclose(levels[k], v, atol=1e-6) | np.zeros(len(table), bool)
             for k, v in known.items()], axis=0)  # fmt: skip
         if here.any():
             return float(table["response"][here].mean())
-    return math.nan
+    return None
 
 
 def spec_of(study):
@@ -154,13 +159,24 @@ def disagreement(study, source, output):
 def of_table(study, paper, runs, studies, rows, causes, metrics):
     """What `judged` says of one table: heaps beside the studies' runs, slides and drops beside
     integrated contacts."""
-    kind, apart = runs[0].experiment, None
+    kind, apart, lost = runs[0].experiment, None, []
     if kind == study.config.experiment:
         ours = our_values(runs, studies, study.config.fixed)
+        lost = [m.line for m, value in zip(runs, ours, strict=True) if np.isnan(value)]
+        runs, ours, rows = _with_value(runs, ours, rows)
         known, apart = other_code.conventions(runs, ours), _between_runs(paper, studies)
     else:
         ours, known = other_code.of_contacts(runs, *_contacts(study, kind))
-    return judged(runs, ours, known, apart, rows, causes.get(kind, {}), metrics)
+    found = judged(runs, ours, known, apart, rows, causes.get(kind, {}), metrics)
+    return found | {"ours_without_value": lost}
+
+
+def _with_value(runs, ours, rows):
+    """Runs, our values beside them (n,) and what was switched on, in the rows of a table where ours
+    have a value; rows: as of `diagnosis.switched.plan`."""
+    has = ~np.isnan(ours)
+    kept = [m for m, here in zip(runs, has, strict=True) if here]
+    return kept, ours[has], [r for i, r in enumerate(rows) if has[i % len(has)]]
 
 
 def judged(runs, ours, known, apart, rows, causes, metrics):
@@ -200,11 +216,15 @@ def page(found):
     lines = ["# Two simulations that disagree: the paper's tables and our runs", ""]
     for name, one in found.items():
         lines += [f"## {name}: {one['verdict']}", "", one["sentence"], ""]
+        if one["ours_without_value"]:
+            left = ", ".join(map(str, one["ours_without_value"]))
+            lines += [f"Left out, as no run of ours there gave a value: line {left}.", ""]
         for cause, part in one["without_value"].items():
             before, after = (told(part[f"scatter_{k}"], one["unit"]) for k in ("before", "after"))
             rest = f" In the other {part['others']} it leaves {after} in place of {before}."
+            runs = f"{part['runs']} of {part['runs'] + part['others']} runs"
             lines += [
-                f"Gave no value in {part['runs']} runs, and so was not compared: {cause}."
+                f"Gave no value in {runs}, and so was not compared: {cause}."
                 f"{rest if part['others'] else ''}",
                 "",
             ]

@@ -1,5 +1,6 @@
 """The paper's tables are read as another code's runs; what may differ is switched on at each."""
 
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -69,11 +70,33 @@ def test_nothing_switched_on_is_the_run_of_the_screening(study, tables, tmp_path
 def test_our_values_are_those_kept_at_the_parameters_of_the_runs(study, tables):
     study_of, kept = [Kept(KEPT)], read_written(KEPT / "screening" / "runs.csv")
     ours = own.our_values(tables["Table 6"], study_of, study.config.fixed)
-    assert ours == pytest.approx(kept["response"])
+    assert ours == pytest.approx(kept["response"], nan_ok=True)
     for name in ("Table 10", "Table 11"):
         assert np.isfinite(own.our_values(tables[name], study_of, study.config.fixed)).all()
     with pytest.raises(CalibrationError, match="12 of 12 rows have no run of ours"):
         own.our_values(tables["Table 6"], [Kept("results/none")], study.config.fixed)
+
+
+def test_a_row_where_our_run_gave_no_value_is_left_out(study, tables, tmp_path):
+    folder = tmp_path / "salt-paper"
+    shutil.copytree(KEPT, folder)
+    kept = folder / "ascent" / "runs.csv"
+    table = read_written(kept)
+    table.loc[2, "response"] = np.nan
+    table.to_csv(kept, index=False)
+    runs = tables["Table 10"]
+    rows = [{"table": "Table 10", "cause": "slow", "strength": 1.0, "run": f"run{i}"}
+            for i in range(len(runs))]  # fmt: skip
+    metrics = {r["run"]: {"angle_of_repose_deg": 40.0} for r in rows}
+    causes = {"heap": {"slow": Switched(kind="rig", run={"seed": 1})}}
+    found = own.of_table(study, PAPER, runs, [Kept(folder)], rows, causes, metrics)
+    assert found["ours_without_value"] == [runs[2].line]
+    assert [r["line"] for r in found["rows"]] == [m.line for i, m in enumerate(runs) if i != 2]
+    assert f"no run of ours there gave a value: line {runs[2].line}." in own.page({"Table": found})
+    table["response"] = np.nan
+    table.to_csv(kept, index=False)
+    with pytest.raises(CalibrationError, match="none of our runs at the 5 rows gave a value"):
+        own.of_table(study, PAPER, runs, [Kept(folder)], rows, causes, metrics)
 
 
 def test_a_bench_test_is_run_as_the_study_runs_it(study, tables, tmp_path):
