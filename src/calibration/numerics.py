@@ -23,7 +23,7 @@ def plan_numerics(study, source, output):
         rows = [
             {"variant": name, "against": variant.get("against", ""), "point": point} | levels
             for point, levels in wanted["points"].items()
-            for _ in range(wanted["seeds"])
+            for _ in range(variant.get("seeds", wanted["seeds"]))
         ]
         run = overlay(study.config.run, variant["run"])
         table, more = study.plan(pd.DataFrame(rows), run=run)
@@ -33,26 +33,32 @@ def plan_numerics(study, source, output):
 
 
 def compare_variants(design, metric):
-    """Table: variant, against, point, n, mean, sd, difference, low, high (95 % Welch interval),
-    within_seed_spread."""
-    design = design.assign(response=read_metric(design["run_id"], metric))
+    """Table: variant, against, point, n (runs with a value), without_value (runs without), mean,
+    sd, difference, low, high (95 % Welch interval), within_seed_spread. What too few values tell is
+    NaN."""
+    design = design.assign(response=np.array(read_metric(design["run_id"], metric, None), float))
     rows = []
     for (name, point), group in design.groupby(["variant", "point"], sort=False):
-        ours, against = group["response"].to_numpy(), group["against"].iloc[0]
+        ours, against = group["response"].dropna(), group["against"].iloc[0]
         row = {"variant": name, "against": against, "point": point, "n": len(ours)}
-        row |= {"mean": ours.mean(), "sd": ours.std(ddof=1)}
+        row |= {"without_value": len(group) - len(ours)}
+        row |= {"mean": ours.mean(), "sd": ours.std()}
         if isinstance(against, str) and against:
-            theirs = design[(design["variant"] == against) & (design["point"] == point)][
-                "response"
-            ].to_numpy()
-            test = stats.ttest_ind(ours, theirs, equal_var=False)
-            low, high = test.confidence_interval(0.95)
-            spread = float(np.sqrt((ours.var(ddof=1) + theirs.var(ddof=1)) / 2))
-            difference = ours.mean() - theirs.mean()
-            row |= {"difference": difference, "low": low, "high": high, "seed_sd": spread}
-            row["within_seed_spread"] = bool(abs(difference) < spread)
+            other = (design["variant"] == against) & (design["point"] == point)
+            row |= _difference(ours, design.loc[other, "response"].dropna())
         rows.append(row)
     return pd.DataFrame(rows)
+
+
+def _difference(ours, theirs):
+    """Of the means of two samples (series); NaN where one has fewer than two values."""
+    if min(len(ours), len(theirs)) < 2:
+        return dict.fromkeys(("difference", "low", "high", "seed_sd"), np.nan)
+    low, high = stats.ttest_ind(ours, theirs, equal_var=False).confidence_interval(0.95)
+    spread = float(np.sqrt((ours.var() + theirs.var()) / 2))
+    difference = ours.mean() - theirs.mean()
+    row = {"difference": difference, "low": low, "high": high, "seed_sd": spread}
+    return row | {"within_seed_spread": bool(abs(difference) < spread)}
 
 
 def numerics(study, source, output):

@@ -5,6 +5,7 @@ import math
 from dem.constants import GRAVITY
 from dem.contact.registry import DEFAULTS, pair_properties
 from dem.experiments import experiment_of
+from dem.experiments.heap import EXPERIMENT as HEAP
 from dem.experiments.heap import PACKING
 from dem.experiments.setup import time_step_of
 from dem.grains import smallest_radius
@@ -112,7 +113,7 @@ def _spinning(experiment, spec):
     chosen = laws_of(spec).chosen()
     # a law on a grain's own spin brakes that spin too
     stopped = spec.laws.torsion != "none" or any(law.holds_at_rest for law in chosen)
-    if experiment.name != "heap" or stopped:
+    if experiment is not HEAP or stopped:
         return []
     return [
         f"laws.rolling {spec.laws.rolling} and laws.torsion none: nothing stops a grain on the "

@@ -33,6 +33,8 @@ from stage_files import Files, PlanFiles
 REFERENCE = Path("results/reference/salt")
 OPTIMUM = json.loads((REFERENCE / "optimise" / "optimum.json").read_text())["optimum"]
 MU_R = 0.9
+FIXED = read_mapping("config/config.yaml")[0]["fixed"]
+MU_S = (FIXED | OPTIMUM)["salt_salt_static_friction"]
 SIEVED = {"by": "mass", "diameters_mm": [3.0, 4.0], "fractions": [0.5, 0.5]}
 STICKY = {
     "laws": {"cohesion": "sjkr"}, "law_parameters": {"cohesion_energy_density_J_m3": 1e4}
@@ -63,7 +65,7 @@ def found(**changes):
         "unit": "deg",
         "path": "elastic_plastic",
         "rolling_friction": MU_R,
-        "static_friction": OPTIMUM["salt_salt_static_friction"],
+        "static_friction": MU_S,
         "stiffness_factor": 2.25,
         "damping_ratio": 0.3,
         "reached": True,
@@ -164,7 +166,11 @@ def test_liggghts_block_has_full_symmetric_matrices(material, mapping):
     assert "youngsModulus peratomtype 7.5e+06 2.08e+11" in text
     assert "hard_particles yes" in text
     assert "soft_particles" not in text
-    assert "coefficientRollingFriction peratomtypepair 2 0.9 0.368 0.368 0.368" in text
+    rolling = [
+        float(x) for x in re.search(r"RollingFriction peratomtypepair 2 (.+)", text)[1].split()
+    ]
+    on_steel = (FIXED | OPTIMUM)["salt_steel_rolling_friction"]
+    assert rolling == pytest.approx([MU_R, *[on_steel] * 3], rel=1e-5)
 
 
 def test_liggghts_is_told_of_soft_grains(mapping):
@@ -223,7 +229,7 @@ def test_yade_block_is_python_with_the_friction_angles(material, mapping):
     text = yade.block(material, conversion(mapping), ["where from"])
     ast.parse(text)
     angles = [float(x) for x in re.findall(r"frictionAngle=([\d.]+)", text)]
-    assert math.tan(angles[0]) == pytest.approx(OPTIMUM["salt_salt_static_friction"], rel=1e-5)
+    assert math.tan(angles[0]) == pytest.approx(MU_S, rel=1e-5)
     assert math.tan(angles[1]) == pytest.approx(0.71, rel=1e-5)
 
 

@@ -85,24 +85,17 @@ def numerics_section(path=NUMERICS):
     lines += picture("numerics", page_figures.numerics(table))
     lines += [f"| {columns.replace(', ', ' | ')} | within seed spread |", "|---" * 9 + "|"]
     for row in table.to_dict("records"):
-        cells = [
-            row["variant"],
-            row["point"],
-            f"{row['n']}",
-            f"{row['mean']:.2f}",
-            f"{row['sd']:.2f}",
-        ]
-        if pd.isna(row["difference"]):
-            cells[1:1], after = [""], ["", "", ""]
-        else:
-            cells[1:1] = [row["against"]]
+        lost = row["without_value"]
+        count = f"{row['n']} of {row['n'] + lost}" if lost else f"{row['n']}"
+        against = "" if pd.isna(row["against"]) else row["against"]
+        means = ("" if pd.isna(row[k]) else f"{row[k]:.2f}" for k in ("mean", "sd"))
+        after = ["", "", ""]
+        if not pd.isna(row["difference"]):
             within = "yes" if str(row["within_seed_spread"]) == "True" else "no"
-            after = [
-                f"{row['difference']:+.2f}",
-                f"{row['low']:+.2f} to {row['high']:+.2f}",
-                within,
-            ]
-        lines.append(f"| {' | '.join(cells + after)} |")
+            span = f"{row['low']:+.2f} to {row['high']:+.2f}"
+            after = [f"{row['difference']:+.2f}", span, within]
+        cells = [row["variant"], against, row["point"], count, *means, *after]
+        lines.append(f"| {' | '.join(cells)} |")
     if STIFFER in set(table["variant"]):
         lines += ["", softening(table)]
     return [*lines, ""]

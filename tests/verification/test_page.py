@@ -15,7 +15,7 @@ def test_numerics_not_yet_measured_are_named(tmp_path):
 
 def test_numerics_are_shown_as_the_study_writes_them(tmp_path, monkeypatch):
     angles = {"a": 30.0, "b": 31.0, "c": 30.5, "d": 33.0, "e": 34.0, "f": 33.2}
-    monkeypatch.setattr("calibration.numerics.read_metric", lambda ids, _: ids.map(angles))
+    monkeypatch.setattr("calibration.numerics.read_metric", lambda ids, *_: ids.map(angles))
     monkeypatch.setattr(page_figures, "FOLDER", tmp_path)
     design = pd.DataFrame({"run_id": list(angles), "point": "optimum"})
     design["variant"] = ["default"] * 3 + ["half the time step"] * 3
@@ -29,6 +29,21 @@ def test_numerics_are_shown_as_the_study_writes_them(tmp_path, monkeypatch):
     assert "| +2.90 | +1.7" in row
     assert row.endswith("| no |")
     assert (tmp_path / "numerics.svg").exists()
+
+
+def test_a_run_of_the_numerics_without_a_value_is_told(tmp_path, monkeypatch):
+    angles = {"a": 30.0, "b": 31.0, "c": 30.5, "d": 33.0, "e": None, "f": 33.2}
+    angles |= {"g": None, "h": 32.0, "i": None}
+    monkeypatch.setattr("calibration.numerics.read_metric", lambda ids, *_: ids.map(angles))
+    monkeypatch.setattr(page_figures, "FOLDER", tmp_path)
+    design = pd.DataFrame({"run_id": list(angles), "point": "optimum"})
+    design["variant"] = ["default"] * 3 + ["half the step"] * 3 + ["a tenth of the step"] * 3
+    design["against"] = [""] * 3 + ["default"] * 6
+    table = compare_variants(design, "angle")
+    table.round(3).to_csv(tmp_path / "numerics.csv", index=False)
+    text = "\n".join(page.numerics_section(tmp_path / "numerics.csv"))
+    assert "| half the step | default | optimum | 2 of 3 | 33.10 | 0.14 | +2.60 |" in text
+    assert "| a tenth of the step | default | optimum | 1 of 3 | 32.00 |  |  |  |  |" in text
 
 
 def test_the_correction_for_softened_grains_stands_with_the_results():
