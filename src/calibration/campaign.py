@@ -8,6 +8,7 @@ plan.json.
 from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from calibration.config import point_spec
@@ -109,8 +110,14 @@ def planned_spec(study, name):
     Stages that share a run can have its keys in different orders. The order does not name the run,
     but snakemake takes another one for a change.
     """
-    plans = (read_plan(path) for path in Path(study).glob("*/plan.json"))
-    return next((_sorted(specs[name]) for specs in plans if name in specs), None)
+    plans = plans_of(study)
+    return next((_sorted(specs[name]) for _, specs in plans if name in specs), None)
+
+
+def plans_of(study):
+    """(stage's folder, {run_id: spec}) of each plan in a study's folder."""
+    for path in sorted(Path(study).glob("*/plan.json")):
+        yield path.parent.name, read_plan(path)
 
 
 def _sorted(data):
@@ -122,27 +129,31 @@ def result_path(name):
     return RunStore().folder(name) / RESULT
 
 
-REQUIRED = object()
 REFUSED = "refused"
 """Where a result without metrics says why it has none: {kind, reason}."""
 
 
-def read_metric(run_ids, metric, default=REQUIRED):
-    """Values (n,) of one metric of finished runs; `default` for runs without it, unless that is an
-    error.
-
-    Raises CalibrationError for a run that is missing, damaged or of another engine, and for one
-    without the metric."""
-    store = RunStore()
-    found = [_result(store, name)["metrics"] for name in run_ids]
-    if default is not REQUIRED:
-        return [m.get(metric, default) for m in found]
+def read_metric(run_ids, metric):
+    """Values [n] of one metric of finished runs. Raises CalibrationError for a run that is missing,
+    damaged or of another engine, and for one without the metric."""
+    found = _metrics(run_ids)
     for name, metrics in zip(run_ids, found, strict=True):
         if metric not in metrics:
             raise CalibrationError(
                 f"{result_path(name)}: has no metric {metric}: {reason_without(name)}"
             )
     return [m[metric] for m in found]
+
+
+def read_values(run_ids, metric):
+    """Values (n,) of one metric of finished runs, NaN for runs without it. Raises CalibrationError
+    for a run that is missing, damaged or of another engine."""
+    return np.array([m.get(metric, np.nan) for m in _metrics(run_ids)], float)
+
+
+def _metrics(run_ids):
+    store = RunStore()
+    return [_result(store, name)["metrics"] for name in run_ids]
 
 
 def reason_without(name):

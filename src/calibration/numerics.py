@@ -9,7 +9,7 @@ import yaml
 from scipy import stats
 
 from calibration import figures
-from calibration.campaign import read_metric, write_plan
+from calibration.campaign import read_values, write_plan
 from calibration.config import overlay
 from calibration.files import write_table
 from calibration.tables import read_written
@@ -36,7 +36,7 @@ def compare_variants(design, metric):
     """Table: variant, against, point, n (runs with a value), without_value (runs without), mean,
     sd, difference, low, high (95 % Welch interval), within_seed_spread. What too few values tell is
     NaN."""
-    design = design.assign(response=np.array(read_metric(design["run_id"], metric, None), float))
+    design = design.assign(response=read_values(design["run_id"], metric))
     rows = []
     for (name, point), group in design.groupby(["variant", "point"], sort=False):
         ours, against = group["response"].dropna(), group["against"].iloc[0]

@@ -3,15 +3,13 @@
 import os
 from dataclasses import dataclass
 from math import ceil
-from pathlib import Path
 
-from calibration.campaign import read_plan
+from calibration.campaign import plans_of
 from calibration.config import point_spec
 from calibration.stages import load_stages
 from calibration.store import RunStore
 from dem.results import FAILED, is_current
 
-PLAN = "plan.json"
 REPEAT = "failed.yaml"
 """What a run that failed leaves beside its log: its spec, to be repeated."""
 
@@ -94,10 +92,8 @@ class Progress:
 def progress(config, store=None):
     """`Progress` of a study, as the store's index has it: no result is read."""
     store, walls, plans = store or RunStore(config.runs), [], []
-    folder = Path(config.results, config.name)
-    for name, task in _plans(folder):
-        names = read_plan(folder / name / PLAN)
-        if not names and not (task and task.expected):
+    for name, task, names in _plans(f"{config.results}/{config.name}"):
+        if not names and not task.expected:
             continue
         ended = [e for n in names if (e := store.known(n)) and is_current(e["engine"])]
         over = {entry["run"] for entry in ended}
@@ -115,11 +111,14 @@ def progress(config, store=None):
 
 
 def _plans(folder):
-    """[(name, task that plans it)] of a study, in the stages' order. Plans of stages above this
-    layer come first, as their folders have them, without a task."""
-    own = {task.plans: task for task in _planning()}
-    others = (path.parent.name for path in sorted(folder.glob(f"*/{PLAN}")))
-    return [(name, None) for name in others if name not in own] + list(own.items())
+    """[(name, task that plans it, its runs)] of a study, in the stages' order. Plans of stages
+    above this layer come first, as their folders have them, without a task."""
+    made, own = {name: runs for name, runs in plans_of(folder) if runs}, _planning()
+    others = made.keys() - {task.plans for task in own}
+    return [
+        *((name, None, made[name]) for name in sorted(others)),
+        *((task.plans, task, made.get(task.plans, {})) for task in own),
+    ]
 
 
 def _failed(store, name):

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from calibration.campaign import read_metric, reason_without
+from calibration.campaign import read_values, reason_without
 from calibration.config import goals, read_target
 from calibration.errors import CalibrationError
 from calibration.statistics.goals import combined_desirability
@@ -28,9 +28,9 @@ def with_responses(design, config):
     """
     design = design.copy()
     for column, metric in columns(config).items():
-        design[column] = np.array(read_metric(design["run_id"], metric, None), float)
-    spread = read_metric(design["run_id"], spread_of(config.target.metric), None)
-    if all(value is not None for value in spread):
+        design[column] = read_values(design["run_id"], metric)
+    spread = read_values(design["run_id"], spread_of(config.target.metric))
+    if np.isfinite(spread).all():
         design["response_sd"] = spread
     return design
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from calibration.campaign import read_metric
+from calibration.campaign import read_values
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
 from calibration.numbers import fixed, spread
@@ -125,7 +125,7 @@ def funnels(study):
     designs = {s: Path(study) / s / "design.csv" for s in POURED}
     rows = [read_written(p)[["run_id"]].assign(stage=s) for s, p in designs.items() if p.is_file()]
     table = pd.concat(rows, ignore_index=True)[["stage", "run_id"]].drop_duplicates("run_id")
-    return table.assign(**{m: read_metric(table["run_id"], m, None) for m in (METRIC, "hold_up")})
+    return table.assign(**{m: read_values(table["run_id"], m) for m in (METRIC, "hold_up")})
 
 
 def main(study):

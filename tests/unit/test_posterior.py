@@ -272,11 +272,10 @@ def chain(tmp_path, monkeypatch):
         run={"particles": {"count": 1200}},
         posterior=PosteriorConfig(draws=60, priors={"second": {"mean": 0.4, "sd": 0.05}}),
     )
-    values = {"angle_of_repose_deg": angle.tolist(), "on_plate": plate.tolist()}
+    values = {"angle_of_repose_deg": angle.to_numpy(), "on_plate": plate.to_numpy()}
     monkeypatch.setattr(stage, "with_responses", lambda t, c: t.assign(response=angle))
-    monkeypatch.setattr(
-        stage, "read_metric", lambda ids, name, d: values.get(name, [None] * len(ids))
-    )
+    missing = np.full(len(angle), np.nan)
+    monkeypatch.setattr(stage, "read_values", lambda ids, name: values.get(name, missing))
     monkeypatch.setattr(stage, "read_target", lambda c, t: np.array([41.8, 42.2, 41.9, 42.1]))
     names = {"summary": "p.json"} | {n: f"{n}.csv" for n in ("draws", "parameters", "next")}
     names |= {n: f"{n}.svg" for n in ("pairs", "pushed", "following")}

@@ -5,7 +5,7 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures
-from calibration.campaign import read_metric, reason_without
+from calibration.campaign import read_values, reason_without
 from calibration.chain.files import read_region
 from calibration.config import is_measured, read_target
 from calibration.errors import CalibrationError
@@ -202,7 +202,7 @@ def _next_measurements(config, region, runs, u, draws, main):
             continue
         emulator = main.emulator
         if metric.name != config.target.metric:
-            values = np.array(read_metric(runs["run_id"], metric.name, None), float)
+            values = read_values(runs["run_id"], metric.name)
             has = np.isfinite(values)
             try:
                 emulator = ScatterEmulator(u[has], values[has])

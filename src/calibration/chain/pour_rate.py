@@ -11,7 +11,7 @@ import pandas as pd
 from scipy import stats
 
 from calibration import figures
-from calibration.campaign import read_metric, read_plan, write_plan
+from calibration.campaign import read_plan, read_values, write_plan
 from calibration.config import overlay, point_spec
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
@@ -46,7 +46,7 @@ def analyse_pour_rate(config, design_file, output):
     CalibrationError where no rig has two heaps with a value."""
     design = read_written(design_file)
     for column, metric in (("response", config.target.metric), ("hold_up", "hold_up")):
-        design[column] = np.array(read_metric(design["run_id"], metric, None), float)
+        design[column] = read_values(design["run_id"], metric)
     rows = [_row(rig, heaps) for rig, heaps in design.groupby(design["rig"].astype(str))]
     table = pd.DataFrame([row for row in rows if row])
     if table.empty:

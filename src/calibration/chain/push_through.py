@@ -12,7 +12,7 @@ import pandas as pd
 from scipy import stats
 
 from calibration import figures
-from calibration.campaign import read_metric, write_plan
+from calibration.campaign import read_values, write_plan
 from calibration.config import machine_run, point_spec
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import write_table
@@ -77,7 +77,7 @@ def metrics_of(machine):
 def _with_metrics(design, name, machine):
     table = design[design["machine"] == name].dropna(axis=1, how="all").reset_index(drop=True)
     for metric in metrics_of(machine):
-        table[metric] = np.array(read_metric(table["run_id"], metric, None), float)
+        table[metric] = read_values(table["run_id"], metric)
     return table
 
 
