@@ -53,6 +53,37 @@ def test_the_table_has_means_and_differences_from_the_first_scale():
     assert set(table["change"].iloc[1:]) == {CHANGED}
 
 
+def test_heaps_without_a_value_are_left_out_and_told():
+    """A funnel clogs: the rest of the runs are judged as if it had not been planned."""
+    runs = heaps(3.0)
+    lost = runs["scale"].eq(2) & (runs.groupby("scale").cumcount() < 3)
+    without = runs.assign(response=runs["response"].mask(lost))
+    (statement,) = response_statements(without, MARGINS)
+    (rest,) = response_statements(runs[~lost], MARGINS)
+    assert statement.found == rest.found
+    assert statement.sentence == f"{rest.sentence} 3 of 24 runs gave no value."
+    table = response_table(without, without["response"], MARGINS)
+    pd.testing.assert_frame_equal(
+        table, response_table(runs[~lost], runs["response"][~lost], MARGINS)
+    )
+    assert table["n"].tolist() == [8, 5, 8]
+
+
+@pytest.mark.parametrize("scales", [(1,), (2,), (2, 4), (1, 2, 4)])
+def test_an_end_at_which_every_heap_clogs_leaves_it_undecided(scales):
+    runs = heaps(3.0)
+    runs["response"] = runs["response"].mask(runs["scale"].isin(scales))
+    (statement,) = response_statements(runs, MARGINS)
+    ends = {1, 4} & set(scales)
+    assert (statement.found is None) == bool(ends)
+    assert statement.verdict == (UNDECIDED if ends else FAILS)
+    assert statement.sentence.endswith(f" {8 * len(scales)} of 24 runs gave no value.")
+    table = response_table(runs, runs["response"], MARGINS)
+    assert table["mean"].isna().tolist() == [h in scales for h in (1, 2, 4)]
+    assert table["change"].iloc[-1] == (UNDECIDED if ends else CHANGED)
+    plt.close(figures.scaling(table.assign(experiment="heap")))
+
+
 def test_a_small_but_certain_difference_within_the_margin_is_kept():
     first, values = np.array([45.0, 45.1, 45.2]), np.array([45.5, 45.6, 45.7])
     assert difference(first, values, 2.0)["change"] == KEPT

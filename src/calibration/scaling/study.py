@@ -13,7 +13,7 @@ import pandas as pd
 from scipy import stats
 
 from calibration import figures
-from calibration.campaign import read_metric
+from calibration.campaign import read_metric, read_values
 from calibration.errors import CalibrationError
 from calibration.files import write_table
 from calibration.numbers import fixed
@@ -37,6 +37,7 @@ RESPONSE = {"heap": "angle_of_repose_deg", "drop": "effective_restitution"}
 HOLDS, FAILS, UNDECIDED = "holds", "fails", "undecided"
 KEPT, CHANGED = "kept", "changed"
 VERDICT = {KEPT: HOLDS, CHANGED: FAILS, UNDECIDED: UNDECIDED}
+DIFFERENCE = ("difference", "difference_low", "difference_high")
 EXACT = 0.01  # exponents measured on one contact carry rounding alone
 
 
@@ -57,24 +58,22 @@ class Statement:
 
 def response_table(design, metrics, margins, alpha=0.05):
     """Table, a row a case and scale: mean, sd, interval, difference from the first scale with
-    interval, change.
+    interval, change. n counts the runs with a value; what fewer than two tell is NaN.
 
     design : columns experiment, rule, cohesive, scale, left_in_funnel (grains, heaps only)
-    metrics : (n,) response of each run
+    metrics : (n,) response of each run, NaN without
     margins : {experiment: difference that does not matter}
     """
     runs, rows = design.assign(response=metrics), []
     for (experiment, rule, cohesive), case in runs.groupby(
         ["experiment", "rule", "cohesive"], sort=False
     ):
-        first = case.loc[case["scale"] == case["scale"].iloc[0], "response"].to_numpy()
+        first = case.loc[case["scale"] == case["scale"].iloc[0], "response"].dropna().to_numpy()
         for scale, group in case.groupby("scale", sort=False):
-            values = group["response"].to_numpy()
-            half = stats.t.ppf(1 - alpha / 2, len(values) - 1) * stats.sem(values)
+            values = group["response"].dropna().to_numpy()
             row = {"experiment": experiment, "rule": rule, "cohesive": bool(cohesive)}
-            row |= {"scale": float(scale), "n": len(values), "mean": values.mean()}
-            row |= {"sd": values.std(ddof=1), "low": values.mean() - half}
-            row |= {"high": values.mean() + half, "unit": in_ascii(unit_of(RESPONSE[experiment]))}
+            row |= {"scale": float(scale), "n": len(values)} | mean_interval(values, alpha)
+            row |= {"unit": in_ascii(unit_of(RESPONSE[experiment]))}
             row |= {"left_in_funnel": group["left_in_funnel"].mean()}
             if scale != case["scale"].iloc[0]:
                 row |= difference(first, values, margins[experiment], alpha)
@@ -82,16 +81,29 @@ def response_table(design, metrics, margins, alpha=0.05):
     return pd.DataFrame(rows)
 
 
+def mean_interval(values, alpha=0.05):
+    """Mean, sd and the interval of the mean of values (n,), as columns of `response_table`; NaN of
+    fewer than two."""
+    columns = "mean", "sd", "low", "high"
+    if len(values) < 2:
+        return dict.fromkeys(columns, np.nan)
+    mean, half = values.mean(), stats.t.ppf(1 - alpha / 2, len(values) - 1) * stats.sem(values)
+    return dict(zip(columns, (mean, values.std(ddof=1), mean - half, mean + half), strict=True))
+
+
 def difference(first, values, margin, alpha=0.05):
     """Difference of the samples values (n,) and first (m,) with its Welch interval, and whether it
-    is kept, changed or undecided, as columns of `response_table`."""
+    is kept, changed or undecided, as columns of `response_table`. With fewer than two values in
+    one of them it is undecided."""
+    if min(len(first), len(values)) < 2:
+        return dict.fromkeys(DIFFERENCE, np.nan) | {"change": UNDECIDED}
     apart = float(values.mean() - first.mean())
     if values.var() + first.var() == 0.0:  # runs without scatter differ exactly or not at all
         low = high = apart
     else:
         low, high = stats.ttest_ind(values, first, equal_var=False).confidence_interval(1 - alpha)
     change = judge(low, high, margin)
-    return {"difference": apart, "difference_low": low, "difference_high": high, "change": change}
+    return dict(zip(DIFFERENCE, (apart, low, high), strict=True)) | {"change": change}
 
 
 def judge(low, high, margin):
@@ -103,8 +115,13 @@ def judge(low, high, margin):
 
 def trend(scale, response, alpha=0.05):
     """(change, low, high) of the responses (n,) from the smallest to the largest scale (n,), by a
-    line over log2 of the scale through all runs."""
-    octaves = np.log2(np.asarray(scale, float))
+    line over log2 of the scale through all runs with a value; NaN with fewer than three of them, or
+    none at one of both ends."""
+    scale, has = np.asarray(scale, float), np.isfinite(response)
+    if has.sum() < 3 or np.ptp(scale[has]) < np.ptp(scale):
+        return np.nan, np.nan, np.nan
+    scale, response = scale[has], np.asarray(response)[has]
+    octaves = np.log2(scale)
     fit, span = stats.linregress(octaves, response), float(np.ptp(octaves))
     half = float(stats.t.ppf(1 - alpha / 2, len(octaves) - 2) * fit.stderr) * span
     change = float(fit.slope) * span
@@ -115,12 +132,13 @@ def response_statements(runs, margins):
     """A statement a case: does the response keep its value over the scales? One trend, so that one
     test judges it.
 
-    runs : columns experiment, rule, cohesive, scale, response
+    runs : columns experiment, rule, cohesive, scale, response, NaN of a run without a value
     """
     out = []
     for (experiment, rule, cohesive), case in runs.groupby(
         ["experiment", "rule", "cohesive"], sort=False
     ):
+        told = case.dropna(subset="response")
         found, low, high = trend(case["scale"], case["response"])
         change = judge(low, high, margins[experiment])
         what = {"heap": "angle of repose", "drop": "restitution on steel"}[experiment]
@@ -128,23 +146,28 @@ def response_statements(runs, margins):
         unit, digits = {"heap": ("°", 1), "drop": ("", 3)}[experiment]
         means = [
             f"{values.mean():.{digits}f}{unit} at scale {h:g}"
-            for h, values in case.groupby("scale")["response"]
+            for h, values in told.groupby("scale")["response"]
         ]
-        sentence = (
-            f"Enlarged by the {rule} rule, {how}, the {what} is {', '.join(means)}: over the range "
-            f"{fixed(found, digits, '+')}{unit} (95 %: {fixed(low, digits, '+')} to "
-            f"{fixed(high, digits, '+')}, margin "
-            f"{margins[experiment]:g}), {change}."
+        known = np.isfinite(low)
+        over = (
+            f"over the range {fixed(found, digits, '+')}{unit} (95 %: {fixed(low, digits, '+')} to "
+            f"{fixed(high, digits, '+')}, margin {margins[experiment]:g})"
+            if known
+            else "too few runs for a trend over the range"
         )
+        sentence = (
+            f"Enlarged by the {rule} rule, {how}, the {what} is "
+            f"{', '.join(means) or 'unknown'}: {over}, {change}."
+        )
+        if len(told) < len(case):
+            sentence += f" {len(case) - len(told)} of {len(case)} runs gave no value."
         out.append(
             Statement(
                 f"{experiment}.{rule}.{'cohesive' if cohesive else 'plain'}",
                 "1.2.1, conclusion 4" if rule == PAPER_RULE.name else "(gravity kept)",
                 f"The {what} does not change with the scale, {how}, under the {rule} rule",
                 0.0,
-                found,
-                low,
-                high,
+                *((found, low, high) if known else (None, None, None)),
                 VERDICT[change],
                 sentence,
             )
@@ -253,9 +276,9 @@ def scaling(study, source, output):
     response = np.empty(len(design))
     for experiment, metric in RESPONSE.items():
         here = (design["experiment"] == experiment).to_numpy()
-        response[here] = read_metric(design.loc[here, "run_id"], metric)
+        response[here] = read_values(design.loc[here, "run_id"], metric)
     heap = design["experiment"] == "heap"
-    design.loc[heap, "left_in_funnel"] = read_metric(design.loc[heap, "run_id"], "in_funnel")
+    design.loc[heap, "left_in_funnel"] = read_values(design.loc[heap, "run_id"], "in_funnel")
     margins = {"heap": section.margin_deg, "drop": section.margin_restitution}
     table = response_table(design, response, margins)
     base = base_run(config, "drop", False)
