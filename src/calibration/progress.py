@@ -78,9 +78,9 @@ class Progress:
         done, total = (sum(getattr(p, key) for p in self.chain) for key in ("done", "total"))
         failed = f"{len(self.failed)} failed" if self.failed else "none failed"
         parts = [f"{done} of {total} runs done, {failed}"]
-        now = next((p for p in self.plans if p.planned and p.left), None)
-        if now:
-            parts.append(f"now {now.words}")
+        under_way = [p for p in self.plans if p.planned and p.left]
+        if under_way:  # several can be planned: what has runs has begun
+            parts.append(f"now {max(under_way, key=lambda p: p.done > 0).words}")
         left = self.left_s(cores)
         if left:
             guess = "" if self.mean_s else ", estimated before the first run"

@@ -202,6 +202,13 @@ def test_runs_of_a_stage_above_are_told_but_not_counted(config_of_salt, monkeypa
     assert "none failed; now weather (1 of 2); about" in found.sentence(2)
 
 
+def test_of_two_planned_stages_the_one_that_has_runs_is_told():
+    plans = progress.Plan("tilt", 0, 6, short=True), progress.Plan("scaling", 4, 72, short=True)
+    said = progress.Progress(plans, None, None).sentence(2)
+    assert said.endswith("now scaling, short runs (4 of 72)")
+    assert "now tilt" in progress.Progress(plans[:1], None, None).sentence(2)
+
+
 STAGES = list(load_stages().values())
 POLISH = Stage(
     name="polish",
