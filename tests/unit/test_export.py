@@ -14,6 +14,7 @@ import yaml
 
 from calibration.chain.files import read_region
 from calibration.config import overlay, parse_config
+from calibration.errors import CalibrationError
 from calibration.export import edem, lammps, liggghts, mercurydpm, rolling, stage, yade
 from calibration.export.conversion import Conversion
 from calibration.export.decks import BLOCKS, allowed, write_decks
@@ -71,6 +72,8 @@ def found(**changes):
         "reached": True,
         "with_the_same_number": 31.0,
         "ranges": {"elastic_plastic": [25.0, 52.0], "no_rotation": [27.0, 61.0]},
+        "runs": 46,
+        "without_value": 0,
         "coarse": agreement(45.2),
     } | changes
 
@@ -468,7 +471,7 @@ def scan(**angles):
     rows = [
         {"path": path, "share": share, "response": angle + e}
         for path, values in angles.items()
-        for share, angle in zip(rolling.PATHS.get(path, [0.0]), values, strict=True)
+        for share, angle in zip(rolling.PATHS.get(path, [0.0] * len(values)), values, strict=True)
         for e in (-0.2, 0.2)
     ]
     return pd.DataFrame(rows)
@@ -492,6 +495,42 @@ def test_the_search_takes_the_first_path_that_comes_to_the_angle(calibrated, pat
     assert (taken, found[taken].reached) == (path, reached)
     if path == "no_rotation":
         assert found[taken].share == pytest.approx(0.4 + 0.2 * 5 / 8)
+
+
+def test_heaps_of_the_search_without_a_value_are_left_out_and_told(mapping):
+    """Every heap at one place of a path clogs, and one of each other kind: the curve is known."""
+    runs = scan(
+        calibrated=[33.0, 33.0],
+        elastic_plastic=[23.0, 26.0, 29.0, 32.0, 35.0],
+        no_rotation=[28.0, 36.0, 44.0, 52.0, 61.0],
+    )
+    lost = (runs["path"] == "elastic_plastic") & (runs["share"] == 0.6667)
+    lost |= ~runs[["path", "share"]].duplicated() & (runs["path"] != "elastic_plastic")
+    without = runs.assign(response=runs["response"].mask(lost))
+    path, places = rolling.search(without)
+    assert path == "elastic_plastic"
+    assert places[path].share == pytest.approx(0.3333 + 0.6667 * (33.0 - 29.0) / 6.0, abs=0.03)
+    confirmation = pd.DataFrame({"scale": "coarse", "response": [33.1, np.nan, 32.8]})
+    spec, validated = parse_spec(mapping), pd.Series([33.0, np.nan, 33.2])
+    told = rolling.conclude(spec, without, confirmation, validated, 2.0, "deg")
+    assert (told["without_value"], told["runs"]) == (int(lost.sum()) + 1, len(runs) + 3)
+    assert told["coarse"]["runs"] == 2
+    assert "full" not in told
+    said = " ".join(Conversion(spec, told).sentences("epsd3"))
+    assert f"{told['without_value']} of {told['runs']} runs of this search gave no angle" in said
+    same = (without["path"] == "elastic_plastic") & (without["share"] == 0.0)
+    clogged = without.assign(response=without["response"].mask(same))
+    told = rolling.conclude(spec, clogged, confirmation, validated, 2.0, "deg")
+    said = " ".join(Conversion(spec, told).sentences("epsd3"))
+    assert "the same number gives no heap with an angle" in said
+
+
+@pytest.mark.parametrize("path", [rolling.CALIBRATED, *rolling.PATHS])
+def test_a_search_in_which_a_path_has_no_angle_gets_a_sentence(path):
+    runs = scan(calibrated=[33.0], **{p: [25.0] * 5 for p in rolling.PATHS})
+    runs["response"] = runs["response"].mask(runs["path"] == path)
+    with pytest.raises(CalibrationError, match=rf"has an angle \({path}\)"):
+        rolling.search(runs)
 
 
 @pytest.mark.parametrize("target", [31.3, 38.0, 44.0, 49.9])

@@ -95,11 +95,12 @@ class Conversion:
             return [self._without_search(name)]
         f, pair = self.found, self.spec.contacts.particle_particle
         unit, (low, high) = f["unit"], f["ranges"][ELASTIC_PLASTIC]
+        same = f["with_the_same_number"]
+        same = "no heap with an angle" if same is None else f"{same:.1f} {unit}"
         out = [
             f"Rolling friction: calibrated as {f['law']} with mu_r = {pair.rolling_friction:.4g}. "
             f"{name} is another "
-            f"law, on the relative spin; there the same number gives "
-            f"{f['with_the_same_number']:.1f} {unit}."
+            f"law, on the relative spin; there the same number gives {same}."
         ]
         if f["path"] == NO_ROTATION:
             out.append(
@@ -125,6 +126,11 @@ class Conversion:
                 f"this law (run: "
                 "{laws: {rolling: elastic_plastic}}) tells whether other parameters can make up "
                 "for it."
+            )
+        if f["without_value"]:
+            out.append(
+                f"{f['without_value']} of {f['runs']} runs of this search gave no angle, as their "
+                "funnels clogged or their grains never came to rest; they are left out."
             )
         return out + [_check(f[s], s, unit) for s in ("coarse", "full") if s in f]
 

@@ -32,8 +32,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from calibration.campaign import read_metric, run_id, write_plan
+from calibration.campaign import read_values, run_id, write_plan
 from calibration.config import overlay, point_spec
+from calibration.errors import CalibrationError
 from calibration.statistics.validate import compare
 from calibration.tables import read_written
 from dem.contact.catalogue import LAWS
@@ -178,9 +179,9 @@ def plan_scan(spec, output):
 
 
 def read_scan(design_file, metric):
-    """The design table with the runs' angles in `response`."""
+    """The design table with the runs' angles in `response`, NaN of a run without one."""
     design = read_written(design_file)
-    return design.assign(response=read_metric(design["run_id"], metric))
+    return design.assign(response=read_values(design["run_id"], metric))
 
 
 @dataclass(frozen=True)
@@ -217,20 +218,26 @@ def invert(shares, angles, target):
 
 
 def angles_of(runs, path):
-    """(n,) responses of a path's runs."""
-    return runs[runs["path"] == path]["response"]
+    """(n,) responses of a path's runs that have one."""
+    return runs[runs["path"] == path]["response"].dropna()
 
 
 def search(scan):
-    """(path taken, {path: Inverse}) of a scan (table with `response`); (None, {}) of an empty
-    one."""
+    """(path taken, {path: Inverse}) of a scan (table with `response`); (None, {}) of an empty one.
+    Raises CalibrationError where no heap of the calibrated law, or of a path, has an angle."""
     if scan.empty:
         return None, {}
+    for path in (CALIBRATED, *PATHS):
+        if angles_of(scan, path).empty:
+            raise CalibrationError(
+                f"no heap of the search for rolling friction in other laws has an angle ({path}): "
+                "its funnel clogs or its grains never rest; widen the orifice of the study's rig"
+            )
     own = angles_of(scan, CALIBRATED).mean()
-    shares = scan["share"]
-    found = {
-        path: invert(shares[scan["path"] == path], angles_of(scan, path), own) for path in PATHS
-    }
+    found = {}
+    for path in PATHS:
+        angles = angles_of(scan, path)
+        found[path] = invert(scan.loc[angles.index, "share"], angles, own)
     reaching = [path for path, inverse in found.items() if inverse.reached]
     return (reaching or [ELASTIC_PLASTIC])[0], found
 
@@ -250,8 +257,9 @@ def plan_confirmation(spec, scan_file, metric, output):
 def conclude(spec, scan, confirmation, validated, margin, unit):
     """The conversion as a mapping for rolling.json.
 
-    spec: calibrated `RunSpec`; scan, confirmation: tables with `response`; validated: (n,) angles
-    of the calibrated law at the study's own scale; margin: difference that does not matter; unit:
+    spec: calibrated `RunSpec`; scan, confirmation: tables with `response`; validated: series (n,)
+    of the calibrated law's angles at the study's own scale. A run without a value is NaN in each.
+    margin: difference that does not matter; unit:
     of both.
     """
     pair, (path, found) = spec.contacts.particle_particle, search(scan)
@@ -259,19 +267,22 @@ def conclude(spec, scan, confirmation, validated, margin, unit):
     if path is None:
         return out
     rolling, static = place(path, round(found[path].share, 4), pair)
-    steps = scan[(scan["path"] == ELASTIC_PLASTIC) & (scan["share"] == 0.0)]
+    same = angles_of(scan[scan["share"] == 0.0], ELASTIC_PLASTIC)
+    responses = pd.concat([scan["response"], confirmation["response"]])
     out |= {
         "rolling_friction": rolling,
         "static_friction": static,
         "stiffness_factor": STIFFNESS_FACTOR,
         "damping_ratio": DAMPING_RATIO,
         "reached": found[path].reached,
-        "with_the_same_number": float(steps["response"].mean()),
+        "with_the_same_number": None if same.empty else float(same.mean()),
         "ranges": {name: [inverse.smallest, inverse.largest] for name, inverse in found.items()},
+        "runs": len(responses),
+        "without_value": int(responses.isna().sum()),
     }
-    for scale, against in (("coarse", angles_of(scan, CALIBRATED)), ("full", validated)):
-        angles = confirmation[confirmation["scale"] == scale]["response"]
-        if len(angles):
+    for scale, against in (("coarse", angles_of(scan, CALIBRATED)), ("full", validated.dropna())):
+        angles = confirmation[confirmation["scale"] == scale]["response"].dropna()
+        if min(len(angles), len(against)) > 1:
             out[scale] = _agreement(angles, against, margin)
     return out
 
