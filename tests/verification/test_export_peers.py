@@ -33,6 +33,8 @@ FOUND = {
     "reached": True,
     "with_the_same_number": 30.0,
     "ranges": {"elastic_plastic": [20.0, 45.0]},
+    "without_value": 0,
+    "runs": 9,
 }
 
 
