@@ -12,10 +12,15 @@ from dem.lanes import (
     FIELDS,
     WIDTH,
     gather_pairs,
+    gather_separations,
     load_block,
+    load_field,
     scatter_add,
     store_block,
 )
+
+NEARLY = 1.0 + 1e-9
+"""Of the squared sum of the radii: closer spheres get the exact test, whatever this one rounds."""
 
 
 @njit(error_model="numpy")
@@ -25,6 +30,13 @@ def _pair_forces_lanes(codes, table, dt, particles, pairs, share, overlap_limit)
     for m in range(len(blocks)):
         block = np.int64(blocks[m])
         start = block * WIDTH
+        before = load_field(pairs.history, block, 6)
+        if not any_lane((before > 0.0) | (before < 0.0)):
+            x, y, z, reach = gather_separations(
+                particles.position, pairs.first, pairs.second, start
+            )
+            if not any_lane(x * x + y * y + z * z < NEARLY * (reach * reach)):
+                continue
         g = gather_pairs(particles.position, pairs.first, pairs.second, start)
         separation = (g[0], g[1], g[2])
         first = (g[3], g[4], g[5], g[6], g[7], g[8], g[9], g[10])

@@ -240,9 +240,9 @@ def _any_lane(condition):
 
 
 # --- memory ---------------------------------------------------------------------------------------
-# Particle rows are 64 bytes: four float64 (x, y, z, spare) and eight float32. Gathering loads whole
-# rows and
-# transposes them in registers, which costs a third of the hardware gather instruction.
+# Particle rows are 64 bytes: four float64 (x, y, z, radius) and eight float32. Gathering
+# loads whole rows and transposes them in registers, which costs a third of the hardware gather
+# instruction.
 
 
 def _pointer(context, builder, array_type, array, element_type):
@@ -340,6 +340,46 @@ def gather_rows(typingctx, rows, index, start):
     return types.UniTuple(F32, 8)(rows, index, start), codegen
 
 
+def _pair_rows(builder, double, i, j, combine):
+    """What `combine` makes of the position rows of the pairs i, j, four float64 each, as vectors
+    of `WIDTH`, eight pairs at a time in groups of four: one for each of the four numbers."""
+    four, made = ir.VectorType(ir.DoubleType(), 4), []
+    for a, b in zip(i, j, strict=True):
+        ra = _load(builder, double, builder.mul(a, _constant(8)), four, 32)
+        rb = _load(builder, double, builder.mul(b, _constant(8)), four, 32)
+        made.append(combine(ra, rb))
+    eights = []
+    for h in range(0, WIDTH, 8):
+        r = [_join(builder, [made[h + k], made[h + k + 4]]) for k in range(4)]
+        even, odd = [0, 4, 2, 6], [1, 5, 3, 7]
+        a0, a1 = (_in_groups(builder, r[0], r[1], m) for m in (even, odd))
+        b0, b1 = (_in_groups(builder, r[2], r[3], m) for m in (even, odd))
+        low, high = [0, 1, 4, 5], [2, 3, 6, 7]
+        x, z = (_in_groups(builder, a0, b0, m) for m in (low, high))
+        y, w = (_in_groups(builder, a1, b1, m) for m in (low, high))
+        eights.append((x, y, z, w))
+    return [_join(builder, list(parts)) for parts in zip(*eights, strict=True)]
+
+
+@intrinsic
+def gather_separations(typingctx, rows, first, second, start):
+    """(dx, dy, dz) as `gather_pairs` has it, and the sum of the radii, F64; far less than all that
+    a contact needs."""
+
+    def codegen(context, builder, sig, args):
+        double = _pointer(context, builder, sig.args[0], args[0], ir.DoubleType())
+        i = _indices(context, builder, sig.args[1], args[1], args[3])
+        j = _indices(context, builder, sig.args[2], args[2], args[3])
+
+        def difference_and_sum(a, b):
+            return _shuffle(builder, builder.fsub(a, b), builder.fadd(a, b), [0, 1, 2, 7])
+
+        values = _pair_rows(builder, double, i, j, difference_and_sum)
+        return context.make_tuple(builder, sig.return_type, values)
+
+    return types.UniTuple(F64, 4)(rows, first, second, start), codegen
+
+
 @intrinsic
 def gather_pairs(typingctx, rows, first, second, start):
     """Load `WIDTH` pairs of particle rows.
@@ -356,23 +396,7 @@ def gather_pairs(typingctx, rows, first, second, start):
         single = builder.bitcast(double, ir.FloatType().as_pointer())
         i = _indices(context, builder, sig.args[1], args[1], args[3])
         j = _indices(context, builder, sig.args[2], args[2], args[3])
-        four = ir.VectorType(ir.DoubleType(), 4)
-        difference = []
-        for a, b in zip(i, j, strict=True):
-            ra = _load(builder, double, builder.mul(a, _constant(8)), four, 32)
-            rb = _load(builder, double, builder.mul(b, _constant(8)), four, 32)
-            difference.append(builder.fsub(ra, rb))
-        # (x, y, z, spare) of each pair to vectors of x, y and z: eight at a time, in groups of four
-        eights = []
-        for h in range(0, WIDTH, 8):
-            r = [_join(builder, [difference[h + k], difference[h + k + 4]]) for k in range(4)]
-            even, odd = [0, 4, 2, 6], [1, 5, 3, 7]
-            a0, a1 = (_in_groups(builder, r[0], r[1], m) for m in (even, odd))
-            b0, b1 = (_in_groups(builder, r[2], r[3], m) for m in (even, odd))
-            x, z = (_in_groups(builder, a0, b0, m) for m in ([0, 1, 4, 5], [2, 3, 6, 7]))
-            y = _in_groups(builder, a1, b1, [0, 1, 4, 5])
-            eights.append((x, y, z))
-        values = [_join(builder, list(parts)) for parts in zip(*eights, strict=True)]
+        values = _pair_rows(builder, double, i, j, builder.fsub)[:3]
         for index in (i, j):
             places = [builder.add(builder.mul(k, _constant(16)), _constant(8)) for k in index]
             values += _columns(builder, [builder.gep(single, [k]) for k in places])

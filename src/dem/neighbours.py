@@ -76,14 +76,21 @@ def plan_grids(n, particles, reach, level, cell_size, dims, first_cell, low, att
 @njit(cache=True, error_model="numpy")
 def first_not_finite(n, particles):
     """First row whose position or motion is not a number, or -1."""
+    whole = 0.0
+    for i in range(n):  # not a number once, not a number for good
+        whole += 0.0 * _sum_of(particles.position[i], particles.kinetic[i])
+    if whole == 0.0:
+        return -1
     for i in range(n):
-        total = 0.0 * particles.position[i, 0] + 0.0 * particles.position[i, 1]
-        total += 0.0 * particles.position[i, 2]
-        for c in range(8):
-            total += 0.0 * particles.kinetic[i, c]
-        if total != 0.0:
+        if 0.0 * _sum_of(particles.position[i], particles.kinetic[i]) != 0.0:
             return i
     return -1
+
+
+@inlined
+def _sum_of(x, k):
+    """Sum of a row's position and motion."""
+    return (x[0] + x[1] + x[2]) + ((k[0] + k[1] + k[2] + k[3]) + (k[4] + k[5] + k[6] + k[7]))
 
 
 @njit(cache=True, error_model="numpy")

@@ -4,7 +4,6 @@ import math
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -22,14 +21,13 @@ from dem.state import (
     aligned,
     new_pairs,
     new_particles,
-    new_stage,
     new_wall_contacts,
     new_wall_scratch,
     no_clusters,
     place_ghosts,
 )
 from dem.step import DONE, OVERLAP, WALL_OVERLAP, Model, advance
-from dem.team import plan_shares, shares_of, threads_chosen
+from dem.team import new_board, plan_shares, shares_of, threads_chosen
 from dem.walls.builder import WallSet
 from dem.walls.contacts import find_wall_contacts
 
@@ -121,14 +119,14 @@ class Simulation:
         self.clusters = no_clusters()
         self.row_of = np.zeros(0, np.int64)
         self._next_tag = 0
-        self._team = None
+        self._team = self._board = None
         self._stale = True
         self._pair_count = self._wall_count = 0
         self._pairs, self._old_pairs = new_pairs(64, precision), new_pairs(64, precision)
         self._far = np.zeros((0, 2), np.int32)
         self._start = np.zeros(0, np.int32)
-        self._widest = {}
         self._following = np.zeros(0, np.int64)
+        self._allowance = np.zeros(len(self.wall_state.mass))
         self._make_wall_room(64)
         self._resize_scratch()
 
@@ -186,7 +184,7 @@ class Simulation:
         for a, b in zip(old, new, strict=True):
             b[:n] = a[:n]
         rows = slice(n, n + m)
-        new.position[rows, :3] = position
+        new.position[rows, :3], new.position[rows, 3] = position, radius
         new.kinetic[rows, 0:3] = velocity - 0.5 * self.time_step * self.gravity
         new.kinetic[rows, 3:6] = spin
         new.kinetic[rows, 6], new.kinetic[rows, 7] = radius, mass
@@ -281,7 +279,7 @@ class Simulation:
         self._head = np.zeros(rows, np.int64)
         self._hits = np.zeros(rows, np.int32)
         self._sieve = np.zeros((4, rows + WIDTH), np.float32)
-        self._present_kinds = None
+        self._present_kinds = self._widest = None
         self._spare = new_particles(self.n, self.precision)
         self._stale = True
 
@@ -332,11 +330,10 @@ class Simulation:
         """Widest gap [m] that any contact can bridge."""
         if n == 0:
             return 0.0
-        largest = float(self.particles.kinetic[:n, 6].max())
-        if largest not in self._widest:
-            gaps = (attraction_reach(self.laws, row, largest) for row in self.properties)
-            self._widest = {largest: max(gaps)}
-        return self._widest[largest]
+        if self._widest is None:
+            largest = float(self.particles.kinetic[:n, 6].max())
+            self._widest = max(attraction_reach(self.laws, row, largest) for row in self.properties)
+        return self._widest
 
     def _permute(self):
         n, order = self.n, self._order
@@ -409,13 +406,10 @@ class Simulation:
         if plan.kept[-1] > len(force):
             room = aligned((int(1.2 * plan.kept[-1]), force.shape[1]), force.dtype)
             self.particles = self.particles._replace(force=room)
-        self._shares = shares_of(
-            plan,
-            self.particles,
-            self._walls_list,
-            self._scratch,
-            partial(new_stage, self.precision),
-        )
+        size = len(plan.cuts) - 1
+        if self._board is None or len(self._board.stages) != size:
+            self._board = new_board(size, self.precision)
+        self._shares = shares_of(plan, self.particles, self._walls_list, self._scratch, self._board)
 
     # --- time -------------------------------------------------------------------------------------
 

@@ -20,7 +20,7 @@ class Particles(NamedTuple):
     """Row arrays; n particles and GHOSTS ghosts."""
 
     position: np.ndarray
-    """(n, 4) float64: x, y, z [m], unused."""
+    """(n, 4) float64: x, y, z [m]; radius [m], beside them for the test of distance."""
     kinetic: np.ndarray
     """(n, 8) real: velocity [m/s], angular velocity [rad/s], both half a step behind the position;
     radius [m]; mass [kg]."""
@@ -148,6 +148,7 @@ def place_ghosts(particles, n):
     """Put the two ghosts behind row n - 1; they touch nothing and not each other."""
     for k in range(GHOSTS):
         particles.position[n + k, :3] = FAR * (k + 1)
+        particles.position[n + k, 3] = 1.0
         particles.kinetic[n + k] = 0.0
         particles.kinetic[n + k, 6:] = 1.0
         particles.inverse[n + k] = 0.0

@@ -18,7 +18,7 @@ from numba.extending import intrinsic
 
 from dem.errors import DemError
 from dem.lanes import WIDTH, inlined
-from dem.state import GHOSTS, Particles, WallContacts, WallScratch, aligned
+from dem.state import GHOSTS, Particles, WallContacts, WallScratch, aligned, new_stage
 
 VARIABLE = "DEM_THREADS"
 LEAST = 500  # grains of a thread: with fewer it waits for the others more than it works
@@ -127,15 +127,28 @@ def plan_shares(threads, n, pairs, count, contacts, contact_count):
     return Plan(cuts, edges, holder, to_first, to_second, kept, inbox)
 
 
-def shares_of(plan, particles, contacts, scratch, new_stage):
-    """The `Share` of each thread of a plan. new_stage() -> what of the scratch no two threads
-    share."""
-    size, shares = len(plan.cuts) - 1, []
+class Board(NamedTuple):
+    """What the threads of a run keep from list to list."""
+
+    found: np.ndarray
+    gate: np.ndarray
+    """As in `Share`."""
+    stages: list
+    """What of the walls' scratch no two threads share, for each."""
+
+
+def new_board(size, precision):
+    """`Board` for `size` threads."""
     # a cache line for each: two threads that write to one wait for each other
     found, gate = aligned((size, LINE), np.int64), aligned((LINE,), np.int64)
-    for k in range(size):
+    return Board(found, gate, [new_stage(precision) for _ in range(size)])
+
+
+def shares_of(plan, particles, contacts, scratch, board):
+    """The `Share` of each thread of a plan, whose number is that of the board."""
+    size, shares = len(board.stages), []
+    for k, own in enumerate(board.stages):
         rows, edge = slice(*plan.cuts[k : k + 2]), slice(*plan.edges[k : k + 2])
-        own = new_stage()
         room = [array[edge] for array in scratch[: -len(own)]]
         share = Share(
             me=k,
@@ -149,8 +162,8 @@ def shares_of(plan, particles, contacts, scratch, new_stage):
             to_second=plan.to_second,
             kept=particles.force[plan.kept[k] : plan.kept[k + 1]],
             inbox=plan.inbox[plan.inbox[:, 0] == k, 1:],
-            found=found,
-            gate=gate,
+            found=board.found,
+            gate=board.gate,
         )
         shares.append(share)
     return shares
