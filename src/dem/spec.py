@@ -28,6 +28,7 @@ from dem.units import UnitError, converted
 
 MAX_SIZE_RATIO = 10.0
 MAX_RAYLEIGH_FRACTION = 0.8
+LIGHTEST = 1e-18  # kg
 
 
 class MaterialSpec(Part):
@@ -255,6 +256,7 @@ def parse_spec(data, file=None):
     _check_laws(spec, file)
     _check_sizes(spec, file)
     _check_shape(spec, file)
+    _check_mass(spec, file)
     _check_time_step(spec, file)
     try:
         experiment_of(spec).check(spec)
@@ -424,6 +426,19 @@ def _check_shape(spec, file):
         raise SpecError(f"particles.clump, sphere {wrong[0] + 1}", *wrong[1:], file)
 
 
+def _check_mass(spec, file):
+    """float32 does not hold the product of the masses of two grains that are lighter."""
+    mass = _least_mass(spec)
+    if spec.numerics.precision == "mixed" and mass < LIGHTEST:
+        allowed = f"double where a grain has {mass:.1e} kg; mixed is for {LIGHTEST:g} kg and more"
+        raise SpecError("numerics.precision", "mixed", allowed, file)
+
+
+def _least_mass(spec):
+    """Mass of the smallest sphere [kg]."""
+    return 4.0 / 3.0 * math.pi * smallest_radius(spec) ** 3 * spec.materials.particle.density_kg_m3
+
+
 def _check_time_step(spec, file):
     m, dt = spec.materials.particle, spec.numerics.time_step_s
     rayleigh = rayleigh_time(
@@ -445,7 +460,7 @@ def _check_time_step(spec, file):
 def _check_law_step(spec, dt, limit, file):
     """A law that is stiffer than the elastic contact behind the Rayleigh time says which step [s]
     it bears."""
-    mass = 4.0 / 3.0 * math.pi * smallest_radius(spec) ** 3 * spec.materials.particle.density_kg_m3
+    mass = _least_mass(spec)
     for law in laws_of(spec).chosen():
         if law.longest_step is None:
             continue

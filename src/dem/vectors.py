@@ -44,8 +44,9 @@ def reject(a, n):
 @law
 def at_most(limit, a):
     """`a`, shortened to the length `limit` where it is longer. Neither root nor division where no
-    lane is: most contacts of a packing stick."""
+    lane is: most contacts of a packing stick. Where both are nothing the quotient is no number,
+    which `minimum` does not choose."""
     square = dot(a, a)
     if any_lane(square >= limit * limit):
-        a = scale(minimum(limit / (sqrt(square) + TINY), 1.0), a)
+        a = scale(minimum(limit / sqrt(square), 1.0), a)
     return a

@@ -85,6 +85,11 @@ CASES = [
     ({"particles": {"count": 2.5}}, "particles.count", "integer"),
     ({"particles": {"diameter_mm": -2}}, "particles.diameter_mm", "greater than 0"),
     (
+        {"particles": {"diameter_mm": 5e-5}, "geometry": {"injection_speed_m_s": 1e-4}},
+        "numerics.precision",
+        "double where a grain has 9.8e-20 kg",
+    ),
+    (
         {"particles": {"diameter_mm": 8}},
         "geometry.orifice_diameter_mm",
         "3 of the largest grain",

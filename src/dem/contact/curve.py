@@ -93,15 +93,15 @@ def values(key, powers, contact, coefficient):
 
 @law
 def logarithm(state):
-    """Natural logarithm of a state, to 2e-6 from 1e-7 to 1e7: 64 artanh((r - 1)/(r + 1)), r the
-    32nd root.
+    """Natural logarithm of a state, to 3e-6 from 1e-14 to 1e14: 128 artanh((r - 1)/(r + 1)), r the
+    64th root.
 
     Without a library's logarithm, whose call would take all contacts their registers.
     """
-    root = sqrt(sqrt(sqrt(sqrt(sqrt(maximum(state, TINY))))))
+    root = sqrt(sqrt(sqrt(sqrt(sqrt(sqrt(maximum(state, TINY)))))))
     z = (root - 1.0) / (root + 1.0)
     q = z * z
-    return 64.0 * z * (1.0 + q * (1 / 3 + q * (1 / 5 + q * (1 / 7 + q * (1 / 9)))))
+    return 128.0 * z * (1.0 + q * (1 / 3 + q * (1 / 5 + q * (1 / 7 + q * (1 / 9)))))
 
 
 @law

@@ -148,7 +148,8 @@ def pair_contact(codes, p, dt, separation, inverse, overlap, first, second, hist
     shared = 1.0 / (radii * masses)  # one division serves both
     r_eff, m_eff = r_i * r_j * (masses * shared), m_i * m_j * (radii * shared)
     inertia_i, inertia_j = INERTIA * m_i * r_i * r_i, INERTIA * m_j * r_j * r_j
-    inertia = inertia_i * inertia_j / (inertia_i + inertia_j)
+    # the product of two moments of fine grains is less than float32 holds
+    inertia = inertia_i * (inertia_j / (inertia_i + inertia_j))
     arm_i, arm_j = r_i - 0.5 * overlap, r_j - 0.5 * overlap
     v_i, v_j = (first[0], first[1], first[2]), (second[0], second[1], second[2])
     w_i, w_j = (first[3], first[4], first[5]), (second[3], second[4], second[5])

@@ -17,13 +17,13 @@ There k_r is held at `limit` I/dt^2. The largest torque stays as it is.
 
 import math
 
-from dem.arithmetic import law, minimum, sqrt, where
+from dem.arithmetic import law, maximum, minimum, sqrt, where
 from dem.contact.export import Export
 from dem.contact.law import Law, Parameter
 from dem.contact.tangential.mindlin import MERCURY
 from dem.vectors import dot, reject, scale, subtract
 
-TINY = 1e-30
+LEAST = 1e-35  # N m: keeps a contact without load from dividing by zero
 CONTACT_POINT = (
     1.4 / 0.4
 )  # moment of inertia of a solid sphere about a point of its surface over that about its centre
@@ -56,12 +56,13 @@ def torque(p, n, spin, normal, stiffness, unloading, r_eff, inertia, spring, dt)
     k_r = minimum(k_r, p.rolling_limit * inertia / (dt * dt))
     rolling = reject(spin, n)
     spring = subtract(scale(unloading, reject(spring, n)), scale(k_r * dt, rolling))
-    size = sqrt(dot(spring, spring)) + TINY
     full = arm * normal
-    spring = scale(minimum(full / size, 1.0), spring)
-    dashpot = where(
-        size < full, p.rolling_damping * 2.0 * sqrt(CONTACT_POINT * inertia * k_r), 0.0 * full
-    )
+    # float32 holds neither the square of a fine grain's moment nor I k_r
+    share = scale(1.0 / maximum(full, LEAST), spring)
+    size = sqrt(dot(share, share))
+    spring = scale(where(full > 0.0, minimum(1.0 / size, 1.0), 0.0 * full), spring)
+    critical = 2.0 * inertia * sqrt(CONTACT_POINT * (k_r / inertia))
+    dashpot = where(size < 1.0, p.rolling_damping * critical, 0.0 * full)
     return subtract(spring, scale(dashpot, rolling)), spring
 
 

@@ -1,0 +1,90 @@
+"""JKR from grains of two micrometres to two millimetres, soft and stiff, that hardly stick or stick
+well: the pull-off force is 3 pi g R*, and no force is ever not a number."""
+
+import math
+from itertools import product
+
+import numpy as np
+import pytest
+from scenes import ContactParameters, Laws, effective, make
+
+from dem.contact.registry import Material
+from dem.timescales import rayleigh_time
+
+TOPIC = "JKR of small grains"
+RADII = (1e-6, 5e-6, 5e-5, 1e-3)
+MODULI = (1e7, 1e9)
+ENERGIES = (1e-7, 1e-4, 0.05)
+JKR = Laws(cohesion="jkr", rolling="none")
+PLACES = 400
+MARGIN = 0.03
+
+
+def pair(radius, modulus, energy, precision):
+    """Simulation, reduced radius [m] and E* [Pa] of two grains."""
+    grain = Material(2500.0, modulus, 0.25)
+    sim = make(
+        ContactParameters(0.9, 0.3, surface_energy=energy),
+        laws=JKR,
+        grain=grain,
+        dt=0.05 * rayleigh_time(radius, grain.density, modulus, grain.poisson_ratio),
+        precision=precision,
+    )
+    sim.add_particles([(0, 0, 0), (2.1 * radius, 0, 0)], radius)
+    return sim, 0.5 * float(sim.radius[0]), effective(grain)[0]
+
+
+def overlaps(r_eff, young, energy):
+    """From the overlap of a contact that is pressed a little to beyond the least of the JKR curve.
+
+    At the greatest pull a^3 = 9 pi g R*^2 / (4 E*) and the overlap is -a^2 / (3 R*); the least
+    overlap is -(9/16)^(1/3) a^2 / R* = -0.83 a^2 / R*."""
+    a = (2.25 * math.pi * energy * r_eff**2 / young) ** (1 / 3)
+    return np.linspace(1.0, -1.0, PLACES) * a**2 / r_eff
+
+
+def greatest_pull(radius, modulus, energy, precision):
+    """Over 3 pi g R*: of two grains that are drawn apart by hand from place to place."""
+    sim, r_eff, young = pair(radius, modulus, energy, precision)
+    most = 0.0
+    for overlap in overlaps(r_eff, young, energy):
+        first, second = np.argsort(sim.particles.tag[:2])
+        sim.particles.kinetic[:2, :6] = 0.0
+        sim.particles.carry[:] = 0.0
+        sim.particles.position[first, :3] = 0.0
+        sim.particles.position[second, :3] = (4.0 * r_eff - overlap, 0, 0)
+        sim.advance(1)
+        v = sim.velocity[:, 0]
+        assert np.isfinite(v).all()
+        most = max(most, sim.mass[0] * v[0] / sim.time_step)
+    return most / (3 * math.pi * energy * r_eff)
+
+
+@pytest.mark.parametrize("precision", ["mixed", "double"])
+@pytest.mark.parametrize("radius", RADII)
+def test_the_greatest_pull_is_that_of_the_closed_form(record, radius, precision):
+    cases = list(product(MODULI, ENERGIES))
+    pulls = [greatest_pull(radius, *case, precision) for case in cases]
+    what = f"radius {radius * 1e6:g} um, {precision}: greatest pull over 3 pi g R*"
+    worst = max(pulls, key=lambda pull: abs(pull - 1))
+    record(TOPIC, f"{what}, the worst of {len(cases)}", worst, 1.0, MARGIN)
+
+
+@pytest.mark.parametrize("precision", ["mixed", "double"])
+@pytest.mark.parametrize("radius", RADII)
+def test_a_slow_hit_is_finite_and_gives_no_energy(radius, precision):
+    """Two grains that meet, stick or part."""
+    for modulus, energy in product(MODULI, ENERGIES):
+        sim, r_eff, _ = pair(radius, modulus, energy, precision)
+        speed = 1e-3 * math.sqrt(modulus / 2500.0)
+        sim.particles.position[:2, 0] = np.array([0, 4.0 * r_eff * (1 + 1e-6)])[
+            sim.particles.tag[:2]
+        ]
+        sim.particles.kinetic[:2, 0] = np.array([speed, -speed])[sim.particles.tag[:2]]
+        fastest = 0.0
+        for _ in range(100):
+            sim.advance(40)
+            assert np.isfinite(sim.velocity).all()
+            apart = sim.position[1, 0] - sim.position[0, 0] > 4.0 * r_eff
+            fastest = max(fastest, np.abs(sim.velocity).max() if apart else 0.0)
+        assert fastest < 1.01 * speed
