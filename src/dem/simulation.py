@@ -102,6 +102,8 @@ class Simulation:
         self.overlap_limit = float(overlap_limit)
         self.skin = skin or SkinPolicy()
         self._compile_properties(dict(contacts))
+        if self.laws.drag != "none" and air is None:
+            raise ValueError(f"laws.drag {self.laws.drag}: only with air")
         self.model = Model(
             codes=self.laws.codes(),
             table=np.array(self.properties, float),
@@ -176,6 +178,8 @@ class Simulation:
         self._check_pairs(code, m)
         # float32 values, so that the sum of two radii is the same in both precisions
         radius = np.broadcast_to(np.asarray(radius, np.float32).astype(float), m)
+        if not (radius > 0.0).all():
+            raise ValueError(f"radius {radius.min():g} m; allowed: greater than 0")
         mass = 4.0 / 3.0 * math.pi * radius**3 * self.materials[name].density
         velocity = np.broadcast_to(np.asarray(velocity, float), (m, 3))
         spin = np.broadcast_to(np.asarray(spin, float), (m, 3))
@@ -609,16 +613,16 @@ class Simulation:
     def state_dict(self):
         """Everything that determines the future, as arrays for `numpy.savez`; see `restore`."""
         out = {f"particles_{k}": np.array(v[: self.n]) for k, v in self.particles._asdict().items()}
-        out |= {f"walls_{k}": v for k, v in self.wall_state._asdict().items()}
-        out |= {f"clusters_{k}": v for k, v in self.clusters._asdict().items()}
-        out |= {"pairs_first": self._pairs.first[: self._pair_count]}
-        out |= {"pairs_second": self._pairs.second[: self._pair_count]}
-        out |= {"pairs_kind": self._pairs.kind[: self._pair_count // WIDTH]}
-        out |= {"pairs_history": self._pairs.history[: self._pair_count // WIDTH]}
+        out |= {f"walls_{k}": v.copy() for k, v in self.wall_state._asdict().items()}
+        out |= {f"clusters_{k}": v.copy() for k, v in self.clusters._asdict().items()}
+        out |= {"pairs_first": self._pairs.first[: self._pair_count].copy()}
+        out |= {"pairs_second": self._pairs.second[: self._pair_count].copy()}
+        out |= {"pairs_kind": self._pairs.kind[: self._pair_count // WIDTH].copy()}
+        out |= {"pairs_history": self._pairs.history[: self._pair_count // WIDTH].copy()}
         for k, v in self._walls_list._asdict().items():
-            out[f"contacts_{k}"] = v[: self._wall_count]
-        out["allowance"] = getattr(self, "_allowance", np.zeros(len(self.wall_state.mass)))
-        out["row_of"] = self.row_of
+            out[f"contacts_{k}"] = v[: self._wall_count].copy()
+        out["allowance"] = self._allowance.copy()
+        out["row_of"] = self.row_of.copy()
         out["counters"] = np.array(
             [
                 self.steps,

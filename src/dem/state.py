@@ -73,14 +73,19 @@ class WallScratch(NamedTuple):
     """(m, 3) float64 closest point of each candidate [m]."""
     distance: np.ndarray
     """(m,) float64 [m]."""
-    covered: np.ndarray
-    """(m,) bool: another element of the body is closer there."""
+    coverer: np.ndarray
+    """(m,) int64 contact whose element of the body is closer there, or -1."""
+    merged: np.ndarray
+    """(m,) bool: one contact was made of this one and others; `point` has its direction."""
     acts: np.ndarray
     """(m,) bool: the particle feels this contact."""
     push: np.ndarray
     """(m, 3) float64 force on the particle of each contact that acts [N]."""
+    turn: np.ndarray
+    """(m, 3) float64 torque of rolling and torsion on it [N m]."""
     stage: np.ndarray
-    """(5, FIELDS, WIDTH) real: geometry, wall spin, history in; force columns, history out."""
+    """(5, FIELDS, WIDTH) real: geometry, wall spin, history in; force columns, history out, and the
+    torque of rolling and torsion in place of the spin."""
     staged: np.ndarray
     """(WIDTH,) int32 candidate in each lane."""
     rows: np.ndarray
@@ -179,8 +184,10 @@ def new_wall_scratch(capacity, precision):
     return WallScratch(
         np.zeros((capacity, 3)),
         np.zeros(capacity),
+        np.zeros(capacity, np.int64),
         np.zeros(capacity, np.bool_),
         np.zeros(capacity, np.bool_),
+        np.zeros((capacity, 3)),
         np.zeros((capacity, 3)),
         *new_stage(precision),
     )

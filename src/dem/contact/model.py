@@ -184,7 +184,8 @@ def wall_contact(codes, p, dt, overlap, n, wall_velocity, wall_spin, particle, h
     """A sphere on a wall, which counts as a sphere of infinite radius and mass.
 
     wall_velocity (3,) at the contact point [m/s]; wall_spin (3,) [rad/s]. Returns the force columns
-    (8,) on the sphere and the new history (FIELDS,).
+    (8,) on the sphere, the torque of rolling and torsion in them (3,) and the new history
+    (FIELDS,).
     """
     radius, mass = particle[6], particle[7]
     arm = radius - overlap
@@ -209,4 +210,4 @@ def wall_contact(codes, p, dt, overlap, n, wall_velocity, wall_spin, particle, h
     torque = subtract(turning, scale(arm, cross(n, force)))
     resist = resistance(codes, p, load, radius)
     columns = (force[0], force[1], force[2], torque[0], torque[1], torque[2], resist, load)
-    return columns, history
+    return columns, turning, history

@@ -101,7 +101,9 @@ ContactParameters = make_dataclass(
 
 def pair_properties(laws, a, b, contact):
     """Compile two `Material`s and their `ContactParameters` into `PairProperties` for the chosen
-    `Laws`."""
+    `Laws`. Raises ValueError for a restitution outside 0 to 1."""
+    if not 0.0 <= contact.restitution <= 1.0:
+        raise ValueError(f"restitution {contact.restitution:g}; allowed: 0 to 1")
     young = 1.0 / (
         (1.0 - a.poisson_ratio**2) / a.young_modulus + (1.0 - b.poisson_ratio**2) / b.young_modulus
     )

@@ -7,6 +7,8 @@ from dem.linear import length
 from dem.walls.geometry import N_PARAMETERS, PLANE, RECTANGLE, REVOLVED, TRIANGLE
 from dem.walls.state import new_walls
 
+RIGHT = 1e-6  # cosine of the angle between a rectangle's edges
+
 
 class WallSet:
     """A collection of wall bodies, each with a name, a material and a motion. All lengths in m.
@@ -55,6 +57,8 @@ class WallSet:
     def plane(self, point, normal):
         """Half space behind an unbounded plane; `normal` points to the free side."""
         normal = np.asarray(normal, float)
+        if not length(normal) > 0.0:
+            raise ValueError("a plane's normal must not be zero")
         return self._add(PLANE, [*point, *(normal / length(normal))])
 
     def revolved(self, r0, z0, r1, z1):
@@ -78,6 +82,9 @@ class WallSet:
     def rectangle(self, centre, half_u, half_v):
         """Rectangle with half edges half_u, half_v (3,), seen from both sides."""
         centre, half_u, half_v = (np.asarray(v, float) for v in (centre, half_u, half_v))
+        area = length(half_u) * length(half_v)
+        if not abs(float((half_u * half_v).sum())) < RIGHT * area:
+            raise ValueError("a rectangle's half edges must be at right angles and not zero")
         extent = length(centre) + length(half_u) + length(half_v)
         return self._add(RECTANGLE, [*centre, *half_u, *half_v], extent=extent)
 

@@ -131,9 +131,9 @@ def _measure(particles, walls, contacts, count, scratch):
     position, particle, element = particles.position, contacts.particle, contacts.element
     bodies, kind, parameters = walls.body, walls.kind, walls.parameters
     origin, rotation = walls.origin, walls.rotation
-    point, distance, acts = scratch.point, scratch.distance, scratch.acts
+    point, distance, acts, merged = scratch.point, scratch.distance, scratch.acts, scratch.merged
     for k in range(count):
-        acts[k] = False
+        acts[k] = merged[k] = False
         i, e = np.uint32(particle[k]), np.uint32(element[k])
         x, y, z = into_body(
             origin, rotation, bodies[e], position[i, 0], position[i, 1], position[i, 2]
@@ -163,6 +163,7 @@ def wall_forces(
     bodies, parameters, origin = walls.body, walls.parameters, walls.origin
     rotation, velocity, spin = walls.rotation, walls.velocity, walls.spin
     point, distance, acts, push = scratch.point, scratch.distance, scratch.acts, scratch.push
+    merged, turn = scratch.merged, scratch.turn
     stage, staged, rows = scratch.stage, scratch.staged, scratch.rows
     k, kind, excess = 0, -1, -1
     while k < count:
@@ -182,7 +183,7 @@ def wall_forces(
             # the point, from here on relative to the body's origin, in space
             x, y, z = out_of_body(rotation, b, point[k, 0], point[k, 1], point[k, 2])
             point[k, 0], point[k, 1], point[k, 2] = x, y, z
-            if kind_of_wall[e] == PLANE:
+            if kind_of_wall[e] == PLANE and not merged[k]:
                 nx, ny, nz = out_of_body(
                     rotation, b, parameters[e, 3], parameters[e, 4], parameters[e, 5]
                 )
@@ -213,6 +214,7 @@ def wall_forces(
             acts[m] = True
             for f in range(3):
                 push[m, f] = float(stage[3, f, lane])
+                turn[m, f] = float(stage[1, f, lane])
     return excess
 
 
@@ -234,9 +236,9 @@ def load_bodies(walls, contacts, count, scratch):
             tx, ty, tz = walls.torque[b, 0], walls.torque[b, 1], walls.torque[b, 2]
         q, px, py, pz = scratch.point[k], scratch.push[k, 0], scratch.push[k, 1], scratch.push[k, 2]
         fx, fy, fz = fx - px, fy - py, fz - pz
-        tx -= q[1] * pz - q[2] * py
-        ty -= q[2] * px - q[0] * pz
-        tz -= q[0] * py - q[1] * px
+        tx -= q[1] * pz - q[2] * py + scratch.turn[k, 0]
+        ty -= q[2] * px - q[0] * pz + scratch.turn[k, 1]
+        tz -= q[0] * py - q[1] * px + scratch.turn[k, 2]
     if len(walls.mass) > 0:
         _put_load(walls, body, fx, fy, fz, tx, ty, tz)
 
@@ -263,7 +265,7 @@ def _staged_forces_lanes(codes, p, dt, stage, rows, waiting, kinetic, force):
     """All lanes at once; those beyond `waiting` hold an earlier contact, of a ghost."""
     for lane in range(waiting, WIDTH):
         rows[lane] = len(kinetic) - 1
-    columns, history = _staged_contact(
+    columns, turning, history = _staged_contact(
         codes,
         p,
         dt,
@@ -272,6 +274,7 @@ def _staged_forces_lanes(codes, p, dt, stage, rows, waiting, kinetic, force):
         gather_rows(kinetic, rows, 0),
         load_block(stage, 2),
     )
+    store_block(stage, 1, turning)
     store_block(stage, 3, columns)
     store_block(stage, 4, history)
     scatter_add(force, rows, 0, columns)
@@ -292,10 +295,12 @@ def _staged_forces_plain(codes, p, dt, stage, rows, waiting, kinetic, force):
     """One contact at a time, float64."""
     for lane in range(waiting):
         k = kinetic[rows[lane]]
-        columns, history = _staged_contact(
+        columns, turning, history = _staged_contact(
             codes, p, dt, _column(stage[0], lane), _column(stage[1], lane),
             (k[0], k[1], k[2], k[3], k[4], k[5], k[6], k[7]), _column(stage[2], lane),
         )  # fmt: skip
+        for f in range(3):
+            stage[1, f, lane] = turning[f]
         for f in range(8):
             stage[3, f, lane] = columns[f]
             force[rows[lane], f] += columns[f]
@@ -304,8 +309,9 @@ def _staged_forces_plain(codes, p, dt, stage, rows, waiting, kinetic, force):
 
 
 def staged_forces(codes, p, dt, stage, rows, waiting, kinetic, force):
-    """Contact law of the staged contacts: blocks 0-2 of the stage in, force columns (3) and history
-    (4) out; adds the forces to the particles of these rows."""
+    """Contact law of the staged contacts: blocks 0-2 of the stage in, force columns (3), history
+    (4) and the torque of rolling and torsion (1) out; adds the forces to the particles of these
+    rows."""
     raise NotImplementedError("compiled code only")
 
 

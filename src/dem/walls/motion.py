@@ -36,10 +36,11 @@ def move_bodies(walls, gravity, dt, allowance):
             for k in range(3):
                 push += axis[k] * (walls.force[b, k] + walls.mass[b] * gravity[k])
                 along += axis[k] * v[k]
+            before = along
             # implicit in the drag, so that a large one is stable
             along = (along + dt * push / walls.mass[b]) / (1.0 + dt * walls.drag[b] / walls.mass[b])
             for k in range(3):
-                v[k] = along * axis[k]
+                v[k] = v[k] - before * axis[k] + along * axis[k]
         speed = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
         turn = math.sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
         for k in range(3):

@@ -1,12 +1,13 @@
 """Linear dashpot: F = k overlap - 2 beta sqrt(k m*) v_n, beta = -ln e / sqrt(ln^2 e + pi^2).
 
 With a linear spring an impact is half a period of a damped oscillator and returns e at any speed.
-The force may pull at the end of the contact, as in `tsuji`.
+The force may pull at the end of the contact, as in `tsuji`. Across a gap that a bridge spans there
+is no dashpot.
 """
 
 import math
 
-from dem.arithmetic import law, sqrt
+from dem.arithmetic import law, sqrt, where
 from dem.contact.law import Law
 
 
@@ -21,7 +22,8 @@ def factor(restitution):
 @law
 def damped(p, elastic, stiffness, overlap, r_eff, m_eff, v_n, deepest):
     """Elastic force less the dashpot [N], and the deepest overlap."""
-    return elastic - p.damping * sqrt(stiffness * m_eff) * v_n, deepest
+    dashpot = p.damping * sqrt(stiffness * m_eff) * v_n
+    return elastic - where(overlap > 0.0, dashpot, 0.0 * dashpot), deepest
 
 
 LAW = Law(
