@@ -44,6 +44,7 @@ def warnings_of(spec):
         *_short_contacts(experiment, spec),
         *_trembling(experiment, spec),
         *_spinning(experiment, spec),
+        *_dragged(spec),
     ]
 
 
@@ -119,6 +120,17 @@ def _spinning(experiment, spec):
         f"laws.rolling {spec.laws.rolling} and laws.torsion none: nothing stops a grain on the "
         "plate that spins about the vertical, so that the heap may come to rest late or never: "
         "choose laws.torsion marshall"
+    ]
+
+
+def _dragged(spec):
+    """Drag on grains of bonded spheres."""
+    alone = spec.particles.clump is None and spec.particles.elongation == 1.0
+    if spec.laws.drag == "none" or alone:
+        return []
+    return [
+        f"laws.drag {spec.laws.drag} acts on each sphere of a grain as if it were alone: grains of "
+        "several spheres fall too slowly; trust it for single spheres"
     ]
 
 

@@ -169,3 +169,14 @@ def test_rayleigh_time_is_that_of_a_wave_around_half_the_sphere():
 def test_a_heap_whose_grains_spin_on_is_warned_of(experiment, laws, warned):
     found = warnings_of(parse_spec({"experiment": experiment, "laws": laws}))
     assert any("choose laws.torsion marshall" in sentence for sentence in found) == warned
+
+
+@pytest.mark.parametrize(("elongation", "warned"), [(1.0, False), (1.6, True)])
+def test_drag_on_grains_of_several_spheres_is_warned_of(elongation, warned):
+    spec = {
+        "experiment": "heap",
+        "laws": {"drag": "schiller_naumann"},
+        "particles": {"elongation": elongation},
+    }
+    found = warnings_of(parse_spec(spec))
+    assert any("as if it were alone" in sentence for sentence in found) == warned
