@@ -13,9 +13,8 @@ from dem.contact.law import Law, Parameter
 ROOT_ITERATIONS, ITERATIONS = 5, 8
 # keeps a surface without energy from dividing by zero; far below any length or its root here
 TINY = 1e-12
-LEAST_SLOPE = (
-    1e-3  # of the quartic, over c: at the reach it is 0, and the step what was rounded off
-)
+# of the quartic, over c: at the reach it is 0, and a step would divide what was rounded off by it
+LEAST_SLOPE = 1e-3
 
 
 @law
