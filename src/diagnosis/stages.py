@@ -30,10 +30,11 @@ from diagnosis.failures import train_failures
 from diagnosis.identify import identify, lack_of_fit, weigh
 from diagnosis.last_word import NAMING, last_word
 from diagnosis.laws.in_engine import not_run
+from diagnosis.page.markdown import page
 from diagnosis.residuals import by_chance, calibration, residual_rows, trends
 from diagnosis.settings import BASE, study_settings
 from diagnosis.setup import Setup
-from diagnosis.verdict import extended_name, findings, page, unexplained, validate
+from diagnosis.verdict import extended_name, findings, unexplained, validate
 
 
 def plan_power(setup, source, output):

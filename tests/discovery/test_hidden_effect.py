@@ -8,7 +8,8 @@ from diagnosis.benchmark import hidden
 from diagnosis.benchmark.laboratory import Case
 from diagnosis.extend import held_out_points
 from diagnosis.fit import data_of, fit
-from diagnosis.verdict import findings, page, validate
+from diagnosis.page.markdown import page
+from diagnosis.verdict import findings, validate
 
 
 def measure(laboratory, drops, point, *effects):

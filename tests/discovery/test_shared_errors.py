@@ -17,9 +17,10 @@ from diagnosis.extend import gain, held_out_points
 from diagnosis.fit import data_of, fit
 from diagnosis.identify import identify
 from diagnosis.model import Emulated
+from diagnosis.page.markdown import page
 from diagnosis.settings import BASE, parameters_of, read_settings
 from diagnosis.shared import covariance_of, scatter
-from diagnosis.verdict import findings, page, validate
+from diagnosis.verdict import findings, validate
 
 SETTINGS = read_settings("config/discovery.yaml")
 FACTORS = parameters_of(SETTINGS, "config/factors.tsv", ["heap", "shear"])

@@ -7,8 +7,9 @@ from diagnosis_cases import bench
 from calibration.measurements import Measurement
 from diagnosis import discrepancy
 from diagnosis.identify import carried, identify
+from diagnosis.page.markdown import page
 from diagnosis.settings import BASE
-from diagnosis.verdict import findings, page, unexplained, validate
+from diagnosis.verdict import findings, unexplained, validate
 
 LOADS = (1.0, 1.4, 2.0, 2.8, 4.0, 5.6)
 

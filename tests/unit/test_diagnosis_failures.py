@@ -22,9 +22,10 @@ from diagnosis.failures import outcomes_of, train_failures
 from diagnosis.fit import Data, data_of, fit, held_out
 from diagnosis.identify import identify, weigh
 from diagnosis.model import Emulated
+from diagnosis.page.markdown import page
 from diagnosis.rig import Rig
 from diagnosis.settings import BASE, catalogue_of, parameters_of, read_settings
-from diagnosis.verdict import findings, page, validate
+from diagnosis.verdict import findings, validate
 
 CLOGS_AT_MM, COARSE = 2.6, 2.0
 """True diameter from which the funnel clogs; grains of a run over those that they stand for."""

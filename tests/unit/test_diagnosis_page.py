@@ -12,7 +12,7 @@ from calibration.report.plain import write_page
 from diagnosis.last_word import FIT, last_word
 from diagnosis.laws.in_engine import not_run
 from diagnosis.laws.slots import FAMILY
-from diagnosis.verdict import odds, page
+from diagnosis.page.markdown import odds, page
 
 REFERENCE = Path("results/reference/table-tennis-ball")
 

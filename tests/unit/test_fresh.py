@@ -65,6 +65,7 @@ EDITS = {
     "calibration/export/mercurydpm.py": EXPORTS,
     "calibration/export/yade.py": FOREIGN,
     "calibration/figures/optimum.py": None,
+    "diagnosis/page/markdown.py": DIAGNOSIS | SUITE,
     "diagnosis/verdict.py": DIAGNOSIS | SUITE,
     "diagnosis/verdict.schema.json": DIAGNOSIS | SUITE | DISAGREEMENT,
     "diagnosis/switched.py": DISAGREEMENT,
