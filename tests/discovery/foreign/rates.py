@@ -17,9 +17,9 @@ from datetime import date
 from functools import cache
 from pathlib import Path
 
+import closed_forms
 import numpy as np
 import pandas as pd
-import strangers
 import yaml
 
 from dem.fingerprint import engine_fingerprint
@@ -41,7 +41,7 @@ NULL_DRAWS = 23  # of each kind: the share of all that are adequate is then know
 FIRST_SEED = 3000
 """Draws from 3000 on were never looked at while the method was made."""
 
-LAWS = {law.name: law for law in strangers.LAWS}
+LAWS = {law.name: law for law in closed_forms.LAWS}
 VERDICTS = ("adequate", "identified", "discovered", "ambiguous", "unexplained")
 
 
@@ -55,10 +55,10 @@ class Planned:
     which: int
 
     def draw(self):
-        """The `strangers.Set`."""
+        """The `closed_forms.Set`."""
         if self.size:
-            return strangers.draw(LAWS[self.name], self.size, self.seed, self.which)
-        return strangers.null(self.name, self.seed, self.which)
+            return closed_forms.draw(LAWS[self.name], self.size, self.seed, self.which)
+        return closed_forms.null(self.name, self.seed, self.which)
 
 
 def planned():
@@ -69,7 +69,9 @@ def planned():
         for name in LAWS
         for k in range(draws)
     ]
-    nulls = [Planned(n, 0.0, FIRST_SEED + k, k) for n in strangers.NULLS for k in range(NULL_DRAWS)]
+    nulls = [
+        Planned(n, 0.0, FIRST_SEED + k, k) for n in closed_forms.NULLS for k in range(NULL_DRAWS)
+    ]
     # those that criteria are asked of come first, should the time not suffice for all
     return sorted(laws + nulls, key=lambda s: (s.size not in (0.0, 10.0), s.which))
 
@@ -93,13 +95,13 @@ def inside(found, drawn):
 def _holds(place, drawn, state):
     x = {k: np.array([np.nanmedian(c)]) for k, c in drawn.levers.items() if not np.isnan(c).all()}
     if state == ("speed",):
-        x["drop_height_mm"] = np.array([place["state"] ** 2 / (2e-3 * strangers.G)])
+        x["drop_height_mm"] = np.array([place["state"] ** 2 / (2e-3 * closed_forms.G)])
     elif state == ("size",):
         x["particle_diameter_mm"] = np.array([place["state"]])
     elif state == ("rate",):
         x["tilt_rate_deg_s"] = np.array([place["state"]])
     else:
-        x["particle_diameter_mm"] = place["state"] / strangers.speed(x["drop_height_mm"])
+        x["particle_diameter_mm"] = place["state"] / closed_forms.speed(x["drop_height_mm"])
     true = float(drawn.law.curve(x, drawn.strength)[0])
     return place["low"] <= true <= place["high"]
 
@@ -180,7 +182,7 @@ def table(rows):
     lines.append(
         "| a law: wrong name of the catalogue | " + _share(laws["wrong_name"], "at most 5 %")
     )
-    fine, shared = nulls["verdict"] == "adequate", nulls["name"].isin(strangers.SHARED)
+    fine, shared = nulls["verdict"] == "adequate", nulls["name"].isin(closed_forms.SHARED)
     lines.append("| no law: adequate | " + _share(fine, "95 %"))
     lines.append("| no law, readings share no error: adequate | " + _share(fine[~shared], "95 %"))
     lines.append("| no law, readings share an error: adequate | " + _share(fine[shared], "95 %"))

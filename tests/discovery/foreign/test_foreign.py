@@ -1,16 +1,16 @@
 """Laws of strangers: the diagnosis names slot and state of laws that no file of the project holds,
 and no other.
 
-The data sets are closed forms with noise (`strangers`). Default: one set of four laws, two nulls
+The data sets are closed forms with noise (`closed_forms`). Default: one set of four laws, two nulls
 and an outlier. Slow: all laws at ten standard errors and all nulls, with the rates that are asked
 of them.
 """
 
+import closed_forms
 import numpy as np
 import pandas as pd
 import pytest
 import rates
-import strangers
 
 from calibration.simulated import simulate
 from diagnosis import contacts
@@ -20,11 +20,11 @@ from diagnosis.laws.found import discover, formula_of
 from diagnosis.laws.mixed import evaluate
 from diagnosis.measurements import read_measurements
 
-LAWS = {law.name: law for law in strangers.LAWS}
+LAWS = {law.name: law for law in closed_forms.LAWS}
 
 
 def found_in(drawn, tmp_path, replicates=99):
-    """What the diagnosis finds in a `strangers.Set`, read from a file as a user's table is."""
+    """What the diagnosis finds in a `closed_forms.Set`, read from a file as a user's table is."""
     path = tmp_path / "measurements.csv"
     drawn.table.to_csv(path, index=False)
     return discover(read_measurements(path), replicates=replicates)
@@ -35,7 +35,7 @@ def found_in(drawn, tmp_path, replicates=99):
     ["power of speed", "lubrication film", "reading off by a radius", "logarithm of the rate"],
 )
 def test_slot_and_state_of_a_strangers_law_are_found(name, tmp_path):
-    drawn = strangers.draw(LAWS[name], 20.0, seed=1)
+    drawn = closed_forms.draw(LAWS[name], 20.0, seed=1)
     found = found_in(drawn, tmp_path)
     assert found.verdict != "adequate"
     assert rates.right(found, LAWS[name]), found.law
@@ -55,7 +55,7 @@ def test_slot_and_state_of_a_strangers_law_are_found(name, tmp_path):
     ],
 )
 def test_what_a_law_adds_is_told_at_each_state_in_the_readings_unit(name, added, formula, tmp_path):
-    drawn = strangers.draw(LAWS[name], 40.0, seed=5, which=1)
+    drawn = closed_forms.draw(LAWS[name], 40.0, seed=5, which=1)
     law = found_in(drawn, tmp_path, replicates=39).law
     for v in law["values"]:
         assert v["low"] <= added(v["state"], drawn.strength) <= v["high"]
@@ -73,12 +73,12 @@ def test_what_a_law_adds_is_told_at_each_state_in_the_readings_unit(name, added,
 
 def test_a_form_is_told_with_its_coefficients(tmp_path):
     """A restitution 0.72 v^-k, told about the middle of the plan's speeds."""
-    drawn = strangers.draw(LAWS["power of speed"], 40.0, seed=3, which=1)
+    drawn = closed_forms.draw(LAWS["power of speed"], 40.0, seed=3, which=1)
     tried = found_in(drawn, tmp_path, replicates=1).trials["drop"]
     law = tried.laws["drop:restitution(speed)"]
     power = forms_of(law, tried.readings, tried.centre)["power"]
     fitted = evaluate(power, tried.readings, tried.nuisance, tried.readings.log[None], tried.centre)
-    middle = np.sqrt(strangers.speed(40.0) * strangers.speed(600.0))
+    middle = np.sqrt(closed_forms.speed(40.0) * closed_forms.speed(600.0))
     text = formula_of(law, tried, power, fitted)
     start, end = text.split(f" (speed/{middle:.3g} m/s)^")
     name, coefficient = start.split(": restitution = ")
@@ -89,11 +89,11 @@ def test_a_form_is_told_with_its_coefficients(tmp_path):
 
 @pytest.mark.parametrize("kind", ["plain", "camera set up anew for each height"])
 def test_data_without_a_law_are_adequate(kind, tmp_path):
-    assert found_in(strangers.null(kind, seed=1), tmp_path).verdict == "adequate"
+    assert found_in(closed_forms.null(kind, seed=1), tmp_path).verdict == "adequate"
 
 
 def test_one_mistyped_reading_is_pointed_out_by_its_line(tmp_path):
-    drawn = strangers.null("one doubled reading", seed=1)
+    drawn = closed_forms.null("one doubled reading", seed=1)
     row = drawn.table.index[drawn.table["note"] == "mistyped"][0]
     found = found_in(drawn, tmp_path)
     assert [o["line"] for o in found.outliers] == [row + 2]  # the header is line 1
@@ -103,9 +103,9 @@ def test_one_mistyped_reading_is_pointed_out_by_its_line(tmp_path):
 def test_an_error_between_settings_is_told_and_its_size_is_right(tmp_path):
     sds = []
     for seed in range(3):
-        found = found_in(strangers.null("error between settings", seed), tmp_path, 19)
+        found = found_in(closed_forms.null("error between settings", seed), tmp_path, 19)
         sds += [s["sd"] for s in found.scatter] or [0.0]
-    true = 2.0 * strangers.RELATIVE / strangers.REPLICATES**0.5
+    true = 2.0 * closed_forms.RELATIVE / closed_forms.REPLICATES**0.5
     assert 0.5 * true < np.median(sds) < 2.0 * true
 
 
@@ -119,14 +119,14 @@ def test_the_plan_is_as_wide_as_asked():
 def test_the_page_shows_the_kept_rates():
     kept = pd.read_csv(rates.KEPT, keep_default_na=False)
     assert rates.shown(rates.PAGE.read_text()) == rates.table(kept)
-    assert set(strangers.SHARED) < set(strangers.NULLS)
+    assert set(closed_forms.SHARED) < set(closed_forms.NULLS)
 
 
 @pytest.mark.slow
 def test_a_strangers_law_runs_in_the_engine(tmp_path):
     """Restitution that falls linearly with speed, all settings as they are: at levels that were
     left out of choice and fit the engine misses less with the curve than with a constant."""
-    drawn = strangers.draw(LAWS["linear in speed"], 20.0, seed=11)
+    drawn = closed_forms.draw(LAWS["linear in speed"], 20.0, seed=11)
     path = tmp_path / "measurements.csv"
     drawn.table.to_csv(path, index=False)
     measurements, (rig, catalogue) = read_measurements(path), rates.study()
@@ -145,15 +145,15 @@ def test_a_strangers_law_runs_in_the_engine(tmp_path):
 @pytest.mark.slow
 def test_rates_over_all_laws_of_strangers(tmp_path):
     hits, bands, nulls = [], [], []
-    for law in strangers.LAWS:
-        drawn = strangers.draw(law, 10.0, seed=7)
+    for law in closed_forms.LAWS:
+        drawn = closed_forms.draw(law, 10.0, seed=7)
         found = found_in(drawn, tmp_path)
         hits.append(rates.right(found, law))
         held = rates.inside(found, drawn)
         bands += [] if held is None else [held]
-    for kind in strangers.NULLS:
+    for kind in closed_forms.NULLS:
         nulls += [
-            found_in(strangers.null(kind, s, s), tmp_path).verdict == "adequate" for s in (7, 8)
+            found_in(closed_forms.null(kind, s, s), tmp_path).verdict == "adequate" for s in (7, 8)
         ]
     assert np.mean(hits) >= 0.8
     assert np.mean(bands) >= 0.8  # 90 % are asked; one of a dozen more may fall out by chance

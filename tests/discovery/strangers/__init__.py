@@ -1,0 +1,14 @@
+"""Tables of measurements that a stranger could have made, and whether the diagnosis says what is
+wrong with them.
+
+`nature` holds closed forms and scipy, `plans` what a laboratory sets, `cases` the tables with what
+is true of them, `ask` the one call of the diagnosis, `score` the rates. Nothing but `ask` knows the
+project.
+
+    cd tests/discovery
+    python -m strangers list              every case of the campaign
+    python -m strangers show CASE         its table and what is true of it
+    python -m strangers try CASE|KIND ..  asks the diagnosis; prints what it says and the marks
+    python -m strangers run [PART PARTS]  the cases that the kept file lacks
+    python -m strangers score             the rates of the kept file
+"""

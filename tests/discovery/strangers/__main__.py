@@ -1,0 +1,98 @@
+"""The campaign's commands; see the package."""
+
+import json
+import os
+import sys
+import time
+import traceback
+from datetime import date
+from pathlib import Path
+
+import pandas as pd
+
+from . import cases, score
+
+ROOT = Path(__file__).parents[3]
+KEPT = Path(os.environ.get("STRANGERS", ROOT / "results/reference/discovery/strangers.csv"))
+
+
+def diagnosed(case):
+    """The row of a case, and what was said."""
+    from .ask import ask, digest  # loads the engine
+
+    drawn, start = case.draw(), time.process_time()
+    try:
+        said = ask(drawn.table)
+    except Exception as error:
+        traceback.print_exc(limit=-3)
+        said = {"verdict": "failed", "reason": f"{type(error).__name__}: {error}"}
+    seconds = time.process_time() - start
+    row = {"case": case.name, "kind": case.kind, "group": case.group, "strength": case.strength,
+           "seed": case.seed, **score.marks(case, drawn, said), "seconds": round(seconds, 1),
+           "reason": str(said.get("reason", "")).replace("\n", " ")[:200],
+           "date": date.today().isoformat(), **digest()}  # fmt: skip
+    return row, said
+
+
+def chosen(words):
+    """Cases by name, or all of the campaign of a kind or a group."""
+    for word in words:
+        if "@" in word:
+            yield cases.case(word)
+        elif word in ("fixed", "middle"):
+            yield from {"fixed": cases.FIXED, "middle": cases.MIDDLE}[word]
+        else:
+            own = [
+                c for c in cases.campaign() if word in (c.kind, c.kind.replace(" ", "_"), c.group)
+            ]
+            if not own:
+                raise SystemExit(f"{word}: no case, kind or group; python -m strangers list")
+            yield from own
+
+
+def show(words):
+    for case in chosen(words):
+        drawn = case.draw()
+        print(f"# {case.name}: {[law.name for law in drawn.laws]} {list(drawn.faults)}")
+        print(drawn.table.to_csv(index=False))
+
+
+def attempt(words):
+    for case in chosen(words):
+        row, said = diagnosed(case)
+        print(json.dumps(said, indent=1, default=str)[:6000])
+        print({k: v for k, v in row.items() if v is not None and v != ""}, flush=True)
+
+
+def run(words):
+    """Every PARTS-th case that the kept file lacks, among the campaign's first LIMIT."""
+    part, parts = (int(w) for w in (*words, 0, 1)[:2]) if len(words) >= 2 else (0, 1)
+    limit = int(words[2]) if len(words) > 2 else len(cases.campaign())
+    for case in cases.campaign()[:limit][part::parts]:
+        if case.name in done():
+            continue
+        row, _ = diagnosed(case)
+        pd.DataFrame([row]).to_csv(KEPT, mode="a", header=not KEPT.exists(), index=False)
+        print(row["case"], row["verdict"], row["laws"], row["errors"], row["rows"], flush=True)
+
+
+def done():
+    return set(pd.read_csv(KEPT)["case"]) if KEPT.exists() else set()
+
+
+def tell(words):
+    rows = pd.read_csv(words[0] if words else KEPT)
+    print(f"{len(rows)} of {len(cases.campaign())} cases")
+    print(score.rates(rows).to_string(index=False, float_format="%.3f"))
+    columns = ["case", "verdict", "laws", "names", "errors", "rows", "own_p"]
+    print(score.missed(rows)[columns].to_string(index=False, float_format="%.2g"))
+
+
+def names(words):
+    for case in cases.campaign():
+        print(f"{case.group:16s} {case.name}")
+
+
+if __name__ == "__main__":
+    what, *rest = sys.argv[1:] or ["list"]
+    {"list": names, "show": show, "try": attempt, "run": run, "score": tell}[what](rest)
