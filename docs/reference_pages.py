@@ -16,9 +16,9 @@ from pathlib import Path
 
 from mkdocs.structure.files import File
 
-from calibration.commands import main as dem
-from calibration.config import METRICS, Config
-from calibration.factors import COLUMNS
+from calibration.interface.commands import main as dem
+from calibration.study.config import METRICS, Config
+from calibration.study.factors import COLUMNS
 from dem.experiments import experiments
 from dem.spec import GEOMETRY, OPTIONAL, REQUIRED, RunSpec
 from dem.units import unit_of

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import yaml
 
-from calibration.config import overlay, parse_config
+from calibration.study.config import overlay, parse_config
 from diagnosis import contacts
 from diagnosis.catalogue import load_catalogue
 from diagnosis.laws.found import discover

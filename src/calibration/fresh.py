@@ -22,11 +22,14 @@ from dem.io.files import write_json
 SOURCES = Path(__file__).parents[1]
 PACKAGES = ("calibration", "dem", "diagnosis", "paper")
 """The project's own: where a wheel is installed, all other packages lie beside them."""
-HANDED = "calibration.study"
+HANDED = "calibration.chain.study"
 OF_A_PLAN = ("design.csv", "plan.json")
 DOCUMENTED = {"equation", "source"}  # of a law: read by the documentation alone
-FINDS_BY_ITSELF = ("iter_modules", '.glob("*.py")')
-"""What stands in a module that finds the modules beside it."""
+FINDS_BY_ITSELF = {
+    "iter_modules": ("*.py", "*/__init__.py"),
+    '.glob("*.py")': ("**/*.py",),
+}
+"""What stands in a module that finds the modules beside it, and which these are."""
 OWN = Path(__file__).name  # where these words stand and nothing is found
 
 
@@ -127,8 +130,7 @@ def modules(name, sources=SOURCES):
 
 @cache
 def _imported(path, sources):
-    """Files of the project that a module imports; all of its folder where it finds modules by
-    itself."""
+    """Files of the project that a module imports, and those that it finds by itself."""
     text = path.read_text()
     tree, found = ast.parse(text), set()
     for node in ast.walk(tree):
@@ -136,8 +138,9 @@ def _imported(path, sources):
             found |= {_file(alias.name, sources) for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             found |= {_source(node.module, alias.name, sources) for alias in node.names}
-    if path.name != OWN and any(word in text for word in FINDS_BY_ITSELF):
-        found |= set(path.parent.rglob("*.py"))
+    patterns = [p for word, them in FINDS_BY_ITSELF.items() if word in text for p in them]
+    if path.name != OWN:
+        found |= {file for pattern in patterns for file in path.parent.glob(pattern)}
     return frozenset(found - {None})
 
 

@@ -4,7 +4,7 @@ remarks on what the settings cannot tell."""
 import numpy as np
 from scipy.special import expit
 
-from calibration.quantities import LEVERS, QUANTITIES, levers_of
+from calibration.intake.quantities import LEVERS, QUANTITIES, levers_of
 from diagnosis.fit import data_of, spread_unit
 from diagnosis.laws.choose import centre_of
 from diagnosis.laws.mixed import evaluate, from_space, nuisance_of, posterior

@@ -13,8 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from calibration.measurements import Measurement
-from calibration.quantities import LEVERS
+from calibration.intake.measurements import Measurement
+from calibration.intake.quantities import LEVERS
 from diagnosis.laws.readings import from_log, readings_of
 from diagnosis.laws.sizes import TIMES
 from diagnosis.laws.slots import applicable, scaled

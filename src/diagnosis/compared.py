@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import logsumexp
 from scipy.stats import chi2, f, norm
 
-from calibration.quantities import QUANTITIES, measurable
+from calibration.intake.quantities import QUANTITIES, measurable
 from diagnosis.chance import CLOSE, share_above
 
 REPLICATES = 299

@@ -7,8 +7,8 @@ The base model is a constant restitution and a constant friction. What it misses
 import numpy as np
 
 from calibration.figures import parameter_words
-from calibration.numbers import NORMAL_95
-from calibration.quantities import Condition
+from calibration.intake.quantities import Condition
+from calibration.statistics.numbers import NORMAL_95
 from dem.spec import parse_spec
 from diagnosis import time_step
 from diagnosis.chance import share_above

@@ -1,9 +1,10 @@
-"""The stages of the diagnosis and of its benchmark, as `calibration.stages` describes them."""
+"""The stages of the diagnosis and of its benchmark, as `calibration.study.stages` describes
+them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from calibration.stages import Figure, Runs, Stage, Task
+from calibration.study.stages import Figure, Runs, Stage, Task
 
 SHARDS = 8
 EMULATORS = {"emulators": "emulators.npz", "errors": "emulators.json"}

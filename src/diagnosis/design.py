@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import qmc
 
-from calibration.quantities import POURED, Condition
-from calibration.simulated import named
+from calibration.intake.quantities import POURED, Condition
+from calibration.runs.simulated import named
 from diagnosis.catalogue import Strength
 from diagnosis.settings import BASE, log_span
 

@@ -11,8 +11,8 @@ import itertools
 
 import numpy as np
 
-from calibration.numbers import NORMAL_95
-from calibration.quantities import LEVERS, QUANTITIES
+from calibration.intake.quantities import LEVERS, QUANTITIES
+from calibration.statistics.numbers import NORMAL_95
 
 SIZES = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0])
 """Standard deviations of the process that are tried, in median errors of a setting."""

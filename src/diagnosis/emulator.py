@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calibration.emulator import Emulator
-from calibration.quantities import POURED
+from calibration.inference.emulator import Emulator
+from calibration.intake.quantities import POURED
 from diagnosis.design import MultipliedLever, inputs_of, multiplied, wanted
 from diagnosis.scale import scale_of
 from diagnosis.settings import BASE, catalogue_of, log_span

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from calibration.quantities import QUANTITIES
-from calibration.simulated import named
+from calibration.intake.quantities import QUANTITIES
+from calibration.runs.simulated import named
 from diagnosis.fit import data_of, fit, spread_unit
 from diagnosis.shared import covariance_of
 

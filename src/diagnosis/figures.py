@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib import ticker
 
 from calibration.figures import BLUE, GREY, ORANGE, label, subplots
-from calibration.quantities import LEVERS, QUANTITIES
+from calibration.intake.quantities import LEVERS, QUANTITIES
 
 
 def _panels(rows):

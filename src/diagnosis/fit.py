@@ -23,8 +23,8 @@ import numpy as np
 from scipy.special import expit, logsumexp, xlogy
 from scipy.stats import chi2
 
-from calibration.no_value import log_likelihood
-from calibration.quantities import QUANTITIES
+from calibration.inference.no_value import log_likelihood
+from calibration.intake.quantities import QUANTITIES
 from diagnosis.failures import outcomes_of
 from diagnosis.shared import Shared, shared_of
 

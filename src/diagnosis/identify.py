@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import expit
 from scipy.stats import chi2
 
-from calibration.numbers import NORMAL_95
+from calibration.statistics.numbers import NORMAL_95
 from diagnosis.chance import CLOSE, share_above
 from diagnosis.fit import Data, evidence, fit, moderated_sd, redrawn_error
 from diagnosis.measurements import LEAST_SETTINGS

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from calibration.errors import ConfigError
-from calibration.measurements import ROLES, raise_faults, read_measured
-from calibration.quantities import LEVERS, QUANTITIES
+from calibration.intake.measurements import ROLES, raise_faults, read_measured
+from calibration.intake.quantities import LEVERS, QUANTITIES
 
 CONTACTS = ("drop", "tilt")
 """Experiments that are one contact, which is integrated and not emulated."""

@@ -5,7 +5,7 @@ import itertools
 
 import numpy as np
 
-from calibration.quantities import levers_of
+from calibration.intake.quantities import levers_of
 from diagnosis.settings import lever_values
 
 SAMPLES = 2000

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibration.errors import ConfigError
-from calibration.measurements import read_measured
-from calibration.quantities import QUANTITIES
-from calibration.tables import read_table
+from calibration.intake.measurements import read_measured
+from calibration.intake.quantities import QUANTITIES
+from calibration.intake.tables import read_table
 from diagnosis.collision import coarse_rebounds
 from diagnosis.contacts import integrated
 from diagnosis.design import WIDENED

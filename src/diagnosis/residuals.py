@@ -9,8 +9,8 @@ are calibrated the chances are upper bounds.
 import numpy as np
 
 from calibration.figures import parameter_words
-from calibration.numbers import NORMAL_95
-from calibration.quantities import LEVERS, QUANTITIES
+from calibration.intake.quantities import LEVERS, QUANTITIES
+from calibration.statistics.numbers import NORMAL_95
 from diagnosis.chance import share_above
 from diagnosis.design import WIDENED
 from diagnosis.fit import redrawn_error

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass, replace
 
-from calibration.config import Config, overlay
 from calibration.errors import ConfigError
-from calibration.quantities import LEVERS, POURED, Condition
+from calibration.intake.quantities import LEVERS, POURED, Condition
+from calibration.study.config import Config, overlay
 from dem.errors import SpecError
 from dem.spec import parse_spec
 from diagnosis.settings import SIMULATED, Settings

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from calibration.quantities import QUANTITIES
+from calibration.intake.quantities import QUANTITIES
 from dem.experiments.declare import Plain
 
 

@@ -6,11 +6,11 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from calibration.config import overlay
 from calibration.errors import ConfigError
-from calibration.factors import read_factors, refuse_choices
-from calibration.measurements import raise_faults
-from calibration.quantities import LEVERS, QUANTITIES
+from calibration.intake.measurements import raise_faults
+from calibration.intake.quantities import LEVERS, QUANTITIES
+from calibration.study.config import overlay
+from calibration.study.factors import read_factors, refuse_choices
 from dem.errors import SpecError
 from dem.io.mapping import read_mapping
 from diagnosis.catalogue import load_catalogue

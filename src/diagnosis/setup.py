@@ -2,7 +2,7 @@
 
 from functools import cached_property
 
-from calibration.factors import read_factors
+from calibration.study.factors import read_factors
 from diagnosis.emulator_files import read_emulators
 from diagnosis.measurements import alone, read_all
 from diagnosis.model import Emulated
@@ -14,7 +14,7 @@ class Setup:
     """A study's diagnosis before anything has been found: its table of measurements, checked, and
     how their conditions are simulated.
 
-    study: a `calibration.study.Study`, of which configuration and factors are used; settings:
+    study: a `calibration.chain.study.Study`, of which configuration and factors are used; settings:
     `diagnosis.settings.Settings`.
     """
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calibration.quantities import QUANTITIES
+from calibration.intake.quantities import QUANTITIES
 from diagnosis.laws.sizes import combined
 
 LABELS = ("batch", "instrument")

@@ -7,8 +7,8 @@ import pandas as pd
 
 from calibration import figures as common
 from calibration.files import read_json, write_table, write_text
-from calibration.report.plain import write_page
-from calibration.simulated import blown_up, simulate
+from calibration.runs.simulated import blown_up, simulate
+from calibration.telling.report.plain import write_page
 from dem.io.files import write_json
 from diagnosis import (
     aside,

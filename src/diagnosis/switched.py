@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from calibration.errors import ConfigError
-from calibration.simulated import named
+from calibration.runs.simulated import named
 from dem.errors import SpecError
 from dem.io.mapping import read_mapping
 from diagnosis.other_code import Cause

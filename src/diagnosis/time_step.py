@@ -7,7 +7,7 @@ model and the same seeds.
 
 import numpy as np
 
-from calibration.simulated import named
+from calibration.runs.simulated import named
 from dem.spec import parse_spec
 from diagnosis.extend import real_spec, run_scatter
 from diagnosis.fit import data_of

@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from calibration.campaign import write_plan
-from calibration.config import bench_run, overlay, point_spec
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table, write_text
-from calibration.quantities import QUANTITIES, measurable
-from calibration.simulated import simulate
-from calibration.tables import read_written
+from calibration.intake.quantities import QUANTITIES, measurable
+from calibration.intake.tables import read_written
+from calibration.runs.campaign import write_plan
+from calibration.runs.simulated import simulate
+from calibration.study.config import bench_run, overlay, point_spec
 from dem.io.files import write_json
 from diagnosis import other_code
 from diagnosis.compared import compare, in_part, told

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pandas as pd
 
-from calibration.campaign import read_values
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
-from calibration.numbers import fixed, spread
-from calibration.outcome import KEPT, found, keep, put
-from calibration.tables import read_written
+from calibration.intake.tables import read_written
+from calibration.runs.campaign import read_values
+from calibration.statistics.numbers import fixed, spread
+from calibration.telling.outcome import KEPT, found, keep, put
 from paper.reproduction import counts
 from paper.reproduction.rows import NOT_COMPARABLE
 from paper.reproduction.settings import read_reproduction

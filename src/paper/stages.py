@@ -3,8 +3,8 @@ supplements."""
 
 from pathlib import Path
 
-from calibration.stages import Figure, Runs, Stage, Task
-from calibration.stages.stage import PLANNED
+from calibration.study.stages import Figure, Runs, Stage, Task
+from calibration.study.stages.stage import PLANNED
 
 TABLES = Path("data/paper")
 SETTINGS = "config/reproduction.yaml"

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from calibration.simulated import simulate
+from calibration.runs.simulated import simulate
 from diagnosis.benchmark import hidden
 from diagnosis.benchmark.laboratory import Laboratory
 from diagnosis.catalogue import load_catalogue

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from calibration.measurements import Measurement
+from calibration.intake.measurements import Measurement
 from diagnosis import aside
 from diagnosis.contacts import defaults_of
 from diagnosis.laws.found import discover

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from calibration.measurements import Measurement
+from calibration.intake.measurements import Measurement
 from diagnosis.better_plan import best, exchange, page, plans, shows_more
 from diagnosis.power import page as power_page
 from diagnosis.power import power

@@ -4,7 +4,7 @@ of its reading."""
 import numpy as np
 import pytest
 
-from calibration.quantities import Condition
+from calibration.intake.quantities import Condition
 from dem.run import run
 from dem.spec import parse_spec
 from diagnosis.catalogue import load_catalogue

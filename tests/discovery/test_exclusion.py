@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from calibration.measurements import Measurement
+from calibration.intake.measurements import Measurement
 from diagnosis import exclusion
 from diagnosis.laws.choose import trial
 from diagnosis.laws.readings import readings_of

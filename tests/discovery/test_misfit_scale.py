@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from linear_model import Linear
 
-from calibration.measurements import Measurement
+from calibration.intake.measurements import Measurement
 from diagnosis.fit import data_of, fit
 
 SD, REPLICATES, N = 50.0, 10_000, 40  # so many that the spread is known

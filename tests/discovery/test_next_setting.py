@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from calibration.measurements import Measurement
+from calibration.intake.measurements import Measurement
 from diagnosis.laws.choose import trial
 from diagnosis.laws.next_setting import propose
 from diagnosis.laws.readings import readings_of, with_setting

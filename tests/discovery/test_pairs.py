@@ -4,7 +4,7 @@ that one; the emulators are trained by closed forms."""
 import numpy as np
 import pytest
 
-from calibration.measurements import Measurement
+from calibration.intake.measurements import Measurement
 from diagnosis.benchmark import hidden
 from diagnosis.catalogue import load_catalogue
 from diagnosis.design import inputs_of

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from calibration.measurements import Measurement
+from calibration.intake.measurements import Measurement
 from diagnosis.laws.found import discover
 from diagnosis.power import POWER, page, power
 

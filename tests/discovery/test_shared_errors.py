@@ -8,7 +8,7 @@ import pytest
 from linear_model import Linear
 from scipy.stats import multivariate_normal
 
-from calibration.measurements import Measurement
+from calibration.intake.measurements import Measurement
 from diagnosis import aside
 from diagnosis.catalogue import load_catalogue
 from diagnosis.design import inputs_of

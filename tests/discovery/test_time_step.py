@@ -4,9 +4,9 @@ import types
 
 import pytest
 
-from calibration.measurements import Measurement
-from calibration.quantities import Condition
-from calibration.simulated import simulate
+from calibration.intake.measurements import Measurement
+from calibration.intake.quantities import Condition
+from calibration.runs.simulated import simulate
 from dem.spec import parse_spec
 from diagnosis import time_step
 from diagnosis.rig import Rig

@@ -2,7 +2,7 @@
 
 import pytest
 
-from calibration.simulated import simulate
+from calibration.runs.simulated import simulate
 from diagnosis import waves
 from diagnosis.benchmark.laboratory import Case
 from diagnosis.design import plan

@@ -14,12 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
-from calibration.config.as_data import data_of
-from calibration.config.schema import ScreeningConfig
 from calibration.errors import CalibrationError
-from calibration.factors import read_factors
-from calibration.measurements import read_measured
+from calibration.intake.measurements import read_measured
 from calibration.statistics.screening_design import screening_design
+from calibration.study.config.as_data import data_of
+from calibration.study.config.schema import ScreeningConfig
+from calibration.study.factors import read_factors
 from dem.errors import DemError
 from dem.io.clump import read_clump
 from dem.io.sieve import read_sizes

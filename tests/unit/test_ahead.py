@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import yaml
 
-from calibration import ahead
-from calibration.ahead import check_ahead, cost_ahead
-from calibration.config import overlay, parse_config
 from calibration.errors import ConfigError
+from calibration.runs import ahead
+from calibration.runs.ahead import check_ahead, cost_ahead
+from calibration.study.config import overlay, parse_config
 from dem.io.stl import write_stl
 
 ROOT = Path(__file__).parents[2]

@@ -10,9 +10,10 @@ import pandas as pd
 import pytest
 
 import calibration
-from calibration import Study, api
+from calibration import Study
 from calibration.errors import CalibrationError, ConfigError
-from calibration.places import WORKFLOW
+from calibration.interface import api
+from calibration.runs.places import WORKFLOW
 
 ROOT = Path(__file__).parents[2]
 Ended = partial(CompletedProcess, "snakemake")

@@ -10,8 +10,8 @@ import pytest
 import yaml
 
 from calibration import engines
-from calibration.ahead import run_seconds
-from calibration.batches import (
+from calibration.errors import CalibrationError
+from calibration.runs.batches import (
     ADDED_S,
     ADDED_SHARE,
     LEAST_JOBS,
@@ -23,11 +23,11 @@ from calibration.batches import (
     runs_per_job,
     unpack_runs,
 )
-from calibration.campaign import run_id
-from calibration.config import parse_config
-from calibration.errors import CalibrationError
-from calibration.store import RunStore
-from calibration.verify import before_planning
+from calibration.runs.campaign import run_id
+from calibration.runs.cost import run_seconds
+from calibration.runs.store import RunStore
+from calibration.runs.verify import before_planning
+from calibration.study.config import parse_config
 from dem.errors import BlowUpError, StoppedError
 from dem.io.files import write_json
 

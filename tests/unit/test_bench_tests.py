@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 import yaml
 
-from calibration.bench_tests.sweep import (
+from calibration.chain.bench_tests.sweep import (
     SWEEPS,
     analyse_sweep,
     bench_parameters,
@@ -17,10 +17,10 @@ from calibration.bench_tests.sweep import (
     plan_confirmation,
     plan_sweep,
 )
-from calibration.campaign import read_plan, result_path
-from calibration.config import overlay, parse_config
+from calibration.chain.study import Study
 from calibration.errors import CalibrationError
-from calibration.study import Study
+from calibration.runs.campaign import read_plan, result_path
+from calibration.study.config import overlay, parse_config
 from dem.results import write_result
 from dem.spec import parse_spec
 from stage_files import Files, PlanFiles

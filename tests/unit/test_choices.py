@@ -7,15 +7,15 @@ import pandas as pd
 import pytest
 import yaml
 
-from calibration.ahead import check_ahead
-from calibration.batches import simulate
 from calibration.chain.screening import _going_on
-from calibration.config import parse_config
+from calibration.chain.study import Study
 from calibration.errors import CalibrationError, ConfigError
-from calibration.factors import Choice, read_factors
+from calibration.runs.ahead import check_ahead
+from calibration.runs.batches import simulate
 from calibration.statistics.screening import screen
 from calibration.statistics.screening_design import screening_design
-from calibration.study import Study
+from calibration.study.config import parse_config
+from calibration.study.factors import Choice, read_factors
 from dem.contact.catalogue import LAWS
 
 ROOT = Path(__file__).parents[2]
@@ -142,7 +142,7 @@ def test_a_choice_needs_a_word_for_the_stages_after_the_screening(study):
 
 
 def test_every_law_is_a_word():
-    from calibration.factors import WORD
+    from calibration.study.factors import WORD
 
     names = [name for laws in LAWS.values() for name in laws]
     assert all(np.char.isalpha(name.replace("_", "")) for name in names)

@@ -22,11 +22,11 @@ import pytest
 import yaml
 from snakemake.cli import get_argument_parser
 
-from calibration.commands import main as dem
-from calibration.config import Config, overlay, parse_config
-from calibration.measurements import read_measured
-from calibration.quantities import quantity_name
-from calibration.stages import load_stages
+from calibration.intake.measurements import read_measured
+from calibration.intake.quantities import quantity_name
+from calibration.interface.commands import main as dem
+from calibration.study.config import Config, overlay, parse_config
+from calibration.study.stages import load_stages
 from dem.spec import RunSpec, parse_spec
 from dem.units import in_ascii, unit_of
 
@@ -127,7 +127,7 @@ def with_programs_on_the_path(folder, monkeypatch):
     for, no run."""
     if shutil.which("liggghts") is None:
         program = folder / "liggghts"
-        program.write_text("#!/bin/sh\necho LIGGGHTS-PUBLIC 3.8.0\n")
+        program.write_text("#!/bin/sh\necho Version LIGGGHTS-PUBLIC 3.8.0\n")
         program.chmod(0o755)
         monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
 
@@ -194,7 +194,7 @@ def exists(name):
 
 def snakemake(words):
     """All options are snakemake's, the targets are stages or files, the files are there."""
-    stages = load_stages("calibration.stages", "diagnosis.declared", "paper.stages").values()
+    stages = load_stages("calibration.study.stages", "diagnosis.declared", "paper.stages").values()
     targets = {"report", "all", *(task.rule for stage in stages for task in stage.tasks)}
     args = get_argument_parser([]).parse_args(words)
     for name in args.targets:
@@ -227,7 +227,7 @@ def help_of(name):
 
 
 def calibration(words):
-    from calibration.cli import _parser
+    from calibration.interface.cli import _parser
 
     _parser().parse_args(words)
 

@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration.comparison import study
-from calibration.comparison.grain_learning import GrainLearning
-from calibration.comparison.study import page, runs_needed, summary, trials
-from calibration.comparison.truths import INSIDE, SEED_SD, TRUTHS, Bench
-from calibration.comparison.ways import GRID, WAYS, answer
+from calibration.inference.comparison import study
+from calibration.inference.comparison.grain_learning import GrainLearning
+from calibration.inference.comparison.study import page, runs_needed, summary, trials
+from calibration.inference.comparison.truths import INSIDE, SEED_SD, TRUTHS, Bench
+from calibration.inference.comparison.ways import GRID, WAYS, answer
 
 
 @pytest.mark.parametrize("name", TRUTHS)
@@ -42,7 +42,7 @@ def test_each_way_comes_near_with_many_runs(way):
 
 
 def test_the_page_says_what_the_trials_hold(monkeypatch):
-    monkeypatch.setattr("calibration.comparison.study.RUNS", (22,))
+    monkeypatch.setattr("calibration.inference.comparison.study.RUNS", (22,))
     table = trials(repeats=1)
     assert len(table) == len(TRUTHS) * len(WAYS)
     made_up = pd.DataFrame(
@@ -102,7 +102,7 @@ for line in sys.stdin:
 def test_another_program_answers_through_its_own_python(tmp_path, monkeypatch):
     client = tmp_path / "client.py"
     client.write_text(STAND_IN)
-    monkeypatch.setattr("calibration.comparison.grain_learning.CLIENT", client)
+    monkeypatch.setattr("calibration.inference.comparison.grain_learning.CLIENT", client)
     bench = Bench.drawn(TRUTHS["quadratic"], 3)
     with GrainLearning(sys.executable) as other:
         point, low, high = other.answer(bench, 22)

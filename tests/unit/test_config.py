@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 import yaml
 
-from calibration.ahead import check_ahead
-from calibration.campaign import plan, run_id
-from calibration.config import Config, given, overlay, parse_config, section_of
 from calibration.errors import CalibrationError, ConfigError
-from calibration.factors import Factor, factor_of, read_factors
+from calibration.runs.ahead import check_ahead
+from calibration.runs.campaign import plan, run_id
 from calibration.statistics.design import box_behnken, plackett_burman, steepest_path
+from calibration.study.config import Config, given, overlay, parse_config, section_of
+from calibration.study.factors import Factor, factor_of, read_factors
 
 ROOT = Path(__file__).parents[2]
 

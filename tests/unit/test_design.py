@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 
 from calibration.errors import CalibrationError, ConfigError
-from calibration.factors import Factor, read_factors
 from calibration.statistics.design import (
     box_behnken,
     path_from_effects,
@@ -18,6 +17,7 @@ from calibration.statistics.design import (
     steepest_path,
 )
 from calibration.statistics.surface import model_matrix, quadratic_terms
+from calibration.study.factors import Factor, read_factors
 
 ROOT = Path(__file__).parents[2]
 PAPER = ROOT / "data" / "paper"

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 from calibration.chain.screening import _aliased, sentences
-from calibration.config.schema import SurfaceConfig
 from calibration.errors import CalibrationError
-from calibration.factors import Factor
 from calibration.figures import ANGLE
 from calibration.statistics.composite import (
     augmented,
@@ -26,6 +24,8 @@ from calibration.statistics.two_level import (
     generators,
     resolution_iv,
 )
+from calibration.study.config.schema import SurfaceConfig
+from calibration.study.factors import Factor
 
 
 def factors(k):

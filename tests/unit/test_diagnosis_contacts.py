@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from diagnosis_cases import BASE, FACTORS
 
-from calibration.factors import read_factors
-from calibration.measurements import Measurement
+from calibration.intake.measurements import Measurement
+from calibration.study.factors import read_factors
 from diagnosis import setup, stages
 from diagnosis.collision import rebounds
 from diagnosis.contacts import base, misfit_of

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from diagnosis_cases import bench
 
-from calibration.measurements import Measurement
+from calibration.intake.measurements import Measurement
 from diagnosis import discrepancy
 from diagnosis.identify import carried, identify
 from diagnosis.page.markdown import page

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from diagnosis_cases import BASE, bench
 
-from calibration.measurements import Measurement
+from calibration.intake.measurements import Measurement
 from dem.spec import parse_spec
 from diagnosis.extend import real_spec
 from diagnosis.rig import Rig, combine

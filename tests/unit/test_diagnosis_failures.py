@@ -12,8 +12,8 @@ from diagnosis_cases import FACTORS, closed_form
 from scipy.special import expit
 from scipy.stats import binom
 
-from calibration.measurements import Measurement
-from calibration.no_value import Chance, log_likelihood
+from calibration.inference.no_value import Chance, log_likelihood
+from calibration.intake.measurements import Measurement
 from diagnosis import aside, stages, waves
 from diagnosis.design import plan
 from diagnosis.emulator import train

@@ -9,7 +9,7 @@ import pytest
 from diagnosis_cases import bench
 
 from calibration.errors import ConfigError
-from calibration.measurements import Measurement
+from calibration.intake.measurements import Measurement
 from diagnosis.catalogue import Mechanism, load_catalogue
 from diagnosis.identify import identify
 from diagnosis.model import Emulated

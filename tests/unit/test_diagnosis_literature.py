@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 import yaml
 
-from calibration.config import overlay, parse_config
-from calibration.simulated import simulate
+from calibration.runs.simulated import simulate
+from calibration.study.config import overlay, parse_config
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.identify import identify

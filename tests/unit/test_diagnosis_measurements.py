@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from calibration.errors import ConfigError
-from calibration.measurements import MeasurementErrors
-from calibration.quantities import QUANTITIES
+from calibration.intake.measurements import MeasurementErrors
+from calibration.intake.quantities import QUANTITIES
 from diagnosis.fit import data_of
 from diagnosis.measurements import read_all, read_measurements
 

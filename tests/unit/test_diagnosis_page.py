@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from calibration.figures import parameter_words
-from calibration.report.plain import write_page
+from calibration.telling.report.plain import write_page
 from diagnosis.last_word import FIT, last_word
 from diagnosis.laws.in_engine import not_run
 from diagnosis.laws.slots import FAMILY

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from calibration.measurements import Measurement
+from calibration.intake.measurements import Measurement
 from diagnosis import figures
 from diagnosis.extend import gain, run_scatter
 from diagnosis.fit import data_of

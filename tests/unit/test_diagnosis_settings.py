@@ -10,8 +10,8 @@ import yaml
 from diagnosis_cases import BASE as RUN
 
 from calibration.errors import ConfigError
-from calibration.measurements import Measurement, MeasurementErrors
-from calibration.quantities import Condition
+from calibration.intake.measurements import Measurement, MeasurementErrors
+from calibration.intake.quantities import Condition
 from diagnosis.design import inputs_of, plan
 from diagnosis.rig import Rig
 from diagnosis.settings import (

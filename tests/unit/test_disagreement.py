@@ -9,15 +9,15 @@ import pytest
 import yaml
 
 from calibration import Study
-from calibration.bench_tests.sweep import plan_sweep
-from calibration.campaign import run_id
+from calibration.chain.bench_tests.sweep import plan_sweep
 from calibration.chain.screening import plan_screening
-from calibration.config import overlay, parse_config
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import read_json
-from calibration.measurements import Measurement
-from calibration.opening import opening
-from calibration.tables import read_written
+from calibration.intake.measurements import Measurement
+from calibration.intake.tables import read_written
+from calibration.runs.campaign import run_id
+from calibration.study.config import overlay, parse_config
+from calibration.telling.opening import opening
 from dem.advice import warnings_of
 from dem.spec import parse_spec
 from diagnosis import switched

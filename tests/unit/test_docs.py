@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from calibration.config import Config, section_of
+from calibration.study.config import Config, section_of
 from dem.experiments import experiments
 from dem.spec import RunSpec
 

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from calibration import engines, fresh
-from calibration.campaign import run_id
 from calibration.engines.program import prime_seed, read_dump
 from calibration.engines.rig import Drop, Pour
 from calibration.engines.rigs import experiments_of
 from calibration.engines.table import read_row
 from calibration.errors import ConfigError
-from calibration.store import RunStore
+from calibration.runs.campaign import run_id
+from calibration.runs.store import RunStore
 from dem.constants import GRAVITY
 from dem.errors import DemError
 from dem.experiments.bed import shake

@@ -92,7 +92,11 @@ def test_a_folder_that_is_not_there_is_named(monkeypatch, tmp_path):
 
 
 GENERIC = ("dem/spec.py", "dem/run.py", "dem/advice.py", "dem/template.py", "dem/render")
-GENERIC += ("calibration/quantities.py", "calibration/measurements.py", "diagnosis/settings.py")
+GENERIC += (
+    "calibration/intake/quantities.py",
+    "calibration/intake/measurements.py",
+    "diagnosis/settings.py",
+)
 GENERIC += ("diagnosis/emulator.py", "diagnosis/design.py", "diagnosis/next_measurement.py")
 GENERIC += ("diagnosis/fit.py", "diagnosis/stages.py", "calibration/figures/labels.py")
 PAPERS_OWN = {"heap", "drop", "tilt", "shear"}
@@ -130,7 +134,7 @@ import sys
 import numpy as np
 import yaml
 
-from calibration.measurements import Measurement
+from calibration.intake.measurements import Measurement
 from dem.spec import parse_spec
 from diagnosis.catalogue import load_catalogue
 from diagnosis.design import plan

@@ -13,15 +13,16 @@ import pytest
 import yaml
 
 from calibration.chain.files import read_region
-from calibration.config import overlay, parse_config
+from calibration.chain.study import Study
+from calibration.engines.blocks import edem, lammps, liggghts, mercurydpm, yade
+from calibration.engines.blocks.conversion import Conversion
+from calibration.engines.blocks.material import granulate
 from calibration.errors import CalibrationError
-from calibration.export import edem, lammps, liggghts, mercurydpm, rolling, stage, yade
-from calibration.export.conversion import Conversion
-from calibration.export.decks import BLOCKS, allowed, write_decks
-from calibration.export.material import granulate
-from calibration.export.parameters import parameter_interval, to_yaml
 from calibration.statistics.surface import fit_surface
-from calibration.study import Study
+from calibration.study.config import overlay, parse_config
+from calibration.telling.export import rolling, stage
+from calibration.telling.export.decks import BLOCKS, allowed, write_decks
+from calibration.telling.export.parameters import parameter_interval, to_yaml
 from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS
 from dem.contact.damping.tsuji import factor

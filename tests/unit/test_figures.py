@@ -11,12 +11,12 @@ import pandas as pd
 import pytest
 
 from calibration import figures
-from calibration.factors import Factor, read_factors
 from calibration.statistics.design import box_behnken
 from calibration.statistics.optimise import solve
 from calibration.statistics.screening import screen, significant
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
+from calibration.study.factors import Factor, read_factors
 from paper.audit.paper import Paper
 
 ROOT = Path(__file__).parents[2]

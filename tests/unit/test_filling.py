@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from calibration.commands import main
-from calibration.filling import cells_inside, fill_mesh, mesh_volume
+from calibration.intake.filling import cells_inside, fill_mesh, mesh_volume
+from calibration.interface.commands import main
 from dem.clump import shape_of
 from dem.errors import MeshError
 from dem.io.clump import read_clump

@@ -4,7 +4,7 @@ through the funnel."""
 import numpy as np
 import pytest
 
-from calibration.runner import NO_HEAP, causes
+from calibration.runs.runner import NO_HEAP, causes
 from dem.errors import MeasureError, RefusedStateError, SpecError
 from dem.experiments import heap, setup
 from dem.experiments.heap import Flow, capacity

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from diagnosis_cases import BASE
 
-from calibration.quantities import Condition
+from calibration.intake.quantities import Condition
 from dem.spec import parse_spec
 from diagnosis.collision import rebounds, sliding_angles
 from diagnosis.laws.in_engine import curve_of, keys, switched_on

@@ -3,7 +3,7 @@
 import pytest
 
 from calibration.figures import response_of
-from calibration.report.answer import answer
+from calibration.telling.report.answer import answer
 from dem.advice import limits_of
 from dem.spec import parse_spec
 

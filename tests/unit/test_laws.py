@@ -54,7 +54,7 @@ def test_one_file_of_the_engine_names_a_law(law):
 def test_no_export_names_a_law(law):
     """What a code makes of it is in its own file; the search for the calibrated angle is one in two
     laws of rolling friction and names them."""
-    rooms = [*SRC.glob("calibration/export/*.py"), *SRC.glob("calibration/engines/*.py")]
+    rooms = [*SRC.glob("calibration/engines/blocks/*.py"), *SRC.glob("calibration/engines/*.py")]
     assert not [p for p in rooms if law.name in words_of(p) and p.stem != "rolling"]
 
 
@@ -177,10 +177,10 @@ def test_a_law_added_as_the_page_says_is_known(with_the_law):
 
 
 EXPORTED = """
-from calibration.export import lammps, liggghts
-from calibration.export.conversion import Conversion
-from calibration.export.header import left_out
-from calibration.export.material import granulate
+from calibration.engines.blocks import lammps, liggghts
+from calibration.engines.blocks.conversion import Conversion
+from calibration.engines.blocks.header import left_out
+from calibration.engines.blocks.material import granulate
 
 for code in (lammps, liggghts):
     told = left_out(spec, code.CODE)

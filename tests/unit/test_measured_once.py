@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from calibration import Study
-from calibration.bench_tests.shear import measured_locus
-from calibration.bench_tests.sweep import measured
-from calibration.measurements import read_measured
+from calibration.chain.bench_tests.shear import measured_locus
+from calibration.chain.bench_tests.sweep import measured
+from calibration.intake.measurements import read_measured
 from diagnosis.measurements import read_measurements
 
 ROOT = Path(__file__).parents[2]
@@ -52,12 +52,12 @@ def test_target_bench_tests_and_diagnosis_take_their_values_from_the_one_table(m
 def test_no_other_module_reads_a_table_by_itself():
     own = re.compile(r"read_csv|DictReader|csv\.reader|read_excel|genfromtxt|loadtxt")
     readers = {
-        path.relative_to(ROOT / "src").parts[:2]
+        path.relative_to(ROOT / "src").parts[:3]
         for package in ("calibration", "diagnosis", "paper")
         for path in (ROOT / "src" / package).rglob("*.py")
         if own.search(path.read_text())
     }
-    assert readers == {("calibration", "tables")}
+    assert readers == {("calibration", "intake", "tables")}
 
 
 def test_the_calibration_knows_nothing_of_the_reproduction():

@@ -5,9 +5,9 @@ rightly and said back. None passes silently."""
 import pytest
 import yaml
 
-from calibration.cli import main
-from calibration.config import parse_config, read_back
 from calibration.errors import ConfigError
+from calibration.interface.cli import main
+from calibration.study.config import parse_config, read_back
 
 
 def table_of(*values, unit="deg"):

@@ -12,19 +12,19 @@ import pytest
 import yaml
 from scipy.stats import norm
 
-from calibration.ahead import check_ahead
-from calibration.commands import main
-from calibration.config import parse_config
 from calibration.errors import CalibrationError
-from calibration.factors import Factor, read_factors
-from calibration.measurements import read_measured
-from calibration.new.heap import Heap
-from calibration.new.pilot import Trial, advice, coarse, corners, levels_at, pilot, shrunk
-from calibration.new.questions import answers, mean_diameter, measured_angles, sieve_curve
-from calibration.new.ranges import WIDE, factors_of, materials
-from calibration.new.reach import changes, reach
-from calibration.new.study import study_name
-from calibration.opening import opening
+from calibration.intake.measurements import read_measured
+from calibration.interface.commands import main
+from calibration.runs.ahead import check_ahead
+from calibration.study.config import parse_config
+from calibration.study.factors import Factor, read_factors
+from calibration.study.new.heap import Heap
+from calibration.study.new.pilot import Trial, advice, coarse, corners, levels_at, pilot, shrunk
+from calibration.study.new.questions import answers, mean_diameter, measured_angles, sieve_curve
+from calibration.study.new.ranges import WIDE, factors_of, materials
+from calibration.study.new.reach import changes, reach
+from calibration.study.new.study import study_name
+from calibration.telling.opening import opening
 from dem.errors import StoppedError
 from dem.spec import parse_spec
 
@@ -439,7 +439,7 @@ def poured(monkeypatch, angle_of):
         seen.append((run_spec, levels))
         return Trial(point, angle_of(run_spec, levels), "", 1.0)
 
-    monkeypatch.setattr("calibration.new.reach.one_heap", one_heap)
+    monkeypatch.setattr("calibration.study.new.reach.one_heap", one_heap)
     return seen
 
 
@@ -483,7 +483,7 @@ def test_a_heap_that_grows_into_the_orifice_is_steep_enough(here, monkeypatch):
     factors = read_factors(config.factors)
     found = corner_trials(config, factors, lambda run, levels: 20.0)
     blocked = Trial((1.0,) * 7, 38.0, "clogged: 1 grains left in the funnel", 1.0)
-    monkeypatch.setattr("calibration.new.reach.one_heap", lambda *a: blocked)
+    monkeypatch.setattr("calibration.study.new.reach.one_heap", lambda *a: blocked)
     assert reach(config, factors, found, 34.0) == [
         "the ranges reach yours, at the ends that steepen the heap"
     ]

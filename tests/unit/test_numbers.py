@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from calibration.figures import response_of
-from calibration.numbers import fixed, signed, spread
-from calibration.report.embed import cell
+from calibration.statistics.numbers import fixed, signed, spread
+from calibration.telling.report.embed import cell
 
 ROOT = Path(__file__).parents[2]
 PAGES = ("README.md", "config/README.md", "data/*/README.md", "docs/*.md", "examples/*/README.md")

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import yaml
 
 from calibration import Study
-from calibration.numerics import plan_numerics
-from calibration.tables import read_written
+from calibration.chain.numerics import plan_numerics
+from calibration.intake.tables import read_written
 
 
 def test_a_variant_may_have_seeds_of_its_own(tmp_path):

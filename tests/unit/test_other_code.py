@@ -9,8 +9,8 @@ import pytest
 from diagnosis_cases import BASE, FACTORS, bench
 
 from calibration.errors import ConfigError
-from calibration.factors import read_factors
-from calibration.measurements import Measurement
+from calibration.intake.measurements import Measurement
+from calibration.study.factors import read_factors
 from diagnosis.catalogue import load_catalogue
 from diagnosis.collision import STEP, _rebounds
 from diagnosis.compared import compare

@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 
 from calibration.errors import RankDeficientError
-from calibration.factors import Factor, read_factors
 from calibration.statistics.optimise import solve
 from calibration.statistics.screening import screen, significant
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
+from calibration.study.factors import Factor, read_factors
 from paper.audit.paper import Paper
 
 TABLES = Path(__file__).parents[2] / "data" / "paper"

@@ -6,11 +6,11 @@ import pytest
 from PIL import Image
 from scipy import ndimage
 
-from calibration.commands import main
 from calibration.errors import CalibrationError
-from calibration.measurements import read_measured
-from calibration.photo import measure_photo
-from calibration.photo.outline import cielab
+from calibration.intake.measurements import read_measured
+from calibration.intake.photo import measure_photo
+from calibration.intake.photo.outline import cielab
+from calibration.interface.commands import main
 from dem.measure.heap import fit_flank
 from dem.measure.heap import outline as discs_outline
 

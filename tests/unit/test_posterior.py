@@ -12,10 +12,9 @@ from scipy import stats
 from scipy.special import expit
 
 from calibration.errors import CalibrationError
-from calibration.factors import Factor
-from calibration.information import expected_information, expected_spread
-from calibration.no_value import Chance
-from calibration.posterior import (
+from calibration.inference.information import expected_information, expected_spread
+from calibration.inference.no_value import Chance
+from calibration.inference.posterior import (
     Formed,
     Measured,
     Prior,
@@ -24,6 +23,7 @@ from calibration.posterior import (
     sobol_indices,
 )
 from calibration.statistics.design import box_behnken
+from calibration.study.factors import Factor
 
 
 class Linear:
@@ -253,7 +253,7 @@ def chain(tmp_path, monkeypatch):
     """A finished chain of two factors in a folder: its angle depends on the first alone, the grains
     on the plate on the second alone. Returns the configuration and the stage's outputs."""
     from calibration.chain import posterior as stage
-    from calibration.config.schema import PosteriorConfig
+    from calibration.study.config.schema import PosteriorConfig
 
     optimum = {"region": REGION, "optimum": {"first": 0.4, "second": 0.4}}
     (tmp_path / "optimum.json").write_text(json.dumps(optimum))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from diagnosis_cases import bench
 
-from calibration.measurements import Measurement
+from calibration.intake.measurements import Measurement
 from diagnosis import stages
 from diagnosis.identify import identify
 from diagnosis.power import POWER, page

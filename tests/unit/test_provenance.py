@@ -10,13 +10,13 @@ import pytest
 import yaml
 from scipy.io import netcdf_file
 
-from calibration.all_runs import finished, runs_table, write_netcdf
-from calibration.campaign import write_plan
+from calibration.chain.jobs import study_of, work_for
 from calibration.errors import CalibrationError
-from calibration.extras import extra
-from calibration.jobs import study_of, work_for
-from calibration.provenance import provenance
-from calibration.simulated import simulate
+from calibration.runs.all_runs import finished, runs_table, write_netcdf
+from calibration.runs.campaign import write_plan
+from calibration.runs.simulated import simulate
+from calibration.telling.extras import extra
+from calibration.telling.provenance import provenance
 from stage_files import Files
 from workflow.deployed import write_study
 

@@ -12,11 +12,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration.factors import Factor
 from calibration.statistics.design import plackett_burman
 from calibration.statistics.screening import screen
 from calibration.statistics.surface import fit_surface, quadratic_terms
 from calibration.statistics.two_level import foldover, fractional_factorial
+from calibration.study.factors import Factor
 
 
 def test_the_central_composite_design_of_the_chemical_reaction():

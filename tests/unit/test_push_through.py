@@ -10,15 +10,15 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from calibration.ahead import check_ahead
-from calibration.campaign import read_plan, result_path
 from calibration.chain.push_through import sentences
-from calibration.config import parse_config
+from calibration.chain.study import Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.figures import ANGLE
-from calibration.stages import load_stages
+from calibration.runs.ahead import check_ahead
+from calibration.runs.campaign import read_plan, result_path
 from calibration.statistics.nested import nested
-from calibration.study import Study
+from calibration.study.config import parse_config
+from calibration.study.stages import load_stages
 from dem.results import write_result
 from dem.spec import parse_spec
 from small_heap import RUN

@@ -4,9 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration import engines, responses, runner
+from calibration import engines
+from calibration.chain import responses
 from calibration.errors import CalibrationError
-from calibration.store import RunStore
+from calibration.runs import runner
+from calibration.runs.store import RunStore
 from dem.errors import BlowUpError, MeasureError, RefusedStateError
 from dem.results import run_name
 from dem.spec import parse_spec

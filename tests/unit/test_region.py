@@ -12,15 +12,11 @@ import pandas as pd
 import pytest
 import yaml
 
-from calibration import progress
-from calibration.campaign import SEEDS_A_STAGE, plan
 from calibration.chain.optimum import _moved, plan_candidate, plan_candidate_first
-from calibration.config import Config, parse_config
+from calibration.chain.study import Study
 from calibration.errors import CalibrationError
-from calibration.factors import Factor, read_factors
-from calibration.physical import inside, physical_range
-from calibration.progress import expecting
-from calibration.stages import Stage, Task, load_stages
+from calibration.runs import progress
+from calibration.runs.campaign import SEEDS_A_STAGE, plan
 from calibration.statistics import surface as surfaces
 from calibration.statistics.composite import central_composite, surface_design
 from calibration.statistics.design import box_behnken
@@ -35,7 +31,11 @@ from calibration.statistics.surface import (
     reduced_surface,
 )
 from calibration.statistics.two_level import resolution_iv
-from calibration.study import Study
+from calibration.study import stages
+from calibration.study.config import Config, parse_config
+from calibration.study.factors import Factor, read_factors
+from calibration.study.physical import inside, physical_range
+from calibration.study.stages import Stage, Task, expected_runs, expecting, load_stages
 from stage_files import Files, PlanFiles
 
 
@@ -173,7 +173,7 @@ def test_stages_have_seeds_of_their_own(config_of_salt):
 def test_a_stage_that_expects_runs_is_counted(config_of_salt, monkeypatch, tmp_path):
     """The progress has no list of its own: a declared stage appears in it."""
     config, _ = config_of_salt
-    monkeypatch.setattr(progress, "load_stages", lambda: {s.name: s for s in (*STAGES, POLISH)})
+    monkeypatch.setattr(stages, "load_stages", lambda: {s.name: s for s in (*STAGES, POLISH)})
     for name in ("config", "data"):
         (tmp_path / name).symlink_to(Path(name).resolve())
     monkeypatch.chdir(tmp_path)
@@ -182,7 +182,7 @@ def test_a_stage_that_expects_runs_is_counted(config_of_salt, monkeypatch, tmp_p
     assert [plan.name for plan in found.chain[:-1]] == [
         "screening", "ascent", "response_surface", "candidate_first", "validation",
     ]  # fmt: skip
-    assert sum(plan.left for plan in found.chain) == progress.expected_runs(config)
+    assert sum(plan.left for plan in found.chain) == expected_runs(config)
     assert found.mean_s is None
 
 
@@ -223,7 +223,7 @@ def test_two_stages_cannot_declare_the_same_seeds(monkeypatch):
     twice = SimpleNamespace(STAGES=(replace(POLISH, tasks=(replace(task, seeds=0),)),))
     monkeypatch.setitem(sys.modules, "twice", twice)
     with pytest.raises(ValueError, match="plan_screening and plan_polish declare the same seeds"):
-        load_stages("calibration.stages", "twice")
+        load_stages("calibration.study.stages", "twice")
 
 
 @pytest.fixture

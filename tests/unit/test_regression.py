@@ -9,10 +9,10 @@ from statsmodels.stats.anova import anova_lm
 from statsmodels.stats.outliers_influence import OLSInfluence, variance_inflation_factor
 
 from calibration.errors import CalibrationError, RankDeficientError
-from calibration.factors import Factor
 from calibration.statistics.design import box_behnken, plackett_burman
 from calibration.statistics.screening import screen, significant
 from calibration.statistics.surface import fit_surface, model_matrix, quadratic_terms
+from calibration.study.factors import Factor
 
 
 def factors(k):

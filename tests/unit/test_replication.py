@@ -17,10 +17,10 @@ from calibration.chain.optimum import (
     plan_candidate_first,
     sentences,
 )
-from calibration.config import parse_config, read_target
+from calibration.chain.study import Study
 from calibration.figures import response_of
 from calibration.statistics.replication import mean_interval, runs_needed
-from calibration.study import Study
+from calibration.study.config import parse_config, read_target
 from stage_files import Files, PlanFiles
 
 ROOT = Path(__file__).parents[2]

@@ -18,23 +18,23 @@ from PIL import Image
 
 from browser import browse, find_browser
 from calibration import figures
-from calibration.report import build
-from calibration.report import sheet as sheet_module
-from calibration.report.answer import _interval
-from calibration.report.build import NOT_CONVERTED_MARK
-from calibration.report.embed import _inline, cell
-from calibration.report.heaps import LEVELS
-from calibration.report.pictures import WIDTH as PICTURE
-from calibration.report.pictures import heaps
-from calibration.report.runs import run_times, runs_section
-from calibration.report.sheet import HEIGHT, WIDTH
-from calibration.stages import load_stages
+from calibration.study.stages import load_stages
+from calibration.telling.report import build
+from calibration.telling.report import sheet as sheet_module
+from calibration.telling.report.answer import _interval
+from calibration.telling.report.build import NOT_CONVERTED_MARK
+from calibration.telling.report.embed import _inline, cell
+from calibration.telling.report.heaps import LEVELS
+from calibration.telling.report.pictures import WIDTH as PICTURE
+from calibration.telling.report.pictures import heaps
+from calibration.telling.report.runs import run_times, runs_section
+from calibration.telling.report.sheet import HEIGHT, WIDTH
 from dem.fingerprint import engine_fingerprint
 from dem.measure.heap import measure_heap
 from dem.results import run_name, write_result
 from dem.spec import parse_spec
 
-STAGES = load_stages("calibration.stages", "diagnosis.declared", "paper.stages")
+STAGES = load_stages("calibration.study.stages", "diagnosis.declared", "paper.stages")
 OPTIMUM = {
     "optimum": {"c_d": 0.25},
     "solution_set": {"c_d": [0.2, 0.3]},

@@ -12,20 +12,20 @@ import yaml
 from scipy.optimize import minimize
 
 from browser import browse, find_browser
-from calibration.config import overlay, with_levels
-from calibration.export.conversion import Conversion
-from calibration.export.material import granulate
-from calibration.export.stage import CODES
-from calibration.factors import Factor
+from calibration.engines.blocks.conversion import Conversion
+from calibration.engines.blocks.material import granulate
 from calibration.figures import response_of
-from calibration.report import build
-from calibration.report.block import block
-from calibration.report.decks import NUMBER, decks
-from calibration.report.findings import findings
-from calibration.report.profiler import profiler
-from calibration.stages import load_stages
 from calibration.statistics.design import box_behnken
 from calibration.statistics.surface import fit_surface
+from calibration.study.config import overlay, with_levels
+from calibration.study.factors import Factor
+from calibration.study.stages import load_stages
+from calibration.telling.export.stage import CODES
+from calibration.telling.report import build
+from calibration.telling.report.block import block
+from calibration.telling.report.decks import NUMBER, decks
+from calibration.telling.report.findings import findings
+from calibration.telling.report.profiler import profiler
 from dem.spec import parse_spec
 from small_heap import SPEC
 
@@ -130,7 +130,7 @@ POSTERIOR = {
 
 
 def test_the_answer_is_the_posterior_s_where_it_has_run(study):
-    from calibration.report.answer import answer
+    from calibration.telling.report.answer import answer
 
     optimum = json.loads((study / "optimise" / "optimum.json").read_text())
     optimum["interval_95_others_held"] = {f.name: [0.9, 1.1] for f in REGION}

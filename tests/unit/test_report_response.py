@@ -7,11 +7,11 @@ import pytest
 from matplotlib.text import Text
 
 from calibration import figures
-from calibration.factors import Factor
 from calibration.statistics.design import box_behnken
 from calibration.statistics.optimise import solve
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
+from calibration.study.factors import Factor
 
 
 @pytest.mark.parametrize(

@@ -12,14 +12,14 @@ import pytest
 import yaml
 from scipy import stats
 
-from calibration import outcome
-from calibration.config import parse_config
 from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED
 from calibration.statistics.screening import screen
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
+from calibration.study.config import parse_config
+from calibration.telling import outcome
 from dem.io.files import write_json
 from paper.audit import run_audit
 from paper.audit.paper import Paper

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from calibration.scaling.dimensions import (
+from calibration.chain.scaling.dimensions import (
     DIMENSIONS,
     GRAVITY_RULE,
     PAPER_RULE,

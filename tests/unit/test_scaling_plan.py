@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 import yaml
 
-from calibration.campaign import read_plan
-from calibration.config import parse_config
-from calibration.scaling.dimensions import (
+from calibration.chain.scaling.dimensions import (
     DIMENSIONS,
     GRAVITY_RULE,
     PAPER_RULE,
@@ -14,9 +12,11 @@ from calibration.scaling.dimensions import (
     ScalingError,
     exponents,
 )
-from calibration.scaling.plan import HELD_IN, base_run, enlarged, plan_scaling, quantity_of
-from calibration.scaling.probe import measured_exponents
-from calibration.study import Study
+from calibration.chain.scaling.plan import HELD_IN, base_run, enlarged, plan_scaling, quantity_of
+from calibration.chain.scaling.probe import measured_exponents
+from calibration.chain.study import Study
+from calibration.runs.campaign import read_plan
+from calibration.study.config import parse_config
 from dem.spec import GEOMETRY, LawParameters, Numerics, Particles
 from stage_files import PlanFiles
 

@@ -7,8 +7,7 @@ import pandas as pd
 import pytest
 
 from calibration import figures
-from calibration.numbers import fixed
-from calibration.scaling.study import (
+from calibration.chain.scaling.study import (
     CHANGED,
     FAILS,
     HOLDS,
@@ -21,6 +20,7 @@ from calibration.scaling.study import (
     response_table,
     theory_statements,
 )
+from calibration.statistics.numbers import fixed
 
 MARGINS = {"heap": 2.0, "drop": 0.02}
 RIGHT = {"mass": 3, "force": 2, "weight": 3, "stiffness": 1, "damping_coefficient": 2}

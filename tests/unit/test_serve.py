@@ -17,11 +17,11 @@ import pytest
 import yaml
 
 from browser import browse, find_browser
-from calibration.api import Study
-from calibration.campaign import plan, write_plan
-from calibration.progress import expected_runs
-from calibration.serve import Server
-from calibration.stages.screening import runs as expected_of_screening
+from calibration.interface.api import Study
+from calibration.runs.campaign import plan, write_plan
+from calibration.study.stages import expected_runs
+from calibration.study.stages.screening import runs as expected_of_screening
+from calibration.telling.serve import Server
 from dem.results import write_failure, write_result
 from dem.spec import parse_spec
 
@@ -192,7 +192,7 @@ def test_it_starts_its_study_once_and_stops_it(server):
 
 def test_what_it_started_ends_with_it(study, tmp_path):
     """Also where it is terminated: nothing goes on unseen."""
-    command = [sys.executable, "-m", "calibration.commands", "serve", "two.yaml"]
+    command = [sys.executable, "-m", "calibration.interface.commands", "serve", "two.yaml"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         address = re.search(r"(http://\S+)/\?token=(\S+)", process.stdout.readline())
         started = Request(f"{address[1]}/start", method="POST", headers={"X-Token": address[2]})

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import yaml
 
-from calibration.bench_tests.shear import SlopeCurve, plan_shear, yield_locus
-from calibration.campaign import read_plan
-from calibration.config import parse_config
-from calibration.study import Study
+from calibration.chain.bench_tests.shear import SlopeCurve, plan_shear, yield_locus
+from calibration.chain.study import Study
+from calibration.runs.campaign import read_plan
+from calibration.study.config import parse_config
 from stage_files import PlanFiles
 
 FRICTION, NORMAL = np.meshgrid([0.2, 0.4, 0.6, 0.85], np.repeat([0.5, 1.0, 2.0], 3))

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import yaml
 
-from calibration.bench_tests.shear import measured_locus
-from calibration.commands import main
-from calibration.config import parse_config
+from calibration.chain.bench_tests.shear import measured_locus
 from calibration.errors import CalibrationError
-from calibration.measurements import read_measured
-from calibration.shear_tester import PEAK, STEADY, measure_shear, read_points
+from calibration.intake.measurements import read_measured
+from calibration.intake.shear_tester import PEAK, STEADY, measure_shear, read_points
+from calibration.interface.commands import main
+from calibration.study.config import parse_config
 
 EXPORT = Path("data/instruments/rheocompass_made.csv")
 TABLE = Path("data/instruments/yield_locus_made.csv")

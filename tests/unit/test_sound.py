@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.io import wavfile
 
-from calibration.commands import main
 from calibration.errors import CalibrationError
-from calibration.measurements import read_measured
-from calibration.sound import SHORT_S, measure_sounds, read_train
+from calibration.intake.measurements import read_measured
+from calibration.intake.sound import SHORT_S, measure_sounds, read_train
+from calibration.interface.commands import main
 from dem.constants import GRAVITY
 
 EXAMPLE = Path("data/instruments/bounce_made.wav")

@@ -15,17 +15,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration import store as store_module
-from calibration.campaign import read_metric, read_plan, run_id, write_plan
 from calibration.chain.screening import plan_screening
-from calibration.cli import main
-from calibration.config import parse_config
+from calibration.chain.study import Study
 from calibration.errors import CalibrationError
 from calibration.fresh import record, stamp
-from calibration.simulated import blown_up, simulate
-from calibration.store import RunStore
-from calibration.study import Study
-from calibration.verify import MISSING, before_planning, faults_of, hold, plan_faults
+from calibration.interface.cli import main
+from calibration.runs import store as store_module
+from calibration.runs.campaign import read_metric, read_plan, run_id, write_plan
+from calibration.runs.simulated import blown_up, simulate
+from calibration.runs.store import RunStore
+from calibration.runs.verify import MISSING, before_planning, faults_of, hold, plan_faults
+from calibration.study.config import parse_config
 from dem.errors import BlowUpError, MeasureError
 from dem.io.stl import write_stl
 from dem.results import write_failure, write_result
@@ -349,7 +349,11 @@ def test_two_calls_do_not_work_in_one_folder(names):
 def test_a_job_of_the_call_that_holds_a_folder_works_there(tmp_path, monkeypatch):
     monkeypatch.delenv("CALIBRATION_HELD", raising=False)
     hold(tmp_path)
-    call = [sys.executable, "-c", f"from calibration.verify import hold; hold({str(tmp_path)!r})"]
+    call = [
+        sys.executable,
+        "-c",
+        f"from calibration.runs.verify import hold; hold({str(tmp_path)!r})",
+    ]
     subprocess.run(call, check=True)
     stranger = {k: v for k, v in os.environ.items() if k != "CALIBRATION_HELD"}
     refused = subprocess.run(call, env=stranger, capture_output=True, text=True)

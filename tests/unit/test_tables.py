@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from calibration.errors import ConfigError
-from calibration.tables import read_table, read_written, summary, table_of
+from calibration.intake.tables import read_table, read_written, summary, table_of
 
 VALUES = [26.1, 28.4, 27.0, 27.85]
 

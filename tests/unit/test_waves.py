@@ -5,7 +5,7 @@ import pytest
 from diagnosis_cases import BASE as RUN
 from diagnosis_cases import FACTORS, closed_form
 
-from calibration.measurements import Measurement
+from calibration.intake.measurements import Measurement
 from diagnosis import waves
 from diagnosis.design import plan
 from diagnosis.emulator import train

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calibration.config import overlay, parse_config
-from calibration.export.conversion import Conversion
-from calibration.export.material import granulate
-from calibration.export.rolling import calibrated_spec
-from calibration.factors import read_factors
+from calibration.engines.blocks.conversion import Conversion
+from calibration.engines.blocks.material import granulate
+from calibration.study.config import overlay, parse_config
+from calibration.study.factors import read_factors
+from calibration.telling.export.rolling import calibrated_spec
 from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
 

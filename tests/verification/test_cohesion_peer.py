@@ -6,10 +6,10 @@ import pytest
 from export_peers import liggghts as run_liggghts
 from export_peers import read_dump
 
-from calibration.config import overlay
-from calibration.export import liggghts
-from calibration.export.conversion import Conversion
-from calibration.export.material import granulate
+from calibration.engines.blocks import liggghts
+from calibration.engines.blocks.conversion import Conversion
+from calibration.engines.blocks.material import granulate
+from calibration.study.config import overlay
 from dem.spec import parse_spec
 from small_heap import SPEC
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
-from calibration.quantities import Condition
+from calibration.intake.quantities import Condition
 from diagnosis.catalogue import load_catalogue
 from diagnosis.collision import rebounds, sliding_angles
 from diagnosis.rig import Rig

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from calibration import engines
-from calibration.config import overlay
+from calibration.engines.blocks.conversion import Conversion
 from calibration.engines.program import read_dump
 from calibration.errors import ConfigError
-from calibration.export.conversion import Conversion
-from calibration.export.decks import BLOCKS, write_decks
+from calibration.study.config import overlay
+from calibration.telling.export.decks import BLOCKS, write_decks
 from dem.grains import number_fractions
 from dem.spec import parse_spec
 from small_heap import SPEC

@@ -12,10 +12,10 @@ import pytest
 
 from calibration import engines
 from calibration.engines import bed, liggghts, rig
+from calibration.engines.blocks import liggghts as block
 from calibration.engines.program import find, read_frames, state_of
 from calibration.engines.program import run as start
 from calibration.errors import ConfigError
-from calibration.export import liggghts as block
 from dem.experiments import drum
 from dem.grains import draw_radii, largest_reach, mean_radius
 from dem.run import run as run_ours

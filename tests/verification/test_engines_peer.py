@@ -13,12 +13,12 @@ import pytest
 
 from calibration import engines
 from calibration.engines import bed, lammps, rig
+from calibration.engines.blocks import lammps as block
 from calibration.engines.program import find
 from calibration.engines.program import run as start
 from calibration.engines.rigs import Lid
 from calibration.engines.rigs.shear import Cell
 from calibration.errors import ConfigError
-from calibration.export import lammps as block
 from dem.constants import GRAVITY
 from dem.experiments.setup import time_step_of
 from dem.run import run as run_ours

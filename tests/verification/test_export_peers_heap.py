@@ -20,13 +20,13 @@ from export_peers import reference_spec
 
 from calibration import engines
 from calibration.engines import lammps, liggghts, yade
+from calibration.engines.blocks import lammps as to_lammps
+from calibration.engines.blocks import liggghts as to_liggghts
+from calibration.engines.blocks import yade as to_yade
+from calibration.engines.blocks.conversion import Conversion
+from calibration.engines.blocks.material import granulate
 from calibration.errors import ConfigError
-from calibration.export import lammps as to_lammps
-from calibration.export import liggghts as to_liggghts
-from calibration.export import rolling
-from calibration.export import yade as to_yade
-from calibration.export.conversion import Conversion
-from calibration.export.material import granulate
+from calibration.telling.export import rolling
 from dem.constants import GRAVITY
 from dem.run import run as run_dem
 from dem.spec import parse_spec

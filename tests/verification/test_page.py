@@ -5,7 +5,7 @@ import page
 import page_figures
 import pandas as pd
 
-from calibration.numerics import compare_variants
+from calibration.chain.numerics import compare_variants
 
 
 def test_numerics_not_yet_measured_are_named(tmp_path):
@@ -15,7 +15,7 @@ def test_numerics_not_yet_measured_are_named(tmp_path):
 
 def test_numerics_are_shown_as_the_study_writes_them(tmp_path, monkeypatch):
     angles = {"a": 30.0, "b": 31.0, "c": 30.5, "d": 33.0, "e": 34.0, "f": 33.2}
-    monkeypatch.setattr("calibration.numerics.read_values", lambda ids, *_: ids.map(angles))
+    monkeypatch.setattr("calibration.chain.numerics.read_values", lambda ids, *_: ids.map(angles))
     monkeypatch.setattr(page_figures, "FOLDER", tmp_path)
     design = pd.DataFrame({"run_id": list(angles), "point": "optimum"})
     design["variant"] = ["default"] * 3 + ["half the time step"] * 3
@@ -34,7 +34,7 @@ def test_numerics_are_shown_as_the_study_writes_them(tmp_path, monkeypatch):
 def test_a_run_of_the_numerics_without_a_value_is_told(tmp_path, monkeypatch):
     angles = {"a": 30.0, "b": 31.0, "c": 30.5, "d": 33.0, "e": None, "f": 33.2}
     angles |= {"g": None, "h": 32.0, "i": None}
-    monkeypatch.setattr("calibration.numerics.read_values", lambda ids, *_: ids.map(angles))
+    monkeypatch.setattr("calibration.chain.numerics.read_values", lambda ids, *_: ids.map(angles))
     monkeypatch.setattr(page_figures, "FOLDER", tmp_path)
     design = pd.DataFrame({"run_id": list(angles), "point": "optimum"})
     design["variant"] = ["default"] * 3 + ["half the step"] * 3 + ["a tenth of the step"] * 3

@@ -12,12 +12,12 @@ import pytest
 from test_engines_peer import RING, entry
 
 from calibration.engines import bed, lammps, liggghts, rig
+from calibration.engines.blocks import lammps as lammps_block
+from calibration.engines.blocks import liggghts as liggghts_block
 from calibration.engines.program import find
 from calibration.engines.program import run as start
 from calibration.engines.rigs import Lid
 from calibration.engines.rigs.shear import HEIGHT, SHEAR, Cell
-from calibration.export import lammps as lammps_block
-from calibration.export import liggghts as liggghts_block
 from dem.experiments import setup, shear_ring
 from dem.spec import parse_spec
 

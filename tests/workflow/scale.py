@@ -19,8 +19,8 @@ from pathlib import Path
 import psutil
 from kills import checkout
 
-from calibration.factors import read_factors
-from calibration.new.study import write_factors
+from calibration.study.factors import read_factors
+from calibration.study.new.study import write_factors
 
 EXPERIMENT = '''"""A run that costs nothing: its result is written, and nothing moves."""
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-from calibration.campaign import read_plan
+from calibration.chain.jobs import study_of
 from calibration.chain.validation import plan_validation
-from calibration.config import parse_config
-from calibration.jobs import study_of
+from calibration.runs.campaign import read_plan
+from calibration.study.config import parse_config
 from stage_files import Files, PlanFiles
 
 ROOT = Path(__file__).parents[2]

@@ -9,9 +9,9 @@ import pytest
 import yaml
 from snakemake.cli import parse_args
 
-from calibration.ahead import check_ahead
-from calibration.config import parse_config, point_spec, read_target
-from calibration.factors import read_factors
+from calibration.runs.ahead import check_ahead
+from calibration.study.config import parse_config, point_spec, read_target
+from calibration.study.factors import read_factors
 from dem.run import run
 from dem.spec import parse_spec
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from calibration.export.stage import CODES, CONVERTED
+from calibration.telling.export.stage import CODES, CONVERTED
 
 ROOT = Path(__file__).parents[2]
 SEARCH = ("plan_export_scan", "plan_export_confirmation", "export_rolling", "export_converted")

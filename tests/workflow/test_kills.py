@@ -18,7 +18,7 @@ from kills import (
     wait_for_orphans,
 )
 
-from calibration.verify import faults_of
+from calibration.runs.verify import faults_of
 
 SEED = 14
 SHORT = {"kills": 8, "targets": ["screening"]}

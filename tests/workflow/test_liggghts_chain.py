@@ -14,11 +14,11 @@ from deployed import done
 from test_module import NO_PROFILE, ROOT, SNAKEMAKE
 
 from calibration import engines
-from calibration.campaign import read_plan
-from calibration.config import numbers_of, point_spec
 from calibration.errors import ConfigError
-from calibration.factors import read_factors
-from calibration.simulated import named, simulate
+from calibration.runs.campaign import read_plan
+from calibration.runs.simulated import named, simulate
+from calibration.study.config import numbers_of, point_spec
+from calibration.study.factors import read_factors
 from diagnosis.other_code import read_runs
 from small_heap import RUN
 

@@ -9,14 +9,16 @@ import pandas as pd
 import pytest
 import yaml
 
-from calibration import engines, runner
-from calibration.campaign import plan, planned_spec, points_of, result_path, write_plan
-from calibration.config import parse_config
-from calibration.factors import read_factors
-from calibration.progress import Plan, Progress, duration
-from calibration.runner import report, run_logged
+from calibration import engines
+from calibration.runs import runner
+from calibration.runs.campaign import plan, planned_spec, points_of, result_path, write_plan
+from calibration.runs.cost import duration
+from calibration.runs.progress import Plan, Progress
+from calibration.runs.runner import report, run_logged
+from calibration.runs.store import RunStore
 from calibration.statistics.design import plackett_burman
-from calibration.store import RunStore
+from calibration.study.config import parse_config
+from calibration.study.factors import read_factors
 from dem.errors import BlowUpError
 from dem.results import write_result
 from dem.spec import parse_spec

@@ -15,9 +15,9 @@ import pytest
 import yaml
 from deployed import ROOT, copied, done, write_study
 
-from calibration.config import parse_config
+from calibration.chain.jobs import study_of
 from calibration.errors import ConfigError
-from calibration.jobs import study_of
+from calibration.study.config import parse_config
 
 SNAKEMAKE = [sys.executable, "-m", "snakemake"]
 NO_PROFILE = ("--workflow-profile", "none")

@@ -8,8 +8,8 @@ import time
 import pytest
 from deployed import write_study
 
-from calibration.cli import main
-from calibration.plainly import tell
+from calibration.interface.cli import main
+from calibration.telling.plainly import tell
 
 OWN_AFFAIRS = (
     "SNAKEMAKE", "Host:", "DAG", "Reason", "Using workflow", "[", "Execute", "WorkflowError",
@@ -60,7 +60,7 @@ def test_a_signal_reaches_what_runs_and_is_waited_for(tmp_path, sent):
         "pathlib.Path('began').touch(); time.sleep(60)\n"
     )
     parent = (  # begun in the background, a process ignores SIGINT unless it asks for it
-        "import signal, sys; from calibration.plainly import tell\n"
+        "import signal, sys; from calibration.telling.plainly import tell\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         f"sys.exit(tell([sys.executable, '-c', {child!r}]))"
     )

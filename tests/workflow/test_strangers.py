@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from calibration.config.as_data import data_of, refuse_unasked_code
-from calibration.config.schema import Config
 from calibration.errors import ConfigError
+from calibration.study.config.as_data import data_of, refuse_unasked_code
+from calibration.study.config.schema import Config
 
 ROOT = Path(__file__).parents[2]
 

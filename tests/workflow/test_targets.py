@@ -12,11 +12,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from calibration.campaign import read_plan, result_path
-from calibration.config import parse_config
+from calibration.chain.study import Study
 from calibration.errors import CalibrationError, ConfigError
-from calibration.stages import PerTarget, load_stages
-from calibration.study import Study
+from calibration.runs.campaign import read_plan, result_path
+from calibration.study.config import parse_config
+from calibration.study.stages import PerTarget, load_stages
 from dem.results import write_result
 from dem.spec import parse_spec
 from stage_files import Files

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-from calibration.config import overlay, parse_config
-from calibration.factors import read_factors
-from calibration.runner import report
+from calibration.runs.runner import report
 from calibration.statistics.screening_design import screening_design
+from calibration.study.config import overlay, parse_config
+from calibration.study.factors import read_factors
 
 ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```bash\n(.*?)^```", re.M | re.S)

@@ -14,8 +14,8 @@ import pytest
 import yaml
 
 from calibration.chain.screening import plan_screening
-from calibration.config import parse_config
-from calibration.study import Study
+from calibration.chain.study import Study
+from calibration.study.config import parse_config
 from dem.fingerprint import engine_fingerprint
 from dem.results import write_result
 from dem.spec import parse_spec

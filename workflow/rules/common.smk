@@ -4,17 +4,17 @@ from pathlib import Path
 
 from snakemake.io import get_flag_value
 
-from calibration.batches import batch_count, unpack_runs
-from calibration.campaign import planned_spec, read_plan
-from calibration.config import Config, given, parse_config, stands_alone
-from calibration.config.as_data import refuse_unasked_code
+from calibration.runs.batches import batch_count, unpack_runs
+from calibration.runs.campaign import planned_spec, read_plan
+from calibration.study.config import Config, given, parse_config, stands_alone
+from calibration.study.config.as_data import refuse_unasked_code
 from calibration.errors import CalibrationError, in_words
 from calibration.fresh import digest, digest_with, stamp, task_digest
-from calibration.opening import closing, opening
-from calibration.runner import begin, watch
-from calibration.stages import Figure, PerTarget, Runs, load_stages
-from calibration.study import Study
-from calibration.verify import MISSING, SET_ASIDE
+from calibration.telling.opening import closing, opening
+from calibration.runs.runner import begin, watch
+from calibration.study.stages import Figure, PerTarget, Runs, load_stages
+from calibration.chain.study import Study
+from calibration.runs.verify import MISSING, SET_ASIDE
 from dem.errors import DemError
 from dem.experiments import experiments
 from dem.fingerprint import engine_fingerprint
@@ -43,7 +43,7 @@ RESULTS = str(config.get("results", Config.model_fields["results"].default))
 config = {**config, "results": str(workflow.modifier.modify_path(RESULTS))}
 
 # modules that declare stages; those of SUPPLEMENTS count for a study that names one of theirs
-DECLARED = ["calibration.stages", "diagnosis.declared"]
+DECLARED = ["calibration.study.stages", "diagnosis.declared"]
 for module in globals().get("SUPPLEMENTS", []):
     if set(load_stages(module)) & set(config.get("supplements") or ()):
         DECLARED.append(module)
@@ -125,7 +125,7 @@ def runs_of(plan):
 
 def noted(plan, name):
     """Input function: what a start has noted of a plan since it was last used, see
-    `calibration.verify`."""
+    `calibration.runs.verify`."""
     return lambda wildcards: beside(f"{plan}/{name}")
 
 

@@ -30,7 +30,7 @@ rule heaps:
     conda:
         "../envs/calibration.yaml"
     params:
-        function="calibration.report.pictures:heaps",
+        function="calibration.telling.report.pictures:heaps",
         reads=[],
     message:
         "heaps: a picture of each run of {wildcards.stage}"
@@ -55,7 +55,7 @@ rule report:
         made_from=made_from(
             "report",
             lambda: digest(
-                SETTINGS, ["target"], ["calibration.report.build", *DECLARED]
+                SETTINGS, ["target"], ["calibration.telling.report.build", *DECLARED]
             ),
         ),
         validation=f"{STUDY}/validation/validation.json",

@@ -1,5 +1,5 @@
-# the stages as `src/calibration/stages` and its like declare them: a checkpoint for each task that
-# plans runs, a rule for any other
+# the stages as `src/calibration/study/stages` and its like declare them: a checkpoint for each task
+# that plans runs, a rule for any other
 for stage in STAGES.values():
     for task in stage.tasks:
         if task.plans:

@@ -1,9 +1,9 @@
 import sys
 
-from calibration.batches import pack_runs, run_batch, run_told_batch
-from calibration.jobs import logged, work_for
-from calibration.runner import report_sometimes
-from calibration.store import RunStore
+from calibration.chain.jobs import logged, work_for
+from calibration.runs.batches import pack_runs, run_batch, run_told_batch
+from calibration.runs.runner import report_sometimes
+from calibration.runs.store import RunStore
 from dem.team import use_threads
 
 use_threads(snakemake.threads)

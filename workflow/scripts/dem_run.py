@@ -1,6 +1,6 @@
 from pathlib import Path
 
-from calibration.runner import run_logged
+from calibration.runs.runner import run_logged
 from dem.team import use_threads
 
 use_threads(snakemake.threads)

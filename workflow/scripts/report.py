@@ -1,6 +1,6 @@
-from calibration.jobs import logged, work_for
-from calibration.report import build
-from calibration.stages import load_stages
+from calibration.chain.jobs import logged, work_for
+from calibration.study.stages import load_stages
+from calibration.telling.report import build
 
 with logged(snakemake.log[0]):
     stages = load_stages(*snakemake.params.declared)

@@ -1,3 +1,3 @@
-from calibration.jobs import run_task
+from calibration.chain.jobs import run_task
 
 run_task(snakemake)

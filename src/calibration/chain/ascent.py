@@ -3,11 +3,7 @@
 from pathlib import Path
 
 from calibration import figures
-from calibration.campaign import write_plan
-from calibration.config import read_target
-from calibration.factors import read_factors
-from calibration.files import read_json, write_table
-from calibration.responses import (
+from calibration.chain.responses import (
     judge,
     left_out,
     naming_left_out,
@@ -15,8 +11,12 @@ from calibration.responses import (
     with_responses,
     with_value,
 )
+from calibration.files import read_json, write_table
+from calibration.intake.tables import read_written
+from calibration.runs.campaign import write_plan
 from calibration.statistics.design import path_from_effects, steepest_path
-from calibration.tables import read_written
+from calibration.study.config import read_target
+from calibration.study.factors import read_factors
 from dem.io.files import write_json
 
 

@@ -1,7 +1,7 @@
 """Files that several stages read or write."""
 
-from calibration.factors import Factor
 from calibration.files import read_json
+from calibration.study.factors import Factor
 
 
 def read_region(path):

@@ -5,16 +5,23 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures
-from calibration.campaign import read_values, reason_without
 from calibration.chain.files import read_region
-from calibration.config import is_measured, read_target
+from calibration.chain.responses import columns, with_responses
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
-from calibration.information import expected_information, expected_spread
-from calibration.no_value import Chance
-from calibration.posterior import Formed, Measured, Prior, ScatterEmulator, sample, sobol_indices
-from calibration.responses import columns, with_responses
-from calibration.tables import read_written
+from calibration.inference.information import expected_information, expected_spread
+from calibration.inference.no_value import Chance
+from calibration.inference.posterior import (
+    Formed,
+    Measured,
+    Prior,
+    ScatterEmulator,
+    sample,
+    sobol_indices,
+)
+from calibration.intake.tables import read_written
+from calibration.runs.campaign import read_values, reason_without
+from calibration.study.config import is_measured, read_target
 from dem.experiments import experiments
 from dem.io.files import write_json
 

@@ -11,12 +11,12 @@ import pandas as pd
 from scipy import stats
 
 from calibration import figures
-from calibration.campaign import read_plan, read_values, write_plan
-from calibration.config import overlay, point_spec
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
-from calibration.numbers import signed
-from calibration.tables import read_written
+from calibration.intake.tables import read_written
+from calibration.runs.campaign import read_plan, read_values, write_plan
+from calibration.statistics.numbers import signed
+from calibration.study.config import overlay, point_spec
 from dem.experiments.heap import capacity
 from dem.grains import grain_volume
 from dem.io.files import write_json

@@ -12,16 +12,16 @@ import pandas as pd
 from scipy import stats
 
 from calibration import figures
-from calibration.campaign import read_values, write_plan
-from calibration.config import machine_run, point_spec
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import write_table
-from calibration.matching import agreeing, sample
-from calibration.measurements import read_measured
-from calibration.numbers import fixed
-from calibration.quantities import quantity_name
+from calibration.intake.measurements import read_measured
+from calibration.intake.quantities import quantity_name
+from calibration.intake.tables import read_written
+from calibration.runs.campaign import read_values, write_plan
 from calibration.statistics.nested import nested
-from calibration.tables import read_written
+from calibration.statistics.numbers import fixed
+from calibration.study.config import machine_run, point_spec
+from calibration.study.matching import agreeing, sample
 from dem.experiments import experiments
 from dem.io.files import write_json
 from dem.spec import parse_spec

@@ -4,14 +4,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from calibration import figures
-from calibration.campaign import plan, write_plan
 from calibration.chain.files import further_files, read_region
+from calibration.chain.responses import left_out, naming_left_out, with_responses, with_value
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
-from calibration.numbers import fixed
-from calibration.physical import inside, physical_range
-from calibration.responses import left_out, naming_left_out, with_responses, with_value
+from calibration.intake.tables import read_written
+from calibration.runs.campaign import plan, write_plan
 from calibration.statistics.composite import region_design
+from calibration.statistics.numbers import fixed
 from calibration.statistics.surface import (
     blocks_p,
     fit_surface,
@@ -19,7 +19,7 @@ from calibration.statistics.surface import (
     outliers,
     reduced_surface,
 )
-from calibration.tables import read_written
+from calibration.study.physical import inside, physical_range
 from dem.io.files import write_json
 
 

@@ -4,12 +4,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from calibration import figures
-from calibration.campaign import write_plan
 from calibration.chain.files import further_files
-from calibration.factors import Choice, read_factors
-from calibration.files import write_table
-from calibration.numbers import signed
-from calibration.responses import (
+from calibration.chain.responses import (
     columns,
     left_out,
     naming_left_out,
@@ -17,10 +13,14 @@ from calibration.responses import (
     with_responses,
     with_value,
 )
+from calibration.files import write_table
+from calibration.intake.tables import read_written
+from calibration.runs.campaign import write_plan
+from calibration.statistics.numbers import signed
 from calibration.statistics.screening import screen, significant, why
 from calibration.statistics.screening_design import screening_design
 from calibration.statistics.two_level import alias_groups
-from calibration.tables import read_written
+from calibration.study.factors import Choice, read_factors
 from dem.io.files import write_json
 
 

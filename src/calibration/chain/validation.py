@@ -6,13 +6,13 @@ import numpy as np
 import pandas as pd
 
 from calibration import figures
-from calibration.campaign import write_plan
-from calibration.config import is_measured, read_target
+from calibration.chain.responses import left_out, naming_left_out, with_responses, with_value
 from calibration.files import read_json, write_table
-from calibration.numbers import signed
-from calibration.responses import left_out, naming_left_out, with_responses, with_value
+from calibration.intake.tables import read_written
+from calibration.runs.campaign import write_plan
+from calibration.statistics.numbers import signed
 from calibration.statistics.validate import compare
-from calibration.tables import read_written
+from calibration.study.config import is_measured, read_target
 from dem.io.files import write_json
 
 

@@ -114,9 +114,7 @@ def _identity(engine, settings):
     if not engine.experiments:
         return found
     module = f"{__name__}.{engine.name}"
-    return found | {
-        "adapter": code_digest(module, ("calibration.engines", "calibration.export", "dem"))
-    }
+    return found | {"adapter": code_digest(module, ("calibration.engines", "dem"))}
 
 
 def check(spec):

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from calibration.engines import Engine, EngineError, Settings, rig
+from calibration.engines.blocks import lammps as block
 from calibration.engines.program import find, prime_seed, read_dump, read_frames, run, state_of
 from calibration.engines.rigs import Dialect, experiments_of, rigs
-from calibration.export import lammps as block
 from dem.walls.geometry import RECTANGLE, REVOLVED
 
 INSTALL = "the packages lammps and mpich bring it: pip install lammps mpich"

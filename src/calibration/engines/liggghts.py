@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from calibration.engines import Engine, EngineError, Settings, rig
+from calibration.engines.blocks import liggghts as block
 from calibration.engines.mesh import body, disc, frustum, write_mesh
 from calibration.engines.program import find, prime_seed, read_dump, read_frames, run, state_of
 from calibration.engines.rigs import Dialect, experiments_of, rigs
-from calibration.export import liggghts as block
 
 INSTALL = "Debian and Ubuntu have it: apt-get install liggghts"
 

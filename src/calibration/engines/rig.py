@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 
 from calibration.engines import EngineError
-from calibration.export.conversion import Conversion
-from calibration.export.header import left_out
-from calibration.export.material import granulate
+from calibration.engines.blocks.conversion import Conversion
+from calibration.engines.blocks.header import left_out
+from calibration.engines.blocks.material import granulate
 from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS
 from dem.experiments.heap import Rig
@@ -92,7 +92,8 @@ def refuse_lost(spec, name, code):
 
 
 def block_of(module, spec):
-    """Text of a code's material block for a `RunSpec`, from its module in `calibration.export`."""
+    """Text of a code's material block for a `RunSpec`, from its module in
+    `calibration.engines.blocks`."""
     return module.block(granulate(spec), Conversion(spec), ["A run of a study, in SI units."])
 
 

@@ -14,7 +14,7 @@ from pydantic import Field
 
 from calibration.engines import Engine, EngineError, Settings
 from calibration.errors import ConfigError
-from calibration.tables import read_table
+from calibration.intake.tables import read_table
 
 
 class TableSettings(Settings):

@@ -5,8 +5,8 @@ import subprocess
 from functools import cache
 
 from calibration.engines import Engine, EngineError, Settings, rig
+from calibration.engines.blocks import yade as block
 from calibration.engines.program import find, read_dump, run, state_of
-from calibration.export import yade as block
 
 INSTALL = "Debian and Ubuntu have it: apt-get install yade"
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from calibration.figures.labels import ANGLE, label
 from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, subplots
-from calibration.numbers import fixed
+from calibration.statistics.numbers import fixed
 
 
 def sweep(levels, response, coefficients, inverse, measured, factor, axis):

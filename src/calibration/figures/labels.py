@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from calibration.numbers import fixed
+from calibration.statistics.numbers import fixed
 from dem.units import behind, unit_of, without_unit
 
 

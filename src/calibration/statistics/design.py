@@ -11,8 +11,8 @@ import pandas as pd
 import pyDOE3
 
 from calibration.errors import CalibrationError, ConfigError, RankDeficientError
+from calibration.intake.tables import read_table
 from calibration.statistics.anova import check_rank
-from calibration.tables import read_table
 
 MIN_SCREENING, MAX_SCREENING = 2, 23
 TRIPLES = {

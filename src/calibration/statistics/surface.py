@@ -13,7 +13,6 @@ import pandas as pd
 from scipy import optimize, stats
 
 from calibration.errors import CalibrationError
-from calibration.numbers import fixed
 from calibration.statistics.anova import (
     ANOVA_COLUMNS,
     anova_row,
@@ -21,6 +20,7 @@ from calibration.statistics.anova import (
     finite_responses,
     pure_error,
 )
+from calibration.statistics.numbers import fixed
 
 GRID = 4001  # levels of a factor at which an interval is looked up
 FLAT = 0.1

@@ -1,6 +1,7 @@
 """What another code makes of a law: each law's file says it in `exports`.
 
-`calibration.export` puts these words and numbers together as the files that another code reads.
+`calibration.engines.blocks` puts these words and numbers together as the files that another code
+reads.
 """
 
 from collections.abc import Callable

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from calibration.measurements import OUTCOMES, Measurement
-from calibration.quantities import POURED, QUANTITIES, Condition
-from calibration.simulated import named, simulate
+from calibration.intake.measurements import OUTCOMES, Measurement
+from calibration.intake.quantities import POURED, QUANTITIES, Condition
+from calibration.runs.simulated import named, simulate
 from dem.constants import GRAVITY
 from dem.spec import parse_spec
 

@@ -18,7 +18,7 @@ import pandas as pd
 
 from calibration import figures as common
 from calibration.files import read_json, write_table, write_text
-from calibration.tables import read_written
+from calibration.intake.tables import read_written
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 from diagnosis.benchmark import hidden

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calibration.quantities import Condition
-from calibration.simulated import named
+from calibration.intake.quantities import Condition
+from calibration.runs.simulated import named
 from dem.errors import SpecError
 from dem.spec import parse_spec
 from diagnosis.laws.choose import trial

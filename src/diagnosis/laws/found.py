@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from calibration.numbers import NORMAL_95
+from calibration.statistics.numbers import NORMAL_95
 from diagnosis.chance import share_above
 from diagnosis.laws.choose import OF_CHANCE, ruled_out, trial
 from diagnosis.laws.forms import compare, forms_of, written

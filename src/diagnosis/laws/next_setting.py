@@ -9,7 +9,7 @@ import itertools
 
 import numpy as np
 
-from calibration.quantities import LEVERS
+from calibration.intake.quantities import LEVERS
 from diagnosis.laws.choose import centre_of
 from diagnosis.laws.forms import forms_of
 from diagnosis.laws.mixed import evaluate, from_space, nuisance_of, posterior

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calibration.quantities import LEVERS
+from calibration.intake.quantities import LEVERS
 from diagnosis.fit import moderated_sd
 
 FREE = ("drop", "tilt", "shear")

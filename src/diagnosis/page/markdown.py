@@ -5,8 +5,8 @@ import math
 import yaml
 
 from calibration.figures import label
-from calibration.numbers import fixed
-from calibration.quantities import LEVERS, QUANTITIES
+from calibration.intake.quantities import LEVERS, QUANTITIES
+from calibration.statistics.numbers import fixed
 from diagnosis import discrepancy
 
 LEAST_GAIN = 0.05  # nats; a mechanism with less is told in one line

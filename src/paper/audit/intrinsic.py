@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pandas as pd
 
-from calibration.scaling.dimensions import DIMENSIONS
+from calibration.chain.scaling.dimensions import DIMENSIONS
 from paper.audit.paper import Claim, Paper
 from paper.audit.printed import Printed
 from paper.audit.verdict import Recomputed, claim_check, table_check

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from calibration.errors import CalibrationError
-from calibration.tables import read_written
+from calibration.intake.tables import read_written
 from paper.audit.printed import Printed
 
 GROUP = 5

@@ -1,12 +1,12 @@
 """Section 1.2: the scaling statements, held against dimensional analysis
-(`calibration.scaling.dimensions`)."""
+(`calibration.chain.scaling.dimensions`)."""
 
 from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
 
-from calibration.scaling import dimensions
+from calibration.chain.scaling import dimensions
 from paper.audit.paper import Claim, Paper
 from paper.audit.verdict import Recomputed, claim_check, table_check
 

@@ -7,7 +7,7 @@ three factors. The first study whose screening sent these on is taken.
 import numpy as np
 import pandas as pd
 
-from calibration.responses import with_value
+from calibration.chain.responses import with_value
 from calibration.statistics.equivalence import limits, verdict
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare

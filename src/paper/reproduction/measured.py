@@ -1,7 +1,7 @@
 """Tables 1 to 5 and Eq. 16: the paper's measurements recomputed, and its settings beside the ones
 in use here."""
 
-from calibration.factors import read_factors
+from calibration.study.factors import read_factors
 from paper.reproduction.rows import (
     ARITHMETIC,
     NOT_COMPARABLE,

@@ -1,6 +1,6 @@
 """What a study's stages have left in its folder."""
 
-from calibration.study import Results
+from calibration.chain.study import Results
 
 
 class Study(Results):

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 import rates
 
-from calibration.simulated import simulate
+from calibration.runs.simulated import simulate
 from diagnosis import contacts
 from diagnosis.extend import gain, real_values
 from diagnosis.laws.forms import forms_of

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from calibration.engines import EngineError, bed
+from calibration.engines.blocks.material import granulate
 from calibration.engines.program import read_dump, state_of
 from calibration.engines.rig import DUMP, until
 from calibration.engines.rigs import Lid
-from calibration.export.material import granulate
 from dem.constants import GRAVITY
 from dem.experiments import shear_ring as own
 from dem.experiments.setup import time_step_of

@@ -1,0 +1,228 @@
+"""The direct shear test: yield loci at several particle frictions, and the friction that gives the
+measured slope.
+
+The slope of a yield locus is sometimes taken for the friction between two particles. The slope is a
+property of the bulk: particle friction, rolling resistance and dilation make it. So the particle
+friction is swept here, as the tilt test sweeps it, and the friction whose locus has the measured
+slope is read off with its interval."""
+
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from calibration import figures
+from calibration.errors import ConfigError
+from calibration.files import write_table
+from calibration.intake.tables import read_written
+from calibration.runs.campaign import read_metric, write_plan
+from calibration.statistics.numbers import fixed
+from calibration.study.config import bench_run, given, overlay, read_bench
+from calibration.study.factors import factor_of
+from dem.io.files import write_json
+
+KEY = "contacts.particle_particle.static_friction"
+METRICS = {"peak": "shear_stress_kPa", "steady": "steady_shear_stress_kPa"}
+MEASURE = "peak"  # the bench reads the peak of each shear after pre-shear
+GRID = 1001
+LOAD = "normal_stress_kPa"
+DIGITS = 12
+"""Decimals of a measured line: points that were written down from a printed one give it back."""
+
+
+def measured_locus(config):
+    """(slope, intercept [kPa]) of the least-squares line through the measured shear stresses.
+    Raises ConfigError for fewer than two loads."""
+    found = read_bench(config, "shear", METRICS[MEASURE], (LOAD,))
+    loads = [m.levers[LOAD] for m in found]
+    if len(set(loads)) < 2:
+        raise ConfigError(
+            "has one load, through which no yield locus can be drawn",
+            path=config.measurements,
+            line=found[0].line,
+            column=LOAD,
+            value=loads[0],
+            allowed="shear stresses at two normal stresses or more",
+        )
+    line = stats.linregress(loads, [m.value for m in found])
+    return round(float(line.slope), DIGITS), round(float(line.intercept), DIGITS)
+
+
+def plan_shear(study, source, output):
+    """Plan replicates at each particle friction and normal stress; each cell of the design has its
+    own seeds."""
+    config, tables, specs = study.config, [], {}
+    section = given(config, "bench.shear", "shear")
+    base, factor = bench_run(config, section.run), factor_of(study.factors, KEY).name
+    for k, (level, stress) in enumerate(product(section.levels, section.normal_stresses_kPa)):
+        run = overlay(base, {"geometry": {"normal_stress_kPa": stress}})
+        first_seed = config.seed + k * section.replicates
+        rows = pd.DataFrame({"replicate": range(1, section.replicates + 1), factor: level})
+        rows = rows.assign(**{n: v for n, v in section.fixed.items() if n != factor})
+        table, more = study.plan(rows, "shear", run, first_seed)
+        tables.append(table.assign(normal_stress_kPa=stress))
+        specs |= more
+    write_plan(Path(output.plan).parent, pd.concat(tables, ignore_index=True), specs)
+
+
+def yield_locus(normal, shear, alpha=0.05):
+    """Straight line shear = slope * normal + intercept through stresses (n,) [kPa], with intervals
+    and the p of a zero intercept, for JSON."""
+    fit = stats.linregress(normal, shear)
+    t = stats.t.ppf(1 - alpha / 2, len(normal) - 2)
+    zero = 2 * stats.t.sf(abs(fit.intercept / fit.intercept_stderr), len(normal) - 2)
+    return {
+        "slope": float(fit.slope),
+        "slope_interval": [float(fit.slope - t * fit.stderr), float(fit.slope + t * fit.stderr)],
+        "intercept_kPa": float(fit.intercept),
+        "intercept_interval_kPa": [
+            float(fit.intercept - t * fit.intercept_stderr),
+            float(fit.intercept + t * fit.intercept_stderr),
+        ],
+        "p_zero_intercept": float(zero),
+        "R2": float(fit.rvalue**2),
+    }
+
+
+@dataclass(frozen=True)
+class SlopeCurve:
+    """Slope of the yield locus as a quadratic of the particle friction, fitted to all runs at once.
+
+    shear = normal (b0 + b1 mu + b2 mu2) + c0 + c1 mu, each run weighted by 1/normal: the scatter of
+    a shear stress grows with its load.
+    """
+
+    coefficients: np.ndarray
+    covariance: np.ndarray
+    t: float
+    low: float
+    high: float
+
+    @classmethod
+    def fit(cls, friction, normal, shear, alpha=0.05):
+        """Fit runs (n,) of particle friction [-], normal and shear stress [kPa]."""
+        mu, sigma, tau = (np.asarray(a, float) for a in (friction, normal, shear))
+        model = np.column_stack([np.ones_like(mu), mu, mu**2, 1.0 / sigma, mu / sigma])
+        response = tau / sigma
+        coefficients, *_ = np.linalg.lstsq(model, response, rcond=None)
+        left = response - model @ coefficients
+        freedom = len(mu) - model.shape[1]
+        covariance = float(left @ left) / freedom * np.linalg.inv(model.T @ model)
+        return cls(
+            coefficients,
+            covariance,
+            float(stats.t.ppf(1 - alpha / 2, freedom)),
+            mu.min(),
+            mu.max(),
+        )
+
+    def at(self, friction):
+        """Slope and half width of its interval at frictions (m,)."""
+        mu = np.asarray(friction, float)
+        model = np.stack([np.ones_like(mu), mu, mu**2], axis=-1)
+        variance = np.einsum("...i,ij,...j->...", model, self.covariance[:3, :3], model)
+        return model @ self.coefficients[:3], self.t * np.sqrt(variance)
+
+    def inverse(self, slope):
+        """(friction, interval) within the swept range that give the slope; (None, None) where none
+        does.
+
+        The interval holds every friction whose slope's interval covers `slope` (Fieller's
+        construction). The friction is where the curve first has the slope, or comes nearest to it
+        without leaving its own interval.
+        """
+        mu = np.linspace(self.low, self.high, GRID)
+        value, half = self.at(mu)
+        covered = mu[np.abs(value - slope) <= half]
+        crossing = np.flatnonzero(np.diff(np.sign(value - slope)) != 0)
+        if len(crossing):
+            k = crossing[0]
+            friction = mu[k] + (slope - value[k]) / (value[k + 1] - value[k]) * (mu[k + 1] - mu[k])
+        elif len(covered):
+            friction = mu[np.argmin(np.abs(value - slope))]
+        else:
+            return None, None
+        ends = [*covered, friction]
+        return float(friction), [float(min(ends)), float(max(ends))]
+
+
+def shear(study, source, output):
+    """Yield loci at each friction, the slope over the friction, and what follows for the
+    friction."""
+    config, runs = study.config, read_written(source.design)
+    measured, factor = measured_locus(config), factor_of(study.factors, KEY).name
+    for name, metric in METRICS.items():
+        runs[f"{name}_kPa"] = read_metric(runs["run_id"], metric)
+    loci = [
+        {"particle_friction": float(level)}
+        | {n: yield_locus(g["normal_stress_kPa"], g[f"{n}_kPa"]) for n in METRICS}
+        for level, g in runs.groupby(factor)
+    ]
+    curves = {
+        n: SlopeCurve.fit(runs[factor], runs["normal_stress_kPa"], runs[f"{n}_kPa"])
+        for n in METRICS
+    }
+    used = config.fixed.get(factor)
+    judged = {n: _judge(curve, used, measured[0]) for n, curve in curves.items()}
+    write_table(runs, output.runs)
+    drawn = runs.rename(columns={factor: "particle_friction"})
+    figures.save(figures.yield_loci(drawn, loci, curves, MEASURE, measured), output.figure)
+    write_json(
+        output.summary,
+        {
+            "factor": factor,
+            "measure": MEASURE,
+            "measured": {"slope": measured[0], "intercept_kPa": measured[1]},
+            "inverse": judged[MEASURE]["inverse"],
+            "loci": loci,
+            **judged,
+            "sentence": _sentence(judged[MEASURE], measured[0]),
+        },
+    )
+
+
+def _judge(curve, used, measured):
+    """The slope at the friction in use (the highest swept unless given), the friction for the
+    measured slope, and whether the slope can be taken for the friction."""
+    used = curve.high if used is None else used
+    slope, half = (float(x) for x in curve.at(used))
+    friction, interval = curve.inverse(measured)
+    return {
+        "particle_friction": used,
+        "slope": slope,
+        "slope_interval": [slope - half, slope + half],
+        "inverse": friction,
+        "inverse_interval": interval,
+        "swept": [curve.low, curve.high],
+        "bulk_slope_equals_particle_friction": bool(abs(slope - used) <= half),
+        "measured_slope_within_interval": bool(abs(slope - measured) <= half),
+    }
+
+
+def _sentence(found, measured):
+    """What follows for the step from a bulk slope to a particle friction."""
+    low, high = found["slope_interval"]
+    text = (
+        f"Particle friction {found['particle_friction']:g} gives a yield locus of slope "
+        f"{found['slope']:.2f} "
+        f"(95 %: {fixed(low, 2)} to {fixed(high, 2)}), measured {measured:g}. "
+    )
+    if found["inverse_interval"] is None:
+        return text + "No particle friction in the swept range gives the measured slope."
+    a, b = found["inverse_interval"]
+    among = "is" if a <= found["particle_friction"] <= b else "is not"
+    itself = "is" if a <= measured <= b else "is not"
+    return text + (
+        f"The measured slope belongs to a particle friction of {found['inverse']:.2f}; the scatter "
+        f"allows {a:.2f} to {b:.2f} ({found['swept'][0]:g} to {found['swept'][1]:g} were tried). "
+        f"The friction in use {among} in this range. The measured slope itself, used as the "
+        f"friction, {itself}."
+    )
+
+
+def sentences(summary, response):
+    """What came out, for the report."""
+    return [summary["sentence"]]

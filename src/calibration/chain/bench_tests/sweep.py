@@ -1,0 +1,170 @@
+"""Tilted plane and drop as virtual bench tests.
+
+Each is a sweep of one parameter, a quadratic fit, its inverse for the measured value, and runs that
+confirm it.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from calibration import figures
+from calibration.errors import CalibrationError, ConfigError
+from calibration.files import read_json, write_table
+from calibration.intake.tables import read_written
+from calibration.runs.campaign import read_metric, write_plan
+from calibration.study.config import bench_run, given, point_spec, read_bench
+from calibration.study.factors import factor_of
+from calibration.study.sweeps import SWEEPS
+from dem.io.files import write_json
+from dem.spec import parse_spec
+from dem.units import behind, in_ascii, unit_of
+
+
+def swept(study, test):
+    """Name of the factor that a test calibrates. Raises ConfigError for a study without it."""
+    return factor_of(study.factors, SWEEPS[test].key).name
+
+
+def measured(study, test):
+    """The measured value that a test's sweep is inverted at, of its rig. Raises ConfigError for
+    none, or for several."""
+    found = read_bench(study.config, test, SWEEPS[test].metric)
+    if len(found) > 1:
+        raise ConfigError(
+            f"holds several conditions that the bench test {test} is at",
+            path=study.config.measurements,
+            value=", ".join(f"line {m.line}" for m in found),
+            allowed="one; levers tell them apart",
+        )
+    return found[0].value
+
+
+def rig(study, test):
+    """The test's run spec: the study's materials and laws, its own grains and rig. Raises
+    ConfigError."""
+    return bench_run(study.config, given(study.config, f"bench.{test}", test).run)
+
+
+def plan_sweep(study, test, output):
+    """Plan a run at each level of the sweep."""
+    levels = given(study.config, f"bench.{test}", test).levels
+    columns = {"run": range(1, len(levels) + 1), swept(study, test): levels}
+    write_plan(Path(output.plan).parent, *study.plan(pd.DataFrame(columns), test, rig(study, test)))
+
+
+def inverse_of(coefficients, target, low, high):
+    """The level in [low, high] at which a quadratic (highest power first) has the value `target`.
+
+    Of two such levels the one where the quadratic runs as it does from end to end: the other lies
+    beyond a turn that is the fit's alone. Raises CalibrationError when there is none.
+    """
+    roots = np.roots(np.asarray(coefficients, float) - [0.0, 0.0, target])
+    inside = [
+        float(r.real) for r in roots if abs(r.imag) < 1e-9 and low - 1e-9 <= r.real <= high + 1e-9
+    ]
+    if not inside:
+        raise CalibrationError(f"no level between {low:g} and {high:g} gives {target:g}")
+    rise = np.polyval(coefficients, high) - np.polyval(coefficients, low)
+    return max(inside, key=lambda level: rise * np.polyval(np.polyder(coefficients), level))
+
+
+def fit_sweep(study, test, design_file):
+    """Runs with their `response`, coefficients of the quadratic (highest power first), its R2, and
+    the level that gives the measured value. Raises CalibrationError where no swept level does."""
+    sweep = SWEEPS[test]
+    runs = read_written(design_file)
+    runs["response"] = read_metric(runs["run_id"], sweep.metric)
+    x, y = runs[swept(study, test)].to_numpy(float), runs["response"].to_numpy(float)
+    coefficients = np.polyfit(x, y, 2)
+    residual = y - np.polyval(coefficients, x)
+    r2 = 1.0 - float(residual @ residual) / float(((y - y.mean()) ** 2).sum())
+    return runs, coefficients, r2, inverse_of(coefficients, measured(study, test), x.min(), x.max())
+
+
+def plan_confirmation(study, test, sweep_file, output):
+    """Plan replicates at the inverse."""
+    _, _, _, level = fit_sweep(study, test, sweep_file)
+    runs = range(1, getattr(study.config.bench, test).confirmations + 1)
+    columns = {"run": runs, swept(study, test): round(level, 6)}
+    write_plan(Path(output.plan).parent, *study.plan(pd.DataFrame(columns), test, rig(study, test)))
+
+
+def analyse_sweep(study, test, source, output):
+    """Fit, inverse, confirmation, and the closed form beside them."""
+    config, sweep, factor = study.config, SWEEPS[test], swept(study, test)
+    value = measured(study, test)
+    runs, coefficients, r2, level = fit_sweep(study, test, source.sweep)
+    runs["response_sd"] = read_metric(runs["run_id"], sweep.spread)
+    spec = parse_spec(point_spec(rig(study, test), test, {}, config.seed))
+    runs["repeats"] = getattr(spec.geometry, sweep.repeats)
+    confirm = read_written(source.confirmation)
+    confirmed = np.array(read_metric(confirm["run_id"], sweep.metric))
+    write_table(runs, output.runs)
+    axis = figures.response_of(sweep.metric).axis
+    figure = figures.sweep(runs[factor], runs["response"], coefficients, level, value, factor, axis)
+    figures.save(figure, output.figure)
+    write_json(
+        output.summary,
+        {
+            "factor": factor,
+            "measured": value,
+            "unit": in_ascii(unit_of(sweep.metric)),
+            "quadratic": [float(c) for c in coefficients],
+            "R2": r2,
+            "inverse": level,
+            "confirmed_n": len(confirmed),
+            "confirmed_mean": float(confirmed.mean()),
+            "confirmed_sd": float(confirmed.std(ddof=1)) if len(confirmed) > 1 else 0.0,
+            "relative_error_percent": 100.0 * abs(float(confirmed.mean()) - value) / value,
+            "closed_form": closed_form(test, value, spec.geometry),
+            "closed_form_of": "tan(angle)" if test == "tilt" else "sqrt(rebound / drop height)",
+        },
+    )
+
+
+def closed_form(test, measured, geometry):
+    """The parameter by the physics of the test: tan of the sliding angle [deg], or sqrt(h/H) of the
+    rebound [mm] from the drop height of the run spec's geometry."""
+    if test == "tilt":
+        return float(np.tan(np.radians(measured)))
+    return float(np.sqrt(measured / geometry.drop_height_mm))
+
+
+def bench_parameters(study, source, output):
+    """Write {factor: level} that the bench tests found, for the heap's fixed parameters; a test
+    without a level adds none."""
+    found = [read_json(path) for path in (source.tilt, source.drop, source.shear)]
+    levels = {f["factor"]: round(f["inverse"], 4) for f in found if f["inverse"] is not None}
+    write_json(output.fixed, {"fixed": levels})
+
+
+def _tasks(test):
+    """The three functions of a sweep, as the workflow calls them."""
+
+    def plan(study, source, output):
+        plan_sweep(study, test, output)
+
+    def confirm(study, source, output):
+        plan_confirmation(study, test, source.sweep, output)
+
+    def analyse(study, source, output):
+        analyse_sweep(study, test, source, output)
+
+    return plan, confirm, analyse
+
+
+plan_tilt, plan_tilt_confirmation, tilt = _tasks("tilt")
+plan_drop, plan_drop_confirmation, drop = _tasks("drop")
+
+
+def sentences(summary, response):
+    """What came out, for the report."""
+    unit = behind({"deg": "°"}.get(summary["unit"], summary["unit"]))
+    return [
+        f"The measured {summary['measured']:g}{unit} gives {summary['inverse']:.3f}; runs there "
+        f"gave "
+        f"{summary['confirmed_mean']:.2f}{unit}. {summary['closed_form_of']} gives "
+        f"{summary['closed_form']:.3f}."
+    ]

@@ -1,0 +1,62 @@
+"""What every script of the workflow needs: its log, and the call of its function."""
+
+import sys
+import traceback
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from pathlib import Path
+
+from calibration.chain.study import Study
+from calibration.errors import CalibrationError, in_words, of_the_machine
+from calibration.fresh import record
+from calibration.runs.store import keep_runs_in
+from calibration.study.config import Config, with_engine
+from calibration.study.stages import resolve
+from dem.errors import DemError
+
+
+@contextmanager
+def logged(log):
+    """Send what a stage prints to its log; an error of ours, or a refusal of the machine, ends the
+    job with one line there and on the screen."""
+    Path(log).parent.mkdir(parents=True, exist_ok=True)
+    with open(log, "w") as stream, redirect_stdout(stream), redirect_stderr(stream):
+        try:
+            yield
+        except (CalibrationError, DemError) as error:
+            print(error, file=stream)
+            print(error, file=sys.__stderr__)
+            sys.exit(1)
+        except Exception as error:
+            if of_the_machine(error):
+                print(in_words(error), file=sys.__stderr__)
+                sys.exit(1)
+            traceback.print_exc(file=stream)
+            raise
+
+
+def study_of(data):
+    """The study of already checked settings (a mapping). Raises ConfigError where its engine's
+    program is missing."""
+    return Study(with_engine(Config.model_validate(data)))
+
+
+def work_for(config):
+    """Let this process work for the study of a checked configuration (a mapping); returns the
+    study."""
+    study = study_of(config)
+    keep_runs_in(study.config.runs)
+    return study
+
+
+def run_task(job):
+    """Do what a rule declares: call its function with the study, its inputs and its outputs.
+
+    job: what snakemake hands to a script; its parameters name the function, the sections of the
+    configuration that the function may read, and the seeds of the runs that it plans.
+    """
+    with logged(job.log[0]):
+        study = work_for(job.config).with_bench(job.input.get("fixed", ()))
+        study = study.reading(job.params.reads, job.params.get("seeds"))
+        resolve(job.params.function)(study, job.input, job.output)
+        if stamp := job.input.get("made_from"):
+            record(stamp, job.output, study.folder)

@@ -1,0 +1,122 @@
+"""A study: its configuration, factors, measured values and what its stages have left.
+
+The workflow hands one to each stage, narrowed to the sections of the configuration that the stage
+declares; in Python `Study("wheat")` opens one from its folder.
+"""
+
+from functools import cached_property
+from pathlib import Path
+
+from calibration.errors import CalibrationError
+from calibration.files import read_json
+from calibration.intake.tables import read_written
+from calibration.study.config import Config, goals, is_measured, read_target
+from calibration.study.factors import read_factors
+
+ALWAYS = ("name", "results")  # where a study's files are; it decides none of their content
+
+
+class UndeclaredError(CalibrationError):
+    """A stage reads a section of the configuration that its declaration does not name."""
+
+
+class Sections:
+    """Those sections of a `Config` that a stage declares; another one raises UndeclaredError."""
+
+    def __init__(self, config, names):
+        self._config, self._names = config, tuple(names)
+
+    def __getattr__(self, key):
+        if key in Config.model_fields and key not in (*self._names, *ALWAYS):
+            raise UndeclaredError(f"the stage reads {key}, but declares {', '.join(self._names)}")
+        return getattr(self._config, key)
+
+    def model_copy(self, update):
+        """A copy with some sections changed."""
+        return Sections(self._config.model_copy(update=update), self._names)
+
+
+class Results:
+    """What the stages of a study have left in its folder; a stage that has not run gives None."""
+
+    def __init__(self, folder):
+        self.folder = Path(folder)
+        self.name = self.folder.name
+
+    def summary(self, stage, name=None):
+        """Summary of a stage as a mapping, or None; `name`: another JSON file of it."""
+        names = [name] if name else [stage, "optimum"]
+        paths = [self.folder / stage / f"{n}.json" for n in names]
+        return next((read_json(p) for p in paths if p.is_file()), None)
+
+    def table(self, stage, name):
+        """Table `name`.csv of a stage as a data frame, or None."""
+
+        path = self.folder / stage / f"{name}.csv"
+        return read_written(path) if path.is_file() else None
+
+
+class Study(Results):
+    """A study with its configuration; see the module."""
+
+    def __init__(self, config, folder=None, seeds=None):
+        """seeds: which thousand of seeds the runs have that a stage plans, see
+        `calibration.study.stages.Task`."""
+        super().__init__(folder or f"{config.results}/{config.name}")
+        self.config, self.seeds = config, seeds
+
+    def with_bench(self, files):
+        """This study with the levels that the bench tests found, files of them, in place of its
+        own."""
+        config = self.config
+        for file in files:
+            found = read_json(file)["fixed"]
+            config = config.model_copy(update={"fixed": config.fixed | found})
+        return Study(config, self.folder)
+
+    def reading(self, sections, seeds=None):
+        """This study for a stage that declares these sections of the configuration and these
+        seeds."""
+        return Study(Sections(self.config, sections), self.folder, seeds)
+
+    @cached_property
+    def factors(self):
+        """The factors of the table, in its order. Raises ConfigError."""
+        return read_factors(self.config.factors)
+
+    @property
+    def targets(self):
+        """The main target, then the further ones."""
+        return [self.config.target, *self.config.further_targets]
+
+    def measured(self, target=None):
+        """(n,) readings of a target, of the main one unless given, or a `Stated` mean of them.
+        Raises ConfigError."""
+        return read_target(self.config, target)
+
+    def is_measured(self, target):
+        """Whether the table of measurements holds a target's quantity. Raises ConfigError."""
+        return is_measured(self.config, target)
+
+    def goals(self):
+        """What is asked of each target, see `goals` of the configuration. Raises ConfigError."""
+        return goals(self.config)
+
+    def bench_levels(self):
+        """{factor: level} that the bench tests found, where the study takes its levels from
+        them."""
+        found = self.summary("bench", "fixed") if self.config.fixed_from == "bench" else None
+        return found["fixed"] if found else {}
+
+    def plan(self, design, experiment=None, run=None, seed=None):
+        """The design table (pandas) with seeds and run names, and {run name: spec}; see
+        `calibration.runs.campaign.plan`.
+
+        experiment, run, seed: in place of the configuration's own.
+        """
+        from calibration.runs.campaign import plan
+
+        changes = {"run": run, "seed": seed}
+        changes = {key: value for key, value in changes.items() if value is not None}
+        config = self.config.model_copy(update=changes)
+        return plan(design, self.factors, config, experiment, self.seeds)

@@ -1,0 +1,158 @@
+"""The comparison: made-up studies by the hundred, the same for each way, and a page of results.
+
+    python -m calibration.inference.comparison.study OUT [--repeats N] [--first SEED]
+                                                         [--processes N] [--grainlearning PYTHON]
+
+Trials that OUT holds already are not repeated, so that a comparison that was stopped goes on.
+PYTHON is one that has GrainLearning, which is then compared too.
+
+Decided before it was run: three responses, REPEATS studies of each from the seed FIRST on, RUNS,
+and that a way is good enough where the root mean square error at its point is at most ENOUGH. A
+study's truth and readings are the same for every way and number of runs.
+"""
+
+import argparse
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from calibration.files import write_table
+from calibration.inference.comparison.grain_learning import NAME, GrainLearning
+from calibration.inference.comparison.truths import TRUTHS, Bench
+from calibration.inference.comparison.ways import WAYS, answer
+from calibration.intake.tables import read_written
+
+REPEATS, FIRST = 20, 20260101
+RUNS = (22, 47, 92)
+ENOUGH = 1.0 / 3.0
+"""A third of the margin of 1 degree that the salt's validation asks for."""
+
+
+def trials(repeats=REPEATS, first=FIRST, ways=None):
+    """Table: response, way, runs, seed, miss [deg], how many of the three parameters their
+    intervals hold and how wide these are; miss is NaN where the way ended with an error.
+
+    ways: {name: function of a bench and a number of runs}, those of `WAYS` unless given."""
+    ways = ways or {way: partial(answer, way) for way in WAYS}
+    rows = []
+    for response, function in TRUTHS.items():
+        for seed in range(first, first + repeats):
+            for way, answers in ways.items():
+                for runs in RUNS:
+                    bench = Bench.drawn(function, seed)
+                    found = answers(bench, runs)
+                    row = {"response": response, "way": way, "runs": runs, "seed": seed}
+                    rows.append(row | _judged(found, bench))
+    return pd.DataFrame(rows)
+
+
+def _judged(found, bench):
+    if found is None:
+        return {"miss": np.nan}
+    point, low, high = found
+    judged = {"miss": bench.missed(point)}
+    if low is not None:
+        judged["held"] = int(((low <= bench.truth) & (bench.truth <= high)).sum())
+        judged["width"] = float(np.mean(high - low))
+        judged["width_of_the_strongest"] = float(high[2] - low[2])
+    return judged
+
+
+def summary(table):
+    """Table: way, runs, rmse [deg] with its standard error, coverage [%] with its 95 % interval
+    over studies, mean width of the strongest parameter's interval, studies that ended with an
+    error."""
+    rows = []
+    for (way, runs), group in table.groupby(["way", "runs"], sort=False):
+        square = group["miss"].dropna() ** 2
+        rmse = np.sqrt(square.mean())
+        row = {
+            "way": way,
+            "runs": runs,
+            "studies": len(group),
+            "errors": group["miss"].isna().sum(),
+        }
+        row |= {"rmse": rmse, "rmse_se": square.std(ddof=1) / np.sqrt(len(square)) / (2 * rmse)}
+        if "held" in group and group["held"].notna().any():
+            share = group["held"].dropna() / 3.0
+            reach = stats.t.ppf(0.975, len(share) - 1) * share.std(ddof=1) / np.sqrt(len(share))
+            row |= {"coverage": 100 * share.mean(), "coverage_reach": 100 * reach}
+            row["width"] = group["width_of_the_strongest"].mean()
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def runs_needed(found):
+    """{way: fewest runs of `RUNS` whose error is at most ENOUGH, or None}."""
+    good = found[found["rmse"] <= ENOUGH]
+    ways = dict.fromkeys([*WAYS, *found["way"]])
+    return {way: _first(good.loc[good["way"] == way, "runs"]) for way in ways}
+
+
+def _first(runs):
+    return int(runs.min()) if len(runs) else None
+
+
+def page(found):
+    """The table and the numbers of runs as Markdown."""
+    lines = [
+        "| way | runs | error at the optimum, rms [°] | held by its 95 % interval | width of the "
+        "strongest parameter's |",
+        "|---|---|---|---|---|",
+    ]
+    for row in found.to_dict("records"):
+        held = width = "states none"
+        if row.get("coverage") == row.get("coverage") and row.get("coverage") is not None:
+            held = f"{row['coverage']:.0f} ± {row['coverage_reach']:.0f} %"
+            width = f"{row['width']:.2f}"
+        lines.append(
+            f"| {row['way']} | {row['runs']} | {row['rmse']:.2f} ± {row['rmse_se']:.2f} | {held} | "
+            f"{width} |"
+        )
+    lines += ["", "| way | fewest runs tried with an error of at most a third of a degree |"]
+    lines += ["|---|---|"]
+    for way, runs in runs_needed(found).items():
+        lines.append(f"| {way} | {runs or f'more than {RUNS[-1]}'} |")
+    return "\n".join(lines) + "\n"
+
+
+def _made(folder, name, seeds, each, ways=None):
+    """Files of the trials, a seed each; `each`, a map, makes those that are missing."""
+    files = {seed: folder / f"{name}-{seed}.csv" for seed in seeds}
+    missing = {seed: path for seed, path in files.items() if not path.exists()}
+    list(each(partial(_keep, ways), missing, missing.values()))
+    return list(files.values())
+
+
+def _keep(ways, seed, path):
+    write_table(trials(1, seed, ways), path)
+
+
+def main(argv=None):
+    """Run what is missing and write trials of each seed, summary.csv and table.md into a folder."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--repeats", type=int, default=REPEATS)
+    parser.add_argument("--first", type=int, default=FIRST)
+    parser.add_argument("--processes", type=int, default=1, help="seeds at a time")
+    parser.add_argument("--grainlearning", metavar="PYTHON", help="one that has GrainLearning")
+    args = parser.parse_args(argv)
+    args.out.mkdir(parents=True, exist_ok=True)
+    seeds = range(args.first, args.first + args.repeats)
+    with ProcessPoolExecutor(args.processes) as pool:
+        files = _made(args.out, "trials", seeds, pool.map)
+    if args.grainlearning:
+        with GrainLearning(args.grainlearning) as process:
+            files += _made(args.out, "grainlearning", seeds, map, {NAME: process.answer})
+    table = pd.concat([read_written(p) for p in files])
+    found = summary(table)
+    write_table(found, args.out / "summary.csv")
+    (args.out / "table.md").write_text(page(found))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,266 @@
+"""The posterior of the parameters: what measurements say of them through emulators of the chain's
+own runs.
+
+Coded parameters u lie in [0, 1]^d, the prior's box. A measurement's mean is normal about the
+emulated mean, with the measurement's own standard error, the emulator's error at u and a stated
+discrepancy of the model. Runs that gave no value count by their chance. Arrays in, arrays out; the
+stage `calibration.chain.posterior` reads and writes.
+"""
+
+from dataclasses import dataclass
+
+import emcee
+import numpy as np
+from SALib.analyze import sobol as sobol_analysis
+from SALib.sample import sobol as sobol_sample
+from scipy import stats
+
+from calibration.errors import CalibrationError
+from calibration.inference.emulator import Emulator
+from calibration.inference.no_value import Chance, log_likelihood
+
+WALKERS, BURN, STEPS = 32, 300, 1200
+AUTOCORRELATIONS = 25
+"""Autocorrelation times that the chains must be long: below it emcee's estimate of them is not to
+be trusted."""
+SOBOL_SAMPLES = 4096
+LEAST_FREEDOM = 8
+"""Degrees of freedom of replicates from which on they tell the scatter: their standard deviation is
+then known to a quarter."""
+
+
+class ScatterEmulator:
+    """Emulated mean of a response over u in [0, 1]^d and its scatter from seed to seed, which may
+    vary with u.
+
+    x: (n, d) inputs of single runs; y: (n,) responses. Runs at one point are taken together. The
+    log variance within points is linear in u where replicates at several points allow it (gamma
+    regression: Harvey 1976, Econometrica 44:461), else one; the process weighs each point by its
+    own.
+    """
+
+    def __init__(self, x, y):
+        x, y = np.asarray(x, float), np.asarray(y, float)
+        if len(y) < x.shape[1] + 3 or np.ptp(y) == 0.0:
+            raise CalibrationError(
+                f"{len(y)} runs of responses that differ are needed to emulate over {x.shape[1]} "
+                f"factors: "
+                f"at least {x.shape[1] + 3}, not all alike"
+            )
+        points, of = np.unique(np.round(x, 9), axis=0, return_inverse=True)
+        of = of.ravel()
+        runs = np.bincount(of)
+        means = np.bincount(of, y) / runs
+        self._log_variance = _log_variance(points, of, y - means[of], runs)
+        local = self._variance_of_run(points)
+        weights = runs * local.mean() / local
+        told = self._log_variance is not None and len(y) - len(points) >= LEAST_FREEDOM
+        noise = float(local.mean()) if told else None
+        self.emulator = Emulator(points, means, scatters=True, runs=weights, noise=noise)
+
+    def mean(self, u):
+        """(mean, variance of that mean), (k,) each, at u (k, d)."""
+        u = np.atleast_2d(u)
+        return self.emulator(u), self.emulator.process_variance(u)
+
+    def scatter(self, u):
+        """Standard deviation (k,) of a single run about the mean at u (k, d)."""
+        u = np.atleast_2d(u)
+        if self._log_variance is None:
+            return np.full(len(u), self.emulator.scatter)
+        return np.sqrt(self._variance_of_run(u))
+
+    def _variance_of_run(self, u):
+        if self._log_variance is None:
+            return np.ones(len(u))
+        return np.exp(self._log_variance[0] + u @ self._log_variance[1:])
+
+
+def _log_variance(points, of, residual, runs):
+    """Coefficients (1 + d,) of the log variance, or None where fewer than twice as many points are
+    repeated."""
+    repeated = runs > 1
+    d = points.shape[1]
+    if repeated.sum() == 0:
+        return None
+    squares = np.bincount(of, residual**2)[repeated]
+    freedom = runs[repeated] - 1
+    pooled = squares.sum() / freedom.sum()
+    if pooled <= 0.0:
+        return None
+    constant = np.concatenate([[np.log(pooled)], np.zeros(d)])
+    if repeated.sum() < 2 * (d + 1):
+        return constant
+    return _gamma_regression(points[repeated], squares / freedom, freedom, constant)
+
+
+def _gamma_regression(x, variance, freedom, start, penalty=1.0):
+    """Fisher scoring of log variance = b0 + b x from variances (n,) on `freedom` degrees; slopes
+    are shrunk by a unit normal prior, so that few replicates do not make a variance model of
+    chance."""
+    matrix = np.column_stack([np.ones(len(x)), x])
+    prior = penalty * np.eye(matrix.shape[1])
+    prior[0, 0] = 0.0
+    beta = start
+    for _ in range(50):
+        ratio = variance / np.exp(matrix @ beta)
+        score = matrix.T @ (0.5 * freedom * (ratio - 1.0)) - prior @ beta
+        step = np.linalg.solve(matrix.T @ (0.5 * freedom[:, None] * matrix) + prior, score)
+        beta = beta + np.clip(step, -1.0, 1.0)
+        if np.abs(step).max() < 1e-8:
+            break
+    return beta
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A measured mean with its standard error, the response's emulator, and the discrepancy (sd) of
+    the model."""
+
+    emulator: ScatterEmulator
+    mean: float
+    se: float
+    discrepancy: float = 0.0
+
+    def log_likelihood(self, u):
+        """(k,) log density of the measured mean at u (k, d)."""
+        mean, variance = self.emulator.mean(u)
+        total = variance + self.se**2 + self.discrepancy**2
+        return -0.5 * ((self.mean - mean) ** 2 / total + np.log(2.0 * np.pi * total))
+
+
+@dataclass(frozen=True)
+class Formed:
+    """`tests` of the laboratory that all gave a value, and the `Chance` of a run that gives none.
+
+    A run without a value has no number to be fitted; what is known of it is that the laboratory's
+    tests did not end so."""
+
+    chance: Chance
+    tests: int
+
+    def log_likelihood(self, u):
+        """(k,) log probability that all tests give a value at u (k, d)."""
+        odds, _, _ = self.chance.with_slope(np.atleast_2d(u), [])
+        return log_likelihood(odds, 0, self.tests)
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Independent priors of u (d,) in [0, 1]: uniform, or where sd is finite normal about `mean`,
+    cut to the box."""
+
+    mean: np.ndarray
+    sd: np.ndarray
+
+    @classmethod
+    def uniform(cls, d):
+        """The flat prior of d parameters."""
+        return cls(np.full(d, 0.5), np.full(d, np.inf))
+
+    def log_density(self, u):
+        """(k,) log density at u (k, d) but for a constant; -inf outside the box."""
+        inside = ((u >= 0.0) & (u <= 1.0)).all(axis=1)
+        return np.where(inside, -0.5 * (((u - self.mean) / self.sd) ** 2).sum(axis=1), -np.inf)
+
+    def draw(self, n, rng):
+        """n draws (n, d)."""
+        columns = []
+        for mean, sd in zip(self.mean, self.sd, strict=True):
+            if np.isinf(sd):
+                columns.append(rng.random(n))
+            else:
+                cut = stats.truncnorm((0.0 - mean) / sd, (1.0 - mean) / sd, mean, sd)
+                columns.append(cut.rvs(n, random_state=rng))
+        return np.column_stack(columns)
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Draws u (n, d), their log density (n,), and how the sampler did: autocorrelation time, share
+    accepted, and the number of independent draws they are worth."""
+
+    draws: np.ndarray
+    log_density: np.ndarray
+    autocorrelation: float
+    accepted: float
+    effective: float
+
+    @property
+    def converged(self):
+        """Whether the chains are long enough for their length to be judged."""
+        return bool(self.effective >= AUTOCORRELATIONS * WALKERS)
+
+    def interval(self, level=0.95):
+        """(low, high), (d,) each: the central interval of every parameter on its own."""
+        tail = 0.5 * (1.0 - level)
+        return np.quantile(self.draws, tail, axis=0), np.quantile(self.draws, 1.0 - tail, axis=0)
+
+
+def sample(measured, prior, seed=1, steps=STEPS, burn=BURN, walkers=WALKERS):
+    """The posterior by emcee's affine-invariant ensemble (Foreman-Mackey et al. 2013, PASP
+    125:306).
+
+    measured: list of `Measured` and `Formed`. Chains that are too short for their autocorrelation
+    are run on, to four times `steps`; `converged` says whether that was enough.
+    """
+    d = len(prior.mean)
+
+    def log_density(u):
+        value = prior.log_density(u)
+        inside = np.isfinite(value)
+        if inside.any():
+            value[inside] += sum(m.log_likelihood(u[inside]) for m in measured)
+        return value
+
+    rng = np.random.default_rng(seed)
+    start = _starts(log_density, prior, walkers, rng)
+    sampler = emcee.EnsembleSampler(walkers, d, log_density, vectorize=True)
+    state = emcee.State(start, random_state=np.random.RandomState(seed).get_state())
+    state = sampler.run_mcmc(state, burn)
+    sampler.reset()
+    for _ in range(4):
+        state = sampler.run_mcmc(state, steps)
+        time = float(np.max(sampler.get_autocorr_time(quiet=True, tol=0)))
+        if sampler.iteration >= AUTOCORRELATIONS * time:
+            break
+    time = max(time, 1.0) if np.isfinite(time) else float(sampler.iteration)
+    thin = max(1, int(0.5 * time))
+    draws = sampler.get_chain(flat=True, thin=thin)
+    return Posterior(
+        draws,
+        sampler.get_log_prob(flat=True, thin=thin),
+        time,
+        float(sampler.acceptance_fraction.mean()),
+        sampler.iteration * walkers / time,
+    )
+
+
+def _starts(log_density, prior, walkers, rng):
+    """Walkers (w, d) drawn from the prior in proportion to the likelihood, so that none begins far
+    out."""
+    candidates = prior.draw(200 * walkers, rng)
+    value = log_density(candidates)
+    weight = np.exp(value - value.max())
+    keys = rng.random(len(weight)) ** (1.0 / np.maximum(weight, 1e-300))
+    return candidates[np.argsort(-keys)[:walkers]]
+
+
+def sobol_indices(emulator, names, seed=1):
+    """First-order and total Sobol indices of the emulated mean over the box, with 95 % half widths,
+    by SALib.
+
+    emulator: a function of u (k, d) that gives (k,). Returns {name: {first, first_half, total,
+    total_half}}.
+    """
+    problem = {"num_vars": len(names), "names": list(names), "bounds": [[0.0, 1.0]] * len(names)}
+    u = sobol_sample.sample(problem, SOBOL_SAMPLES, calc_second_order=False, seed=seed)
+    y = np.asarray(emulator(u), float)
+    if np.ptp(y) == 0.0:
+        raise CalibrationError("the response is constant over the box; it has no Sobol indices")
+    found = sobol_analysis.analyze(problem, y, calc_second_order=False, seed=seed)
+    columns = {"first": "S1", "first_half": "S1_conf", "total": "ST", "total_half": "ST_conf"}
+    return {
+        name: {word: float(found[key][i]) for word, key in columns.items()}
+        for i, name in enumerate(names)
+    }

@@ -1,0 +1,1 @@
+"""How the package is called: the commands `calibration` and `dem`, and `Study` in Python."""

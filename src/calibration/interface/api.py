@@ -1,0 +1,121 @@
+"""The public interface in Python: open a study, run its stages, take its results as tables.
+
+Call it from the folder that the paths of the configuration start at, as snakemake is.
+"""
+
+import html
+import subprocess
+from pathlib import Path
+
+from calibration.chain import study
+from calibration.errors import CalibrationError, ConfigError
+from calibration.runs.places import call, snakemake_command
+from calibration.study.config import overlay, parse_config, stands_alone
+from calibration.study.stages import load_stages
+from dem.io.mapping import read_mapping
+from dem.units import unit_of
+
+DEFAULT = Path("config/config.yaml")
+IN_THE_TARGET_S_UNIT = ("response", "response_sd", "effect")
+
+
+class Study(study.Study):
+    """A study of a folder with a config.yaml, or of configuration files, later ones laid over
+    earlier ones.
+
+    Study("wheat"), Study("wheat/config.yaml", "quick.yaml"). Raises ConfigError as the workflow
+    does.
+    """
+
+    def __init__(self, *files):
+        self.files = [config_file(f) for f in files]
+        if not any(stands_alone(f) for f in self.files):
+            self.files.insert(0, DEFAULT)
+        data = {}
+        for path in self.files:
+            data = overlay(data, read_mapping(path)[0])
+        super().__init__(parse_config(data, files=self.files))
+
+    def run(self, stage, cores=2):
+        """Make a stage, and what it needs and is missing; returns its `StageResults`.
+
+        cores: jobs at the same time. Raises CalibrationError with what snakemake said last where it
+        fails.
+        """
+        command = snakemake_command(self.files, f"-j{cores}", stage)
+        done = call(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        if done.returncode:
+            said = "\n".join(done.stderr.strip().splitlines()[-20:])
+            raise CalibrationError(f"{self.name}: {stage} failed\n{said}")
+        return self.results(stage)
+
+    def results(self, stage):
+        """What a stage has left, see `StageResults`."""
+        return StageResults(self, stage)
+
+    def table(self, stage, name):
+        """Table `name`.csv of a stage (pandas), or None; `attrs["units"]` has the unit of each
+        column that has one."""
+        found = super().table(stage, name)
+        if found is not None:
+            found.attrs["units"] = {c: u for c in found if (u := self._unit(c))}
+        return found
+
+    def _unit(self, column):
+        named = self.config.target.metric if column in IN_THE_TARGET_S_UNIT else column
+        return unit_of(named)
+
+    def _repr_html_(self):
+        rows = [(s.title, self.summary(s.name)) for s in load_stages().values()]
+        cells = "".join(
+            f"<tr><td>{html.escape(title)}</td><td>{'done' if found else 'not yet'}</td></tr>"
+            for title, found in rows
+        )
+        return f"<b>{html.escape(self.name)}</b><table>{cells}</table>"
+
+
+class StageResults:
+    """Summary and tables of one stage."""
+
+    def __init__(self, owner, stage):
+        self.study, self.stage = owner, stage
+
+    @property
+    def summary(self):
+        """The stage's summary as a mapping, or None before it has run."""
+        return self.study.summary(self.stage)
+
+    @property
+    def tables(self):
+        """{name: table (pandas)} of the stage."""
+        paths = sorted((self.study.folder / self.stage).glob("*.csv"))
+        return {p.stem: self.study.table(self.stage, p.stem) for p in paths}
+
+    def _repr_html_(self):
+        parts = [
+            f"<h4>{html.escape(name)}</h4>{table.to_html(index=False, max_rows=20)}"
+            for name, table in self.tables.items()
+        ]
+        return f"<b>{html.escape(self.study.name)}: {html.escape(self.stage)}</b>{''.join(parts)}"
+
+
+def config_file(name):
+    """The configuration file that a name stands for. Raises ConfigError."""
+    path = Path(name)
+    path = path / "config.yaml" if path.is_dir() else path
+    if not path.is_file():
+        raise ConfigError("is no study", path=name, allowed="a folder with config.yaml, or a file")
+    _check_place(path)
+    return path
+
+
+def _check_place(path):
+    """Raise ConfigError where a study's factors are not found from here, but from a folder above
+    it: the paths in a configuration count from where the command is started."""
+    named = read_mapping(path)[0].get("factors")
+    if not isinstance(named, str) or Path(named).exists():
+        return
+    there = next((above for above in path.absolute().parents if (above / named).is_file()), None)
+    if there:
+        allowed = f"the same command in the folder {there}, which its paths count from"
+        raise ConfigError("is not here", path=path, key="factors", value=named, allowed=allowed)

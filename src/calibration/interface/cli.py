@@ -1,0 +1,112 @@
+"""The `calibration` command."""
+
+import argparse
+import difflib
+import sys
+from pathlib import Path
+
+from calibration.errors import CalibrationError
+from calibration.runs.places import snakemake_command
+from calibration.telling.plainly import tell
+from dem.errors import DemError
+
+VERIFY = (
+    "Read all results below a folder and say which cannot be trusted: damaged, changed, copied "
+    "from another run, made "
+    "by another engine, or planned from tables and meshes that have changed since."
+)
+RUN = (
+    "Run a study's stages, all of them unless some are named. It is snakemake with the workflow of "
+    "this package, or with that of the current folder where it has one. What snakemake says to its "
+    "developers is left out, unless --verbose is given."
+)
+
+
+def main(argv=None):
+    """Entry point; returns the exit status: 0, or 1 where something is wrong, or 2 for input that
+    cannot be used."""
+    args = _parser().parse_args(argv)
+    try:
+        return args.command(args)
+    except (CalibrationError, DemError, OSError) as error:
+        print(f"calibration: {error}", file=sys.stderr)
+        return 2
+
+
+def _parser():
+    parser = argparse.ArgumentParser(prog="calibration", description="Studies and their results.")
+    commands = parser.add_subparsers(required=True, metavar="command")
+    verify = commands.add_parser("verify", help="check all results", description=VERIFY)
+    verify.add_argument(
+        "results", type=Path, nargs="?", default=Path("results"), help="folder; results by default"
+    )
+    verify.add_argument(
+        "--repair", action="store_true", help="make runs again that are wrong, set aside such plans"
+    )
+    verify.set_defaults(command=_verify)
+    run = commands.add_parser("run", help="run a study", description=RUN)
+    run.add_argument("study", type=Path, help="folder with config.yaml, or a configuration file")
+    run.add_argument(
+        "arguments",
+        nargs=argparse.REMAINDER,
+        help="of snakemake: -n for a dry run, -j4 for four cores, names of stages",
+    )
+    run.set_defaults(command=_run)
+    return parser
+
+
+def _run(args):
+    from calibration.interface.api import config_file  # loads pandas
+
+    _check_stages(args.arguments)
+    _check_settings(args.arguments)
+    command = snakemake_command([config_file(args.study)], *args.arguments)
+    try:
+        return tell(command)
+    except KeyboardInterrupt:
+        return 130  # as a shell says it
+
+
+def _check_stages(arguments):
+    """Raise CalibrationError for a word that is nearly a stage's name; what is far from all may be
+    an option, a file or a rule of the user's own."""
+    from calibration.study.stages import load_stages
+
+    stages = load_stages("calibration.study.stages").values()
+    known = {"all", "report", "diagnose", *(task.rule for stage in stages for task in stage.tasks)}
+    for name in arguments:
+        near = difflib.get_close_matches(name, known, n=1, cutoff=0.8)
+        if name not in known and near:
+            raise CalibrationError(f"{name}: is no stage; did you mean {near[0]}?")
+
+
+def _check_settings(arguments):
+    """Raise CalibrationError for a word behind --config that is no KEY=VALUE: snakemake would end
+    with a traceback."""
+    settings = False
+    for word in arguments:
+        if word.startswith("-"):
+            settings = word in ("--config", "-C")
+        elif settings and "=" not in word:
+            raise CalibrationError(
+                f"{word}: is no setting; allowed behind --config: KEY=VALUE (a stage stands before)"
+            )
+
+
+def _verify(args):
+    from calibration.runs.verify import checked_runs, faults_of, hold, repair  # loads pandas
+
+    if not args.results.is_dir():
+        raise CalibrationError(f"{args.results}: is no folder")
+    if args.repair:
+        hold(args.results)
+    faults = list(faults_of(args.results))
+    for fault in faults:
+        print(fault)
+    print(f"{args.results}: {checked_runs(args.results)} runs, {len(faults)} faults")
+    left = repair(faults, args.results) if args.repair else len(faults)
+    return 1 if left else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,211 @@
+"""The `dem` command with what stands above the engine: `dem new` begins a study, `dem angle`
+measures photographs, `dem bounce` sounds, `dem shear` reads shear testers' tables, `dem clump`
+fills a grain's mesh with spheres, `dem serve` shows a study while it runs."""
+
+import sys
+from pathlib import Path
+
+from calibration.errors import CalibrationError
+from dem.cli import main as engine_main
+
+
+def main(argv=None):
+    """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input."""
+    try:
+        return engine_main(
+            argv, (_add_new, _add_angle, _add_bounce, _add_shear, _add_clump, _add_serve)
+        )
+    except CalibrationError as error:
+        print(f"dem: {error}", file=sys.stderr)
+        return 2
+
+
+def _add_new(commands):
+    new = commands.add_parser(
+        "new",
+        help="begin a study: asks what it is not told",
+        description="Write a study of your material and rig into a new folder. Values carry their "
+        "unit. What no "
+        "option tells is asked for at a terminal.",
+    )
+    new.add_argument("folder", type=Path, help="folder to write; its name becomes the study's")
+    new.add_argument(
+        "--measured", nargs="+", metavar="X", help="angles, or a table, or photographs of heaps"
+    )
+    new.add_argument("--material", help="one with published values; wide ranges unless given")
+    new.add_argument("--density", help="of the grain: 1.35g/cm3")
+    new.add_argument("--grain", help="diameter of the grain: 4mm")
+    new.add_argument(
+        "--sieve",
+        type=Path,
+        help="table with the columns diameter_mm and mass_percent of each size, or passing_percent "
+        "of each sieve",
+    )
+    new.add_argument("--orifice", help="diameter of the funnel's orifice: 25mm")
+    new.add_argument("--plate", help="diameter of the base plate: 100mm")
+    new.add_argument(
+        "--height",
+        help="orifice above the plate: 75mm. Where pouring ended as the heap touched the funnel "
+        "(a fixed funnel), a little above the heap",
+    )
+    new.add_argument("--rim", help="of the plate, where it has one: 3mm")
+    new.add_argument("--rate", help="mass poured in a second, where it was measured: 12g/s")
+    new.add_argument(
+        "--grains",
+        type=int,
+        help="to simulate at most; larger ones of the same volume are poured where your rig takes "
+        "more. 10,000 unless given",
+    )
+    new.add_argument(
+        "--bulk-density",
+        nargs="+",
+        metavar="X",
+        help="poured, where it was measured: 0.76g/cm3; no target, but what the calibrated grains "
+        "are tried on at the end",
+    )
+    new.add_argument(
+        "--no-pilot", action="store_true", help="pour no coarse heaps to try the ranges"
+    )
+    new.set_defaults(command=_new)
+
+
+def _new(args):
+    from calibration.study.new import questions, study  # load pandas and the schemas
+
+    study.check_folder(args.folder)
+    values, heap, factors, sizes = questions.answers(args, questions.at_terminal())
+    print(questions.said_back(values))
+    bulk = questions.bulk_densities(args.bulk_density or (), heap)
+    most = questions.most_grains(args.grains)
+    for sentence in study.write_study(args.folder, values, heap, factors, sizes, bulk, most):
+        print(sentence)
+    if not args.no_pilot:
+        from calibration.study.new.trial import try_study  # compiles the engine
+
+        try_study(args.folder, print)
+    print(f"wrote {args.folder}; next: calibration run '{args.folder}'")
+
+
+def _add_angle(commands):
+    angle = commands.add_parser(
+        "angle",
+        help="angle of repose of heaps on photographs",
+        description="Measure photographs of a heap, seen from the side before a plain backdrop, by "
+        "the flank fit that "
+        "the simulation's heaps are measured by.",
+    )
+    angle.add_argument("photos", type=Path, nargs="+", metavar="PHOTO")
+    angle.add_argument("--out", type=Path, help="table to write, for the configuration's target")
+    angle.add_argument(
+        "--scale",
+        metavar="LENGTH/PIXELS",
+        help="a length and its pixels in the photograph (100mm/830): the height is then told too",
+    )
+    angle.add_argument(
+        "--shown",
+        type=Path,
+        help="folder for the pictures with the fit; beside each photo unless given",
+    )
+    angle.set_defaults(command=_angle)
+
+
+def _angle(args):
+    from calibration.intake.photo.table import measure_photos  # brings image libraries along
+
+    for line in measure_photos(args.photos, args.out, args.scale, args.shown):
+        print(line)
+
+
+def _add_bounce(commands):
+    bounce = commands.add_parser(
+        "bounce",
+        help="restitution of a grain from the sound of its bounces",
+        description="Read WAV recordings of one grain that bounces on a plate, and tell its "
+        "restitution by the times between the impacts.",
+    )
+    bounce.add_argument("sounds", type=Path, nargs="+", metavar="WAV")
+    bounce.add_argument("--out", type=Path, help="table of drops and rebounds to write")
+    bounce.set_defaults(command=_bounce)
+
+
+def _bounce(args):
+    from calibration.intake.sound import measure_sounds  # loads scipy
+
+    for line in measure_sounds(args.sounds, args.out):
+        print(line)
+
+
+def _add_shear(commands):
+    shear = commands.add_parser(
+        "shear",
+        help="yield locus out of a shear tester's table",
+        description="Read normal and shear stresses out of tables, or out of what RheoCompass "
+        "(Anton Paar) exports, and tell the yield locus.",
+    )
+    shear.add_argument("tables", type=Path, nargs="+", metavar="TABLE")
+    shear.add_argument(
+        "--intervals",
+        type=int,
+        nargs="+",
+        default=[],
+        metavar="N",
+        help="of an export: those that are points of the yield locus, and no pre-shear",
+    )
+    shear.add_argument("--out", type=Path, help="table of shear stresses to write")
+    shear.set_defaults(command=_shear)
+
+
+def _shear(args):
+    from calibration.intake.shear_tester import measure_shear  # loads scipy
+
+    for line in measure_shear(args.tables, args.intervals, args.out):
+        print(line)
+
+
+def _add_clump(commands):
+    clump = commands.add_parser(
+        "clump",
+        help="a grain's mesh filled with spheres",
+        description="Fill a closed mesh of a grain (STL, in millimetres) with spheres and write "
+        "the table that particles.clump reads.",
+    )
+    clump.add_argument("mesh", type=Path, metavar="STL")
+    clump.add_argument(
+        "--spheres", type=int, default=8, help="at most; up to ten, eight unless given"
+    )
+    clump.add_argument("--out", type=Path, help="table to write; beside the mesh unless given")
+    clump.set_defaults(command=_clump)
+
+
+def _clump(args):
+    from calibration.intake.filling import fill_mesh  # loads scipy
+
+    for line in fill_mesh(args.mesh, args.spheres, args.out):
+        print(line)
+
+
+def _add_serve(commands):
+    server = commands.add_parser(
+        "serve",
+        help="a local page of a study while it runs",
+        description="Show a study's progress, its heaps as they finish and its failures on a page "
+        "of this machine alone, which can start and stop the study. The address that is told has "
+        "a token; nobody without it is answered.",
+    )
+    server.add_argument(
+        "study", nargs="+", metavar="STUDY", help="folder with config.yaml, or configuration files"
+    )
+    server.add_argument("--cores", type=int, default=2, help="that the study may use")
+    server.add_argument("--port", type=int, default=0, help="a free one unless given")
+    server.set_defaults(command=_serve)
+
+
+def _serve(args):
+    from calibration.interface.api import Study  # loads pandas and the schemas
+    from calibration.telling.serve import serve
+
+    serve(Study(*args.study), args.cores, args.port)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,5 +1,0 @@
-"""The study's report: one HTML file that opens offline."""
-
-from calibration.report.build import build
-
-__all__ = ["build"]

@@ -1,0 +1,237 @@
+"""Before any run: every run spec that a study could expand to is tried, and what the runs will cost
+is said.
+
+A level that no run can have would otherwise be met hours later, when its stage is planned.
+"""
+
+from itertools import combinations, product
+from math import prod
+
+from calibration.errors import CalibrationError, ConfigError
+from calibration.runs.cost import (
+    BASE_MB,
+    MB_PER_GRAIN,
+    duration,
+    machine_memory_mb,
+    memory_mb,
+    seconds_of,
+)
+from calibration.study.config import bench_run, machine_run, overlay, point_spec
+from calibration.study.factors import read_factors
+from calibration.study.sweeps import SWEEPS
+from dem.errors import DemError, SpecError
+from dem.experiments import experiment_of
+from dem.spec import input_digests, parse_spec, require_material
+
+RESERVED = ("runs", "reference")
+"""Folders below results/ that are no study's."""
+
+MOST_CORNERS = 256
+
+
+def check_ahead(config):
+    """Raise ConfigError for the first thing that would stop the study later. It may be a name that
+    is taken, a level that no run can have, or a number of the material that nothing gives. It may
+    be a design or a mesh that cannot be used, or a run that needs more memory than there is."""
+    if config.name in RESERVED:
+        raise ConfigError("is taken", key="name", value=config.name, allowed="another name")
+    factors = read_factors(config.factors)
+    _check_held(config, factors)
+    _check_blocks(config, factors)
+    first, tried = None, set()
+    for where, spec in _specs_ahead(config, factors):
+        try:
+            parsed = parse_spec(spec)
+        except SpecError as error:
+            raise ConfigError(f"{error}", key=where) from None
+        _check_given(where, parsed)
+        first = first or parsed
+        _check_files(where, parsed, tried)
+    needed, there = memory_mb(first.particles.count), machine_memory_mb()
+    if needed > there:
+        raise ConfigError(
+            f"a run needs about {needed / 1000:.1f} GB of memory; this machine has "
+            f"{there / 1000:.1f} GB",
+            key="run.particles.count",
+            value=first.particles.count,
+            allowed=f"about {(there - BASE_MB) / MB_PER_GRAIN:.0f} grains",
+        )
+
+
+def _check_given(where, spec):
+    """Refuse a run spec that leaves a number of the material to the schema."""
+    try:
+        require_material(spec)
+    except SpecError as error:
+        why = f"must be given, by `run` or a factor, for the runs of {where}"
+        raise ConfigError(why, key=error.key) from None
+
+
+def _check_held(config, factors):
+    """Refuse a factor that nothing gives a level while it is not varied: the engine's example would
+    count, which is of another material."""
+    bench = config.bench.tilt or config.bench.drop or config.bench.shear
+    if config.screening.at_least >= len(factors) and not bench:
+        return  # all of them go on
+    for factor in factors:
+        if not (factor.name in config.fixed or _gives(config.run, factor.key)):
+            raise ConfigError(
+                "must be given: the factor's level while it is not varied, as for all runs after a "
+                "screening that does not send it on",
+                key=f"fixed.{factor.name}",
+                allowed=f"a level of it: {factor.levels}",
+            )
+
+
+def _check_blocks(config, factors):
+    """Refuse a size of blocks in which no design of as many factors as can go on stands."""
+    screening, rules = config.screening, config.response_surface
+    if not rules.block_size:
+        return
+    from calibration.statistics.composite import region_design  # loads scipy
+
+    most = min(screening.at_most, len(factors))
+    for count in range(min(screening.at_least, most), most + 1):
+        try:
+            region_design(factors[:count], rules)
+        except CalibrationError as error:
+            raise ConfigError(
+                f"{error} (where {count} factors go on)",
+                key="response_surface.block_size",
+                value=rules.block_size,
+            ) from None
+
+
+def _gives(run, key):
+    """Whether a run spec (a mapping) has the dotted key."""
+    for name in key.split("."):
+        if not isinstance(run, dict) or name not in run:
+            return False
+        run = run[name]
+    return True
+
+
+def cost_ahead(config):
+    """A sentence: memory and, for a study of poured grains, time of one run on one core, before any
+    has been made."""
+    spec = parse_spec(point_spec(config.run, config.experiment, {}, config.seed))
+    count = spec.particles.count
+    grains = "1 grain" if count == 1 else f"{count:,} grains"
+    return f"a run of {grains} takes about {memory_mb(count):.0f} MB of memory{_time(spec)}"
+
+
+def _time(spec):
+    seconds = seconds_of(spec)
+    if seconds is None:
+        return ""
+    return f" and about {duration(max(1.0, seconds))} of one core"
+
+
+def _check_files(where, spec, tried):
+    """Refuse a mesh that is not there or cannot be used; those `tried` already are not read
+    again."""
+    digests = input_digests(spec)
+    rig = tuple(digests.items())
+    if rig in tried:
+        return
+    tried.add(rig)
+    for key, digest in digests.items():
+        if digest is None:
+            value = getattr(spec.geometry, key)
+            raise ConfigError("there is no such file", key=f"run.geometry.{key}", value=value)
+    if digests:
+        try:
+            experiment_of(spec).prepare(spec)
+        except DemError as error:
+            raise ConfigError(f"{error}", key=where) from None
+
+
+def _specs_ahead(config, factors):
+    """(what it is, run spec as a mapping) of all runs that the configuration alone decides."""
+    known = {f.name: f for f in factors}
+    fixed = {f.name: f.natural(0.0) for f in factors} | config.fixed
+
+    def at(base, experiment, levels):
+        levels = fixed | levels  # a bench test names keys that no factor sets
+        levels = {n: known[n].value(level) if n in known else level for n, level in levels.items()}
+        keyed = {known[n].key if n in known else n: level for n, level in levels.items()}
+        return point_spec(base, experiment, keyed, config.seed)
+
+    for where, levels in _points(config, factors):
+        yield where, at(config.run, config.experiment, levels)
+    for test, sweep in SWEEPS.items():
+        section = getattr(config.bench, test)
+        for level in section.levels if section else ():
+            run = bench_run(config, section.run)
+            yield f"bench.{test}.levels", at(run, test, {sweep.key: level})
+    rules = config.pour_rate
+    for rate in rules.rates_per_s if rules else ():
+        run = overlay(config.run, {"geometry": {"generation_rate_per_s": rate}})
+        yield "pour_rate.rates_per_s", at(run, config.experiment, {})
+    if rules and rules.opened is not None:
+        run = overlay(config.run, {"geometry": {"feed": "opened"} | rules.opened})
+        yield "pour_rate.opened", at(run, config.experiment, {})
+    for name, machine in config.push_through.items():
+        run = machine_run(config, machine)
+        yield f"push_through.{name}", at(run, machine.experiment, {})
+    scaling = config.scaling
+    for experiment in ("heap", "drop") if scaling else ():
+        run = bench_run(config, getattr(scaling, experiment))
+        yield f"scaling.{experiment}", at(run, experiment, scaling.point)
+    shear = config.bench.shear
+    if shear:
+        run = bench_run(config, shear.run)
+        for level, load in product(shear.levels, shear.normal_stresses_kPa):
+            levels = {
+                **shear.fixed,
+                "contacts.particle_particle.static_friction": level,
+                "geometry.normal_stress_kPa": load,
+            }
+            yield "bench.shear", at(run, "shear", levels)
+
+
+def _points(config, factors):
+    """(what it is, {factor name: level}) of the study's own points: fixed levels, screening,
+    corners, path, region."""
+    yield "fixed", {}
+    yield from (("screening", levels) for levels in _screening(config, factors))
+    ends = [(f.low, f.high) for f in factors]
+    if prod(map(len, ends)) <= MOST_CORNERS:
+        for corner in product(*ends):
+            named = dict(zip((f.name for f in factors), corner, strict=True))
+            yield "a corner of the factors' ranges", named
+    path = config.ascent
+    both = [n for n in path.start if n in path.step]
+    for number in range(path.steps if both and path.rule == "configured" else 0):
+        yield "ascent", {n: path.start[n] + number * path.step[n] for n in both}
+    yield "response_surface.centre", config.response_surface.centre
+    yield from (("response_surface", levels) for levels in _region(config.response_surface))
+    yield "optimise.point", config.optimise.point
+
+
+def _screening(config, factors):
+    """Levels of the screening's runs. Raises ConfigError for a design that cannot be made."""
+    from calibration.statistics.screening_design import screening_design  # loads scipy
+
+    rules = config.screening
+    try:
+        design = screening_design(factors, rules)
+    except ConfigError:
+        raise
+    except CalibrationError as error:
+        raise ConfigError(f"{error}", key="screening") from None
+    names = [f.name for f in factors]
+    return design[names].drop_duplicates().to_dict("records")
+
+
+def _region(region):
+    """Levels of the runs of a Box-Behnken design whose centre is given: pairs of factors at their
+    ends."""
+    known = [n for n in region.centre if n in region.half_width]
+    for pair in combinations(known, 2):
+        for signs in product((-1.0, 1.0), repeat=2):
+            ends = {
+                n: region.centre[n] + s * region.half_width[n]
+                for n, s in zip(pair, signs, strict=True)
+            }
+            yield region.centre | ends

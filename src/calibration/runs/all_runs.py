@@ -1,0 +1,93 @@
+"""All runs of a study in one file: a row a run, with what was varied and what came out.
+
+The file is netCDF 3, which scipy writes and which xarray, MATLAB, R, Octave and ParaView read.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.io import netcdf_file
+
+from calibration.files import replacing
+from calibration.runs.campaign import read_plan
+from calibration.runs.store import RunStore
+from calibration.study.config import numbers_of
+from calibration.study.stages.provenance import CRATE
+from dem.errors import ResultError
+from dem.units import in_ascii, unit_of
+
+ABOUT = ("run", "stages", "experiment", "engine")
+"""Columns of words; all others are numbers."""
+
+
+def planned(folder):
+    """{run name: [stages]} of all plans below a study's folder."""
+    found = {}
+    for path in sorted(Path(folder).rglob("plan.json")):
+        stage = path.parent.relative_to(folder).as_posix()
+        if stage.startswith(f"{CRATE}/"):
+            continue
+        for name in read_plan(path):
+            found.setdefault(name, []).append(stage)
+    return found
+
+
+def finished(folder):
+    """[(run name, [stages], result)] of the planned runs that are done and can be trusted;
+    `calibration verify` says which of the others are damaged."""
+    store, found = RunStore(), []
+    for name, stages in planned(folder).items():
+        try:
+            found.append((name, stages, store.result(name)))
+        except ResultError:
+            continue
+    return found
+
+
+def runs_table(study, runs):
+    """Table (pandas) of the `finished` runs of a study: name, stages, experiment and engine; the
+    dotted keys of the run specs that are numbers and not the same in all runs, and those of the
+    factors; the metrics, empty where a run has none of that name; its wall time."""
+    rows, specs = [], []
+    for name, stages, result in runs:
+        rows.append(
+            {"run": name, "stages": " ".join(stages), "experiment": result["experiment"]}
+            | {"engine": result["engine"]}
+            | result["metrics"]
+            | {"wall_time_s": result["numerics"].get("wall_time_s")}
+        )
+        specs.append(numbers_of(result["spec"]))
+    levels = pd.DataFrame(specs)
+    kept = {f.key for f in study.factors} | {k for k in levels if levels[k].nunique(False) > 1}
+    table = pd.DataFrame(rows)
+    words = [c for c in ABOUT if c in table]
+    parts = [table[words], levels[[k for k in levels if k in kept]], table.drop(columns=words)]
+    return pd.concat(parts, axis=1)
+
+
+def write_netcdf(table, path, about):
+    """Write a table as netCDF 3 with the dimension `run`: numbers as float64 with their unit, words
+    as characters. about: {name: text} of the file as a whole."""
+    with replacing(path) as partial, netcdf_file(partial, "w", version=2) as file:
+        for name, text in about.items():
+            setattr(file, name, text)
+        file.createDimension("run", len(table))
+        for column in table:
+            _write_column(file, column, table[column])
+
+
+def _write_column(file, name, values):
+    if name not in ABOUT:
+        variable = file.createVariable(name, "d", ("run",))
+        variable[:] = pd.to_numeric(values).to_numpy(float)
+        if unit_of(name):
+            variable.units = in_ascii(unit_of(name))
+        return
+    words = np.array([str(v).encode("ascii", "replace") for v in values], dtype=bytes)
+    width = f"characters_of_{name}"
+    file.createDimension(width, max(words.dtype.itemsize, 1))
+    variable = file.createVariable(name, "c", ("run", width))
+    variable._Encoding = "utf-8"  # so readers make words of it
+    if len(words):
+        variable[:] = words.view("S1").reshape(len(words), -1)

@@ -1,0 +1,188 @@
+"""Plans of runs: which runs a stage needs, under the names by which they are cached.
+
+A run is named after the content of its spec, so moving one point of a design runs one run. A plan
+is a table: the design's columns, `seed`, `experiment`, `run_id`; the specs stand beside it in
+plan.json.
+"""
+
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from calibration.errors import CalibrationError
+from calibration.files import read_json, write_table
+from calibration.intake.tables import read_written
+from calibration.runs.store import RunStore
+from calibration.study.config import point_spec
+from calibration.study.config.specs import SEEDS_A_STAGE
+from calibration.study.factors import read_factors
+from dem.errors import ResultError
+from dem.io.checked import digest_of, is_sealed, sealed
+from dem.io.files import write_json
+from dem.results import RESULT, is_current, run_name
+from dem.spec import parse_spec
+
+
+def run_id(spec):
+    """Name of a run: experiment and content hash of its spec (a mapping)."""
+    return run_name(parse_spec(spec))
+
+
+def plan(design, factors, config, experiment=None, seeds=None):
+    """Add `seed` and `run_id` to a design table; returns the table and {run_id: spec}. experiment:
+    the study's own unless given; seeds: which thousand of seeds the runs have, from the study's
+    first on unless given.
+
+    The n-th occurrence of a point has the n-th seed, so replicates differ. Raises CalibrationError
+    where a point is repeated more often than these.
+    """
+    first_seed = config.seed + SEEDS_A_STAGE * (seeds or 0)
+    experiment = experiment or config.experiment
+    used = [f for f in factors if f.name in design]
+    seen, rows, specs = {}, [], {}
+    for row in design.to_dict("records"):
+        levels = {f.name: row[f.name] for f in used}
+        levels = config.fixed | levels
+        levels = {f.key: f.value(levels[f.name]) for f in factors if f.name in levels}
+        point = tuple(sorted(levels.items()))
+        seed = first_seed + seen.get(point, 0)
+        seen[point] = seen.get(point, 0) + 1
+        if seeds is not None and seen[point] > SEEDS_A_STAGE:
+            raise CalibrationError(
+                f"a point is repeated more than {SEEDS_A_STAGE} times, which is as many seeds as "
+                "a stage has"
+            )
+        spec = point_spec(config.run, experiment, levels, seed)
+        name = run_id(spec)
+        specs[name] = spec
+        rows.append(row | {"seed": seed, "experiment": experiment, "run_id": name})
+    return pd.DataFrame(rows), specs
+
+
+PLANNED = "planned_from.json"
+"""Beside a plan: checksums of its two files and of the tables that the design follows."""
+
+
+def write_plan(folder, table, specs, inputs=()):
+    """Write design.csv, plan.json and PLANNED, each atomically; `inputs`: paths of the tables that
+    the design follows."""
+    folder = Path(folder)
+    write_table(table, folder / "design.csv")
+    write_json(folder / "plan.json", specs)
+    own = {name: digest_of(folder / name) for name in ("design.csv", "plan.json")}
+    tables = {str(path): digest_of(path) for path in inputs if path}
+    write_json(folder / PLANNED, sealed({"files": own, "inputs": tables}))
+
+
+def changed_since_planned(folder):
+    """Files of a plan, and tables that it was made from, that are not as they were then. Raises
+    ValueError where what was written down is damaged itself; nothing is known of a plan without
+    it."""
+    folder = Path(folder)
+    if not (folder / PLANNED).exists():
+        return []
+    made = read_json(folder / PLANNED)
+    if not is_sealed(made):
+        raise ValueError(f"{folder / PLANNED}: is damaged")
+    own = [(folder / name, digest) for name, digest in made["files"].items()]
+    # a table is not at hand where results were moved away from their study
+    tables = [(Path(p), digest) for p, digest in made["inputs"].items() if Path(p).is_file()]
+    return [p for p, digest in own + tables if not p.is_file() or digest_of(p) != digest]
+
+
+def read_plan(path):
+    """{run_id: spec} of a plan.json; empty when there is none yet."""
+    path = Path(path)
+    return _read_plan(path, path.stat().st_mtime_ns) if path.exists() else {}
+
+
+@lru_cache(maxsize=64)
+def _read_plan(path, _changed):
+    """A plan is asked for by each of its runs."""
+    return read_json(path)
+
+
+def planned_spec(study, name):
+    """Spec of a run that a stage of a study's folder planned, its keys sorted; None where none did.
+
+    Stages that share a run can have its keys in different orders. The order does not name the run,
+    but snakemake takes another one for a change.
+    """
+    plans = plans_of(study)
+    return next((_sorted(specs[name]) for _, specs in plans if name in specs), None)
+
+
+def plans_of(study):
+    """(stage's folder, {run_id: spec}) of each plan in a study's folder."""
+    for path in sorted(Path(study).glob("*/plan.json")):
+        yield path.parent.name, read_plan(path)
+
+
+def _sorted(data):
+    return {k: _sorted(data[k]) for k in sorted(data)} if isinstance(data, dict) else data
+
+
+def result_path(name):
+    """Where a run's result is."""
+    return RunStore().folder(name) / RESULT
+
+
+REFUSED = "refused"
+"""Where a result without metrics says why it has none: {kind, reason}."""
+
+
+def read_metric(run_ids, metric):
+    """Values [n] of one metric of finished runs. Raises CalibrationError for a run that is missing,
+    damaged or of another engine, and for one without the metric."""
+    found = _metrics(run_ids)
+    for name, metrics in zip(run_ids, found, strict=True):
+        if metric not in metrics:
+            raise CalibrationError(
+                f"{result_path(name)}: has no metric {metric}: {reason_without(name)}"
+            )
+    return [m[metric] for m in found]
+
+
+def read_values(run_ids, metric):
+    """Values (n,) of one metric of finished runs, NaN for runs without it. Raises CalibrationError
+    for a run that is missing, damaged or of another engine."""
+    return np.array([m.get(metric, np.nan) for m in _metrics(run_ids)], float)
+
+
+def _metrics(run_ids):
+    store = RunStore()
+    return [_result(store, name)["metrics"] for name in run_ids]
+
+
+def reason_without(name):
+    """Why a finished run has no value of a metric, in its own words; errors as `read_metric`."""
+    refused = _result(RunStore(), name)["numerics"].get(REFUSED)
+    return refused["reason"] if refused else "this experiment does not measure it"
+
+
+def _result(store, name):
+    try:
+        result = store.result(name)
+    except ResultError as error:
+        raise CalibrationError(f"{error}; `calibration verify --repair` makes it again") from None
+    if not is_current(result["engine"]):
+        raise CalibrationError(
+            f"{result_path(name)}: was made by another engine, {result['engine']}; `calibration "
+            f"verify --repair` "
+            "makes it again"
+        )
+    return result
+
+
+def points_of(name, config):
+    """Sentences that say which points of which designs need the run `name`."""
+    factors, found = read_factors(config.factors), []
+    for path in sorted(Path(config.results, config.name).glob("*/design.csv")):
+        design = read_written(path)
+        for row in design[design["run_id"] == name].to_dict("records"):
+            levels = ", ".join(f"{f.name} {row[f.name]:g}" for f in factors if f.name in row)
+            place = f"run {row['run']} of {len(design)}" if "run" in row else "a run"
+            found.append(f"{path.parent.name}, {place}, seed {row['seed']}: {levels}")
+    return found

@@ -1,0 +1,50 @@
+"""What a run costs, estimated from its spec before it is made: time of one core, and memory."""
+
+import os
+
+from dem.spec import parse_spec
+
+BASE_MB, MB_PER_GRAIN = 250.0, 0.003
+"""Memory of a run. Python with the compiled engine takes the first (a heap of 1,250 spheres took
+206 MB), each grain the second: twice 160 bytes of state, about twelve neighbours of 45 bytes in two
+lists, 1.4 kB together, and as much again for copies."""
+
+GRAIN_STEPS_PER_S = 1.0e7
+"""Of one core; a third of what a settled bed takes on the machine of the README."""
+
+
+def run_seconds(spec):
+    """Time of one run [s] of one core, estimated from its spec (a mapping); None for an experiment
+    that pours no grains."""
+    return seconds_of(parse_spec(spec))
+
+
+def seconds_of(spec):
+    """`run_seconds` of a `RunSpec`."""
+    rate = getattr(spec.geometry, "generation_rate_per_s", None)
+    if rate is None or spec.engine is not None:
+        return None
+    from dem.experiments.setup import time_step_of  # loads the engine
+
+    poured = spec.particles.count / rate
+    # half of the grains on average while they are poured, all of them while they come to rest
+    steps = (0.5 * poured + 0.7) / time_step_of(spec)
+    return spec.particles.count * steps / GRAIN_STEPS_PER_S
+
+
+def memory_mb(count):
+    """Memory [MB] of a run of `count` grains, estimated."""
+    return BASE_MB + MB_PER_GRAIN * count
+
+
+def machine_memory_mb():
+    """Physical memory of this machine [MB]."""
+    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def duration(seconds):
+    """'40 s', '12 min', '3 h 20 min'."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"

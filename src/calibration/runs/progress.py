@@ -1,0 +1,135 @@
+"""How far a campaign is, by what its stages declare of their runs."""
+
+import os
+from dataclasses import dataclass
+from math import ceil
+
+from calibration.runs.campaign import plans_of
+from calibration.runs.cost import duration, run_seconds
+from calibration.runs.store import RunStore
+from calibration.study.config import point_spec
+from calibration.study.stages import planning
+from dem.results import FAILED, is_current
+
+REPEAT = "failed.yaml"
+"""What a run that failed leaves beside its log: its spec, to be repeated."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Runs of one plan: how many are done of how many, and the names of those that failed. planned
+    is false where the number is only expected; short: runs of seconds, which share processes;
+    above: of a stage of another layer, as the diagnosis."""
+
+    name: str
+    done: int
+    total: int
+    failed: tuple = ()
+    planned: bool = True
+    short: bool = False
+    above: bool = False
+
+    @property
+    def counted(self):
+        """Whether its runs count among the study's."""
+        return not (self.short or self.above)
+
+    @property
+    def left(self):
+        """Runs that have neither ended nor failed."""
+        return self.total - self.done - len(self.failed)
+
+    @property
+    def words(self):
+        """'response surface (3 of 17)'."""
+        name = self.name.replace("_", " ")
+        return f"{name}{', short runs' * self.short} ({self.done} of {self.total})"
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Plans of a study, those that every study makes, and mean wall time [s] of their finished
+    runs, None before the first; expected_s: what a run takes by its spec, None where nobody
+    knows."""
+
+    plans: tuple
+    mean_s: float | None
+    expected_s: float | None
+
+    @property
+    def chain(self):
+        """The plans that every study makes."""
+        return [p for p in self.plans if p.counted]
+
+    @property
+    def failed(self):
+        """Names of all runs that failed."""
+        return [name for plan in self.plans for name in plan.failed]
+
+    def left_s(self, cores):
+        """Seconds until the chain's runs are made, or None: a stage waits for the one before it, so
+        the last run of each may leave cores idle."""
+        each = self.mean_s or self.expected_s
+        rounds = sum(ceil(plan.left / cores) for plan in self.chain)
+        return rounds * each if each and rounds else None
+
+    def sentence(self, cores):
+        """'12 of 63 runs done, none failed; now screening (12 of 12); about 9 min left on 2
+        cores'."""
+        done, total = (sum(getattr(p, key) for p in self.chain) for key in ("done", "total"))
+        failed = f"{len(self.failed)} failed" if self.failed else "none failed"
+        parts = [f"{done} of {total} runs done, {failed}"]
+        under_way = [p for p in self.plans if p.planned and p.left]
+        if under_way:  # several can be planned: what has runs has begun
+            parts.append(f"now {max(under_way, key=lambda p: p.done > 0).words}")
+        left = self.left_s(cores)
+        if left:
+            guess = "" if self.mean_s else ", estimated before the first run"
+            unit = "core" if cores == 1 else "cores"
+            parts.append(f"about {duration(left)} left on {cores} {unit}{guess}")
+        return "; ".join(parts)
+
+
+def progress(config, store=None):
+    """`Progress` of a study, as the store's index has it: no result is read."""
+    store, walls, plans = store or RunStore(config.runs), [], []
+    for name, task, names in _plans(f"{config.results}/{config.name}"):
+        if not names and not task.expected:
+            continue
+        ended = [e for n in names if (e := store.known(n)) and is_current(e["engine"])]
+        over = {entry["run"] for entry in ended}
+        if task is None:  # stages above keep a run without a value, and go on
+            over |= {n for n in names if (store.folder(n) / FAILED).exists()}
+        failed = tuple(n for n in names if n not in over and _failed(store, n))
+        total = len(names) or task.expected(config)
+        short = bool(task and task.batches)  # a share of a process each
+        plan = Plan(name, len(over), total, failed, bool(names), short, above=task is None)
+        plans.append(plan)
+        if plan.counted:
+            walls += [e["wall_time_s"] for e in ended if e["wall_time_s"] is not None]
+    mean = sum(walls) / len(walls) if walls else None
+    return Progress(tuple(plans), mean, None if walls else _expected_s(config))
+
+
+def _plans(folder):
+    """[(name, task that plans it, its runs)] of a study, in the stages' order. Plans of stages
+    above this layer come first, as their folders have them, without a task."""
+    made, own = {name: runs for name, runs in plans_of(folder) if runs}, planning()
+    others = made.keys() - {task.plans for task in own}
+    return [
+        *((name, None, made[name]) for name in sorted(others)),
+        *((task.plans, task, made.get(task.plans, {})) for task in own),
+    ]
+
+
+def _failed(store, name):
+    return any((store.folder(name) / file).exists() for file in (FAILED, REPEAT))
+
+
+def _expected_s(config):
+    return run_seconds(point_spec(config.run, config.experiment, {}, config.seed))
+
+
+def cores():
+    """Cores that the workflow was given."""
+    return int(os.environ.get("CAMPAIGN_CORES", 1))

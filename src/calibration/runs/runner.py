@@ -1,0 +1,210 @@
+"""One cached run inside the workflow: its log, its failure in a few sentences, and the campaign's
+progress."""
+
+import sys
+import threading
+import time
+import traceback
+from pathlib import Path
+
+import yaml
+
+from calibration import engines
+from calibration.errors import in_words, of_the_machine
+from calibration.runs.campaign import REFUSED, points_of
+from calibration.runs.progress import REPEAT, cores, progress
+from calibration.runs.store import RunStore
+from calibration.study.config import Config
+from dem.errors import DemError, MeasureError, StoppedError
+from dem.io.files import replace_file, write_arrays
+from dem.results import STATE, write_result
+from dem.spec import parse_spec
+
+# of a run: snakemake shows the log of a failed run, whose last lines must not be lost among notes
+NOTE_EVERY = 0.1
+REPORT_EVERY = 5.0  # seconds
+WATCH_EVERY = 30.0  # seconds
+NO_HEAP = (
+    "the grains roll or bounce off the plate, or are too few: more friction, a lower discharge "
+    "height or a rim "
+    "(docs/howto-geometry.md), or more grains"
+)
+
+
+def run_logged(spec, out, log, config):
+    """Run `spec` (a mapping) into folder `out` and write its progress to `log`.
+
+    A failed run says which points of which designs need it, why it failed, the likely cause and
+    where its log is. It keeps its spec beside the log, and ends the job with status 1.
+    """
+    store = RunStore(Path(out).parent)
+    if _fault(spec, Path(out).name, log, Config.model_validate(config), store):
+        sys.exit(1)
+
+
+def run_each(specs, log, config, root=None):
+    """Make runs {name: spec} one after another in this process, each as `run_logged` does with its
+    log in its own folder; those that are there are not made again. `log` says of each how it ended.
+    A run that fails does not stop the others, but ends the job with status 1 after them; where the
+    machine refuses, or the job is to stop, no further run begins."""
+    config, store, failed = Config.model_validate(config), RunStore(root), 0
+    Path(log).parent.mkdir(parents=True, exist_ok=True)
+    with open(log, "w", buffering=1) as stream:
+        for name, spec in specs.items():
+            if store.current(name):
+                stream.write(f"{name} was there\n")
+                continue
+            error = _fault(spec, name, store.folder(name) / "run.log", config, store)
+            stopped = isinstance(error, StoppedError)
+            ending = "done" if not error else str(error) if stopped else f"failed: {error}"
+            stream.write(f"{name} {ending}\n")
+            failed += bool(error)
+            if stopped or (error and of_the_machine(error)):
+                break  # the next run would meet the same
+    if failed:
+        sys.exit(1)
+
+
+def _fault(spec, name, log, config, store):
+    """Make one run; what went wrong, which has been told, or None."""
+    try:
+        return _attempt(spec, name, log, config, store)
+    except OSError as error:  # the log itself
+        print(f"run {name}: {in_words(error)}", file=sys.stderr)
+        return error
+
+
+def _attempt(spec, name, log, config, store):
+    out = store.folder(name)
+    started = time.time()
+    Path(log).parent.mkdir(parents=True, exist_ok=True)
+    repeat = Path(log).with_name(REPEAT)
+    with open(log, "w") as stream:
+        told = -1.0
+
+        def note(fraction, text):
+            nonlocal told
+            if fraction < told + NOTE_EVERY:
+                return
+            told = fraction
+            stream.write(f"{time.time() - started:8.1f} s  {100 * fraction:3.0f} %  {text}\n")
+            stream.flush()
+
+        try:
+            ending = _made(spec, out, note, config)
+            store.entry(name)
+        except StoppedError as error:  # no failure: it goes on when the study does
+            print(f"run {name}: {error}", file=sys.stderr)
+            stream.write(f"{error}\n")
+            return error
+        except Exception as error:
+            message = failure(error, spec, name, config)
+            print(
+                f"{message}\n  log:    {log}\n  repeat: dem run {repeat} --out DIR", file=sys.stderr
+            )
+            stream.write(f"{message}\n")
+            if not (isinstance(error, DemError) or of_the_machine(error)):
+                traceback.print_exc(file=stream)
+            text = yaml.safe_dump(spec, sort_keys=False)
+            replace_file(repeat, lambda stream: stream.write(text.encode()))
+            return error
+        stream.write(f"{ending}\n")
+    repeat.unlink(missing_ok=True)
+    report_sometimes(config, store)
+    return None
+
+
+def _made(spec, out, note, config):
+    """Make the run; returns what its log says at the end. A run that cannot be measured, as a heap
+    that did not form or whose funnel clogged, is kept as a result without metrics, which the
+    designs leave out by name: it never counts as a value, and it does not stop the study."""
+    try:
+        return f"done: {engines.make(spec, out, note, again=False)['metrics']}"
+    except MeasureError as error:
+        if not (Path(out) / STATE).exists():
+            write_arrays(Path(out) / STATE, engines.NO_GRAINS)
+        refused = {"kind": getattr(error, "kind", "unmeasured"), "reason": str(error)}
+        write_result(Path(out), parse_spec(spec), {}, {REFUSED: refused})
+        message = failure(error, spec, Path(out).name, config, "gives no value")
+        print(message, file=sys.stderr)
+        return message
+
+
+def failure(error, spec, name, config, what="failed"):
+    """What a user needs to know of a run without a value: the reason, the likely cause and the
+    points that need it."""
+    text = str(error) if isinstance(error, DemError) else in_words(error)
+    lines = [f"run {name} {what}: {text}"]
+    lines += [f"  likely cause: {cause}" for cause in causes(error, spec)]
+    lines += [f"  point:  {point}" for point in points_of(name, config)]
+    return "\n".join(lines)
+
+
+def causes(error, spec):
+    """Likely causes that the error does not name itself: no heap, and what was risky in the spec
+    from the start."""
+    from dem.advice import warnings_of  # loads the engine, which takes a second
+
+    found = [NO_HEAP] if isinstance(error, MeasureError) and "no heap" in str(error) else []
+    try:
+        return found + warnings_of(parse_spec(spec))
+    except DemError:
+        return found  # the spec itself is what failed
+
+
+def begin(config, dry_run):
+    """Before the workflow plans its jobs: try every spec that the configuration decides, and say
+    which results count as missing, what a run costs and how far the campaign is.
+
+    Raises CalibrationError where a spec cannot be run or another call works in the same folder.
+    """
+    # what only the start of a campaign needs takes a second to load
+    from calibration.runs.ahead import check_ahead, cost_ahead
+    from calibration.runs.verify import before_planning
+
+    check_ahead(config)
+    for sentence in [*before_planning(config, dry_run, config.results), cost_ahead(config)]:
+        print(sentence, file=sys.stderr)
+    report(config)
+
+
+def report_sometimes(config, store, stream=None):
+    """`report`, unless one of the jobs has just done so: in a long campaign of short runs it would
+    cost more than they do."""
+    stamp = Path(config.results, config.name, ".reported")
+    try:
+        if 0 <= time.time() - stamp.stat().st_mtime < REPORT_EVERY:
+            return
+    except OSError:
+        pass  # the first
+    stamp.parent.mkdir(parents=True, exist_ok=True)
+    stamp.touch()
+    report(config, store, stream)
+
+
+def watch(config):
+    """`tell_changes` in a thread that ends with this process."""
+    threading.Thread(target=tell_changes, args=(config,), daemon=True).start()
+
+
+def tell_changes(config):
+    """Print how far the campaign is whenever that has changed, without end: jobs on other machines
+    print it to logs that nobody sees."""
+    store, told = RunStore(config.runs), None
+    while True:
+        time.sleep(WATCH_EVERY)
+        said = sentence(config, store)
+        if said != told:
+            print(said, file=sys.stderr, flush=True)
+        told = said
+
+
+def report(config, store=None, stream=None):
+    """Print how far the campaign is, to standard error unless given; the runs of stages not yet
+    planned are counted as expected. store: the `RunStore` of who has one open."""
+    print(sentence(config, store), file=stream or sys.stderr, flush=True)
+
+
+def sentence(config, store=None):
+    """How far the campaign is, with the study's name."""
+    return f"{config.name}: {progress(config, store).sentence(cores())}"

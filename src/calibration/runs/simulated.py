@@ -1,0 +1,62 @@
+"""Runs made where they are asked for, in this process, and kept under the content of their specs.
+
+A module of its own: who only needs runs does not depend on how batches share and report them.
+"""
+
+from calibration import engines
+from calibration.errors import CalibrationError
+from calibration.runs.campaign import run_id
+from calibration.runs.store import RunStore
+from dem.errors import PHYSICAL, BlowUpError, StoppedError
+from dem.results import write_failure
+from dem.spec import parse_spec
+
+
+def simulate(specs, root=None, note=lambda text: None):
+    """{run id: metrics or None} of {run id: spec}; None where the run fails physically, which is
+    kept as failed.json.
+
+    Any other failure, such as a full disk, is no property of the run and is not kept:
+    CalibrationError names these runs after the others have been done.
+    """
+    store, found, faults = RunStore(root), {}, []
+    for name, spec in specs.items():
+        try:
+            found[name] = _metrics(store, name, spec, note)
+        except StoppedError:
+            raise
+        except Exception as error:
+            faults.append(f"{name}: {type(error).__name__}: {error}")
+            note(f"{faults[-1]} (not kept: the run is made again)")
+    if faults:
+        raise CalibrationError(f"{len(faults)} runs could not be made\n" + "\n".join(faults))
+    return found
+
+
+def blown_up(names, root=None):
+    """The set of those runs that ended because the simulation became unphysical, as the kept
+    failures say: no test that ends without a value, but a fault of the step or the stiffness."""
+    store = RunStore(root)
+    kinds = {name: (store.failure(name) or {}).get("kind") for name in names}
+    return {name for name, kind in kinds.items() if kind == BlowUpError.__name__}
+
+
+def named(specs):
+    """{run id: spec} of a list of specs."""
+    return {run_id(s): s for s in specs}
+
+
+def _metrics(store, name, spec, note):
+    known = store.current(name) or store.failure(name)
+    if known:
+        return known["metrics"] or None  # a stage keeps a run without a value as a result
+    parsed, folder = parse_spec(spec), store.folder(name)
+    try:
+        metrics = engines.make(spec, folder, again=False)["metrics"]
+    except PHYSICAL as error:
+        note(f"{name} failed: {error}")
+        write_failure(folder, parsed, error)
+        return None
+    store.entry(name)
+    note(f"{name} done")
+    return metrics

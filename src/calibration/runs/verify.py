@@ -1,0 +1,287 @@
+"""What of a study's results can no longer be trusted, and making it again.
+
+Damage is found by checksums, a copy by the name that it carries, an edited design by what was
+written down when it was planned. Nothing is deleted: what cannot be trusted is renamed to
+`*.damaged` and counts as missing.
+"""
+
+import json
+import os
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from calibration import engines
+from calibration.errors import CalibrationError
+from calibration.files import read_json, sweep_abandoned, write_text
+from calibration.fresh import altered, reopen
+from calibration.runs.campaign import changed_since_planned, read_plan, run_id
+from calibration.runs.store import RunStore
+from dem.errors import DemError, ResultError
+from dem.io.files import sweep_partial
+from dem.results import FAILED, RESULT, is_current, read_failure
+
+_held = {}  # locks that are held until this process ends, however it ends
+HELD = "CALIBRATION_HELD"
+"""Environment variable: the folders of results, a line each, that this process holds, or one that
+waits for it."""
+
+MISSING, SET_ASIDE = "missing_runs.txt", "plan_set_aside.txt"
+"""In the folder of a plan: the runs that were missing at the last start that missed any, or the
+plan itself; why the plan was set aside last. What was made before is older than these files and so
+stale: snakemake makes nothing again that is missing while what was made from it is there."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What is wrong with a run (`run`, its name), with the plan in a stage's folder (`plan`), or
+    with a file that a stage wrote (`made`: its stamp, see `calibration.fresh`, and the file)."""
+
+    text: str
+    run: str | None = None
+    plan: Path | None = None
+    made: tuple[Path, Path] | None = None
+    stale: bool = False
+
+    def __str__(self):
+        return self.text
+
+
+def faults_of(results="results", full=True):
+    """`Fault`s of all runs, plans and files of stages below a folder of results; `full` reads all
+    files, else only those runs that the store's index does not know as unchanged."""
+    store = RunStore(Path(results) / "runs")
+    plans = sorted(Path(results).glob("*/**/plan.json"))
+    studies = sorted(p.parent for p in Path(results).glob("*/.made_from"))
+    return [
+        *_run_faults(store, full),
+        *(f for p in plans for f in plan_faults(p.parent)),
+        *(f for s in studies for f in _file_faults(s)),
+    ]
+
+
+def checked_runs(results):
+    """Number of runs below a folder of results that are finished or kept as failed."""
+    store = RunStore(Path(results) / "runs")
+    found = (store.folder(n) for n in store.names())
+    return sum((f / RESULT).exists() or (f / FAILED).exists() for f in found)
+
+
+def _run_faults(store, full):
+    for name in store.names():
+        folder = store.folder(name)
+        try:
+            if (folder / RESULT).exists():
+                engine = store.entry(name, full)["engine"]
+                if not is_current(engine):
+                    yield Fault(f"{folder}: was made by another engine, {engine}", name, stale=True)
+                elif changed := engines.changed(engine, name, store):
+                    yield Fault(changed, name)
+            elif (folder / FAILED).exists():
+                read_failure(folder)
+        except ResultError as error:
+            yield Fault(str(error), name)
+
+
+def plan_faults(folder):
+    """`Fault`s of the plan in a stage's folder: edited since, or of a mesh or a table that has
+    changed since."""
+    folder = Path(folder)
+    try:
+        specs, changed = read_plan(folder / "plan.json"), changed_since_planned(folder)
+    except ValueError:
+        yield Fault(f"{folder / 'plan.json'}: is damaged: it cannot be read", plan=folder)
+        return
+    for file in changed:
+        yield Fault(f"{file}: has changed since the runs of {folder} were planned", plan=folder)
+    for name, spec in _one_of_each_rig(specs):
+        try:
+            found = run_id(spec)
+        except DemError as error:
+            yield Fault(f"{folder / 'plan.json'}: {name} cannot be run: {error}", plan=folder)
+            continue
+        if found != name:
+            text = "what it reads has changed since it was planned, or it was edited"
+            yield Fault(f"{folder / 'plan.json'}: {name} is now {found}: {text}", plan=folder)
+
+
+def _file_faults(study):
+    """`Fault`s of the files that the stages of a study's folder wrote."""
+    for stamp, file in altered(study):
+        yield Fault(f"{file}: has changed since {stamp.name} wrote it", made=(stamp, file))
+
+
+def _set_file_aside(fault):
+    """Rename a file that is not as its stage left it, and let the stage make its files again."""
+    stamp, file = fault.made
+    os.replace(file, f"{file}.damaged")
+    reopen(stamp, fault)
+
+
+def _one_of_each_rig(specs):
+    """A run of each rig, sizes and shape of a plan, which may be read from files: what changes one
+    name changes those of the same."""
+    seen = {}
+    for name, spec in specs.items():
+        grains = spec.get("particles") or {}
+        tables = [grains.get("sizes"), grains.get("clump")]
+        reads = json.dumps([spec.get("geometry"), tables], sort_keys=True)
+        seen.setdefault(reads, (name, spec))
+    return seen.values()
+
+
+def repair(faults, results="results", note=print):
+    """Make runs again that are wrong, and set aside plans that are, which the workflow then makes
+    again.
+
+    Returns the number of faults that are left.
+    """
+    store, left = RunStore(Path(results) / "runs"), 0
+    known = {n: s for p in Path(results).glob("*/**/*plan.json") for n, s in _specs(p).items()}
+    for fault in faults:
+        if fault.plan:
+            os.replace(fault.plan / "plan.json", fault.plan / "plan.json.damaged")
+            note(f"{fault.plan}: set aside; `snakemake` plans it again")
+            continue
+        if fault.made:
+            _set_file_aside(fault)
+            note(f"{fault.made[1]}: set aside; `snakemake` makes it again")
+            continue
+        spec = known.get(fault.run) or _own_spec(store.folder(fault.run))
+        store.set_aside(fault.run)
+        if spec is None:
+            note(f"{fault.run}: set aside; no plan knows its spec")
+            continue
+        try:
+            engines.make(spec, store.folder(fault.run))
+            store.entry(fault.run)
+            note(f"{fault.run}: made again")
+        except DemError as error:
+            note(f"{fault.run}: could not be made again: {error}")
+            left += 1
+    return left
+
+
+def _specs(plan):
+    try:
+        return read_plan(plan)
+    except ValueError:
+        return {}
+
+
+def _own_spec(folder):
+    """The spec that a result holds, if it is still that of the folder's name."""
+    try:
+        spec = read_json(folder / RESULT)["spec"]
+        return spec if run_id(spec) == folder.name else None
+    except (OSError, ValueError, KeyError, TypeError, DemError):
+        return None
+
+
+def before_planning(config, dry_run, results="results"):
+    """Before the workflow looks at what is there: set aside what cannot be trusted. Returns
+    sentences that say so.
+
+    A dry run does so too, since it would take these files for finished ones; only what another
+    engine made stays where it is until a real run begins. That one holds the folder of results
+    until it ends: raises CalibrationError where another has it.
+    """
+    if not dry_run:
+        hold(results)
+        sweep_abandoned(Path(results) / config.name)
+        _date_back(results)
+    store, said = RunStore(Path(results) / "runs"), []
+    planned, stale = set(), 0
+    for plan in sorted((Path(results) / config.name).glob("**/plan.json")):
+        planned |= set(_specs(plan))
+        faults = list(plan_faults(plan.parent))
+        said += [f"{fault}; it is planned again" for fault in faults]
+        if faults:
+            os.replace(plan, plan.with_name("plan.json.damaged"))
+            _note(plan.with_name(SET_ASIDE), faults)
+            _note(plan.with_name(MISSING), [plan.name])
+    for fault in _file_faults(Path(results) / config.name):
+        _set_file_aside(fault)
+        said.append(f"{fault}; it is made again")
+    for fault in _run_faults(store, full=False):
+        if not fault.stale:
+            store.set_aside(fault.run)
+            said.append(f"{fault}; the run counts as missing")
+        elif fault.run in planned:
+            stale += 1
+            if not dry_run:
+                store.set_aside(fault.run)
+    for plan in (Path(results) / config.name).glob("**/plan.json"):
+        _forget_batches(plan.parent, store)
+        missing = [name for name in _specs(plan) if not _there(store, name)]
+        if missing:
+            _note(plan.with_name(MISSING), missing)
+    if stale:
+        said.append(
+            f"{stale} runs of {config.name} were made by another engine; they are made again"
+        )
+    return said
+
+
+def _note(path, lines):
+    """Write lines and the present time to a file, in a folder that can be written."""
+    with suppress(OSError):
+        write_text("\n".join([time.strftime("%Y-%m-%d %H:%M:%S"), *map(str, lines), ""]), path)
+
+
+def _date_back(results):
+    """Give files that are dated in the future the present time: after a clock went back snakemake
+    would refuse all that is made from them."""
+    now = time.time()
+    for path in Path(results).rglob("*"):
+        with suppress(OSError):  # a writer has just replaced it
+            if path.stat().st_mtime > now:
+                os.utime(path, (now, now))
+
+
+def _forget_batches(folder, store):
+    """Delete the marks of batches in a stage's folder that lack a run which they name."""
+    for mark in sorted(folder.glob("batches/*.json")):
+        try:
+            named = read_json(mark)["runs"]
+        except (OSError, ValueError, KeyError, TypeError):
+            named = [""]
+        if not all(_there(store, name) for name in named):
+            mark.unlink()
+
+
+def _there(store, name):
+    """Whether a run is finished, or kept as failed by this engine, undamaged."""
+    try:
+        return bool(store.entry(name))
+    except ResultError:
+        return store.failure(name) is not None
+
+
+def hold(results):
+    """Keep others from working in a folder of results until this process ends. Raises
+    CalibrationError where another does; a call that is a job of the one that holds the folder works
+    there too."""
+    results = Path(results)
+    held = os.environ.get(HELD, "").splitlines()
+    if str(results.resolve()) in held:  # by this process, or by one that waits for this one
+        return
+    lock = FileLock(results / ".lock")
+    try:
+        results.mkdir(parents=True, exist_ok=True)
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise CalibrationError(
+            f"{results.resolve()}: another call works here; wait for it, or work in another folder"
+        ) from None
+    except OSError as error:
+        raise CalibrationError(
+            f"{results.resolve()}: nothing can be written here ({error.strerror}); make room or "
+            "give the right to write, or work in another folder"
+        ) from None
+    _held[results.resolve()] = lock
+    os.environ[HELD] = "\n".join([*held, str(results.resolve())])
+    sweep_partial(results)

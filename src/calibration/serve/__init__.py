@@ -1,5 +1,0 @@
-"""A local page of a study while it runs: progress, heaps as they finish, failures, start, stop."""
-
-from calibration.serve.server import Server, serve
-
-__all__ = ["Server", "serve"]

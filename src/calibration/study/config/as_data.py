@@ -1,0 +1,95 @@
+"""Configurations are data: what snakemake would evaluate in one is refused before it does.
+
+snakemake hands a configuration to YTE, which runs the Python in it where the file asks for that.
+The profiles of this project call `read_as_data` first. From then on the process reads YAML and runs
+nothing in it.
+"""
+
+import sys
+from pathlib import Path
+
+from calibration.errors import ConfigError
+from dem.errors import SpecError
+from dem.io.mapping import parse_mapping
+
+OWN = {
+    "__use_yte__": True,
+    "__definitions__": [
+        "from calibration.study.config.as_data import read_as_data",
+        "read_as_data()",
+    ],
+}
+"""What the project's profiles ask for; snakemake may read a second one of them after the first."""
+
+EVALUATED = ("__use_yte__", "__definitions__", "__variables__")
+
+
+def read_as_data():
+    """Let snakemake read configurations as data from now on."""
+    import yte
+
+    yte.process_yaml = _as_data
+
+
+def _as_data(source, *_, **__):
+    try:
+        return data_of(source)
+    except ConfigError as error:
+        sys.exit(f"{error}")  # snakemake would show a traceback for it
+
+
+def data_of(source):
+    """Mapping of a YAML stream or text. Raises ConfigError for one that asks to be evaluated, or
+    that is not YAML."""
+    name = getattr(source, "name", "configuration")
+    try:
+        text = source if isinstance(source, str) else source.read()
+        data, lines = parse_mapping(text, name)
+    except SpecError as error:
+        raise ConfigError(str(error)) from None
+    except UnicodeDecodeError:
+        raise ConfigError("is not text", path=Path(name), allowed="UTF-8") from None
+    if isinstance(data, dict) and {k: data.get(k) for k in OWN} == OWN:
+        data = {k: v for k, v in data.items() if k not in OWN}
+    if isinstance(data, dict | list):
+        _refuse_code(data, lines, name)
+    return data
+
+
+def _refuse_code(data, lines, path, prefix=""):
+    """Raise ConfigError for the first key or value that YTE would run."""
+    items = data.items() if isinstance(data, dict) else enumerate(data)
+    for key, value in items:
+        place = f"{prefix}{key}"
+        asks = [x for x in (key, value) if isinstance(x, str) and x.startswith("?")]
+        if key in EVALUATED or asks:
+            raise ConfigError(
+                "asks to be run as code",
+                path=Path(path),
+                line=lines.get(place),
+                key=place,
+                value=asks[0] if asks else value,
+                allowed="data alone; a configuration is never evaluated",
+            )
+        if isinstance(value, dict | list):
+            _refuse_code(value, lines, path, f"{place}.")
+
+
+def refuse_unasked_code(config, asked):
+    """Raise ConfigError where a configuration names a folder whose Python would be run, unless the
+    command line does.
+
+    config: a `Config`; asked: the mapping that `--config` gave on the command line.
+    """
+    folder = config.diagnosis.get("catalogue")
+    given = (asked or {}).get("diagnosis")
+    if (
+        folder is not None
+        and (given.get("catalogue") if isinstance(given, dict) else None) != folder
+    ):
+        raise ConfigError(
+            "names Python files that would be run; a configuration file may not ask for that",
+            key="diagnosis.catalogue",
+            value=folder,
+            allowed=f"on the command line: --config 'diagnosis={{catalogue: {folder}}}'",
+        )

@@ -1,0 +1,369 @@
+"""From a configuration's files to a checked `Config`: an error names file and line, key, value and
+what is allowed."""
+
+import re
+
+from pydantic import ValidationError
+
+from calibration import engines
+from calibration.errors import ConfigError
+from calibration.intake.plausible import check_plausible, in_key_units
+from calibration.study.config.measured import goals, is_measured, read_target
+from calibration.study.config.schema import (
+    METRICS,
+    Config,
+    FurtherTarget,
+    named_section_of,
+    section_of,
+)
+from calibration.study.config.specs import SEEDS_A_STAGE, bench_run, point_spec
+from calibration.study.factors import Choice, read_factors, refuse_choices
+from dem.errors import SpecError
+from dem.io.mapping import read_mapping
+from dem.spec import parse_spec
+
+_ROW = "a row a reading in the file that `measurements` names: experiment, quantity, value, unit"
+MOVED = {
+    "file": _ROW,
+    "column": _ROW,
+    "measured": _ROW,
+    "measured_slope": f"{_ROW}, normal_stress_kPa; the slope is that of the line through them",
+    "measured_intercept_kPa": f"{_ROW}, normal_stress_kPa; it is that of the line through them",
+}
+"""Keys that held measured values before there was one table, and what to write in their place."""
+
+
+def parse_config(data, file="configuration", files=(), stages=None):
+    """`Config` from a mapping that was merged from YAML `files`, later ones over earlier ones.
+
+    Raises ConfigError naming file and line, key, value and what is allowed. `file` stands for the
+    files if there are none. stages: names that `supplements` may have, any unless given.
+    """
+    try:
+        config = _parse(data, file)
+        _check_supplements(config, file, stages)
+        return config
+    except ConfigError as error:
+        if not error.key or str(error.path) != file:
+            raise
+        place = _place(error.key, error.value, files)
+        if not place:
+            raise
+        path, line = place
+        raise ConfigError(
+            error.reason,
+            path=path,
+            line=line,
+            key=error.key,
+            value=error.value,
+            allowed=error.allowed,
+        ) from None
+
+
+def _check_supplements(config, file, stages):
+    for n, name in enumerate(config.supplements if stages is not None else ()):
+        if name not in stages:
+            key, allowed = f"supplements.{n}", ", ".join(stages)
+            raise ConfigError("is no stage", path=file, key=key, value=name, allowed=allowed)
+
+
+def given(config, key, stage):
+    """The value of a dotted key that `stage` cannot do without. Raises ConfigError naming both."""
+    value = config
+    for name in key.split("."):
+        value = getattr(value, name)
+    if value is None or value == {}:
+        raise ConfigError(f"must be given for the stage {stage}", key=key)
+    return value
+
+
+def stands_alone(path):
+    """Whether a configuration file is a study of its own: one that names its factors is not laid
+    over config.yaml."""
+    try:
+        data, _ = read_mapping(path)
+    except SpecError:
+        return False  # whoever reads the file next says what is wrong with it
+    return isinstance(data, dict) and "factors" in data
+
+
+def _place(key, value, files):
+    """(file, line) that sets a dotted key, or else of what lies nearest above it; None where no
+    file does.
+
+    A single value that is not the file's own was set on the command line.
+    """
+    best, depth = None, 0
+    for path in files:
+        try:
+            data, lines = read_mapping(path)
+        except SpecError:
+            continue  # not a mapping of its own; what is wrong with it was told when it was merged
+        parts = key.split(".")
+        while parts and ".".join(parts) not in lines:
+            parts.pop()
+        if parts and len(parts) >= depth:
+            best, depth = (path, lines[".".join(parts)]), len(parts)
+            for part in parts:
+                data = data[part]
+            own = len(parts) == len(key.split("."))
+            if own and data != value and not isinstance(value, dict | list | None):
+                best = ("--config", None)
+    return best
+
+
+def _parse(data, file):
+    check_plausible(data, file)
+    data = in_key_units(data, file)
+    try:
+        config = Config.model_validate(data)
+    except ValidationError as error:
+        _refuse_moved(error.errors(), file)
+        first = error.errors()[0]
+        key = ".".join(str(p) for p in first["loc"])
+        if first["type"] == "missing":
+            allowed = _field(first["loc"]).description
+            raise ConfigError("must be given", path=file, key=key, allowed=allowed) from None
+        if first["type"] == "extra_forbidden":
+            allowed = _known_keys(first["loc"])
+        else:
+            allowed = first["msg"].removeprefix("Input should be ")
+        raise ConfigError(
+            "is not valid", path=file, key=key, value=first.get("input"), allowed=allowed
+        ) from None
+    factors = read_factors(config.factors)
+    names = [f.name for f in factors]
+    for section, mapping in (
+        ("fixed", config.fixed),
+        ("bench.shear.fixed", config.bench.shear.fixed if config.bench.shear else ()),
+        ("scaling.point", config.scaling.point if config.scaling else ()),
+        ("screening.go_on", config.screening.go_on or ()),
+        ("ascent.start", config.ascent.start),
+        ("ascent.step", config.ascent.step),
+        ("response_surface.centre", config.response_surface.centre),
+        ("response_surface.half_width", config.response_surface.half_width),
+        ("optimise.point", config.optimise.point),
+    ):
+        for name in mapping:
+            if name not in names:
+                raise ConfigError(
+                    "is no factor", path=file, key=f"{section}.{name}", allowed=", ".join(names)
+                )
+    _check_choices(config, factors, file)
+    if (config.optimise.rule == "closest_to_point") != bool(config.optimise.point):
+        raise ConfigError(
+            "goes with the rule closest_to_point and only with it",
+            path=file,
+            key="optimise.point",
+            value=config.optimise.point,
+            allowed="a level for one factor or more, or no point with another rule",
+        )
+    _check_candidate(config, file)
+    _check_metrics(config, file)
+    _check_machines(config, file)
+    _check_pour_rate(config, file)
+    _check_bench(config, file)
+    config = with_engine(config, file)
+    _check_run(config, factors, file)
+    _check_measured(config, file)
+    return config
+
+
+def _check_choices(config, factors, file):
+    """Levels in `fixed` are words for choices and numbers for others; after the screening no choice
+    is varied."""
+    for factor in (f for f in factors if f.name in config.fixed):
+        level = config.fixed[factor.name]
+        if isinstance(factor, Choice):
+            good, allowed = level in factor.words, factor.levels
+        else:
+            good, allowed = not isinstance(level, str), "a number"
+        if not good:
+            key = f"fixed.{factor.name}"
+            raise ConfigError("is no level", path=file, key=key, value=level, allowed=allowed)
+    surface = config.response_surface
+    varied = {*config.ascent.start, *config.ascent.step, *(config.screening.go_on or ())}
+    varied |= {*surface.centre, *surface.half_width, *config.optimise.point}
+    refuse_choices([f for f in factors if f.name in varied], "a stage after the screening")
+
+
+def _check_candidate(config, file):
+    """The most runs at the candidate are no fewer than the first ones."""
+    rules = config.optimise
+    if rules.candidate_half_width and rules.candidate_at_most < rules.candidate_runs:
+        raise ConfigError(
+            "is less than the first runs",
+            path=file,
+            key="optimise.candidate_at_most",
+            value=rules.candidate_at_most,
+            allowed=f"{rules.candidate_runs} (candidate_runs) or more",
+        )
+
+
+def _refuse_moved(errors, file):
+    """Raise ConfigError for the first key that once held measured values."""
+    for error in errors:
+        *_, last = error["loc"]
+        if error["type"] == "extra_forbidden" and last in MOVED:
+            key = ".".join(str(p) for p in error["loc"])
+            reason = "stands in the table of measurements"
+            raise ConfigError(reason, path=file, key=key, allowed=MOVED[last])
+
+
+def _section(loc):
+    """The schema that holds the key at a place of pydantic's."""
+    model, named = Config, None
+    for part in loc[:-1]:
+        if isinstance(part, int):
+            model = FurtherTarget
+        elif named:  # the name that stands before a section's keys
+            model, named = named, None
+        else:
+            annotation = model.model_fields[part].annotation
+            model, named = section_of(annotation) or model, named_section_of(annotation)
+    return model
+
+
+def _field(loc):
+    return _section(loc).model_fields[loc[-1]]
+
+
+def _known_keys(loc):
+    return "one of the keys " + ", ".join(_section(loc).model_fields)
+
+
+def _check_pour_rate(config, file):
+    """Only a heap is poured."""
+    if config.pour_rate and config.experiment != "heap":
+        allowed = "a study of the experiment heap"
+        raise ConfigError("goes with a heap", path=file, key="pour_rate", allowed=allowed)
+
+
+NO_WORD = ("na", "nan", "null", "none", "true", "false", "inf")
+"""What a table's reader takes for a value, or for none."""
+
+
+def _check_machines(config, file):
+    """The metrics that are asked of a machine exist, and no more runs than seeds; names are plain
+    words."""
+    for name, machine in config.push_through.items():
+        key, known = f"push_through.{name}", METRICS[machine.experiment]
+        # a table of runs has these names: none may read as a number or as nothing
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name) or name.lower() in NO_WORD:
+            allowed = "letters, digits, _ and -, a letter first; not nan or none"
+            raise ConfigError("is no name", path=file, key=key, value=name, allowed=allowed)
+        for metric in machine.metrics:
+            if metric not in known:
+                allowed = f"for the experiment {machine.experiment}: " + ", ".join(known)
+                raise ConfigError(
+                    "is no metric of it",
+                    path=file,
+                    key=f"{key}.metrics",
+                    value=metric,
+                    allowed=allowed,
+                )
+        runs = machine.draws * machine.replicates
+        if runs > SEEDS_A_STAGE:
+            raise ConfigError(
+                "asks for more runs than there are seeds",
+                path=file,
+                key=f"{key}.draws",
+                value=machine.draws,
+                allowed=f"draws times replicates of at most {SEEDS_A_STAGE}, not {runs}",
+            )
+
+
+def _check_metrics(config, file):
+    """Metrics exist and differ."""
+    metrics = [t.metric for t in (config.target, *config.further_targets)]
+    for n, metric in enumerate(metrics):
+        key = "target.metric" if n == 0 else f"further_targets.{n - 1}.metric"
+        if metric not in METRICS[config.experiment]:
+            allowed = f"for the experiment {config.experiment}: " + ", ".join(
+                METRICS[config.experiment]
+            )
+            raise ConfigError(
+                "is no metric to calibrate to", path=file, key=key, value=metric, allowed=allowed
+            )
+        if metric in metrics[:n]:
+            raise ConfigError("stands twice", path=file, key=key, value=metric)
+
+
+def _check_measured(config, file):
+    """Measured values can be read, and goals make sense. A target that was not measured is refused
+    by the stages that use it: a study may have a table for its diagnosis alone."""
+    for n, target in enumerate((config.target, *config.further_targets)):
+        if not is_measured(config, target):
+            continue
+        read_target(config, target)
+        if n and target.margin is None:
+            raise ConfigError(
+                f"must be given, as {target.metric} was measured",
+                path=file,
+                key=f"further_targets.{n - 1}.margin",
+                allowed="a difference that does not matter, in the metric's unit",
+            )
+    if config.further_targets:
+        goals(config, file)
+
+
+def _check_bench(config, file):
+    """Refuse a bench test's run spec that no run could be made of."""
+    for test in ("tilt", "drop", "shear"):
+        section = getattr(config.bench, test)
+        if section is None and config.fixed_from == "bench":
+            why = "must be given where fixed_from is bench"
+            raise ConfigError(why, path=file, key=f"bench.{test}")
+        if section is None:
+            continue
+        run = bench_run(config, section.run)
+        try:
+            parse_spec(point_spec(run, test, {}, 1), file=file)
+        except SpecError as error:
+            raise ConfigError(str(error), path=file, key=f"bench.{test}.run") from None
+
+
+def with_engine(config, file="configuration"):
+    """The configuration with its engine, program and version, in the run spec that all runs
+    share. Raises ConfigError."""
+    try:
+        entry = engines.entry_of(config.engine)
+    except ConfigError as error:
+        raise ConfigError(
+            error.reason, path=file, key=error.key, value=error.value, allowed=error.allowed
+        ) from None
+    if entry is None:
+        if "engine" in config.run:
+            raise ConfigError(
+                "is no key of a run; the study's own key engine names it",
+                path=file,
+                key="run.engine",
+            )
+        return config
+    return config.model_copy(update={"run": config.run | {"engine": entry}})
+
+
+def _check_run(config, factors, file):
+    """Refuse a run spec that no run could be made of, and factors that set no number of it or leave
+    its ranges."""
+    try:
+        engines.check(parse_spec(point_spec(config.run, config.experiment, {}, 1)))
+    except engines.EngineError as error:
+        raise ConfigError(str(error), path=file, key="engine") from None
+    except SpecError as error:
+        raise ConfigError(
+            "is not valid",
+            path=file,
+            key=f"run.{error.key}",
+            value=error.value,
+            allowed=error.allowed,
+        ) from None
+    for f in factors:
+        for column in ("low", "high"):
+            level = getattr(f, column)
+            try:
+                value = f.value(level)
+                parse_spec(point_spec(config.run, config.experiment, {f.key: value}, 1))
+            except SpecError as error:
+                text = f"{f.name} cannot be {value}: {error}"
+                raise ConfigError(text, path=config.factors, column=column) from None

@@ -1,0 +1,178 @@
+"""The factors of a calibration: names, the key each sets in a run spec, and levels."""
+
+import re
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from calibration.errors import ConfigError
+from calibration.intake.plausible import plausible_number
+from calibration.intake.tables import read_table
+
+COLUMNS = ("code", "name", "key", "low", "high", "description")
+
+WORD = r"(?!nan$|inf$)[a-z][a-z_]*"
+"""A word of a run spec, such as the name of a law."""
+
+RESERVED = {
+    "run",
+    "replicate",
+    "group",
+    "path",
+    "fold",
+    "block",
+    "seed",
+    "experiment",
+    "run_id",
+    "response",
+    "response_sd",
+    "relative_error",
+    "desirability",
+}
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One factor; low and high are its natural levels at -1 and +1."""
+
+    code: str
+    name: str
+    key: str
+    low: float
+    high: float
+    description: str = ""
+    has_middle: ClassVar[bool] = True
+    """Whether there are levels between low and high."""
+
+    @property
+    def centre(self):
+        """Natural level at 0."""
+        return 0.5 * (self.low + self.high)
+
+    @property
+    def half_range(self):
+        """Natural units per coded unit."""
+        return 0.5 * (self.high - self.low)
+
+    def natural(self, coded):
+        """Natural level of a coded one; floats or arrays. Rounded to nine digits: levels name
+        cached runs."""
+        value = self.centre + coded * self.half_range
+        return round(value, 9) if isinstance(value, float) else value
+
+    def coded(self, natural):
+        """Coded level of a natural one."""
+        return (natural - self.centre) / self.half_range
+
+    def value(self, level):
+        """What a run spec has at a natural level."""
+        return level
+
+    @property
+    def levels(self):
+        """In words."""
+        return f"{self.low:g} to {self.high:g}"
+
+
+@dataclass(frozen=True)
+class Choice(Factor):
+    """A factor that has two words and nothing between them, such as two laws of rolling friction.
+    Its natural levels in tables are -1 and +1, as its coded ones."""
+
+    words: tuple = ()
+    has_middle: ClassVar[bool] = False
+
+    def natural(self, coded):
+        """The level of a coded one; there is none in the middle, where the first word stands."""
+        level = np.where(np.asarray(coded) > 0, 1.0, -1.0)
+        return float(level) if level.ndim == 0 else level
+
+    def value(self, level):
+        """The word of a level, which may be a word already. Raises ConfigError for another."""
+        if level in self.words:
+            return level
+        if level in (-1.0, 1.0):
+            return self.words[int(level > 0)]
+        raise ConfigError("is no level", key=self.name, value=level, allowed=self.levels)
+
+    @property
+    def levels(self):
+        """In words."""
+        return " or ".join(self.words)
+
+
+def refuse_choices(factors, where):
+    """Raise ConfigError for a `Choice` among factors that are varied between their levels."""
+    for factor in factors:
+        if isinstance(factor, Choice):
+            reason = f"is a choice between words, which {where} cannot vary"
+            raise ConfigError(reason, key=factor.name, allowed="factors whose levels are numbers")
+
+
+def read_factors(path):
+    """Factors from a table with the columns COLUMNS. Raises ConfigError naming file, line and
+    column."""
+    table = read_table(path)
+    if not table.rows:
+        raise ConfigError(
+            "has no factors", path=path, allowed=f"a line each, columns {', '.join(COLUMNS)}"
+        )
+    missing = [c for c in COLUMNS[:5] if c not in table.header]
+    if missing:
+        reason = f"lacks {', '.join(missing)}"
+        raise ConfigError(
+            reason, path=path, line=table.header_line, allowed=f"the columns {', '.join(COLUMNS)}"
+        )
+    factors = [_factor(table, line, row) for line, row in table.rows]
+    _check_names(factors, path)
+    return factors
+
+
+def _check_names(factors, path):
+    """Raise ConfigError for what stands twice, or is a column of the design tables."""
+    for field in ("code", "name", "key"):
+        values = [getattr(f, field) for f in factors]
+        for v in values:
+            if values.count(v) > 1:
+                raise ConfigError("stands twice", path=path, column=field, value=v)
+    # codes and names are the columns of the design tables
+    taken = {f.code for f in factors} | RESERVED
+    for f in factors:
+        for field, used in (("code", RESERVED), ("name", taken)):
+            if getattr(f, field) in used:
+                raise ConfigError(
+                    "is the name of another column of the design tables",
+                    path=path,
+                    column=field,
+                    value=getattr(f, field),
+                )
+
+
+def factor_of(factors, key):
+    """The factor that sets the dotted `key` of a run spec. Raises ConfigError where none does."""
+    for factor in factors:
+        if factor.key == key:
+            return factor
+    raise ConfigError("no factor sets it", key=key, allowed=", ".join(f.key for f in factors))
+
+
+def _factor(table, line, row):
+    for column in ("code", "name", "key"):
+        if not row[column]:
+            raise ConfigError("is empty", path=table.path, line=line, column=column)
+    given = row["code"], row["name"], row["key"]
+    words = tuple(row[c].strip() for c in ("low", "high"))
+    if all(re.fullmatch(WORD, word) for word in words) and words[0] != words[1]:
+        return Choice(*given, -1.0, 1.0, row.get("description", ""), words)
+    low, high = (plausible_number(table, line, c, row[c], row["key"]) for c in ("low", "high"))
+    if low >= high:
+        raise ConfigError(
+            "must be above low",
+            path=table.path,
+            line=line,
+            column="high",
+            value=high,
+            allowed=f"more than {low:g}",
+        )
+    return Factor(*given, low, high, row.get("description", ""))

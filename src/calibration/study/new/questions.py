@@ -1,0 +1,304 @@
+"""What `dem new` asks: each answer from an option, else from the person at the terminal, checked at
+once."""
+
+import math
+import shlex
+import sys
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+
+from calibration.errors import CalibrationError
+from calibration.intake.measurements import read_measured
+from calibration.intake.tables import read_table, summary
+from calibration.study.factors import factor_of
+from calibration.study.new.heap import FEWEST, MOST, Heap
+from calibration.study.new.mastersizer import mastersizer_sizes
+from calibration.study.new.ranges import factors_of, materials
+from dem.errors import DemError
+from dem.units import UnitError, in_unit, question, unit_of
+
+PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp")
+SOFTENED_PA = 3.0e6
+
+
+@dataclass(frozen=True)
+class Question:
+    """An option, the key whose unit its answer has, and how it is asked."""
+
+    option: str
+    key: str
+    text: str
+
+
+DENSITY = Question("density", "density_kg_m3", "Density of the grain, such as 1.35 g/cm3")
+GRAIN = Question("grain", "diameter_mm", "Diameter of the grain, such as 4 mm")
+RIG = (
+    Question("orifice", "orifice_diameter_mm", "Diameter of the funnel's orifice, such as 25 mm"),
+    Question("plate", "plate_diameter_mm", "Diameter of the base plate, such as 100 mm"),
+    Question("height", "discharge_height_mm", "Orifice above the plate, such as 75 mm"),
+)
+MEASURED = Question("measured", "", "Measured angles, or the file or photographs that hold them")
+RATE = Question("rate", "mass_flow_g_s", "Mass poured in a second, such as 12 g/s (or empty)")
+"""The one that may stay open: the funnel is then fed safely below what its orifice passes."""
+BULK = Question("bulk-density", "poured_density_kg_m3", "")
+RIM = Question("rim", "plate_rim_height_mm", "")
+"""Never asked: options alone."""
+
+
+def answers(args, ask=None):
+    """(values (n,) [deg], `Heap`, factors, sizes or None) from options and, where `ask` is given,
+    from a person.
+
+    Raises CalibrationError for an option that is missing or cannot be.
+    """
+    values = _answer(args.measured, ask, MEASURED, _measured)
+    sizes = sieve_curve(args.sieve) if args.sieve else None
+
+    def number(q):
+        return _answer(getattr(args, q.option), ask, q, partial(_number, q=q))
+
+    grain = {DENSITY.key: number(DENSITY)}
+    grain[GRAIN.key] = mean_diameter(sizes) if sizes else number(GRAIN)
+    grain |= {"angle_deg": sum(values) / len(values), "shear_modulus_Pa": SOFTENED_PA}
+    while True:
+        rig = {q.key: number(q) for q in RIG}
+        rig[RATE.key] = _open_answer(args.rate, ask, RATE.text, partial(_number, q=RATE))
+        rig[RIM.key] = _number(args.rim, RIM) if args.rim else 0.0
+        heap = Heap(**grain, **rig)
+        try:
+            _check_rig(heap)
+            break
+        except CalibrationError as error:
+            if not ask or all(getattr(args, q.option) for q in (*RIG, RATE)):
+                raise
+            print(error)
+    known = f"Material ({', '.join(materials())}, or empty)"
+    factors = _open_answer(args.material, ask, known, factors_of) or factors_of(None)
+    bounce = factor_of(factors, "contacts.particle_particle.restitution")
+    return values, replace(heap, least_restitution=bounce.low), factors, sizes
+
+
+def _answer(given, ask, q, read):
+    """What `read` makes of an option or of an answer to a question. A person is asked again, and
+    told why. Raises CalibrationError for an option that is missing or cannot be."""
+    if given:
+        return read(given)
+    if ask is None:
+        text = f"{q.text[0].lower()}{q.text[1:]}"
+        raise CalibrationError(f"--{q.option} is missing; allowed: {text}")
+    while True:
+        try:
+            return read(ask(q.text))
+        except CalibrationError as error:
+            print(error)
+
+
+def _open_answer(given, ask, text, read):
+    """The same of what may stay open: None then."""
+    if given or not ask:
+        return read(given) if given else None
+    return _answer(None, ask, Question("", "", text), lambda said: read(said) if said else None)
+
+
+def _check_rig(heap):
+    """Raise CalibrationError for a rig in which no heap of the measured angle can be poured."""
+    plate, orifice = heap.plate_diameter_mm, heap.orifice_diameter_mm
+    if plate <= orifice:
+        raise CalibrationError(
+            f"--plate {plate:g} mm: is no wider than the orifice; allowed: more than {orifice:g} mm"
+        )
+    high = heap.apex_mm
+    if heap.discharge_height_mm <= high:
+        raise CalibrationError(
+            f"--height {heap.discharge_height_mm:g} mm: a heap of {heap.angle_deg:.1f}° on the "
+            f"plate stands {high:.3g} mm high and would reach the orifice; allowed: more than that"
+        )
+    if heap.mass_flow_g_s is not None and heap.feed_share >= 1.0:
+        most = heap.mass_flow_g_s / heap.feed_share
+        raise CalibrationError(
+            f"--rate {heap.mass_flow_g_s:g} g/s: the orifice passes about {most:.3g} g/s (Beverloo "
+            f"1961); allowed: less than that"
+        )
+
+
+def at_terminal():
+    """A function that asks, or None where nobody sits at a terminal."""
+    return _ask if sys.stdin.isatty() else None
+
+
+def _ask(text):
+    try:
+        return input(f"{text}: ").strip()
+    except EOFError:
+        raise DemError("the questions ended without an answer; nothing was written") from None
+
+
+def _number(text, q):
+    try:
+        value = in_unit(str(text), unit_of(q.key))
+    except UnitError as error:
+        raise CalibrationError(f"--{q.option} {text}: {error}") from None
+    asked = question(q.key, value)
+    if asked or not 0 < value < float("inf"):
+        raise CalibrationError(f"--{q.option} {text}: is doubtful: {asked or 'not above 0'}")
+    return value
+
+
+def most_grains(given):
+    """Grains to simulate at most. Raises CalibrationError for fewer than make a heap."""
+    if given is None:
+        return MOST
+    if given < FEWEST:
+        raise CalibrationError(f"--grains {given}: make no heap; allowed: {FEWEST} or more")
+    return given
+
+
+def bulk_densities(texts, heap):
+    """Poured bulk densities [kg/m3] of the grains of `heap`. Raises CalibrationError for one that
+    no grain of this density has."""
+    values = [_number(text, BULK) for text in texts]
+    for text, value in zip(texts, values, strict=True):
+        if value >= heap.density_kg_m3:
+            raise CalibrationError(
+                f"--bulk-density {text}: is not below that of a grain; allowed: less than "
+                f"{heap.density_kg_m3:g} kg/m3 (--density)"
+            )
+    return values
+
+
+def _measured(given):
+    """Angles [deg] of an option's texts, or of one text that was typed or pasted: a name of a file
+    that is there, else several words."""
+    one = given if isinstance(given, str) else given[0] if len(given) == 1 else None
+    if one is None:
+        return measured_angles(given)
+    return measured_angles([one] if Path(one).is_file() else _words(one))
+
+
+def _words(text):
+    """Words as a shell would part them: names with spaces stand between quotation marks."""
+    try:
+        return shlex.split(text)
+    except ValueError:  # a mark that is not closed, or an inch
+        return text.split()
+
+
+def measured_angles(texts):
+    """Angles [deg] from numbers, one table, or photographs. Raises CalibrationError."""
+    paths = [Path(t) for t in texts]
+    if all(p.suffix.lower() in PICTURES for p in paths):
+        from calibration.intake.photo import measure_photo  # brings image libraries along
+
+        return [round(measure_photo(p).angle_deg, 3) for p in paths]
+    if len(paths) == 1 and (paths[0].suffix or paths[0].exists()) and not _is_number(texts[0]):
+        return _of_table(paths[0])
+    values = [_angle(t.rstrip(";")) for t in texts]
+    if len(values) < 2:
+        raise CalibrationError("--measured: one value has no spread; allowed: two or more")
+    return values
+
+
+def _is_number(text):
+    return text.replace(".", "", 1).replace(",", "", 1).isdigit()
+
+
+def _angle(text):
+    if "±" in text or "+-" in text or "+/-" in text:
+        allowed = "each reading for itself, such as 26.1 28.4 27.0"
+        raise CalibrationError(f"--measured {text}: is a mean with its spread; allowed: {allowed}")
+    if "," in text:
+        point = text.replace(",", ".", 1)
+        raise CalibrationError(f"--measured {text}: is it {point}? allowed: decimal points")
+    try:
+        value = in_unit(text, "°")
+    except UnitError as error:
+        raise CalibrationError(f"--measured {text}: {error}") from None
+    asked = question("angle_of_repose_deg", value)
+    if asked or not 0 < value < 90:
+        raise CalibrationError(f"--measured {text}: is doubtful: {asked or 'no angle of repose'}")
+    return value
+
+
+def _of_table(path):
+    from calibration.intake.plausible import plausible_numbers
+
+    table = read_table(path)
+    if "quantity" in table.header:
+        found = read_measured(path).of("heap", "angle_of_repose")
+        if not found or not all(m.readings for m in found):
+            allowed = "rows of heap, angle_of_repose without sd and n"
+            raise CalibrationError(f"{path}: holds no angles; allowed: {allowed}")
+        return [value for m in found for value in m.readings]
+    columns = [h for h in table.header if "ang" in h.lower() or table.units.get(h) in ("°", "deg")]
+    columns = columns or list(table.header)
+    if len(columns) != 1:
+        raise CalibrationError(
+            f"{path}: which column holds the angles? allowed: one with `angle` in its heading, of "
+            + ", ".join(table.header)
+        )
+    values = plausible_numbers(table, columns[0], "angle_of_repose_deg")
+    if len(values) < 2:
+        raise CalibrationError(f"{path}: needs at least two values to have a spread")
+    return values
+
+
+def sieve_curve(path):
+    """`particles.sizes` of a sieve table or of what a Mastersizer exports: the column
+    `diameter_mm`, and `mass_percent` of each size or `passing_percent` of each sieve.
+
+    Raises CalibrationError where they do not make 100 %.
+    """
+    sizes, shares = mastersizer_sizes(path) or _sieved(path)
+    total = sum(shares)
+    if abs(total - 100) > 1 or min(shares) < 0:
+        near = "; are they shares of 1?" if abs(total - 1) < 0.01 else ""
+        raise CalibrationError(f"{path}: the fractions make {total:g} %; allowed: 100 %{near}")
+    kept = [(d, s / total) for d, s in zip(sizes, shares, strict=True) if s > 0]
+    fractions = [round(s, 6) for _, s in kept]
+    fractions[-1] = round(1.0 - sum(fractions[:-1]), 6)
+    return {"by": "mass", "diameters_mm": [d for d, _ in kept], "fractions": fractions}
+
+
+def _sieved(path):
+    """(diameters [mm], mass shares [%]) of a table of sieves."""
+    from calibration.intake.plausible import plausible_numbers
+
+    table = read_table(path)
+    passing = "passing_percent" in table.header
+    share = "passing_percent" if passing else "mass_percent"
+    table.require("diameter_mm", share)
+    sizes = plausible_numbers(table, "diameter_mm", "diameter_mm")
+    shares = table.numbers(share)
+    return _between_sieves(path, sizes, shares) if passing else (sizes, shares)
+
+
+def _between_sieves(path, sieves, passing):
+    """(sizes, shares) of the classes between neighbouring sieves: the geometric mean of the two,
+    and what passes the one and not the other. The sieves may stand in either order."""
+    rows = sorted(zip(sieves, passing, strict=True))
+    if any(b[1] < a[1] for a, b in pairwise(rows)):
+        raise CalibrationError(
+            f"{path}: less passes a wider sieve than a narrower one; allowed: passing_percent that "
+            f"rises with diameter_mm (mass_percent where each row is a size)"
+        )
+    if rows[0][1] > 0:
+        finest = f"{rows[0][0]:g} mm"
+        raise CalibrationError(
+            f"{path}: {rows[0][1]:g} % pass the finest sieve ({finest}), and no size is known of "
+            f"them; allowed: a last row with 0 %, such as that of the pan at the finest grain"
+        )
+    sizes = [round(math.sqrt(a[0] * b[0]), 4) for a, b in pairwise(rows)]
+    return sizes, [b[1] - a[1] for a, b in pairwise(rows)]
+
+
+def mean_diameter(sizes):
+    """Diameter [mm] of the grain of mean volume: as many of them make the same mass."""
+    d, w = sizes["diameters_mm"], sizes["fractions"]
+    return (1.0 / sum(f / x**3 for f, x in zip(w, d, strict=True))) ** (1 / 3)
+
+
+def said_back(values):
+    """The measured values, said back."""
+    return "measured: " + summary(values, "°")

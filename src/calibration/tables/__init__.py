@@ -1,8 +1,0 @@
-"""Tables of a study: those that people give, by the one reader (`dem.tables`), what was read said
-back, and what a stage wrote."""
-
-from calibration.tables.given import Table, read_rows, read_table, table_of
-from calibration.tables.report import summary
-from calibration.tables.written import read_written
-
-__all__ = ["Table", "read_rows", "read_table", "read_written", "summary", "table_of"]

@@ -1,0 +1,2 @@
+"""Carrying calibrated parameters to other codes: calibrated.yaml, decks, and the search for the
+angle in laws that other codes have. The blocks are those of `calibration.engines.blocks`."""

@@ -1,0 +1,137 @@
+"""calibrated.yaml: every parameter of the calibrated model with its unit and where it came from."""
+
+import numpy as np
+import yaml
+
+from calibration.intake.tables import read_table
+from calibration.statistics.surface import parameter_interval
+from dem.spec import RunSpec
+from dem.units import in_ascii, unit_of
+
+PARTS = ("materials", "contacts", "laws", "law_parameters", "particles", "geometry", "numerics")
+
+
+def calibrated_entries(surface, region, optimum):
+    """{key: entry} of the factors that were calibrated; optimum: content of optimum.json."""
+    point = [optimum["optimum_coded"][f.code] for f in region]
+    entries = {}
+    for k, f in enumerate(region):
+        error = optimum.get("target_se", 0.0), optimum.get("target_df", float("inf"))
+        low, high = parameter_interval(surface, optimum["target"], point, k, 0.05, *error)
+        entry = {
+            "source": "calibrated",
+            "factor": f.name,
+            "interval_95_others_held": [f.natural(low), f.natural(high)],
+            "region": [f.low, f.high],
+            "solution_set": optimum["solution_set"][f.name],
+        }
+        borders = [side for side, x, at in (("low", low, -1.0), ("high", high, 1.0)) if x == at]
+        if borders:
+            entry["not_bounded_by_the_data"] = borders
+        entries[f.key] = entry
+    return entries
+
+
+def fixed_entries(config, factors, bench):
+    """{key: entry} of the factors that were not varied; bench: {factor: level} of the bench
+    tests."""
+    entries = {}
+    for f in factors:
+        entries[f.key] = {"factor": f.name}
+        if f.name in config.fixed:
+            source = "bench test" if f.name in bench else "fixed by the configuration"
+            entries[f.key] = {"source": source, "factor": f.name}
+    return entries
+
+
+def published_values(tables):
+    """{name: (value, where)} of the numbers that the configuration's `published.tables` print."""
+    values = {}
+    for path, where in tables.items():
+        for _, row in read_table(path).rows:
+            try:
+                value = float(row["value"]) * (1e6 if row["unit"] == "MPa" else 1.0)
+            except ValueError:
+                continue  # a list of coefficients
+            values[row.get("name") or row["parameter"]] = value, row.get("where") or where
+    return values
+
+
+def entries(spec, run, calibrated, fixed, published, names):
+    """{key: {value, unit, description, source, ...}} of everything in a `RunSpec` that is not None.
+
+    run: the configuration's own run spec (a mapping), to tell what it gives from the engine's
+    defaults. published: `published_values`; names: {key: its name there}.
+    """
+    out = {}
+    for part in PARTS:
+        for key, value, note in _leaves(getattr(spec, part), RunSpec.model_fields[part], part):
+            if value is None:
+                continue
+            entry = {"value": value}
+            if not isinstance(value, str):
+                entry["unit"] = in_ascii(unit_of(key))
+            if note:
+                entry["description"] = note
+            source = "the configuration's run spec" if _given(run, key) else "default of the engine"
+            entry |= {"source": source} | (calibrated.get(key) or fixed.get(key) or {})
+            if entry["source"] != "calibrated":
+                entry |= _printed(value, (entry.get("factor"), names.get(key)), published)
+            out[key] = entry
+    return out
+
+
+def _printed(value, names, published):
+    """What is printed for a parameter under one of its names, as a part of its entry."""
+    for name in names:
+        for label in (name, f"optimum_{name}"):
+            if label in published:
+                printed, where = published[label]
+                same = np.isclose(printed, value, rtol=1e-9)
+                return {"paper": f"{where}: {'the same' if same else f'{printed:g}'}"}
+    return {}
+
+
+def _leaves(part, field, prefix):
+    """(dotted key, value, description) of every number and word below a part of the spec."""
+    fields = getattr(type(part), "model_fields", None)
+    if fields is None:
+        yield prefix, part, field.description
+        return
+    for name, below in fields.items():
+        yield from _leaves(getattr(part, name), below, f"{prefix}.{name}")
+
+
+def _given(run, key):
+    for name in key.split("."):
+        if not isinstance(run, dict) or name not in run:
+            return False
+        run = run[name]
+    return True
+
+
+class _Dumper(yaml.SafeDumper):
+    """Short lists on one line."""
+
+
+def _list(dumper, data):
+    return dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=True)
+
+
+def _float(dumper, data):
+    # 1.0e+07 rather than 1e7, which YAML 1.1 would read as a word
+    text = f"{data:.9g}"
+    if "e" in text and "." not in text:
+        text = text.replace("e", ".0e")
+    return dumper.represent_scalar(
+        "tag:yaml.org,2002:float", text if set(text) & set(".e") else f"{text}.0"
+    )
+
+
+_Dumper.add_representer(list, _list)
+_Dumper.add_representer(float, _float)
+
+
+def to_yaml(data):
+    """YAML text of plain mappings, lists, numbers and words, in the order given."""
+    return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)

@@ -1,0 +1,296 @@
+"""The calibrated angle in codes with other laws of rolling friction: which numbers give it there.
+
+The law calibrated with (usually EDEM's constant torque on each grain's own spin) is missing from
+most codes. Theirs act on the relative spin of two grains. With the same number, or with the number
+that makes the torques equal, their heaps are flatter by about ten degrees, because grains that turn
+together feel nothing. No formula converts one coefficient into the other. The angle is therefore
+measured with this engine, which has both kinds of law.
+
+Two paths are searched. Everything else stays as it is.
+
+elastic_plastic
+    The rolling friction of grain on grain rises in that law, from less than the calibrated number
+    to so much that grains slide before they roll. Torsion goes with it.
+no_rotation
+    Grains do not turn at all, and the static friction of grain on grain rises to the calibrated
+    number. Every code can do this, and it means the same in each. Here it is `constant_torque` with
+    more rolling friction than static.
+
+The angle along a path is made monotone and inverted for the angle that the calibrated law gives.
+The first path that reaches this angle is taken. The first path does not reach the angle of a steep
+heap: grains that cannot roll on each other still slide, twist and turn together. Runs at the point
+found confirm it. If no path reaches the angle, the exports take the smallest number of the first
+path that is as good as its best, and they say what is missing.
+
+All paths are run with fewer, larger grains of the same total volume in the same rig (MOST_GRAINS).
+The confirmation is also run at the study's own scale.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from calibration.engines.blocks.rolling import (
+    DAMPING_RATIO,
+    ELASTIC_PLASTIC,
+    NO_ROTATION,
+    STIFFNESS_FACTOR,
+    needs_search,
+)
+from calibration.errors import CalibrationError
+from calibration.intake.tables import read_written
+from calibration.runs.campaign import read_values, run_id, write_plan
+from calibration.statistics.validate import compare
+from calibration.study.config import overlay, point_spec
+from dem.errors import SpecError
+from dem.spec import parse_spec
+
+PATHS = {
+    ELASTIC_PLASTIC: (-0.25, 0.0, 0.3333, 0.6667, 1.0),
+    NO_ROTATION: (0.25, 0.4, 0.6, 0.8, 1.0),
+}
+"""Path -> places on it, see `place`. `constant_torque_relative` is none of them: LIGGGHTS' `cdt`
+does not stop at a reversal of the spin, and its heaps are flatter than ours."""
+CALIBRATED = "calibrated"
+COLUMNS = ("path", "scale", "share", "rolling_friction", "static_friction", "seed", "run_id")
+MOST_ROLLING = 5.0  # what a run spec allows
+OWN_SEEDS, PATH_SEEDS, CONFIRM_SEEDS, FULL_SEEDS = 6, 3, 5, 5
+MOST_GRAINS = 2500
+
+
+def place(path, share, pair):
+    """(rolling friction, static friction) of grain on grain at a place of a path, from the
+    calibrated contact (`ContactSpec`).
+
+    elastic_plastic: 0 is the calibrated number, 1 the top, with equal ratios between. The top is 2
+    mu_s. The limit mu_r R* F_n is then mu_s R F_n for equal grains, the largest torque of sliding
+    friction on a grain. A larger number changes nothing. no_rotation: the share of the calibrated
+    static friction. Rounded, as levels name cached runs.
+    """
+    mu, static = pair.rolling_friction, pair.static_friction
+    if path == NO_ROTATION:
+        return MOST_ROLLING, round(share * static, 6)
+    top = min(2.0 * max(static, mu), MOST_ROLLING)
+    return round(min(mu * (top / mu) ** share, MOST_ROLLING), 6), static
+
+
+def calibrated_spec(config, factors, optimum, seed=None):
+    """Run spec (a mapping) at the calibrated point {factor: level}; the study's first seed unless
+    given."""
+    levels = config.fixed | optimum
+    keys = {f.key: f.value(levels[f.name]) for f in factors if f.name in levels}
+    return point_spec(config.run, config.experiment, keys, config.seed if seed is None else seed)
+
+
+def coarse(spec):
+    """A heap's run spec (a mapping) with at most MOST_GRAINS larger grains of the same total
+    volume. It is unchanged if these would not pass the funnel."""
+    parsed = parse_spec(spec)
+    if parsed.particles.count <= MOST_GRAINS:
+        return spec
+    ratio = parsed.particles.count / MOST_GRAINS
+    changes = {
+        "particles": {
+            "count": MOST_GRAINS,
+            "scale_factor": round(parsed.particles.scale_factor * ratio ** (1 / 3), 6),
+        },
+        "geometry": {"generation_rate_per_s": parsed.geometry.generation_rate_per_s / ratio},
+    }
+    try:
+        parse_spec(overlay(spec, changes))
+    except SpecError:
+        return spec
+    return overlay(spec, changes)
+
+
+def on_path(spec, path, share):
+    """The run spec (a mapping) of the calibrated point moved to a place of a path."""
+    rolling, static = place(path, share, parse_spec(spec).contacts.particle_particle)
+    changes = {
+        "laws": {"rolling": "constant_torque"},
+        "contacts": {
+            "particle_particle": {"rolling_friction": rolling, "static_friction": static},
+        },
+    }
+    if path == NO_ROTATION:
+        changes["contacts"]["particle_wall"] = {"rolling_friction": rolling}
+    else:
+        # with torsion: grains that spin about the normal of their contact would never come to rest
+        changes["laws"] = {"rolling": path, "torsion": "marshall"}
+        changes["law_parameters"] = {
+            "rolling_stiffness_factor": STIFFNESS_FACTOR,
+            "rolling_damping_ratio": DAMPING_RATIO,
+        }
+    given = spec.get("law_parameters", {})
+    kept = {key: value for key, value in given.items() if not key.startswith("rolling_")}
+    return overlay(spec | {"law_parameters": kept}, changes)
+
+
+def rows_at(base, path, share, seeds, scale):
+    """Design rows and {run_id: spec} of runs at one place; path None: as calibrated."""
+    rows, specs = [], {}
+    moved = base if path is None else on_path(base, path, share)
+    pair = parse_spec(moved).contacts.particle_particle
+    for n in range(seeds):
+        spec = overlay(moved, {"seed": base["seed"] + n})
+        name = run_id(spec)
+        specs[name] = spec
+        rows.append(
+            {
+                "path": path or CALIBRATED,
+                "scale": scale,
+                "share": share,
+                "rolling_friction": pair.rolling_friction,
+                "static_friction": pair.static_friction,
+                "seed": spec["seed"],
+                "run_id": name,
+            }
+        )
+    return rows, specs
+
+
+def _write(parts, output):
+    rows = [row for part, _ in parts for row in part]
+    specs = {name: spec for _, part in parts for name, spec in part.items()}
+    write_plan(Path(output.plan).parent, pd.DataFrame(rows, columns=list(COLUMNS)), specs)
+
+
+def plan_scan(spec, output):
+    """Plan runs of the calibrated law and along each path; spec: calibrated run spec (a
+    mapping)."""
+    parts = []
+    if needs_search(parse_spec(spec)):
+        base = coarse(spec)
+        parts = [rows_at(base, None, 0.0, OWN_SEEDS, "coarse")]
+        parts += [
+            rows_at(base, path, share, PATH_SEEDS, "coarse")
+            for path, shares in PATHS.items()
+            for share in shares
+        ]
+    _write(parts, output)
+
+
+def read_scan(design_file, metric):
+    """The design table with the runs' angles in `response`, NaN of a run without one."""
+    design = read_written(design_file)
+    return design.assign(response=read_values(design["run_id"], metric))
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """Where on a path the angle is: share, and the range that the scan came to [unit of the
+    angle]."""
+
+    share: float
+    reached: bool
+    smallest: float
+    largest: float
+
+
+def invert(shares, angles, target):
+    """`Inverse` of angles (n,) at shares (n,) for a target angle.
+
+    The means at each share are made monotone (running maximum) and interpolated linearly. Below the
+    path's range its start is returned. Above the range the first share is returned whose mean is
+    within a standard error of the largest. `reached` is then False.
+    """
+    groups = pd.Series(np.asarray(angles, float)).groupby(np.asarray(shares))
+    means = groups.mean().sort_index()
+    x, y = means.index.to_numpy(), np.maximum.accumulate(means.to_numpy())
+    reached = bool(y[0] <= target <= y[-1])
+    if reached:
+        k = max(int(np.searchsorted(y, target)), 1)
+        share = x[k - 1] + (target - y[k - 1]) / (y[k] - y[k - 1]) * (x[k] - x[k - 1])
+    elif target < y[0]:
+        share = x[0]
+    else:
+        error = np.sqrt(groups.var(ddof=1).mean() / groups.size().mean())
+        share = x[np.flatnonzero(y >= y[-1] - np.nan_to_num(error))[0]]
+    return Inverse(float(share), reached, float(y[0]), float(y[-1]))
+
+
+def angles_of(runs, path):
+    """(n,) responses of a path's runs that have one."""
+    return runs[runs["path"] == path]["response"].dropna()
+
+
+def search(scan):
+    """(path taken, {path: Inverse}) of a scan (table with `response`); (None, {}) of an empty one.
+    Raises CalibrationError where no heap of the calibrated law, or of a path, has an angle."""
+    if scan.empty:
+        return None, {}
+    for path in (CALIBRATED, *PATHS):
+        if angles_of(scan, path).empty:
+            raise CalibrationError(
+                f"no heap of the search for rolling friction in other laws has an angle ({path}): "
+                "its funnel clogs or its grains never rest; widen the orifice of the study's rig"
+            )
+    own = angles_of(scan, CALIBRATED).mean()
+    found = {}
+    for path in PATHS:
+        angles = angles_of(scan, path)
+        found[path] = invert(scan.loc[angles.index, "share"], angles, own)
+    reaching = [path for path, inverse in found.items() if inverse.reached]
+    return (reaching or [ELASTIC_PLASTIC])[0], found
+
+
+def plan_confirmation(spec, scan_file, metric, output):
+    """Plan runs at the point found, on the scan's scale and on the study's own."""
+    parts = []
+    path, found = search(read_scan(scan_file, metric))
+    if path:
+        base, share = coarse(spec), round(found[path].share, 4)
+        parts.append(rows_at(base, path, share, CONFIRM_SEEDS, "coarse"))
+        if base is not spec:
+            parts.append(rows_at(spec, path, share, FULL_SEEDS, "full"))
+    _write(parts, output)
+
+
+def conclude(spec, scan, confirmation, validated, margin, unit):
+    """The conversion as a mapping for rolling.json.
+
+    spec: calibrated `RunSpec`; scan, confirmation: tables with `response`; validated: series (n,)
+    of the calibrated law's angles at the study's own scale. A run without a value is NaN in each.
+    margin: difference that does not matter; unit:
+    of both.
+    """
+    pair, (path, found) = spec.contacts.particle_particle, search(scan)
+    out = {"law": spec.laws.rolling, "unit": unit, "path": path}
+    if path is None:
+        return out
+    rolling, static = place(path, round(found[path].share, 4), pair)
+    same = angles_of(scan[scan["share"] == 0.0], ELASTIC_PLASTIC)
+    responses = pd.concat([scan["response"], confirmation["response"]])
+    out |= {
+        "rolling_friction": rolling,
+        "static_friction": static,
+        "stiffness_factor": STIFFNESS_FACTOR,
+        "damping_ratio": DAMPING_RATIO,
+        "reached": found[path].reached,
+        "with_the_same_number": None if same.empty else float(same.mean()),
+        "ranges": {name: [inverse.smallest, inverse.largest] for name, inverse in found.items()},
+        "runs": len(responses),
+        "without_value": int(responses.isna().sum()),
+    }
+    for scale, against in (("coarse", angles_of(scan, CALIBRATED)), ("full", validated.dropna())):
+        angles = confirmation[confirmation["scale"] == scale]["response"].dropna()
+        if min(len(angles), len(against)) > 1:
+            out[scale] = _agreement(angles, against, margin)
+    return out
+
+
+def _agreement(angles, against, margin):
+    """Runs at the point found beside runs of the calibrated law on the same scale."""
+    c = compare([list(angles)], list(against), margin)
+    return {
+        "mean": c.simulated_mean,
+        "sd": c.simulated_sd,
+        "runs": c.simulated_n,
+        "calibrated_law_mean": c.measured_mean,
+        "calibrated_law_sd": c.measured_sd,
+        "calibrated_law_runs": c.measured_n,
+        "difference": c.difference,
+        "difference_interval_95": [c.difference_low, c.difference_high],
+    }

@@ -1,0 +1,207 @@
+"""The stage `export`: plans of its runs, and its files."""
+
+from pathlib import Path
+
+from calibration.chain.files import read_region
+from calibration.chain.optimum import augmented_runs
+from calibration.engines.blocks import edem, lammps, liggghts, mercurydpm, yade
+from calibration.engines.blocks.conversion import Conversion
+from calibration.engines.blocks.header import left_out
+from calibration.engines.blocks.material import granulate
+from calibration.files import write_text
+from calibration.statistics.surface import fit_surface
+from calibration.telling.export.decks import write_decks
+from calibration.telling.export.parameters import (
+    calibrated_entries,
+    entries,
+    fixed_entries,
+    published_values,
+    to_yaml,
+)
+from calibration.telling.export.rolling import (
+    calibrated_spec,
+    conclude,
+    plan_confirmation,
+    plan_scan,
+    read_scan,
+)
+from dem.fingerprint import engine_fingerprint
+from dem.io.files import write_json
+from dem.spec import parse_spec
+from dem.units import in_ascii, unit_of
+
+CONVERTED = {
+    "liggghts.in": liggghts,
+    "lammps.in": lammps,
+    "yade.py": yade,
+    "mercurydpm.cpp": mercurydpm,
+}
+"""File under exports/ -> module that writes it; these codes may need another rolling law than the
+calibrated one."""
+CODES = CONVERTED | {"edem.md": edem}
+
+
+def _spec(study):
+    return calibrated_spec(study.config, study.factors, study.summary("optimise")["optimum"])
+
+
+def plan_export_scan(study, source, output):
+    """Plan the search for rolling friction in other laws."""
+    plan_scan(_spec(study), output)
+
+
+def plan_export_confirmation(study, source, output):
+    """Plan the runs that confirm what the search found."""
+    metric = study.config.target.metric
+    plan_confirmation(_spec(study), source.scan, metric, output)
+
+
+def export_rolling(study, source, output):
+    """Write rolling.json: the conversion of rolling friction."""
+    config, metric = study.config, study.config.target.metric
+    found = conclude(
+        parse_spec(_spec(study)),
+        read_scan(source.scan, metric),
+        read_scan(source.confirmation, metric),
+        study.table("validation", "runs")["response"],
+        config.validation.margin,
+        in_ascii(unit_of(metric)),
+    )
+    write_json(output.rolling, found)
+
+
+def about(config, validation):
+    """Lines of provenance for the head of each file."""
+    unit, metric = in_ascii(unit_of(config.target.metric)), config.target.metric
+    return [
+        f"Study {config.name}: {metric} measured {validation['measured_mean']:.2f} {unit} "
+        f"({validation['measured_n']} values, sd {validation['measured_sd']:.2f}); the calibrated "
+        f"model gives "
+        f"{validation['simulated_mean']:.2f} {unit} ({validation['simulated_n']} runs, sd "
+        f"{validation['simulated_sd']:.2f}) in the rig and with the grains of calibrated.yaml.",
+        f"Engine {engine_of(config)}. SI units. How each number was converted: "
+        f"docs/howto-export.md.",
+    ]
+
+
+def engine_of(config):
+    """What made the study's runs: this engine by its fingerprint, or another one by its version."""
+    other = config.run.get("engine")
+    if not other:
+        return engine_fingerprint()
+    return " ".join([other["name"], str(other["identity"].get("version", ""))]).strip()
+
+
+def summary(study, optimum, validation, surface, region, bench):
+    """Content of calibrated.yaml."""
+    config, factors = study.config, study.factors
+    spec = parse_spec(calibrated_spec(config, factors, optimum["optimum"]))
+    found = entries(
+        spec,
+        config.run,
+        calibrated_entries(surface, region, optimum),
+        fixed_entries(config, factors, bench),
+        published_values(config.published.tables),
+        config.published.names,
+    )
+    metric, exports = config.target.metric, f"{config.results}/{config.name}/exports"
+    return {
+        "study": config.name,
+        "engine": engine_of(config),
+        "commands": {
+            "the whole study": f"calibration run {exports}/study.yaml",
+            "one run at the calibrated point": f"dem run {exports}/dem.yaml --out heap",
+            "the same angle with the rolling friction of other codes": f"calibration run "
+            f"{exports}/study.yaml export_converted",
+        },
+        "target": {
+            "metric": metric,
+            "unit": in_ascii(unit_of(metric)),
+            "file": config.measurements,
+            "measured_mean": validation["measured_mean"],
+            "measured_sd": validation["measured_sd"],
+            "measured_n": validation["measured_n"],
+        },
+        "validated": _validated(validation, in_ascii(unit_of(metric))),
+        "solution": {
+            "rule": optimum["rule"],
+            "attainable": optimum["attainable"],
+            "predicted": optimum["predicted"],
+            "confirmation_interval_95": optimum["confirmation_interval"],
+            "note": "One response does not fix several parameters: solution_set is the range of "
+            "each over all points "
+            "that give the measured value. interval_95_others_held covers 95 % only if the others "
+            "are exactly right; the stage `posterior` gives the interval that covers it whatever "
+            "they are.",
+        },
+        "parameters": found,
+        "not_converted": left_out(spec),
+    }
+
+
+def _validated(validation, unit):
+    return {
+        "mean": validation["simulated_mean"],
+        "sd": validation["simulated_sd"],
+        "runs": validation["simulated_n"],
+        "difference": validation["difference"],
+        "difference_interval_95": [validation["difference_low"], validation["difference_high"]],
+        "margin": validation["margin"],
+        "equivalent": validation["equivalent"],
+        "unit": unit,
+    }
+
+
+def export(study, source, output):
+    """Write calibrated.yaml and exports/ beside it, without any run."""
+    region = read_region(source.optimum)
+    runs = augmented_runs(study.config, source.runs, region, source.candidate)
+    write_exports(study, runs, region, Path(output.parameters).parent)
+
+
+def write_exports(study, runs, region, out):
+    """Write calibrated.yaml and exports/ into folder `out`, each file atomically.
+
+    runs: table of the runs that the surface was fitted to; region: its factors.
+    """
+    config, optimum = study.config, study.summary("optimise")
+    validation = study.summary("validation")
+    surface = fit_surface(runs, [f.code for f in region], runs["response"])
+    mapping, bench = _spec(study), study.bench_levels()
+    lines = about(config, validation)
+    _write_blocks(CODES, mapping, Conversion(parse_spec(mapping)), lines, Path(out) / "exports")
+    _write_decks(study, mapping, Conversion(parse_spec(mapping)), lines, Path(out) / "exports")
+    head = "".join(f"# {line}\n" for line in lines)
+    write_text(head + to_yaml(mapping), Path(out) / "exports" / "dem.yaml")
+    write_text(to_yaml(config.model_dump(mode="json")), Path(out) / "exports" / "study.yaml")
+    data = summary(study, optimum, validation, surface, region, bench)
+    write_text(head + to_yaml(data), Path(out) / "calibrated.yaml")
+
+
+def export_converted(study, source, output):
+    """Write the blocks of codes with other rolling laws, with what the search found."""
+    mapping = _spec(study)
+    conversion = Conversion(parse_spec(mapping), study.summary("export_confirmation", "rolling"))
+    lines = about(study.config, study.summary("validation"))
+    _write_blocks(CONVERTED, mapping, conversion, lines, Path(output[0]).parent)
+    _write_decks(study, mapping, conversion, lines, Path(output[0]).parent)
+
+
+def _write_decks(study, mapping, conversion, lines, folder):
+    stated, target = study.summary("validation"), study.config.target.metric
+    expected = {
+        "metric": target,
+        "mean": stated["simulated_mean"],
+        "sd": stated["simulated_sd"],
+        "runs": stated["simulated_n"],
+        "margin": stated["margin"],
+        "unit": in_ascii(unit_of(target)),
+    }
+    write_decks(parse_spec(mapping), conversion, lines, expected, folder)
+
+
+def _write_blocks(codes, mapping, conversion, lines, folder):
+    spec = parse_spec(mapping)
+    for name, code in codes.items():
+        about = [*lines, *left_out(spec, code.CODE)]
+        write_text(code.block(granulate(spec), conversion, about), folder / name)

@@ -1,0 +1,48 @@
+"""What a study says before any run (what was read, what is valid but risky) and at its end."""
+
+from pathlib import Path
+
+from calibration.study.config import point_spec, read_back
+from calibration.study.factors import read_factors
+from dem.spec import parse_spec
+
+
+def opening(config):
+    """Sentences: the measured values of each target as they were read, then the engine's warnings.
+
+    Raises ConfigError for a table that cannot be read.
+    """
+    return [f"read {text}" for text in read_back(config)] + [
+        f"warning: {text}" for text in _warnings(config, read_factors(config.factors))
+    ]
+
+
+def _warnings(config, factors):
+    """The engine's warnings of a run with every factor at its fixed level, else at its middle, and
+    what more it says where one factor is at an end of its range."""
+    from dem.advice import warnings_of  # loads the engine
+
+    def at(levels):
+        return warnings_of(parse_spec(point_spec(config.run, config.experiment, levels, seed)))
+
+    seed = config.seed
+    levels = {f.key: f.value(config.fixed.get(f.name, f.natural(0.0))) for f in factors}
+    found = at(levels)
+    for f in factors:
+        for end in (f.value(f.low), f.value(f.high)):
+            more = [text for text in at(levels | {f.key: end}) if text not in found]
+            found += [f"with {f.name} at {end}: {text}" for text in more]
+    return found
+
+
+def closing(study):
+    """Sentences: the verdict of a diagnosis with its page, and where the report is; whatever of
+    them is there."""
+    found = []
+    verdict = study.summary("diagnosis", "verdict")
+    if verdict:
+        causes = " and ".join(name.replace("_", " ") for name in verdict["causes"])
+        page = Path(study.folder, "diagnosis", "diagnosis.html").absolute()
+        found.append(f"diagnosis: {verdict['verdict']}{f' ({causes})' if causes else ''}: {page}")
+    report = Path(study.folder, "report.html").absolute()
+    return [*found, *([f"report: {report}"] if report.is_file() else [])]

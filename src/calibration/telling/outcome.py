@@ -1,0 +1,83 @@
+"""Keeps the results of a finished study, and says on a page what they found.
+
+python -m calibration.telling.outcome STUDY KEPT PAGE METRIC, for instance results/soybean
+results/reference/soybean examples/soybean/README.md angle_of_repose_deg
+"""
+
+import shutil
+import sys
+from pathlib import Path
+
+from calibration.chain.responses import without_value
+from calibration.chain.study import Results
+from calibration.errors import CalibrationError
+from calibration.figures import response_of
+from calibration.study.stages import load_stages, resolve
+
+KEPT = (
+    "*.json",
+    "effects.csv",
+    "anova.csv",
+    "runs.csv",
+    "coefficients.csv",
+    "numerics.csv",
+    "scaling.csv",
+    "parameters.csv",
+    "next.csv",
+)
+NOT_KEPT = ("logs", ".made_from")
+BEGIN, END = "<!-- found: begin -->", "<!-- found: end -->"
+
+
+def keep(study, target, tables=KEPT):
+    """Copy the summaries and `tables` of a study's stages; plans and figures stay behind."""
+    for folder in sorted(p for p in Path(study).iterdir() if p.is_dir() and p.name not in NOT_KEPT):
+        for pattern in tables:
+            for path in folder.glob(pattern):
+                if path.name != "plan.json":
+                    (Path(target) / folder.name).mkdir(parents=True, exist_ok=True)
+                    shutil.copy(path, Path(target) / folder.name / path.name)
+
+
+def found(folder, metric):
+    """Markdown: what each stage in a folder of results says of itself, a line a stage."""
+    results, response, lines = Results(folder), response_of(metric), []
+    for stage in load_stages().values():
+        summary = results.summary(stage.name)
+        texts = sentences_of(stage, summary, response)
+        if texts:
+            lines.append(f"- **{stage.title}.** {' '.join(texts)}")
+    return "\n".join(lines)
+
+
+def sentences_of(stage, summary, response):
+    """What a stage says of its summary (a mapping, or None), and which of its runs it left out."""
+    if not summary:
+        return []
+    texts = resolve(stage.sentences)(summary, response) if stage.sentences else []
+    return [*texts, *without_value(summary.get("left_out", []))]
+
+
+def put(page, text, begin=BEGIN, end=END):
+    """Replace what stands between the two marks of a page. Raises CalibrationError for a page
+    without them."""
+    page = Path(page)
+    before, mark, rest = page.read_text().partition(begin)
+    _, last, after = rest.partition(end)
+    if not mark or not last:
+        raise CalibrationError(f"{page}: has no lines {begin} and {end}")
+    page.write_text(f"{before}{begin}\n{text}\n{end}{after}")
+
+
+def main(study, target, page, metric):
+    """Keep a study's results and say on the page what they found; metric: the study's target."""
+    if Path(study).resolve() != Path(target).resolve():
+        keep(study, target)
+    put(page, found(target, metric))
+
+
+if __name__ == "__main__":
+    try:
+        main(*sys.argv[1:])
+    except CalibrationError as error:
+        sys.exit(str(error))

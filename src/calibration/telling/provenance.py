@@ -1,0 +1,138 @@
+"""The stage `provenance`: a study as an RO-Crate, with what it read, what came out, what computed
+it, and all of its runs in one file.
+
+RO-Crate 1.1 (Sefton et al. 2021, https://doi.org/10.5281/zenodo.5146227): a folder with
+ro-crate-metadata.json, which describes the files beside it in schema.org's words.
+"""
+
+import mimetypes
+import shutil
+from datetime import UTC, datetime
+from importlib import metadata as packages
+from pathlib import Path
+
+import yaml
+
+from calibration.errors import CalibrationError
+from calibration.files import replacing, write_text
+from calibration.runs.all_runs import finished, runs_table, write_netcdf
+from calibration.study.stages.provenance import CRATE
+from calibration.telling.export.parameters import to_yaml
+from calibration.telling.extras import extra
+from dem.io.files import write_json
+
+SHOWN = (".csv", ".json", ".html", ".yaml")
+"""Kinds of results that the crate holds; figures are in the report."""
+LEFT_OUT = (CRATE, "logs", "batches", "heaps")
+"""Folders below a study's that it does not: their content is elsewhere, or says nothing later."""
+CONFIGURATION, STUDY = "exports/study.yaml", "inputs/study.yaml"
+"""The whole configuration as the study exports it, and in the crate, where it names the crate's own
+tables."""
+UNSTATED = {
+    "@type": "CreativeWork",
+    "name": "no licence stated",
+    "description": "Who publishes this study chooses its licence.",
+}
+
+
+def provenance(study, source, output):
+    """Write the crate into the folder of `output.crate`, its metadata last."""
+    folder = Path(output.crate).parent
+    runs = finished(study.folder)
+    if not runs:
+        raise CalibrationError(f"{study.folder}: has no finished run")
+    about = f"All {len(runs)} finished runs of the study {study.name}"
+    write_netcdf(runs_table(study, runs), output.runs, {"title": about, "source": _name()})
+    given = {key: Path(getattr(study.config, key)) for key in ("factors", "measurements")}
+    tables = {key: f"inputs/{path.name}" for key, path in given.items()}
+    copied = {tables[key]: path for key, path in given.items()}
+    results = {f"results/{p.relative_to(study.folder).as_posix()}": p for p in _results(study)}
+    for place, path in (copied | results).items():
+        with replacing(folder / place) as partial:
+            shutil.copyfile(path, partial)
+    configuration = yaml.safe_load((study.folder / CONFIGURATION).read_text("utf-8"))
+    write_text(to_yaml(configuration | tables), folder / STUDY)
+    files = [STUDY, *copied], [*results, Path(output.runs).name]
+    write_json(output.crate, metadata(study, folder, *files, _software(runs)))
+
+
+def metadata(study, folder, inputs, results, software):
+    """Content of ro-crate-metadata.json. inputs, results: files of the crate's folder; software:
+    {identifier: properties} of the programs."""
+    with extra("provenance", "The stage provenance"):
+        from rocrate.model.contextentity import ContextEntity
+        from rocrate.rocrate import ROCrate
+    today = datetime.now(UTC).date().isoformat()
+    crate = ROCrate(version="1.1")
+    crate.name = f"Calibration {study.name}"
+    crate.description = (
+        f"Calibration of a discrete element model on {study.config.target.metric}: the tables it "
+        f"was made from, its results and its runs, by {_name()}."
+    )
+    crate.datePublished = today
+    crate.license = crate.add(ContextEntity(crate, "#licence", properties=UNSTATED))
+
+    def files(places):
+        return [crate.add_file(dest_path=p, properties=_described(folder / p, p)) for p in places]
+
+    programs = [crate.add(ContextEntity(crate, k, properties=p)) for k, p in software.items()]
+    crate.add_action(
+        programs,
+        identifier="#study",
+        object=files(inputs),
+        result=files(results),
+        properties={
+            "name": "the study's runs and analyses",
+            "endTime": today,
+            "actionStatus": "http://schema.org/CompletedActionStatus",
+        },
+    )
+    return crate.metadata.generate()
+
+
+def _described(path, place):
+    """Properties of a file."""
+    kind = {".nc": "application/netcdf", ".yaml": "application/yaml"}.get(path.suffix)
+    return {
+        "name": place,
+        "encodingFormat": kind or mimetypes.guess_type(path.name)[0] or "text/plain",
+        "contentSize": str(path.stat().st_size),
+    }
+
+
+def _results(study):
+    """Files of the study's folder that the crate holds, in order."""
+    found = []
+    for path in sorted(study.folder.rglob("*")):
+        inside = path.relative_to(study.folder).parts
+        hidden = any(part.startswith(".") or part in LEFT_OUT for part in inside)
+        if path.suffix in SHOWN and path.is_file() and not hidden:
+            found.append(path)
+    return found
+
+
+def _name():
+    package = "granular-calibration"
+    return f"{package} {packages.version(package)}"
+
+
+def _software(runs):
+    """{identifier: properties} of the programs that `finished` runs were made with, by their
+    manifests."""
+    found = {}
+
+    def add(name, version):
+        properties = {"@type": "SoftwareApplication", "name": name, "softwareVersion": version}
+        found[f"#{name}-{version}".replace(" ", "-")] = properties
+
+    add(*_name().split())
+    for _, _, result in runs:
+        other = result["spec"].get("engine")
+        if other:
+            add(other["name"], str(other["identity"].get("version", "not stated")))
+        else:
+            add("dem", result["engine"])
+        for name, version in result["manifest"]["software"].items():
+            if name != "cpu":
+                add(name, version)
+    return found

@@ -1,0 +1,169 @@
+"""The answer, before anything else: parameters with their intervals, the validated value, the
+verdict."""
+
+from calibration.chain.study import Results
+from calibration.figures import label, response_of
+from calibration.statistics.numbers import signed
+from calibration.telling.report.known import posterior_of
+from dem.advice import limits_of
+from dem.spec import load_spec
+
+MEANING = {
+    "adequate": "nothing is missing that these data show",
+    "identified": "the model lacks what is named",
+    "discovered": "a law is missing that the catalogue does not have",
+    "ambiguous": "the data do not tell these apart",
+    "unexplained": "the model fails, and nothing in the catalogue mends it",
+}
+
+OTHERS_HELD = "interval_95_others_held"
+
+
+def answer(study, response):
+    """Mapping for the page: `parameters` (rows of the table), `tiles` and `notes`."""
+    optimum = Results(study).summary("optimise", "optimum")
+    region = Results(study).summary("response_surface", "region") or []
+    validation = Results(study).summary("validation", "validation")
+    verdict = Results(study).summary("diagnosis", "verdict")
+    posterior = posterior_of(Results(study))
+    tiles = [
+        *(_validated(validation, response) if validation else []),
+        *(_equivalence(validation, response) if validation else []),
+        *(_further(validation) if validation else []),
+        *(_diagnosed(verdict) if verdict else []),
+    ]
+    return {
+        "parameters": _parameters(optimum, region, verdict, posterior) if optimum else [],
+        "tiles": tiles,
+        "notes": [*(_notes(optimum, response) if optimum else []), *_limits(study)],
+    }
+
+
+def _limits(study):
+    """Where the laws of the calibrated run spec make the result hold, and where not."""
+    run = study / "exports" / "dem.yaml"
+    return [f"{text}." for text in limits_of(load_spec(run))] if run.is_file() else []
+
+
+def _parameters(optimum, region, verdict, posterior):
+    """Rows {heading: text} of the calibrated parameters: value, interval of the posterior, or where
+    it has not run the one with the others held; extent of the solution set, interval of the
+    diagnosis where there is one."""
+    diagnosed = (verdict or {}).get("calibration", {})
+    borders = {f["name"]: (f["low"], f["high"]) for f in region}
+    rows = []
+    for name, value in optimum["optimum"].items():
+        low, high = optimum["solution_set"][name]
+        row = {"parameter": label(name), "calibrated": f"{value:.4g}"}
+        if posterior:
+            row["95 %"] = _of_posterior(posterior, name)
+        elif OTHERS_HELD in optimum:
+            held = _interval(optimum[OTHERS_HELD][name], borders[name])
+            row["95 % only if the others are right"] = held
+        row["over the solution set"] = f"{low:.4g} to {high:.4g}"
+        if diagnosed:
+            p = diagnosed.get(name)
+            row["95 % by all measurements"] = f"{p['low']:.3g} to {p['high']:.3g}" if p else ""
+        rows.append(row)
+    return rows
+
+
+def _of_posterior(posterior, name):
+    """Words for the interval of a parameter, whatever the others are."""
+    found = posterior["parameters"].get(name)
+    if found is None:
+        return ""
+    if not found["bounded"]:
+        low, high = posterior["box"][name]
+        return f"not bounded within {low:.4g} to {high:.4g}"
+    low, high = found["interval"]
+    return f"{low:.4g} to {high:.4g}"
+
+
+def _interval(interval, borders):
+    """Words for an interval whose ends may be the borders of the region searched, where the data do
+    not bound it."""
+    (low, high), (first, last) = interval, borders
+    width = last - first
+    open_below, open_above = low - first < 1e-6 * width, last - high < 1e-6 * width
+    if open_below and open_above:
+        return f"not bounded within {first:.4g} to {last:.4g}"
+    if open_below:
+        return f"below {high:.4g}"
+    return f"above {low:.4g}" if open_above else f"{low:.4g} to {high:.4g}"
+
+
+def _validated(v, response):
+    return [
+        {
+            "name": f"Validated {response.name}",
+            "value": response.value(v["simulated_mean"]),
+            "text": f"measured {response.value(v['measured_mean'])}: "
+            f"{v['relative_error_percent']:.2f} % apart, "
+            f"{v['simulated_n']} runs with seeds of their own",
+        }
+    ]
+
+
+def _further(v):
+    """A tile of each further target: beside its measurement where it has one."""
+    tiles = []
+    for metric, found in v.get("further", {}).items():
+        response = response_of(metric)
+        if "measured_mean" in found:
+            tiles += [_validated(found, response)[0] | {"good": found["equivalent"]}]
+        else:
+            value = response.value(found["simulated_mean"])
+            tiles += [{"name": response.name.capitalize(), "value": value, "text": "not measured"}]
+    return tiles
+
+
+def _equivalence(v, response):
+    word = "equivalent" if v["equivalent"] else "not shown to be equivalent"
+    return [
+        {
+            "name": "Difference",
+            "value": f"{signed(v['difference'])}{response.unit}",
+            "text": f"95 % {signed(v['difference_low'])} to {signed(v['difference_high'])}; {word} "
+            f"within "
+            f"±{v['margin']:g}{response.unit}",
+            "good": v["equivalent"],
+        }
+    ]
+
+
+def _diagnosed(verdict):
+    causes = " and ".join(label(c) for c in verdict.get("causes", []))
+    return [
+        {
+            "name": "Diagnosis of the measurements",
+            "value": verdict["verdict"],
+            "text": f"{causes}: {MEANING[verdict['verdict']]}"
+            if causes
+            else MEANING[verdict["verdict"]],
+            "good": verdict["verdict"] == "adequate",
+        }
+    ]
+
+
+def _notes(optimum, response):
+    if not optimum["attainable"]:
+        return [
+            f"The measured {response.value(optimum['target'])} is out of reach in the region "
+            f"searched; the point above "
+            f"comes nearest, with {response.value(optimum['predicted'])} predicted."
+        ]
+    if "desirability" in optimum:
+        return [
+            f"The point above is the most desirable compromise of several targets (desirability "
+            f"{optimum['desirability']:.2f})."
+        ]
+    low, high = optimum["confirmation_interval"]
+    return [
+        f"The {response.name} alone does not fix the parameters: every point of the solution set "
+        f"gives "
+        f"{response.value(optimum['target'])}; the point above is the one that the rule "
+        f"“{label(optimum['rule'])}” chose. The mean of {optimum['confirmation_runs']} runs there "
+        f"was expected between "
+        f"{response.value(low)} and {response.value(high)} (95 %)."
+    ]

@@ -1,0 +1,152 @@
+"""The three sentences that matter, made from the results: what decides, what stays open, what is
+wrong."""
+
+from calibration.chain.posterior_words import following, known
+from calibration.chain.study import Results
+from calibration.figures import label
+from calibration.intake.tables import read_written
+from calibration.statistics.numbers import fixed, signed
+from calibration.telling.report.known import posterior_of
+
+WIDE = 0.9  # of the region searched: a parameter that the target leaves open
+POOR = 0.5  # predicted R2 below which a surface predicts little
+
+
+def findings(study, response):
+    """[(heading, text)] for the page's first screen; only what the study's files hold."""
+    screening = Results(study).summary("screening", "screening")
+    optimum = Results(study).summary("optimise", "optimum")
+    region = Results(study).summary("response_surface", "region")
+    found = []
+    effects = _effects(study)
+    if screening and effects is not None:
+        found.append(("What decides", decides(effects, screening, response)))
+    posterior = posterior_of(Results(study))
+    if posterior:
+        text = f"{known(posterior)} {following(posterior, response)}"
+        found.append(("What stays open", text.strip()))
+    elif optimum and region:
+        found.append(("What stays open", stays_open(optimum, region, response)))
+    if screening or optimum:
+        wrong = [*_screened(screening, response), *_fitted(study), *_judged(study, response)]
+        text = " ".join(wrong) or "Nothing that these runs show."
+        found.append(("What is wrong", text))
+    return found
+
+
+def _effects(study):
+    """The screening's table of effects, the largest first; None where it has not run."""
+    path = study / "screening" / "effects.csv"
+    table = read_written(path) if path.exists() else None
+    if table is None or not {"name", "effect"} <= set(table):
+        return None
+    return table.sort_values("effect", key=abs, ascending=False)
+
+
+def decides(effects, screening, response):
+    """The largest effect with its share of the screening's scatter, and the other significant
+    ones."""
+    first = effects.iloc[0]
+    share = (
+        f", {first['contribution_percent']:.0f} % of what the screening's heaps differ by"
+        if "contribution_percent" in effects
+        else ""
+    )
+    text = (
+        f"{_name(first['name'])} decides: {_effect(first['effect'], response)} over its "
+        f"range{share}."
+    )
+    others = [n for n in screening["significant"] if n != first["name"]]
+    sizes = dict(zip(effects["name"], effects["effect"], strict=True))
+    if others:
+        named = ", ".join(f"{label(n)} ({_effect(sizes[n], response)})" for n in others)
+        return f"{text} Also significant: {named}."
+    return f"{text} No other effect is significant at p < {screening['alpha']:g}."
+
+
+def stays_open(optimum, region, response):
+    """The parameters that the target does not fix within the region searched."""
+    borders = {f["name"]: (f["low"], f["high"]) for f in region}
+    parts, fixed = [], []
+    for name, (low, high) in optimum["solution_set"].items():
+        first, last = borders.get(name, (low, high))
+        if last > first and high - low >= WIDE * (last - first):
+            parts.append(f"{label(name)} ({low:.3g} to {high:.3g}, all of the region searched)")
+        else:
+            fixed.append(f"{label(name)} to {low:.3g} to {high:.3g}")
+    target = response.value(optimum["target"])
+    if not parts:
+        return f"{target} bounds every parameter: {', '.join(fixed)}."
+    bound = f"; it bounds {', '.join(fixed)}" if fixed else ""
+    return (
+        f"{target} alone leaves {' and '.join(parts)} open{bound}. Another measurement (drop, "
+        f"tilted plane, "
+        "shear) decides between the points."
+    )
+
+
+def _screened(screening, response):
+    """A factor that went on in the place of a larger one."""
+    if not screening:
+        return []
+    effects, on = screening.get("effects", {}), screening["factors"]
+    left = {n: e for n, e in effects.items() if n not in on}
+    if not left:
+        return []
+    largest = max(left, key=lambda n: abs(left[n]))
+    smaller = [n for n in on if n in effects and abs(effects[n]) < abs(left[largest])]
+    return [
+        f"{_name(n)} ({_effect(effects[n], response)}) went on, though {label(largest)} "
+        f"({_effect(left[largest], response)}) is larger{_why(screening, n)}."
+        for n in smaller
+    ]
+
+
+def _why(screening, name):
+    reason = screening.get("why", {}).get(name)
+    return f": {reason}" if reason else ": the configured path prefers it"
+
+
+def _fitted(study):
+    """Odd points, lack of fit, and a surface that predicts little."""
+    surface = Results(study).summary("response_surface", "response_surface")
+    if not surface:
+        return []
+    found = []
+    for odd in surface.get("outliers", []):
+        found.append(
+            f"Run {odd['run']} of the response surface is odd: its studentised residual is "
+            f"{odd['studentised']:.1f}, where {surface['outlier_limit']:.1f} is the largest "
+            f"expected."
+        )
+    s = surface["statistics"]
+    lack, predicted = s.get("lack_of_fit_p"), s.get("R2_pred")
+    if lack is not None and lack < 0.05:
+        found.append(f"The surface does not follow the heaps (lack of fit p = {lack:.2g}).")
+    if predicted is not None and predicted < POOR:
+        found.append(f"The surface predicts little (predicted R² {fixed(predicted, 2)}).")
+    return found
+
+
+def _judged(study, response):
+    """What validation and diagnosis object to."""
+    v, found = Results(study).summary("validation", "validation"), []
+    if v and not v["equivalent"]:
+        found.append(
+            f"The validated heaps differ by {signed(v['difference'])}{response.unit} (95 % "
+            f"{signed(v['difference_low'])} to {signed(v['difference_high'])}): not shown to be "
+            f"equivalent within ±{v['margin']:g}{response.unit}."
+        )
+    verdict = Results(study).summary("diagnosis", "verdict")
+    if verdict and verdict["verdict"] != "adequate":
+        causes = " and ".join(label(c) for c in verdict.get("causes", []))
+        found.append(f"The diagnosis: {verdict['verdict']}{f' ({causes})' if causes else ''}.")
+    return found
+
+
+def _name(name):
+    return label(name)[0].upper() + label(name)[1:]
+
+
+def _effect(value, response):
+    return f"{signed(value)}{response.unit}"

@@ -1,0 +1,144 @@
+"""The stages as sections of the page: their outcome in words, figures, tables and data."""
+
+from pathlib import Path
+
+from calibration.chain.study import Results
+from calibration.figures import label, response_of
+from calibration.intake.tables import read_written
+from calibration.telling.outcome import sentences_of
+from calibration.telling.report.embed import caption, download, figure, table
+
+FRONT = "front"  # of a further target; without one there is no such figure
+ALL_ROWS = 10_000  # a table of verdicts is shown whole, in a box that scrolls
+
+
+def section(study, stage, response):
+    """The section of a declared stage in the folder of a study, or None where it has not run or has
+    none."""
+    if stage.name == "diagnosis":
+        return diagnosis(study)
+    return beside(study, stage) if stage.about else _listed(study, stage, response)
+
+
+def _listed(study, stage, response):
+    """The section of a stage of which the declaration lists the tables."""
+    folder = study / stage.name
+    own = [f for f in stage.figures if f.file.startswith(f"{stage.name}/")]
+    drawn = [
+        figure(study / f.file, caption(f.caption), [folder / d for d in f.numbers])
+        for f in own
+        if (study / f.file).exists()
+    ]
+    shown = [
+        table(folder / f"{name}.csv", text)
+        for name, text in stage.tables
+        if (folder / f"{name}.csv").exists()
+    ]
+    if stage.tables:
+        drawn += _further(folder, [Path(f.file).stem for f in own])
+    if not stage.tables or (not drawn and not shown):
+        return None
+    summary = Results(study).summary(stage.name)
+    return {
+        "key": stage.name,
+        "title": stage.title,
+        "texts": sentences_of(stage, summary, response),
+        "figures": drawn,
+        "tables": shown,
+    }
+
+
+def _further(folder, listed):
+    """Figures of further targets, <figure>_<metric>.svg or <metric>.svg, with the files that bear
+    the metric."""
+    figures = []
+    for path in sorted(p for p in folder.glob("*.svg") if p.stem not in listed):
+        base = next((n for n in (*listed, FRONT) if path.stem.startswith(f"{n}_")), None)
+        metric = path.stem.removeprefix(f"{base}_")
+        text = f"{response_of(metric).name.capitalize()}: {caption(base or folder.name)}"
+        data = sorted(p for p in folder.glob(f"*{metric}*") if p.suffix != ".svg")
+        figures.append(figure(path, text, [*data, folder / "runs.csv"]))
+    return figures
+
+
+def beside(study, stage):
+    """The section of what stands beside the chain, made of whatever tables, figures and data its
+    folder holds."""
+    key = stage.name
+    folder = study / key
+    figures = sorted(folder.glob("*.svg"))
+    tables = [p for p in sorted(folder.glob("*.csv")) if p.name not in ("design.csv", "runs.csv")]
+    if not figures and not tables:
+        return None
+    numbers = [p for p in sorted(folder.glob("*.json")) if p.name != "plan.json"]
+    return {
+        "key": key,
+        "title": stage.title,
+        "texts": [stage.about, *_counts(tables)],
+        "figures": [figure(p, _named(key, p), [*tables, *numbers]) for p in figures],
+        "tables": [_beside_table(p, stage.unshown) for p in tables],
+        "downloads": [] if figures else [download(p) for p in numbers],
+    }
+
+
+def _beside_table(path, unshown):
+    title, first = label(path.stem).capitalize(), ("verdict", "disagrees")
+    return table(path, title, first, ALL_ROWS, unshown) | {"open": True}
+
+
+def _counts(tables):
+    """How many rows of a table of verdicts have which."""
+    sentences = []
+    for path in tables:
+        frame = read_written(path)
+        judged = [column for column in ("verdict", "agreement") if column in frame]
+        for column in judged:
+            found = frame[column].value_counts()
+            words = ", ".join(f"{n} {_verb(label(str(word)), n)}" for word, n in found.items())
+            sentences.append(f"{len(frame)} in all: {words}.")
+    return sentences
+
+
+def _verb(word, n):
+    """A verdict behind its number: 1 agrees, 2 agree."""
+    return word.removesuffix("s") if n != 1 and word.endswith("agrees") else word
+
+
+def _named(key, path):
+    """Caption of a figure that is not listed above: the file of that name, or its name in plain
+    words."""
+    return caption(f"{key}_{path.stem}") or caption(path.stem) or label(path.stem).capitalize()
+
+
+def diagnosis(study):
+    """The section of the diagnosis, or None."""
+    folder = study / "diagnosis"
+    verdict = Results(study).summary("diagnosis", "verdict")
+    if not verdict:
+        return None
+    reason = verdict.get("reason", "").strip().rstrip(".")
+    texts = [f"Verdict: {verdict['verdict']}{_causes(verdict)}{': ' if reason else ''}{reason}."]
+    texts += [p["sentence"] if isinstance(p, dict) else str(p) for p in verdict.get("patterns", [])]
+    following = verdict.get("next_measurement")
+    if following:
+        levers = ", ".join(f"{label(k)} {v:.3g}" for k, v in following.get("levers", {}).items())
+        texts.append(
+            f"The measurement that would tell most next: {following['experiment']}, {levers}."
+        )
+    figures = [
+        figure(p, _named("diagnosis", p), [folder / "verdict.json"])
+        for p in sorted(folder.glob("*.svg"))
+    ]
+    return {
+        "key": "diagnosis",
+        "title": "What the calibrated model gets wrong",
+        "texts": texts,
+        "figures": figures,
+        "tables": [table(p, label(p.stem).capitalize()) for p in sorted(folder.glob("*.csv"))],
+        "downloads": [download(folder / "verdict.json")],
+    }
+
+
+def _causes(verdict):
+    causes = " and ".join(label(c) for c in verdict.get("causes", []))
+    return f" ({causes})" if causes else ""

@@ -1,0 +1,86 @@
+"""Which runs a study is made of: their number, seeds, size and time."""
+
+import math
+
+import pandas as pd
+
+from calibration.figures import label
+from calibration.files import csv_text
+from calibration.intake.tables import read_written
+from calibration.runs.store import RunStore
+from calibration.telling.report.embed import html_of, packed
+from dem.errors import ResultError
+
+
+def run_times(study, stages):
+    """Table of the runs that are there: stage, run_id, seed, particles, steps, simulated and wall
+    time, engine."""
+    rows, store = [], RunStore()
+    plans = [t.plans for s in stages.values() for t in s.tasks if t.plans]
+    for stage in plans:
+        design = study / stage / "design.csv"
+        for name in read_written(design)["run_id"] if design.exists() else []:
+            try:
+                rows.append({"stage": stage, "run_id": name} | _row(store.result(name)))
+            except ResultError:
+                continue  # the study was moved here without all of its runs
+    return pd.DataFrame(rows)
+
+
+def _row(result):
+    numerics = result["numerics"]
+    return {
+        "seed": result["seed"],
+        "particles": result["spec"]["particles"]["count"],
+        "steps": numerics.get("steps"),
+        "simulated_time_s": numerics.get("simulated_time_s"),
+        "wall_time_s": numerics.get("wall_time_s", math.nan),  # a run without a value has none
+        "engine": result["engine"],
+    }
+
+
+def runs_section(study, stages):
+    """The section of run times and seeds, or None where no run is at hand."""
+    runs = run_times(study, stages)
+    if runs.empty:
+        return None
+    rows = [
+        {
+            "stage": label(stage),
+            "runs": len(own),
+            "seeds": _span(own["seed"]),
+            "particles": _span(own["particles"]),
+            "steps per run": int(own["steps"].mean()) if own["steps"].notna().all() else "",
+            "time per run [s]": f"{own['wall_time_s'].mean():.3g}",
+            "together [min]": f"{own['wall_time_s'].sum() / 60.0:.2g}",
+        }
+        for stage, own in runs.groupby("stage", sort=False)
+    ]
+    timed = runs.dropna(subset="wall_time_s").drop_duplicates("run_id")
+    total = timed["wall_time_s"].sum() / 60.0
+    engines = ", ".join(sorted(runs["engine"].unique()))
+    return {
+        "key": "runs",
+        "title": "Runs, times and seeds",
+        "texts": [
+            f"{timed['run_id'].nunique()} runs took {total:.1f} minutes of one core, by engine "
+            f"{engines}. A run that "
+            "two stages share was made once."
+        ],
+        "figures": [],
+        "tables": [
+            {
+                "title": "Runs by stage",
+                "html": html_of(pd.DataFrame(rows)),
+                "rows": len(rows),
+                "shown": len(rows),
+                "open": True,
+                "download": packed("runs.csv", csv_text(runs).encode()),
+            }
+        ],
+    }
+
+
+def _span(values):
+    low, high = values.min(), values.max()
+    return f"{low}" if low == high else f"{low} to {high}"

@@ -1,0 +1,54 @@
+"""The study's own workflow as a process that the page may start and stop, and no other."""
+
+import os
+import signal
+import subprocess
+
+from calibration.runs.places import snakemake_command
+
+PATIENCE_S = 20.0
+
+
+class Job:
+    """One workflow at a time."""
+
+    def __init__(self, study, cores):
+        self._command = snakemake_command(study.files, f"-j{cores}")
+        self.log = study.folder / "logs" / "serve.log"
+        self._process = None
+
+    @property
+    def running(self):
+        """Whether what was started here still runs."""
+        return self._process is not None and self._process.poll() is None
+
+    @property
+    def ended(self):
+        """Words for how the last one ended; empty before."""
+        if self._process is None or self.running:
+            return ""
+        code = self._process.returncode
+        return "finished" if code == 0 else f"ended with status {code}; its words are in {self.log}"
+
+    def start(self):
+        """Start the workflow, unless it runs."""
+        if self.running:
+            return
+        self.log.parent.mkdir(parents=True, exist_ok=True)
+        with open(self.log, "w") as stream:
+            self._process = subprocess.Popen(
+                self._command, stdin=subprocess.DEVNULL, stdout=stream, stderr=stream,
+                start_new_session=True,
+            )  # fmt: skip
+
+    def stop(self):
+        """End what was started here: its runs keep a checkpoint, and the next start goes on from
+        there."""
+        for way in (signal.SIGTERM, signal.SIGKILL):
+            if not self.running:
+                return
+            os.killpg(self._process.pid, way)
+            try:
+                self._process.wait(PATIENCE_S)
+            except subprocess.TimeoutExpired:
+                continue

@@ -1,0 +1,178 @@
+"""The server of a running study's page: on the loopback alone, behind a token, for one study.
+
+Everything is read but for two requests, which start and stop the study's own workflow.
+"""
+
+import hmac
+import io
+import json
+import secrets
+import signal
+from functools import lru_cache
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from urllib.parse import parse_qs, urlsplit
+
+from jinja2 import Environment, PackageLoader
+
+from calibration.telling.serve.job import Job
+from calibration.telling.serve.state import State
+from dem.errors import DemError
+from dem.render import draw_run, read_run
+from dem.results import RUN_NAME
+
+ADDRESS = "127.0.0.1"
+WIDTH = 320  # of a heap's picture [px]
+POLICY = (
+    "default-src 'none'; img-src 'self' data:; connect-src 'self'; base-uri 'none'; "
+    "form-action 'none'; frame-ancestors 'none'"
+)
+REPORT_POLICY = (
+    "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; "
+    "script-src 'unsafe-inline'; frame-ancestors 'none'"
+)
+
+
+class Refusal(Exception):
+    """A request that is not answered: its status and a sentence."""
+
+    def __init__(self, status, sentence):
+        super().__init__(sentence)
+        self.status = status
+
+
+class Server(ThreadingHTTPServer):
+    """The page of one study at `address`, which bears the token."""
+
+    daemon_threads = True
+
+    def __init__(self, study, cores=2, port=0):
+        """study: `calibration.interface.api.Study`; port: a free one unless given."""
+        self.study, self.token = study, secrets.token_urlsafe(24)
+        self.state, self.job = State(study, cores), Job(study, cores)
+        super().__init__((ADDRESS, port), _Handler)
+
+    @property
+    def hosts(self):
+        """What a browser may have asked for: another name means that some page has renamed the
+        loopback."""
+        return {f"{name}:{self.server_port}" for name in (ADDRESS, "localhost")}
+
+    @property
+    def address(self):
+        """The page's address with its token."""
+        return f"http://{ADDRESS}:{self.server_port}/?token={self.token}"
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server_version, sys_version = "study", ""
+
+    def do_GET(self):
+        self._answer({"/": self._page, "/state": self._state, "/report": self._report})
+
+    def do_POST(self):
+        self._answer({"/start": self._start, "/stop": self._stop})
+
+    def log_message(self, *_):
+        """The terminal is for the study."""
+
+    def _answer(self, routes):
+        asked = urlsplit(self.path)
+        try:
+            self._check(asked)
+            action = routes.get(asked.path)
+            if action is None and self.command == "GET" and asked.path.startswith("/heap/"):
+                action = lambda: self._heap(asked.path.removeprefix("/heap/"))  # noqa: E731
+            if action is None:
+                raise Refusal(404, "there is no such page")
+            action()
+        except Refusal as refusal:
+            self._send(str(refusal).encode(), "text/plain", status=refusal.status)
+
+    def _check(self, asked):
+        """Refuse what does not come from the page itself."""
+        if self.headers.get("Host") not in self.server.hosts:
+            raise Refusal(403, "this server answers to its own address alone")
+        origin = self.headers.get("Origin")
+        if origin is not None and urlsplit(origin).netloc not in self.server.hosts:
+            raise Refusal(403, "another page asks")
+        # what changes something takes the token in a header, which no other page can send
+        given = self.headers.get("X-Token", "")
+        if self.command == "GET" and not given:
+            given = parse_qs(asked.query).get("token", [""])[0]
+        if not hmac.compare_digest(given.encode(), self.server.token.encode()):
+            raise Refusal(403, "the token is missing or wrong: open the address dem serve told")
+
+    def _page(self):
+        nonce = secrets.token_urlsafe(12)
+        text = _template().render(name=self.server.study.name, nonce=nonce)
+        policy = f"{POLICY}; style-src 'nonce-{nonce}'; script-src 'nonce-{nonce}'"
+        self._send(text.encode(), "text/html; charset=utf-8", policy)
+
+    def _state(self):
+        job = self.server.job
+        found = self.server.state.mapping() | {"running": job.running, "ended": job.ended}
+        self._send(json.dumps(found).encode(), "application/json")
+
+    def _report(self):
+        path = self.server.study.folder / "report.html"
+        if not path.is_file():
+            raise Refusal(404, "there is no report yet")
+        self._send(path.read_bytes(), "text/html; charset=utf-8", REPORT_POLICY)
+
+    def _heap(self, name):
+        if not RUN_NAME.fullmatch(name) or not self.server.state.planned(name):
+            raise Refusal(404, "there is no such run in this study")
+        try:
+            self._send(_picture(Path(self.server.study.config.runs).resolve() / name), "image/webp")
+        except (DemError, OSError):
+            raise Refusal(404, "the run has no heap to show") from None
+
+    def _start(self):
+        self.server.job.start()
+        self._send(b"{}", "application/json")
+
+    def _stop(self):
+        self.server.job.stop()
+        self._send(b"{}", "application/json")
+
+    def _send(self, content, kind, policy=POLICY, status=200):
+        self.send_response(status)
+        for name, value in (
+            ("Content-Type", kind),
+            ("Content-Length", str(len(content))),
+            ("Content-Security-Policy", policy),
+            ("X-Content-Type-Options", "nosniff"),
+            ("Referrer-Policy", "no-referrer"),
+            ("Cache-Control", "no-store"),
+        ):
+            self.send_header(name, value)
+        self.end_headers()
+        self.wfile.write(content)
+
+
+@lru_cache(maxsize=512)
+def _picture(folder):
+    """A finished run as WebP."""
+    kept = io.BytesIO()
+    draw_run(read_run(folder), width=WIDTH).save(kept, "WEBP", quality=70)
+    return kept.getvalue()
+
+
+def _template():
+    loader = PackageLoader("calibration.telling.serve", ".")
+    return Environment(loader=loader, autoescape=True).get_template("page.html.j2")
+
+
+def serve(study, cores=2, port=0, say=print):
+    """Serve until interrupted or terminated; what the page started is stopped then, and goes on at
+    the next start."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    with Server(study, cores, port) as server:
+        say(f"{study.name}: {server.address} (Ctrl + C ends it)", flush=True)
+        try:
+            server.serve_forever()
+        except KeyboardInterrupt:
+            pass
+        finally:
+            server.job.stop()
