@@ -16,14 +16,27 @@ import pandas as pd
 from . import nature, plans
 
 RELATIVE, DEGREES, REPLICATES = 0.02, 0.4, 5
-"""Usual noise of one reading: a share of a rebound, degrees of an angle; readings of a setting."""
+"""Usual noise of one reading: a share of a rebound or a stress, degrees of an angle; readings of a
+setting."""
 
 MOST = 4.0
 """Times the usual noise: no laboratory reads worse than that."""
 
-QUANTITY = {"drop": ("rebound_height", "mm"), "tilt": ("sliding_angle", "deg")}
-LEVERS = ("drop_height_mm", "particle_diameter_mm", "output_interval_s", "tilt_rate_deg_s")
-MAIN = {"drop": "drop_height_mm", "tilt": "tilt_rate_deg_s"}
+QUANTITY = {
+    "drop": ("rebound_height", "mm"),
+    "tilt": ("sliding_angle", "deg"),
+    "shear": ("shear_stress", "kPa"),
+}
+LEVERS = (
+    "drop_height_mm",
+    "particle_diameter_mm",
+    "output_interval_s",
+    "tilt_rate_deg_s",
+    "normal_stress_kPa",
+)
+PROPORTIONAL = {"drop": "drop_height_mm", "shear": "normal_stress_kPa"}
+"""Lever that a reading goes with at a constant coefficient."""
+
 PLANS = {"2": (2, 4), "3": (3, 3), "4": (4, 4), "5": (5, 4), "2x2": (2, 2), "24": (4, 5)}
 """How many heights or rates, and how many sizes."""
 
@@ -44,8 +57,11 @@ class Fault:
 
 @dataclass
 class Drawn:
-    """A table and what is true of it. `levels` is how many levels the lever of the law or fault
-    has."""
+    """A table and what is true of it.
+
+    declared: the table tells the batches or instruments. constants: the restitution or friction of
+    each experiment. noise: of a reading, times the usual. strong: the laws with their strengths.
+    """
 
     table: pd.DataFrame
     laws: tuple[nature.Law, ...] = ()
@@ -53,6 +69,7 @@ class Drawn:
     declared: bool = False
     constants: dict = field(default_factory=dict)
     noise: dict = field(default_factory=dict)
+    strong: tuple[tuple[nature.Law, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -93,14 +110,14 @@ class Kind:
 
 def sigma(experiment, true, scale=1.0):
     """Standard deviation of one reading (n,)."""
-    return scale * (RELATIVE * true if experiment == "drop" else DEGREES + 0.0 * true)
+    return scale * (RELATIVE * true if experiment in PROPORTIONAL else DEGREES + 0.0 * true)
 
 
 def distance(experiment, x, true):
     """Largest distance of a setting from the best constant coefficient, in standard errors of a
     mean at the usual noise."""
     error = sigma(experiment, true) / np.sqrt(REPLICATES)
-    shape = x["drop_height_mm"] if experiment == "drop" else np.ones(len(true))
+    shape = x[PROPORTIONAL[experiment]] if experiment in PROPORTIONAL else np.ones(len(true))
     best = (shape * true / error**2).sum() / (shape**2 / error**2).sum()
     return float(np.abs((true - best * shape) / error).max())
 
@@ -180,7 +197,7 @@ def with_laws(*names, plan="4", other=None, written=means):
             constants[experiment] = c
             true = nature.value(strong, experiment, x, c)
             parts.append(written(experiment, x, true, rng, noise[experiment]))
-        return Drawn(together(*parts), laws, constants=constants, noise=noise)
+        return Drawn(together(*parts), laws, constants=constants, noise=noise, strong=strong)
 
     return draw
 
@@ -442,6 +459,10 @@ _add("law", {
     "pull, and an added mass": with_laws("pull, and an added mass", plan="5"),
     "humidity, slides": with_laws("humidity, slides", plan="3"),
     "late hand and constant drops": with_laws("late hand", other="drop"),
+    "cohesion, 5 loads": with_laws("cohesion", plan="5"),
+    "cohesion, 3 loads": with_laws("cohesion", plan="3"),
+    "lid that was not weighed": with_laws("lid that was not weighed"),
+    "friction falls with the load": with_laws("friction falls with the load", plan="5"),
 })  # fmt: skip
 _add("two laws", {
     "v^-0.25 and late hand": with_laws("v^-0.25", "late hand"),
@@ -453,6 +474,7 @@ _add("two laws", {
     "v^-0.25 and power of size": with_laws("v^-0.25", "power of size"),
     "late hand and friction over the load": with_laws("late hand", "friction over the load"),
     "humidity and late hand": with_laws("humidity, drops", "late hand"),
+    "v^-0.25 and cohesion": with_laws("v^-0.25", "cohesion", plan="5"),
 })  # fmt: skip
 _add("two-level law", {
     "v^-0.25, 2 heights": with_laws("v^-0.25", plan="2"),
@@ -505,6 +527,8 @@ _add("null", {
     "plain drops, 3 levels": null("drop", plan="3"),
     "plain both, 3 levels": null("drop", "tilt", plan="3"),
     "plain drops, single readings": null("drop", plan="3", written=singles),
+    "plain shear": null("shear", plan="5"),
+    "plain of all three": null("drop", "tilt", "shear"),
     "humidity without effect": null("drop", plan="3", column="humidity_percent"),
     "impacts without effect": null("drop", column="impact_number"),
     "heavy tails": null("drop", tails=True),
@@ -516,6 +540,7 @@ _add("two-level null", {
     "two rates, four sizes": null("tilt", plan="2"),
     "two of everything": null("drop", "tilt", plan="2x2"),
     "two levels of both": null("drop", "tilt", plan="2"),
+    "two loads beside drops": null("shear", "drop", plan="2"),
 })  # fmt: skip
 
 FIRST_SEED = 500

@@ -1,4 +1,5 @@
-"""What a grain does, in closed form or by scipy: true rebounds [mm] and sliding angles [deg].
+"""What grains do, in closed form or by scipy: true rebounds [mm], sliding angles [deg] and shear
+stresses [kPa].
 
 A law is a function of the levers and of one number `k`. Restitution and friction are factors over a
 constant; a reading is changed in its own unit. A place is (slot, state) in the words of
@@ -24,10 +25,10 @@ Levers = Mapping[str, np.ndarray]
 class Law:
     """One effect of nature.
 
-    name: in words. experiment: drop or tilt. places: the (slot, state) that are right. k: a usual
-    strength. factor(x, k): what multiplies the coefficient, (n,). reading(x, true, k): the reading
-    in its unit, (n,), where the coefficient is constant. names: mechanisms of the catalogue that
-    are this effect; empty where none is.
+    name: in words. experiment: drop, tilt or shear. places: the (slot, state) that are right. k: a
+    usual strength. factor(x, k): what multiplies the coefficient, (n,). reading(x, true, k): the
+    reading in its unit, (n,), where the coefficient is constant. names: mechanisms of the catalogue
+    that are this effect; empty where none is.
     """
 
     name: str
@@ -50,7 +51,7 @@ def size(x: Levers) -> np.ndarray:
 
 
 def value(laws: tuple[tuple[Law, float], ...], experiment: str, x: Levers, constant: float):
-    """True readings (n,) of an experiment: rebounds [mm] or angles [deg].
+    """True readings (n,) of an experiment: rebounds [mm], angles [deg] or stresses [kPa].
 
     constant: the restitution, or the friction, without any law.
     """
@@ -61,6 +62,8 @@ def value(laws: tuple[tuple[Law, float], ...], experiment: str, x: Levers, const
             coefficient = coefficient * law.factor(x, k)
     if experiment == "drop":
         true = np.clip(coefficient, 1e-3, 1.0) ** 2 * x["drop_height_mm"]
+    elif experiment == "shear":
+        true = coefficient * x["normal_stress_kPa"]
     else:
         true = np.degrees(np.arctan(coefficient))
     for law, k in own:
@@ -123,6 +126,7 @@ SPEED, SIZE = ("restitution", ("speed",)), ("restitution", ("size",))
 LENGTH = ("reading", ())
 OF_SIZE = (("friction", ("size",)), ("friction", ("load",)), ("attraction", ("size",)))
 OF_RATE = (("friction", ("rate",)), ("reading", ("rate",)))
+OF_INTERCEPT = (("attraction", ()), ("load", ()), ("reading", ()))
 
 
 def of_column(column: str, *slots: str):
@@ -183,5 +187,13 @@ LAWS = (
         lambda x, k: 1.0 + k * size(x) / (size(x) ** 3 + 4.0)),
     Law("humidity, slides", "tilt", of_column("humidity_percent"), 0.15,
         lambda x, k: 1.0 + k * (x["humidity_percent"] - 30.0) / 50.0),
+    # an intercept of the locus is a pull as well as a load that was not counted
+    Law("cohesion", "shear", OF_INTERCEPT, 0.15, None, lambda x, true, k: true + k,
+        ("cohesion", "uncounted_load")),
+    Law("lid that was not weighed", "shear", OF_INTERCEPT, 0.25, None,
+        lambda x, true, k: true * (1.0 + k / x["normal_stress_kPa"]),
+        ("cohesion", "uncounted_load")),
+    Law("friction falls with the load", "shear", (("friction", ("load",)),), 0.12,
+        lambda x, k: (x["normal_stress_kPa"] / 2.0) ** -k, names=("stress_dependent_friction",)),
 )  # fmt: skip
 BY_NAME = {law.name: law for law in LAWS}

@@ -18,8 +18,15 @@ RATES = {
     4: (2.0, 4.0, 9.0, 18.0),
     5: (2.0, 4.0, 8.0, 13.0, 20.0),
 }
+LOADS = {
+    2: (1.0, 6.0),
+    3: (1.0, 2.5, 6.0),
+    4: (0.8, 1.6, 3.2, 6.4),
+    5: (0.5, 1.0, 2.0, 4.0, 8.0),
+}
 FRAMES = (0.008, 0.02, 0.04)
-"""Drop heights [mm], diameters [mm], tilt rates [deg/s], frame intervals [s]."""
+"""Drop heights [mm], diameters [mm], tilt rates [deg/s], normal stresses [kPa], frame intervals
+[s]."""
 
 FURTHER = {
     "humidity_percent": (30.0, 80.0),
@@ -30,11 +37,13 @@ FURTHER = {
 
 
 def levers(experiment: str, levels, rng, column: str | None = None, frames: bool = False):
-    """{lever: (n,)} of a full plan, in the order of its levels.
+    """{lever: (n,)} of a full plan, in the order of its levels; a shear cell has loads alone.
 
     levels: how many heights or rates, and how many sizes. column: a further column, drawn for each
     row. frames: drops of two sizes are filmed at three frame intervals.
     """
+    if experiment == "shear":
+        return {"normal_stress_kPa": np.array(LOADS[levels[0]])}
     own = HEIGHTS if experiment == "drop" else RATES
     axes = [own[levels[0]], SIZES[levels[1]]]
     names = [

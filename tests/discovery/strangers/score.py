@@ -14,6 +14,7 @@ What counts:
   ones; of a level, also an error of its lever.
 - fault found: an error of this lever, batch, instrument, order, ... stands in `errors` or in
   rivals.
+- band: the true curve of a coefficient lies within the first law's band over all of it.
 - limits: where no law acts on an experiment, a limit of a free law there does not exclude zero.
 """
 
@@ -23,7 +24,8 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from .cases import LEVERS, Case, Drawn
+from . import nature
+from .cases import LEVERS, PROPORTIONAL, Case, Drawn
 
 CLAIMS = ("identified", "discovered")
 CLEAN = ("null", "two-level null", "declared")
@@ -78,7 +80,7 @@ def own_misfit(table: pd.DataFrame) -> float:
 
 
 def _variance_ratio(experiment, rows):
-    scale = rows["drop_height_mm"] if experiment == "drop" else 1.0
+    scale = rows[PROPORTIONAL[experiment]] if experiment in PROPORTIONAL else 1.0
     y = (rows["value"] / scale).to_numpy(float)
     own = [c for c in ("batch", "instrument") if c in rows and rows[c].notna().any()]
     if "replicate" in rows:
@@ -146,7 +148,42 @@ def marks(case: Case, drawn: Drawn, said: dict) -> dict:
     if drawn.faults and case.group not in ("row", "level"):
         row["fault"] = int(all(_told(f, errors, rivals_of(said)) for f in drawn.faults))
     row["limits"], row["limits_held"] = limits(drawn, said)
+    row["band"] = in_band(drawn, laws)
     return row
+
+
+def in_band(drawn, laws):
+    """Whether the true curve lies in the first law's band; None where this cannot be compared: not
+    the right place, a second law there, or no curve of a coefficient over one state."""
+    law, own = (laws or [{}])[0], drawn.strong[0] if len(drawn.strong) == 1 else None
+    if own is None or not own[0].factor or not _is(place(law), own[0]):
+        return None
+    levers = {"speed": _height_of, "size": _size_of, "rate": _rate_of, "load": _load_of}
+    values, state = law.get("values"), tuple(law["state"])
+    # a slide's load is known by the size alone
+    if not values or len(state) != 1 or state[0] not in levers or law["slot"] == "attraction":
+        return None
+    if own[0].experiment == "tilt" and state == ("load",):
+        return None
+    x = levers[state[0]](np.array([v["state"] for v in values]))
+    true = drawn.constants[own[0].experiment] * own[0].factor(x, own[1])
+    return int(all(v["low"] <= t <= v["high"] for v, t in zip(values, true, strict=True)))
+
+
+def _height_of(speed):
+    return {"drop_height_mm": speed**2 / (2e-3 * nature.G)}
+
+
+def _size_of(diameter):
+    return {"particle_diameter_mm": diameter}
+
+
+def _rate_of(rate):
+    return {"tilt_rate_deg_s": rate}
+
+
+def _load_of(stress):
+    return {"normal_stress_kPa": stress}
 
 
 def _wrong_name(drawn, said, laws):
@@ -177,7 +214,7 @@ def limits(drawn, said):
     """(limits of free laws on experiments without a law, how many of them do not exclude zero)."""
     own = [e for e in said.get("exclusion") or [] if e.get("slot")]
     acting = {law.experiment for law in drawn.laws}
-    slots = {"restitution": "drop", "drag": "drop", "friction": "tilt"}
+    slots = {"restitution": "drop", "drag": "drop"}
     free = [e for e in own if (e.get("experiment") or slots.get(e["slot"])) not in acting]
     if drawn.faults:
         free = [e for e in free if _spared(drawn, e, slots)]
@@ -254,6 +291,7 @@ def rates(rows: pd.DataFrame) -> pd.DataFrame:
         lines.append(_line(f"no law: {group}", rows[rows["group"] == group]["silent"], np.nan))
     held, n = rows["limits_held"].fillna(0).sum(), rows["limits"].fillna(0).sum()
     lines.append(_line("limits hold", [1] * int(held) + [0] * int(n - held), 0.9))
+    lines.append(_line("the true curve in its band", rows["band"], 0.9))
     lines.append(_line("within two minutes", rows["seconds"] <= 120.0, 1.0))
     lines.append(_line("ended without a verdict", rows["verdict"] == "failed", 0.0, True))
     return pd.DataFrame(lines)
