@@ -4,9 +4,9 @@ integrated contact, in place of emulators.
     python tests/discovery/single_grains.py diagnose   goes on where it was cut off
     python tests/discovery/single_grains.py table      writes the table into the documentation
 
-Data are drawn by the engine as the benchmark draws them, at the strengths that its kept cases have.
-A case that has been diagnosed stands in KEPT; delete its row, or the file, to have it diagnosed
-anew.
+Data are drawn by the engine as the benchmark draws them, at the strengths in STRENGTHS. A case that
+has been diagnosed stands in KEPT with the engine and the rules that did it; of others it is
+diagnosed anew.
 """
 
 import sys
@@ -14,13 +14,13 @@ import time
 from datetime import date
 from pathlib import Path
 
+import kept_rates
 import pandas as pd
 import yaml
 
-from dem.fingerprint import engine_fingerprint
 from diagnosis import contacts
 from diagnosis.benchmark import hidden
-from diagnosis.benchmark.kept import append, between, share
+from diagnosis.benchmark.kept import append, share
 from diagnosis.benchmark.study import cases
 from diagnosis.catalogue import load_catalogue
 from diagnosis.rig import Rig
@@ -28,14 +28,15 @@ from diagnosis.settings import parameters_of, read_settings
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "results/reference/discovery"
-KEPT, OLDER = FOLDER / "single_grains.csv", FOLDER / "cases.csv"
+KEPT, STRENGTHS = FOLDER / "single_grains.csv", FOLDER / "strengths.csv"
 PAGE = ROOT / "docs/diagnosis-benchmark.md"
-BEGIN, END = "<!-- single grains -->\n", "<!-- end of single grains -->"
+MARK = "single grains"
 POINTS = 4
 """Of the benchmark's eight: what a core does in a quarter of an hour."""
 
 KINDS = ("no effect", "mechanism", "removed")
-VERDICTS = ("adequate", "identified", "discovered", "ambiguous", "unexplained")
+VERDICTS = ("adequate", "identified", "discovered", "ambiguous", "error", "unexplained")
+COMMAND = "python tests/discovery/single_grains.py diagnose"
 KEY = ["case", "truth", "seed"]
 
 
@@ -51,10 +52,10 @@ def planned():
 
 
 def strengths():
-    """{mechanism: strength} of the kept cases of the benchmark."""
-    kept = pd.read_csv(OLDER, keep_default_na=False)
-    kept = kept[(kept["case"] == "mechanism") & (kept["strength"] == 1.0)]
-    return {r["truth"]: float(r["hidden"].split()[0]) for _, r in kept.iterrows()}
+    """{mechanism: strength}: the weakest that moves a setting of the plan by ten standard errors,
+    as the benchmark's emulators had it."""
+    kept = pd.read_csv(STRENGTHS)
+    return dict(zip(kept["mechanism"], kept["strength"], strict=True))
 
 
 def study():
@@ -89,9 +90,13 @@ def diagnose(kept=KEPT):
     """Diagnose every planned case that `kept` lacks; a row is written as it is found."""
     rig, known = study()
     strong, done, last = strengths(), set(), (None, None)
-    if kept.exists():
-        rows = pd.read_csv(kept, keep_default_na=False)
+    rows = kept_rates.kept(kept)
+    if not rows.empty:
         done = set(rows[KEY].itertuples(index=False, name=None))
+    if kept.exists() and len(rows) < len(pd.read_csv(kept)):
+        kept.unlink()  # the others are of another engine or of other rules
+        for row in rows.to_dict("records"):
+            append(kept, row)
     for case in planned():
         if (case.case, case.truth, case.seed) in done:
             continue
@@ -103,75 +108,57 @@ def diagnose(kept=KEPT):
         catalogue = {n: m for n, m in known.items() if n not in without}
         row = judged(case, contacts.discovered(last[1], rig, catalogue), known)
         row["seconds"] = round(time.process_time() - start, 1)
-        row |= {"date": date.today().isoformat(), "engine": engine_fingerprint()}
+        row |= {"date": date.today().isoformat(), **kept_rates.present()}
         append(kept, row)
         print(row, flush=True)
 
 
-def table(rows, older):
-    """Markdown of the rates, the same cases by emulators beside them."""
-    older = older[older["bench"] == "grains"].merge(rows[KEY], on=KEY)
-    older = older[older["strength"].isin([0.0, 1.0])]
-    engines = " and ".join(f"`{e}`" for e in dict.fromkeys(rows["engine"]))
-    dates = " and ".join(dict.fromkeys(rows["date"]))
-    lines = [
-        f"{len(rows)} of the {len(planned())} planned cases have been diagnosed, on {dates},",
-        f"engine {engines}.",
-        "",
-        "| | by free laws | by emulators |",
-        "|---|---|---|",
-    ]
-    null, full, out = ([t[t["case"] == k] for t in (rows, older)] for k in KINDS)
+def table(rows):
+    """Markdown of the rates of fresh rows; a sentence where there is none."""
+    lines = [kept_rates.dated(rows, len(planned()), COMMAND)]
+    if rows.empty:
+        return lines[0]
+    lines += ["| | share (95 % interval) |", "|---|---|"]
+    null, full, out = (rows[rows["case"] == k] for k in KINDS)
 
-    def add(words, *hits):
-        lines.append(f"| {words} | " + " | ".join(share(h) if h is not None else "" for h in hits)
-                     + " |")  # fmt: skip
+    def add(words, hits):
+        lines.append(f"| {words} | {share(hits)} |")
 
-    sure = full[1]["verdict"] == "identified"
-    right = full[1]["outcome"] == full[1]["truth"]
-    add("no effect: adequate", *(t["verdict"] == "adequate" for t in null))
-    add("a mechanism: slot and state of the law that leads are its own", full[0]["right_law"], None)
-    add("a mechanism: identified and right", full[0]["right_name"], sure & right)
-    add("a mechanism: identified and wrong", full[0]["wrong_name"], sure & ~right)
-    add("taken out of the catalogue: slot and state are its own", out[0]["right_law"], None)
-    add("taken out of the catalogue: identified", *(t["verdict"] == "identified" for t in out))
-    lines += ["", "| by free laws | " + " | ".join(VERDICTS) + " |", "|---|" + "---|" * 5]
-    for words, (group, _) in zip(
+    add("no effect: adequate", null["verdict"] == "adequate")
+    add("no effect: no law claimed", ~null["verdict"].isin(["identified", "discovered"]))
+    add("a mechanism: slot and state of the law that leads are its own", full["right_law"])
+    add("a mechanism: identified and right", full["right_name"])
+    add("a mechanism: identified and wrong", full["wrong_name"])
+    add("taken out of the catalogue: slot and state are its own", out["right_law"])
+    add("taken out of the catalogue: identified", out["verdict"] == "identified")
+    lines += ["", "| | " + " | ".join(VERDICTS) + " |", "|---|" + "---|" * len(VERDICTS)]
+    for words, group in zip(
         ("no effect", "a mechanism", "taken out of the catalogue"), (null, full, out), strict=True
     ):
         count = [str(int((group["verdict"] == v).sum())) for v in VERDICTS]
         lines.append(f"| {words} | " + " | ".join(count) + " |")
-    lines += [
-        "",
-        "| hidden | identified and right | slot and state of the law that leads are its own | "
-        "verdicts |",
-        "|---|---|---|---|",
-    ]
-    for name, own in full[0].groupby("truth"):
-        said = own["verdict"].value_counts()
-        told = ", ".join(f"{n} {v}" for v, n in said.items())
-        lines.append(
-            f"| {name.replace('_', ' ')} | {own['right_name'].sum()} of {len(own)} "
-            f"| {own['right_law'].sum()} of {len(own)} | {told} |"
-        )
+    lines += ["", *_by_mechanism(full)]
     return "\n".join(lines) + "\n"
 
 
+def _by_mechanism(full):
+    yield "| hidden | identified and right | slot and state are its own | verdicts |"
+    yield "|---|---|---|---|"
+    for name, own in full.groupby("truth"):
+        told = ", ".join(f"{n} {v}" for v, n in own["verdict"].value_counts().items())
+        yield (
+            f"| {name.replace('_', ' ')} | {own['right_name'].sum()} of {len(own)} "
+            f"| {own['right_law'].sum()} of {len(own)} | {told} |"
+        )
+
+
 def kept_table():
-    """`table` of what is kept."""
-    return table(*(pd.read_csv(f, keep_default_na=False) for f in (KEPT, OLDER)))
-
-
-def shown(page):
-    """The part of the documentation that the table stands in."""
-    return between(page, BEGIN, END)
-
-
-def write_table():
-    """Put the table of the kept rows into the documentation."""
-    text = PAGE.read_text()
-    PAGE.write_text(text.replace(BEGIN + shown(text) + END, BEGIN + kept_table() + END))
+    """`table` of what is kept and fresh."""
+    return table(kept_rates.kept(KEPT))
 
 
 if __name__ == "__main__":
-    {"diagnose": diagnose, "table": write_table}[sys.argv[1]]()
+    if sys.argv[1] == "diagnose":
+        diagnose()
+    else:
+        kept_rates.show(PAGE, MARK, kept_table())

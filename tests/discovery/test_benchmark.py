@@ -1,7 +1,6 @@
 """The benchmark's list of cases, how it goes on after an interruption, and the rates it reports."""
 
 from collections import Counter
-from pathlib import Path
 from types import SimpleNamespace
 
 import pandas as pd
@@ -96,17 +95,3 @@ def test_rates_count_what_was_said(tmp_path):
     lines = output.page.read_text().splitlines()
     assert "| no effect, grains: adequate | 3 of 4 (30% to 95%) | 95 % |" in lines
     assert "| air drag (grains) | 0.5 | 8.0 | 1 of 2 | 1 of 2 | not run | not run |" in lines
-
-
-KEPT = Path("results/reference/discovery")
-
-
-def test_the_kept_rates_are_those_of_the_kept_cases():
-    table = pd.read_csv(KEPT / "cases.csv", keep_default_na=False)
-    assert benchmark.page(table, benchmark.summarise(table)) == (KEPT / "rates.md").read_text()
-
-
-def test_the_documentation_shows_the_kept_rates():
-    text = Path("docs/diagnosis-benchmark.md").read_text()
-    shown = text.split("<!-- rates.md -->\n")[1].split("<!-- end of rates.md -->")[0]
-    assert shown == (KEPT / "rates.md").read_text()

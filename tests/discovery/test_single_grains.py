@@ -1,7 +1,8 @@
-"""The table of single grains is that of the kept cases."""
+"""The table of single grains is that of the kept cases of the present engine and rules."""
 
 from collections import Counter
 
+import kept_rates
 import single_grains
 
 
@@ -14,4 +15,5 @@ def test_each_mechanism_is_planned_once_at_each_point_with_and_without_its_entry
 
 
 def test_the_page_shows_the_kept_cases():
-    assert single_grains.shown(single_grains.PAGE.read_text()) == single_grains.kept_table()
+    shown = kept_rates.shown(single_grains.PAGE, single_grains.MARK)
+    assert shown == single_grains.kept_table()

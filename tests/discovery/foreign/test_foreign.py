@@ -8,7 +8,6 @@ of them.
 
 import closed_forms
 import numpy as np
-import pandas as pd
 import pytest
 import rates
 
@@ -107,19 +106,6 @@ def test_an_error_between_settings_is_told_and_its_size_is_right(tmp_path):
         sds += [s["sd"] for s in found.scatter] or [0.0]
     true = 2.0 * closed_forms.RELATIVE / closed_forms.REPLICATES**0.5
     assert 0.5 * true < np.median(sds) < 2.0 * true
-
-
-def test_the_plan_is_as_wide_as_asked():
-    sets = rates.planned()
-    assert len({s.name for s in sets if s.size}) >= 15
-    assert {s.size for s in sets if s.size} == {5.0, 10.0, 20.0}
-    assert len(set(sets)) == len(sets)
-
-
-def test_the_page_shows_the_kept_rates():
-    kept = pd.read_csv(rates.KEPT, keep_default_na=False)
-    assert rates.shown(rates.PAGE.read_text()) == rates.table(kept)
-    assert set(closed_forms.SHARED) < set(closed_forms.NULLS)
 
 
 @pytest.mark.slow

@@ -8,17 +8,19 @@ import traceback
 from datetime import date
 from pathlib import Path
 
+import kept_rates
 import pandas as pd
 
 from . import cases, score
 
 ROOT = Path(__file__).parents[3]
 KEPT = Path(os.environ.get("STRANGERS", ROOT / "results/reference/discovery/strangers.csv"))
+PAGE, MARK = ROOT / "docs/diagnosis-benchmark.md", "strangers"
 
 
 def diagnosed(case):
     """The row of a case, and what was said."""
-    from .ask import ask, digest  # loads the engine
+    from .ask import ask  # loads the engine
 
     drawn, start = case.draw(), time.process_time()
     try:
@@ -30,7 +32,7 @@ def diagnosed(case):
     row = {"case": case.name, "kind": case.kind, "group": case.group, "strength": case.strength,
            "seed": case.seed, **score.marks(case, drawn, said), "seconds": round(seconds, 1),
            "reason": str(said.get("reason", "")).replace("\n", " ")[:200],
-           "date": date.today().isoformat(), **digest()}  # fmt: skip
+           "date": date.today().isoformat(), **kept_rates.present()}  # fmt: skip
     return row, said
 
 
@@ -77,7 +79,9 @@ def run(words):
 
 
 def done():
-    return set(pd.read_csv(KEPT)["case"]) if KEPT.exists() else set()
+    """Names of the cases that are kept and of the present engine and rules."""
+    rows = kept_rates.kept(KEPT)
+    return set() if rows.empty else set(rows["case"])
 
 
 def tell(words):
@@ -88,6 +92,30 @@ def tell(words):
     print(score.missed(rows)[columns].to_string(index=False, float_format="%.2g"))
 
 
+def table(rows):
+    """Markdown of the rates of fresh rows; a sentence where there is none."""
+    first = kept_rates.dated(rows, len(cases.campaign()), "python -m strangers run")
+    if rows.empty:
+        return first
+    rows = rows.replace("", None)
+    lines = [first, "| | share (95 % interval) | asked |", "|---|---|---|"]
+    for r in score.rates(rows).itertuples():
+        asked = "" if pd.isna(r.asked) else f"{'at most ' * r.most}{r.asked:.0%}"
+        share = f"{r.hits} of {r.of} ({r.low:.0%} to {r.high:.0%})" if r.of else "not drawn"
+        lines.append(f"| {r.figure} | {share} | {asked} |")
+    return "\n".join(lines) + "\n"
+
+
+def kept_table():
+    """`table` of what is kept and fresh."""
+    return table(kept_rates.kept(KEPT))
+
+
+def write(words):
+    """Put the table of the kept rows into the documentation."""
+    kept_rates.show(PAGE, MARK, kept_table())
+
+
 def names(words):
     for case in cases.campaign():
         print(f"{case.group:16s} {case.name}")
@@ -95,4 +123,6 @@ def names(words):
 
 if __name__ == "__main__":
     what, *rest = sys.argv[1:] or ["list"]
-    {"list": names, "show": show, "try": attempt, "run": run, "score": tell}[what](rest)
+    {"list": names, "show": show, "try": attempt, "run": run, "score": tell, "table": write}[what](
+        rest
+    )

@@ -1,7 +1,6 @@
 """The one call of the diagnosis: a table in, what verdict.json says out."""
 
 import csv
-import hashlib
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -9,7 +8,6 @@ from pathlib import Path
 import pandas as pd
 import yaml
 
-from dem.fingerprint import engine_fingerprint
 from diagnosis import contacts
 from diagnosis.catalogue import load_catalogue
 from diagnosis.measurements import read_measurements
@@ -58,10 +56,3 @@ def spoken(found) -> dict:
         "next_measurement": found.next_setting,
         "exclusion": None,
     }  # fmt: skip
-
-
-def digest() -> dict:
-    """Which engine and which rules a verdict is of: fingerprints of their sources."""
-    sources = sorted((ROOT / "src/diagnosis").rglob("*.py"))
-    text = b"".join(p.read_bytes() for p in sources)
-    return {"engine": engine_fingerprint(), "rules": hashlib.sha256(text).hexdigest()[:16]}

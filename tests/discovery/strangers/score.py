@@ -302,7 +302,7 @@ def _line(words, hits, asked, most=False):
     share = k / n if n else np.nan
     holds = "" if np.isnan(asked) or not n else (share <= asked if most else share >= asked)
     return {"figure": words, "hits": k, "of": n, "share": share, "low": low, "high": high,
-            "asked": asked, "holds": holds}  # fmt: skip
+            "asked": asked, "most": most, "holds": holds}  # fmt: skip
 
 
 def missed(rows: pd.DataFrame) -> pd.DataFrame:

@@ -1,0 +1,58 @@
+"""Rates of another engine or of other rules are not shown."""
+
+from pathlib import Path
+
+import kept_rates
+import pandas as pd
+import pytest
+import single_grains
+from strangers import __main__ as strangers
+
+PAGES = ("docs/diagnosis-benchmark.md", "docs/results.md", "docs/diagnosis.md", "README.md")
+
+
+@pytest.mark.parametrize("moved", ["engine", "rules", "neither"])
+def test_a_row_of_another_engine_or_of_other_rules_is_not_fresh(moved):
+    row = {"case": "x", "date": "2026-11-25", **kept_rates.present()}
+    row |= {} if moved == "neither" else {moved: "0" * 12}
+    rows = pd.DataFrame([row])
+    assert len(kept_rates.fresh(rows)) == (moved == "neither")
+
+
+def test_a_table_without_a_digest_is_not_fresh(tmp_path):
+    pd.DataFrame([{"case": "x", "engine": kept_rates.present()["engine"]}]).to_csv(
+        tmp_path / "old.csv", index=False
+    )
+    assert kept_rates.kept(tmp_path / "old.csv").empty
+    assert kept_rates.kept(tmp_path / "none.csv").empty
+
+
+def test_without_fresh_rows_a_page_shows_no_rate():
+    for text in (single_grains.table(pd.DataFrame()), strangers.table(pd.DataFrame())):
+        assert "No rates are shown" in text
+        assert "|" not in text
+
+
+def test_the_rules_move_with_the_code_and_not_with_its_comments(tmp_path):
+    """What `calibration.fresh` promises of a digest, tried on the diagnosis as it is."""
+    import shutil
+
+    from calibration.fresh import SOURCES, code_digest
+
+    def digest(name, change):
+        copy = tmp_path / name
+        for package in ("dem", "calibration", "diagnosis"):
+            shutil.copytree(SOURCES / package, copy / package, ignore_dangling_symlinks=True,
+                            ignore=shutil.ignore_patterns("__pycache__", "workflow"))  # fmt: skip
+        file = copy / "diagnosis" / "contacts.py"
+        file.write_text(change(file.read_text()))
+        return code_digest("diagnosis.contacts", ["diagnosis"], copy)
+
+    now = kept_rates.present()["rules"]
+    assert digest("comment", lambda text: text + "\n# nothing\n") == now
+    assert digest("code", lambda text: text + "\nANOTHER = 1\n") != now
+
+
+def test_the_page_shows_the_kept_tables_of_strangers():
+    shown = kept_rates.shown(Path("docs/diagnosis-benchmark.md"), strangers.MARK)
+    assert shown == strangers.kept_table()
