@@ -1,5 +1,5 @@
 """Tests that end without a value in a diagnosis: their chance over an emulator's inputs, trained by
-the runs (`calibration.inference.no_value`), and what the measurements say of them.
+the runs (`calibration.inference.chance_of_no_value`), and what the measurements say of them.
 
 The runs' failures are not told apart: a funnel that clogs, an arch and a heap that does not form
 all give no value. A run that blew up is none of them.
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calibration.inference.no_value import Chance
+from calibration.inference.chance_of_no_value import Chance
 from calibration.intake.quantities import LEVERS
 from diagnosis.design import multiplied, wanted
 from diagnosis.emulator import Multiplied, coded_off, rows_at_strength

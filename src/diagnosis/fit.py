@@ -23,7 +23,7 @@ import numpy as np
 from scipy.special import expit, logsumexp, xlogy
 from scipy.stats import chi2
 
-from calibration.inference.no_value import log_likelihood
+from calibration.inference.chance_of_no_value import log_likelihood
 from calibration.intake.quantities import QUANTITIES
 from diagnosis.failures import outcomes_of
 from diagnosis.shared import Shared, shared_of

@@ -16,7 +16,7 @@ from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table, write_text
 from calibration.intake.quantities import QUANTITIES, measurable
 from calibration.intake.tables import read_written
-from calibration.runs.campaign import write_plan
+from calibration.runs.plans import write_plan
 from calibration.runs.simulated import simulate
 from calibration.study.config import bench_run, overlay, point_spec
 from dem.io.files import write_json

@@ -13,9 +13,9 @@ import pandas as pd
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
-from calibration.runs.campaign import read_values
+from calibration.runs.plans import read_values
 from calibration.statistics.numbers import fixed, spread
-from calibration.telling.outcome import KEPT, found, keep, put
+from calibration.telling.kept_results import KEPT, found, keep, put
 from paper.reproduction import counts
 from paper.reproduction.rows import NOT_COMPARABLE
 from paper.reproduction.settings import read_reproduction

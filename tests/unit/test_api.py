@@ -13,7 +13,7 @@ import calibration
 from calibration import Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.interface import api
-from calibration.runs.places import WORKFLOW
+from calibration.runs.snakemake_command import WORKFLOW
 
 ROOT = Path(__file__).parents[2]
 Ended = partial(CompletedProcess, "snakemake")

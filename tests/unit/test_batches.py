@@ -23,8 +23,8 @@ from calibration.runs.batches import (
     runs_per_job,
     unpack_runs,
 )
-from calibration.runs.campaign import run_id
 from calibration.runs.cost import run_seconds
+from calibration.runs.plans import run_id
 from calibration.runs.store import RunStore
 from calibration.runs.verify import before_planning
 from calibration.study.config import parse_config

@@ -19,7 +19,7 @@ from calibration.chain.bench_tests.sweep import (
 )
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError
-from calibration.runs.campaign import read_plan, result_path
+from calibration.runs.plans import read_plan, result_path
 from calibration.study.config import overlay, parse_config
 from dem.results import write_result
 from dem.spec import parse_spec

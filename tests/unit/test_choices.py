@@ -10,8 +10,8 @@ import yaml
 from calibration.chain.screening import _going_on
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError, ConfigError
-from calibration.runs.ahead import check_ahead
 from calibration.runs.batches import simulate
+from calibration.runs.feasibility import check_ahead
 from calibration.statistics.screening import screen
 from calibration.statistics.screening_design import screening_design
 from calibration.study.config import parse_config

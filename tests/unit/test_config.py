@@ -8,8 +8,8 @@ import pytest
 import yaml
 
 from calibration.errors import CalibrationError, ConfigError
-from calibration.runs.ahead import check_ahead
-from calibration.runs.campaign import plan, run_id
+from calibration.runs.feasibility import check_ahead
+from calibration.runs.plans import plan, run_id
 from calibration.statistics.design import box_behnken, plackett_burman, steepest_path
 from calibration.study.config import Config, given, overlay, parse_config, section_of
 from calibration.study.factors import Factor, factor_of, read_factors

@@ -12,7 +12,7 @@ from diagnosis_cases import FACTORS, closed_form
 from scipy.special import expit
 from scipy.stats import binom
 
-from calibration.inference.no_value import Chance, log_likelihood
+from calibration.inference.chance_of_no_value import Chance, log_likelihood
 from calibration.intake.measurements import Measurement
 from diagnosis import aside, stages, waves
 from diagnosis.design import plan

@@ -15,7 +15,7 @@ from calibration.errors import CalibrationError, ConfigError
 from calibration.files import read_json
 from calibration.intake.measurements import Measurement
 from calibration.intake.tables import read_written
-from calibration.runs.campaign import run_id
+from calibration.runs.plans import run_id
 from calibration.study.config import overlay, parse_config
 from calibration.telling.opening import opening
 from dem.advice import warnings_of

@@ -17,7 +17,7 @@ from calibration.engines.rig import Drop, Pour
 from calibration.engines.rigs import experiments_of
 from calibration.engines.table import read_row
 from calibration.errors import ConfigError
-from calibration.runs.campaign import run_id
+from calibration.runs.plans import run_id
 from calibration.runs.store import RunStore
 from dem.constants import GRAVITY
 from dem.errors import DemError

@@ -15,7 +15,7 @@ from scipy.stats import norm
 from calibration.errors import CalibrationError
 from calibration.intake.measurements import read_measured
 from calibration.interface.commands import main
-from calibration.runs.ahead import check_ahead
+from calibration.runs.feasibility import check_ahead
 from calibration.study.config import parse_config
 from calibration.study.factors import Factor, read_factors
 from calibration.study.new.heap import Heap

@@ -12,9 +12,9 @@ from scipy import stats
 from scipy.special import expit
 
 from calibration.errors import CalibrationError
+from calibration.inference.chance_of_no_value import Chance
 from calibration.inference.information import expected_information, expected_spread
-from calibration.inference.no_value import Chance
-from calibration.inference.posterior import (
+from calibration.inference.posterior_sampling import (
     Formed,
     Measured,
     Prior,

@@ -14,8 +14,8 @@ from calibration.chain.pour_rate import sentences
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.figures import ANGLE
-from calibration.runs.ahead import check_ahead
-from calibration.runs.campaign import read_plan, result_path
+from calibration.runs.feasibility import check_ahead
+from calibration.runs.plans import read_plan, result_path
 from calibration.study.config import parse_config
 from calibration.study.stages import load_stages
 from dem.results import write_result

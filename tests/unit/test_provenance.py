@@ -13,9 +13,9 @@ from scipy.io import netcdf_file
 from calibration.chain.jobs import study_of, work_for
 from calibration.errors import CalibrationError
 from calibration.runs.all_runs import finished, runs_table, write_netcdf
-from calibration.runs.campaign import write_plan
+from calibration.runs.plans import write_plan
 from calibration.runs.simulated import simulate
-from calibration.telling.extras import extra
+from calibration.telling.optional_packages import extra
 from calibration.telling.provenance import provenance
 from stage_files import Files
 from workflow.deployed import write_study

@@ -16,7 +16,7 @@ from calibration.chain.optimum import _moved, plan_candidate, plan_candidate_fir
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError
 from calibration.runs import progress
-from calibration.runs.campaign import SEEDS_A_STAGE, plan
+from calibration.runs.plans import SEEDS_A_STAGE, plan
 from calibration.statistics import surface as surfaces
 from calibration.statistics.composite import central_composite, surface_design
 from calibration.statistics.design import box_behnken
@@ -34,7 +34,7 @@ from calibration.statistics.two_level import resolution_iv
 from calibration.study import stages
 from calibration.study.config import Config, parse_config
 from calibration.study.factors import Factor, read_factors
-from calibration.study.physical import inside, physical_range
+from calibration.study.physical_limits import inside, physical_range
 from calibration.study.stages import Stage, Task, expected_runs, expecting, load_stages
 from stage_files import Files, PlanFiles
 

@@ -19,7 +19,7 @@ from calibration.statistics.screening import screen
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
 from calibration.study.config import parse_config
-from calibration.telling import outcome
+from calibration.telling import kept_results
 from dem.io.files import write_json
 from paper.audit import run_audit
 from paper.audit.paper import Paper
@@ -29,7 +29,7 @@ from paper.reproduction import rows as r
 from paper.reproduction.table import ORDER, PAPER
 
 COMMITTED = Path(__file__).parents[2] / "results/reference/salt/reproduction/reproduction.csv"
-NO_STAGES = f"{outcome.BEGIN}\n{outcome.END}\n"
+NO_STAGES = f"{kept_results.BEGIN}\n{kept_results.END}\n"
 PLACE = r.Place("Table 13", "t", "angle", "deg")
 
 
@@ -247,12 +247,12 @@ def test_the_pages_show_the_committed_results():
 
 def test_the_results_page_says_what_the_committed_stages_found(repository):
     text = PAGE.read_text()
-    shown = text.split(outcome.BEGIN)[1].split(outcome.END)[0].strip()
+    shown = text.split(kept_results.BEGIN)[1].split(kept_results.END)[0].strip()
     assert shown == told("results/reference/salt")
     # of the study, of the one beside it and of the one in another rig
     assert shown.count("**Validation.** Difference") == 3
     with pytest.raises(CalibrationError, match="has no lines <!-- found: begin -->"):
-        outcome.put("README.md", "text")
+        kept_results.put("README.md", "text")
 
 
 def test_what_the_page_says_of_the_slower_pour_is_in_its_tables(repository):

@@ -15,7 +15,7 @@ from calibration.chain.scaling.dimensions import (
 from calibration.chain.scaling.plan import HELD_IN, base_run, enlarged, plan_scaling, quantity_of
 from calibration.chain.scaling.probe import measured_exponents
 from calibration.chain.study import Study
-from calibration.runs.campaign import read_plan
+from calibration.runs.plans import read_plan
 from calibration.study.config import parse_config
 from dem.spec import GEOMETRY, LawParameters, Numerics, Particles
 from stage_files import PlanFiles

@@ -18,7 +18,7 @@ import yaml
 
 from browser import browse, find_browser
 from calibration.interface.api import Study
-from calibration.runs.campaign import plan, write_plan
+from calibration.runs.plans import plan, write_plan
 from calibration.study.stages import expected_runs
 from calibration.study.stages.screening import runs as expected_of_screening
 from calibration.telling.serve import Server

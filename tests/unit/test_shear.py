@@ -8,7 +8,7 @@ import yaml
 
 from calibration.chain.bench_tests.shear import SlopeCurve, plan_shear, yield_locus
 from calibration.chain.study import Study
-from calibration.runs.campaign import read_plan
+from calibration.runs.plans import read_plan
 from calibration.study.config import parse_config
 from stage_files import PlanFiles
 

@@ -21,7 +21,7 @@ from calibration.errors import CalibrationError
 from calibration.fresh import record, stamp
 from calibration.interface.cli import main
 from calibration.runs import store as store_module
-from calibration.runs.campaign import read_metric, read_plan, run_id, write_plan
+from calibration.runs.plans import read_metric, read_plan, run_id, write_plan
 from calibration.runs.simulated import blown_up, simulate
 from calibration.runs.store import RunStore
 from calibration.runs.verify import MISSING, before_planning, faults_of, hold, plan_faults

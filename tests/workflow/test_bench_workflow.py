@@ -11,7 +11,7 @@ import yaml
 
 from calibration.chain.jobs import study_of
 from calibration.chain.validation import plan_validation
-from calibration.runs.campaign import read_plan
+from calibration.runs.plans import read_plan
 from calibration.study.config import parse_config
 from stage_files import Files, PlanFiles
 

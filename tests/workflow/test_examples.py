@@ -9,7 +9,7 @@ import pytest
 import yaml
 from snakemake.cli import parse_args
 
-from calibration.runs.ahead import check_ahead
+from calibration.runs.feasibility import check_ahead
 from calibration.study.config import parse_config, point_spec, read_target
 from calibration.study.factors import read_factors
 from dem.run import run

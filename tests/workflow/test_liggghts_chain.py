@@ -15,7 +15,7 @@ from test_module import NO_PROFILE, ROOT, SNAKEMAKE
 
 from calibration import engines
 from calibration.errors import ConfigError
-from calibration.runs.campaign import read_plan
+from calibration.runs.plans import read_plan
 from calibration.runs.simulated import named, simulate
 from calibration.study.config import numbers_of, point_spec
 from calibration.study.factors import read_factors

@@ -11,8 +11,8 @@ import yaml
 
 from calibration import engines
 from calibration.runs import runner
-from calibration.runs.campaign import plan, planned_spec, points_of, result_path, write_plan
 from calibration.runs.cost import duration
+from calibration.runs.plans import plan, planned_spec, points_of, result_path, write_plan
 from calibration.runs.progress import Plan, Progress
 from calibration.runs.runner import report, run_logged
 from calibration.runs.store import RunStore

@@ -14,7 +14,7 @@ import pytest
 
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError, ConfigError
-from calibration.runs.campaign import read_plan, result_path
+from calibration.runs.plans import read_plan, result_path
 from calibration.study.config import parse_config
 from calibration.study.stages import PerTarget, load_stages
 from dem.results import write_result

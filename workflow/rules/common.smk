@@ -5,7 +5,7 @@ from pathlib import Path
 from snakemake.io import get_flag_value
 
 from calibration.runs.batches import batch_count, unpack_runs
-from calibration.runs.campaign import planned_spec, read_plan
+from calibration.runs.plans import planned_spec, read_plan
 from calibration.study.config import Config, given, parse_config, stands_alone
 from calibration.study.config.as_data import refuse_unasked_code
 from calibration.errors import CalibrationError, in_words

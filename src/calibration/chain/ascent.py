@@ -13,7 +13,7 @@ from calibration.chain.responses import (
 )
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
-from calibration.runs.campaign import write_plan
+from calibration.runs.plans import write_plan
 from calibration.statistics.design import path_from_effects, steepest_path
 from calibration.study.config import read_target
 from calibration.study.factors import read_factors

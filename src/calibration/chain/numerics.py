@@ -11,7 +11,7 @@ from scipy import stats
 from calibration import figures
 from calibration.files import write_table
 from calibration.intake.tables import read_written
-from calibration.runs.campaign import read_values, write_plan
+from calibration.runs.plans import read_values, write_plan
 from calibration.study.config import overlay
 
 

@@ -12,14 +12,14 @@ from calibration.chain.files import read_region
 from calibration.chain.responses import columns, with_responses, with_value
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
-from calibration.runs.campaign import write_plan
+from calibration.runs.plans import write_plan
 from calibration.statistics.composite import region_design
 from calibration.statistics.optimise import compromise, pareto_front, solve
 from calibration.statistics.replication import mean_interval, runs_needed
 from calibration.statistics.surface import fit_surface, outliers, parameter_interval
 from calibration.study.config import goals, read_target
 from calibration.study.factors import Factor
-from calibration.study.physical import inside, physical_range
+from calibration.study.physical_limits import inside, physical_range
 from dem.io.files import write_json
 
 OUTLIER_REPEATS = 2

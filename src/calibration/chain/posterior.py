@@ -9,9 +9,9 @@ from calibration.chain.files import read_region
 from calibration.chain.responses import columns, with_responses
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
+from calibration.inference.chance_of_no_value import Chance
 from calibration.inference.information import expected_information, expected_spread
-from calibration.inference.no_value import Chance
-from calibration.inference.posterior import (
+from calibration.inference.posterior_sampling import (
     Formed,
     Measured,
     Prior,
@@ -20,7 +20,7 @@ from calibration.inference.posterior import (
     sobol_indices,
 )
 from calibration.intake.tables import read_written
-from calibration.runs.campaign import read_values, reason_without
+from calibration.runs.plans import read_values, reason_without
 from calibration.study.config import is_measured, read_target
 from dem.experiments import experiments
 from dem.io.files import write_json

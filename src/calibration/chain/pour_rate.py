@@ -14,7 +14,7 @@ from calibration import figures
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
-from calibration.runs.campaign import read_plan, read_values, write_plan
+from calibration.runs.plans import read_plan, read_values, write_plan
 from calibration.statistics.numbers import signed
 from calibration.study.config import overlay, point_spec
 from dem.experiments.heap import capacity

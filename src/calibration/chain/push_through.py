@@ -17,7 +17,7 @@ from calibration.files import write_table
 from calibration.intake.measurements import read_measured
 from calibration.intake.quantities import quantity_name
 from calibration.intake.tables import read_written
-from calibration.runs.campaign import read_values, write_plan
+from calibration.runs.plans import read_values, write_plan
 from calibration.statistics.nested import nested
 from calibration.statistics.numbers import fixed
 from calibration.study.config import machine_run, point_spec

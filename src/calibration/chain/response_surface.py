@@ -9,7 +9,7 @@ from calibration.chain.responses import left_out, naming_left_out, with_response
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
-from calibration.runs.campaign import plan, write_plan
+from calibration.runs.plans import plan, write_plan
 from calibration.statistics.composite import region_design
 from calibration.statistics.numbers import fixed
 from calibration.statistics.surface import (
@@ -19,7 +19,7 @@ from calibration.statistics.surface import (
     outliers,
     reduced_surface,
 )
-from calibration.study.physical import inside, physical_range
+from calibration.study.physical_limits import inside, physical_range
 from dem.io.files import write_json
 
 

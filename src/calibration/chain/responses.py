@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from calibration.errors import CalibrationError
-from calibration.runs.campaign import read_values, reason_without
+from calibration.runs.plans import read_values, reason_without
 from calibration.statistics.goals import combined_desirability
 from calibration.study.config import goals, read_target
 

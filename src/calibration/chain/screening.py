@@ -15,7 +15,7 @@ from calibration.chain.responses import (
 )
 from calibration.files import write_table
 from calibration.intake.tables import read_written
-from calibration.runs.campaign import write_plan
+from calibration.runs.plans import write_plan
 from calibration.statistics.numbers import signed
 from calibration.statistics.screening import screen, significant, why
 from calibration.statistics.screening_design import screening_design

@@ -110,11 +110,11 @@ class Study(Results):
 
     def plan(self, design, experiment=None, run=None, seed=None):
         """The design table (pandas) with seeds and run names, and {run name: spec}; see
-        `calibration.runs.campaign.plan`.
+        `calibration.runs.plans.plan`.
 
         experiment, run, seed: in place of the configuration's own.
         """
-        from calibration.runs.campaign import plan
+        from calibration.runs.plans import plan
 
         changes = {"run": run, "seed": seed}
         changes = {key: value for key, value in changes.items() if value is not None}

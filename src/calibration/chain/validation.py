@@ -9,7 +9,7 @@ from calibration import figures
 from calibration.chain.responses import left_out, naming_left_out, with_responses, with_value
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
-from calibration.runs.campaign import write_plan
+from calibration.runs.plans import write_plan
 from calibration.statistics.numbers import signed
 from calibration.statistics.validate import compare
 from calibration.study.config import is_measured, read_target

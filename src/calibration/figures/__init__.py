@@ -2,7 +2,7 @@
 SVG."""
 
 from calibration.figures.ascent import ascent_path
-from calibration.figures.beside import numerics, scaling, sweep, yield_loci
+from calibration.figures.bench_and_scaling import numerics, scaling, sweep, yield_loci
 from calibration.figures.labels import (
     ANGLE,
     PLACES,
@@ -12,7 +12,7 @@ from calibration.figures.labels import (
     response_of,
 )
 from calibration.figures.optimum import contours, desirability_contours, front
-from calibration.figures.posterior import next_measurements, posterior_pairs, pushed_forward
+from calibration.figures.posterior_pairs import next_measurements, posterior_pairs, pushed_forward
 from calibration.figures.pour_rate import pour_rate
 from calibration.figures.push_through import pushed_through
 from calibration.figures.replicates import validation

@@ -1,6 +1,6 @@
 """What a measurement that nobody has made yet is expected to tell of the parameters.
 
-Arrays in, arrays out; the draws are those of a posterior (`calibration.inference.posterior`).
+Arrays in, arrays out; the draws are those of a posterior (`posterior_sampling`).
 """
 
 import numpy as np

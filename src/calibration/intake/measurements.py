@@ -14,7 +14,7 @@ from statistics import fmean, stdev
 import pandas as pd
 
 from calibration.errors import ConfigError
-from calibration.intake.plausible import AT_ITS_WORD
+from calibration.intake.numbers_with_units import AT_ITS_WORD
 from calibration.intake.quantities import (
     LEVERS,
     QUANTITIES,

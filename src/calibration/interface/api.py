@@ -9,7 +9,7 @@ from pathlib import Path
 
 from calibration.chain import study
 from calibration.errors import CalibrationError, ConfigError
-from calibration.runs.places import call, snakemake_command
+from calibration.runs.snakemake_command import call, snakemake_command
 from calibration.study.config import overlay, parse_config, stands_alone
 from calibration.study.stages import load_stages
 from dem.io.mapping import read_mapping

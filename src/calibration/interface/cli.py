@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from calibration.errors import CalibrationError
-from calibration.runs.places import snakemake_command
+from calibration.runs.snakemake_command import snakemake_command
 from calibration.telling.plainly import tell
 from dem.errors import DemError
 

@@ -178,7 +178,7 @@ def _add_clump(commands):
 
 
 def _clump(args):
-    from calibration.intake.filling import fill_mesh  # loads scipy
+    from calibration.intake.clump_from_mesh import fill_mesh  # loads scipy
 
     for line in fill_mesh(args.mesh, args.spheres, args.out):
         print(line)

@@ -10,7 +10,7 @@ import pandas as pd
 from scipy.io import netcdf_file
 
 from calibration.files import replacing
-from calibration.runs.campaign import read_plan
+from calibration.runs.plans import read_plan
 from calibration.runs.store import RunStore
 from calibration.study.config import numbers_of
 from calibration.study.stages.provenance import CRATE

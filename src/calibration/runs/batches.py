@@ -12,8 +12,8 @@ from pathlib import PurePosixPath
 
 from calibration.errors import CalibrationError, in_words
 from calibration.files import read_json
-from calibration.runs.campaign import read_plan
 from calibration.runs.cost import run_seconds
+from calibration.runs.plans import read_plan
 from calibration.runs.runner import run_each
 from calibration.runs.simulated import simulate
 from calibration.runs.store import RunStore

@@ -4,8 +4,8 @@ import os
 from dataclasses import dataclass
 from math import ceil
 
-from calibration.runs.campaign import plans_of
 from calibration.runs.cost import duration, run_seconds
+from calibration.runs.plans import plans_of
 from calibration.runs.store import RunStore
 from calibration.study.config import point_spec
 from calibration.study.stages import planning

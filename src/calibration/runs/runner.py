@@ -11,7 +11,7 @@ import yaml
 
 from calibration import engines
 from calibration.errors import in_words, of_the_machine
-from calibration.runs.campaign import REFUSED, points_of
+from calibration.runs.plans import REFUSED, points_of
 from calibration.runs.progress import REPEAT, cores, progress
 from calibration.runs.store import RunStore
 from calibration.study.config import Config
@@ -159,7 +159,7 @@ def begin(config, dry_run):
     Raises CalibrationError where a spec cannot be run or another call works in the same folder.
     """
     # what only the start of a campaign needs takes a second to load
-    from calibration.runs.ahead import check_ahead, cost_ahead
+    from calibration.runs.feasibility import check_ahead, cost_ahead
     from calibration.runs.verify import before_planning
 
     check_ahead(config)

@@ -5,7 +5,7 @@ A module of its own: who only needs runs does not depend on how batches share an
 
 from calibration import engines
 from calibration.errors import CalibrationError
-from calibration.runs.campaign import run_id
+from calibration.runs.plans import run_id
 from calibration.runs.store import RunStore
 from dem.errors import PHYSICAL, BlowUpError, StoppedError
 from dem.results import write_failure

@@ -18,7 +18,7 @@ from calibration import engines
 from calibration.errors import CalibrationError
 from calibration.files import read_json, sweep_abandoned, write_text
 from calibration.fresh import altered, reopen
-from calibration.runs.campaign import changed_since_planned, read_plan, run_id
+from calibration.runs.plans import changed_since_planned, read_plan, run_id
 from calibration.runs.store import RunStore
 from dem.errors import DemError, ResultError
 from dem.io.files import sweep_partial

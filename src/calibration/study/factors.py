@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from calibration.errors import ConfigError
-from calibration.intake.plausible import plausible_number
+from calibration.intake.numbers_with_units import plausible_number
 from calibration.intake.tables import read_table
 
 COLUMNS = ("code", "name", "key", "low", "high", "description")

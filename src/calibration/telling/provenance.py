@@ -18,7 +18,7 @@ from calibration.files import replacing, write_text
 from calibration.runs.all_runs import finished, runs_table, write_netcdf
 from calibration.study.stages.provenance import CRATE
 from calibration.telling.export.parameters import to_yaml
-from calibration.telling.extras import extra
+from calibration.telling.optional_packages import extra
 from dem.io.files import write_json
 
 SHOWN = (".csv", ".json", ".html", ".yaml")

@@ -18,7 +18,7 @@ from calibration import figures
 from calibration.errors import ConfigError
 from calibration.files import write_table
 from calibration.intake.tables import read_written
-from calibration.runs.campaign import read_metric, write_plan
+from calibration.runs.plans import read_metric, write_plan
 from calibration.statistics.numbers import fixed
 from calibration.study.config import bench_run, given, overlay, read_bench
 from calibration.study.factors import factor_of

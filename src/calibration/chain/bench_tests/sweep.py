@@ -13,7 +13,7 @@ from calibration import figures
 from calibration.errors import CalibrationError, ConfigError
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
-from calibration.runs.campaign import read_metric, write_plan
+from calibration.runs.plans import read_metric, write_plan
 from calibration.study.config import bench_run, given, point_spec, read_bench
 from calibration.study.factors import factor_of
 from calibration.study.sweeps import SWEEPS

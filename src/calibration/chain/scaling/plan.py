@@ -11,7 +11,7 @@ from pathlib import Path
 import pandas as pd
 
 from calibration.chain.scaling.dimensions import RULES, ScalingError, factors
-from calibration.runs.campaign import write_plan
+from calibration.runs.plans import write_plan
 from calibration.study.config import bench_run, given, overlay, point_spec
 from dem.spec import OPTIONAL, REQUIRED, parse_spec
 from dem.units import unit_of

@@ -28,7 +28,7 @@ from calibration.chain.scaling.probe import measured_exponents
 from calibration.errors import CalibrationError
 from calibration.files import write_table
 from calibration.intake.tables import read_written
-from calibration.runs.campaign import read_metric, read_values
+from calibration.runs.plans import read_metric, read_values
 from calibration.statistics.numbers import fixed
 from dem.io.files import write_json
 from dem.units import in_ascii, unit_of

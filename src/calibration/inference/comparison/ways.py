@@ -9,7 +9,7 @@ import pandas as pd
 from scipy.stats import qmc
 
 from calibration.errors import CalibrationError
-from calibration.inference.posterior import Measured, ScatterEmulator
+from calibration.inference.posterior_sampling import Measured, ScatterEmulator
 from calibration.statistics.design import box_behnken
 from calibration.statistics.numbers import NORMAL_95
 from calibration.statistics.optimise import solve

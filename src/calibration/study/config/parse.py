@@ -7,7 +7,7 @@ from pydantic import ValidationError
 
 from calibration import engines
 from calibration.errors import ConfigError
-from calibration.intake.plausible import check_plausible, in_key_units
+from calibration.intake.numbers_with_units import check_plausible, in_key_units
 from calibration.study.config.measured import goals, is_measured, read_target
 from calibration.study.config.schema import (
     METRICS,

@@ -222,7 +222,7 @@ def _angle(text):
 
 
 def _of_table(path):
-    from calibration.intake.plausible import plausible_numbers
+    from calibration.intake.numbers_with_units import plausible_numbers
 
     table = read_table(path)
     if "quantity" in table.header:
@@ -263,7 +263,7 @@ def sieve_curve(path):
 
 def _sieved(path):
     """(diameters [mm], mass shares [%]) of a table of sieves."""
-    from calibration.intake.plausible import plausible_numbers
+    from calibration.intake.numbers_with_units import plausible_numbers
 
     table = read_table(path)
     passing = "passing_percent" in table.header

@@ -41,7 +41,7 @@ from calibration.engines.blocks.rolling import (
 )
 from calibration.errors import CalibrationError
 from calibration.intake.tables import read_written
-from calibration.runs.campaign import read_values, run_id, write_plan
+from calibration.runs.plans import read_values, run_id, write_plan
 from calibration.statistics.validate import compare
 from calibration.study.config import overlay, point_spec
 from dem.errors import SpecError

@@ -10,7 +10,7 @@ import numpy as np
 
 from calibration.figures import label
 from calibration.intake.tables import read_written
-from calibration.runs.places import WORKFLOW
+from calibration.runs.snakemake_command import WORKFLOW
 
 CAPTIONS = WORKFLOW / "report"
 SHOWN_ROWS = 60

@@ -5,7 +5,7 @@ from pathlib import Path
 from calibration.chain.study import Results
 from calibration.figures import label, response_of
 from calibration.intake.tables import read_written
-from calibration.telling.outcome import sentences_of
+from calibration.telling.kept_results import sentences_of
 from calibration.telling.report.embed import caption, download, figure, table
 
 FRONT = "front"  # of a further target; without one there is no such figure

@@ -4,7 +4,7 @@ import os
 import signal
 import subprocess
 
-from calibration.runs.places import snakemake_command
+from calibration.runs.snakemake_command import snakemake_command
 
 PATIENCE_S = 20.0
 

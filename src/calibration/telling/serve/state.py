@@ -1,7 +1,7 @@
 """What the page of a running study shows, as one mapping."""
 
 from calibration.figures import response_of
-from calibration.runs.campaign import read_plan
+from calibration.runs.plans import read_plan
 from calibration.runs.progress import REPEAT, progress
 from calibration.runs.store import RunStore
 from dem.errors import ResultError

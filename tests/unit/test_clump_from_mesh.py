@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from calibration.intake.filling import cells_inside, fill_mesh, mesh_volume
+from calibration.intake.clump_from_mesh import cells_inside, fill_mesh, mesh_volume
 from calibration.interface.commands import main
 from dem.clump import shape_of
 from dem.errors import MeshError

@@ -8,8 +8,8 @@ import pytest
 import yaml
 
 from calibration.errors import ConfigError
-from calibration.runs import ahead
-from calibration.runs.ahead import check_ahead, cost_ahead
+from calibration.runs import feasibility
+from calibration.runs.feasibility import check_ahead, cost_ahead
 from calibration.study.config import overlay, parse_config
 from dem.io.stl import write_stl
 
@@ -20,7 +20,7 @@ DATA = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
 @pytest.fixture(autouse=True)
 def project(monkeypatch):
     monkeypatch.chdir(ROOT)
-    monkeypatch.setattr(ahead, "machine_memory_mb", lambda: 8000.0)
+    monkeypatch.setattr(feasibility, "machine_memory_mb", lambda: 8000.0)
 
 
 def study(changes):
@@ -84,7 +84,7 @@ def test_more_grains_than_the_machine_holds_are_told_first(monkeypatch):
     many = study({"run": grains, "pour_rate": {"rates_per_s": [5e6, 6e6], "opened": None}})
     with pytest.raises(ConfigError, match=r"about 15\.\d GB of memory; this machine has 8\.0 GB"):
         check_ahead(many)
-    monkeypatch.setattr(ahead, "machine_memory_mb", lambda: 200e3)
+    monkeypatch.setattr(feasibility, "machine_memory_mb", lambda: 200e3)
     check_ahead(many)
     assert "15250 MB of memory and about" in cost_ahead(many)
     assert re.search(r"\d h \d+ min of one core", cost_ahead(many))

@@ -16,8 +16,8 @@ from SALib.sample import sobol as sobol_sample
 from scipy import stats
 
 from calibration.errors import CalibrationError
+from calibration.inference.chance_of_no_value import Chance, log_likelihood
 from calibration.inference.emulator import Emulator
-from calibration.inference.no_value import Chance, log_likelihood
 
 WALKERS, BURN, STEPS = 32, 300, 1200
 AUTOCORRELATIONS = 25

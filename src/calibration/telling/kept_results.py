@@ -1,6 +1,6 @@
 """Keeps the results of a finished study, and says on a page what they found.
 
-python -m calibration.telling.outcome STUDY KEPT PAGE METRIC, for instance results/soybean
+python -m calibration.telling.kept_results STUDY KEPT PAGE METRIC, for instance results/soybean
 results/reference/soybean examples/soybean/README.md angle_of_repose_deg
 """
 
