@@ -3,7 +3,6 @@
 import json
 import math
 import re
-from pathlib import Path
 
 import pytest
 
@@ -13,8 +12,9 @@ from diagnosis.last_word import FIT, last_word
 from diagnosis.laws.in_engine import not_run
 from diagnosis.laws.slots import FAMILY
 from diagnosis.page.markdown import odds, page
+from frozen import FROZEN
 
-REFERENCE = Path("results/reference/table-tennis-ball")
+REFERENCE = FROZEN / "table-tennis-ball"
 
 
 @pytest.fixture

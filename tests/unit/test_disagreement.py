@@ -24,12 +24,13 @@ from diagnosis import switched
 from diagnosis.compared import in_part
 from diagnosis.other_code import read_runs
 from diagnosis.switched import Switched, read_switched
+from frozen import FROZEN
 from paper import disagreement as own
 from paper.audit.paper import Paper
 from paper.reproduction.study import Study as Kept
 from paper.stages import CAUSES
 
-KEPT = Path("results/reference/salt-paper")
+KEPT = FROZEN / "salt-paper"
 PAPER = Paper("data/paper")
 
 

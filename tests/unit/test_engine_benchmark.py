@@ -6,6 +6,7 @@ import csv
 import numpy as np
 import pytest
 
+from dem.benchmark import report
 from dem.benchmark.cases import RADIUS, bed, tiled
 from dem.benchmark.figure import draw
 from dem.benchmark.peers import LOOP, _seconds
@@ -45,8 +46,30 @@ def test_the_history_grows_by_a_line_a_case_and_its_figure_shows_the_latest(tmp_
     assert [float(r["particle_steps_per_s"]) for r in rows] == [1e7, 2e7]
     assert rows[0]["ratio"] == "2.0"
     assert rows[0]["engine"]
+    assert float(rows[1]["load"]) >= 0.0
     draw(history, tmp_path / "history.svg")
     assert "ns per particle and step" in (tmp_path / "history.svg").read_text()
+
+
+def test_a_line_names_a_changed_tree_and_an_old_history_keeps_its_lines(tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "tree", lambda: ("abc", 2))
+    monkeypatch.setattr(report, "load", lambda: 3.5)
+    history = tmp_path / "history.csv"
+    history.write_text("date,engine,case,particle_steps_per_s\n2026-01-01,e,settled bed,1e7\n")
+    append(history, [{"case": "settled bed", "particle_steps_per_s": 2e7}])
+    with history.open(newline="") as stream:
+        old, new = csv.DictReader(stream)
+    assert (old["date"], old["particle_steps_per_s"], old["commit"]) == ("2026-01-01", "1e7", "")
+    assert (new["commit"], new["dirty_files"], new["load"]) == ("abc", "2", "3.5")
+
+
+def test_the_commit_is_git_s(request):
+    commit, dirty = report.tree()
+    if not (request.config.rootpath / ".git").exists():
+        assert (commit, dirty) == ("", "")
+    else:
+        assert len(commit) == 12
+        assert dirty >= 0
 
 
 def test_the_figure_has_a_panel_for_each_kind_of_measurement_alone(tmp_path):

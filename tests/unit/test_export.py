@@ -5,7 +5,6 @@ import ast
 import json
 import math
 import re
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -30,9 +29,10 @@ from dem.contact.rolling.elastic_plastic import dashpot_of, mercury_spring, spri
 from dem.io.mapping import read_mapping
 from dem.spec import ContactSpec, RunSpec, load_spec, parse_spec
 from dem.units import in_ascii, unit_of
+from frozen import FROZEN
 from stage_files import Files, PlanFiles
 
-REFERENCE = Path("results/reference/salt")
+REFERENCE = FROZEN / "salt"
 OPTIMUM = json.loads((REFERENCE / "optimise" / "optimum.json").read_text())["optimum"]
 MU_R = 0.9
 FIXED = read_mapping("config/config.yaml")[0]["fixed"]

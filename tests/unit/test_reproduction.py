@@ -13,22 +13,19 @@ import yaml
 from scipy import stats
 
 from calibration.errors import CalibrationError
-from calibration.files import read_json
 from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED
-from calibration.statistics.screening import screen
-from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
 from calibration.study.config import parse_config
 from calibration.telling import kept_results
 from dem.io.files import write_json
-from paper.audit import run_audit
+from frozen import FROZEN
 from paper.audit.paper import Paper
-from paper.reference import BEGIN, END, PAGE, ascents, block, blocks, main, short_block, told
+from paper.reference import BEGIN, END, ascents, block, main, short_block
 from paper.reproduction import counts, reproduce, write_reproduction
 from paper.reproduction import rows as r
 from paper.reproduction.table import ORDER, PAPER
 
-COMMITTED = Path(__file__).parents[2] / "results/reference/salt/reproduction/reproduction.csv"
+COMMITTED = FROZEN / "salt/reproduction/reproduction.csv"
 NO_STAGES = f"{kept_results.BEGIN}\n{kept_results.END}\n"
 PLACE = r.Place("Table 13", "t", "angle", "deg")
 
@@ -140,9 +137,9 @@ def test_a_run_without_a_value_is_a_row_without_a_number(
     repository, config, tmp_path, kept, stage, run, rows
 ):
     """A funnel that clogs costs its own row, and a degree of freedom of the effects."""
-    before = reproduce([Path("results/reference", kept)], config).set_index("id")
+    before = reproduce([FROZEN / kept], config).set_index("id")
     folder = tmp_path / kept
-    shutil.copytree(Path("results/reference", kept), folder)
+    shutil.copytree(FROZEN / kept, folder)
     runs = pd.read_csv(folder / stage / "runs.csv")
     runs.loc[runs["run"] == run, "response"] = np.nan
     runs.to_csv(folder / stage / "runs.csv", index=False)
@@ -235,126 +232,6 @@ def test_the_readme_gets_the_rows_that_matter(config, study, tmp_path, monkeypat
     shutil.rmtree(tmp_path / "results")
     kept = pd.read_csv(folder / "reproduction" / "reproduction.csv", dtype={"paper": str})
     assert block(kept, link) in text
-
-
-def test_the_pages_show_the_committed_results():
-    """`python -m paper.reference results/reference/salt` changes nothing."""
-    root = COMMITTED.parents[4]
-    for page, text in blocks(root / "results/reference/salt").items():
-        shown = (root / page).read_text().split(BEGIN)[1].split(END)[0]
-        assert shown.strip() == text.replace(f"{root}/", "").replace("../..", "..")
-
-
-def test_the_results_page_says_what_the_committed_stages_found(repository):
-    text = PAGE.read_text()
-    shown = text.split(kept_results.BEGIN)[1].split(kept_results.END)[0].strip()
-    assert shown == told("results/reference/salt")
-    # of the study, of the one beside it and of the one in another rig
-    assert shown.count("**Validation.** Difference") == 3
-    with pytest.raises(CalibrationError, match="has no lines <!-- found: begin -->"):
-        kept_results.put("README.md", "text")
-
-
-def test_what_the_page_says_of_the_slower_pour_is_in_its_tables(repository):
-    text = " ".join(PAGE.read_text().split()).replace("−", "-")
-    told = text[text.index("In a rig that never packs") : text.index("Ten runs at the candidate")]
-    kept = {n: Path("results/reference", n) for n in ("salt", "salt-slow")}
-    effects = {n: pd.read_csv(p / "screening" / "effects.csv").set_index("code")["effect"]
-               for n, p in kept.items()}  # fmt: skip
-    errors = {n: pd.read_csv(p / "screening" / "effects.csv")["se"][0] for n, p in kept.items()}
-    table = pd.read_csv("data/paper/table06_plackett_burman.csv", comment="#")
-    printed = {c: (table["angle_deg"] * table[c]).mean() * 2.0 for c in "ABCDEFG"}
-    off = {n: np.sqrt(np.mean([(e[c] - printed[c]) ** 2 for c in "ABCDEFG"]))
-           for n, e in effects.items()}  # fmt: skip
-    slow = effects["salt-slow"]
-    for code in "GEC":
-        assert f"({slow[code]:+.1f}°, paper {printed[code]:+.2f}°)" in told
-    assert (
-        f"from {effects['salt']['A']:.1f}° to {slow['A']:.1f}° (paper {printed['A']:+.2f}" in told
-    )
-    assert f"falls from {errors['salt']:.2f}° to {errors['salt-slow']:.2f}°" in told
-    assert f"by {off['salt-slow']:.1f}° (root mean square), and by {off['salt']:.1f}°" in told
-    assert f"{slow['F']:+.1f}° here and {printed['F']:+.2f}° there" in told
-    found = read_json(kept["salt-slow"] / "validation" / "validation.json")
-    assert f"{found['simulated_mean']:.2f}° ± {found['simulated_sd']:.2f}" in told
-    off = sorted(-found[f"difference{end}"] for end in ("_high", "", "_low"))
-    assert "{1:.2f}° too low ({0:.2f} to {2:.2f}), equivalent within ±1°".format(*off) in told
-    assert found["equivalent"]
-
-
-def test_what_the_page_says_of_packed_funnels_is_in_their_table(repository):
-    text = " ".join(PAGE.read_text().split()).replace("−", "-")
-    told = text[text.index("gives two kinds of heaps") : text.index("In a rig that never packs")]
-    table = pd.read_csv("results/reference/salt/funnels.csv")
-    runs = table[table["stage"] != "screening"]
-    angle, held = runs["angle_of_repose_deg"], runs["hold_up"]
-    packed = held > 1250
-    # the two kinds lie apart in what the funnel held
-    assert held[packed].min() - held[~packed].max() > 5 * held[~packed].std()
-    steep, flat = angle[packed], angle[~packed]
-    error = np.hypot(steep.std() / np.sqrt(len(steep)), flat.std() / np.sqrt(len(flat)))
-    for said in (
-        f"packed in {len(steep)} of {len(runs)} runs",
-        f"{held[packed].min():,.0f} to {held[packed].max():,.0f} grains stood in it at once",
-        f"{held[~packed].min():,.0f} to {held[~packed].max():,.0f} in the others",
-        f"{steep.mean() - flat.mean():.1f}° ± {error:.1f}° steeper",
-        f"{steep.mean():.1f}° ± {steep.std():.2f}° and {flat.mean():.1f}° ± {flat.std():.2f}°",
-    ):
-        assert said in told
-    first = table.loc[table["stage"] == "candidate_first", "angle_of_repose_deg"]
-    assert f"Its first 20 runs scatter by {first.std():.2f}°" in told
-    assert len(first) == 20
-    screened = table.loc[table["stage"] == "screening", "hold_up"].dropna().sort_values()
-    assert f"{screened.iloc[-2]:,.0f} and {screened.iloc[-1]:,.0f} grains were held up" in told
-    assert f"at most {screened.iloc[-3]:,.0f} in the others" in told
-    validated = read_json("results/reference/salt/validation/validation.json")
-    assert f"validated angles, {validated['simulated_sd']:.2f}°" in told
-    assert f"(p = {validated['groups_p']:.3f})" in told
-
-
-def test_what_the_page_says_of_other_seeds_is_in_their_tables(repository):
-    text = " ".join(PAGE.read_text().split()).replace("−", "-")
-    told = text[text.index("One seed decides") : text.index("## How fast")]
-    folders = {1: "salt"} | {seed: f"salt-{seed}" for seed in (2, 3, 4)}
-    runs = []
-    for seed, name in folders.items():
-        kept = Path("results/reference", name, "screening")
-        here, effects = (pd.read_csv(kept / f) for f in ("runs.csv", "effects.csv"))
-        runs.append(here)
-        assert set(here["seed"]) == {seed}
-        lost = ", ".join(str(k) for k in here.loc[here["response"].isna(), "run"]) or "none"
-        big = effects[effects["p"] < 0.05].sort_values("effect", key=abs, ascending=False)
-        found = ", ".join(
-            f"{n.replace('_', ' ')} {e:+.1f}°"
-            for n, e in zip(big["name"], big["effect"], strict=True)
-        )
-        assert f"| {seed} | {lost} | {found} |" in told
-    together = pd.concat(runs).dropna(subset="response")
-    table = screen(together, list("ABCDEFG"), together["response"]).table.set_index("code")
-    assert f"In all {len(together)} heaps" in told
-    there = table[table["p"] < 0.05]
-    for code, effect, se in zip(there.index, there["effect"], there["se"], strict=True):
-        assert f"{code} {effect:+.1f}° ± {se:.1f}°" in told
-    assert len(there) == len(re.findall(r"° ± \d\.\d°", told)) == 6
-    lost = pd.concat(runs).set_index("run")["response"].isna().groupby("run").sum()
-    assert f"run 2 clogged in {lost[2]} of 4" in told
-    assert lost.sum() == lost[2]
-
-
-def test_typed_numbers_of_the_results_page_are_those_of_their_tables(repository):
-    text = " ".join(PAGE.read_text().split())  # lines are wrapped
-    audited = int(re.search(r"audit` judges (\d+) printed", text)[1])
-    assert audited == len(run_audit(Path("data/paper")))
-    speeds = pd.read_csv("benchmarks/history.csv").groupby("case").last()["particle_steps_per_s"]
-    for name in ("this engine", "liggghts", "lammps", "yade"):
-        shown = float(re.search(rf"{name} (\d+\.\d+)", text, re.IGNORECASE)[1])
-        assert shown == pytest.approx(speeds[f"peers: {name}"] / 1e6, abs=0.051)
-    runs = pd.read_csv("results/reference/salt/response_surface/runs.csv")
-    surface = fit_surface(runs, [c for c in runs if len(c) == 1], runs["response"])
-    odd = surface.diagnostics["externally_studentised"].abs()
-    run, far = re.search(r"\(run (\d+)\) lies (\d+\.\d) standard deviations", text).groups()
-    assert int(runs["run"].iloc[odd.argmax()]) == int(run)
-    assert odd.max() == pytest.approx(float(far), abs=0.051)
 
 
 def test_the_readme_shows_both_ascents(config, study, tmp_path):

@@ -17,9 +17,10 @@ from calibration.study.factors import read_factors
 from calibration.telling.export.rolling import calibrated_spec
 from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
+from frozen import FROZEN
 
 ROOT = Path(__file__).parents[2]
-REFERENCE = ROOT / "results" / "reference" / "salt"
+REFERENCE = FROZEN / "salt"
 
 
 def program(name):

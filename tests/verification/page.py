@@ -6,17 +6,18 @@ import os
 from itertools import groupby
 from pathlib import Path
 
-import numpy as np
 import page_figures
 import pandas as pd
-from scipy import stats
+
+from paper.release.record import made, read_record
+from paper.release.softening import STIFFER, softening
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 NOTES = Path(__file__).parent / "notes"
+RECORD = ROOT / "results" / "reference" / "release.json"
 NUMERICS = ROOT / "results" / "reference" / "salt" / "numerics" / "numerics.csv"
 BULK = ("Beverloo", "Janssen", "Zhou et al.")
-STIFFER = "full scale, shear modulus 10 MPa"
 NUMERICS_HEADING = ["## What the default numerics cost in degrees", ""]
 
 
@@ -56,16 +57,19 @@ def section(topic, entries):
     for e in entries:
         if "figure" in e:
             lines += picture(e["figure"], e["caption"])
-    return [*lines, made_by(entries), "", *table_of(rows)]
+    return [*lines, *table_of(rows)]
 
 
-def made_by(entries):
-    """Which engine gave a topic's values, in one sentence."""
-    engines = dict.fromkeys(e.get("engine") for e in entries)
-    if engines == {None: None}:
-        return "Kept from an engine before fingerprints were recorded."
-    named = [f"`{engine}`" if engine else "an engine before those" for engine in engines]
-    return f"Made by engine {', '.join(named)}."
+def engines_of(records):
+    """Which engine gave the values, in one sentence; where they are of several, the topics of
+    each."""
+    topics = {}
+    for r in records:
+        topics.setdefault(r["engine"], {})[r["topic"]] = None
+    if len(topics) == 1:
+        return made(["verification"], read_record(RECORD))
+    each = [f"`{engine}`: {', '.join(of)}" for engine, of in topics.items()]
+    return f"The values are of {len(topics)} engines. {'. '.join(each)}."
 
 
 def numerics_section(path=NUMERICS):
@@ -101,29 +105,6 @@ def numerics_section(path=NUMERICS):
     return [*lines, ""]
 
 
-def softening(table):
-    """What softening the grains to 3 MPa changes at full scale, in sentences: at each point, and
-    over all of them with Welch's 95 % interval."""
-    stiff = table[table["variant"] == STIFFER]
-    soft = (
-        table[table["variant"] == stiff["against"].iloc[0]].set_index("point").loc[stiff["point"]]
-    )
-    parts = np.concatenate([t["sd"] ** 2 / t["n"] for t in (stiff, soft)]) / len(stiff) ** 2
-    counts = np.concatenate([stiff["n"], soft["n"]])
-    freedom = parts.sum() ** 2 / (parts**2 / (counts - 1)).sum()
-    half = stats.t.ppf(0.975, freedom) * np.sqrt(parts.sum())
-    each = ", ".join(
-        f"{r.difference:+.2f}° ({r.low:+.2f} to {r.high:+.2f}) at {r.point}"
-        for r in stiff.itertuples()
-    )
-    mean = stiff["difference"].mean()
-    return (
-        f"With 10 MPa in place of 3 MPa the angle at full scale changes by {each}. On average it "
-        f"changes by {mean:+.2f}° ({mean - half:+.2f} to {mean + half:+.2f}). All intervals are of "
-        "95 %. Correct an angle by this where it is to stand for 10 MPa."
-    )
-
-
 def order(record):
     """Bulk material last; the rest by name."""
     topic = record["topic"]
@@ -133,7 +114,8 @@ def order(record):
 def text():
     """The page; draws the figures that are not the tests' own."""
     records = sorted(json.loads((DOCS / "verification.json").read_text()), key=order)
-    lines = [(NOTES / "head.md").read_text(), *picture("overview", page_figures.overview(records))]
+    head = (NOTES / "head.md").read_text().replace("{made}", engines_of(records))
+    lines = [head, *picture("overview", page_figures.overview(records))]
     for topic, entries in groupby(records, key=lambda r: r["topic"]):
         lines += section(topic, list(entries))
     return "\n".join(lines + numerics_section())

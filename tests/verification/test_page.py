@@ -1,11 +1,14 @@
 """The page says what was recorded, and says so where nothing was."""
 
+import json
+
 import matplotlib.pyplot as plt
 import page
 import page_figures
 import pandas as pd
 
 from calibration.chain.numerics import compare_variants
+from frozen import FROZEN
 
 
 def test_numerics_not_yet_measured_are_named(tmp_path):
@@ -46,9 +49,8 @@ def test_a_run_of_the_numerics_without_a_value_is_told(tmp_path, monkeypatch):
     assert "| a tenth of the step | default | optimum | 1 of 3 | 32.00 |  |  |  |  |" in text
 
 
-def test_the_correction_for_softened_grains_stands_with_the_results():
-    table = pd.read_csv(page.NUMERICS)
-    assert page.softening(table) in " ".join((page.DOCS / "results.md").read_text().split())
+def test_the_correction_for_softened_grains_is_welch_s_interval():
+    table = pd.read_csv(FROZEN / "salt" / "numerics" / "numerics.csv")
     one = table[table["point"] == "high"]  # of one point alone it is Welch's own interval
     row = one[one["variant"] == page.STIFFER].iloc[0]
     of_one = f"{row.difference:+.2f}° ({row.low:+.2f} to {row.high:+.2f})"
@@ -61,10 +63,13 @@ def test_a_value_outside_its_tolerance_is_bold_and_an_unjudged_one_is_not():
     assert "| 3 deg | 1 deg |  |" in "\n".join(page.table_of([row | {"tolerance": None}]))
 
 
-def test_a_topic_says_which_engine_made_it():
-    assert page.made_by([{"engine": "ab"}, {"engine": "ab"}]) == "Made by engine `ab`."
-    assert "`ab`, `cd`" in page.made_by([{"engine": "ab"}, {"engine": "cd"}])
-    assert "Kept" in page.made_by([{}, {}])
+def test_the_engine_stands_once_or_beside_its_topics():
+    one = [{"engine": "ab", "topic": "drag"}]
+    assert "`ab`: drag. `cd`: heaps" in page.engines_of([*one, {"engine": "cd", "topic": "heaps"}])
+    records = json.loads((page.DOCS / "verification.json").read_text())
+    text = (page.DOCS / "verification.md").read_text()
+    for engine in {r["engine"] for r in records}:
+        assert text.count(f"`{engine}`") == 1
 
 
 def test_the_committed_page_is_what_the_records_give(monkeypatch):

@@ -204,8 +204,38 @@ def machine():
         return platform.processor() or platform.machine()
 
 
+def tree():
+    """(commit, dirty) of the project's files: the commit they are of, and the number of tracked
+    files that differ from it; empty where there is no git."""
+
+    def git(*words):
+        return subprocess.run(
+            ["git", "-C", str(Path(__file__).parent), *words],
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout.strip()
+
+    try:
+        changed = git("status", "--porcelain", "--untracked-files=no")
+        return git("rev-parse", "--short=12", "HEAD"), len(changed.splitlines())
+    except (OSError, subprocess.CalledProcessError):
+        return "", ""
+
+
+def load():
+    """Processes that run or wait to, the mean of the last minute; empty where the system does not
+    say."""
+    try:
+        return round(os.getloadavg()[0], 2)
+    except OSError:
+        return ""
+
+
 def append(path, rows):
-    """Append one line a case to a CSV history."""
+    """Append one line a case to a CSV history: with the commit, the number of files that differ
+    from it and the load of the machine, so that a figure of a changed tree or a busy machine is
+    seen as one. An older history gets the columns that it lacks, empty."""
     columns = [
         "date",
         "engine",
@@ -216,20 +246,32 @@ def append(path, rows):
         "wall_time_s",
         "rebuild_share",
         "peak_memory_MiB",
+        "commit",
+        "dirty_files",
+        "load",
     ]
-    Path(path).parent.mkdir(parents=True, exist_ok=True)
-    new = not Path(path).exists()
-    with open(path, "a", newline="") as stream:
-        writer = csv.DictWriter(stream, columns, extrasaction="ignore")
-        if new:
-            writer.writeheader()
-        for row in rows:
-            stamp = {
-                "date": time.strftime("%Y-%m-%d"),
-                "engine": engine_fingerprint(),
-                "machine": machine(),
-            }
-            writer.writerow(stamp | row)
+    commit, dirty = tree()
+    stamp = {
+        "date": time.strftime("%Y-%m-%d"),
+        "engine": engine_fingerprint(),
+        "machine": machine(),
+        "commit": commit,
+        "dirty_files": dirty,
+        "load": load(),
+    }
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    old = []
+    if path.exists():
+        with open(path, newline="") as stream:
+            old = list(csv.DictReader(stream))
+    partial = path.with_suffix(".partial")
+    with open(partial, "w", newline="") as stream:
+        writer = csv.DictWriter(stream, columns, extrasaction="ignore", restval="")
+        writer.writeheader()
+        writer.writerows(old)
+        writer.writerows(stamp | row for row in rows)
+    os.replace(partial, path)
 
 
 def show(rows):

@@ -1,0 +1,166 @@
+"""The parts of a release's data, in the order in which they are made: their commands, and what of
+their results is kept."""
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+PYTHON, CORES = sys.executable, "{cores}"
+SNAKEMAKE = (PYTHON, "-m", "snakemake", f"-j{CORES}")
+STUDY = (*SNAKEMAKE, "--configfile", "config/config.yaml")
+OUTCOME = (PYTHON, "-m", "calibration.telling.kept_results")
+BALL = "data/literature/table_tennis_ball.yaml"
+ANGLE = "angle_of_repose_deg"
+
+
+@dataclass(frozen=True)
+class Part:
+    """Data of a release that are made together.
+
+    name : in the record, and on the command line
+    about : for the list
+    commands : run one after the other in the root of the project; {cores} is their number
+    keep : (study, ...) whose results are copied to results/reference before the pages are written
+    copies : (folder, folder of results/reference) whose files, no folders, are copied
+    heaps : kept studies whose heaps, of full size, are this part's work: the estimate before it has
+        been timed
+    """
+
+    name: str
+    about: str
+    commands: tuple
+    keep: tuple = ()
+    copies: tuple = ()
+    heaps: tuple = ()
+
+
+def _seed(seed):
+    name = f"salt-{seed}"
+    target = f"results/{name}/screening/screening.json"
+    return (*SNAKEMAKE, "--config", f"seed={seed}", f"name={name}", "--", target)
+
+
+STRANGERS = "import os, sys; os.chdir('tests/discovery'); os.execv(sys.executable, "
+STRANGERS += "[sys.executable, '-m', 'strangers', *sys.argv[1:]])"
+PARTS = (
+    Part(
+        "verification",
+        "the engine against closed forms, publications and bulk laws",
+        (
+            (PYTHON, "-m", "pytest", "tests/verification", "-n", "0", "-m", "", "--record"),
+            (PYTHON, "tests/verification/page.py"),
+        ),
+    ),
+    Part(
+        "salt",
+        "the paper's study with all of its supplements",
+        (
+            (*SNAKEMAKE,),
+            (*SNAKEMAKE, "reproduction"),
+            (PYTHON, "-m", "paper.reference", "results/salt"),
+        ),
+        heaps=("salt",),
+    ),
+    Part(
+        "salt-slow",
+        "the study in a rig that never packs",
+        ((*STUDY, "config/rigs/slow.yaml"),),
+        keep=("salt-slow",),
+        heaps=("salt-slow",),
+    ),
+    Part(
+        "salt-paper",
+        "the paper's own factors, and what differs between the simulations",
+        (
+            (*STUDY, "config/paper_factors.yaml"),
+            (*STUDY, "config/paper_factors.yaml", "--", "reproduction", "disagreement"),
+        ),
+        keep=("salt-paper",),
+        heaps=("salt-paper",),
+    ),
+    Part(
+        "screening at other seeds",
+        "the paper's screening at three more seeds",
+        tuple(_seed(seed) for seed in (2, 3, 4)),
+        keep=("salt-2", "salt-3", "salt-4"),
+        heaps=("salt-2", "salt-3", "salt-4"),
+    ),
+    Part(
+        "numerics",
+        "what the default numerics cost in degrees",
+        ((*SNAKEMAKE, "numerics"),),
+        keep=("salt",),
+    ),
+    Part(
+        "soybean",
+        "a second material",
+        (
+            (*SNAKEMAKE, "--configfile", "examples/soybean/config.yaml"),
+            (*OUTCOME, "results/soybean", "results/reference/soybean", "examples/soybean/README.md",
+             ANGLE),
+        ),
+    ),
+    Part(
+        "diagnosis",
+        "the paper's own measurements, and a table-tennis ball",
+        (
+            (*SNAKEMAKE, "--profile", "profiles/quick", "diagnose"),
+            (*SNAKEMAKE, "--configfile", BALL, "--", "diagnose"),
+        ),
+        copies=(
+            ("results/salt-quick/diagnosis", "salt-diagnosis"),
+            ("results/table-tennis-ball/diagnosis", "table-tennis-ball"),
+        ),
+    ),
+    Part(
+        "diagnosis benchmark",
+        "hidden effects and nulls: single grains of the engine, and tables of strangers",
+        (
+            (PYTHON, "tests/discovery/single_grains.py", "diagnose"),
+            (PYTHON, "tests/discovery/single_grains.py", "table"),
+            (PYTHON, "-c", STRANGERS, "run"),
+            (PYTHON, "-c", STRANGERS, "table"),
+        ),
+    ),
+    Part(
+        "emulated benchmark",
+        "hidden effects in heaps and shear cells, by emulators of thousands of runs",
+        ((*SNAKEMAKE, "discovery_benchmark"),),
+    ),
+)  # fmt: skip
+
+
+def part_of(name):
+    """The part of that name, or None."""
+    return next((part for part in PARTS if part.name == name), None)
+
+
+def estimate(part, record, history, cores, kept=Path("results/reference")):
+    """(seconds that a part is expected to take, or None; whence): its recorded wall time, over the
+    cores it had then and has now; before the first record its heaps, counted in the kept tables,
+    by the wall time that the history of speeds has of one."""
+    made = record.get(part.name)
+    if made and made.wall_time_s:
+        return made.wall_time_s * (made.cores or cores) / cores, "recorded"
+    count = sum(_heaps(kept / name) for name in part.heaps)
+    each = _one_heap(history)
+    return (count * each / cores, f"{count} heaps") if count and each else (None, "never timed")
+
+
+def _heaps(folder):
+    """Number of different heaps in the kept tables of a study's runs."""
+    names = set()
+    for path in Path(folder).glob("*/runs.csv"):
+        table = pd.read_csv(path)
+        if {"run_id", "experiment"} <= set(table):
+            names |= set(table.loc[table["experiment"] == "heap", "run_id"])
+    return len(names)
+
+
+def _one_heap(history):
+    """Wall time [s] of the last funnel heap of 10,000 grains in the history of speeds, or None."""
+    table = pd.read_csv(history)
+    rows = table[table["case"] == "funnel heap"]["wall_time_s"].dropna()
+    return float(rows.iloc[-1]) if len(rows) else None

@@ -1,0 +1,56 @@
+"""What is known of a release's data: which engine made each part of it, when, and how long it
+took."""
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from dem.io.files import write_json
+
+KEPT = Path("results/reference")
+RECORD = KEPT / "release.json"
+
+
+@dataclass(frozen=True)
+class Made:
+    """One part of the data.
+
+    engine : fingerprint of the engine that made it
+    date : of its end, year-month-day
+    wall_time_s : what its commands took [s], all calls of a part that was cut off together; None
+        where nobody recorded it
+    cores : that they were given
+    """
+
+    engine: str
+    date: str
+    wall_time_s: float | None = None
+    cores: int | None = None
+
+
+def read_record(path=RECORD):
+    """{part: Made} of a record; empty where there is none."""
+    if not Path(path).is_file():
+        return {}
+    return {name: Made(**made) for name, made in json.loads(Path(path).read_text()).items()}
+
+
+def write_record(record, path=RECORD):
+    """Write {part: Made}."""
+    write_json(Path(path), {name: asdict(made) for name, made in record.items()})
+
+
+def made(parts, record):
+    """A sentence: which engine made these parts, and when; each further engine with its parts."""
+    by_engine = {}
+    for name in parts:
+        if name in record:
+            by_engine.setdefault(record[name].engine, []).append(name)
+    sentences = []
+    for engine, names in by_engine.items():
+        dates = sorted({record[name].date for name in names})
+        when = dates[0] if len(dates) == 1 else f"{dates[0]} to {dates[-1]}"
+        what = "The data" if len(by_engine) == 1 else ", ".join(f"`{n}`" for n in names)
+        were = "were" if what == "The data" or len(names) > 1 else "was"
+        sentences.append(f"{what} {were} made by engine `{engine}`, {when}.")
+    return " ".join(sentences)

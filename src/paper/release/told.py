@@ -1,0 +1,204 @@
+"""The numbers of docs/results.md, each computed from the kept results; `results.md.j2` has the
+words."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from calibration.files import read_json
+from calibration.intake.tables import read_written
+from calibration.statistics.numbers import fixed
+from calibration.statistics.screening import screen
+from calibration.statistics.surface import fit_surface
+from paper.audit import run_audit
+
+CODES = "ABCDEFG"
+PACKED = 1250
+"""Most grains in the funnel at once [-] above which a pour of the paper's rig has packed: the two
+kinds of pours lie hundreds of grains apart on either side of it."""
+SEEDS = {1: "salt", 2: "salt-2", 3: "salt-3", 4: "salt-4"}
+
+
+def degrees(value, digits=1):
+    """'+18.1°', with a true minus."""
+    return f"{value:+.{digits}f}°".replace("-", "−")
+
+
+def funnels(kept):
+    """What the packing of the funnel does to the angle."""
+    table = read_written(Path(kept) / "funnels.csv")
+    runs = table[table["stage"] != "screening"].dropna(subset=["angle_of_repose_deg", "hold_up"])
+    angle, held = runs["angle_of_repose_deg"], runs["hold_up"]
+    packed = held > PACKED
+    steep, flat = angle[packed], angle[~packed]
+    error = np.hypot(steep.std() / np.sqrt(len(steep)), flat.std() / np.sqrt(len(flat)))
+    first = table.loc[table["stage"] == "candidate_first", "angle_of_repose_deg"]
+    screened = table.loc[table["stage"] == "screening", "hold_up"].dropna().sort_values()
+    return {
+        "runs": len(runs),
+        "packed": len(steep),
+        "held_packed": f"{held[packed].min():,.0f} to {held[packed].max():,.0f}",
+        "held_free": f"{held[~packed].min():,.0f} to {held[~packed].max():,.0f}",
+        "steeper": f"{steep.mean() - flat.mean():.1f}° ± {error:.1f}°",
+        "steep": f"{steep.mean():.1f}° ± {steep.std():.2f}°",
+        "flat": f"{flat.mean():.1f}° ± {flat.std():.2f}°",
+        "first": len(first),
+        "first_sd": f"{first.std():.2f}°",
+        "screened_most": f"{screened.iloc[-2]:,.0f} and {screened.iloc[-1]:,.0f}",
+        "screened_rest": f"{screened.iloc[-3]:,.0f}",
+        "lost": sorted(int(n) for n in _lost(kept)),
+    }
+
+
+def _lost(kept):
+    """Numbers of the screening's runs without a value."""
+    runs = read_written(Path(kept) / "screening" / "runs.csv")
+    return runs.loc[runs["response"].isna(), "run"]
+
+
+def printed_effects(paper="data/paper"):
+    """{code: effect [°]} of the paper's screening."""
+    table = read_written(Path(paper) / "table06_plackett_burman.csv", comment="#")
+    return {c: float((table["angle_deg"] * table[c]).mean() * 2.0) for c in CODES}
+
+
+def screening(kept):
+    """Effects of a study's screening beside the paper's."""
+    table = read_written(Path(kept) / "screening" / "effects.csv").set_index("code")
+    printed, effect = printed_effects(), table["effect"]
+    off = np.sqrt(np.mean([(effect[c] - printed[c]) ** 2 for c in CODES]))
+    return {
+        "effect": {c: degrees(effect[c]) for c in CODES},
+        "printed": {c: f"{printed[c]:+.2f}°".replace("-", "−") for c in CODES},
+        "se": f"{table['se'].iloc[0]:.2f}°",
+        "off": f"{off:.1f}°",
+        "found": [c for c in CODES if table["p"][c] < 0.05],
+    }
+
+
+def validated(kept):
+    """The validation of a study."""
+    v = read_json(Path(kept) / "validation" / "validation.json")
+    low, high = (fixed(v[f"difference_{end}"], 2, "+") for end in ("low", "high"))
+    return {
+        "mean": f"{v['simulated_mean']:.2f}°",
+        "sd": f"{v['simulated_sd']:.2f}°",
+        "difference": f"{v['difference']:+.2f}° ({low} to {high})".replace("-", "−"),
+        "verdict": ("" if v["equivalent"] else "not shown to be ") + "equivalent",
+        "groups": f"p = {v['groups_p']:.3f}",
+    }
+
+
+def surface(kept):
+    """Statistics of a response surface, and its oddest run."""
+    kept = Path(kept) / "response_surface"
+    s = read_json(kept / "response_surface.json")["statistics"]
+    runs = read_written(kept / "runs.csv").dropna(subset="response")
+    fitted = fit_surface(runs, [c for c in runs if len(c) == 1], runs["response"])
+    odd = fitted.diagnostics["externally_studentised"].abs()
+    return {
+        "cv": f"{s['CV_percent']:.2f} %",
+        "r2": f"{s['R2']:.3f}",
+        "odd_run": int(runs["run"].iloc[int(odd.argmax())]),
+        "odd": f"{odd.max():.1f}",
+    }
+
+
+def posterior(kept):
+    """Intervals, correlations and what would narrow them."""
+    kept = Path(kept) / "posterior"
+    p = read_json(kept / "posterior.json")
+    names = list(p["parameters"])
+    rolling = "salt_salt_rolling_friction"
+    interval = p["parameters"][rolling]["interval"]
+    i = names.index(rolling)
+    others = [
+        f"{n.replace('_', ' ')} ({fixed(p['correlation'][i][k], 2, '+')})"
+        for k, n in enumerate(names)
+        if k != i and abs(p["correlation"][i][k]) >= 0.3
+    ]
+    following = read_written(kept / "next.csv").set_index("metric")
+    left = {
+        m: {n: f"{100 * following.loc[m, f'{n} left']:.0f} %" for n in names}
+        for m in ("hold_up", "on_plate", "height_mm", "angle_of_repose_deg")
+        if m in following.index
+    }
+    return {
+        "trained_by": p["trained_by"],
+        "rolling": f"{interval[0]:.3f} to {interval[1]:.3f}",
+        "free": [n.replace("_", " ") for n in names if not p["parameters"][n]["bounded"]],
+        "sobol": f"{100 * p['sobol'][rolling]['total']:.0f} %" if rolling in p["sobol"] else "",
+        "correlated": others,
+        "left": left,
+        "names": {n: n.replace("_", " ") for n in names},
+    }
+
+
+def other_seeds(results):
+    """The screening at each of SEEDS, and all of them together."""
+    rows, runs = [], []
+    for seed, name in SEEDS.items():
+        folder = Path(results) / name / "screening"
+        here, effects = (read_written(folder / f) for f in ("runs.csv", "effects.csv"))
+        runs.append(here)
+        lost = ", ".join(str(k) for k in here.loc[here["response"].isna(), "run"]) or "none"
+        big = effects[effects["p"] < 0.05].sort_values("effect", key=abs, ascending=False)
+        found = ", ".join(
+            f"{n.replace('_', ' ')} {degrees(e)}"
+            for n, e in zip(big["name"], big["effect"], strict=True)
+        )
+        rows.append({"seed": seed, "lost": lost, "found": found or "none"})
+    together = pd.concat(runs).dropna(subset="response")
+    table = screen(together, list(CODES), together["response"]).table.set_index("code")
+    there = table[table["p"] < 0.05].sort_values("effect", key=abs, ascending=False)
+    lost = pd.concat(runs).set_index("run")["response"].isna().groupby("run").sum()
+    return {
+        "rows": rows,
+        "heaps": len(together),
+        "found": [
+            f"{c} {degrees(e)} ± {s:.1f}°"
+            for c, e, s in zip(there.index, there["effect"], there["se"], strict=True)
+        ],
+        "lost": [f"run {k} clogged in {n} of {len(SEEDS)}" for k, n in lost.items() if n],
+    }
+
+
+def speeds(history="benchmarks/history.csv"):
+    """Million particle-steps per second of the last comparison with other engines, and of which
+    engine it was."""
+    table = read_written(Path(history))
+    last = table.groupby("case").last()
+    of = last["particle_steps_per_s"]
+    rate = {
+        name: of[f"peers: {name}"] / 1e6 for name in ("this engine", "liggghts", "lammps", "yade")
+    }
+    return {
+        "rate": {n: f"{r:.3g}" for n, r in rate.items()},
+        "times": f"{rate['this engine'] / rate['liggghts']:.1f}",
+        "engine": str(last.loc["peers: this engine", "engine"]),
+        "date": str(last.loc["peers: this engine", "date"]),
+        "machine": str(last.loc["peers: this engine", "machine"]),
+        "heap": f"{of['funnel heap'] / of['settled bed']:.2f}",
+    }
+
+
+def audited(paper="data/paper"):
+    """Number of printed figures and statements that the audit judges."""
+    return len(run_audit(Path(paper)))
+
+
+def locus(kept):
+    """Slope of the yield locus at the friction in use, with its 95 % interval."""
+    shear = read_json(Path(kept) / "shear" / "shear.json")
+    low, high = shear["peak"]["slope_interval"]
+    slope, friction = shear["peak"]["slope"], shear["peak"]["particle_friction"]
+    return f"{slope:.2f} ({low:.2f} to {high:.2f}, 95 %) at a friction of {friction:g}"
+
+
+def scaling(kept):
+    """Change of the angle without cohesion by the paper's rule in a rig enlarged fourfold."""
+    table = read_written(Path(kept) / "reproduction" / "reproduction.csv").set_index("id")
+    row = table.loc["heap.paper.plain"]
+    values = (fixed(row[k], 1) for k in ("difference", "low", "high"))
+    return "{}° ({} to {})".format(*values)
