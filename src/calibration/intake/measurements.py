@@ -5,6 +5,7 @@ deviation, under the levers that were set. If a test gave no value, the row says
 Every fault is reported with its line and column.
 """
 
+import difflib
 import math
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -40,6 +41,8 @@ OUTCOMES = ("clogged", "arched", "no_heap", "did_not_slide")
 FURTHER = ("replicate", "role", "lever_sd", "outcome")
 COLUMNS = (*NEEDED, *SPREAD, *LEVERS, *SHARED, *FURTHER, "note")
 MOST_SPREAD = 1e9
+ALIKE = 0.75
+"""Likeness (difflib) to a known column from which a further column counts as misspelt."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,8 @@ class Measurement:
     `line` is where it stands in its file (its first replicate, where these are rows), None where it
     has none. lever_sd: standard deviation of `proportional`, in its unit; outcome: what the test
     ended with where it has no value; readings: the values that it is the mean of, where the table
-    holds them; known: ((factor, value), ...) of another code's run.
+    holds them; known: ((factor, value), ...) of another code's run; covariates: {column: value} of
+    what was recorded beside the reading and is no lever, the mean over its readings.
     """
 
     experiment: str
@@ -69,6 +73,7 @@ class Measurement:
     quantity: str = ""
     readings: tuple = field(default=(), compare=False)
     known: tuple = ()
+    covariates: dict = field(default_factory=dict)
 
     @property
     def proportional(self):
@@ -147,9 +152,11 @@ def read_measured(path, parameters=()):
     path = Path(path)
     faults, rows = [], []
     table = read_table(path, lambda header, line: _check_header(path, header, line, parameters))
+    covariates = _covariates(table, parameters)
     for line, row in table.rows:
         own = []
-        rows.append(_measurement(table, row, line, own, parameters))
+        found = _measurement(table, row, line, own, parameters)
+        rows.append(found and replace(found, covariates=_recorded(table, row, line, covariates)))
         faults += own
     conditions = _gathered([r for r in rows if r is not None], path, faults)
     raise_faults(faults)
@@ -161,7 +168,9 @@ def _gathered(rows, path, faults):
     kept, groups = [r for r in rows if r.outcome], {}
     for row in rows:
         if not row.outcome:
-            groups.setdefault(row.shared, []).append(row)
+            # a mean stands for itself where something else was recorded beside it
+            own = () if row.readings else tuple(sorted(row.covariates.items()))
+            groups.setdefault((row.shared, own), []).append(row)
     for own in groups.values():
         means = [m for m in own if not m.readings]
         faults += [_twice(m, own[0], path) for m in own[1:] if means]
@@ -198,6 +207,10 @@ def _mean(own):
         return own[0]
     sd = max(stdev(values), 1e-9 * abs(values[0]))
     mean = {"value": fmean(values), "sd": sd, "n": len(values), "replicate": ""}
+    names = dict.fromkeys(name for m in own for name in m.covariates)
+    mean["covariates"] = {
+        name: fmean(m.covariates[name] for m in own if name in m.covariates) for name in names
+    }
     return replace(own[0], **mean, readings=tuple(values))
 
 
@@ -214,13 +227,44 @@ def _check_header(path, header, line, parameters=()):
         ]
     )
     known = (*COLUMNS, *parameters)
-    allowed, strange = ", ".join(known), [name for name in header if name not in known]
+    misspelt = {
+        name: difflib.get_close_matches(name, known, 1, ALIKE)
+        for name in header
+        if name not in known
+    }
     raise_faults(
         [
-            ConfigError("is no known column", column=name, allowed=allowed, **where)
-            for name in strange
+            ConfigError("is no known column", column=name, allowed=f"{near[0]}, it seems", **where)
+            for name, near in misspelt.items()
+            if near
         ]
     )
+
+
+def _covariates(table, parameters):
+    """Names of the further columns: each holds numbers and empty cells alone. Raises ConfigError
+    for one that holds a text, or nothing."""
+    known = (*COLUMNS, *parameters)
+    found, faults = [], []
+    for name in (n for n in table.header if n not in known):
+        cells = [(line, row[name]) for line, row in table.rows if row.get(name)]
+        try:
+            [table.number(line, name, text) for line, text in cells]
+        except ConfigError:
+            cells = []
+        if cells:
+            found.append(name)
+            continue
+        where = {"path": table.path, "line": table.header_line, "column": name}
+        allowed = f"{', '.join(known)}, or a column of numbers that were recorded beside"
+        faults.append(ConfigError("is no known column", **where, allowed=allowed))
+    raise_faults(faults)
+    return found
+
+
+def _recorded(table, row, line, names):
+    """{column: value} of the covariates of a row that are given."""
+    return {name: table.number(line, name, row[name]) for name in names if row.get(name)}
 
 
 def _number(table, row, line, column, unit, low, high):
