@@ -15,10 +15,10 @@ import yaml
 from calibration.study.config import overlay, parse_config
 from diagnosis import contacts
 from diagnosis.catalogue import load_catalogue
-from diagnosis.laws.found import discover
 from diagnosis.measurements import read_measurements
 from diagnosis.rig import Rig
 from diagnosis.settings import read_settings
+from diagnosis.table_model.found import discover
 
 FOLDER = Path(__file__).parent
 ROOT = FOLDER.parents[1]
@@ -49,21 +49,22 @@ def finding(name):
     """A mapping of what the diagnosis says of one set."""
     measured = read_measurements(FOLDER / f"{name}.csv")
     found = _of_ball(measured, *BALLS[name]) if name in BALLS else discover(measured)
-    law = found.law or {}
     return {
         "settings": len(measured),
         "verdict": found.verdict,
         "causes": found.causes,
+        "misfit": round(found.misfit["p"], 4),
         "p": round(found.p, 4),
-        "sentence": law.get("sentence", ""),
-        "tied": [
-            t["form"] or f"{t['slot']} of {' and '.join(t['state']) or 'all settings alike'}"
-            for t in law.get("tied", [])
-        ],
-        "formula": law.get("formula"),
-        "outliers": [o["line"] for o in found.outliers],
-        "scatter": [f"{s['of']} {100 * s['sd']:.2g} %" for s in found.scatter],
+        "laws": [_law(law) for law in found.laws],
+        "errors": [e["sentence"] for e in found.errors],
+        "rows": [r["line"] for r in found.rows],
     }
+
+
+def _law(law):
+    rivals = [r["words"] for r in law["rivals"]]
+    own = {k: law[k] for k in ("experiment", "slot", "state", "names", "forms", "sentence")}
+    return own | {"rivals": rivals}
 
 
 def _of_ball(measured, diameter, density):
@@ -78,19 +79,22 @@ def _of_ball(measured, diameter, density):
 
 def table(kept):
     """Markdown of the kept findings."""
-    lines = ["| set | settings | verdict | p | what is found |", "|---|---|---|---|---|"]
+    lines = ["| set | settings | verdict | p of the misfit | what is found |"]
+    lines.append("|---|---|---|---|---|")
     for name in ALL:
         f = kept[name]
         verdict = f["verdict"] + (f": {', '.join(f['causes'])}" if f["causes"] else "")
-        parts = [f["sentence"].rstrip(".")]
-        parts += [f"only this form fits: {f['formula']}"] if f["formula"] else []
-        parts += [f"not told from it: {', '.join(f['tied'])}"] if f["tied"] else []
-        parts += [f"set aside: line {', '.join(map(str, f['outliers']))}"] if f["outliers"] else []
-        parts += [f"errors shared by or between {', '.join(f['scatter'])}"] if f["scatter"] else []
+        parts = []
+        for law in f["laws"]:
+            parts.append(law["sentence"].rstrip("."))
+            parts += [f"forms that fit: {', '.join(law['forms'])}"] if law["forms"] else []
+            parts += [f"not told from it: {', '.join(law['rivals'])}"] if law["rivals"] else []
+        parts += [e.rstrip(".") for e in f["errors"]]
+        parts += [f"set aside: line {', '.join(map(str, f['rows']))}"] if f["rows"] else []
         what = "; ".join(p for p in parts if p).replace("_", " ")
         lines.append(
             f"| {name.replace('_', ' ')} | {f['settings']} | {verdict.replace('_', ' ')} "
-            f"| {f['p']:.2g} | {what} |"
+            f"| {f['misfit']:.2g} | {what} |"
         )
     return "\n".join(lines) + "\n"
 

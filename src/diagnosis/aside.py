@@ -6,12 +6,12 @@ from scipy.special import expit
 
 from calibration.intake.quantities import LEVERS, QUANTITIES, levers_of
 from diagnosis.fit import data_of, spread_unit
-from diagnosis.laws.choose import centre_of
-from diagnosis.laws.mixed import evaluate, from_space, nuisance_of, posterior
 from diagnosis.laws.readings import from_log, readings_of, unknown
-from diagnosis.laws.slots import candidate_of, constant
 from diagnosis.settings import BASE
 from diagnosis.shared import covariance_of
+from diagnosis.table_model.block import Block
+from diagnosis.table_model.term import ROW
+from diagnosis.table_model.terms import all_terms
 
 
 def remarks(measured, counted=()):
@@ -138,45 +138,40 @@ def _shared(measurements, held_out, fitted, data):
     return cross @ (fitted.residual[0] / fitted.sd[0]), np.maximum(np.diag(left), 0.0)
 
 
-def by_contacts(measurements, held_out, tried, law, defaults):
-    """The same of single contacts: by a constant, and by the free law that was found."""
+def by_contacts(measurements, held_out, found, defaults):
+    """The same of single contacts: by a constant, and by the terms of a `Found`."""
     if not held_out:
         return []
     shape = len(held_out)
     before, after = ((np.full(shape, np.nan), np.zeros(shape)) for _ in range(2))
-    for kind in dict.fromkeys(m.experiment for m in held_out):
+    for kind, block in found.selection.blocks.items():
         place = [i for i, m in enumerate(held_out) if m.experiment == kind]
-        known = [m for m in measurements if m.experiment == kind]
-        if not known:
+        if not place:
             continue
-        together = known + [held_out[i] for i in place]
-        found = tried[kind].laws if kind in tried else {}
-        own = next((x for x in found.values() if law and _same(x, law, kind)), None)
-        for out, free in ((before, None), (after, own)):
-            value, error = _predicted(kind, together, len(known), free, defaults.get(kind))
+        own = [m for m in measurements if m.experiment == kind]
+        rows = own + [held_out[i] for i in place]
+        for out, held in ((before, {}), (after, block.held)):
+            value, error = predicted(rows, len(own), kind, held, defaults.get(kind))
             out[0][place], out[1][place] = value, error
-    return _rows(held_out, {"before": before, "after": after} if law else {"before": before})
+    extended = any(b.held for b in found.selection.blocks.values())
+    return _rows(held_out, {"before": before} | ({"after": after} if extended else {}))
 
 
-def _same(free, law, kind):
-    slot, state = law["slot"], tuple(law["state"])
-    return kind == law["experiment"] and (free.slot, free.state) == (slot, state)
-
-
-def _predicted(kind, together, known, free, defaults):
-    """Values and errors of the readings from number `known` on, by the others and a law."""
-    readings = readings_of(together, kind, defaults)
-    readings = unknown(readings, np.arange(known, len(together)))
-    nuisance = nuisance_of(readings)
-    centre = centre_of(readings, nuisance)
-    candidate = candidate_of(free, readings, centre) if free else constant(readings)
-    log = readings.log[None]
-    fitted = evaluate(candidate, readings, nuisance, log, centre)
-    mean, covariance = posterior(candidate, readings, nuisance, fitted, log, centre)
-    value = from_log(kind, from_space(candidate.space, mean, centre), readings.levers)
+def predicted(rows, known, kind, held, defaults=None):
+    """Values and errors of the readings from number `known` on, by the others and what is `held`
+    {key: Held} in a block of them alone."""
+    readings = readings_of(rows, kind, defaults)
+    readings = unknown(readings, np.arange(known, len(rows)))
+    terms = {t.key: t for t in all_terms(readings, {})}
+    block = Block(readings, terms, {})
+    for key in held:
+        if key in terms and terms[key].kind != ROW:
+            block = block.with_held(block.held | {key: block.hold(terms[key], readings.log)})
+    mean, variance = block.expected(readings.log)
+    value = from_log(kind, mean, readings.levers)
     step = 1e-4
-    moved = from_log(kind, from_space(candidate.space, mean + step, centre), readings.levers)
-    sd = np.sqrt(np.maximum(np.diag(covariance), 0.0)) * np.abs(moved - value) / step
+    moved = from_log(kind, mean + step, readings.levers)
+    sd = np.sqrt(variance) * np.abs(moved - value) / step
     return value[known:], sd[known:]
 
 

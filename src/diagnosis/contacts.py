@@ -10,26 +10,27 @@ from calibration.figures import parameter_words
 from calibration.intake.quantities import Condition
 from calibration.statistics.numbers import NORMAL_95
 from dem.spec import parse_spec
-from diagnosis import time_step
-from diagnosis.chance import share_above
+from diagnosis import prediction_test, time_step
 from diagnosis.collision import rebounds, sliding_angles
-from diagnosis.fit import data_of, redrawn_error
-from diagnosis.laws.engine_gain import Nested
-from diagnosis.laws.found import discover, predictions
+from diagnosis.fit import data_of
+from diagnosis.last_word import last_word
+from diagnosis.laws.engine_gain import Engine, gains, keys_of
+from diagnosis.laws.in_engine import not_run
 from diagnosis.laws.known import COEFFICIENT, known_curves, with_coefficient
-from diagnosis.laws.mixed import LEVEL_SD
 from diagnosis.laws.readings import FREE, IN_AIR, from_log, readings_of
 from diagnosis.power import power
 from diagnosis.residuals import by_chance, tails, trends
+from diagnosis.table_model.block import LEVEL_SD
+from diagnosis.table_model.found import discover, limits, table_misfit
 
 
 def _known(rig, catalogue):
-    """The catalogue's curves, as `diagnosis.laws.choose.trial` takes them."""
+    """The catalogue's curves, as `diagnosis.table_model.selection.blocks_of` takes them."""
 
     def spec_of(experiment, levers):
         return rig.spec(Condition(experiment, levers), rig.settings.seed)
 
-    return [known_curves(catalogue, spec_of)]
+    return known_curves(catalogue, spec_of)
 
 
 def power_of(measurements, rig, catalogue):
@@ -40,8 +41,8 @@ def power_of(measurements, rig, catalogue):
 
 
 def discovered(measurements, rig, catalogue):
-    """`diagnosis.laws.found.Found` of the drops, slides and shear tests among the measurements, or
-    None."""
+    """`diagnosis.table_model.found.Found` of the drops, slides and shear tests among the
+    measurements, or None."""
     settings = rig.settings
     return discover(
         measurements,
@@ -52,9 +53,58 @@ def discovered(measurements, rig, catalogue):
     )
 
 
-def nested(measurements, found, rig, catalogue):
-    """`diagnosis.laws.engine_gain.Nested` of a `Found` that has a law."""
-    return Nested(found, measurements, rig, _known(rig, catalogue), catalogue)
+def told(measurements, rig, catalogue, held_out=()):
+    """What verdict.json says of a table of single contacts but for its residuals and calibration,
+    the engine's word included: see docs/verdict-schema.md.
+
+    held_out: rows with the role `hold out`."""
+    found = discovered(measurements, rig, catalogue)
+    return with_engine(of_found(found), measurements, found, rig, catalogue, held_out)
+
+
+def of_found(found):
+    """The keys of verdict.json that a `Found` gives, the gain left open."""
+    return {
+        "verdict": found.verdict,
+        "causes": found.causes,
+        "reason": found.reason,
+        "misfit": found.misfit,
+        "laws": found.laws,
+        "errors": found.errors,
+        "rows": found.rows,
+        "next_measurement": found.next_setting,
+        "gain": None,
+        "test": None,
+    }
+
+
+def with_engine(verdict, measurements, found, rig, catalogue, held_out=()):
+    """The same after the engine's word: gains of each law and of all, names that they leave, limits
+    and the prediction that can fail."""
+    engine = Engine(rig, catalogue)
+    for row in verdict["laws"]:
+        row["strengths"] = {
+            n: float(catalogue[n].strength.natural(c)) for n, c in row.pop("coded").items()
+        }
+    for block in found.selection.blocks.values():
+        own = [row for row in verdict["laws"] if row["key"] in block.held]
+        if not own:
+            continue
+        names = {row["key"]: row["names"][0] if row["names"] else None for row in own}
+        by_key = gains(measurements, block, names, engine)
+        for row in own:
+            row |= by_key[row["key"]]
+            if row["engine"] is None:
+                row["not_run"] = not_run(row)
+            else:
+                row["engine"]["keys"] = keys_of(block, row["key"])
+        # of several experiments the one of the strongest law
+        if verdict["gain"] is None:
+            verdict["gain"] = by_key[None if len(own) > 1 else own[0]["key"]]["gain"]
+    verdict = last_word(verdict)
+    verdict["exclusion"] = limits(found, catalogue)
+    verdict["test"] = prediction_test.of_contacts(verdict, measurements, found, engine, held_out)
+    return verdict
 
 
 def defaults_of(settings, experiments):
@@ -74,79 +124,44 @@ def _defaults(settings, kind):
 
 
 def findings(measurements, found, settings, factors):
-    """The mapping of verdict.json from a `Found`, the gain left open."""
-    ranking = [
-        {"mechanism": r["mechanism"], "score": r["gain"], "gain": r["gain"], "p": r["p"]}
-        | {"null_threshold": r["threshold"], "p_family": found.p}
-        for r in found.ranking
-    ]
-    return base(measurements, settings, factors, found) | {
-        "verdict": found.verdict,
-        "causes": found.causes,
-        "reason": found.reason,
+    """The mapping of verdict.json from a `Found`, the engine's word left open."""
+    return base(measurements, settings, factors, found) | of_found(found) | {
         "family_p": found.p,
-        "tried": sum(len(t.candidates) for t in found.trials.values()),
+        "tried": sum(len(b.terms) for b in found.start.values()),
         "threshold_level": settings.alpha,
-        "null_threshold_best": found.threshold,
-        "ranking": ranking,
-        "law": found.law,
-        "scatter": found.scatter,
-        "outliers": found.outliers,
-        "gain": None,
-        "next_measurement": found.next_setting,
-    }
+        "null_threshold_best": found.selection.threshold,
+        "ranking": found.ranking,
+    }  # fmt: skip
 
 
 def base(measurements, settings, factors, found=None):
     """The constants fitted to the measurements: calibration, lack_of_fit, patterns and residuals.
 
-    found: the `Found` of the measurements, whose outliers and shared errors then count; None before
-    any law is looked for."""
-    levels = {kind: _level(measurements, kind, found) for kind in _kinds(measurements)}
+    found: the `Found` of the measurements, whose single rows then do not count; None before
+    anything is looked for."""
+    aside = {r["setting"] for r in found.rows if r["setting"] is not None} if found else set()
+    kept = [i for i in range(len(measurements)) if i not in aside]
+    counted = [measurements[i] for i in kept]
+    levels = {kind: _level(counted, kind) for kind in _kinds(measurements)}
     stated = data_of(measurements).error[0]
     drawn = by_chance(measurements, stated, stated)
     rows = _rows(measurements, levels)
     off = np.array([r["standardised"] for r in rows])
     for row, tail in zip(rows, tails(measurements, drawn, off), strict=True):
         row["predictive_p"] = float(tail)
-    kept = _kept(measurements, found.trials if found else {})
-    return {
+    out = {
         "calibration": _calibration(settings, factors, levels),
-        "lack_of_fit": misfit_of(kept, settings.replicates, settings.seed),
-        "patterns": trends(rows, drawn),
+        "patterns": trends([rows[i] for i in kept], drawn[:, kept]),
         "residuals": rows,
     }
+    fit = found.misfit if found else misfit_of(measurements, settings)
+    return out | {"lack_of_fit": fit}
 
 
-def _kept(measurements, trials):
-    """The measurements without those that the trials set aside."""
-    rows = {int(i) for trial in trials.values() for i in trial.readings.rows}
-    return [m for i, m in enumerate(measurements) if i in rows or m.experiment not in trials]
-
-
-def misfit_of(measurements, replicates, seed):
-    """{chi_square, freedom, p} of a constant for each experiment within the stated spread.
-
-    p: share of data of the constants that have such a chi-square. Few replicates do not know their
-    spread, so the law of chi-square itself would call up to a fifth of such data a misfit."""
-    rng = np.random.default_rng([seed, 21])
-    kinds, chi, null = _kinds(measurements), 0.0, np.zeros(replicates)
-    for kind in kinds:
-        own = [m for m in measurements if m.experiment == kind]
-        readings, stated = readings_of(own, kind, {}), data_of(own).error[0]
-        chi += float(_about_constant(readings.log[None], readings.error[None])[0])
-        drawn = readings.error * rng.standard_normal((replicates, len(own)))
-        error = redrawn_error(own, stated, replicates, rng) * readings.error / stated
-        null += _about_constant(drawn, error)
-    freedom = max(len(measurements) - len(kinds), 1)
-    return {"chi_square": chi, "freedom": freedom, "p": share_above(null, chi)}
-
-
-def _about_constant(log, error):
-    """Chi-square (b,) of readings (b, n) with errors (b, n) about their best constant."""
-    weight = error**-2.0
-    level = (weight * log).sum(1) / weight.sum(1)
-    return (weight * (log - level[:, None]) ** 2).sum(1)
+def misfit_of(measurements, settings):
+    """{chi_square, freedom, p} of a constant for each experiment."""
+    defaults = defaults_of(settings, _kinds(measurements))
+    return table_misfit(measurements, defaults, settings.seed, settings.replicates)
 
 
 def half_step(measurements, rig):
@@ -154,7 +169,7 @@ def half_step(measurements, rig):
     out = []
     for i in time_step.middles(measurements):
         m = measurements[i]
-        log, _ = _level([m], m.experiment, None)
+        log, _ = _level([m], m.experiment)
         name, low, high = COEFFICIENT[m.experiment]
         spec = rig.spec(m.condition, rig.settings.seed)
         value = float(np.exp(log / (IN_AIR if m.experiment == "drop" else 1.0)))
@@ -174,14 +189,16 @@ def integrated(spec, measurement, finer=1.0):
 
 
 def with_law(measurements, found):
-    """Values (n,) that the law found predicts, or None without one; those of the constant where it
-    says nothing."""
-    if found.law is None:
+    """Values (n,) that the laws found predict, or None without one; those of the constant where
+    they say nothing."""
+    if not found.laws:
         return None
-    levels = {kind: _level(measurements, kind, found) for kind in _kinds(measurements)}
+    levels = {kind: _level(measurements, kind) for kind in _kinds(measurements)}
     value = np.array([r["predicted"] for r in _rows(measurements, levels)])
-    rows, predicted = predictions(found.trials[found.law["experiment"]])
-    value[rows] = predicted
+    for kind, block in found.selection.blocks.items():
+        if block.held:
+            mean = block.expected(block.readings.log)[0]
+            value[block.readings.rows] = from_log(kind, mean, block.readings.levers)
     return value
 
 
@@ -189,14 +206,10 @@ def _kinds(measurements):
     return list(dict.fromkeys(m.experiment for m in measurements))
 
 
-def _level(measurements, kind, found):
-    """(logarithm of the best constant, its standard error) of an experiment, outliers left out."""
-    tried = found.trials.get(kind) if found else None
-    readings = tried.readings if tried else readings_of(measurements, kind, {})
-    noise = np.diag(readings.error**2)
-    if tried:
-        noise = tried.nuisance.covariance[tried.base_fit.nuisance[0]]
-    weight = np.linalg.inv(noise).sum(0)
+def _level(measurements, kind):
+    """(logarithm of the best constant, its standard error) of an experiment."""
+    readings = readings_of(measurements, kind, {})
+    weight = readings.error**-2.0
     precision = weight.sum() + LEVEL_SD**-2
     return float((weight * readings.log).sum() / weight.sum()), float(precision**-0.5)
 

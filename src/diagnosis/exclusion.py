@@ -1,4 +1,5 @@
-"""What the data exclude: how strong each mechanism, and how steep each free law, can be at most.
+"""What emulated experiments exclude: how strong each mechanism can be at most. Single contacts have
+`diagnosis.table_model.curve`.
 
 The strength is held at one value after the other and everything else is fitted to the data. A value
 is excluded if twice the logarithm of its likelihood lies below that of the best value by more than
@@ -13,10 +14,6 @@ import numpy as np
 from scipy.stats import chi2
 
 from diagnosis.fit import fit, misfit
-from diagnosis.laws.forms import LADDER
-from diagnosis.laws.mixed import Candidate, profile
-from diagnosis.laws.readings import IN_AIR
-from diagnosis.laws.slots import scaled
 from diagnosis.settings import BASE
 
 PROBABILITY = 0.95
@@ -50,18 +47,6 @@ def _held(model, data, coded):
     return float(misfit(held, data, fit(held, data, (coded,)).theta)[0])
 
 
-def of_contacts(tried, catalogue):
-    """[{mechanism, ...}] and then [{slot, state, ...}] of single contacts, from their `Trial`s."""
-    out = []
-    for trial in tried.values():
-        log = trial.readings.log[None]
-        for name, candidate in trial.candidates.items():
-            if candidate.catalogue:
-                cost = -2.0 * profile(candidate, trial.readings, trial.nuisance, log, trial.centre)
-                out.append(_of_mechanism(catalogue[name], candidate.label, cost))
-    return out + [row for trial in tried.values() for row in _of_laws(trial)]
-
-
 def _of_mechanism(mechanism, coded, cost):
     """A row of a mechanism from the costs (k,) at its coded strengths (k,)."""
     strength = mechanism.strength
@@ -75,32 +60,6 @@ def _of_mechanism(mechanism, coded, cost):
         side: None if end is None else float(strength.natural(end))
         for side, end in (("below", below), ("above", above))
     }
-
-
-def _of_laws(trial):
-    """Rows of the free laws that are a straight line over the logarithm of their state.
-
-    The numbers are the change of the coefficient from the least to the largest state, as a share.
-    """
-    out = []
-    power = IN_AIR if trial.readings.experiment == "drop" else 1.0
-    for law in trial.laws.values():
-        if law.weight is not None or law.coordinate is None:
-            continue
-        x = scaled(law, trial.readings.levers)[0]
-        ends = np.concatenate([-LADDER[::-1], [0.0], LADDER])
-        n, k = len(x), len(ends)
-        curves = power * ends[:, None] * x
-        line = Candidate(
-            law.name, law.slot, law.state, law.space, np.zeros((1, n, n)), np.zeros(1), curves,
-            np.zeros(k), ends,
-        )  # fmt: skip
-        log = trial.readings.log[None]
-        cost = -2.0 * profile(line, trial.readings, trial.nuisance, log, trial.centre)
-        sides = (None if e is None else float(np.expm1(2.0 * e)) for e in _allowed(ends, cost))
-        row = {"slot": law.slot, "state": list(law.state), "of": "change over the plan's states"}
-        out.append(row | {"unit": "share"} | dict(zip(("below", "above"), sides, strict=True)))
-    return out
 
 
 def _allowed(at, cost):

@@ -14,14 +14,56 @@ NAMING = ("identified", "discovered", "ambiguous")
 
 
 def last_word(verdict):
-    """The mapping of verdict.json: `unexplained` where the engine with what is named misses
-    settings that were left out by more than `FIT` standard errors, or gives no value at any of
-    them. `best_tried` then holds what had been named.
+    """The mapping of verdict.json after the engine's runs.
 
-    A law of single contacts has its own test of left-out levels (`diagnosis.laws`).
-    """
+    Of single contacts a name is withdrawn where the interval of its gain lies below zero, or where
+    levels that were left out are missed by more than FIT standard errors with it: the verdict is
+    then `discovered`, for the place stands. Of emulated experiments the verdict is `unexplained`
+    where the engine with what is named misses settings that were left out by so much, or gives no
+    value at any of them; `best_tried` then holds what had been named."""
+    if verdict.get("laws"):
+        return _of_laws(verdict)
+    return _of_mechanisms(verdict)
+
+
+def _of_laws(verdict):
+    """See `last_word`."""
+    withdrawn = []
+    for law in verdict["laws"]:
+        reason = _against(law.get("gain"))
+        if reason and law["names"]:
+            withdrawn += [n for n in law["names"] if n not in withdrawn]
+            law |= {"withdrawn": law["names"], "names": [], "single": None}
+            law["withdrawn_reason"] = reason
+    if not withdrawn:
+        return verdict
+    causes = [c for c in verdict["causes"] if c not in withdrawn]
+    changes = {"causes": causes, "best_tried": withdrawn}
+    if verdict["verdict"] == "identified":
+        words = " and ".join(map(label, withdrawn))
+        changes |= {"verdict": "discovered", "causes": []}
+        changes["reason"] = (
+            f"the place is known; the engine with {words} does not predict left-out levels"
+        )
+    return verdict | changes
+
+
+def _against(gain):
+    """Why a gain speaks against a name, or None."""
+    if gain is None:
+        return None
+    low, high = gain["held_out_rmse_difference_interval"]
+    if high < 0.0:
+        return f"the gain lies below zero ({low:.2f} to {high:.2f} standard errors)"
+    if gain["held_out_rmse_after"] > FIT:
+        return f"left-out levels are missed by {gain['held_out_rmse_after']:.1f} standard errors"
+    return None
+
+
+def _of_mechanisms(verdict):
+    """See `last_word`."""
     gain, run = verdict.get("gain"), verdict.get("extended_with", [])
-    if verdict["verdict"] not in NAMING or verdict.get("law") or not (gain or run):
+    if verdict["verdict"] not in NAMING or verdict.get("laws") or not (gain or run):
         return verdict
     miss = gain["held_out_rmse_after"] if gain else np.inf
     if miss <= FIT:

@@ -1,36 +1,37 @@
 """Before anything is measured: how strong a law or a mechanism must be for a plan to show it.
 
 The plan is a table of measurements whose values are guesses. Data are simulated from it with a law.
-Halving finds the strength at which 80 % of the data make the family of laws alarm. The threshold of
-the alarm is that of data without a law. What was taken for the law in these data is counted: it
-looks alike.
+Halving finds the strength at which 80 % of the data make the family of terms alarm, as the first
+step of a diagnosis does. The threshold of the alarm is that of data without a law. What was taken
+for the law in these data is counted: it looks alike.
 """
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnosis.laws.choose import trial
-from diagnosis.laws.forms import LADDER
-from diagnosis.laws.found import middle_of, told_in, unit_of
-from diagnosis.laws.mixed import errors_at, evaluate, from_space, shares
-from diagnosis.laws.readings import readings_of
-from diagnosis.laws.slots import scaled
+from diagnosis.laws.readings import IN_AIR, readings_of
+from diagnosis.laws.slots import added, coordinates, scaled
+from diagnosis.table_model.curve import told_in, unit_of
+from diagnosis.table_model.selection import SPENT, blocks_of, evidences
+from diagnosis.table_model.term import LAW
 
 POWER = 0.8
 REPLICATES = 99
-OF_CHANCE = 399  # data without a law, of each size of the errors
+OF_CHANCE = 399  # data without a law
 LEAST_SHARE = 0.05  # of data in which something else is named, for it to be told
-LEAST_PLACE = 1e-3  # probability below which a size of the errors adds nothing to chance
+LADDER = np.geomspace(0.003, 0.8, 36)
+"""Changes of the logarithm over half the range of the states that are tried."""
 
 
 @dataclass(frozen=True)
 class Effect:
-    """Curves (k, n) of a law in its space at rising strengths, and what each strength is called."""
+    """What a law adds to the logarithms, curves (k, n) at rising strengths, and what each strength
+    is called."""
 
     name: str
-    candidate: object
+    place: tuple
     curves: np.ndarray
     strengths: np.ndarray
     of: str
@@ -38,8 +39,8 @@ class Effect:
     same: tuple = ()
 
 
-def power(measurements, known=(), catalogue=None, alpha=0.05, seed=0, defaults=None):
-    """[{experiment, law, slot, state, of, unit, detectable, share, taken_for}] of a plan.
+def power(measurements, known=None, catalogue=None, alpha=0.05, seed=0, defaults=None):
+    """[{experiment, law, slot, state, of, unit, detectable, share, right, taken_for}] of a plan.
 
     detectable: the weakest strength that POWER of data show, None where no strength tried is shown
     so often; share: of data that show it there, right: that name its slot and state, taken_for: the
@@ -49,105 +50,79 @@ def power(measurements, known=(), catalogue=None, alpha=0.05, seed=0, defaults=N
         readings = readings_of(measurements, kind, (defaults or {}).get(kind))
         if not readings.folds:
             continue
-        tried = trial(readings, known, 0, everything=True)
-        bench = _Bench(tried, alpha, seed)
-        for effect in _effects(tried, catalogue or {}):
+        # the values are guesses: they shall say nothing of errors
+        readings = replace(readings, log=readings.centre)
+        [block] = blocks_of([readings], known).values()
+        bench = _Bench(block, alpha * SPENT[0], seed)
+        for effect in _effects(block, catalogue or {}):
             out.append({"experiment": kind} | _detect(bench, effect))
     return out
 
 
 class _Bench:
-    """Draws data of a plan with an effect in them and lets the family judge them.
+    """Draws data of a plan with an effect in them and lets the family judge them."""
 
-    Chance is that of a diagnosis: data without a law, with errors as large as the data at hand say,
-    and as uncertain. An effect along a lever is in part taken for an error that its levels share.
-    """
-
-    def __init__(self, tried, alpha, seed):
-        self.tried, self.alpha, self.seed = tried, alpha, seed
-        self._normal = np.random.default_rng([seed, 7]).standard_normal(
-            (REPLICATES, len(tried.readings.log))
-        )
-        self._of_chance = {}
-
-    def _best(self, log):
-        """Gain (r,) of the best law over none, and its name (r,)."""
-        t = self.tried
-        nothing = evaluate(t.base, t.readings, t.nuisance, log, t.centre).score
-        gains = {
-            name: evaluate(c, t.readings, t.nuisance, log, t.centre).score - nothing
-            for name, c in t.candidates.items()
-        }
-        table = np.array(list(gains.values()))
-        return table.max(0), np.array(list(gains))[table.argmax(0)]
-
-    def _chance(self, place):
-        """Gains (OF_CHANCE,), in order, of data without a law whose errors are those of a place of
-        the grid."""
-        if place not in self._of_chance:
-            t, rng = self.tried, np.random.default_rng([self.seed, 8, place])
-            drawn = errors_at(np.full(OF_CHANCE, place), t.nuisance, t.readings, rng)
-            self._of_chance[place] = np.sort(self._best(t.centre + drawn)[0])
-        return self._of_chance[place]
-
-    def _by_chance(self, best, log):
-        """Share (r,) of data without a law that gain as much, as `share_above` counts it."""
-        t = self.tried
-        above = np.zeros(len(best))
-        for place, share in enumerate(shares(t.base, t.nuisance, log, t.centre)):
-            if share.max() > LEAST_PLACE:
-                below = np.searchsorted(self._chance(place), best)
-                above += share * (1.0 - below / OF_CHANCE)
-        return (1.0 + OF_CHANCE * above) / (1.0 + OF_CHANCE)
+    def __init__(self, block, alpha, seed):
+        rng = np.random.default_rng([seed, 7])
+        bare = np.array([not c for c in block.sds], float)
+        y = block.readings.log
+        self._block = block
+        self._noise = block.draw(y, REPLICATES, rng, bare) - y
+        made = block.draw(y, OF_CHANCE, rng, bare)
+        best = np.max(list(evidences(block, made).values()), axis=0)
+        self._threshold = float(np.quantile(best, 1.0 - alpha))
 
     def shown(self, effect, k):
-        """(share of data that alarm, names (a,) of what leads in those)."""
-        smooth = from_space(effect.candidate.space, effect.curves[k], self.tried.centre)
-        log = smooth + self._normal * self.tried.readings.error
-        best, names = self._best(log)
-        alarm = self._by_chance(best, log) < self.alpha
+        """(share of data that alarm, keys (a,) of what leads in those)."""
+        made = self._block.readings.log + effect.curves[k] + self._noise
+        values = evidences(self._block, made)
+        table = np.array(list(values.values()))
+        names = np.array(list(values))[table.argmax(0)]
+        alarm = table.max(0) > self._threshold
         return float(alarm.mean()), names[alarm]
 
+    def place(self, key):
+        """(slot, state) of a term, or its key where it is no law."""
+        term = self._block.terms[key]
+        return term.place if term.kind == LAW else key
 
-def _effects(tried, catalogue):
+
+def _effects(block, catalogue):
     """`Effect` of every free law, a line over the logarithm of its state, and of every mechanism
     with curves."""
-    readings = tried.readings
-    for name, law in tried.laws.items():
-        x = scaled(law, readings.levers)[0] if law.coordinate else np.zeros(len(readings.log))
-        if law.weight is None:
-            power_of = 2.0 if readings.experiment == "drop" else 1.0
-            curves, told = -power_of * LADDER[:, None] * x, np.expm1(-2.0 * LADDER)
-            of, unit = "change over the plan's states", "share"
-        else:
-            weight = law.weight(readings.levers, tried.centre)
-            curves = (law.sign or 1) * LADDER[:, None] * weight
-            amount = told_in(law, tried, middle_of(law, readings))
-            told = np.array([amount(0, z) for z in (law.sign or 1) * LADDER])
-            of, unit = "what it adds in the middle of the plan", unit_of(law, readings.experiment)
-        curves, told = _possible(law.space, curves, told)
-        yield Effect(name, tried.candidates[name], curves, told, of, unit, law.same)
-    for name, candidate in tried.candidates.items():
-        if candidate.catalogue:
-            strength = catalogue[name].strength
+    readings = block.readings
+    centre, levers = readings.centre, coordinates(readings)
+    for term in block.terms.values():
+        law = term.law
+        if term.kind == LAW and law and term.free:
+            x = scaled(law, levers)[0] if law.coordinate else np.zeros(len(centre))
+            ladder = (law.sign or 1) * LADDER
+            if law.weight is None:
+                power_of = IN_AIR if readings.experiment == "drop" else 1.0
+                curves, told = -power_of * LADDER[:, None] * x, np.expm1(-2.0 * LADDER)
+                of, unit = "change over the plan's states", "share"
+            else:
+                weight = law.weight(levers, centre)
+                good = (ladder[:, None] * weight > -0.95).all(1)
+                curves = added(law.space, ladder[good, None] * weight, centre)
+                state = np.exp([scaled(law, levers)[1]]) if law.coordinate else np.ones(1)
+                amount = told_in(law, readings, state)
+                told = np.array([amount(0, z) for z in ladder[good]])
+                of, unit = "what it adds in the middle of the plan", unit_of(law)
+            yield Effect(term.key, term.place, curves, told, of, unit, law.same)
+    for term in block.terms.values():
+        for shape in (s for s in term.shapes if s.catalogue):
+            strength = catalogue[shape.name].strength
             off = strength.coded(strength.low if strength.off is None else strength.off)
-            order = np.argsort(np.abs(candidate.label - off))
-            natural = np.array([strength.natural(c) for c in candidate.label[order]])
-            curves = candidate.mean[order]
-            curves = curves - curves.mean(1, keepdims=True)
-            yield Effect(name, candidate, curves, natural, strength.name, strength.unit)
-
-
-def _possible(space, curves, told):
-    """Without strengths at which a reading would be negative."""
-    good = (curves > -0.95).all(1) if space != "log" else np.ones(len(curves), bool)
-    return curves[good], told[good]
+            order = np.argsort(np.abs(shape.label - off))
+            natural = np.array([strength.natural(c) for c in shape.label[order]])
+            curves = shape.mean[order] - shape.mean[order].mean(1, keepdims=True)
+            yield Effect(shape.name, term.place, curves, natural, strength.name, strength.unit)
 
 
 def _detect(bench, effect):
     """Row of an effect: its strengths are halved until POWER of data show it."""
-    c = effect.candidate
-    row = {"law": effect.name, "slot": c.slot, "state": list(c.state)}
+    row = {"law": effect.name, "slot": effect.place[0], "state": list(effect.place[1])}
     row |= {"of": effect.of, "unit": effect.unit}
     low, high = 0, len(effect.curves) - 1
     share, names = bench.shown(effect, high)
@@ -161,9 +136,8 @@ def _detect(bench, effect):
             high, (share, names) = middle, found
         else:
             low = middle + 1
-    right = {(c.slot, c.state), *effect.same}
-    family = bench.tried.candidates
-    wrong = [n for n in names if (family[n].slot, family[n].state) not in right]
+    right = {effect.place, *effect.same}
+    wrong = [n for n in names if bench.place(n) not in right]
     taken = {n: v / len(names) for n, v in Counter(wrong).most_common()}
     return row | {
         "detectable": float(effect.strengths[high]),

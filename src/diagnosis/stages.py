@@ -28,8 +28,7 @@ from diagnosis.emulator_files import write_emulators
 from diagnosis.extend import extension_plan, gain, real_values
 from diagnosis.failures import train_failures
 from diagnosis.identify import identify, lack_of_fit, weigh
-from diagnosis.last_word import NAMING, last_word
-from diagnosis.laws.in_engine import not_run
+from diagnosis.last_word import last_word
 from diagnosis.page.markdown import page
 from diagnosis.residuals import by_chance, calibration, residual_rows, trends
 from diagnosis.settings import BASE, study_settings
@@ -179,29 +178,23 @@ def name_causes(setup, source, output):
 
 
 def _diagnose_contacts(setup, output):
-    """The same of single contacts: laws found on the measurements, no runs to make."""
+    """The same of single contacts, which the engine integrates at once: no runs are left."""
     settings, measurements, table = setup.settings, setup.measurements, setup.table
     found = contacts.discovered(measurements, setup.rig, setup.catalogue)
     verdict = contacts.findings(measurements, found, settings, setup.factors)
-    if found.verdict == "unexplained":
+    verdict = contacts.with_engine(
+        verdict, measurements, found, setup.rig, setup.catalogue, table.held_out
+    )
+    if verdict["verdict"] == "unexplained":
         verdict |= unexplained(verdict["residuals"])
-    verdict["exclusion"] = exclusion.of_contacts(found.trials, setup.catalogue)
     verdict["time_step"] = contacts.half_step(measurements, setup.rig)
     defaults = contacts.defaults_of(settings, setup.kinds)
-    verdict["held_out"] = aside.by_contacts(
-        measurements, table.held_out, found.trials, found.law, defaults
-    )
+    verdict["held_out"] = aside.by_contacts(measurements, table.held_out, found, defaults)
     verdict["remarks"] = aside.remarks(table)
-    rows, specs = [], {}
-    if found.law and found.verdict in NAMING:
-        nested = contacts.nested(measurements, found, setup.rig, setup.catalogue)
-        rows, specs, verdict["law"]["engine"] = nested.plan()
-        if verdict["law"]["engine"] is None:
-            verdict["law"]["not_run"] = not_run(verdict["law"])
     write_json(output.findings, verdict)
-    named = found.causes if found.verdict == "identified" else []
-    write_json(output.extension, {"mechanisms": named, "rows": rows, "steps": []})
-    write_json(output.plan, specs)
+    named = verdict["causes"] if verdict["verdict"] == "identified" else []
+    write_json(output.extension, {"mechanisms": named, "rows": [], "steps": []})
+    write_json(output.plan, {})
     after = contacts.with_law(measurements, found)
     common.save(
         figures.prediction_figure(verdict["residuals"], after, "the law"), output.predictions
@@ -229,7 +222,7 @@ def conclude(setup, source, output):
         )
         verdict["gain"] = gain([measurements[i] for i in own], *pair, shared=sds)
         verdict["extended_with"] = extension["mechanisms"]
-    verdict = last_word(verdict)
+    verdict = verdict if setup.of_contacts else last_word(verdict)
     if verdict["verdict"] == "unexplained" and "discrepancy" not in verdict:
         verdict |= unexplained(verdict["residuals"])
     validate(verdict)

@@ -48,10 +48,52 @@ def findings(emulated, measurements, found):
     winner = extended_name(found)
     likeliest = found.fits[winner or BASE]
     out["scatter"] = shared.scatter(likeliest.shared_errors(found.data))
+    out |= {"misfit": out["lack_of_fit"], "rows": [], "test": None}
+    out["laws"] = laws_of(
+        found, emulated.catalogue, list(dict.fromkeys(m.experiment for m in measurements))
+    )
+    out["errors"] = [
+        {"experiment": s["experiment"], "of": s["of"], "what": "declared", "sd": s["sd"], "p": None,
+         "rivals": []}
+        for s in out["scatter"]
+    ]  # fmt: skip
     if winner:
         out["calibration_extended"] = calibration(found.models[winner], found.fits[winner])
         out["moved"] = moved(out["calibration"], out["calibration_extended"])
     return out
+
+
+def laws_of(found, catalogue, kinds):
+    """[{experiment, slot, state, names, ...}] of the causes of an `Identification`: one for each
+    cause that is named; of an ambiguous one the best, the others being its rivals."""
+    rows = [_place(catalogue[name], kinds) for cause in found.causes for name in cause.split(" + ")]
+    if found.verdict == "ambiguous" and rows:
+        best = rows[0]
+        same = [r for r in rows if (r["slot"], r["state"]) == (best["slot"], best["state"])]
+        best["names"] = list(dict.fromkeys(n for r in same for n in r["names"]))
+        best["rivals"] = [
+            {k: r[k] for k in ("experiment", "slot", "state")} | {"words": r["names"][0]}
+            for r in rows
+            if r not in same
+        ]
+        rows = [best]
+    return rows
+
+
+def _place(mechanism, kinds):
+    slot, state = mechanism.law or (mechanism.name, ())
+    return {
+        "experiment": next(k for k in mechanism.experiments if k in kinds),
+        "slot": slot,
+        "state": list(state),
+        "names": [mechanism.name],
+        "forms": [],
+        "values": [],
+        "unit": "1",
+        "gain": None,
+        "rivals": [],
+        "sentence": "",
+    }
 
 
 def unexplained(rows, ranges=None):

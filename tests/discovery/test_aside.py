@@ -6,9 +6,9 @@ import pytest
 from calibration.intake.measurements import Measurement
 from diagnosis import aside
 from diagnosis.contacts import defaults_of
-from diagnosis.laws.found import discover
 from diagnosis.measurements import Measured
 from diagnosis.settings import read_settings
+from diagnosis.table_model.found import discover
 
 SETTINGS = read_settings("config/diagnosis.yaml")
 HEIGHTS, SIZES = (40.0, 70.0, 120.0, 200.0, 330.0), (1.5, 2.5, 4.0)
@@ -26,16 +26,27 @@ def test_a_law_predicts_the_rows_that_were_held_out():
     rng = np.random.default_rng(4)
     fitted = [drop(h, d, rng) for h in HEIGHTS for d in SIZES]
     held = [drop(h, 2.0) for h in (50.0, 250.0)]
-    found = discover(fitted, replicates=99)
+    found = discover(fitted, chance=(99,))
     assert found.law["slot"] == "restitution"
     defaults = defaults_of(SETTINGS, ["drop"])
-    rows = aside.by_contacts(fitted, held, found.trials, found.law, defaults)
+    rows = aside.by_contacts(fitted, held, found, defaults)
     for row, m in zip(rows, held, strict=True):
         assert row["after"] == pytest.approx(m.value, rel=0.01)
         assert abs(row["miss_after"]) < 1.0
         assert abs(row["measured"] - row["before"]) > 3.0 * abs(row["measured"] - row["after"])
-    without = aside.by_contacts(fitted, held, found.trials, None, defaults)
-    assert [r["after"] for r in without] == [None, None]
+
+
+def test_a_constant_alone_predicts_without_a_law():
+    fitted = []
+    for h in HEIGHTS:
+        for k, d in enumerate(SIZES):
+            value = 0.5 * h * (1.0, 1.005, 0.995)[k]
+            levers = {"drop_height_mm": h, "particle_diameter_mm": d}
+            fitted.append(Measurement("drop", value, 0.0224 * value, 5, levers))
+    found = discover(fitted, chance=(99,))
+    rows = aside.by_contacts(fitted, [drop(100.0, 2.0)], found, defaults_of(SETTINGS, ["drop"]))
+    assert [r["after"] for r in rows] == [None]
+    assert rows[0]["before"] == pytest.approx(50.0, rel=0.01)
 
 
 def test_remarks_name_what_rows_cannot_tell():

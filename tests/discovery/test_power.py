@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from calibration.intake.measurements import Measurement
-from diagnosis.laws.found import discover
 from diagnosis.power import POWER, page, power
+from diagnosis.table_model.found import discover
 
 HEIGHTS, SIZES = (50.0, 80.0, 120.0, 180.0, 250.0), (1.5, 2.0, 3.0, 4.0)
 SHARE = 0.02  # error of one reading of five

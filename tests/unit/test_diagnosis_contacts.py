@@ -1,4 +1,4 @@
-"""A table of drops alone goes through every stage; only the gain has runs."""
+"""A table of drops alone goes through every stage, and has no runs."""
 
 import json
 import types
@@ -11,10 +11,11 @@ from diagnosis_cases import BASE, FACTORS
 from calibration.intake.measurements import Measurement
 from calibration.study.factors import read_factors
 from diagnosis import setup, stages
-from diagnosis.collision import rebounds
-from diagnosis.contacts import base, misfit_of
-from diagnosis.laws.found import discover
+from diagnosis.contacts import base
+from diagnosis.laws.readings import readings_of
 from diagnosis.settings import read_settings
+from diagnosis.table_model.found import discover, table_misfit
+from diagnosis.table_model.selection import blocks_of, of_chance
 from diagnosis.verdict import validate
 
 
@@ -31,14 +32,6 @@ def table(tmp_path):
     path = tmp_path / "drops.csv"
     path.write_text("\n".join(rows) + "\n")
     return path
-
-
-def contacts_of(specs):
-    """Metrics of drops by the engine's contact, without the flights of a run."""
-    return {
-        name: {"rebound_height_mm": rebounds(spec, [spec["geometry"]["drop_height_mm"]])[0]}
-        for name, spec in specs.items()
-    }
 
 
 def test_thirty_rows_of_single_grains_get_a_law_that_the_engine_confirms(table, tmp_path):
@@ -69,12 +62,11 @@ def test_thirty_rows_of_single_grains_get_a_law_that_the_engine_confirms(table, 
     end = files(
         verdict="verdict.json", page="diagnosis.md", alone="diagnosis.html", gain="gain.svg"
     )
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stages, "simulate", contacts_of)
-        stages.conclude(own, named, end)
+    assert json.loads((tmp_path / "xp.json").read_text()) == {}
+    stages.conclude(own, named, end)
     verdict = json.loads((tmp_path / "verdict.json").read_text())
     validate(verdict)
-    law = verdict["law"]
+    [law] = verdict["laws"]
     assert verdict["verdict"] == "discovered"
     assert (law["slot"], law["state"]) == ("restitution", ["speed"])
     for point in law["values"]:
@@ -85,11 +77,10 @@ def test_thirty_rows_of_single_grains_get_a_law_that_the_engine_confirms(table, 
     assert (gain["settings"], engine["run"], engine["of"]) == (12, 12, 30)
     assert gain["held_out_rmse_after"] < 0.5 * gain["held_out_rmse_before"]
     assert (engine["left_out"], engine["levels"]) == ("drop_height_mm", 6)
-    assert engine["chosen"] == {"restitution of speed": 6}
     assert engine["keys"]["laws"] == {"damping": "restitution_curve"}
     text = (tmp_path / "diagnosis.md").read_text()
     assert "restitution falls from" in text
-    assert "chosen and fitted anew without each: restitution of speed 6 times" in text
+    assert "left out in turn (6)" in text
     assert "damping: restitution_curve" in text
 
 
@@ -107,21 +98,23 @@ def drops(rng, n, sd=0.03):
 def test_a_misfit_has_the_chance_that_is_stated_of_few_replicates():
     """By the law of chi-square 20 % of these data had p below 5 %."""
     rng = np.random.default_rng(2)
-    p = [misfit_of(drops(rng, 2), 199, k)["p"] for k in range(200)]
+    p = [table_misfit(drops(rng, 2), None, k, 199)["p"] for k in range(200)]
     # 10 or fewer are expected; more than 18 have a chance of 1 %
     assert np.sum(np.array(p) < 0.05) <= 18
 
 
-def test_a_reading_that_was_set_aside_is_no_misfit():
-    settings = read_settings("config/diagnosis.yaml", {"replicates": 99})
-    factors = read_factors(FACTORS)
-    rows = drops(np.random.default_rng(3), 5)
+def test_a_single_row_that_is_off_is_pointed_at_and_no_law_is_made_of_it():
+    settings, factors = read_settings("config/diagnosis.yaml"), read_factors(FACTORS)
+    rows = [replace(m, line=k + 2) for k, m in enumerate(drops(np.random.default_rng(3), 5))]
     whole = [*rows[:4], replace(rows[4], value=1.5 * rows[4].value), *rows[5:]]
-    found = discover(whole, (), replicates=99)
-    assert [o["value"] for o in found.outliers] == [whole[4].value]
-    told = base(whole, settings, factors, found)["lack_of_fit"]
-    assert told == misfit_of([*whole[:4], *whole[5:]], 99, settings.seed)
-    assert told["p"] > 0.05 > base(whole, settings, factors)["lack_of_fit"]["p"]
+    found = discover(whole, chance=(199,))
+    assert (found.verdict, found.laws) == ("error", [])
+    [row] = found.rows
+    assert (row["line"], row["value"]) == (6, whole[4].value)
+    assert row["standard_deviations"] > 10.0
+    # the patterns that are told are those of the other rows
+    assert base(whole, settings, factors, found)["patterns"] == []
+    assert found.misfit["p"] < 0.01 < found.left["p"]
 
 
 def test_chance_favours_no_two_experiments_at_once():
@@ -139,10 +132,12 @@ def test_chance_favours_no_two_experiments_at_once():
                 )
                 levers = {lever: at, "particle_diameter_mm": d}
                 rows.append(Measurement(experiment, value, 0.0224 * value, 5, levers))
-    trials = discover(rows, replicates=199).trials
-    best = [np.max(list(trials[k].null_gain.values()), axis=0) for k in ("drop", "tilt")]
+    blocks = blocks_of([readings_of(rows, k) for k in ("drop", "tilt")], None)
+    best = [of_chance({k: b}, 199, [0, 1, n]) for n, (k, b) in enumerate(blocks.items())]
     # four standard errors of a correlation of nothing
     assert abs(np.corrcoef(best)[0, 1]) < 4.0 / np.sqrt(199)
+    together = of_chance(blocks, 199, [0, 1])
+    assert together.mean() > max(b.mean() for b in best)
 
 
 def test_a_coefficient_that_the_data_do_not_narrow_is_not_identified():

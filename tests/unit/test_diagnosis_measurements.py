@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from calibration.errors import ConfigError
-from calibration.intake.measurements import MeasurementErrors
+from calibration.intake.measurements import MeasurementErrors, read_measured
 from calibration.intake.quantities import QUANTITIES
 from diagnosis.fit import data_of
 from diagnosis.measurements import read_all, read_measurements
@@ -58,7 +58,7 @@ FAULTS = [
     ("drop,rebound_height,0,mm,1,5,150,,,", "value", "out of range"),
     ("drop,rebound_height,151,mm,1,5,150.5,,,", "value", "less than drop_height_mm = 150.5"),
     ("drop,rebound_height,20,mm,,5,150,,,", "sd", "missing"),
-    ("drop,rebound_height,20,mm,0,5,150,,,", "sd", "out of range"),
+    ("drop,rebound_height,20,mm,-1,5,150,,,", "sd", "out of range"),
     ("drop,rebound_height,20,mm,inf,5,150,,,", "sd", "out of range"),
     ("drop,rebound_height,20,mm,1,,150,,,", "n", "missing"),
     ("drop,rebound_height,20,mm,1,many,150,,,", "n", "not a number"),
@@ -243,3 +243,29 @@ def test_a_lever_error_is_refused_where_its_effect_is_not_known(tmp_path):
     rows = [r + "," for r in GOOD[:2]] + [GOOD[2] + ",1"]
     with pytest.raises(ConfigError, match=r"line 5, column lever_sd: is not known for tilt"):
         read_measurements(write(tmp_path, rows, header))
+
+
+def test_further_numbers_are_covariates_and_a_near_name_is_refused(tmp_path):
+    """Humidity is recorded beside; a condition may stand once for each value of it."""
+    rows = ["drop,rebound_height,20,mm,1,5,150,%s", "drop,rebound_height,21,mm,1,5,150,%s"]
+    header = "experiment,quantity,value,unit,sd,n,drop_height_mm,%s"
+
+    def table(name, first, second):
+        path = tmp_path / "further.csv"
+        path.write_text("\n".join([header % name, rows[0] % first, rows[1] % second]) + "\n")
+        return read_measured(path).conditions
+
+    found = table("humidity_percent", "40", "70")
+    assert [m.covariates for m in found] == [{"humidity_percent": 40.0}, {"humidity_percent": 70.0}]
+    with pytest.raises(ConfigError, match=r"column batsh: is no known column.*batch, it seems"):
+        table("batsh", "1", "2")
+    with pytest.raises(ConfigError, match=r"column day_of_week: is no known column"):
+        table("day_of_week", "monday", "2")
+
+
+def test_readings_that_are_all_alike_have_a_spread_of_nothing(tmp_path):
+    path = tmp_path / "alike.csv"
+    path.write_text(
+        "experiment,quantity,value,unit,sd,n,drop_height_mm\ndrop,rebound_height,20,mm,0,5,150\n"
+    )
+    assert 0.0 < read_measured(path).conditions[0].sd < 1e-6

@@ -147,13 +147,13 @@ def test_a_parameter_is_called_by_its_key(key, words):
 
 def test_a_law_that_the_engine_lacks_is_told_without_runs(ball):
     law = {
-        "experiment": "drop", "slot": "reading", "state": [], "values": [], "tied": [],
-        "formula": None, "nearest_known": None, "sentence": "The reading adds 3 mm.",
+        "experiment": "drop", "slot": "reading", "state": [], "values": [], "names": [],
+        "forms": [], "rivals": [], "sentence": "The reading adds 3 mm.",
     }  # fmt: skip
     told = not_run(law)
     assert told.startswith("The engine has no law for reading of all settings alike: ")
-    assert told in page(ball | {"law": law | {"engine": None, "not_run": told}})
-    assert "no runs were made" not in page(ball | {"law": law})
+    assert told in page(ball | {"laws": [law | {"engine": None, "not_run": told}]})
+    assert "no runs were made" not in page(ball | {"laws": [law]})
 
 
 RUN = {("drop", "restitution", ("speed",)), ("drop", "restitution", ("size",)),

@@ -41,6 +41,9 @@ OUTCOMES = ("clogged", "arched", "no_heap", "did_not_slide")
 FURTHER = ("replicate", "role", "lever_sd", "outcome")
 COLUMNS = (*NEEDED, *SPREAD, *LEVERS, *SHARED, *FURTHER, "note")
 MOST_SPREAD = 1e9
+ALIKE_SD = 1e-9
+"""Spread of readings that are all alike, as a share of their mean."""
+
 ALIKE = 0.75
 """Likeness (difflib) to a known column from which a further column counts as misspelt."""
 
@@ -53,8 +56,9 @@ class Measurement:
     `line` is where it stands in its file (its first replicate, where these are rows), None where it
     has none. lever_sd: standard deviation of `proportional`, in its unit; outcome: what the test
     ended with where it has no value; readings: the values that it is the mean of, where the table
-    holds them; known: ((factor, value), ...) of another code's run; covariates: {column: value} of
-    what was recorded beside the reading and is no lever, the mean over its readings.
+    holds them, and lines: where they stand; known: ((factor, value), ...) of another code's run;
+    covariates: {column: value} of what was recorded beside the reading and is no lever, the mean
+    over its readings.
     """
 
     experiment: str
@@ -74,6 +78,7 @@ class Measurement:
     readings: tuple = field(default=(), compare=False)
     known: tuple = ()
     covariates: dict = field(default_factory=dict)
+    lines: tuple = field(default=(), compare=False)
 
     @property
     def proportional(self):
@@ -205,8 +210,9 @@ def _mean(own):
     values = [m.value for m in own]
     if len(values) == 1:
         return own[0]
-    sd = max(stdev(values), 1e-9 * abs(values[0]))
+    sd = max(stdev(values), ALIKE_SD * abs(values[0]))
     mean = {"value": fmean(values), "sd": sd, "n": len(values), "replicate": ""}
+    mean["lines"] = tuple(m.line for m in own)
     names = dict.fromkeys(name for m in own for name in m.covariates)
     mean["covariates"] = {
         name: fmean(m.covariates[name] for m in own if name in m.covariates) for name in names
@@ -354,7 +360,11 @@ def _reading(row, quantity, scale, unit, number, outcome):
     if row.get("replicate") or (not row.get("sd") and row.get("n", "") in ("", "1")):
         return value, None, 1.0
     most = min(quantity.most, MOST_SPREAD) / scale
-    return value, number("sd", 1e-9 / scale, most, unit), number("n", 1, 1e6)
+    sd = number("sd", 0.0, most, unit)
+    if sd is not None and value is not None:
+        # readings that were rounded to one value scatter by nothing
+        sd = max(sd, ALIKE_SD * abs(value))
+    return value, sd, number("n", 1, 1e6)
 
 
 def _chosen(row, path, line, faults):

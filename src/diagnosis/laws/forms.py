@@ -9,23 +9,18 @@ J. Fluid Mech. 163:479), an elastic plate (Zener 1941, Phys. Rev. 59:669), conta
 its work ~ d^(4/3) (Johnson, Kendall, Roberts 1971, Proc. R. Soc. A 324:301).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
-from diagnosis.chance import share_above
-from diagnosis.laws.mixed import Candidate, draw, evaluate, posterior
 from diagnosis.laws.readings import IN_AIR
-from diagnosis.laws.slots import scaled
+from diagnosis.laws.slots import added, coordinates, scaled
 
-LADDER = np.geomspace(0.003, 0.8, 36)
+LADDER = np.geomspace(0.003, 1.2, 12)
 """Changes of the logarithm over half the range of the states that a form is tried at, in both
 directions."""
 
 LEAST = 0.02  # of a factor; below it a form has no meaning any more
-RULED_OUT = 0.02
-FINE = 81  # strengths between five of the ladder, for the coefficients that are told
 
 
 @dataclass(frozen=True)
@@ -54,7 +49,7 @@ MULTIPLIES = (
     Form("power 3/2", lambda u, k: 1.0 + k * (u**1.5 - 1.0),
     "{c} (1 {k:+.3g} (({s}/{m})^1.5 - 1))"),
 )  # fmt: skip
-ONSETS = np.geomspace(0.4, 2.5, 36)
+ONSETS = np.geomspace(0.4, 2.5, 12)
 THRESHOLD = Form(
     "threshold, then -1/4",
     lambda u, k: np.minimum(1.0, (u / k) ** -0.25) / min(1.0, k**0.25),
@@ -75,24 +70,29 @@ ADDS = {
 """(slot, experiment or last state) -> powers of the state beyond the weight of the slot."""
 
 
-def forms_of(law, readings, centre, known=()):
-    """{name: Candidate} of the named forms of one free law; `known` {name: Candidate} of its slot
-    and state join."""
-    own = _added(law, readings, centre) if law.weight else _multiplied(law, readings)
-    return own | dict(known)
+def forms_of(law, readings, centre):
+    """{name: (strengths (k,), curves (k, n))} of the named forms of one free law: what each adds to
+    the logarithms of readings about `centre` (n,)."""
+    return _added(law, readings, centre) if law.weight else _multiplied(law, readings)
 
 
-def _multiplied(law, readings):
-    x, _, half = scaled(law, readings.levers)
-    u = np.exp(x * half)
+def forms_at(law, u):
+    """{name: (strengths (k,), curves (k, m))} of the forms of a law that multiplies, at states u
+    (m,) over that in the middle: logarithms of the reading."""
     power = IN_AIR if law.experiment == "drop" else 1.0
     out = {}
     for form in (*MULTIPLIES, THRESHOLD) if law.slot == "restitution" else MULTIPLIES:
         ks = ONSETS if form is THRESHOLD else _strengths(form, u)
         curves = np.array([_logarithm(form, u, k) for k in ks])
         good = np.isfinite(curves).all(1)
-        out[form.name] = _candidate(law, form.name, power * curves[good], ks[good])
+        if good.any():
+            out[form.name] = ks[good], power * curves[good]
     return out
+
+
+def _multiplied(law, readings):
+    x, _, half = scaled(law, coordinates(readings))
+    return forms_at(law, np.exp(x * half))
 
 
 def _logarithm(form, u, k):
@@ -109,87 +109,29 @@ def _strengths(form, u):
     return np.concatenate([-LADDER[::-1], LADDER]) / slope
 
 
-def _candidate(law, name, curves, ks):
-    n = curves.shape[1]
-    flat = np.full(len(ks), -np.log(len(ks)))
-    zero = np.zeros((1, n, n))
-    return Candidate(
-        name, law.slot, law.state, law.space, zero, np.zeros(1), curves, flat, np.asarray(ks)
-    )
+def powers_of(law):
+    """{name of a form: power of the state beyond the weight of the slot} of a law that adds."""
+    if law.coordinate is None:
+        return {"the same at all settings": 0.0}
+    last = law.state[-1] if law.state else ""
+    return ADDS.get((law.slot, law.experiment)) or ADDS.get((law.slot, last)) or {"simplest": 0.0}
 
 
 def _added(law, readings, centre):
-    weight = law.weight(readings.levers, centre)
-    x, _, half = scaled(law, readings.levers) if law.coordinate else (np.zeros(len(centre)), 0, 0)
-    last = law.state[-1] if law.state else ""
-    powers = ADDS.get((law.slot, law.experiment)) or ADDS.get((law.slot, last))
-    if law.coordinate is None:
-        powers = {"the same at all settings": 0.0}
+    levers = coordinates(readings)
+    weight = law.weight(levers, centre)
+    x, _, half = scaled(law, levers) if law.coordinate else (np.zeros(len(centre)), 0, 0)
     out = {}
-    for name, power in powers.items():
+    for name, power in powers_of(law).items():
         term = weight * np.exp(power * x * half)
         ks = law.sign * LADDER if law.sign else np.concatenate([-LADDER[::-1], LADDER])
         # a reading is never negative
-        ks = ks[(ks[:, None] * term > -0.95).all(1)] if law.space != "log" else ks
-        out[name] = _candidate(law, name, ks[:, None] * term, ks)
+        ks = ks[(ks[:, None] * term > -0.95).all(1)]
+        out[name] = ks, added(law.space, ks[:, None] * term, centre)
     return out
 
 
-def written(law, tried, candidate, fitted, middle, told):
-    """A named form with its coefficients, refitted to the readings; a mechanism's name alone.
-
-    middle: the state in the middle of the plan with its unit, as text; told: amount -> text, of a
-    term that adds."""
-    name, log = candidate.name, tried.readings.log[None]
-    if candidate.catalogue:
-        return name
-    candidate = _between(candidate, int(fitted.curve[0]))
-    fitted = evaluate(candidate, tried.readings, tried.nuisance, log, tried.centre)
-    k = float(candidate.label[fitted.curve[0]])
-    state = " x ".join(law.state)
-    if law.weight:
-        return f"{name}: {told(k)}" + (f" at a {state} of {middle}" if state else "")
-    mean, _ = posterior(candidate, tried.readings, tried.nuisance, fitted, log, tried.centre)
-    level = float((tried.centre + mean - candidate.mean[fitted.curve[0]]).mean())
-    own = np.exp(level / (IN_AIR if law.experiment == "drop" else 1.0))
+def text_of(name):
+    """Formula of a form of a law that multiplies, to be filled in (see `Form`)."""
     [text] = [f.text for f in (*MULTIPLIES, THRESHOLD) if f.name == name]
-    return f"{name}: {law.slot} = " + text.format(c=f"{own:.3g}", k=k, s=state, m=middle)
-
-
-def _between(candidate, best):
-    """The form at strengths between those of the ladder about the best one."""
-    near = np.arange(max(best - 2, 0), min(best + 3, len(candidate.label)))
-    near = near[np.argsort(candidate.label[near])]
-    at = candidate.label[near]
-    fine = np.linspace(at[0], at[-1], FINE)
-    curves = CubicSpline(at, candidate.mean[near])(fine)
-    return replace(candidate, mean=curves, mean_prior=np.zeros(FINE), label=fine)
-
-
-def compare(tried, candidates, replicates=99, seed=0):
-    """[{form, lead, p, ruled_out}] by likelihood, best first, and {name: Fitted}.
-
-    lead: nats of likelihood behind the best. p: share of data made by the form's own fit on which
-    the best form leads by as much.
-    """
-    readings, nuisance, centre = tried.readings, tried.nuisance, tried.centre
-    log = readings.log[None]
-    fits = {k: evaluate(c, readings, nuisance, log, centre) for k, c in candidates.items()}
-    order = sorted(fits, key=lambda k: -fits[k].likelihood[0])
-    best = order[0]
-    rng = np.random.default_rng([seed, 3])
-    out = [{"form": best, "lead": 0.0, "p": 1.0, "ruled_out": False}]
-    for name in order[1:]:
-        lead = float(fits[best].likelihood[0] - fits[name].likelihood[0])
-        p = 1.0 / (1 + replicates)
-        if lead < 10.0:
-            made = draw(
-                candidates[name], nuisance, fits[name], log, centre, readings, replicates, rng
-            )
-            ahead = [
-                evaluate(candidates[k], readings, nuisance, made, centre).likelihood
-                for k in (best, name)
-            ]
-            p = share_above(ahead[0] - ahead[1], lead)
-        out.append({"form": name, "lead": lead, "p": p, "ruled_out": p < RULED_OUT})
-    return out, fits
+    return text

@@ -7,40 +7,51 @@ size share a simulation.
 """
 
 import json
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from diagnosis.collision import rebounds, sliding_angles
-from diagnosis.laws.mixed import LEVEL_SD, Candidate
 from diagnosis.laws.readings import IN_AIR, from_log, to_log
 
-STEPS, CURVES = 11, 61
+STEPS, CURVES = 11, 21
 """Strengths at which the engine is asked, and between which the curves are interpolated."""
 
 SECANTS = 2
 LATTICE = 0.015  # of the logarithm of a coefficient; what is left of it the level takes up
 COEFFICIENT = {"drop": ("restitution", 0.03, 1.0), "tilt": ("static_friction", 0.005, 5.0)}
-OWN_LEVEL = 0.01  # prior sd of the level of a law that has no base coefficient
 NO_COEFFICIENT = {"viscoelastic_restitution"}
 
 
+@dataclass(frozen=True)
+class Known:
+    """A mechanism of the catalogue in one experiment: what it adds to the logarithms of readings
+    about their centre, curves (k, n), at coded strengths label (k,); place: (slot, state);
+    own_level: whether it has no base coefficient, so that the curves hold the level too."""
+
+    name: str
+    place: tuple
+    label: np.ndarray
+    curves: np.ndarray
+    own_level: bool
+
+
 def known_curves(catalogue, spec_of):
-    """A function of readings and centre that gives {name: Candidate} of every mechanism of the
-    experiment.
+    """A function of readings that gives {name: Known} of every mechanism of the experiment.
 
     spec_of: (experiment, levers) -> run spec (a mapping) of a condition.
     """
 
-    def make(readings, centre):
+    def make(readings):
         if readings.experiment not in COEFFICIENT:
             return {}
         out = {}
         for mechanism in catalogue.values():
             if readings.experiment not in mechanism.experiments or mechanism.law is None:
                 continue
-            found = _candidate(mechanism, readings, centre, spec_of)
+            found = _known(mechanism, readings, spec_of)
             if found is not None:
                 out[mechanism.name] = found
         return out
@@ -48,23 +59,22 @@ def known_curves(catalogue, spec_of):
     return make
 
 
-def _candidate(mechanism, readings, centre, spec_of):
-    coded = np.linspace(0.0, 1.0, STEPS)
+def _known(mechanism, readings, spec_of):
+    coded, centre = np.linspace(0.0, 1.0, STEPS), readings.centre
     rows = [_curve(mechanism, float(c), readings, centre, spec_of) for c in coded]
     good = [i for i, r in enumerate(rows) if r is not None]
     if len(good) < 3:
         return None
     fine = np.linspace(coded[good[0]], coded[good[-1]], CURVES)
-    table = np.array([rows[i] for i in good])
-    curves = CubicSpline(coded[good], table)(fine)
+    curves = CubicSpline(coded[good], np.array([rows[i] for i in good]))(fine)
     if np.ptp(curves - curves.mean(1, keepdims=True), axis=0).max() < 1e-4:
         return None  # it does not show on these levers
-    n = curves.shape[1]
-    level = OWN_LEVEL if mechanism.name in NO_COEFFICIENT else LEVEL_SD
-    return Candidate(
-        mechanism.name, *mechanism.law, "log", np.zeros((1, n, n)), np.zeros(1), curves,
-        np.full(len(fine), -np.log(len(fine))), fine, catalogue=True, level=level,
-    )  # fmt: skip
+    own_level = mechanism.name in NO_COEFFICIENT
+    return Known(mechanism.name, tuple(map(_tuple, mechanism.law)), fine, curves, own_level)
+
+
+def _tuple(part):
+    return part if isinstance(part, str) else tuple(part)
 
 
 def _curve(mechanism, coded, readings, centre, spec_of):

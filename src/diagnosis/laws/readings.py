@@ -25,35 +25,32 @@ IN_AIR = 2.0  # a rebound is the square of a restitution
 class Readings:
     """n settings of one experiment.
 
-    rows: (n,) their places among the measurements; levers: {name: (n,)}, nan where not set; log:
-    (n,) logarithm of the reading over its shape; error: (n,) standard error of that; groups: {name:
-    (n,) codes} of what settings share, levels of levers included; folds: {lever: [indices of a
-    level]}; replicates: (n,) of each.
+    rows: (n,) their places among the measurements; levers: {name: (n,)}, nan where not set;
+    covariates: {name: (n,)} of what was recorded beside and varies; log: (n,) logarithm of the
+    reading over its shape; error: (n,) standard error of that; groups: {batch or instrument: (n,)
+    codes}; folds: {lever: [indices of a level]}; replicates: (n,) of each; values: (n,) as read;
+    step: that readings are multiples of, or None; relative: (n,) derivative of `log` by the
+    logarithm of the value.
     """
 
     experiment: str
     rows: np.ndarray
     levers: dict
+    covariates: dict
     log: np.ndarray
     error: np.ndarray
     groups: dict
     folds: dict
     replicates: np.ndarray
+    values: np.ndarray
+    step: float | None
+    relative: np.ndarray
 
-    def without(self, index):
-        """These readings without the settings `index`."""
-        kept = np.setdiff1d(np.arange(len(self.log)), index)
-        levers = {k: v[kept] for k, v in self.levers.items()}
-        groups = {k: v[kept] for k, v in self.groups.items() if k not in levers}
-        return _with_levels(
-            self.experiment,
-            self.rows[kept],
-            levers,
-            self.log[kept],
-            self.error[kept],
-            groups,
-            self.replicates[kept],
-        )
+    @property
+    def centre(self):
+        """(n,) logarithm of the best constant, alike at all settings."""
+        weight = 1.0 / self.error**2
+        return np.full(len(self.log), (weight * self.log).sum() / weight.sum())
 
 
 UNKNOWN = 30.0
@@ -69,18 +66,29 @@ def unknown(readings, index):
     return replace(readings, error=error)
 
 
-def with_setting(readings, levers):
-    """The readings with one more at {lever: value}, which weighs nothing."""
+def with_setting(readings, levers, covariates=None):
+    """The readings with one more at {lever: value}, which weighs nothing; covariates stand at their
+    medians unless given."""
     wider = {n: np.append(v, levers.get(n, np.nan)) for n, v in readings.levers.items()}
+    given = covariates or {}
+    more = {n: np.append(v, given.get(n, np.median(v))) for n, v in readings.covariates.items()}
     # a batch or an instrument of its own
-    groups = {
-        n: np.append(v, v.max() + 1) for n, v in readings.groups.items() if n not in readings.levers
-    }
+    groups = {n: np.append(v, v.max() + 1) for n, v in readings.groups.items()}
     log = np.append(readings.log, np.median(readings.log))
-    error, rows = np.append(readings.error, 1.0), np.append(readings.rows, -1)
-    n = np.append(readings.replicates, 1.0)
-    more = _with_levels(readings.experiment, rows, wider, log, error, groups, n)
-    return unknown(more, [len(log) - 1])
+    out = replace(
+        readings,
+        rows=np.append(readings.rows, readings.rows.max() + 1),
+        levers=wider,
+        covariates=more,
+        log=log,
+        error=np.append(readings.error, 1.0),
+        groups=groups,
+        folds=folds_of(wider),
+        replicates=np.append(readings.replicates, 1.0),
+        values=np.append(readings.values, np.median(readings.values)),
+        relative=np.append(readings.relative, np.median(readings.relative)),
+    )
+    return unknown(out, [len(log) - 1])
 
 
 def readings_of(measurements, experiment, defaults=None):
@@ -98,27 +106,64 @@ def readings_of(measurements, experiment, defaults=None):
     value = np.array([m.value for m in own])
     error = np.hypot(moderated_sd(own) / np.sqrt([m.n for m in own]), [m.lever_error for m in own])
     log, slope = to_log(experiment, value, levers)
+    step = step_of(own)
+    if step:
+        # readings that were rounded to one value do not know their spread
+        error = np.maximum(error, FLOOR * step / np.sqrt(12.0))
     groups = {}
     for name in ("batch", "instrument"):
         labels = [getattr(m, name) for m in own]
         if len(set(labels)) > 1:
             groups[name] = np.unique(labels, return_inverse=True)[1]
-    n = np.array([m.n for m in own], float)
-    return _with_levels(experiment, rows, levers, log, error * slope, groups, n)
+    return Readings(
+        experiment, rows, levers, _covariates(own), log, error * slope, groups, folds_of(levers),
+        np.array([m.n for m in own], float), value, step, slope * value,
+    )  # fmt: skip
 
 
-def _with_levels(experiment, rows, levers, log, error, groups, replicates):
-    folds, groups = {}, dict(groups)
+STEPS = tuple(m * 10.0**k for k in range(2, -4, -1) for m in (5.0, 2.5, 2.0, 1.0))
+LEAST_ROWS = 6  # readings for a step to be seen
+FLOOR = 0.5
+"""Least error of a reading, in standard deviations of what rounding takes off."""
+
+
+def step_of(own):
+    """The largest of STEPS that all readings of `Measurement`s are multiples of, or None.
+
+    A mean is one of n readings: n times it is a multiple, and half of the means are themselves."""
+    values = np.array([v for m in own for v in (m.readings or (m.value,))], float)
+    count = np.array([1 if m.readings else m.n for m in own for _ in (m.readings or (0,))], float)
+    if len(values) < LEAST_ROWS:
+        return None
+    for step in STEPS:
+        if _multiples(count * values, step).all() and _multiples(values, step).mean() >= 0.5:
+            return step
+    return None
+
+
+def _multiples(values, step):
+    return np.abs(values / step - np.round(values / step)) < 1e-6
+
+
+def _covariates(own):
+    """{name: (n,)} of the covariates that vary; a row without a value has their median."""
+    out = {}
+    for name in dict.fromkeys(n for m in own for n in m.covariates):
+        value = np.array([m.covariates.get(name, np.nan) for m in own], float)
+        value = np.where(np.isnan(value), np.nanmedian(value), value)
+        if len(np.unique(value)) > 1:
+            out[name] = value
+    return out
+
+
+def folds_of(levers):
+    """{lever: [indices (k,) of a level]} of the levers that vary."""
+    folds = {}
     for name, value in levers.items():
         level = np.unique(np.where(np.isnan(value), -1.0, value), return_inverse=True)[1]
-        count = level.max() + 1
-        if count < 2:
-            continue
-        folds[name] = [np.flatnonzero(level == k) for k in range(count)]
-        # a level of its own for each setting is the error between settings
-        if 3 <= count < len(log):
-            groups[name] = level
-    return Readings(experiment, rows, levers, log, error, groups, folds, replicates)
+        if level.max() > 0:
+            folds[name] = [np.flatnonzero(level == k) for k in range(level.max() + 1)]
+    return folds
 
 
 def to_log(experiment, value, levers):

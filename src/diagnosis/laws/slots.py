@@ -13,16 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from dem.constants import GRAVITY
-from diagnosis.laws.mixed import Candidate
-
-SIZES = np.array([0.01, 0.03, 0.09, 0.27, 0.8])
-"""Sizes of a law that are tried: change of the logarithm over half the range of its state."""
-
-BENDS = (0.0, 0.3, 1.0)
-"""Share of that change that is free to bend: none is a straight line over the logarithm of the
-state."""
-
-LENGTH = 0.8  # correlation length of the bend, over a range from -1 to 1
 
 
 @dataclass(frozen=True)
@@ -218,13 +208,34 @@ FAMILY = DROP + TILT + SHEAR
 
 
 def applicable(readings):
-    """The free laws whose levers vary in these readings."""
-    return [
+    """The free laws whose levers vary in these readings, and one of each covariate."""
+    known = [
         law
         for law in FAMILY
         if law.experiment == readings.experiment
         and all(name in readings.folds for name in law.needs)
     ]
+    return known + [of_covariate(readings.experiment, name) for name in readings.covariates]
+
+
+def of_covariate(experiment, name):
+    """The free law of an experiment's coefficient over a covariate.
+
+    The logarithm of its coordinate is that of the covariate where this is positive, else the
+    covariate itself over its range."""
+    slot = "restitution" if experiment == "drop" else "friction"
+    return FreeLaw(experiment, slot, (name,), (name,), "log", lambda x: _positive(x[name]))
+
+
+def _positive(value):
+    if (value > 0.0).all():
+        return value
+    return np.exp(2.0 * (value - value.mean()) / np.ptp(value))
+
+
+def coordinates(readings):
+    """{name: (n,)} of levers and covariates, of which laws take their states."""
+    return readings.levers | readings.covariates
 
 
 def scaled(law, levers):
@@ -239,44 +250,12 @@ def scaled(law, levers):
     )
 
 
-def bend(x, y):
-    """Squared exponential (n, m) of the distance of two scaled coordinates."""
-    return np.exp(-0.5 * ((x[:, None] - y[None, :]) / LENGTH) ** 2)
-
-
-def kernel(law, levers, centre, at=None):
-    """Covariances (h, m, m) of the law's term at `at` (levers of m places; the settings unless
-    given)."""
-    weight = law.weight(levers, centre) if law.weight else np.ones(len(centre))
-    x = scaled(law, levers)[0] if law.coordinate else np.zeros(len(centre))
-    line = np.ones((len(x), len(x))) if law.weight else np.outer(x, x)
-    bends = BENDS if law.coordinate else (0.0,)
-    shapes = [line + b**2 * bend(x, x) for b in bends]
-    outer = np.outer(weight, weight)
-    return np.array([s**2 * outer * shape for s in SIZES for shape in shapes])
-
-
-def candidate_of(law, readings, centre):
-    """`Candidate` of a free law for readings with logarithms centred at `centre` (n,)."""
-    covariance = kernel(law, readings.levers, centre)
-    n = len(centre)
-    return Candidate(
-        law.name,
-        law.slot,
-        law.state,
-        law.space,
-        covariance,
-        np.zeros(len(covariance)),
-        np.zeros((1, n)),
-        np.zeros(1),
-        np.zeros(1),
-        free=True,
-    )
-
-
-def constant(readings):
-    """`Candidate` of no law at all."""
-    n = len(readings.log)
-    zero = np.zeros((1, n, n))
-    nothing = np.zeros(1)
-    return Candidate("base", "none", (), "log", zero, nothing, np.zeros((1, n)), nothing, nothing)
+def added(space, term, centre):
+    """What a term adds to the logarithms of readings about `centre`: log, the term itself; linear,
+    it is a share of the reading; angle, a share of the sliding angle."""
+    if space == "log":
+        return term
+    if space == "linear":
+        return np.log1p(term)
+    angle = np.arctan(np.exp(centre))
+    return np.log(np.tan(np.clip(angle * (1.0 + term), 1e-6, 1.56))) - centre

@@ -16,6 +16,7 @@ MEANING = {
     "discovered": "A law that is not in the catalogue, or that has no name yet, is missing; the "
     "curve is below.",
     "ambiguous": "Something is missing, and these data do not tell which of several it is.",
+    "error": "An error of the set-up or single rows explain what is off, and no law does.",
     "unexplained": "The model fails, and nothing in the catalogue mends it.",
 }
 
@@ -37,8 +38,9 @@ def page(verdict):
         "",
         *_discrepancy(verdict),
         *_remarks(verdict),
-        *_law(verdict),
+        *_laws(verdict),
         *_scatter(verdict),
+        *_test(verdict),
         *_ranking(verdict),
         *_exclusion(verdict),
         *_parameters(verdict),
@@ -105,32 +107,36 @@ def _chance(p):
     return f"{100 * p:.2g} %"
 
 
-def _law(verdict):
-    """The curve that was found, in words, numbers and names."""
-    law = verdict.get("law")
-    if not law:
-        return []
-    lines = ["## The law that the data show", "", law["sentence"], ""]
-    held = law.get("held_out")
+def _laws(verdict):
+    """The curve of each law, in words, numbers and names."""
+    lines = []
+    for law in verdict.get("laws") or []:
+        if law["sentence"]:
+            lines += ["## A law that the data show", "", law["sentence"], ""]
+            lines += _about(law)
+    return lines
+
+
+def _about(law):
+    """What else is known of a law."""
+    lines, held = [], law.get("held_out")
     if held and held["settings"]:
         lines += [
-            f"Levels that were left out of its choice as well as of its fit are missed by "
-            f"{held['after']:.1f} standard "
+            f"Left-out inner levels are missed by {held['after']:.1f} standard "
             f"errors with it and by {held['before']:.1f} without.",
             "",
         ]
     if law.get("not_run"):
         lines += [law["not_run"], ""]
-    if law["formula"]:
-        lines += [f"Only one of the forms that were tried fits: {law['formula']}.", ""]
-    tied = [
-        t["form"] or f"{t['slot']} of {' and '.join(t['state']) or 'all settings alike'}"
-        for t in law["tied"]
-    ]
-    if tied:
-        lines += [f"Not told from it by these data: {', '.join(tied)}.", ""]
-    if law["nearest_known"]:
-        lines += [f"Nearest in the catalogue: {label(law['nearest_known'])}.", ""]
+    if law["names"]:
+        names = ", ".join(map(label, law["names"]))
+        lines += [f"Mechanisms that fit as well as the best form: {names}.", ""]
+    if law["forms"]:
+        texts = [law.get("formulas", {}).get(f, f) for f in law["forms"]]
+        lines += [f"Forms that fit: {'; '.join(texts)}.", ""]
+    if law["rivals"]:
+        told = ", ".join(r["words"] for r in law["rivals"] if "words" in r)
+        lines += [f"Not told from it by these data: {told}.", ""]
     if len(law["values"]) > 1:
         head = " x ".join(law["state"])
         lines += [f"| {head} | {law['slot']} | 95 % band |", "|---|---|---|"]
@@ -140,6 +146,17 @@ def _law(verdict):
         ]
         lines.append("")
     return lines + _keys((law.get("engine") or {}).get("keys"))
+
+
+def _test(verdict):
+    """The prediction that can fail."""
+    test = verdict.get("test")
+    if not test:
+        return []
+    lines = ["## A prediction that can fail", "", test["text"], ""]
+    if test["rows"]:
+        lines += [f"By the rows that were held out it is {test['outcome']}.", ""]
+    return lines
 
 
 def _keys(keys):
@@ -152,18 +169,13 @@ def _keys(keys):
 
 
 def _scatter(verdict):
-    """How large errors are that the stated spread does not hold, and single readings at odds."""
-    lines = [
+    """Errors that the stated spread does not hold, and single readings at odds."""
+    lines = [f"- {e['sentence']}" for e in verdict.get("errors") or [] if e.get("sentence")]
+    lines += [f"- {r['sentence']}" for r in verdict.get("rows") or [] if r.get("sentence")]
+    lines += [
         f"- Errors {_between(s['of'])} in the {QUANTITIES[s['experiment']].words}: {_size(s)}."
         for s in verdict.get("scatter") or []
     ]
-    for o in verdict.get("outliers") or []:
-        where = f"line {o['line']}" if o["line"] else "one setting"
-        lines.append(
-            f"- {_capital(where)} of the measurements ({o['experiment']} {o['value']:g}) lies "
-            f"{o['standard_deviations']:.0f} standard deviations from what all others say: it was "
-            f"left out; look at it."
-        )
     return ["## Errors beyond the stated spread", "", *lines, ""] if lines else []
 
 
@@ -298,7 +310,7 @@ def _gain(verdict):
     lines = [
         "## Gain of the extended model, with the real engine on left-out settings",
         "",
-        *_nested((verdict.get("law") or {}).get("engine")),
+        *_nested(next((law.get("engine") for law in verdict.get("laws") or []), None)),
         f"Root mean square error in {g['rmse_unit']}: {g['held_out_rmse_before']:.2f} before, "
         f"{g['held_out_rmse_after']:.2f} after; difference {fixed(low, 2)} to {fixed(high, 2)} "
         f"(95 %), {g['settings']} settings{_lost(g)}.",
@@ -316,13 +328,9 @@ def _nested(engine):
         return []
     lever = engine["left_out"]
     what = f"The levels of the {LEVERS[lever].words}" if lever else "Single settings"
-    times = ", ".join(
-        f"{label(name)} {'once' if n == 1 else f'{n} times'}"
-        for name, n in engine["chosen"].items()
-    )
     return [
-        f"{what} were left out in turn ({engine['levels']}). The law was chosen and fitted anew "
-        f"without each: {times}. So was the constant coefficient.{_part(engine)}",
+        f"{what} were left out in turn ({engine['levels']}), and everything was fitted anew "
+        f"without each.{_part(engine)}",
         "",
     ]
 

@@ -31,28 +31,4 @@ def ask(table: pd.DataFrame) -> dict:
         path = Path(folder) / "measurements.csv"
         table.to_csv(path, index=False, quoting=csv.QUOTE_MINIMAL)
         measurements = read_measurements(path)
-    return spoken(contacts.discovered(measurements, *study()))
-
-
-def spoken(found) -> dict:
-    """The agreed keys, out of what was found."""
-    laws = [{"names": list(found.causes), "forms": [], **found.law}] if found.law else []
-    for name in () if laws else found.causes:
-        known = study()[1][name]
-        slot, state = known.law or (None, ())
-        laws.append({"experiment": known.experiments[0], "slot": slot, "state": list(state),
-                     "names": list(found.causes), "forms": []})  # fmt: skip
-    rivals = [{k: t[k] for k in ("experiment", "slot", "state") if k in t}
-              for t in (found.law or {}).get("tied", ()) if isinstance(t, dict)]  # fmt: skip
-    return {
-        "verdict": found.verdict,
-        "misfit": None,
-        "laws": laws,
-        "errors": list(found.scatter),
-        "rows": [{"line": r["line"], "standard_deviations": r["standard_deviations"]}
-                 for r in found.outliers],
-        "rivals": rivals,
-        "reason": found.reason,
-        "next_measurement": found.next_setting,
-        "exclusion": None,
-    }  # fmt: skip
+    return contacts.told(measurements, *study())

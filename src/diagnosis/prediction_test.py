@@ -1,0 +1,179 @@
+"""One reading that no fit has used, predicted with the cause and without: the prediction that can
+fail.
+
+It is taken in another experiment where the cause shows there, else at a setting beyond the plan.
+Rows with the role `hold out` decide it.
+"""
+
+import numpy as np
+
+from calibration.intake.quantities import LEVERS
+from diagnosis.aside import predicted
+from diagnosis.fit import data_of
+from diagnosis.laws.known import COEFFICIENT, contact_logs, with_coefficient
+from diagnosis.laws.readings import IN_AIR, from_log, readings_of, with_setting
+from diagnosis.table_model.block import Block
+from diagnosis.table_model.terms import all_terms
+
+BEYOND = 2.0
+DIGITS = 3
+DECIDED = 2.0
+"""Differences of squared misses, in squared errors, from which held-out rows decide."""
+
+
+def of_contacts(verdict, measurements, found, engine, held_out=()):
+    """{experiment, levers, with_cause, without_cause, sd, by, text, outcome, rows} of a verdict of
+    single contacts; None where nothing was placed.
+
+    by: `engine` or `curve`; outcome: `open`, or by rows that were held out `confirmed`, `refuted`
+    or `undecided`."""
+    placed = verdict["laws"] or [e for e in verdict["errors"] if e["what"] not in
+                                 ("declared", "settings")]  # fmt: skip
+    if not placed:
+        return None
+    row = placed[0]
+    own = _elsewhere(row, verdict, measurements, engine) or _beyond(row, found)
+    if own is None:
+        return None
+    decided = _decided(measurements, found, held_out)
+    own |= {"cause": row["key"], **decided}
+    own["text"] = _text(own)
+    return own
+
+
+def _elsewhere(row, verdict, measurements, engine):
+    """The prediction in another experiment that the named mechanism shows in and that the rig has,
+    by the engine; None without one."""
+    name = row.get("single") or next(iter(row.get("names", ())), None)
+    if name is None or verdict["verdict"] not in ("identified", "discovered", "ambiguous"):
+        return None
+    mechanism = engine.catalogue[name]
+    strength = row.get("strengths", {}).get(name)
+    if strength is None or mechanism.observe is not None:
+        return None
+    for kind in mechanism.experiments:
+        if kind == row["experiment"] or kind not in COEFFICIENT:
+            continue
+        if kind not in engine.rig.settings.experiments:
+            continue
+        return _by_engine(kind, mechanism, strength, measurements, engine)
+    return None
+
+
+def _by_engine(kind, mechanism, strength, measurements, engine):
+    """On and off in another experiment, at the size at which they differ most."""
+    coefficient, low, high = COEFFICIENT[kind]
+    own = [m for m in measurements if m.experiment == kind]
+    value = 0.6
+    if own:
+        readings = readings_of(own, kind, {})
+        power = IN_AIR if kind == "drop" else 1.0
+        value = float(np.clip(np.exp(readings.centre[0] / power), low, high))
+    sizes = sorted({m.levers.get("particle_diameter_mm") for m in measurements} - {None})
+    levers = {"particle_diameter_mm": sizes[0]} if sizes else {}
+    levers |= {"drop_height_mm": 50.0} if kind == "drop" else {"tilt_rate_deg_s": 5.0}
+    at = _Setting(kind, {k: np.array([v]) for k, v in levers.items()})
+
+    def plain(spec):
+        return with_coefficient(spec, coefficient, value)
+
+    on = contact_logs(lambda s: mechanism.apply(plain(s), strength), at, engine.spec_of)
+    off = contact_logs(plain, at, engine.spec_of)
+    if not np.isfinite([on[0], off[0]]).all():
+        return None
+    told = [float(from_log(kind, v, at.levers)[0]) for v in (on, off)]
+    return {"experiment": kind, "levers": levers, "with_cause": told[0], "without_cause": told[1],
+            "sd": None, "by": "engine"}  # fmt: skip
+
+
+class _Setting:
+    """One setting of an experiment, as `contact_logs` takes it."""
+
+    def __init__(self, experiment, levers):
+        self.experiment, self.levers, self.log = experiment, levers, np.zeros(1)
+
+
+def _beyond(row, found):
+    """With the cause and without at a setting of the same experiment beyond the plan, or between
+    its levels: that at which they differ most, in errors of the prediction."""
+    block = found.selection.blocks[row["experiment"]]
+    best = None
+    for levers in _settings(block):
+        wider = with_setting(block.readings, levers)
+        terms = {t.key: t for t in all_terms(wider, {})}
+        held = [k for k in block.held if k in terms]
+        if row["key"] not in held:
+            return None
+        model = Block(wider, terms, {})
+        for key in held:
+            model = model.with_held(model.held | {key: model.hold(terms[key], wider.log)})
+        mean, variance = (v[-1] for v in model.expected(wider.log))
+        plain, other = (v[-1] for v in model.without(row["key"]).expected(wider.log))
+        apart = abs(mean - plain) / np.sqrt(variance + other + np.median(block.readings.error) ** 2)
+        if best is None or apart > best[0]:
+            best = apart, levers, mean, plain, np.sqrt(variance)
+    if best is None:
+        return None
+    _, levers, mean, plain, sd = best
+    at = {k: np.array([v]) for k, v in levers.items()}
+    kind = row["experiment"]
+    on, off, more = (float(from_log(kind, np.array([v]), at)[0]) for v in (mean, plain, mean + sd))
+    return {"experiment": kind, "levers": levers, "with_cause": on, "without_cause": off,
+            "sd": abs(more - on), "by": "curve"}  # fmt: skip
+
+
+def _settings(block):
+    readings, out = block.readings, []
+    middle = {n: float(np.nanmedian(v)) for n, v in readings.levers.items() if np.isfinite(v).any()}
+    for name in readings.folds:
+        known = np.unique(readings.levers[name])
+        known = known[np.isfinite(known) & (known > 0.0)]
+        if len(known) < 2:
+            continue
+        ends = (known[0] / BEYOND, known[-1] * BEYOND, *np.sqrt(known[1:] * known[:-1]))
+        for value in ends:
+            value = float(f"{value:.{DIGITS}g}")
+            if LEVERS[name].least <= value <= LEVERS[name].most:
+                out.append(middle | {name: value})
+    return out
+
+
+def _decided(measurements, found, held_out):
+    """{outcome, rows}: what rows that were held out say, each with its misses in errors."""
+    rows = []
+    for kind, block in found.selection.blocks.items():
+        own = [m for m in held_out if m.experiment == kind]
+        if not own or not block.held:
+            continue
+        fitted = [m for m in measurements if m.experiment == kind]
+        with_cause, sd = predicted(fitted + own, len(fitted), kind, block.held)
+        without, other = predicted(fitted + own, len(fitted), kind, {})
+        error = data_of(own).error[0]
+        for i, m in enumerate(own):
+            rows.append({
+                "line": m.line,
+                "miss_with": float((m.value - with_cause[i]) / np.hypot(error[i], sd[i])),
+                "miss_without": float((m.value - without[i]) / np.hypot(error[i], other[i])),
+            })  # fmt: skip
+    if not rows:
+        return {"outcome": "open", "rows": []}
+    square = [sum(r[k] ** 2 for r in rows) for k in ("miss_with", "miss_without")]
+    outcome = "undecided"
+    if square[1] - square[0] > DECIDED:
+        outcome = "confirmed"
+    elif square[0] - square[1] > DECIDED:
+        outcome = "refuted"
+    return {"outcome": outcome, "rows": rows}
+
+
+def _text(test):
+    levers = " and ".join(
+        f"a {LEVERS[k].words if k in LEVERS else k} of {v:.4g} "
+        f"{LEVERS[k].unit if k in LEVERS else ''}".rstrip()
+        for k, v in test["levers"].items()
+    )
+    spread = "" if test["sd"] is None else f" ± {test['sd']:.2g}"
+    return (
+        f"At {levers} the {test['experiment']} reads {test['with_cause']:.4g}{spread} with the "
+        f"cause and {test['without_cause']:.4g} without it."
+    )

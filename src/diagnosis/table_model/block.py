@@ -1,0 +1,261 @@
+"""The model of one experiment's readings, and the evidence for a further term, of many data sets at
+once.
+
+y = level + terms that are held + errors from setting to setting, of batches and of instruments +
+noise. All are Gaussian. How large the errors are is one of a grid (the prior is half Cauchy in
+units of a setting's error). With the inverse covariance P, a curve m gains m'Py - m'Pm / 2 in log
+probability, and a Gaussian vector of root V beside it gains u'A^-1 u / 2 - log det(A) / 2 with u =
+V'P(y - m) and A = 1 + V'PV (Rasmussen and Williams 2006,
+Gaussian Processes for Machine Learning, 5.4.1 and A.3).
+"""
+
+from dataclasses import dataclass, field
+from itertools import combinations
+
+import numpy as np
+from scipy.special import logsumexp
+
+from diagnosis.fit import redrawn_share
+
+LEVEL_SD = 1.5  # prior sd of the level's logarithm
+OWN_LEVEL = 0.01  # the same where a mechanism has no base coefficient
+TIMES = (1.5, 4.0, 12.0, 36.0)
+"""Standard deviations of an error that readings share that are tried, in units of the median error
+of a setting; and none."""
+
+USUAL = 2.0  # scale of their prior, in the same unit
+NONE = 2.0  # prior weight of none, beside a half Cauchy density times its spacing
+JITTER = 1e-10
+
+
+@dataclass(frozen=True)
+class Held:
+    """A term in the model at its likeliest hyperparameter: mean (n,), root (n, r), and log prior
+    probability of both."""
+
+    term: object
+    mean: np.ndarray
+    root: np.ndarray
+    prior: float
+
+
+@dataclass
+class Block:
+    """Model of the `Readings` of one experiment with the terms that could be added and those that
+    are held {key: Held}."""
+
+    readings: object
+    terms: dict
+    held: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        self.sds, self.prior = _grid(self.readings)
+        self._build()
+
+    def with_held(self, held):
+        """The same with other terms held."""
+        return Block(self.readings, self.terms, held)
+
+    def without(self, key):
+        """The same without a term that is held."""
+        return self.with_held({k: h for k, h in self.held.items() if k != key})
+
+    def _build(self):
+        n = len(self.readings.log)
+        unit = float(np.median(self.readings.error[self.readings.error < 10.0]))
+        self.unit = unit
+        shared = {"settings": np.eye(n)} | {
+            name: (code[:, None] == code[None, :]).astype(float)
+            for name, code in self.readings.groups.items()
+        }
+        noise = np.diag(self.readings.error**2) + JITTER * np.eye(n)
+        self.errors = np.array(
+            [noise + sum((unit * t) ** 2 * shared[k] for k, t in c.items()) for c in self.sds]
+        )
+        self.mean, own = self.readings.centre.copy(), np.zeros((n, n))
+        for h in self.held.values():
+            self.mean = self.mean + h.mean
+            own += h.root @ h.root.T
+        self.smooth = own + LEVEL_SD**2
+        total = self.errors + self.smooth
+        self.precision, self.logdet = np.linalg.inv(total), np.linalg.slogdet(total)[1]
+        self._own = None
+
+    def _own_level(self):
+        """(precision, log determinant) where the level is known but for OWN_LEVEL."""
+        if self._own is None:
+            total = self.errors + self.smooth - LEVEL_SD**2 + OWN_LEVEL**2
+            self._own = np.linalg.inv(total), np.linalg.slogdet(total)[1]
+        return self._own
+
+    def base(self, y):
+        """Log probabilities (g, b) of data sets y (b, n) at each place of the grid, priors
+        included."""
+        return _density(self.precision, self.logdet, y - self.mean) + self.prior[:, None]
+
+    def evidence(self, term, y, base=None):
+        """Log (b,) of the odds for the model with a term against the one without, its prior
+        included."""
+        base = self.base(y) if base is None else base
+        values = [logsumexp(self.gains(s, y, base) + s.weight, axis=(0, 1)) - np.log(len(s.label))
+                  for s in term.shapes]  # fmt: skip
+        return term.weight + logsumexp(values, axis=0) - logsumexp(base, axis=0)
+
+    def gains(self, shape, y, base):
+        """Log probabilities (g, k, b) with a shape at each of its strengths."""
+        z = y - self.mean
+        if shape.own_level:
+            precision, logdet = self._own_level()
+            change = _density(precision, logdet, z) + self.prior[:, None]
+            return change[:, None] + _gains(shape, precision, z)
+        return base[:, None] + _gains(shape, self.precision, z)
+
+    def score(self, y):
+        """Log probability of one data set (n,) and of what is held, up to a constant."""
+        return float(logsumexp(self.base(y[None]))) + sum(h.prior for h in self.held.values())
+
+    def hold(self, term, y):
+        """`Held` of a term at the likeliest of its shapes and strengths for one data set (n,)."""
+        y = y[None]
+        base = self.base(y)
+        best, found = -np.inf, None
+        for shape in term.shapes:
+            value = logsumexp(self.gains(shape, y, base)[:, :, 0], axis=0)
+            value = value + shape.weight - np.log(len(value))
+            k = int(np.argmax(value))
+            if value[k] > best:
+                best, found = value[k], (shape, k)
+        shape, k = found
+        prior = term.weight + shape.weight - float(np.log(len(shape.label)))
+        n = len(self.readings.log)
+        mean = np.zeros(n) if shape.mean is None else shape.mean[k]
+        if not shape.own_level:
+            mean = mean - mean.mean()
+        return Held(term, mean, shape.root[k], prior)
+
+    def part(self, key, y):
+        """What a held term adds (n,) to the readings y (n,), averaged over the sizes of errors."""
+        h = self.held[key]
+        pull = self.precision @ (y - self.mean)
+        return h.mean + (h.root @ (h.root.T @ pull.T)) @ self.shares(y)
+
+    def strength(self, key, y):
+        """The strength of a held curve, what its root adds to first order counted in."""
+        h = self.held[key]
+        shape, k = self.shape_of(key)
+        if shape.mean is None or len(shape.label) < 2:
+            return float(shape.label[k])
+        pull = self.precision @ (y - self.mean)
+        u = float((h.root[:, 0] @ pull.T) @ self.shares(y))
+        found = shape.label[k] + 0.5 * u * np.gradient(shape.label)[k]
+        return float(np.clip(found, shape.label.min(), shape.label.max()))
+
+    def shape_of(self, key):
+        """(Shape, number of the strength) at which a term is held."""
+        h = self.held[key]
+        for shape in h.term.shapes:
+            for k, root in enumerate(shape.root):
+                if root is h.root or (
+                    root.shape == h.root.shape and np.shares_memory(root, h.root)
+                ):
+                    return shape, k
+        raise KeyError(key)
+
+    def expected(self, y):
+        """Means and variances (n,) of the true values behind a data set (n,), errors that readings
+        share left out."""
+        share, fits = self.shares(y), self.fitted(y)
+        cover = self.smooth - self.smooth @ self.precision @ self.smooth
+        mean = share @ fits
+        own = np.diagonal(cover, axis1=1, axis2=2)
+        return mean, np.maximum(share @ (own + fits**2) - mean**2, 0.0)
+
+    def bare(self):
+        """Places of the grid without an error from setting to setting."""
+        return [g for g, c in enumerate(self.sds) if "settings" not in c]
+
+    def chi_square(self, y):
+        """(b,) sum of squared residuals of data sets (b, n) in the readings' own errors and those
+        of batches and instruments, at the likeliest size of the latter."""
+        bare = self.bare()
+        z, p = y - self.mean, self.precision[bare]
+        value = self.base(y)[bare]
+        quadratic = (z * (z @ p)).sum(-1)
+        return np.take_along_axis(quadratic, value.argmax(0)[None], 0)[0]
+
+    def fitted(self, y):
+        """What the model says (g, n) of the true values behind a data set (n,), at each place of
+        the grid."""
+        return self.mean + (self.smooth @ self.precision @ (y - self.mean)[:, None])[..., 0]
+
+    def shares(self, y):
+        """Probabilities (g,) of the sizes of the errors, for a data set (n,)."""
+        value = self.base(y[None])[:, 0]
+        return np.exp(value - logsumexp(value))
+
+    def draw(self, y, count, rng, sizes=None):
+        """Data sets (count, n) of what the model says of y (n,), errors and noise drawn anew.
+
+        How large the errors are is drawn from what y says of them, or has the probabilities sizes
+        (g,). The noise is over a spread that the replicates find."""
+        share = self.shares(y) if sizes is None else sizes
+        place = rng.choice(len(share), count, p=share)
+        noise = np.diag(self.readings.error**2)
+        out = self.fitted(y)[place]
+        normal = rng.standard_normal(out.shape)
+        for g in np.unique(place):
+            size, direction = np.linalg.eigh(self.errors[g] - noise)
+            root = direction * np.sqrt(np.maximum(size, 0.0))
+            out[place == g] += normal[place == g] @ root.T
+        own = self.readings.error * rng.standard_normal(out.shape)
+        return out + own / redrawn_share(self.readings.replicates, count, rng)
+
+    def sd_of(self, name, y):
+        """Root mean square standard deviation of an error, over what y (n,) says of its size."""
+        sds = np.array([self.unit * c.get(name, 0.0) for c in self.sds])
+        return float(np.sqrt(self.shares(y) @ sds**2))
+
+
+def _grid(readings):
+    """[{name: times}] of the sizes that are tried, at most two kinds of error at once, and their
+    log prior (g,)."""
+    names = ("settings", *readings.groups)
+    choices = [{}]
+    for count in (1, 2):
+        for chosen in combinations(names, count):
+            for times in np.array(np.meshgrid(*[TIMES] * count)).reshape(count, -1).T:
+                choices.append(dict(zip(chosen, times, strict=True)))
+    weight = [np.prod([_weight(c.get(name, 0.0)) for name in names]) for c in choices]
+    return choices, np.log(np.array(weight) / np.sum(weight))
+
+
+def _weight(times):
+    return times / (1.0 + (times / USUAL) ** 2) if times else NONE
+
+
+def _density(precision, logdet, z):
+    """(g, b) log densities of z (b, n), up to a constant."""
+    quadratic = (z * (z @ precision)).sum(-1)
+    return -0.5 * (quadratic + logdet[:, None])
+
+
+def _gains(shape, precision, z):
+    """(g, k, b) gains of a shape in the log density of z (b, n)."""
+    k, n, r = shape.root.shape
+    flat = shape.root.transpose(0, 2, 1).reshape(k * r, n)
+    out = np.empty((len(precision), k, len(z)))
+    for g, p in enumerate(precision):
+        vp = flat @ p
+        u = (vp @ z.T).reshape(k, r, -1)
+        if shape.mean is not None:
+            pm = shape.mean @ p
+            u = u - (vp.reshape(k, r, n) @ shape.mean[..., None])
+        a = np.eye(r) + vp.reshape(k, r, n) @ shape.root
+        if r == 1:
+            out[g] = 0.5 * u[:, 0] ** 2 / a[:, 0] - 0.5 * np.log(a[:, 0])
+        else:
+            out[g] = 0.5 * (u * (np.linalg.inv(a) @ u)).sum(1)
+            out[g] -= 0.5 * np.linalg.slogdet(a)[1][:, None]
+        if shape.mean is not None:
+            out[g] += pm @ z.T - 0.5 * (pm * shape.mean).sum(-1)[:, None]
+    return out

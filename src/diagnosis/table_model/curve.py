@@ -1,0 +1,217 @@
+"""The curve of a law with a band that holds it, and the limits of laws that are not there.
+
+Both are paid for by the errors that the readings may share: beside the law each level of its lever
+may have an error of its own, as large as the data leave possible.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import logsumexp
+
+from calibration.statistics.numbers import NORMAL_95
+from diagnosis.laws.forms import LADDER, powers_of
+from diagnosis.laws.readings import IN_AIR, SHAPE
+from diagnosis.laws.slots import coordinates, scaled
+from diagnosis.table_model.block import LEVEL_SD, Block
+from diagnosis.table_model.term import curve_shape
+from diagnosis.table_model.terms.laws import BENDS, FREE, SIZES, bend
+
+POINTS, DRAWS = 25, 2000
+BAND = 0.95
+LIMIT = 0.95
+SLOPES = 161
+LEAST_SHARE = 2e-3  # probability of a place of the grid below which it takes no part
+
+
+def paid(block, law):
+    """The block with an error of its own for each level of the levers that the law depends on."""
+    readings = block.readings
+    codes = {}
+    for name in law.needs if law else ():
+        levels = readings.folds.get(name, ())
+        if 1 < len(levels) < len(readings.log):
+            code = np.empty(len(readings.log), int)
+            for k, index in enumerate(levels):
+                code[index] = k
+            codes[name] = code
+    return Block(replace(readings, groups=readings.groups | codes), block.terms, block.held)
+
+
+def unit_of(law):
+    """Unit of a law's values; the state's own is that of its power product."""
+    if law.slot in ("restitution", "friction"):
+        return "1"
+    if law.slot == "reading" and law.experiment == "tilt":
+        return "deg"
+    return {"drop": "mm", "tilt": "1", "shear": "kPa"}[law.experiment]
+
+
+def curve(block, key):
+    """[{state, value, low, high}] along the state of a held law, and the range {state: [low, high]}
+    that the settings cover. The band holds the whole curve in 95 % of cases."""
+    law = block.terms[key].law
+    rest = paid(block.without(key), law)
+    if law.weight is None:
+        return _multiplied(rest, law)
+    return _added(rest, block.terms[key], law)
+
+
+def _rows(state, told, mean, low, high):
+    out = []
+    for k, s in enumerate(state):
+        ends = sorted((float(told(k, low[k])), float(told(k, high[k]))))
+        out.append(
+            {"state": float(s), "value": float(told(k, mean[k])), "low": ends[0], "high": ends[1]}
+        )
+    return out
+
+
+def _multiplied(rest, law):
+    """Of the free curve of a law that multiplies, over its sizes and those of the errors."""
+    readings, y = rest.readings, rest.readings.log
+    x, middle, half = scaled(law, coordinates(readings))
+    at = np.linspace(-1.0, 1.0, POINTS)
+    z = y - rest.mean
+    values, means, covers = [], [], []
+    for b in BENDS:
+        for s in SIZES:
+            own = s**2 * (np.outer(x, x) + b**2 * bend(x, x))
+            cross = s**2 * (np.outer(at, x) + b**2 * bend(at, x)) + LEVEL_SD**2
+            here = s**2 * (np.outer(at, at) + b**2 * bend(at, at)) + LEVEL_SD**2
+            inverse = np.linalg.inv(rest.errors + rest.smooth + own)
+            logdet = np.linalg.slogdet(rest.errors + rest.smooth + own)[1]
+            pull = inverse @ z
+            values.append(-0.5 * ((z * pull).sum(-1) + logdet) + rest.prior)
+            means.append(pull @ cross.T)
+            covers.append(here - cross @ inverse @ cross.T)
+    values = np.concatenate(values)
+    share = np.exp(values - logsumexp(values))
+    means, covers = np.concatenate(means), np.concatenate(covers)
+    kept = np.flatnonzero(share > LEAST_SHARE)
+    rng = np.random.default_rng(5)
+    counts = rng.multinomial(DRAWS, share[kept] / share[kept].sum())
+    drawn = np.concatenate(
+        [_normal(means[i], covers[i], c, rng) for i, c in zip(kept, counts, strict=True)]
+    )
+    mean = share[kept] @ means[kept] / share[kept].sum()
+    drawn, mean = drawn + readings.centre[0], mean + readings.centre[0]
+    low, high = _band(drawn, mean)
+    power = 1.0 / IN_AIR if law.experiment == "drop" else 1.0
+    most = 1.0 if law.slot == "restitution" else np.inf
+    state = np.exp(middle + half * at)
+    rows = _rows(state, lambda k, v: min(np.exp(power * v), most), mean, low, high)
+    return rows, {" x ".join(law.state): [float(state[0]), float(state[-1])]}
+
+
+def _normal(mean, cover, count, rng):
+    size, direction = np.linalg.eigh(cover)
+    root = direction * np.sqrt(np.maximum(size, 0.0))
+    return mean + rng.standard_normal((count, len(mean))) @ root.T
+
+
+def _band(drawn, mean):
+    """Ends (m,) of a band as wide everywhere in standard deviations that holds whole draws."""
+    spread = np.maximum(drawn.std(0), 1e-12)
+    reach = np.quantile(np.abs((drawn - mean) / spread).max(1), BAND)
+    reach = max(float(reach), NORMAL_95) * spread
+    return mean - reach, mean + reach
+
+
+def _added(rest, term, law):
+    """Of a law that adds: over its named forms and their strengths."""
+    y = rest.readings.log[None]
+    levers = coordinates(rest.readings)
+    base = rest.base(y)
+    places, values = [], []
+    for shape in term.shapes:
+        if shape.catalogue or shape.name == FREE:
+            continue
+        own = logsumexp(rest.gains(shape, y, base)[:, :, 0], axis=0)
+        places += [(shape, k) for k in range(len(own))]
+        values += list(own)
+    share = np.exp(np.array(values) - logsumexp(values))
+    if law.coordinate:
+        _, middle, half = scaled(law, levers)
+        at = np.linspace(-1.0, 1.0, POINTS)
+        state = np.exp(middle + half * at)
+    else:
+        at, half, state = np.zeros(1), 0.0, np.ones(1)
+    rng, powers = np.random.default_rng(5), powers_of(law)
+    curves = []
+    for i in rng.choice(len(share), DRAWS, p=share):
+        shape, k = places[i]
+        step = np.gradient(shape.label)[k] if len(shape.label) > 1 else 0.0
+        strength = shape.label[k] + step * rng.uniform(-0.5, 0.5)
+        curves.append(strength * np.exp(powers[shape.name] * half * at))
+    curves = np.array(curves)
+    told = told_in(law, rest.readings, state)
+    rows = _rows(
+        state, told, np.median(curves, 0), *np.quantile(curves, [0.5 - BAND / 2, 0.5 + BAND / 2], 0)
+    )
+    name = " x ".join(law.state)
+    return rows, {name: [float(state[0]), float(state[-1])]} if law.coordinate else {}
+
+
+def told_in(law, readings, state):
+    """A function of place and value that turns a term in the law's space into the reading's unit,
+    at the states (m,). What air takes depends on more than its state: it is told of the middle."""
+    levers, centre = coordinates(readings), readings.centre
+    one = law.weight(levers, centre) * levers.get(SHAPE.get(readings.experiment), 1.0)
+    middle = np.exp(centre[0])
+    one = one * (np.degrees(np.arctan(middle)) if law.space == "angle" else middle)
+    if law.coordinate is None or law.slot == "drag":
+        return lambda k, z: float(np.median(one)) * z
+    here = law.coordinate(levers)
+    least, most = np.argmin(np.where(one > 0.0, here, np.inf)), np.argmax(here)
+    # a law of the simplest kind adds a power of its state
+    power = np.log(one[most] / one[least]) / np.log(here[most] / here[least])
+    return lambda k, z: float(one[most] * (state[k] / here[most]) ** power) * z
+
+
+def slope_limits(block, law, probability=LIMIT):
+    """(low, high): ends below and above which the change of a coefficient over the plan's states is
+    excluded, as shares, of a straight line over the logarithm of the state; None for an end that
+    the slopes that are tried do not hold. All slopes are alike probable beforehand."""
+    x = scaled(law, coordinates(block.readings))[0]
+    key = next((k for k, h in block.held.items() if h.term.law is law), None)
+    rest = paid(block.without(key) if key else block, law)
+    power = IN_AIR if law.experiment == "drop" else 1.0
+    ends = np.linspace(-LADDER[-1], LADDER[-1], SLOPES)
+    fine = _near(rest, power * x, ends[-1])
+    ends = np.sort(np.unique(np.concatenate([ends, fine])))
+    shape = curve_shape("line", ends, power * ends[:, None] * x)
+    shape = replace(shape, root=0.0 * shape.root)
+    low, high = _quantiles(rest, shape, ends, probability)
+    return tuple(None if e is None else float(np.expm1(2.0 * e)) for e in (low, high))
+
+
+def _near(rest, x, most):
+    """Slopes (k,) about the likeliest, closer than the grid."""
+    weight = 1.0 / rest.readings.error**2
+    own = x - (weight * x).sum() / weight.sum()
+    size = (weight * own**2).sum()
+    best = (weight * own * (rest.readings.log - rest.mean)).sum() / size
+    step = np.concatenate([np.linspace(-6.0, 6.0, 61), np.linspace(-40.0, 40.0, 81)]) / np.sqrt(
+        size
+    )
+    return np.clip(best + step, -most, most)
+
+
+def strength_limits(block, term, shape, probability=LIMIT):
+    """(low, high) of a mechanism's coded strength, as `slope_limits` has them."""
+    rest = paid(block.without(term.key) if term.key in block.held else block, term.law)
+    return _quantiles(rest, shape, np.asarray(shape.label), probability)
+
+
+def _quantiles(rest, shape, at, probability):
+    y = rest.readings.log[None]
+    value = logsumexp(rest.gains(shape, y, rest.base(y))[:, :, 0], axis=0)
+    density = np.exp(value - value.max())
+    mass = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(at))])
+    mass /= mass[-1]
+    low, high = np.interp([1.0 - probability, probability], mass, at)
+    edge = 1e-3 * (at[-1] - at[0])
+    open_low = density[0] > 0.05 or low < at[0] + edge
+    open_high = density[-1] > 0.05 or high > at[-1] - edge
+    return None if open_low else float(low), None if open_high else float(high)

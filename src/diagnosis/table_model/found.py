@@ -1,0 +1,411 @@
+"""What the model of a whole table says: what is wrong, where, and by which cause."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from calibration.intake.quantities import LEVERS, QUANTITIES
+from diagnosis.chance import share_above
+from diagnosis.laws.readings import FREE, readings_of
+from diagnosis.measurements import LEAST_SETTINGS
+from diagnosis.table_model import selection as chosen
+from diagnosis.table_model.curve import BAND, curve, slope_limits, strength_limits, unit_of
+from diagnosis.table_model.left_out import judged, without_row
+from diagnosis.table_model.naming import named
+from diagnosis.table_model.next_setting import propose, words_of
+from diagnosis.table_model.single_readings import set_aside
+from diagnosis.table_model.term import ERROR, LAW, ROW
+
+MISFIT = 0.01
+"""Chance of the misfit of constant coefficients below which a table is never adequate."""
+
+SURE = 0.95  # probability that an error of a declared batch or instrument is there, to be told
+LEAST_ROWS = 3
+UNIT = {"speed": "m/s", "size": "mm", "rate": "°/s", "load": "kPa", "interval": "s", "height": "mm"}
+WORDS = {
+    "adequate": "constant coefficients meet the readings within their own errors",
+    "identified": "one mechanism of the catalogue fits in each place, and no other form does",
+    "discovered": "the place is known; no single mechanism is named",
+    "ambiguous": "these data do not tell apart what stands under rivals",
+    "error": "an error of the set-up or single rows explain the misfit, and laws do not",
+    "unexplained": "constant coefficients do not meet the readings, nor does what was tried",
+}
+
+
+@dataclass
+class Found:
+    """The parts of verdict.json that the model gives; see docs/verdict-schema.md."""
+
+    verdict: str
+    causes: list
+    reason: str
+    misfit: dict
+    left: dict
+    laws: list
+    errors: list
+    rows: list
+    ranking: list
+    scatter: list
+    next_setting: dict | None
+    selection: object = field(repr=False)
+    start: dict = field(repr=False)
+    names: dict = field(default_factory=dict, repr=False)
+
+    @property
+    def p(self):
+        """Chance of the first step."""
+        return self.selection.p
+
+    @property
+    def law(self):
+        """The strongest law, or None."""
+        return self.laws[0] if self.laws else None
+
+
+def discover(measurements, known=None, alpha=0.05, seed=0, defaults=None, chance=chosen.CHANCE):
+    """`Found` of the measurements of drops, slides and shear tests; None where there are none.
+
+    known: a function of `Readings` that gives the catalogue's curves; defaults: {experiment:
+    {lever: value}} where rows leave a lever empty."""
+    kinds = [k for k in FREE if sum(m.experiment == k for m in measurements) >= LEAST_ROWS]
+    if not kinds:
+        return None
+    measurements, single = set_aside(measurements)
+    parts = [readings_of(measurements, k, (defaults or {}).get(k)) for k in kinds]
+    start = chosen.blocks_of(parts, known)
+    misfit = chosen.misfit(start, seed, chance[0])
+    found = chosen.select(start, alpha, seed, chance)
+    left = chosen.misfit(found.blocks, seed, chance[-1])
+    ranking = _ranking(start, found)
+    out = Found("", [], "", misfit, left, [], [], single, ranking, [], None, found, start)
+    for kind, block in found.blocks.items():
+        for key in block.held:
+            _add(out, measurements, block, key)
+        out.errors += _declared(kind, block)
+    if left["p"] < MISFIT:
+        out.errors += [e for b in found.blocks.values() for e in _settings(b, left["p"])]
+    for rows, by in (
+        (out.laws, "evidence"),
+        (out.errors, "evidence"),
+        (out.rows, "standard_deviations"),
+    ):
+        rows.sort(key=lambda r, by=by: -abs(r[by]))
+    return _judge(out)
+
+
+def table_misfit(measurements, defaults=None, seed=0, count=chosen.CHANCE[0]):
+    """{chi_square, freedom, p} of constant coefficients, by the readings' own errors."""
+    kinds = dict.fromkeys(m.experiment for m in measurements)
+    blocks = {}
+    for kind in kinds:
+        readings = readings_of(measurements, kind, (defaults or {}).get(kind))
+        blocks[kind] = chosen.Block(readings, {})
+    return chosen.misfit(blocks, seed, count)
+
+
+def _add(out, measurements, block, key):
+    """The row of a held term, in its list."""
+    term = block.terms[key]
+    evidence = chosen.strength_of(block, key)
+    near = [] if term.kind == ROW else chosen.rivals(block, key)
+    p = next((s.p for s in out.selection.steps if s.key == key), out.selection.steps[-1].p)
+    row = {"experiment": term.experiment, "key": key, "evidence": evidence, "p": p}
+    row["rivals"] = [_rival(measurements, block, k, behind) for k, behind in near]
+    if term.kind == LAW:
+        out.laws.append(row | _law(block, key, out))
+    elif term.kind == ERROR:
+        out.errors.append(row | _error(block, key))
+        _instead(out, measurements, block, key, near)
+    else:
+        out.rows.append(_row(measurements, block, term))
+
+
+def _instead(out, measurements, block, key, near):
+    """The likeliest law in place of an error that is not told from it, as a law of its own."""
+    law = next((k for k, _ in near if block.terms[k].kind == LAW), None)
+    if law is None or any(row["key"] == law for row in out.laws):
+        return
+    rest = block.without(key)
+    other = rest.with_held(rest.held | {law: rest.hold(rest.terms[law], rest.readings.log)})
+    row = {"experiment": block.terms[law].experiment, "key": law, "instead_of": key}
+    row |= {"evidence": chosen.strength_of(other, law), "p": out.selection.p}
+    row["rivals"] = [_rival(measurements, block, k, b) for k, b in [(key, 0.0), *near] if k != law]
+    out.laws.append(row | _law(other, law, out))
+
+
+def _rival(measurements, block, key, behind):
+    term = block.terms[key]
+    out = {"experiment": term.experiment, "behind": behind, "words": words_of(term)}
+    if term.kind == LAW:
+        return out | {"slot": term.place[0], "state": list(term.place[1])}
+    if term.kind == ERROR:
+        return out | {"of": term.of, "what": term.what}
+    m = measurements[block.readings.rows[term.rows[0]]]
+    return out | {"line": m.line}
+
+
+def _law(block, key, out):
+    term, law = block.terms[key], block.terms[key].law
+    slot, state = term.place
+    own = named(block, key)
+    out.names[key] = own
+    row = {"slot": slot, "state": list(state), "names": own.names, "forms": own.forms}
+    row |= {
+        "formula": own.formulas.get(own.forms[0]) if len(own.forms) == 1 and not own.names else None
+    }
+    row |= {
+        "formulas": own.formulas,
+        "coded": own.coded,
+        "single": own.single,
+        "nearest_known": own.nearest,
+    }
+    row |= {"band": BAND, "values": [], "supported_range": {}, "gain": None, "unit": "1"}
+    row["same"] = [{"slot": s, "state": list(t)} for s, t in (law.same if law else ())]
+    row["held_out"] = judged(block, key)
+    if law is not None and term.free:
+        row["unit"] = unit_of(law)
+        row["values"], row["supported_range"] = curve(block, key)
+    row["sentence"] = sentence_of(row)
+    return row
+
+
+def sentence_of(law):
+    """What a law says in physical words."""
+    if not law["values"]:
+        return ""
+    first, last = law["values"][0], law["values"][-1]
+    what = law["slot"] if law["slot"] in ("restitution", "friction") else None
+    unit = "" if law["unit"] == "1" else f" {law['unit']}"
+    if not law["state"]:
+        band = f"95 %: {first['low']:.3g} to {first['high']:.3g}"
+        return f"The {law['slot']} adds {first['value']:.3g}{unit} ({band})."
+    state = " x ".join(law["state"]).replace("_", " ")
+    own = " ".join(UNIT.get(s, "") for s in law["state"]).strip()
+    verb = "falls" if last["value"] < first["value"] else "rises"
+    subject = f"The {what}" if what else f"What the {law['slot']} adds"
+    text = (
+        f"{subject} {verb} from {first['value']:.3g}{unit} at a {state} of {first['state']:.3g} "
+        f"{own} to {last['value']:.3g}{unit} at {last['state']:.3g} {own}."
+    )
+    return text.replace("  ", " ").replace(" .", ".")
+
+
+def _error(block, key):
+    """Of an error of the set-up: how large it is, as a share of the reading or, of a single level
+    or a zero, in the lever's unit too."""
+    term, y = block.terms[key], block.readings.log
+    part = block.part(key, y)
+    sd = float(np.std(part)) if term.what != "one level" else float(np.abs(part).max())
+    row = {"of": term.of, "what": term.what, "sd": sd}
+    lever = LEVERS.get(term.of)
+    words = QUANTITIES[term.experiment].words
+    if term.what == "levels":
+        levels = block.readings.folds[term.of]
+        value = block.readings.levers[term.of]
+        offsets = {f"{value[i[0]]:g}": float(np.expm1(part[i[0]] - part.mean()))
+                   for i in levels}  # fmt: skip
+        row["offsets"] = offsets
+        told = ", ".join(f"{100 * v:+.2g} % at {n}" for n, v in offsets.items())
+        text = f"Each {lever.words} has an error of its own in the {words}: {told} {lever.unit}."
+    elif term.what == "one level":
+        index = int(np.argmax(np.abs(part)))
+        level = float(block.readings.levers[term.of][index])
+        row |= {"level": level, "share": float(np.expm1(part[index]))}
+        text = (
+            f"All readings at a {lever.words} of {level:g} {lever.unit} are off by "
+            f"{100 * row['share']:+.2g} %"
+        )
+        if QUANTITIES[term.experiment].scale is not None and getattr(
+            QUANTITIES[term.experiment].scale, "lever", None) == term.of:  # fmt: skip
+            row["reads_like"] = level * (1.0 + row["share"])
+            text += f": they read like {row['reads_like']:.3g} {lever.unit}"
+        text += "."
+    elif term.what == "zero":
+        row["value"] = block.strength(key, y)
+        text = f"The {lever.words} is off by {row['value']:+.3g} {lever.unit} everywhere."
+    elif term.of == "resolution":
+        row["step"] = term.more["step"]
+        unit = QUANTITIES[term.experiment].unit
+        text = f"The readings are multiples of {row['step']:g} {unit}: coarser than their errors."
+    else:
+        order = np.argsort(block.readings.rows)
+        row["share"] = float(np.expm1(part[order[-1]] - part[order[0]]))
+        text = f"The {words} drifts by {100 * row['share']:+.2g} % in the order of the rows."
+    return row | {"sentence": text.replace("  ", " ").replace(" .", ".")}
+
+
+def _row(measurements, block, term):
+    [place] = term.rows
+    m = measurements[block.readings.rows[place]]
+    off, expected = without_row(block, place)
+    row = {"experiment": m.experiment, "line": m.line, "levers": m.levers, "value": float(m.value)}
+    row["setting"] = int(block.readings.rows[place])
+    row |= {"standard_deviations": off, "sentence": ""}
+    at = np.exp(block.readings.log[place] - expected)
+    where = f"Line {m.line}" if m.line else "One row"
+    row["sentence"] = (
+        f"{where} reads {100 * (at - 1):+.2g} % from what all others say "
+        f"({abs(off):.0f} standard deviations)"
+    )
+    like = _looks_like(block, place, at)
+    row["reads_like"] = like
+    if like:
+        row["sentence"] += f": it reads like one at {like['value']:g} {LEVERS[like['lever']].unit}"
+    row["sentence"] += "."
+    return row
+
+
+def _looks_like(block, place, at):
+    """{lever, value} of another level that a row reads like, or None."""
+    lever = getattr(QUANTITIES[block.readings.experiment].scale, "lever", None)
+    if lever not in block.readings.folds:
+        return None
+    values = np.unique(block.readings.levers[lever])
+    own = block.readings.levers[lever][place]
+    off = np.abs(np.log(own * at / values)) / block.readings.error[place]
+    best = int(np.argmin(off))
+    return (
+        {"lever": lever, "value": float(values[best])}
+        if off[best] < 3.0 and values[best] != own
+        else None
+    )
+
+
+def _declared(kind, block):
+    """Errors of declared batches and instruments that are there almost surely."""
+    y = block.readings.log
+    share, out = block.shares(y), []
+    for name in block.readings.groups:
+        there = float(share @ np.array([name in c for c in block.sds]))
+        if there > SURE:
+            sd = block.sd_of(name, y)
+            text = (
+                f"From {name} to {name} the {QUANTITIES[kind].words} differs by {100 * sd:.2g} %."
+            )
+            out.append({"experiment": kind, "key": f"{kind}:{name}", "of": name, "what": "declared",
+                        "sd": sd, "p": 1.0 - there,
+                        "evidence": float(np.log(there / max(1.0 - there, 1e-9))),
+                        "rivals": [], "sentence": text})  # fmt: skip
+    return out
+
+
+def _settings(block, p):
+    y = block.readings.log
+    sd = block.sd_of("settings", y)
+    share = 1.0 - block.shares(y)[block.bare()].sum()
+    if share < 0.5:
+        return []
+    kind = block.readings.experiment
+    text = (
+        f"From setting to setting the {QUANTITIES[kind].words} scatters by {100 * sd:.2g} % more "
+        "than the errors of the readings say."
+    )
+    return [{"experiment": kind, "key": f"{kind}:settings", "of": "settings", "what": "settings",
+             "sd": sd, "p": p, "evidence": float(np.log(share / max(1.0 - share, 1e-9))),
+             "rivals": [], "sentence": text}]  # fmt: skip
+
+
+def _ranking(start, found):
+    """[{mechanism, score, gain, p}] of the catalogue, each alone in the model, best first."""
+    rows = []
+    for kind, block in start.items():
+        y = block.readings.log[None]
+        base = block.base(y)
+        for term in block.terms.values():
+            for shape in term.shapes:
+                if shape.catalogue:
+                    own = replace(term, shapes=(replace(shape, weight=0.0),))
+                    gain = float(block.evidence(own, y, base)[0])
+                    rows.append({"mechanism": shape.name, "experiment": kind, "score": gain,
+                                 "gain": gain, "p": share_above(found.null, gain),
+                                 "null_threshold": found.threshold})  # fmt: skip
+    return sorted(rows, key=lambda r: -r["gain"])
+
+
+def _judge(out):
+    """Fill in verdict, causes and reason."""
+    errors = [e for e in out.errors if e["what"] != "declared"]
+    placed = out.laws or [e for e in errors if e["what"] != "settings"] or out.rows
+    if not placed and out.misfit["p"] >= MISFIT and not errors:
+        out.verdict = "adequate"
+    elif not placed:
+        out.verdict = "unexplained"
+    elif any(_open(r) for r in (*out.laws, *errors)):
+        out.verdict = "ambiguous"
+    elif not out.laws:
+        out.verdict = "error"
+    elif all(law["single"] for law in out.laws):
+        out.verdict = "identified"
+    else:
+        out.verdict = "discovered"
+    out.reason = WORDS[out.verdict]
+    _few(out)
+    if out.verdict == "identified":
+        out.causes = list(dict.fromkeys(law["single"] for law in out.laws))
+    elif out.verdict == "ambiguous":
+        out.causes = list(dict.fromkeys(n for law in out.laws for n in law["names"]))
+    out.next_setting = _next(out)
+    return out
+
+
+def _open(row):
+    """Whether a law's place or an error is not told from another place or kind: of an error, from a
+    law."""
+    if "slot" in row:
+        same = {(s["slot"], tuple(s["state"])) for s in row["same"]}
+        return any((r.get("slot"), tuple(r.get("state", ()))) not in same for r in row["rivals"])
+    return any("slot" in r for r in row["rivals"])
+
+
+def _few(out):
+    """Laws that rest on too few settings are not told from errors between settings."""
+    for law in out.laws:
+        count = len(out.selection.blocks[law["experiment"]].readings.log)
+        if count < LEAST_SETTINGS and out.verdict in ("identified", "discovered"):
+            out.verdict = "ambiguous"
+            out.reason = (
+                f"a law would rest on {count} settings; of fewer than {LEAST_SETTINGS} an error "
+                "from one setting to the next is not told from a law"
+            )
+
+
+def _next(out):
+    """The measurement that parts the strongest term from its rivals, or the forms of a law."""
+    for row in (*out.laws, *out.errors):
+        if row["rivals"]:
+            block = out.selection.blocks[row["experiment"]]
+            near = [k for k, _ in chosen.rivals(block, row["key"])]
+            found = propose(block, row["key"], near)
+            if found:
+                return found
+    return None
+
+
+def limits(found, catalogue):
+    """[{mechanism or slot and state, of, unit, below, above}]: what the data exclude, at 95 % each
+    way."""
+    out = []
+    for block in found.selection.blocks.values():
+        for term in block.terms.values():
+            for shape in (s for s in term.shapes if s.catalogue):
+                out.append(_of_mechanism(block, term, shape, catalogue[shape.name].strength))
+    for block in found.selection.blocks.values():
+        for term in block.terms.values():
+            law = term.law
+            if term.kind == LAW and term.free and law.weight is None:
+                low, high = slope_limits(block, law)
+                row = {"experiment": law.experiment, "slot": law.slot, "state": list(law.state)}
+                row |= {"of": "change over the plan's states", "unit": "share"}
+                out.append(row | {"below": low, "above": high})
+    return out
+
+
+def _of_mechanism(block, term, shape, strength):
+    off = strength.coded(strength.low if strength.off is None else strength.off)
+    low, high = strength_limits(block, term, shape)
+    # on the side of no effect nothing can be excluded that the data do not show
+    below = low if low is not None and off > shape.label[0] else None
+    above = high if high is not None and off < shape.label[-1] else None
+    row = {"mechanism": shape.name, "of": strength.name, "unit": strength.unit}
+    return row | {s: None if e is None else float(strength.natural(e))
+                  for s, e in (("below", below), ("above", above))}  # fmt: skip

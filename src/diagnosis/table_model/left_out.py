@@ -1,0 +1,79 @@
+"""The model fitted anew without some settings, and what it expects there."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from diagnosis.laws.readings import unknown
+from diagnosis.table_model.block import Block
+
+LEAST_LEVELS = 3  # of a lever, to leave one out
+
+
+def refitted(block, index):
+    """The block without the readings `index`, the strengths of what is held fitted anew."""
+    out = Block(unknown(block.readings, index), block.terms, block.held)
+    y = out.readings.log
+    for key in block.held:
+        rest = out.without(key)
+        out = rest.with_held(rest.held | {key: rest.hold(out.terms[key], y)})
+    return out
+
+
+def levels_of(block, law):
+    """(lever, [indices]) of the levels to be left out together: of the lever that a law acts on, or
+    of its covariate in thirds; single settings where it has too few."""
+    readings = block.readings
+    for name in law.needs if law else ():
+        if len(readings.folds.get(name, ())) >= LEAST_LEVELS:
+            return name, readings.folds[name]
+        if name in readings.covariates:
+            order = np.argsort(readings.covariates[name], kind="stable")
+            return name, np.array_split(order, min(4, len(order)))
+    return None, [np.array([i]) for i in range(len(readings.log))]
+
+
+def judged(block, key):
+    """{settings, before, after, beyond_band}: how left-out inner levels are missed (root mean
+    square) without and with a law, in errors of the readings, and in all errors with it."""
+    law, readings = block.terms[key].law, block.readings
+    lever, levels = levels_of(block, law)
+    inner = levels[1:-1] if lever else levels
+    misses = []
+    for index in inner:
+        held = refitted(block, index)
+        for label, b in (("after", held), ("before", held.without(key))):
+            mean, variance = b.expected(readings.log)
+            off = readings.log[index] - mean[index]
+            error = readings.error[index]
+            shared = sum(b.sd_of(n, readings.log) ** 2 for n in ("settings", *readings.groups))
+            misses += [(label, o / e, o / np.sqrt(e**2 + v + shared))
+                       for o, e, v in zip(off, error, variance[index], strict=True)]  # fmt: skip
+    if not misses:
+        return {"settings": 0, "before": 0.0, "after": 0.0, "beyond_band": 0.0}
+
+    def rms(label, column):
+        return float(np.sqrt(np.mean([m[column] ** 2 for m in misses if m[0] == label])))
+
+    return {
+        "settings": len(misses) // 2,
+        "before": rms("before", 1),
+        "after": rms("after", 1),
+        "beyond_band": rms("after", 2),
+    }
+
+
+def without_row(block, place):
+    """(distance [sd], expected logarithm) of a row from what all others say."""
+    key = f"{block.readings.experiment}:row {place}"
+    rest = refitted(block.without(key) if key in block.held else block, np.array([place]))
+    y = block.readings.log
+    mean, variance = rest.expected(y)
+    shared = rest.sd_of("settings", y) ** 2
+    sd = np.sqrt(block.readings.error[place] ** 2 + variance[place] + shared)
+    return float((y[place] - mean[place]) / sd), float(mean[place])
+
+
+def terms_replaced(block, terms):
+    """The block with other terms to be added."""
+    return replace(block, terms=terms)

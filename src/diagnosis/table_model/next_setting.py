@@ -1,0 +1,127 @@
+"""The further setting at which terms that are not told apart would part most.
+
+Each contender is put in the model. A reading that has no weight is put at a setting that has not
+been measured, and the model says what it expects there. The setting with the largest mutual
+information between contender and reading is proposed, within twice the plan's range.
+"""
+
+import itertools
+
+import numpy as np
+
+from calibration.intake.quantities import LEVERS
+from diagnosis.laws.readings import from_log, with_setting
+from diagnosis.next_measurement import information
+from diagnosis.table_model.block import Block
+from diagnosis.table_model.term import ERROR, LAW
+from diagnosis.table_model.terms import all_terms
+
+BEYOND = 2.0  # of the plan's range, in either direction
+DECIMALS = 3  # significant, of a lever that is proposed
+MOST = 4  # contenders
+MOST_SETTINGS = 30
+
+
+def words_of(term):
+    """What a term says, in a few words."""
+    if term.kind == LAW:
+        slot, state = term.place
+        return f"{slot} of {' and '.join(state) or 'all settings alike'}"
+    lever = LEVERS[term.of].words if term.of in LEVERS else term.of
+    return {
+        "levels": f"error of each {lever} that was set",
+        "one level": f"one {lever} set wrongly",
+        "zero": f"wrong zero of the {lever}",
+    }.get(term.what, term.of or "a single row")
+
+
+def propose(block, key, others):
+    """{experiment, levers, information_bits, predictions, text} for a held term and the keys of
+    others that are not told from it; None where none of them says what it expects elsewhere."""
+    keys = [k for k in (key, *others) if block.terms[k].kind in (LAW, ERROR)][:MOST]
+    keys = [k for k in keys if block.terms[k].free]
+    if len(keys) < 2:
+        return None
+    readings = block.readings
+    settings = _settings(readings)
+    error = float(np.median(readings.error))
+    means, sds = np.empty((len(keys), len(settings))), np.empty((len(keys), len(settings)))
+    for j, (levers, covariates) in enumerate(settings):
+        wider = with_setting(readings, levers, covariates)
+        terms = {t.key: t for t in all_terms(wider, {})}
+        for i, contender in enumerate(keys):
+            means[i, j], sds[i, j] = _expected(wider, terms, block, key, contender)
+    sds = np.hypot(sds, error)
+    weight = np.full(len(keys), 1.0 / len(keys))
+    bits = information(means, sds, weight, np.random.default_rng(0))
+    best = int(np.argmax(bits))
+    levers, covariates = settings[best]
+    at = {n: np.array([v]) for n, v in levers.items()}
+    predictions = {}
+    for i, contender in enumerate(keys):
+        logs = means[i, best] + sds[i, best] * np.array([0.0, -1.0, 1.0])
+        ends = [float(from_log(readings.experiment, np.array([v]), at)[0]) for v in logs]
+        predictions[words_of(block.terms[contender])] = {
+            "value": ends[0],
+            "sd": 0.5 * (ends[2] - ends[1]),
+        }
+    return {
+        "experiment": readings.experiment,
+        "levers": levers | covariates,
+        "information_bits": float(bits[best]),
+        "predictions": predictions,
+        "text": _text(block, keys, levers),
+    }
+
+
+def _expected(wider, terms, block, key, contender):
+    """Mean and sd of the logarithm at the last setting, by a contender in the place of a term."""
+    y = wider.log
+    model = Block(wider, terms, {})
+    for k in (*(k for k in block.held if k != key), contender):
+        if k in terms:
+            model = model.with_held(model.held | {k: model.hold(terms[k], y)})
+    mean, variance = model.expected(y)
+    return mean[-1], np.sqrt(variance[-1])
+
+
+def _settings(readings):
+    """[({lever: value}, {covariate: value})] between levels, at the ends and beyond; levers that do
+    not vary at their median."""
+    along = {}
+    for name, value in readings.levers.items():
+        known = np.unique(value[np.isfinite(value)])
+        if name not in readings.folds or known[0] <= 0.0:
+            along[name] = [float(np.median(known))] if len(known) else []
+            continue
+        between = np.sqrt(known[1:] * known[:-1])
+        wide = between[np.argsort(-np.diff(np.log(known)), kind="stable")][:2]
+        ladder = (known[0] / BEYOND, known[0], *np.sort(wide), known[-1], known[-1] * BEYOND)
+        inside = [v for v in ladder if LEVERS[name].least <= v <= LEVERS[name].most]
+        along[name] = [float(f"{v:.{DECIMALS}g}") for v in inside]
+    along = {n: v for n, v in along.items() if v}
+    plain = [(dict(zip(along, at, strict=True)), {}) for at in itertools.product(*along.values())]
+    plain = plain[:: max(len(plain) // MOST_SETTINGS, 1)]
+    middle = {n: v[len(v) // 2] for n, v in along.items()}
+    for name, value in readings.covariates.items():
+        plain += [(middle, {name: float(v)}) for v in (value.min(), value.max())]
+    return plain
+
+
+def _text(block, keys, levers):
+    """What to measure, in words."""
+    terms = [block.terms[k] for k in keys]
+    errors = [t for t in terms if t.kind == ERROR and t.of in LEVERS]
+    if not errors:
+        return ""
+    lever = errors[0].of
+    known = np.unique(block.readings.levers[lever])
+    known = known[np.isfinite(known) & (known > 0.0)]
+    words, unit = LEVERS[lever].words, LEVERS[lever].unit
+    between = [f"{np.sqrt(a * b):.{DECIMALS}g}" for a, b in itertools.pairwise(known)]
+    again = f"{known[len(known) // 2]:g}"
+    return (
+        f"Set the {words} up anew at {again} {unit} and measure again: an error of the set-up "
+        f"comes out anew, a law does not. Add a {words} of {' and '.join(between[:2])} {unit}: a "
+        "law says what is read there."
+    ).replace("  ", " ")

@@ -1,0 +1,271 @@
+"""Which terms the data ask for: forward selection with the chance of each step simulated, exchange
+and elimination after each, and the rivals of what is left.
+
+The statistic of a step is the largest evidence of any term of any experiment. Its chance is the
+share of data sets, drawn from the model so far, in which any term has as much. Errors from setting
+to setting stay in the model while laws are looked for, so that a second law is not taken for noise
+that hides the first.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import islice
+
+import numpy as np
+from scipy.special import gammaln, logsumexp
+
+from diagnosis.chance import share_above
+from diagnosis.table_model.block import Block
+from diagnosis.table_model.term import ROW
+from diagnosis.table_model.terms import all_terms
+from diagnosis.table_model.terms.rows import LEAST as LEAST_ROWS
+
+CHANCE = (999, 399, 399)
+"""Data sets that are drawn for the first step, the second, and each after that."""
+
+SPENT = (0.7, 0.2, 0.1)
+"""Shares of the false-alarm rate that these steps may use."""
+
+ODDS = float(np.log(20.0))
+"""Log evidence by which a term must lead another for the two to be told apart: data made by the
+other lead so far in one case of twenty at most (Markov's inequality for a likelihood ratio)."""
+
+LEAST = 1.0  # log evidence below which a term that is held is dropped
+BETTER = 0.2  # log evidence by which an exchange must be better
+SWEEPS = 4
+MOST_ROWS = 0.15  # share of an experiment's rows that may be set aside together
+CLEAR = 6.0  # log evidence by which several rows together must lead
+CHUNK = 250  # data sets at once
+
+
+@dataclass(frozen=True)
+class Step:
+    """A term that was added: its evidence and chance."""
+
+    experiment: str
+    key: str
+    evidence: float
+    p: float
+
+
+@dataclass
+class Selection:
+    """blocks: {experiment: Block} with the terms held; steps: what was added, in turn; stopped: the
+    best term that was not; p, gain: chance and evidence of the first step; null: evidence that
+    chance gave it, and the threshold that it had to pass."""
+
+    blocks: dict
+    steps: list
+    stopped: Step | None
+    p: float
+    gain: float
+    threshold: float
+    null: np.ndarray
+
+    def held(self, kind=None):
+        """[(experiment, key, Term)] that are held, of one kind."""
+        return [
+            (e, k, h.term)
+            for e, b in self.blocks.items()
+            for k, h in b.held.items()
+            if kind in (None, h.term.kind)
+        ]
+
+
+def blocks_of(parts, known):
+    """{experiment: Block} without a term; parts: [`Readings`]; known: a function of readings that
+    gives the catalogue's curves, or None."""
+    return {
+        r.experiment: Block(r, {t.key: t for t in all_terms(r, known(r) if known else {})})
+        for r in parts
+    }
+
+
+def select(blocks, alpha=0.05, seed=0, chance=CHANCE, most=8):
+    """`Selection` of the terms of blocks {experiment: Block}."""
+    steps, p, gain, stopped, threshold, first = [], 1.0, 0.0, None, 0.0, np.zeros(1)
+    for number in range(most):
+        found = _best(blocks)
+        if found is None:
+            break
+        kind, keys, value = found
+        count = chance[min(number, len(chance) - 1)]
+        null = of_chance(blocks, count, [seed, 1, number])
+        here = share_above(null, value)
+        level = alpha * SPENT[min(number, len(SPENT) - 1)]
+        step = Step(kind, keys[0], value, here)
+        if not number:
+            p, gain, threshold, first = here, value, float(np.quantile(null, 1.0 - level)), null
+        if here >= level:
+            stopped = step
+            break
+        steps += [replace(step, key=k) for k in keys]
+        blocks = _with(blocks, kind, keys)
+        blocks = blocks | {kind: exchanged(blocks[kind])}
+    return Selection(blocks, steps, stopped, p, gain, threshold, first)
+
+
+def _y(block):
+    return block.readings.log
+
+
+def misfit(blocks, seed=0, count=CHANCE[0]):
+    """{chi_square, freedom, p} of blocks as they are, by the readings' own errors and those of
+    declared batches and instruments; few replicates do not know their spread, so p is simulated."""
+    chi, null, freedom = 0.0, np.zeros(count), 0.0
+    for place, block in enumerate(blocks.values()):
+        y = _y(block)
+        chi += float(block.chi_square(y[None])[0])
+        share = block.shares(y) * np.isin(np.arange(len(block.sds)), block.bare())
+        if not share.sum() > 0.0:
+            share = np.isin(np.arange(len(block.sds)), block.bare()).astype(float)
+        rng = np.random.default_rng([seed, 21, place])
+        made = block.draw(y, count, rng, share / share.sum())
+        null += block.chi_square(made)
+        freedom += len(y) - 1
+    return {"chi_square": chi, "freedom": max(freedom, 1.0), "p": share_above(null, chi)}
+
+
+def _best(blocks):
+    """(experiment, keys, evidence) of the best next term, or of several rows together."""
+    found = None
+    for kind, block in blocks.items():
+        values = evidences(block, _y(block)[None])
+        free = {k: float(v[0]) for k, v in values.items() if k not in block.held}
+        if not free:
+            continue
+        key = max(free, key=free.get)
+        own = (kind, [key], free[key])
+        together = _rows_together(block)
+        if together and together[1] > own[2] + CLEAR:
+            own = (kind, *together)
+        if found is None or own[2] > found[2]:
+            found = own
+    return found
+
+
+def evidences(block, y):
+    """{key: log evidence (b,)} of every term for data sets y (b, n); of a term that is held, beyond
+    what is held."""
+    base = block.base(y)
+    return {key: block.evidence(t, y, base) for key, t in block.terms.items()}
+
+
+def of_chance(blocks, count, seed):
+    """(count,) largest evidence of any term that is not held, of data drawn from the blocks."""
+    out = []
+    for place, block in enumerate(blocks.values()):
+        # random numbers of its own: by the same ones chance would favour both experiments at once
+        rng = np.random.default_rng([*seed, place])
+        made = block.draw(_y(block), count, rng)
+        free = replace_terms(block, [k for k in block.terms if k not in block.held])
+        best = [
+            np.max(list(evidences(free, made[i : i + CHUNK]).values()), axis=0)
+            for i in range(0, count, CHUNK)
+        ]
+        out.append(np.concatenate(best))
+    return np.max(out, axis=0)
+
+
+def replace_terms(block, keys):
+    """The block with these terms alone to be added."""
+    return replace(block, terms={k: block.terms[k] for k in keys})
+
+
+def _with(blocks, kind, keys):
+    block = blocks[kind]
+    for key in keys:
+        held = block.hold(block.terms[key], _y(block))
+        block = block.with_held(block.held | {key: held})
+    return blocks | {kind: block}
+
+
+def exchanged(block):
+    """The block with each held term at its best beside the others, exchanged for a better one or
+    dropped where little is left for it; two terms may also be exchanged at once."""
+    block = _swept(block)
+    terms = [k for k, t in block.terms.items() if t.kind != ROW]
+    if sum(k in terms for k in block.held) < 2:
+        return block
+    y = _y(block)
+    for key in [k for k in block.held if k in terms]:
+        if key not in block.held:
+            continue
+        rest = block.without(key)
+        for other in terms:
+            if other in block.held or other not in rest.terms:
+                continue
+            tried = _swept(rest.with_held(rest.held | {other: rest.hold(rest.terms[other], y)}))
+            if len(tried.held) <= len(block.held) and tried.score(y) > block.score(y) + BETTER:
+                block = tried
+                break
+    return block
+
+
+def _swept(block):
+    """The block with each held term in turn at its best beside the others."""
+    y = _y(block)
+    for _ in range(SWEEPS):
+        before = tuple(block.held)
+        for key in before:
+            rest = block.without(key)
+            values = {k: float(v[0]) for k, v in evidences(rest, y[None]).items()
+                      if k not in rest.held}  # fmt: skip
+            best = max(values, key=values.get)
+            if values[best] < LEAST:
+                block = rest
+                continue
+            chosen = best if values[best] > values[key] + BETTER else key
+            block = rest.with_held(rest.held | {chosen: rest.hold(rest.terms[chosen], y)})
+        if set(block.held) == set(before):
+            break
+    return block
+
+
+def strength_of(block, key):
+    """Log evidence of a held term beside the other ones."""
+    rest = block.without(key)
+    return float(rest.evidence(block.terms[key], _y(block)[None])[0])
+
+
+def rivals(block, key):
+    """[(key, how far it is behind)] of the terms that are not told apart from a held one: put in
+    its place they have less than ODDS less evidence. The nearest first."""
+    rest, y = block.without(key), _y(block)[None]
+    values = {k: float(v[0]) for k, v in evidences(rest, y).items() if k not in rest.held}
+    own = values.pop(key)
+    near = [(k, own - v) for k, v in values.items() if own - v < ODDS and v > 0.0]
+    return sorted(near, key=lambda row: row[1])
+
+
+# --- several rows at once -------------------------------------------------------------------------
+
+
+def _rows_together(block):
+    """(keys, evidence) of the two rows or more that together explain most, or None.
+
+    They are looked for one by one beside the readings' own errors alone: beside an error from
+    setting to setting each hides the others."""
+    y, n = _y(block), len(_y(block))
+    keys = [k for k, t in block.terms.items() if t.kind == ROW and k not in block.held]
+    if n < LEAST_ROWS or len(keys) < 2:
+        return None
+    most = max(int(MOST_ROWS * n), 1)
+    bare = next(g for g, c in enumerate(block.sds) if not c)
+    now, chosen, best = block, [], None
+    start = logsumexp(block.base(y[None])[:, 0])
+    for _ in range(most):
+        z = y - now.mean
+        p = now.precision[bare]
+        gain = (p @ z) ** 2 / np.diag(p)
+        order = sorted((k for k in keys if k not in chosen),
+                       key=lambda k: -gain[block.terms[k].rows[0]])  # fmt: skip
+        [key] = islice(order, 1)
+        chosen.append(key)
+        now = now.with_held(now.held | {key: now.hold(block.terms[key], y)})
+        count = len(chosen)
+        choose = gammaln(n + 1) - gammaln(count + 1) - gammaln(n - count + 1)
+        occam = count * np.log(len(block.terms[key].shapes[0].label))
+        value = logsumexp(now.base(y[None])[:, 0]) - start - choose - occam
+        if count > 1 and (best is None or value > best[1]):
+            best = list(chosen), float(value)
+    return best
