@@ -28,7 +28,8 @@ def compare(runs, ours, causes, alpha=0.05, seed=0, spread=None):
 
     spread: standard deviation of the difference of two runs, theirs and ours, that differ by
     nothing but their seeds, in the quantity's unit; that of the table's own rows unless given.
-    p_left, of a cause: chance of what it leaves, from that and the cause's own noise, where known.
+    p_left, of a cause: chance of what it leaves, from its own spread, where it has one, or that,
+    and from its own noise, where known.
     verdict: `agree` where the differences are no larger than that, `identified`, `ambiguous`, or
     `unexplained` where no cause that was tried predicts left-out runs better than chance."""
     words, unit, share = _quantity(runs[0])
@@ -80,6 +81,7 @@ def _fit_of(cause, runs, theirs, base, table, spread, freedom):
     it."""
     k, follows = _fitted(theirs, base, *table)
     off, kept = theirs - table[0][k], follows >= ODD
+    spread = spread if cause.spread is None else cause.spread
     size = np.hypot(spread or 0.0, table[1][k])
     if spread:
         # a noise that is known makes the whole better known (Satterthwaite 1946, Biometrics 2:110)
@@ -88,6 +90,7 @@ def _fit_of(cause, runs, theirs, base, table, spread, freedom):
         "strength": float(cause.strengths[k]),
         "scatter_after": _rms(off),
         "scatter_of_most": _rms(off[kept]),
+        "spread": spread,
         "p_left": _chance(off[kept], size[kept], freedom),
         "odd_lines": [m.line for m, own in zip(runs, kept, strict=True) if not own],
     }
@@ -229,7 +232,12 @@ def sentence_of(found):
         lines = ", ".join(f"{line}" for line in best["odd_lines"])
         most = told(best["scatter_of_most"], found["unit"])
         text += f", {most} without line {lines}, which does not follow it"
-    return f"{text}."
+    if best["p_left"] is None:
+        return f"{text}."
+    chance = f"p = {best['p_left']:.2g}"
+    if part:
+        return f"{text}. That is unexplained: it is more than the runs' own scatter ({chance})."
+    return f"{text}, no more than the runs' own scatter ({chance})."
 
 
 def told(value, unit):

@@ -27,7 +27,9 @@ class Cause:
     """What may differ: our values (k, n) at each of its strengths (k,), in `unit`.
 
     noise: (k, n) standard deviation of a value of theirs under the cause, where it scatters by its
-    own nature; in the quantity's unit."""
+    own nature; in the quantity's unit. spread: standard deviation of the difference of two runs
+    that differ by their seeds alone, theirs and ours under the cause, where that is known; else the
+    one of all ours counts."""
 
     name: str
     kind: str
@@ -35,6 +37,7 @@ class Cause:
     strengths: np.ndarray
     values: np.ndarray
     noise: np.ndarray | None = None
+    spread: float | None = None
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,12 @@ class Switched(BaseModel):
         None, description="metric of the standard deviation between trials, where it is the cause's"
     )
     trials: int = Field(1, ge=1, description="trials that each of their values is the mean of")
+    seeds: int = Field(1, ge=1, le=100, description="runs at each row, whose mean counts")
+    scatter_of: str | None = Field(
+        None,
+        description="name of a study in the same rig: its validation tells by how much runs of "
+        "this cause differ from seed to seed",
+    )
     tables: list[str] | None = Field(None, description="tables it is tried on; all unless given")
 
     @model_validator(mode="after")
@@ -79,7 +85,8 @@ def read_switched(path):
 
 
 def plan(table, runs, causes, spec_of):
-    """Rows [{table, cause, strength, run}] in the order of the table's runs, and {run id: spec}.
+    """Rows [{table, cause, strength, replicate, run}] in the order of the table's runs, all of them
+    for each replicate, and {run id: spec}. Replicates have the seeds from the study's own on.
 
     spec_of: (`Measurement`, {factor: value}, keys laid over) -> run spec (a mapping)."""
     rows, specs = [], {}
@@ -87,17 +94,19 @@ def plan(table, runs, causes, spec_of):
         if cause.tables is not None and table not in cause.tables:
             continue
         for strength, changes in cause.overlays.items():
-            own = [spec_of(m, cause.values(dict(m.known)), changes) for m in runs]
-            ids = [next(iter(named([spec]))) for spec in own]
-            specs |= dict(zip(ids, own, strict=True))
-            rows += [
-                {"table": table, "cause": name, "strength": strength, "run": i} for i in ids
-            ]  # fmt: skip
+            first = [spec_of(m, cause.values(dict(m.known)), changes) for m in runs]
+            for replicate in range(cause.seeds):
+                own = [spec | {"seed": spec["seed"] + replicate} for spec in first]
+                ids = [next(iter(named([spec]))) for spec in own]
+                specs |= dict(zip(ids, own, strict=True))
+                row = {"table": table, "cause": name, "strength": strength, "replicate": replicate}
+                rows += [row | {"run": i} for i in ids]
     return rows, specs
 
 
-def tried(rows, causes, metrics, metric):
-    """([`diagnosis.other_code.Cause`], {cause: values (k, n)}) of one table's rows.
+def tried(rows, causes, metrics, metric, spreads=None):
+    """([`diagnosis.other_code.Cause`], {cause: values (k, n)}) of one table's rows. spreads:
+    {cause: standard deviation of the difference of two runs under it}, where known.
 
     A cause that leaves runs without a value has nothing to compare there and is told apart: its
     values have NaN there."""
@@ -111,14 +120,20 @@ def tried(rows, causes, metrics, metric):
         noise = _table(own, metrics, cause.scatter) if cause.scatter else np.zeros(table.shape)
         strengths = np.array(list(dict.fromkeys(r["strength"] for r in own)), float)
         found.append(
-            Cause(name, cause.kind, cause.unit, strengths, table, noise / np.sqrt(cause.trials))
-        )
+            Cause(name, cause.kind, cause.unit, strengths, table, noise / np.sqrt(cause.trials),
+            (spreads or {}).get(name))
+        )  # fmt: skip
     return found, without
 
 
 def _table(rows, metrics, key):
-    """(k, n) values of a metric, a row a strength; NaN of runs without one."""
+    """(k, n) values of a metric, a row a strength, means over the replicates that have one; NaN
+    where none has."""
     values = {}
     for r in rows:
-        values.setdefault(r["strength"], []).append((metrics[r["run"]] or {}).get(key, np.nan))
-    return np.array(list(values.values()), float)
+        own = values.setdefault(r["strength"], {}).setdefault(r.get("replicate", 0), [])
+        own.append((metrics[r["run"]] or {}).get(key, np.nan))
+    table = np.array([list(own.values()) for own in values.values()], float)
+    has = np.isfinite(table)
+    total = np.where(has, table, 0.0).sum(1)
+    return np.where(has.any(1), total / np.maximum(has.sum(1), 1), np.nan)

@@ -27,6 +27,7 @@ from diagnosis.settings import catalogue_of, parameters_of, study_settings
 from diagnosis.switched import plan, read_switched, tried
 from paper.audit.paper import Paper
 from paper.reproduction.chain import NAMES, spread
+from paper.reproduction.measured import simulated_sd
 from paper.reproduction.study import Study
 from paper.stages import SIMULATED
 
@@ -167,8 +168,23 @@ def of_table(study, paper, runs, studies, rows, causes, metrics):
         known, apart = other_code.conventions(runs, ours), _between_runs(paper, studies)
     else:
         ours, known = other_code.of_contacts(runs, *_contacts(study, kind))
-    found = judged(runs, ours, known, apart, rows, causes.get(kind, {}), metrics)
+    here = causes.get(kind, {})
+    spreads = (
+        spreads_of(paper, here, study.folder.parent) if kind == study.config.experiment else {}
+    )
+    found = judged(runs, ours, known, apart, rows, here, metrics, spreads)
     return found | {"ours_without_value": lost}
+
+
+def spreads_of(paper, causes, folder):
+    """{cause: standard deviation [deg] of the difference of two heaps, theirs and the mean of the
+    cause's own}, of the causes whose rig has a study in `folder` that tells its scatter."""
+    found = {}
+    for name, cause in causes.items():
+        own = Study(folder / cause.scatter_of).seed_spread() if cause.scatter_of else None
+        if own:
+            found[name] = math.hypot(own[0] / math.sqrt(cause.seeds), simulated_sd(paper))
+    return found
 
 
 def _with_value(runs, ours, rows):
@@ -179,14 +195,14 @@ def _with_value(runs, ours, rows):
     return kept, ours[has], [r for i, r in enumerate(rows) if has[i % len(has)]]
 
 
-def judged(runs, ours, known, apart, rows, causes, metrics):
+def judged(runs, ours, known, apart, rows, causes, metrics, spreads=None):
     """What `diagnosis.compared.compare` says of runs beside ours (n,), with the values of each
     row.
 
     known: causes that need no run; apart: standard deviation between seeds; rows and causes: what
-    was switched on, with the metrics {run: metrics} of its runs."""
+    was switched on, with the metrics {run: metrics} of its runs; spreads: as of `spreads_of`."""
     metric = measurable(runs[0].experiment)[runs[0].quantity].key
-    more, without = tried(rows, causes, metrics, metric)
+    more, without = tried(rows, causes, metrics, metric, spreads)
     found = compare(runs, ours, known + more, spread=apart)
     values = {c.name: c.values[np.abs(c.values - [m.value for m in runs]).sum(1).argmin()]
         for c in more}  # fmt: skip
@@ -229,15 +245,16 @@ def page(found):
                 "",
             ]
         lines += [
-            "| cause | kind | at | gain, nats | p | left | chance of that |",
-            "|---" * 7 + "|",
+            "| cause | kind | at | gain, nats | p | left | by the scatter of | chance of that |",
+            "|---" * 8 + "|",
         ]
         for r in one["ranking"]:
             at = f"{r['strength']:.3g} {r['unit']}".strip() if r["unit"] else "on"
             chance = "" if r["p_left"] is None else f"{r['p_left']:.2g}"
             left = told(r["scatter_after"], one["unit"])
             name, figures = r["cause"].replace("_", " "), (f"{r['gain']:+.1f}", f"{r['p']:.3f}")
-            cells = (name, r["kind"], at, *figures, left, chance)
+            scatter = told(r["spread"], one["unit"]) if r.get("spread") else ""
+            cells = (name, r["kind"], at, *figures, left, scatter, chance)
             lines.append(f"| {' | '.join(cells)} |")
         lines.append("")
     return "\n".join(lines)

@@ -14,8 +14,10 @@ from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_values
+from calibration.statistics.equivalence import UNDECIDABLE, UNDECIDED
 from calibration.statistics.numbers import fixed, spread
 from calibration.telling.kept_results import KEPT, found, keep, put
+from paper.names import in_sentence
 from paper.reproduction import counts
 from paper.reproduction.rows import NOT_COMPARABLE
 from paper.reproduction.settings import read_reproduction
@@ -23,15 +25,20 @@ from paper.stages import SETTINGS
 
 BEGIN, END = "<!-- results: begin -->", "<!-- results: end -->"
 SHORT = {
-    "table13.mean.{study}": "validated angle of repose [°]; measured {measured}",
-    "table07.G.effect": "effect of rolling friction between grains on it [°]",
-    "tilt.inverse": "static friction on steel, from the tilted plane",
-    "drop.inverse": "restitution on steel, from the drop",
-    "shear.slope": "slope of the yield locus",
-    "heap.paper.plain": "change of the angle when grain and rig grow fourfold [°]",
-}
-"""Rows of the README: id, where the study's name may stand, and words, where the measured mean may
-stand."""
+    "table13.mean.{study}": ("validated angle of repose [°]; measured {measured}",
+    "the paper's runs scatter too much"),
+    "table07.G.effect": ("effect on it of rolling friction, salt on salt [°]",
+    "the paper's runs scatter too much"),
+    "tilt.inverse": ("static friction, salt on steel, from the tilted plane",
+    "the paper's slides scatter too much"),
+    "drop.inverse": ("restitution, salt on steel, from the drop",
+    "the paper's drops scatter too much"),
+    "shear.slope": ("slope of the yield locus", "the paper prints one locus and no scatter"),
+    "heap.paper.plain.twice": ("change of the angle when grain and rig are doubled, as in the "
+    "paper [°]", ""),
+}  # fmt: skip
+"""Rows of the README: id, where the study's name may stand; words, where the measured mean may
+stand; and why no number of our runs decides it, where none does."""
 METRIC = "angle_of_repose_deg"
 README, PAGE = Path("README.md"), Path("docs/results.md")
 TABLE = Path("reproduction") / "reproduction.csv"
@@ -63,7 +70,7 @@ def block(table, link, ascent=None):
         if row.study not in ("", study) and not pd.isna(row.study):
             quantity += f", {row.study}"
         paper = "" if pd.isna(row.paper) else str(row.paper)
-        cells = (row.item, quantity, paper, _ours(row), *_judged(row), row.agreement)
+        cells = (row.item, quantity, paper, _ours(row), *_judged(row), verdict_of(row))
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(
         [*lines, "", f"All tables and equations, with intervals: [{link}]({link}). {counts(table)}"]
@@ -75,14 +82,23 @@ def short_block(table, study, measured):
     head = ("", "paper (EDEM)", "this project", "difference, 90 %", "verdict")
     lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
     rows = table.set_index("id")
-    for name, words in SHORT.items():
+    for name, (words, reason) in SHORT.items():
         row_id = name.format(study=study)
         if row_id in rows.index:
             row = rows.loc[row_id]
             words = words.format(measured=fixed(measured, 2))
-            cells = (words, str(row.paper), _ours(row), _judged(row)[0], row.agreement)
+            cells = (words, str(row.paper), _ours(row), _judged(row)[0], verdict_of(row, reason))
             lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
+
+
+def verdict_of(row, reason=""):
+    """A row's verdict, with the number of further runs that would decide it, or why none would."""
+    if row.agreement == UNDECIDED and not pd.isna(row.more_runs):
+        return f"{UNDECIDED}: {int(row.more_runs)} more runs"
+    if row.agreement == UNDECIDABLE and reason:
+        return f"{UNDECIDABLE}: {reason}"
+    return row.agreement
 
 
 def ascents(study, paper="data/paper"):
@@ -164,7 +180,8 @@ def told(kept):
     others = (given.get(kept.name, ()) for given in (settings.beside, settings.rigs))
     names = (kept.name, *chain.from_iterable(others))
     folders = [kept.parent / name for name in names]
-    return "\n\n".join(f"`{f.name}`:\n\n{found(f, METRIC)}" for f in folders if f.is_dir())
+    texts = (f"`{f.name}`:\n\n{found(f, METRIC)}" for f in folders if f.is_dir())
+    return in_sentence("\n\n".join(texts))
 
 
 if __name__ == "__main__":

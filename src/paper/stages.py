@@ -28,6 +28,15 @@ def beside(study):
     return [str(path) for path in paths if path.exists()]
 
 
+def repeats(study):
+    """The screenings of the same study at other seeds, where they have been run."""
+    from paper.reproduction.settings import read_reproduction
+
+    names = read_reproduction(SETTINGS).repeats.get(study.name, ())
+    paths = (study.folder.parent / n / "screening" / "runs.csv" for n in names)
+    return [str(path) for path in paths if path.exists()]
+
+
 STAGES = (
     Stage(
         name="audit",
@@ -66,6 +75,7 @@ STAGES = (
                     "tables": tables,
                     "settings": lambda study: SETTINGS,
                     "beside": beside,
+                    "repeats": repeats,
                     "validation": "validation/validation.json",
                     "tilt": "tilt/tilt.json",
                     "drop": "drop/drop.json",

@@ -15,5 +15,6 @@ def reproduction(study, source, output):
     """Set every table and equation of the paper beside this study's values, and those of the
     studies beside it."""
     others = [Path(path).parents[1] for path in source.beside]
-    table = reproduce([study.folder, *others], study.config)
+    repeats = [Path(path).parents[1] for path in source.repeats]
+    table = reproduce([study.folder, *others], study.config, repeats=repeats)
     write_reproduction(table, output.table, output.summary)

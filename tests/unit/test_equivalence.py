@@ -3,14 +3,20 @@
 import numpy as np
 import pytest
 from scipy import stats
+from statsmodels.stats.weightstats import CompareMeans, DescrStatsW
 
 from calibration.errors import CalibrationError
 from calibration.statistics.equivalence import (
     DIFFERENT,
     EQUIVALENT,
+    EXACT,
+    UNDECIDABLE,
     UNDECIDED,
+    Error,
+    decide_difference,
     limits,
-    paired,
+    rms_interval,
+    together,
     verdict,
     welch,
 )
@@ -59,23 +65,75 @@ def test_wrong_verdicts_are_as_rare_as_stated():
     assert said.count(UNDECIDED) / draws > 0.85
 
 
-def test_pairs_show_bias_and_scatter_apart():
-    d = np.array([1.2, 0.7, 1.9, 1.4, 0.3, 1.1])
-    found = paired(d, np.full(6, 0.1))
-    assert (found.low, found.high) == pytest.approx(
-        stats.ttest_1samp(d, 0.0).confidence_interval(0.90)
+def test_the_interval_is_welchs():
+    rng = np.random.default_rng(3)
+    ours, theirs = rng.normal(45.1, 1.4, 25), rng.normal(45.5, 0.9, 12)
+    own = Error(stats.sem(ours), 24, 25)
+    apart = ours.mean() - theirs.mean()
+    found = decide_difference(apart, own, Error(stats.sem(theirs), 11), 1.0)
+    low, high = CompareMeans(DescrStatsW(ours), DescrStatsW(theirs)).tconfint_diff(
+        alpha=0.10, usevar="unequal"
     )
-    assert found.extra**2 == pytest.approx(d.var(ddof=1) - 0.01)
-    rng = np.random.default_rng(2)
+    assert (found.low, found.high) == pytest.approx((low, high))
+
+
+def test_so_many_more_runs_decide_and_one_fewer_do_not():
+    own, theirs = Error(1.42 / 5, 24, 25), Error(0.955 / 5, 24)
+    found = decide_difference(-0.473, own, theirs, 1.0)
+    assert found.verdict == UNDECIDED
+    more = 25 + found.more_runs
+    said = [
+        decide_difference(-0.473, Error(1.42 / np.sqrt(n), n - 1, n), theirs, 1.0).verdict
+        for n in (more - 1, more)
+    ]
+    assert said == [UNDECIDED, EQUIVALENT]
+
+
+@pytest.mark.parametrize(
+    ("difference", "theirs", "word"),
+    [
+        (0.3, Error(0.8, 24), UNDECIDABLE),  # 0.8 leaves 1.4 to each side, however often we run
+        (0.3, Error(0.1, 24), UNDECIDED),
+        (3.0, Error(0.8, 24), UNDECIDED),  # outside by more than what theirs leaves
+        (0.3, EXACT, UNDECIDED),
+    ],
+)
+def test_what_the_other_side_leaves_open_is_undecidable(difference, theirs, word):
+    found = decide_difference(difference, Error(2.0, 3, 4), theirs, 1.0)
+    assert found.verdict == word
+    assert (found.more_runs is None) == (word == UNDECIDABLE)
+    # the same difference of very many runs of ours
+    many = decide_difference(difference, Error(1e-6, 1e9, 10**9), theirs, 1.0).verdict
+    assert (many == UNDECIDABLE) == (word == UNDECIDABLE)
+
+
+def test_the_rms_of_true_differences_is_held_as_often_as_stated():
+    rng, draws, rows = np.random.default_rng(4), 600, 12
+    true = rng.normal(0.0, 1.0, rows)
+    rms, error, freedom = np.sqrt(np.mean(true**2)), 1.1, 24
     held = 0
-    for _ in range(2000):
-        one = paired(rng.normal(0.5, np.hypot(0.6, 0.8), 12), np.full(12, 0.8))
-        held += one.extra_low <= 0.6 <= one.extra_high
-    assert held / 2000 == pytest.approx(0.90, abs=0.02)
+    for _ in range(draws):
+        square = np.mean((true + rng.normal(0.0, error, rows)) ** 2)
+        known = error**2 * rng.chisquare(freedom) / freedom
+        low, high = rms_interval(square, rows, known, freedom)
+        held += low <= rms <= high
+    assert held / draws > 0.88
+    assert rms_interval(2.25, 5, 0.0) == (1.5, 1.5)
+
+
+def test_a_table_is_judged_as_one_and_its_chance_is_fishers():
+    d = np.array([0.4, -1.9, 1.2, -0.7, 2.2])
+    found = together(d, 0.6, 0.9, 24, 5, 1.0)
+    assert found.p == pytest.approx(stats.f.sf(np.mean(d**2) / (0.36 + 0.81), 5, 24))
+    assert found.beyond**2 == pytest.approx(np.mean(d**2) - 1.17)
+    assert (found.mean, found.n) == (pytest.approx(d.mean()), 5)
+    assert together(4.0 + d, 0.6, 0.9, 24, 5, 1.0).decision.verdict == DIFFERENT
+    assert together(0.05 * d, 0.1, 0.1, 24, 5, 1.0).decision.verdict == EQUIVALENT
+    assert together(0.5 * d, 0.1, 1.5, 24, 5, 1.0).decision.verdict == UNDECIDABLE
 
 
 def test_what_cannot_be_judged_is_said():
-    with pytest.raises(CalibrationError, match="1 pair"):
-        paired([1.0], [0.1])
+    with pytest.raises(CalibrationError, match="1 row"):
+        together([1.0], 0.1, 0.1, 24, 1, 1.0)
     with pytest.raises(CalibrationError, match="no interval"):
         verdict(np.nan, 1.0, 1.0)

@@ -20,7 +20,7 @@ from calibration.runs.plans import SEEDS_A_STAGE, plan
 from calibration.statistics import surface as surfaces
 from calibration.statistics.composite import central_composite, surface_design
 from calibration.statistics.design import box_behnken
-from calibration.statistics.screening import screen, why
+from calibration.statistics.screening import PURE_ERROR, interactions, screen, why
 from calibration.statistics.surface import (
     fit_surface,
     model_matrix,
@@ -131,8 +131,17 @@ def test_the_scatter_of_seeds_holds_no_aliased_interaction():
     y = 30 + 2 * design["A"] + 6 * design["B"] * design["C"] + rng.normal(0, 0.3, len(design))
     found = screen(design, codes, y)
     assert found.seed_sd == pytest.approx(0.3, rel=0.8)
-    table = found.table.set_index("code")
-    assert table.loc["A", "p_seeds"] < table.loc["A", "p"]
+    assert found.method == PURE_ERROR
+    assert found.table["p"].to_numpy() == pytest.approx(found.table["p_seeds"].to_numpy())
+    # the same runs without their repeats: the residual holds B C, and A is lost in it
+    alone = screen(design.iloc[:16], codes, y[:16])
+    a, b = (s.table.set_index("code").loc["A", "p"] for s in (found, alone))
+    assert (alone.method, found.seed_sd is not None) == ("residual", True)
+    assert a < 0.05 < b
+    # and it is named, with the pairs that these runs do not tell from it
+    first = interactions(design, codes, y)
+    assert {"BC", "AD", "FG"} & set(first["pair"][:3])
+    assert set(first["pair"][np.isclose(first["sum_sq"], first["sum_sq"][0])]) >= {"BC"}
 
 
 def test_one_degree_of_freedom_is_left_to_lenth():

@@ -76,7 +76,9 @@ def test_other_seeds_are_counted_together():
     effect = g.loc[g["G"] > 0, "response"].mean() - g.loc[g["G"] < 0, "response"].mean()
     full = [r["response"].notna().all() for r in runs]
     each = [row["found"] for row, kept in zip(seeds["rows"], full, strict=True) if kept]
-    said = [float(re.search(r"rolling friction \+(\d+\.\d)", text)[1]) for text in each]
+    said = [
+        float(re.search(r"rolling friction of salt on salt \+(\d+\.\d)", text)[1]) for text in each
+    ]
     assert np.mean(said) == pytest.approx(effect, abs=0.06)
 
 

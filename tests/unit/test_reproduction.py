@@ -10,10 +10,9 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from scipy import stats
 
 from calibration.errors import CalibrationError
-from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED
+from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDABLE, UNDECIDED
 from calibration.statistics.validate import compare
 from calibration.study.config import parse_config
 from calibration.telling import kept_results
@@ -85,22 +84,25 @@ def test_every_table_and_equation_has_a_row(config, study):
     printed = Paper(PAPER).text("equations", "equation")["equation"]
     assert {f"Eq. {n}" for n in printed} <= items
     assert set(table["agreement"]) <= {
-        EQUIVALENT, DIFFERENT, UNDECIDED, r.NOT_RUN, r.NOT_COMPARABLE, r.NO_NUMBER,
+        EQUIVALENT, DIFFERENT, UNDECIDED, UNDECIDABLE, r.IN_TABLE, r.NOT_RUN, r.NOT_COMPARABLE,
+        r.NO_NUMBER,
     }  # fmt: skip
 
 
 def test_the_paper_s_own_numbers_agree_and_shifted_ones_do_not(config, study):
     same = reproduce([study()], config).set_index("id")["agreement"]
     other = reproduce([study(6.0, "shifted")], config).set_index("id")["agreement"]
-    for name in ("table11.bias", "eq28.Intercept", "table13.mean.study", "eq28.A"):
+    for name in ("eq28.Intercept", "table13.mean.study", "eq28.A"):
         assert same[name] == EQUIVALENT, name
-    for name in ("table11.run1", "table11.bias", "eq28.Intercept", "optimum.angle"):
+    # single runs that scatter by 0.955 on both sides do not show a difference to be below 1
+    assert same["table11.whole"] == UNDECIDED
+    for name in ("table11.whole", "eq28.Intercept", "optimum.angle"):
         assert other[name] == DIFFERENT, name
+    assert same["table11.run1"] == other["table11.run1"] == r.IN_TABLE
     assert other["table13.mean.shifted"] == DIFFERENT
     assert other["validation.equivalence.shifted"] == DIFFERENT
-    # a shift leaves the slopes, and the scatter about the mean difference
+    # a shift leaves the slopes
     assert other["eq28.A"] == EQUIVALENT
-    assert other["table11.scatter"] == same["table11.scatter"] == EQUIVALENT
 
 
 def test_a_study_of_other_factors_is_not_compared_point_by_point(config, study):
@@ -114,7 +116,7 @@ def test_a_study_of_other_factors_is_not_compared_point_by_point(config, study):
     assert set(rows["agreement"]) == {r.NOT_COMPARABLE}
     assert "salt_steel_restitution" in rows["basis"].iloc[0]
     beside = reproduce([folder, study(name="beside")], config).set_index("id")
-    assert beside.loc["table11.bias", "agreement"] == EQUIVALENT
+    assert beside.loc["table11.whole", "agreement"] == UNDECIDED
     assert beside.loc["table11.run1", "study"] == "beside"
 
 
@@ -156,12 +158,11 @@ def test_a_run_without_a_value_is_a_row_without_a_number(
             (t.loc["table07.G.effect", "high"] - t.loc["table07.G.effect", "low"])
             for t in (table, before)
         )
-        # two standard errors of the same size, of three degrees of freedom and of four
-        assert wide / narrow == pytest.approx(stats.t.ppf(0.95, 3) / stats.t.ppf(0.95, 4), rel=1e-6)
+        assert wide > narrow
 
 
 @pytest.mark.parametrize(
-    ("ours", "agreement"), [(45.6, EQUIVALENT), (46.4, UNDECIDED), (47.5, DIFFERENT)]
+    ("ours", "agreement"), [(45.6, EQUIVALENT), (46.4, UNDECIDABLE), (47.5, DIFFERENT)]
 )
 def test_means_are_judged_by_the_interval_of_their_difference_and_the_margin(ours, agreement):
     row = r.means(PLACE, r.printed_of("45.55"), ours, 0.7, 25, 0.9, 25)
@@ -172,23 +173,20 @@ def test_means_are_judged_by_the_interval_of_their_difference_and_the_margin(our
 def test_scatter_earns_no_verdict_and_exactness_is_not_punished():
     close, far = r.printed_of("33.43"), r.printed_of("45.0")
     assert r.means(PLACE, close, 33.36, 0.0, 2, paper_n=5)["agreement"] == EQUIVALENT
-    assert r.single_run(PLACE, far, 47.0, 0.1, 25)["agreement"] == DIFFERENT
+    assert r.means(PLACE, far, 47.0, 0.1, 25, 0.1, 25)["agreement"] == DIFFERENT
     for ours in (45.0, 47.0):
-        assert r.single_run(PLACE, far, ours, 2.0, 25)["agreement"] == UNDECIDED
-    assert r.single_run(PLACE, far, 45.0, None, None)["agreement"] == r.NOT_COMPARABLE
+        row = r.means(PLACE, far, ours, 2.0, 5, 0.1, 25)
+        assert (row["agreement"], row["more_runs"] > 0) == (UNDECIDED, True)
+        row = r.means(PLACE, far, ours, 2.0, 5, 9.0, 25)
+        assert (row["agreement"], row["more_runs"]) == (UNDECIDABLE, None)
+    assert r.point(PLACE, far, 45.0, None, 1)["agreement"] == r.NOT_COMPARABLE
+    # a single run is no verdict
+    assert r.point(PLACE, far, 47.0, 0.1, 1)["agreement"] == r.IN_TABLE
 
 
 def test_printed_digits_carry_their_rounding():
     assert r.exact(PLACE, r.printed_of("1219"), 1219.49, "")["agreement"] == EQUIVALENT
     assert r.exact(PLACE, r.printed_of("1219"), 1219.51, "")["agreement"] == DIFFERENT
-
-
-def test_an_effect_is_absent_only_where_that_is_shown():
-    assert r.matters(0.01, 0.05, -9.0, 9.0, 1.0) == "yes"
-    assert r.matters(0.60, 0.05, -0.4, 0.6, 1.0) == "no"
-    assert r.matters(0.60, 0.05, -4.0, 6.0, 1.0) == UNDECIDED
-    assert r.matters(0.60, 0.05) == UNDECIDED
-    assert r.words(PLACE, "no", UNDECIDED, "")["agreement"] == UNDECIDED
 
 
 def test_the_three_counts_cover_every_row(config, study):

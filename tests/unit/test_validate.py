@@ -10,9 +10,7 @@ import pytest
 from scipy import stats
 from statsmodels.stats.weightstats import CompareMeans, DescrStatsW, ttost_ind
 
-from calibration.chain.validation import sentences
 from calibration.errors import CalibrationError
-from calibration.figures import response_of
 from calibration.statistics.stated import Stated
 from calibration.statistics.validate import compare, variance_components
 from paper.audit.paper import Paper
@@ -90,26 +88,6 @@ def test_variance_components_are_those_of_the_anova(simulated):
     f = stats.f_oneway(*spread).statistic
     between, within = variance_components(spread)
     assert between == pytest.approx(within * np.sqrt((f - 1) / 5))
-
-
-def test_whether_groups_differ_is_the_anovas_f_test(simulated, measured):
-    apart = simulated + 3.0 * np.arange(5)[:, None]
-    for values in (simulated, apart):
-        result = compare(values, measured, 1.0)
-        assert result.groups_p == pytest.approx(stats.f_oneway(*values).pvalue)
-        assert result.groups_differ == (result.groups_p < 0.05)
-    assert result.groups_differ
-    for values in (simulated.reshape(1, 25), simulated.reshape(25, 1)):
-        assert compare(values, measured, 1.0).groups_p is None
-
-
-def test_the_page_says_whether_the_values_count_as_independent(simulated, measured):
-    apart = simulated + 3.0 * np.arange(5)[:, None]
-    for values, word in ((simulated, "count as independent"), (apart, "too narrow")):
-        found = compare(values, measured, 1.0).as_dict()
-        sentence = sentences(found, response_of("angle_of_repose_deg"))[1]
-        assert word in sentence
-        assert f"p = {found['groups_p']:.2g}" in sentence
 
 
 def test_groups_that_agree_too_well_have_no_component():

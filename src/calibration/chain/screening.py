@@ -3,6 +3,8 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from calibration import figures
 from calibration.chain.files import further_files
 from calibration.chain.responses import (
@@ -17,7 +19,14 @@ from calibration.files import write_table
 from calibration.intake.tables import read_written
 from calibration.runs.plans import write_plan
 from calibration.statistics.numbers import signed
-from calibration.statistics.screening import screen, significant, why
+from calibration.statistics.screening import (
+    PURE_ERROR,
+    aliases,
+    interactions,
+    screen,
+    significant,
+    why,
+)
 from calibration.statistics.screening_design import screening_design
 from calibration.statistics.two_level import alias_groups
 from calibration.study.factors import Choice, read_factors
@@ -70,6 +79,7 @@ def analyse_screening(config, design_file, output):
         else None,
         "aliased": _aliased(factors, with_value(runs, "response")),
         "method": result.method,
+        **aliasing(runs, [f.code for f in factors]),
         "alpha": rules.alpha,
         "left_out": left_out(every),
     }
@@ -86,6 +96,38 @@ def _aliased(factors, runs):
     codes = [f.code for f in factors]
     groups = alias_groups(runs[codes].to_numpy(float), codes)
     return [" = ".join("".join(member) for member in group) for group in groups if len(group) > 1]
+
+
+def aliasing(runs, codes):
+    """What the runs of a screening do not tell apart, for JSON.
+
+    aliases: {code: {pair: share}} of the interactions that each main effect carries; vif: the
+    largest variance inflation; lack_of_fit: what the main effects leave beyond the scatter of
+    repeated runs, and the interactions that take most of it, None without repeats.
+    """
+    here = with_value(runs, "response")
+    result = screen(here, codes, here["response"])
+    anova = result.anova.set_index("source")
+    found = {
+        "aliases": aliases(here[codes], codes),
+        "vif": float(result.table["vif"].max()),
+        "lack_of_fit": None,
+    }
+    table = interactions(here, codes, here["response"])
+    if table is None:
+        return found
+    first = table[np.isclose(table["sum_sq"], table["sum_sq"][0])]
+    lack = anova.loc["Lack of Fit"]
+    return found | {
+        "lack_of_fit": {
+            "F": float(lack["F"]),
+            "p": float(lack["p"]),
+            "sd": float(np.sqrt(lack["mean_sq"])),
+            "pure_error_sd": result.seed_sd,
+            "largest": sorted(first["pair"]),
+            "share": float(first["share"].iloc[0]),
+        }
+    }
 
 
 def _screened(config, factors, runs):
@@ -156,7 +198,29 @@ def sentences(summary, response):
     found = ", ".join(found) or "none"
     going = ", ".join(figures.label(n) for n in summary["factors"])
     texts = [f"Significant at p < {summary['alpha']:g}: {found}. On to the ascent go: {going}."]
+    if summary.get("method") == PURE_ERROR:
+        texts.append("The effects are judged by the scatter of repeated runs.")
     if summary.get("aliased"):
         pairs = ", ".join(summary["aliased"])
         texts.append(f"These runs do not tell apart (codes as in the table of effects): {pairs}.")
+    return texts + _aliasing_in_words(summary, response)
+
+
+def _aliasing_in_words(summary, response):
+    """Sentences on what the effects carry of interactions, and on the lack of fit."""
+    texts, carried = [], [pairs for pairs in (summary.get("aliases") or {}).values() if pairs]
+    if carried:
+        shares = [abs(share) for pairs in carried for share in pairs.values()]
+        texts.append(
+            f"An effect carries {min(shares):.2f} to {max(shares):.2f} of each of up to "
+            f"{max(map(len, carried))} interactions of two other factors; a foldover would part "
+            "them (screening.foldover)."
+        )
+    lack = summary.get("lack_of_fit")
+    if lack:
+        texts.append(
+            f"The main effects leave {lack['sd']:.2g}{response.unit} where repeated runs scatter "
+            f"by {lack['pure_error_sd']:.2g}{response.unit} (lack of fit, p = {lack['p']:.2g}); "
+            f"{' or '.join(lack['largest'])} takes {lack['share']:.0%} of it."
+        )
     return texts

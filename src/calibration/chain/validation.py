@@ -94,24 +94,7 @@ def sentences(summary, response):
         for metric, found in summary.get("further", {}).items()
         if "difference" in found
     ]
-    return [_difference(summary, response), *_independence(summary), *further]
-
-
-def _independence(summary):
-    """Whether the values of all groups may count as independent; nothing where it could not be
-    tested."""
-    if summary.get("groups_p") is None:
-        return []
-    test = f"(F test between groups, p = {summary['groups_p']:.2g})"
-    if summary["groups_differ"]:
-        return [
-            f"The groups differ {test}: their values are not independent, the interval is too "
-            f"narrow."
-        ]
-    return [
-        f"The groups do not differ {test}, so that all {summary['simulated_n']} values count as "
-        f"independent."
-    ]
+    return [_difference(summary, response), *further]
 
 
 def _difference(found, response):

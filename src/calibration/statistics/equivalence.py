@@ -1,20 +1,25 @@
-"""Three verdicts on a difference, by a margin that was stated before the data were seen.
+"""Four verdicts on a difference, by a margin that was stated before the data were seen.
 
 `equivalent` and `different` are both proven, each at level alpha. If neither is proven, the verdict
-is `undecided`, and more runs decide. Scatter therefore earns no verdict, and a small difference
-known exactly is equivalent.
+is `undecided` where more runs of ours would decide, and `undecidable` where no number of them
+would, because the other side's own error is too wide. Scatter therefore earns no verdict, and a
+small difference known exactly is equivalent.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import optimize, stats
 
 from calibration.errors import CalibrationError
 
 ALPHA = 0.05
 EQUIVALENT, DIFFERENT, UNDECIDED = "equivalent", "different", "undecided"
+UNDECIDABLE = "undecidable"
+MOST_RUNS = 2**40
+"""More runs than these are as many as one likes."""
 
 
 def verdict(low, high, margin):
@@ -52,36 +57,162 @@ def welch(sd_a, n_a, sd_b, n_b):
 
 
 @dataclass(frozen=True)
-class Paired:
-    """Pairs of values. `bias` is their mean difference. `extra` is the standard deviation of the
-    differences beyond the scatter of runs at one point. Each has its 1 - 2 alpha interval."""
+class Error:
+    """Standard error of a value, its degrees of freedom, and how many runs of ours it comes from;
+    None where more runs would not narrow it."""
 
-    n: int
-    bias: float
     se: float
+    freedom: float = math.inf
+    runs: int | None = None
+
+    def of(self, runs: float) -> "Error":
+        """The error that as many `runs` of the same scatter would leave."""
+        if self.runs is None or math.isnan(self.se):
+            return self
+        if math.isinf(runs):
+            return Error(0.0, math.inf, self.runs)
+        share = runs / self.runs
+        return Error(self.se / math.sqrt(share), self.freedom * share, self.runs)
+
+    def beside(self, other: "Error") -> tuple[float, float]:
+        """(standard error, degrees of freedom) of the difference of two values (Satterthwaite 1946,
+        Biometrics Bulletin 2:110)."""
+        a, b = self.se**2, other.se**2
+        if a + b == 0.0:
+            return 0.0, math.inf
+        return math.sqrt(a + b), (a + b) ** 2 / (a**2 / self.freedom + b**2 / other.freedom)
+
+
+EXACT = Error(0.0)
+
+
+@dataclass(frozen=True)
+class Decision:
+    """A verdict, the 1 - 2 alpha interval it follows from, and how many more runs of ours would
+    decide what is undecided."""
+
+    verdict: str
     low: float
     high: float
-    extra: float
-    extra_low: float
-    extra_high: float
+    more_runs: int | None = None
 
 
-def paired(differences, errors, alpha=ALPHA):
-    """Bias of differences (n,) by the paired t interval, and their scatter beyond their standard
-    `errors` (n,).
+def decide(
+    interval: Callable[[float], tuple[float, float]], runs: int | None, margin: float
+) -> Decision:
+    """The verdict on a difference whose interval after n runs of ours is interval(n).
 
-    The second takes the errors as known: the interval of the differences' variance by chi-square,
-    less the mean squared error, and 0 where that is negative. Raises CalibrationError for fewer
-    than two pairs.
+    interval : (low, high) after so many runs at the difference that was found, narrower for more
+    runs : how many there are; None where more would not narrow it
+    The number of further runs is a plan: it takes the difference and the scatter as found.
     """
-    d, known = np.asarray(differences, float), float(np.mean(np.square(errors)))
+    low, high = interval(math.nan if runs is None else runs)
+    found = verdict(low, high, margin)
+    if found != UNDECIDED:
+        return Decision(found, low, high)
+    if runs is None or verdict(*interval(math.inf), margin) == UNDECIDED:
+        return Decision(UNDECIDABLE, low, high)
+    few, many = runs, 2 * runs
+    while verdict(*interval(many), margin) == UNDECIDED and many < MOST_RUNS:
+        few, many = many, 2 * many
+    while many - few > 1:
+        middle = (few + many) // 2
+        if verdict(*interval(middle), margin) == UNDECIDED:
+            few = middle
+        else:
+            many = middle
+    return Decision(UNDECIDED, low, high, many - runs)
+
+
+def decide_difference(
+    difference: float, own: Error, other: Error, margin: float, alpha: float = ALPHA
+) -> Decision:
+    """The verdict on a difference of two values with errors of their own; ours is the first."""
+
+    def interval(runs):
+        error = own if math.isnan(runs) else own.of(runs)
+        return limits(difference, *error.beside(other), alpha)
+
+    return decide(interval, own.runs, margin)
+
+
+def rms_interval(
+    mean_square: float, n: int, variance: float, freedom: float = math.inf, alpha: float = ALPHA
+) -> tuple[float, float]:
+    """(low, high) of the 1 - 2 alpha interval of the root mean square of n true differences.
+
+    mean_square : of the n differences that were found, each with the error `variance`, which is
+        known on `freedom` degrees
+    The ratio of both is a noncentral F (chi-square over n on infinitely many degrees), whose
+    noncentrality n true mean squares over the variance make; the interval is where its distribution
+    gives 1 - alpha and alpha. For the upper end the ratio counts as 1 at least: differences smaller
+    than the error makes them are luck and prove nothing.
+    """
+    if variance == 0.0:
+        exact = math.sqrt(mean_square)
+        return exact, exact
+
+    def share(ratio, centre):
+        if math.isinf(freedom):
+            return stats.ncx2.cdf(n * ratio, n, centre) if centre else stats.chi2.cdf(n * ratio, n)
+        if centre:
+            return stats.ncf.cdf(ratio, n, freedom, centre)
+        return stats.f.cdf(ratio, n, freedom)
+
+    def end(ratio, probability):
+        if share(ratio, 0.0) <= probability:
+            return 0.0
+        top = 4.0 * n * (ratio + 1.0)
+        while share(ratio, top) > probability:
+            top *= 2.0
+        centre = optimize.brentq(lambda c: share(ratio, c) - probability, 0.0, top)
+        return math.sqrt(centre * variance / n)
+
+    ratio = mean_square / variance
+    return end(ratio, 1.0 - alpha), end(max(ratio, 1.0), alpha)
+
+
+@dataclass(frozen=True)
+class Together:
+    """The differences of a table's rows, judged as one.
+
+    mean, rms: of the differences; beyond: the root mean square of the true differences, 0 where the
+    runs' scatter explains all; decision: on `beyond`, against the margin; p: chance of differences
+    as large where no true one exists."""
+
+    n: int
+    mean: float
+    rms: float
+    beyond: float
+    p: float
+    decision: Decision
+
+
+def together(
+    differences, own: float, other: float, freedom: float, runs: int, margin: float
+) -> Together:
+    """Judge the differences (n,) of one table's rows by the root mean square of the true ones.
+
+    own, other : root mean square standard error of our values and of theirs
+    freedom : degrees of freedom of both; runs : how many runs of ours all rows have
+    The rows are those of the table and no sample of others, so that differences that are known
+    exactly are judged by their size. Raises CalibrationError for fewer than two.
+    """
+    d = np.asarray(differences, float)
     n = len(d)
     if n < 2:
-        raise CalibrationError(f"{n} pair has no scatter; two or more are needed")
-    squares = float(((d - d.mean()) ** 2).sum())
-    se = math.sqrt(squares / (n - 1) / n)
-    low, high = limits(float(d.mean()), se, n - 1, alpha)
-    total = [squares / (n - 1)]
-    total += [squares / float(stats.chi2.ppf(q, n - 1)) for q in (1.0 - alpha, alpha)]
-    extra = [math.sqrt(max(v - known, 0.0)) for v in total]
-    return Paired(n, float(d.mean()), se, low, high, *extra)
+        raise CalibrationError(f"{n} row is no table; two or more are needed")
+    square, known = float(np.mean(d**2)), own**2 + other**2
+    true = max(square - known, 0.0)
+
+    def interval(count):
+        error = other**2 if math.isinf(count) else own**2 * runs / count + other**2
+        return rms_interval(square if count == runs else true + error, n, error, freedom)
+
+    if known == 0.0:
+        p = 0.0 if square > 0.0 else 1.0
+    else:
+        p = float(stats.chi2.sf(n * square / known, n) if math.isinf(freedom)
+                  else stats.f.sf(square / known, n, freedom))  # fmt: skip
+    decision = decide(interval, runs, margin)
+    return Together(n, float(d.mean()), math.sqrt(square), math.sqrt(true), p, decision)

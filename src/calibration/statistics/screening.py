@@ -1,7 +1,8 @@
-"""Effects of factors: t tests or Lenth's method, analysis of variance, and the choice of what goes
-on."""
+"""Effects of factors: t tests or Lenth's method, analysis of variance, what is aliased with an
+effect, and the choice of what goes on."""
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 import pandas as pd
@@ -19,9 +20,11 @@ from calibration.statistics.anova import (
 
 @dataclass(frozen=True)
 class Screening:
-    """Effects of a design's factors. `table`: code, effect, se, sum_sq, contribution_percent, t, F,
-    p, p_seeds, half_normal_score; seed_sd: what runs at one point scatter by, None where no point
-    is repeated."""
+    """Effects of a design's factors.
+
+    `table`: code, effect, se, sum_sq, contribution_percent, t, F, p, p_seeds, half_normal_score,
+    vif; method: what the effects are judged against, `pure error`, `residual` or `Lenth`; seed_sd:
+    what runs at one point scatter by, None where no point is repeated."""
 
     table: pd.DataFrame
     anova: pd.DataFrame
@@ -31,17 +34,26 @@ class Screening:
     seed_sd: float | None = None
 
 
+PURE_ERROR, RESIDUAL, LENTH = "pure error", "residual", "Lenth"
+LEAST_PURE = 3
+"""Degrees of freedom from which on the scatter of repeated points judges the effects: on two, a
+t test at 0.05 asks for more than four standard errors."""
+
+
 def screen(design, codes, response, alpha=0.05):
     """Effects of factors `codes` of a design table on response (n,): the change from -1 to +1.
 
     They are the main effects of a regression, so that runs may be missing, repeated or at the
-    centre. With two residual degrees of freedom or more they are tested by t. With fewer they are
-    tested by Lenth's pseudo standard error over all columns that n runs leave (Lenth 1989,
-    Technometrics 31:469). p_seeds tests them against the scatter of repeated points alone, which
-    holds no aliased interaction. t_limit and bonferroni_limit are the effects whose test gives p =
-    alpha, for one factor and for all of them, at the mean standard error. Raises RankDeficientError
-    naming factors that the design cannot tell apart, CalibrationError for responses that are
-    missing or without scatter.
+    centre. Where points are repeated (`LEAST_PURE` degrees of freedom or more), t tests judge them
+    by the scatter between the repeats, the pure error: the residual holds the interactions too that
+    the model leaves out (Montgomery 2017, Design and Analysis of Experiments, 6.8 and 11.3). Else
+    the residual judges them, on two degrees of freedom or more, or Lenth's pseudo standard error
+    over all columns that n runs leave (Lenth 1989, Technometrics 31:469). p_seeds tests them
+    against the scatter of repeated points wherever there is one. vif: variance inflation, 1 for
+    orthogonal columns. t_limit and bonferroni_limit are the effects whose test gives p = alpha, for
+    one factor and for all of them, at the mean standard error. Raises RankDeficientError naming
+    factors that the design cannot tell apart, CalibrationError for responses that are missing or
+    without scatter.
     """
     levels = design[codes].to_numpy(float)
     n, k = levels.shape
@@ -50,20 +62,25 @@ def screen(design, codes, response, alpha=0.05):
     check_rank(x, ["Intercept", *codes])
     scale, beta, residual = _regression(x, y)
     df = n - k - 1
-    method, df_error, sigma = _error(x, y, beta / scale, residual, df)
-    if sigma == 0.0:
-        raise CalibrationError("the screening has no scatter at all; the effects cannot be tested")
     seeds, df_seeds = pure_error(levels, y)
     seed_sd = float(np.sqrt(seeds / df_seeds)) if df_seeds and seeds > 0.0 else None
+    method, df_error, sigma = _error(x, y, beta / scale, residual, df)
+    if seed_sd and df_seeds >= LEAST_PURE:
+        method, df_error, sigma = PURE_ERROR, df_seeds, seed_sd
+    if sigma == 0.0:
+        raise CalibrationError("the screening has no scatter at all; the effects cannot be tested")
     total = float(((y - y.mean()) ** 2).sum())
     table = _effects(codes, beta, scale, sigma, df_error, total)
+    table["vif"] = scale**2 * ((levels - levels.mean(axis=0)) ** 2).sum(axis=0)
     table["p_seeds"] = np.nan
     if seed_sd:
         table["p_seeds"] = 2.0 * stats.t.sf(np.abs(beta) / (scale * seed_sd), df_seeds)
     mean_se = float(np.sqrt((table["se"] ** 2).mean()))
     return Screening(
         table,
-        _screening_anova(table, float(residual @ residual), df, df_error, total),
+        _screening_anova(
+            table, residual @ residual, df, (sigma, df_error), total, (seeds, df_seeds)
+        ),
         method,
         float(stats.t.ppf(1.0 - alpha / 2, df_error)) * mean_se,
         float(stats.t.ppf(1.0 - alpha / 2 / k, df_error)) * mean_se,
@@ -89,12 +106,12 @@ def _error(x, y, contrasts, residual, df):
     if df > 1:
         # replicates are extra degrees of freedom, like unused columns
         sigma = float(np.sqrt(residual @ residual / df))
-        return "residual", df, sigma if sigma > 1e-12 * np.abs(y).max() else 0.0
+        return RESIDUAL, df, sigma if sigma > 1e-12 * np.abs(y).max() else 0.0
     rest = np.linalg.qr(x, mode="complete")[0][:, x.shape[1] :].T @ y
     sizes = np.abs(np.concatenate([contrasts, rest]))
     s0 = 1.5 * np.median(sizes)
     small = sizes[sizes < 2.5 * s0]
-    return "Lenth", len(sizes) / 3.0, float(1.5 * np.median(small)) if len(small) else 0.0
+    return LENTH, len(sizes) / 3.0, float(1.5 * np.median(small)) if len(small) else 0.0
 
 
 def _effects(codes, beta, scale, sigma, df, total):
@@ -120,18 +137,86 @@ def _effects(codes, beta, scale, sigma, df, total):
     )
 
 
-def _screening_anova(table, residual, df, df_error, total):
+def _screening_anova(table, residual, df, error, total, pure):
     """Rows of the model, the factors and the residual; sums of squares are each factor's own
-    share."""
-    k, tested = len(table), df > 1
+    share. error: (standard deviation, degrees of freedom) that all are judged by; pure: (sum of
+    squares, degrees of freedom) within repeated points, which part the residual from the lack of
+    fit."""
+    k, (sigma, df_error), (seeds, df_seeds) = len(table), error, pure
+    residual = float(residual)
     model = total - residual
-    f = model / k / (residual / df) if tested else np.nan
-    rows = [anova_row("Model", model, k, f, df)]
+    rows = [anova_row("Model", model, k, model / k / sigma**2 if df > 1 else None, df_error)]
     rows += [anova_row(r.code, r.sum_sq, 1, r.F, df_error) for r in table.itertuples()]
     if df > 0:
         rows.append(anova_row("Residual", residual, df))
+    lack, df_lack = residual - seeds, df - df_seeds
+    if df_seeds > 0 and df_lack > 0:
+        f = lack / df_lack / (seeds / df_seeds) if seeds > 0.0 else None
+        rows.append(anova_row("Lack of Fit", lack, df_lack, f, df_seeds))
+    if df_seeds > 0:
+        rows.append(anova_row("Pure Error", seeds, df_seeds))
     rows.append({"source": "Cor Total", "sum_sq": total, "df": k + df})
     return pd.DataFrame(rows, columns=ANOVA_COLUMNS)
+
+
+LEAST_ALIAS = 0.05
+"""Share of an interaction from which on an effect is said to carry it: a lost run leaves hundredths
+everywhere."""
+
+
+def aliases(levels, codes):
+    """{code: {pair: share}} of the two-factor interactions that a main effect carries.
+
+    levels : (n, factors) coded; share : how much an interaction of size 1 adds to the effect, which
+        is the alias matrix (X'X)^-1 X'Z of the main effects' model X and the interactions Z (Box
+        and Draper 2007, Response Surfaces, Mixtures, and Ridge Analyses, 3.10)
+    In a design of resolution IV there are none; in one of twelve Plackett-Burman runs each effect
+    carries a third of all interactions of the other factors. Shares below `LEAST_ALIAS` are left
+    out.
+    """
+    levels = np.asarray(levels, float)
+    pairs = list(combinations(range(len(codes)), 2))
+    if not pairs:
+        return {}
+    x = np.column_stack([np.ones(len(levels)), levels])
+    z = np.column_stack([levels[:, i] * levels[:, j] for i, j in pairs])
+    shares = np.linalg.lstsq(x, z, rcond=None)[0][1:]
+    return {
+        code: {
+            codes[i] + codes[j]: float(share)
+            for (i, j), share in zip(pairs, row, strict=True)
+            if abs(share) >= LEAST_ALIAS
+        }
+        for code, row in zip(codes, shares, strict=True)
+    }
+
+
+def interactions(design, codes, response):
+    """Table: pair, sum_sq, share, F, p: what each two-factor interaction alone takes of the lack of
+    fit, the largest first; None where no point is repeated or nothing is left to explain.
+
+    share : of the sum of squares of the lack of fit; F, p : against the pure error
+    Interactions that the runs do not tell apart have the same sum of squares, and one of them at
+    most is real.
+    """
+    levels = design[codes].to_numpy(float)
+    y = finite_responses(response, len(levels))
+    x = np.column_stack([np.ones(len(y)), levels])
+    seeds, df_seeds = pure_error(levels, y)
+    residual = y - x @ np.linalg.lstsq(x, y, rcond=None)[0]
+    lack, df_lack = float(residual @ residual) - seeds, len(y) - x.shape[1] - df_seeds
+    if df_seeds < 1 or df_lack < 1 or seeds <= 0.0 or len(codes) < 2:
+        return None
+    rows = []
+    for i, j in combinations(range(len(codes)), 2):
+        column = levels[:, i] * levels[:, j]
+        own = column - x @ np.linalg.lstsq(x, column, rcond=None)[0]
+        size = float(own @ own)
+        taken = float(own @ y) ** 2 / size if size > 1e-9 * len(y) else 0.0
+        f = taken / (seeds / df_seeds)
+        row = {"pair": codes[i] + codes[j], "sum_sq": taken, "share": taken / lack, "F": f}
+        rows.append(row | {"p": float(stats.f.sf(f, 1, df_seeds))})
+    return pd.DataFrame(rows).sort_values("sum_sq", ascending=False, ignore_index=True)
 
 
 def why(screening, codes, alpha, preferred=(), named=None):

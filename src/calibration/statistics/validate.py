@@ -14,8 +14,8 @@ from calibration.statistics.stated import Stated
 class Comparison:
     """Simulated against measured; angles or any other unit.
 
-    groups_p, groups_differ: whether the groups of simulated values differ; None for one group or
-    one value a group."""
+    between_groups_sd, within_groups_sd: describe the simulated groups; nothing is judged by
+    them."""
 
     simulated_mean: float
     simulated_sd: float
@@ -36,8 +36,6 @@ class Comparison:
     equivalence_high: float
     between_groups_sd: float
     within_groups_sd: float
-    groups_p: float | None
-    groups_differ: bool | None
 
     def as_dict(self):
         """Plain mapping for JSON."""
@@ -47,9 +45,8 @@ class Comparison:
 def compare(simulated, measured, margin, alpha=0.05):
     """Compare simulated (groups, replicates) with measured (n,) values, or a `Stated` mean of them.
 
-    All simulated values count as independent. Runs that differ in their seed alone are, whatever
-    their group, and groups_p tests it: one-way analysis of variance between groups against within.
-    Where groups_differ (at alpha), the intervals are too narrow.
+    All simulated values count as independent: runs that differ in their seed alone are, whatever
+    group a table puts them in.
 
     The interval of the difference and the tests are Welch's, of unequal variances. The equivalence
     test is two one-sided tests against +-margin (Schuirmann 1987, Journal of Pharmacokinetics and
@@ -73,15 +70,13 @@ def compare(simulated, measured, margin, alpha=0.05):
         stats.t.sf((difference + margin) / se, df), stats.t.cdf((difference - margin) / se, df)
     )
     between, within = variance_components(groups)
-    p = _groups_p(groups)
     return Comparison(
         float(s.mean()), float(s.std(ddof=1)), len(s), float(m.mean()), float(m.std(ddof=1)),
         len(m),
         difference, difference - half, difference + half, 100.0 * abs(difference) / float(m.mean()),
         float(t), float(2 * stats.t.sf(abs(t), df)), margin, float(one_sided),
         bool(one_sided < alpha),
-        difference - narrow, difference + narrow, between, within, p,
-        None if p is None else p < alpha,
+        difference - narrow, difference + narrow, between, within,
     )  # fmt: skip
 
 
@@ -111,13 +106,3 @@ def variance_components(groups):
     within = groups.var(axis=1, ddof=1).mean() if r > 1 else 0.0
     between = groups.mean(1).var(ddof=1) - within / r if len(groups) > 1 else 0.0
     return float(np.sqrt(max(between, 0.0))), float(np.sqrt(within))
-
-
-def _groups_p(groups):
-    """p of the F test that groups (g, r) have one mean. None if there is nothing to test it
-    with."""
-    g, r = groups.shape
-    within = groups.var(axis=1, ddof=1).mean() if r > 1 else 0.0
-    if g < 2 or within == 0.0:
-        return None
-    return float(stats.f.sf(r * groups.mean(axis=1).var(ddof=1) / within, g - 1, g * (r - 1)))

@@ -41,6 +41,8 @@ def results_page(kept=KEPT):
         "slow_posterior": values.posterior(slow),
         "locus": values.locus(salt),
         "scaling": values.scaling(salt),
+        "pour": values.slow_pour(kept / "salt-paper"),
+        "table_13": values.table_13(),
         "softening": softening(pd.read_csv(salt / "numerics" / "numerics.csv")),
         "audited": values.audited(),
         "seeds": values.other_seeds(kept),

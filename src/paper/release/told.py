@@ -6,12 +6,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from calibration.chain.screening import aliasing
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed
 from calibration.statistics.screening import screen
 from calibration.statistics.surface import fit_surface
 from paper.audit import run_audit
+from paper.names import in_sentence
 
 CODES = "ABCDEFG"
 PACKED = 1250
@@ -86,7 +88,6 @@ def validated(kept):
         "sd": f"{v['simulated_sd']:.2f}°",
         "difference": f"{v['difference']:+.2f}° ({low} to {high})".replace("-", "−"),
         "verdict": ("" if v["equivalent"] else "not shown to be ") + "equivalent",
-        "groups": f"p = {v['groups_p']:.3f}",
     }
 
 
@@ -145,17 +146,26 @@ def other_seeds(results):
         lost = ", ".join(str(k) for k in here.loc[here["response"].isna(), "run"]) or "none"
         big = effects[effects["p"] < 0.05].sort_values("effect", key=abs, ascending=False)
         found = ", ".join(
-            f"{n.replace('_', ' ')} {degrees(e)}"
+            f"{in_sentence(n.replace('_', ' '))} {degrees(e)}"
             for n, e in zip(big["name"], big["effect"], strict=True)
         )
         rows.append({"seed": seed, "lost": lost, "found": found or "none"})
     together = pd.concat(runs).dropna(subset="response")
-    table = screen(together, list(CODES), together["response"]).table.set_index("code")
+    screened = screen(together, list(CODES), together["response"])
+    lack = aliasing(together, list(CODES))["lack_of_fit"]
+    anova, table = screened.anova.set_index("source"), screened.table.set_index("code")
     there = table[table["p"] < 0.05].sort_values("effect", key=abs, ascending=False)
     lost = pd.concat(runs).set_index("run")["response"].isna().groupby("run").sum()
     return {
         "rows": rows,
         "heaps": len(together),
+        "sd": f"{screened.seed_sd:.2f}°",
+        "freedom": f"{anova.loc['Pure Error', 'df']:.0f}",
+        "lack": f"{lack['sd']:.1f}°",
+        "lack_freedom": f"{anova.loc['Lack of Fit', 'df']:.0f}",
+        "lack_test": f"F = {lack['F']:.0f}, p = {lack['p']:.0e}".replace("e-0", "e-"),
+        "lack_pairs": lack["largest"],
+        "lack_share": f"{lack['share']:.0%}".replace("%", " %"),
         "found": [
             f"{c} {degrees(e)} ± {s:.1f}°"
             for c, e, s in zip(there.index, there["effect"], there["se"], strict=True)
@@ -197,8 +207,45 @@ def locus(kept):
 
 
 def scaling(kept):
-    """Change of the angle without cohesion by the paper's rule in a rig enlarged fourfold."""
+    """Change of the angle without cohesion by the paper's rule, in a rig that is doubled and in one
+    that is enlarged fourfold."""
     table = read_written(Path(kept) / "reproduction" / "reproduction.csv").set_index("id")
-    row = table.loc["heap.paper.plain"]
-    values = (fixed(row[k], 1) for k in ("difference", "low", "high"))
-    return "{}° ({} to {})".format(*values)
+    rows = (table.loc[f"heap.paper.plain{end}"] for end in (".twice", ""))
+    cells = ((fixed(row[k], 1) for k in ("difference", "low", "high")) for row in rows)
+    return ["{}° ({} to {})".format(*values) for values in cells]
+
+
+def slow_pour(kept):
+    """{table: (what the slower pour leaves [°], its chance by the rig's own scatter, whether that
+    explains it)} of the paper's tables of heaps."""
+    found = read_json(Path(kept) / "disagreement" / "disagreement.json")
+    out = {}
+    for name in ("Table 6", "Table 10", "Table 11"):
+        (one,) = (r for r in found[name]["ranking"] if r["cause"] == SLOW)
+        chance = f"{one['p_left']:.1g}".replace("e-0", "e-")
+        out[name] = {
+            "before": f"{found[name]['scatter_before']:.1f}°",
+            "left": f"{one['scatter_after']:.1f}°",
+            "scatter": f"{one['spread']:.2f}°",
+            "p": chance,
+            "explained": one["p_left"] >= 0.05,
+        }
+    return out
+
+
+SLOW = "pour of 6500 grains a second"
+
+
+def table_13(paper="data/paper"):
+    """Both readings of Table 13's 25 angles, and the standard errors that follow: of a screening
+    effect and of the validated mean."""
+    table = read_written(Path(paper) / "table13_validation.csv", comment="#")
+    means = table.groupby("group")["angle_deg"].mean()
+    runs, five = float(table["angle_deg"].std()), float(means.std())
+    return {
+        "runs": f"{runs:.3f}°",
+        "means": f"{five:.2f}°",
+        "freedom": len(means) - 1,
+        "effect": [f"{2 * s / np.sqrt(12):.2f}°" for s in (five, runs)],
+        "mean": [f"{five / np.sqrt(len(means)):.2f}°", f"{runs / np.sqrt(len(table)):.2f}°"],
+    }

@@ -3,7 +3,10 @@
 import math
 
 import numpy as np
+from scipy import stats
 
+from calibration.statistics.equivalence import Error
+from paper.names import said
 from paper.reproduction import margins
 from paper.reproduction.rows import (
     ARITHMETIC,
@@ -16,6 +19,7 @@ from paper.reproduction.rows import (
     exact,
     line_fit,
     means,
+    point,
     printed_of,
     within,
     words,
@@ -65,7 +69,7 @@ def _sweep(paper, study, stage):
             continue
         run = here.iloc[0]
         repeats = int(run.get("repeats", 1))
-        yield means(place, text, run["response"], run.get("response_sd"), repeats, paper_n=TRIALS)
+        yield _point(place, text, run["response"], run.get("response_sd"), repeats)
     theirs = _quadratic(table[factor], table[column])
     ours = _quadratic(runs[factor], runs["response"])
     printed = paper.scalar_text(coefficients).split()
@@ -76,24 +80,29 @@ def _sweep(paper, study, stage):
         mine, their_se = float(ours[0][k]), math.sqrt(theirs[1][k, k])
         response = margins.by_unit(unit, float(table[column].mean()))
         margin = margins.of_coefficient(response, list(table[factor]), 2 - k)
-        own_se = math.sqrt(ours[1][k, k])
-        yield estimates(place, printed_of(text), mine, own_se, ours[2], their_se, margin)
+        own = Error(math.sqrt(ours[1][k, k]), ours[2], len(runs))
+        yield estimates(place, printed_of(text), mine, own, Error(their_se, theirs[2]), margin)
     place = Place(equation, f"{stage}.R2", "R² of the quadratic", "1", study.name)
     yield _r2(place, printed_of(paper.claims[R2[stage]].printed), runs[factor], runs["response"])
-    place = Place(
-        equation, f"{stage}.inverse", factor.replace("_", " "), "1", study.name, headline=True
-    )
-    level, errors = (
-        summary["inverse"],
-        [_inverse_se(fit, summary["inverse"]) for fit in (ours, theirs)],
-    )
-    yield estimates(place, paper.scalar(factor), level, errors[0], ours[2], errors[1])
+    place = Place(equation, f"{stage}.inverse", said(factor), "1", study.name, headline=True)
+    level = summary["inverse"]
+    own, their_own = (_inverse_se(fit, level) for fit in (ours, theirs))
+    own = Error(own, ours[2], len(runs))
+    yield estimates(place, paper.scalar(factor), level, own, Error(their_own, theirs[2]))
     place = Place(
         equation, f"{stage}.confirmation", f"mean of runs at the inverse [{unit}]", unit, study.name
     )
     mean, sd = summary["confirmed_mean"], summary["confirmed_sd"]
     count = summary.get("confirmed_n")
     yield means(place, paper.scalar(confirming), mean, sd, count, paper_n=TRIALS)
+
+
+def _point(place, text, response, sd, repeats):
+    """A point of a sweep: our mean of so many repeats beside the paper's mean of five trials, taken
+    to scatter as ours."""
+    if sd is None or math.isnan(sd):
+        return point(place, text, response, None, repeats)
+    return point(place, text, response, sd, repeats, sd / math.sqrt(TRIALS))
 
 
 def _direct(paper, stage, measured, factor):
@@ -103,9 +112,7 @@ def _direct(paper, stage, measured, factor):
         found = math.tan(math.radians(value))
     else:
         found = math.sqrt(value / paper.value("drop_height"))
-    place = Place(
-        equation, f"{stage}.direct", f"{factor.replace('_', ' ')} by {text}", evidence=ARITHMETIC
-    )
+    place = Place(equation, f"{stage}.direct", f"{said(factor)}, by {text}", evidence=ARITHMETIC)
     return exact(place, paper.scalar(factor), found, "computed from the measured value")
 
 
@@ -136,7 +143,7 @@ def _r2(place, printed, x, y):
     low, high = np.quantile(1 - residual / total, (0.05, 0.95))
     ours = 1 - float(((y - fitted) ** 2).sum() / ((y - y.mean()) ** 2).sum())
     basis = "90 % interval of our R², drawn from the fit"
-    return within(place, printed, ours, low, high, basis, margins.R2)
+    return within(place, printed, ours, (ours - low, high - ours), basis, margins.R2, len(y))
 
 
 def _shear(paper, study):
@@ -157,20 +164,21 @@ def _shear(paper, study):
     friction = paper.scalar("salt_salt_static_friction")
     text = f"slope of the yield locus at particle friction {found['particle_friction']:g}"
     place = Place("Eq. 26", "shear.slope", text, "1", study.name, headline=True)
-    basis = "95 % interval of our slope over all runs"
+    reach = _reach(found["slope"], found["slope_interval"])
+    runs = len(study.table("shear", "runs"))
     yield within(
-        place, paper.scalar("yield_locus_slope"), found["slope"], *found["slope_interval"], basis
-    )
+        place, paper.scalar("yield_locus_slope"), found["slope"], reach, UNPRINTED, runs=runs,
+        paper_reach=reach
+    )  # fmt: skip
     nearest = min(
         summary["loci"], key=lambda x: abs(x["particle_friction"] - found["particle_friction"])
     )
     locus = nearest[summary["measure"]]
     place = Place("Eq. 26", "shear.intercept", "intercept of the yield locus", "kPa", study.name)
+    reach = _reach(locus["intercept_kPa"], locus["intercept_interval_kPa"])
     yield within(
-        place, paper.scalar("yield_locus_intercept"), locus["intercept_kPa"],
-        *locus["intercept_interval_kPa"],
-        f"95 % interval of our locus at particle friction {nearest['particle_friction']:g}",
-        margins.SHARE * _shear_stress(paper, study),
+        place, paper.scalar("yield_locus_intercept"), locus["intercept_kPa"], reach, UNPRINTED,
+        margins.SHARE * _shear_stress(paper, study), runs, reach,
     )  # fmt: skip
     place = Place(
         "Eq. 27", "shear.friction", "particle friction for the measured slope", "1", study.name,
@@ -180,9 +188,24 @@ def _shear(paper, study):
         low, high = found["swept"]
         yield words(place, friction.text, f"none between {low:g} and {high:g}", summary["sentence"])
     else:
+        reach = _reach(found["inverse"], found["inverse_interval"])
         yield within(
-            place, friction, found["inverse"], *found["inverse_interval"], summary["sentence"]
-        )
+            place, friction, found["inverse"], reach, f"{summary['sentence']} {UNPRINTED}",
+            runs=runs, paper_reach=reach
+        )  # fmt: skip
+
+
+UNPRINTED = (
+    "The paper prints one yield locus and no scatter; it is taken to scatter as ours, of which the "
+    "90 % interval is shown"
+)
+
+
+def _reach(value, interval):
+    """(below, above) of the 90 % interval of a value whose 95 % interval is given, as of a normal
+    one."""
+    share = float(stats.norm.ppf(0.95) / stats.norm.ppf(0.975))
+    return share * (value - interval[0]), share * (interval[1] - value)
 
 
 def _shear_stress(paper, study):

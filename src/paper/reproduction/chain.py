@@ -6,9 +6,10 @@ three factors. The first study whose screening sent these on is taken.
 
 import numpy as np
 import pandas as pd
+from scipy import stats
 
 from calibration.chain.responses import with_value
-from calibration.statistics.equivalence import limits, verdict
+from calibration.statistics.equivalence import Error, verdict
 from calibration.statistics.surface import fit_surface
 from calibration.statistics.validate import compare
 from paper.reproduction import margins
@@ -21,10 +22,9 @@ from paper.reproduction.rows import (
     Place,
     absent,
     estimates,
-    matters,
     means,
+    point,
     printed_of,
-    single_run,
     spreads,
     within,
     words,
@@ -51,7 +51,6 @@ def rows(paper, studies):
         ("Table 11", "coding of the factors", _coding),
         ("Table 11", "angles of the Box-Behnken runs", _box_behnken),
         ("Eq. 28", "coefficients", _equation),
-        ("Table 12", "significance of the terms", _terms),
         ("3.1", "the paper's optimum", _optimum),
     )
     for item, what, part in parts:
@@ -86,7 +85,13 @@ def _ascent(paper, study):
         if here.empty:
             yield absent(place, text.text, NOT_COMPARABLE, "our path does not pass this point")
         else:
-            yield single_run(place, text, float(here["response"].iloc[0]), *spread(paper, study))
+            yield _single(place, text, float(here["response"].iloc[0]), paper, study)
+
+
+def _single(place, text, value, paper, study):
+    """A single run of ours at a point of the paper's table."""
+    own, _, theirs = spread(paper, study)
+    return point(place, text, value, own, 1, theirs)
 
 
 def _runs_at(runs, point):
@@ -129,7 +134,7 @@ def _box_behnken(paper, study):
         if n >= len(here):
             yield absent(place, text.text, NOT_COMPARABLE, "not a point of our design")
         else:
-            yield single_run(place, text, float(here["response"].iloc[n]), *spread(paper, study))
+            yield _single(place, text, float(here["response"].iloc[n]), paper, study)
 
 
 def _surfaces(paper, study):
@@ -157,33 +162,11 @@ def _equation(paper, study):
         place = Place("Eq. 28", f"eq28.{name}", f"coefficient of {term}", "deg", study.name)
         mine, error = table.loc[term, ["estimate", "se"]]
         if name in printed:
-            their_se = other.loc[term, "se"]
-            yield estimates(place, printed_of(printed[name]), mine, error, ours.df, their_se)
+            own = Error(error, ours.df, len(ours.diagnostics))
+            yield estimates(place, printed_of(printed[name]), mine, own,
+                Error(other.loc[term, "se"], theirs.df))  # fmt: skip
         else:
             yield absent(place, None, NOT_COMPARABLE, "the paper leaves this term out", ours=mine)
-
-
-def _terms(paper, study):
-    _, ours = _surfaces(paper, study)
-    mine = ours.anova.assign(source=ours.anova["source"].str.replace("²", "2")).set_index("source")[
-        "p"
-    ]
-    fitted = ours.coefficients.assign(term=ours.coefficients["term"].str.replace("²", "2"))
-    fitted = fitted.set_index("term")
-    table = paper.text("table12_box_behnken_anova", "source", "p")
-    for source, p in zip(table["source"], table["p"], strict=True):
-        if not p or source not in mine.index:
-            continue
-        place = Place(
-            "Table 12", f"table12.{source}.p", f"{source} significant at 0.05", "1", study.name
-        )
-        limit = printed_of(p.lstrip("<")).value
-        proof = ()
-        if source in fitted.index:
-            estimate, se = fitted.loc[source, ["estimate", "se"]]
-            proof = (*limits(estimate, se, ours.df), margins.ANGLE_DEG)
-        said = "yes" if limit < ALPHA else "no", matters(mine[source], ALPHA, *proof)
-        yield words(place, *said, f"p {p} and {mine[source]:.2g}")
 
 
 def _statistics(paper, study):
@@ -204,7 +187,9 @@ def _statistics(paper, study):
         return
     runs, codes = with_value(runs, "response"), [f["code"] for f in region]
     ours = fit_surface(runs, codes, runs["response"])
-    draws = _drawn(runs, codes, ours)
+    levels = paper.numbers("table11_box_behnken", *NAMES, "angle_deg")
+    theirs = fit_surface(levels, list(NAMES), levels["angle_deg"])
+    draws, their_draws = _drawn(runs, codes, ours), _drawn(levels, list(NAMES), theirs)
     names = {"R2": "R²", "R2_adj": "adjusted R²", "R2_pred": "predicted R²", "CV_percent": "CV"}
     for key in STATISTICS:
         unit = "%" if key == "CV_percent" else "1"
@@ -212,11 +197,19 @@ def _statistics(paper, study):
             "Table 12", f"table12.{key}", names.get(key, "adequate "
             "precision"), unit, study.name, key != "R2_adj"
         )  # fmt: skip
-        low, high = np.quantile(draws[key], (ALPHA, 1.0 - ALPHA))
-        basis = "90 % interval of our statistic, drawn from our fit and its residuals"
+        reach, their_reach = (
+            _reach(d[key], s.summary[key]) for d, s in ((draws, ours), (their_draws, theirs))
+        )
+        basis = "90 % interval, both sides drawn from their fits and residuals"
         value = printed_of(printed[key])
         margin = margins.R2 if key.startswith("R2") else margins.SCATTER_SHARE * value.value
-        yield within(place, value, ours.summary[key], low, high, basis, margin)
+        yield within(place, value, ours.summary[key], reach, basis, margin, len(runs), their_reach)
+
+
+def _reach(drawn, value):
+    """(below, above) of the 90 % interval of a statistic from draws of it (n,)."""
+    low, high = np.quantile(drawn, (ALPHA, 1.0 - ALPHA))
+    return value - low, high - value
 
 
 def _drawn(runs, codes, surface):
@@ -231,32 +224,23 @@ def _drawn(runs, codes, surface):
 
 
 def _optimum(paper, study):
-    """Our surface at the paper's optimum beside the paper's validated angle, and the paper's
-    optimum in our set."""
+    """Our surface at the paper's optimum beside the paper's validated angle. It says whether that
+    optimum is one of ours; the three coordinates are one point of a set and are not compared."""
     _, ours = _surfaces(paper, study)
     region = {f["name"]: f for f in study.summary("response_surface", "region")}
-    point = [_coded(region[name], paper.value(f"optimum_{name}")) for name in NAMES.values()]
+    at = [_coded(region[name], paper.value(f"optimum_{name}")) for name in NAMES.values()]
     angle = paper.scalar("validated_angle_of_repose")
-    predicted = float(ours.predict(np.array([point]))[0])
-    low, high = (float(x[0]) for x in ours.confirmation_interval([point], 25, 2 * ALPHA))
+    predicted = float(ours.predict(np.array([at]))[0])
+    low, high = (float(x[0]) for x in ours.confirmation_interval([at], 25, 2 * ALPHA))
     place = Place(
         "3.1", "optimum.angle", "angle at the paper's optimum, by our surface", "deg", study.name,
         headline=True
     )  # fmt: skip
-    yield within(place, angle, predicted, low, high, "90 % interval of the mean of 25 runs there")
-    optimum = study.summary("optimise", "optimum")
-    for letter, name in NAMES.items():
-        place = Place(
-            "3.1", f"optimum.{letter}", f"optimum: {name.replace('_', ' ')}", "1", study.name
-        )
-        printed = paper.scalar(f"optimum_{name}")
-        if optimum is None:
-            yield absent(place, printed.text, NOT_RUN, "optimise")
-            continue
-        low, high = optimum["solution_set"][name]
-        yield within(
-            place, printed, optimum["optimum"][name], low, high, "extent of our solution set"
-        )
+    reach = predicted - low, high - predicted
+    sd, n = simulated_sd(paper), len(paper.numbers("table13_validation", "angle_deg"))
+    their_reach = 2 * (float(stats.t.ppf(1 - ALPHA, n - 1)) * sd / np.sqrt(n),)
+    basis = "90 % interval of the mean of 25 runs there, by our surface; Table 13 on the other side"
+    yield within(place, angle, predicted, reach, basis, None, len(ours.diagnostics), their_reach)
 
 
 def _coded(factor, level):

@@ -2,8 +2,12 @@
 
 Every agreement follows from numbers and from a margin stated beforehand (`margins`). It is
 equivalent if the 90 % interval of the difference lies within the margin (two one-sided tests at 5
-%), different if the interval lies outside, else undecided. If the paper prints no spread, its value
-is taken to scatter as ours does, over the number of repeats that the paper states. `basis` says so.
+%) and different if the interval lies outside. Else it is undecided, with the number of further runs
+that would decide it, or undecidable where the paper's own error is too wide for any number of runs.
+If the paper prints no spread, its value is taken to scatter as ours does, over the number of
+repeats that the paper states. `basis` says so.
+
+Single runs are not judged one by one. The rows of such a table are judged together (`whole`).
 """
 
 import math
@@ -16,16 +20,19 @@ from calibration.statistics.equivalence import (
     ALPHA,
     DIFFERENT,
     EQUIVALENT,
+    EXACT,
+    UNDECIDABLE,
     UNDECIDED,
-    limits,
-    paired,
-    verdict,
-    welch,
+    Error,
+    decide,
+    decide_difference,
+    together,
 )
 from paper.audit.printed import Printed
 from paper.reproduction import margins
 
 NOT_RUN, NOT_COMPARABLE, NO_NUMBER = "not run", "not comparable", "no number"
+IN_TABLE = "judged with its table"
 ARITHMETIC, SETTINGS, ENGINE = "the paper's arithmetic", "set from the paper", "our runs"
 """What a row is evidence of: the paper's figures against its own data, values that this study takes
 from the paper (so they cannot differ), or values of the engine's runs."""
@@ -44,13 +51,15 @@ COLUMNS = (
     "high",
     "margin",
     "agreement",
+    "more_runs",
     "evidence",
     "basis",
     "study",
     "headline",
 )
 """item: table or equation; sd, n: of this project's value; difference, se, low, high: ours less the
-paper's, its standard error and 90 % interval; margin: what the agreement is judged by."""
+paper's, its standard error and 90 % interval; margin: what the agreement is judged by; more_runs:
+how many further runs would decide what is undecided, at the difference and the scatter found."""
 
 
 @dataclass(frozen=True)
@@ -84,19 +93,23 @@ def _row(place, paper, ours, agreement, basis, **numbers):
     return {c: (row | numbers).get(c) for c in COLUMNS}
 
 
-def _judged(place, paper, ours, difference, interval, margin, basis, **numbers):
-    """Row of a difference whose `interval` (low, high) is held against the margin."""
-    low, high = interval
-    numbers |= {"difference": difference, "low": low, "high": high, "margin": margin}
-    return _row(place, paper, ours, verdict(low, high, margin), basis, **numbers)
+def _judged(place, paper, ours, difference, decision, margin, basis, **numbers):
+    """Row of a difference that was decided against the margin."""
+    numbers |= {"difference": difference, "low": decision.low, "high": decision.high}
+    numbers |= {"margin": margin, "more_runs": decision.more_runs}
+    if decision.verdict == UNDECIDABLE:
+        basis = f"{basis}; more runs of ours would not decide it"
+    return _row(place, paper, ours, decision.verdict, basis, **numbers)
 
 
-def _decide(place, printed, ours, error, basis, margin=None, **numbers):
-    """Row of a difference with `error`, its (standard error, degrees of freedom)."""
+def _decide(place, printed, ours, errors, basis, margin=None, **numbers):
+    """Row of a difference with `errors`: ours and the paper's, as `Error`."""
     apart, margin = ours - printed.value, _margin(place, printed, margin)
-    interval = limits(apart, *error)
-    numbers |= {"se": error[0]}
-    return _judged(place, printed.text, ours, apart, interval, margin, basis, **numbers)
+    decision = decide_difference(apart, *errors, margin)
+    numbers |= {"se": errors[0].beside(errors[1])[0]}
+    if decision.verdict == UNDECIDABLE:
+        basis = f"{basis}; the paper's own standard error is {errors[1].se:.2g}"
+    return _judged(place, printed.text, ours, apart, decision, margin, basis, **numbers)
 
 
 def _margin(place, printed, margin):
@@ -110,104 +123,106 @@ def means(place, printed, ours, sd, n, paper_sd=None, paper_n=1):
     where known."""
     if sd is None or n is None or n < 2:
         return without_spread(place, printed, ours)
+    own = Error(sd / math.sqrt(n), n - 1, n)
     if paper_sd is None:
-        error = sd * math.sqrt(1 / n + 1 / paper_n), n - 1
+        theirs = Error(sd / math.sqrt(paper_n), n - 1)
         basis = f"mean of {n}; the paper's, of {paper_n}, taken to scatter as ours"
     else:
-        error = welch(sd, n, paper_sd, paper_n)
+        theirs = Error(paper_sd / math.sqrt(paper_n), paper_n - 1)
         basis = f"Welch interval of means of {n} and {paper_n}"
-    return _decide(place, printed, ours, error, basis, sd=sd, n=n)
+    return _decide(place, printed, ours, (own, theirs), basis, sd=sd, n=n)
 
 
-def single_run(place, printed, ours, sd, n, paper_sd=None):
-    """A run of ours beside one of theirs. sd: between our seeds, known from n runs; paper_sd:
-    between the paper's runs. Ours may have no value, as of a funnel that clogged."""
+def point(place, printed, ours, sd, n, paper_sd=None):
+    """A point of a table: the mean of n runs of ours beside one of theirs. sd: between our seeds;
+    paper_sd: between the paper's runs, as ours unless given. Its table is judged, not it (`whole`).
+    Ours may have no value, as of a funnel that clogged."""
     if math.isnan(ours):
         return absent(place, printed.text, NO_NUMBER, "our run gave no value")
     if sd is None:
         return without_spread(place, printed, ours)
-    error = math.hypot(sd, sd if paper_sd is None else paper_sd), n - 1
-    return _decide(
-        place, printed, ours, error, "one run each; scatter between runs at one point", sd=sd, n=1
-    )
+    error = math.hypot(sd / math.sqrt(n), sd if paper_sd is None else paper_sd)
+    basis = f"{n} of our runs beside one of theirs; scatter between runs at one point"
+    numbers = {"sd": sd, "n": n, "se": error, "difference": ours - printed.value}
+    return _row(place, printed.text, ours, IN_TABLE, basis, **numbers)
 
 
-def estimates(place, printed, ours, se, freedom, paper_se=None, margin=None):
-    """Two fitted numbers with standard errors; without one of the paper's its printed value counts
+def estimates(place, printed, ours, own, theirs=None, margin=None):
+    """Two fitted numbers with errors (`Error`); without one of the paper's its printed value counts
     as exact."""
-    error = math.hypot(se, paper_se or 0.0), freedom
-    basis = "standard errors of both fits" if paper_se else "standard error of our fit"
-    return _decide(place, printed, ours, error, basis, margin, sd=se)
+    basis = "standard errors of both fits" if theirs else "standard error of our fit"
+    errors = own, theirs or EXACT
+    return _decide(place, printed, ours, errors, basis, margin, sd=own.se, n=own.runs)
 
 
-def within(place, printed, ours, low, high, basis, margin=None):
-    """The paper's value against our own interval [low, high] of at least 90 %. Ours may be no
-    number, as R² predicted where one run alone decides a coefficient."""
+def within(place, printed, ours, reach, basis, margin=None, runs=None, paper_reach=(0.0, 0.0)):
+    """The paper's value beside ours, each with its 90 % `reach` (below, above) to both sides, of
+    which ours narrows with the root of `runs`. Ours may be no number, as R² predicted where one run
+    alone decides a coefficient."""
     if math.isnan(ours):
         return absent(place, printed.text, NO_NUMBER, "ours is no number")
-    interval = low - printed.value, high - printed.value
     apart, margin = ours - printed.value, _margin(place, printed, margin)
-    return _judged(place, printed.text, ours, apart, interval, margin, basis)
+    below, above = (max(x, 0.0) for x in reach)
+    paper_below, paper_above = (max(x, 0.0) for x in paper_reach)
+
+    def interval(count):
+        share = 1.0 if runs is None or math.isnan(count) else math.sqrt(runs / count)
+        low = apart - math.hypot(share * below, paper_above)
+        return low, apart + math.hypot(share * above, paper_below)
+
+    decision = decide(interval, runs, margin)
+    return _judged(place, printed.text, ours, apart, decision, margin, basis, n=runs)
 
 
 def spreads(place, paper_sd, paper_n, sd, n):
     """Two standard deviations: the interval of their ratio by F, judged by the share that counts
     for scatter."""
     ratio = sd / paper_sd
-    low, high = (ratio / math.sqrt(stats.f.ppf(q, n - 1, paper_n - 1)) for q in (1 - ALPHA, ALPHA))
-    interval = (low - 1.0) * paper_sd, (high - 1.0) * paper_sd
+
+    def interval(count):
+        free = MANY if math.isinf(count) else count - 1
+        ends = (ratio / math.sqrt(stats.f.ppf(q, free, paper_n - 1)) for q in (1 - ALPHA, ALPHA))
+        return tuple((end - 1.0) * paper_sd for end in ends)
+
     margin, basis = margins.SCATTER_SHARE * paper_sd, f"F interval of {n} and {paper_n} runs"
-    return _judged(place, f"{paper_sd:.3f}", sd, sd - paper_sd, interval, margin, basis, n=n)
+    decision = decide(interval, n, margin)
+    return _judged(place, f"{paper_sd:.3f}", sd, sd - paper_sd, decision, margin, basis, n=n)
+
+
+MANY = 1e9
+"""Degrees of freedom that are as good as infinitely many."""
 
 
 def exact(place, printed, ours, basis):
     """A number without scatter: recomputed from the paper's own data, or set from it; judged by its
     printed digits."""
-    return _decide(place, printed, ours, (0.0, math.inf), basis, margin=0.0)
+    return _decide(place, printed, ours, (EXACT, EXACT), basis, margin=0.0)
 
 
-def whole(place, parts, margin):
-    """The mean difference of a table's rows by the paired t interval."""
-    basis = "paired t of {} differences"
-    return _of_all(place, parts, margin, basis, lambda p: (p.bias, p.se, p.low, p.high))
-
-
-def beyond(place, parts, margin):
-    """How much the differences of a table's rows scatter about their mean beyond what single runs
-    do."""
-    basis = "standard deviation of {} differences less that of the runs, chi-square"
-    return _of_all(
-        place, parts, margin, basis, lambda p: (p.extra, None, p.extra_low, p.extra_high)
-    )
-
-
-def _of_all(place, parts, margin, basis, part):
-    """Row of what `part` takes of the differences of a table's rows: value, its standard error or
-    None, and interval."""
-    judged = [row for row in parts if row["se"] is not None]
+def whole(place, parts, margin, freedom=math.inf):
+    """A table of single runs judged as one: the root mean square of the true differences of its
+    rows (`equivalence.together`), which the scatter of the runs on both sides is taken off.
+    freedom: degrees of freedom that this scatter is known on."""
+    judged = [row for row in parts if row["se"] is not None and row["difference"] is not None]
     if len(judged) < 2:
-        reason = "fewer than two of its values are compared"
-        return absent(place, None, NOT_COMPARABLE, reason)
-    found = paired([row["difference"] for row in judged], [row["se"] for row in judged])
-    value, se, low, high = part(found)
-    basis, own = basis.format(found.n), {"n": found.n, "se": se}
-    return _judged(place, 0, value, value, (low, high), margin, basis, **own)
+        return absent(place, None, NOT_COMPARABLE, "fewer than two of its values are compared")
+    own = [(row["sd"] or 0.0) / math.sqrt(row["n"] or 1) for row in judged]
+    square = [float(np.mean(np.square(x))) for x in (own, [row["se"] for row in judged])]
+    runs = int(sum(row["n"] or 1 for row in judged))
+    scatter = math.sqrt(square[0]), math.sqrt(max(square[1] - square[0], 0.0))
+    found = together([row["difference"] for row in judged], *scatter, freedom, runs, margin)
+    basis = (
+        f"{found.n} differences: mean {found.mean:+.2f}, root mean square {found.rms:.2f}, of "
+        f"which the runs' scatter makes {math.sqrt(square[1]):.2f} (p = {found.p:.2g})"
+    )
+    return _judged(place, 0, found.beyond, found.beyond, found.decision, margin, basis, n=runs)
 
 
 def words(place, paper, ours, basis):
     """Statements in words or sets: equal, or not, or undecided where one of the two is."""
     same = EQUIVALENT if paper == ours else DIFFERENT
-    return _row(place, paper, ours, UNDECIDED if UNDECIDED in (paper, ours) else same, basis)
-
-
-def matters(p, alpha, low=None, high=None, margin=None):
-    """Whether an effect is there: yes by its p, no only where its 90 % interval [low, high] lies
-    within the margin."""
-    if p < alpha:
-        return "yes"
-    if margin is None:
-        return UNDECIDED
-    return "no" if verdict(low, high, margin) == EQUIVALENT else UNDECIDED
+    open_ones = [x for x in (UNDECIDED, UNDECIDABLE) if x in (paper, ours)]
+    return _row(place, paper, ours, open_ones[0] if open_ones else same, basis)
 
 
 def without_spread(place, printed, ours):

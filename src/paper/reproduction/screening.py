@@ -1,10 +1,20 @@
-"""Tables 6 and 7: the Plackett-Burman runs, effects and significance."""
+"""Tables 6 and 7: the Plackett-Burman runs and effects.
+
+The screenings of the same study at other seeds count as repeats of its runs. Both sides ran the
+same rows, so that an effect carries the same interactions in both, and the scatter between seeds
+alone is the error of their difference.
+"""
+
+import math
 
 import numpy as np
+import pandas as pd
 
-from calibration.statistics.equivalence import limits
+from calibration.chain.responses import with_value
+from calibration.statistics.anova import pure_error
+from calibration.statistics.equivalence import Error
 from calibration.statistics.screening import screen
-from paper.reproduction import margins
+from paper.names import said
 from paper.reproduction.chain import spread
 from paper.reproduction.rows import (
     NOT_COMPARABLE,
@@ -12,18 +22,16 @@ from paper.reproduction.rows import (
     Place,
     absent,
     estimates,
-    matters,
+    point,
     printed_of,
-    single_run,
-    words,
 )
 
 CODES = list("ABCDEFG")
 RESPONSE = "angle_deg"
 
 
-def rows(paper, study):
-    """Rows of Tables 6 and 7."""
+def rows(paper, study, repeats=()):
+    """Rows of Tables 6 and 7; repeats: the same study at other seeds."""
     runs, summary = study.table("screening", "runs"), study.summary("screening")
     if runs is None or summary is None:
         for item, what in (("Table 6", "screening runs"), ("Table 7", "effects")):
@@ -31,60 +39,75 @@ def rows(paper, study):
                 Place(item, f"{item.lower().replace(' ', '0')}", what), None, NOT_RUN, "screening"
             )
         return
-    yield from _runs(paper, study, runs)
-    yield from _effects(paper, study, runs, summary)
+    more = [s.table("screening", "runs") for s in repeats]
+    every = [runs, *(t for t in more if t is not None and _alike(t, runs))]
+    yield from _runs(paper, study, every)
+    yield from _effects(paper, study, every)
 
 
-def _runs(paper, study, runs):
+def _alike(runs, first):
+    """Whether both tables ran the same rows."""
+    return (
+        set(CODES) <= set(runs) & set(first)
+        and len(runs) == len(first)
+        and np.allclose(runs[CODES], first[CODES])
+    )
+
+
+def _scatter(paper, study, every):
+    """(our standard deviation between seeds [deg], its degrees of freedom, the paper's): from the
+    repeats, else from the validation."""
+    own, n, theirs = spread(paper, study)
+    if len(every) > 1:
+        valued = with_value(pd.concat(every, ignore_index=True), "response")
+        square, freedom = pure_error(valued[CODES].to_numpy(float), valued["response"].to_numpy())
+        return math.sqrt(square / freedom), freedom, theirs
+    return own, None if n is None else n - 1, theirs
+
+
+def _runs(paper, study, every):
     table = paper.numbers("table06_plackett_burman", *CODES, RESPONSE)
     angles = paper.printed("table06_plackett_burman", RESPONSE)
-    same = (
-        set(CODES) <= set(runs)
-        and len(runs) == len(table)
-        and np.allclose(runs[CODES], table[CODES])
-    )
-    scatter = spread(paper, study)
+    own, _, theirs = _scatter(paper, study, every)
     for k, text in enumerate(angles):
         place = Place("Table 6", f"table06.run{k + 1}", f"angle of run {k + 1}", "deg", study.name)
-        if same:
-            yield single_run(place, text, float(runs["response"][k]), *scatter)
-        else:
+        if not _alike(every[0], table):
             yield absent(place, text.text, NOT_COMPARABLE, "this study ran another design")
+            continue
+        values = np.array([t["response"][k] for t in every], float)
+        values = values[np.isfinite(values)]
+        mean = float(values.mean()) if len(values) else math.nan
+        yield point(place, text, mean, own, len(values), theirs)
 
 
-def _effects(paper, study, runs, summary):
+def _effects(paper, study, every):
     table = paper.numbers("table06_plackett_burman", *CODES, RESPONSE)
-    theirs = screen(table, CODES, table[RESPONSE])
-    effect = theirs.table.set_index("code")["effect"]
-    t = theirs.table.set_index("code")["t"]
-    ours = study.table("screening", "effects").set_index("code")
-    names = paper.text("table05_contact_parameter_ranges", "factor", "name").set_index("factor")[
-        "name"
-    ]
-    printed_p = paper.text("table07_plackett_burman_anova", "source", "p").set_index("source")["p"]
-    alpha = summary["alpha"]
-    valued = min(len(table), runs["response"].count())
-    freedom = max(valued - 1 - len(CODES), 1)
+    names = paper.text("table05_contact_parameter_ranges", "factor", "name")
+    names = names.set_index("factor")["name"]
+    effects = study.table("screening", "effects").set_index("code")
+    theirs = screen(table, CODES, table[RESPONSE]).table.set_index("code")["effect"]
+    runs = with_value(pd.concat(every, ignore_index=True), "response")
+    own = [c for c in CODES if c in effects.index and effects.loc[c, "name"] == names[c]]
+    ours = screen(runs, own, runs["response"]).table.set_index("code") if own else None
+    inverse = np.linalg.inv(np.cov(runs[own].T, bias=True).reshape(len(own), len(own)))
+    sd, freedom, paper_sd = _scatter(paper, study, every)
     for code in CODES:
-        name = names[code]
-        if code not in ours.index or ours.loc[code, "name"] != name:
-            place = Place("Table 7", f"table07.{code}", f"effect of {name}", "deg", study.name)
+        words = f"effect of {said(names[code])}"
+        place = Place("Table 7", f"table07.{code}.effect", words, "deg", study.name, True)
+        if code not in own or ours is None:
             yield absent(place, None, NOT_COMPARABLE, "no factor of this study")
             continue
-        readable = name.replace("_", " ")
-        place = Place(
-            "Table 7", f"table07.{code}.effect", f"effect of {readable}", "deg", study.name, True
-        )
-        mine = float(ours.loc[code, "effect"])
-        own_se, their_se = (
-            abs(e / x) for e, x in ((mine, ours.loc[code, "t"]), (effect[code], t[code]))
-        )
-        yield estimates(place, printed_of(float(effect[code]), 2), mine, own_se, freedom, their_se)
-        place = Place(
-            "Table 7", f"table07.{code}.p", f"{readable} significant at {alpha:g}", "1", study.name
-        )
-        ours_too = matters(
-            summary["p"][name], alpha, *limits(mine, own_se, freedom), margins.ANGLE_DEG
-        )
-        said = "yes" if printed_of(printed_p[code].lstrip("<")).value < alpha else "no"
-        yield words(place, said, ours_too, f"p {printed_p[code]} and {summary['p'][name]:.2g}")
+        printed, mine = printed_of(float(theirs[code]), 2), float(ours.loc[code, "effect"])
+        if sd is None:
+            yield absent(place, printed.text, NOT_COMPARABLE, "our spread is not known", mine)
+            continue
+        # of an effect, which is twice a slope; the columns are not orthogonal where a run is lost
+        k = own.index(code)
+        error = 2.0 * sd * math.sqrt(inverse[k, k] / len(runs))
+        their_error = Error(2.0 * paper_sd / math.sqrt(len(table)), paper_freedom(paper))
+        yield estimates(place, printed, mine, Error(error, freedom, len(runs)), their_error)
+
+
+def paper_freedom(paper):
+    """Degrees of freedom of the paper's scatter between runs, that of Table 13."""
+    return len(paper.numbers("table13_validation", "angle_deg")) - 1

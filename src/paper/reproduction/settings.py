@@ -17,6 +17,11 @@ class ReproductionSettings(BaseModel):
         description="study: names of further studies; one of the paper's own factors is compared "
         "point by point where it has been run",
     )
+    repeats: dict[str, list[str]] = Field(
+        {},
+        description="study: names of the same study at other seeds, whose screenings count as "
+        "repeats of its own where they have been run",
+    )
     rigs: dict[str, list[str]] = Field(
         {},
         description="study: names of the same study in other rigs, whose findings stand beside its",
@@ -34,7 +39,11 @@ def read_reproduction(path):
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(p) for p in first["loc"])
-        allowed = "the keys beside and rigs" if first["type"] == "extra_forbidden" else first["msg"]
+        allowed = (
+            "the keys beside, repeats and rigs"
+            if first["type"] == "extra_forbidden"
+            else first["msg"]
+        )
         place = {"path": path, "line": lines.get(key), "key": key}
         raise ConfigError(
             "is not valid", value=first.get("input"), allowed=allowed, **place

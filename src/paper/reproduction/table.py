@@ -5,7 +5,7 @@ import pandas as pd
 
 from calibration.errors import CalibrationError
 from calibration.files import write_table
-from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED
+from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDABLE, UNDECIDED
 from dem.io.files import write_json
 from paper.audit.paper import Paper
 from paper.reproduction import bench, chain, margins, measured, screening, theory
@@ -13,9 +13,9 @@ from paper.reproduction.rows import (
     ARITHMETIC,
     COLUMNS,
     ENGINE,
+    IN_TABLE,
     SETTINGS,
     Place,
-    beyond,
     whole,
 )
 from paper.reproduction.study import Study
@@ -33,9 +33,9 @@ WHOLE = {"Table 6": "deg", "Table 8": "deg", "Table 9": "mm", "Table 10": "deg",
 """Tables of simulated values, and their unit."""
 
 
-def reproduce(folders, config, paper=PAPER):
+def reproduce(folders, config, paper=PAPER, repeats=()):
     """The reproduction table from what the stages of the studies in `folders` have left; the first
-    is the main one.
+    is the main one. repeats: folders of its screening at other seeds.
 
     Returns a DataFrame with columns `rows.COLUMNS`, a row a value; stages that have not run give
     rows that say so. Raises AuditInputError for an incomplete folder of printed tables,
@@ -45,11 +45,11 @@ def reproduce(folders, config, paper=PAPER):
     rows = [
         *theory.rows(printed, studies[0]),
         *measured.rows(printed, config),
-        *screening.rows(printed, studies[0]),
+        *screening.rows(printed, studies[0], [Study(f) for f in repeats]),
         *bench.rows(printed, studies[0]),
         *chain.rows(printed, studies),
     ]
-    rows += [row for item, unit in WHOLE.items() for row in _whole(item, unit, rows, studies[0])]
+    rows += [_whole(item, unit, rows, studies[0]) for item, unit in WHOLE.items()]
     rows.sort(key=lambda row: ORDER.index(row["item"]))
     table = pd.DataFrame(rows, columns=list(COLUMNS))
     repeated = sorted(set(table["id"][table["id"].duplicated()]))
@@ -61,32 +61,24 @@ def reproduce(folders, config, paper=PAPER):
 
 
 def _whole(item, unit, rows, study):
-    """The two rows about a table of simulated values as a whole, of its values in `unit`. One says
-    whether ours lie higher or lower on the mean, the other whether the differences scatter more
-    than single runs do."""
-    parts = [row for row in rows if row["item"] == item and row["unit"] == unit]
+    """The row about a table of simulated values as a whole, of its values in `unit`."""
+    parts = [row for row in rows if row["item"] == item and row["agreement"] == IN_TABLE]
     name = min({row["study"] for row in parts if row["study"]} or {study.name})
-    values = [abs(float(row["paper"])) for row in parts if row["se"] is not None]
+    values = [abs(float(row["paper"])) for row in parts]
     margin = margins.by_unit(unit, sum(values) / len(values) if values else 0.0)
-    key, count = item.lower().replace(" ", ""), f"of {len(values)} values"
-    yield whole(
-        Place(item, f"{key}.bias", f"mean difference {count}", unit, name, True), parts, margin
-    )
-    text = f"scatter of the differences {count} beyond that of single runs"
-    yield beyond(Place(item, f"{key}.scatter", text, unit, name, True), parts, margin)
+    key = item.lower().replace(" ", "")
+    text = f"difference of {len(values)} values beyond the runs' scatter (root mean square)"
+    return whole(Place(item, f"{key}.whole", text, unit, name, True), parts, margin)
 
 
 def counts(table):
     """Three counts in one line: the paper's arithmetic, what is set from it, and what our runs
-    gave.
-
-    Rows of whole tables count once more, beside their values.
-    """
-    parts = []
+    gave."""
+    parts, verdicts = [], (EQUIVALENT, DIFFERENT, UNDECIDED, UNDECIDABLE)
     for evidence in (ARITHMETIC, SETTINGS, ENGINE):
         n = table.loc[table["evidence"] == evidence, "agreement"].value_counts()
-        each = [f"{n[w]} {w}" for w in (EQUIVALENT, DIFFERENT, UNDECIDED) if w in n]
-        rest = [f"{k} {w}" for w, k in n.items() if w not in (EQUIVALENT, DIFFERENT, UNDECIDED)]
+        each = [f"{n[w]} {w}" for w in verdicts if w in n]
+        rest = [f"{k} {w}" for w, k in n.items() if w not in verdicts]
         parts.append(f"{evidence}: {', '.join(each + rest)}")
     return f"{len(table)} rows. {'; '.join(parts)}.".replace("rows. the", "rows. The")
 

@@ -4,8 +4,9 @@ study judged."""
 import math
 
 import numpy as np
+from scipy import stats
 
-from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED, verdict
+from calibration.statistics.equivalence import DIFFERENT, EQUIVALENT, UNDECIDED, Error
 from paper.reproduction import margins
 from paper.reproduction.rows import (
     ARITHMETIC,
@@ -14,6 +15,8 @@ from paper.reproduction.rows import (
     NOT_RUN,
     Place,
     absent,
+    estimates,
+    printed_of,
 )
 
 VERDICTS = {"holds": EQUIVALENT, "fails": DIFFERENT, "undecided": UNDECIDED}
@@ -68,9 +71,10 @@ def rows(paper, study):
         elif kind == "statement":
             for name in here.split():
                 yield _statement(item, name, statements.get(name), study.name)
+    responses = study.table("scaling", "scaling")
     for name, statement in statements.items():
         if name.split(".")[0] in ("heap", "drop"):
-            yield _statement("1.2", name, statement, study.name)
+            yield from _over_scales(name, statement, responses, study.name)
 
 
 def _identity(place, name):
@@ -88,24 +92,56 @@ def _statement(item, name, statement, study):
     if statement is None:
         return absent(Place(item, name, name), None, NOT_RUN, "scaling")
     evidence = ARITHMETIC if name.startswith("eq") else ENGINE
-    place = Place(item, name, statement["statement"], "1", study, item == "1.2", evidence)
+    place = Place(item, name, statement["statement"], "1", study, False, evidence)
     row = absent(place, None, VERDICTS[statement["verdict"]], statement["sentence"])
     printed, found = statement["printed"], statement["found"]
     if found is not None:
         low, high = statement["low"] - printed, statement["high"] - printed
         row |= {"paper": f"{printed:g}", "this_project": found, "difference": found - printed}
         row |= {"low": low, "high": high}
-        row |= _range_over_scales(name, low, high)
     return row
 
 
-def _range_over_scales(name, low, high):
-    """Verdict and margin of a range over scales, which is judged as every other difference; else
-    nothing.
+TWICE = 2.0
+"""The enlargement that the paper made (1.2.2): salt of 1 mm as grains of 2 mm."""
 
-    Its interval is the 95 % one of the scaling study.
-    """
-    margin = margins.SCALING.get(name.partition(".")[0])
-    if margin is None:
-        return {}
-    return {"agreement": verdict(low, high, margin), "margin": margin}
+
+def _over_scales(name, statement, responses, study):
+    """Rows of a quantity that is said not to change with the scale: when grain and rig are doubled,
+    and over the whole range of scales; responses: the table of the scaling study."""
+    experiment, rule, kind = name.split(".")
+    case = responses[
+        (responses["experiment"] == experiment)
+        & (responses["rule"] == rule)
+        & (responses["cohesive"] == (kind == "cohesive"))
+    ]
+    unit, digits, none = ("deg", 2, "0.0") if experiment == "heap" else ("1", 4, "0.000")
+    margin = margins.SCALING[experiment]
+    runs = int(case["n"].sum())
+    place = Place("1.2", name, f"{statement['statement']}, over the whole range", unit, study)
+    if statement["found"] is None:
+        yield absent(place, "0", NO_NUMBER, statement["sentence"])
+    else:
+        freedom = max(runs - 2, 1)
+        reach = 0.5 * (statement["high"] - statement["low"])
+        own = Error(reach / float(stats.t.ppf(0.975, freedom)), freedom, runs)
+        row = estimates(place, printed_of(none), statement["found"], own, margin=margin)
+        yield row | {"basis": statement["sentence"]}
+    first, twice = (case[case["scale"] == h] for h in (case["scale"].min(), TWICE))
+    if len(twice) and len(first) and min(twice["n"].iloc[0], first["n"].iloc[0]) > 1:
+        text = f"{statement['statement']}, when doubled as the paper did"
+        place = Place("1.2", f"{name}.twice", text, unit, study, experiment == "heap")
+        yield _doubled(place, printed_of(none), first.iloc[0], twice.iloc[0], margin, digits)
+
+
+def _doubled(place, none, first, twice, margin, digits):
+    """Row of the change from the first scale to the second, by Welch's interval."""
+    one, two = (Error(x["sd"] / math.sqrt(x["n"]), x["n"] - 1) for x in (first, twice))
+    se, freedom = two.beside(one)
+    own = Error(se, freedom, int(first["n"] + twice["n"]))
+    row = estimates(place, none, twice["mean"] - first["mean"], own, margin=margin)
+    ends = ", ".join(
+        f"{x['mean']:.{digits}f} at scale {x['scale']:g} ({int(x['n'])} runs)"
+        for x in (first, twice)
+    )
+    return row | {"basis": f"{ends}; Welch interval"}
