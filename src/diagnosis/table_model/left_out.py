@@ -11,12 +11,14 @@ LEAST_LEVELS = 3  # of a lever, to leave one out
 
 
 def refitted(block, index):
-    """The block without the readings `index`, the strengths of what is held fitted anew."""
+    """The block without the readings `index`, the strengths of what is held fitted anew, each in
+    its form: the levels that are left may be too few to choose one."""
     out = Block(unknown(block.readings, index), block.terms, block.held)
     y = out.readings.log
     for key in block.held:
         rest = out.without(key)
-        out = rest.with_held(rest.held | {key: rest.hold(out.terms[key], y)})
+        form = replace(block.terms[key], shapes=(block.shape_of(key)[0],))
+        out = rest.with_held(rest.held | {key: replace(rest.hold(form, y), term=block.terms[key])})
     return out
 
 

@@ -33,7 +33,7 @@ LEAST = 1.0  # log evidence below which a term that is held is dropped
 BETTER = 0.2  # log evidence by which an exchange must be better
 SWEEPS = 4
 MOST_ROWS = 0.15  # share of an experiment's rows that may be set aside together
-CLEAR = 6.0  # log evidence by which several rows together must lead
+CLEAR = 6.0  # log evidence by which two terms, or several rows, together must lead
 CHUNK = 250  # data sets at once
 
 
@@ -126,7 +126,7 @@ def misfit(blocks, seed=0, count=CHANCE[0]):
 
 
 def _best(blocks):
-    """(experiment, keys, evidence) of the best next term, or of several rows together."""
+    """(experiment, keys, evidence) of the best next term, or of two or several rows together."""
     found = None
     for kind, block in blocks.items():
         values = evidences(block, _y(block)[None])
@@ -135,9 +135,9 @@ def _best(blocks):
             continue
         key = max(free, key=free.get)
         own = (kind, [key], free[key])
-        together = _rows_together(block)
-        if together and together[1] > own[2] + CLEAR:
-            own = (kind, *together)
+        for several in (_rows_together(block), _pair(block, key)):
+            if several and several[1] > own[2] + CLEAR:
+                own = (kind, *several)
         if found is None or own[2] > found[2]:
             found = own
     return found
@@ -237,7 +237,35 @@ def rivals(block, key):
     return sorted(near, key=lambda row: row[1])
 
 
-# --- several rows at once -------------------------------------------------------------------------
+# --- several terms at once -------------------------------------------------------------------------
+
+
+def _pair(block, single):
+    """(keys, evidence) of the two laws or errors that together explain most, or None where they
+    explain no more than a single one.
+
+    A law of two states at once is nearer to both than either law alone."""
+    y = _y(block)
+    start = block.score(y)
+    free = [k for k, t in block.terms.items() if t.kind != ROW and k not in block.held]
+    if len(free) < 2 or len(y) < LEAST_ROWS:
+        return None
+
+    def with_term(now, key):
+        return now.with_held(now.held | {key: now.hold(now.terms[key], y)})
+
+    alone, best = with_term(block, single).score(y), None
+    for first in free:
+        now = with_term(block, first)
+        values = evidences(replace_terms(now, [k for k in free if k != first]), y[None])
+        second = max(values, key=lambda k: float(values[k][0]))
+        both = with_term(with_term(now, second).without(first), first)
+        score = both.score(y)
+        if best is None or score > best[1]:
+            best = [first, second], score
+    if best is None or best[1] < alone + CLEAR:
+        return None
+    return best[0], best[1] - start
 
 
 def _rows_together(block):
