@@ -14,7 +14,7 @@ from diagnosis import prediction_test, time_step
 from diagnosis.collision import rebounds, sliding_angles
 from diagnosis.fit import data_of
 from diagnosis.last_word import last_word
-from diagnosis.laws.engine_gain import Engine, gains, keys_of
+from diagnosis.laws.engine_gain import Engine, compared, keys_of, together
 from diagnosis.laws.in_engine import not_run
 from diagnosis.laws.known import COEFFICIENT, known_curves, with_coefficient
 from diagnosis.laws.readings import FREE, IN_AIR, from_log, readings_of
@@ -86,21 +86,22 @@ def with_engine(verdict, measurements, found, rig, catalogue, held_out=()):
         row["strengths"] = {
             n: float(catalogue[n].strength.natural(c)) for n, c in row.pop("coded").items()
         }
+    parts = []
     for block in found.selection.blocks.values():
         own = [row for row in verdict["laws"] if row["key"] in block.held]
         if not own:
             continue
         names = {row["key"]: row["names"][0] if row["names"] else None for row in own}
-        by_key = gains(measurements, block, names, engine)
+        by_key = compared(measurements, block, names, engine)
+        parts.append(by_key[None])
         for row in own:
-            row |= by_key[row["key"]]
+            row |= {"gain": by_key[row["key"]].gain(), "engine": by_key[row["key"]].engine}
             if row["engine"] is None:
                 row["not_run"] = not_run(row)
             else:
                 row["engine"]["keys"] = keys_of(block, row["key"])
-        # of several experiments the one of the strongest law
-        if verdict["gain"] is None:
-            verdict["gain"] = by_key[None if len(own) > 1 else own[0]["key"]]["gain"]
+    if parts:
+        verdict["gain"] = together(parts)
     verdict = last_word(verdict)
     verdict["exclusion"] = limits(found, catalogue)
     verdict["test"] = prediction_test.of_contacts(verdict, measurements, found, engine, held_out)

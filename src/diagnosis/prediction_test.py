@@ -30,7 +30,7 @@ def of_contacts(verdict, measurements, found, engine, held_out=()):
     placed = verdict["laws"] or [e for e in verdict["errors"] if e["what"] not in
                                  ("declared", "settings")]  # fmt: skip
     if not placed:
-        return None
+        return _again(verdict) if verdict["rows"] else _constant(found, verdict)
     row = placed[0]
     own = _elsewhere(row, verdict, measurements, engine) or _beyond(row, found)
     if own is None:
@@ -38,6 +38,42 @@ def of_contacts(verdict, measurements, found, engine, held_out=()):
     decided = _decided(measurements, found, held_out)
     own |= {"cause": row["key"], **decided}
     own["text"] = _text(own)
+    return own
+
+
+def _again(verdict):
+    """The worst of the rows that were pointed at, read again."""
+    row = verdict["rows"][0]
+    own = {"experiment": row["experiment"], "levers": row["levers"], "by": "curve", "rows": []}
+    own |= {"with_cause": row["expected"], "without_cause": row["value"], "sd": None}
+    own |= {"cause": "row", "outcome": "open"}
+    own["text"] = (
+        f"{_at(own['levers'])} read again gives {row['expected']:.4g} if the row is faulty, and "
+        f"{row['value']:.4g} again if it is not."
+    )
+    return own
+
+
+def _constant(found, verdict):
+    """What a constant coefficient expects beyond the plan; None where nothing is adequate."""
+    if verdict["verdict"] != "adequate":
+        return None
+    block = next(iter(found.selection.blocks.values()))
+    settings = _settings(block)
+    if not settings:
+        return None
+    kind, levers = block.readings.experiment, settings[0]
+    wider = with_setting(block.readings, levers)
+    mean, variance = (v[-1] for v in Block(wider, {}, {}).expected(wider.log))
+    at = {k: np.array([v]) for k, v in levers.items()}
+    sd = np.hypot(np.sqrt(variance), np.median(block.readings.error))
+    value, more = (float(from_log(kind, np.array([v]), at)[0]) for v in (mean, mean + sd))
+    own = {"experiment": kind, "levers": levers, "by": "curve", "rows": [], "outcome": "open"}
+    own |= {"with_cause": None, "without_cause": value, "sd": abs(more - value), "cause": None}
+    own["text"] = (
+        f"{_at(levers)} the {kind} reads {value:.4g} ± {own['sd']:.2g}, as errors are so far, if "
+        "nothing is missing there either."
+    )
     return own
 
 
@@ -167,13 +203,18 @@ def _decided(measurements, found, held_out):
 
 
 def _text(test):
-    levers = " and ".join(
-        f"a {LEVERS[k].words if k in LEVERS else k} of {v:.4g} "
-        f"{LEVERS[k].unit if k in LEVERS else ''}".rstrip()
-        for k, v in test["levers"].items()
-    )
     spread = "" if test["sd"] is None else f" ± {test['sd']:.2g}"
     return (
-        f"At {levers} the {test['experiment']} reads {test['with_cause']:.4g}{spread} with the "
-        f"cause and {test['without_cause']:.4g} without it."
+        f"{_at(test['levers'])} the {test['experiment']} reads {test['with_cause']:.4g}{spread} "
+        f"with the cause and {test['without_cause']:.4g} without it."
     )
+
+
+def _at(levers):
+    """Where, in words."""
+    parts = [
+        f"a {LEVERS[k].words if k in LEVERS else k.replace('_', ' ')} of {v:.4g} "
+        f"{LEVERS[k].unit if k in LEVERS else ''}".rstrip()
+        for k, v in levers.items()
+    ]
+    return f"At {' and '.join(parts)}"

@@ -118,19 +118,43 @@ def keys_of(block, key):
     return keys(term.law, curve(block, key)[0]) if has else None
 
 
-def gains(measurements, block, names, engine):
-    """{key: {gain, engine}} of the laws that are held in a block, and under None the gain of all
-    together; names: {key: mechanism that it is told as, or None}."""
+@dataclass(frozen=True)
+class Compared:
+    """Measurements and what is expected of them without and with something (n, 1), by a fit that
+    had not seen their level; shared: standard deviations of declared errors, as `extend.gain` takes
+    them; engine: what was run, or None."""
+
+    measurements: list
+    before: np.ndarray
+    after: np.ndarray
+    shared: dict
+    engine: dict | None
+
+    def gain(self):
+        """The mapping `gain` of verdict.json."""
+        return gain(self.measurements, self.before, self.after, shared=self.shared)
+
+
+def together(parts):
+    """The gain of several experiments' `Compared` at once."""
+    rows = [m for p in parts for m in p.measurements]
+    before, after = (np.concatenate([getattr(p, n) for p in parts]) for n in ("before", "after"))
+    shared = {k: v for p in parts for k, v in p.shared.items()}
+    return Compared(rows, before, after, shared, None).gain()
+
+
+def compared(measurements, block, names, engine):
+    """{key: Compared} of the laws that are held in a block, the others being in both models, and
+    under None of all of them; names: {key: mechanism that it is told as, or None}."""
     laws = [k for k, h in block.held.items() if h.term.kind == LAW]
-    return {
-        key: _gain(measurements, block, laws, key, names, engine)
-        for key in [*laws, *([None] if len(laws) > 1 else [])]
-    }
+    out = {key: _one(measurements, block, laws, [key], names, engine) for key in laws}
+    out[None] = _one(measurements, block, laws, laws, names, engine) if laws[1:] else out[laws[0]]
+    return out
 
 
-def _gain(measurements, block, laws, key, names, engine):
-    """The mapping of one law, the others being in both models; of all for None."""
-    readings, tested = block.readings, [key] if key else laws
+def _one(measurements, block, laws, tested, names, engine):
+    """`Compared` of some of the laws."""
+    readings = block.readings
     lever, levels = levels_of(block, block.terms[tested[0]].law)
     before, after = (np.full(len(readings.log), np.nan) for _ in range(2))
     ran, chosen = [], 0
@@ -141,19 +165,20 @@ def _gain(measurements, block, laws, key, names, engine):
         held = refitted(block, index)
         shifts = {k: shift(held, k, names.get(k), engine) for k in laws}
         ran += [shifts[k][1] for k in tested]
-        more = sum(held.part(k, readings.log) for k in held.held if k not in laws) if len(
-            held.held) > len(laws) else 0.0  # fmt: skip
-        whole = more + sum(s for s, _ in shifts.values())
+        others = [held.part(k, readings.log) for k in held.held if k not in laws]
+        whole = sum(others) + sum(s for s, _ in shifts.values())
         less = whole - sum(shifts[k][0] for k in tested)
         for out, added in ((before, less), (after, whole)):
             out[run] = (_level(held.readings, added) + added)[run]
     own = np.flatnonzero(np.isfinite(before))
-    pair = [
+    before, after = (
         from_log(readings.experiment, v, readings.levers)[own][:, None] for v in (before, after)
-    ]
+    )
     rows = [measurements[i] for i in readings.rows[own]]
     done = {"left_out": lever, "levels": chosen, "run": len(own), "of": len(readings.log)}
-    return {"gain": gain(rows, *pair), "engine": done if any(ran) else None}
+    y = readings.log
+    shared = {(readings.experiment, n): block.sd_of(n, y) for n in readings.groups}
+    return Compared(rows, before, after, shared, done if any(ran) else None)
 
 
 def _level(readings, added):
@@ -162,4 +187,4 @@ def _level(readings, added):
     return float((weight * (readings.log - added)).sum() / weight.sum())
 
 
-__all__ = ["Engine", "gains", "keys_of", "not_run", "shift", "some_of"]
+__all__ = ["Engine", "compared", "keys_of", "not_run", "shift", "some_of", "together"]

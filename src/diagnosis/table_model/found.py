@@ -6,7 +6,7 @@ import numpy as np
 
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from diagnosis.chance import share_above
-from diagnosis.laws.readings import FREE, readings_of
+from diagnosis.laws.readings import FREE, from_log, readings_of
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.table_model import selection as chosen
 from diagnosis.table_model.curve import BAND, curve, slope_limits, strength_limits, unit_of
@@ -242,6 +242,8 @@ def _row(measurements, block, term):
     row["setting"] = int(block.readings.rows[place])
     row |= {"standard_deviations": off, "sentence": ""}
     at = np.exp(block.readings.log[place] - expected)
+    levers = {k: v[[place]] for k, v in block.readings.levers.items()}
+    row["expected"] = float(from_log(m.experiment, np.array([expected]), levers)[0])
     where = f"Line {m.line}" if m.line else "One row"
     row["sentence"] = (
         f"{where} reads {100 * (at - 1):+.2g} % from what all others say "

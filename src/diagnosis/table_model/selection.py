@@ -237,7 +237,7 @@ def rivals(block, key):
     return sorted(near, key=lambda row: row[1])
 
 
-# --- several terms at once -------------------------------------------------------------------------
+# --- several terms at once ---------------------------------------------------------------------
 
 
 def _pair(block, single):

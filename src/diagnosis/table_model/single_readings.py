@@ -57,6 +57,7 @@ def _row(m, setting, place, off):
         "levers": m.levers,
         "value": float(value),
         "standard_deviations": float(off),
+        "expected": float(others),
         "setting": None,
         "reads_like": None,
         "sentence": f"Line {line}: a single reading of the {words} ({value:.4g}) lies "
