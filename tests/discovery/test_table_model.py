@@ -13,9 +13,10 @@ from calibration.intake.measurements import Measurement
 from diagnosis.last_word import last_word
 from diagnosis.laws.known import Known
 from diagnosis.laws.readings import readings_of
+from diagnosis.table_model import found as found_module
 from diagnosis.table_model.block import LEVEL_SD
 from diagnosis.table_model.found import discover
-from diagnosis.table_model.selection import blocks_of
+from diagnosis.table_model.selection import _with, blocks_of
 
 ERROR, N = 0.02, 5  # of one reading, and readings of a setting
 CHANCE = (199, 199)
@@ -268,6 +269,28 @@ def test_a_mechanism_that_only_resembles_the_data_must_beat_the_free_law():
     assert said.causes == []
     assert said.laws[0]["names"] == []
     assert said.laws[0]["state"] == ["speed"]
+
+
+def test_a_law_that_misses_inner_levels_has_no_name(monkeypatch):
+    """The judge has the word: the same table, its inner levels missed by four errors."""
+    missed = {"settings": 6, "before": 9.0, "after": 5.0, "beyond_band": 4.0}
+    monkeypatch.setattr(found_module, "judged", lambda block, key: missed)
+    said = found(drops(sine, FINER), known_of(1.0))
+    assert (said.verdict, said.causes) == ("discovered", [])
+    assert (said.laws[0]["names"], said.laws[0]["formula"]) == ([], None)
+
+
+def test_the_judge_tells_a_law_that_fits_from_one_that_does_not():
+    """A power predicts the inner heights of a power, and not those of a curve with two bends."""
+    key = "drop:restitution(speed)"
+    for curve, fits in ((lambda h, d: 0.6 * speed(h) ** -0.4, True), (sine, False)):
+        [block] = blocks_of([readings_of(drops(curve, FINER), "drop")], None).values()
+        power = tuple(s for s in block.terms[key].shapes if s.name == "power")
+        block.terms[key] = replace(block.terms[key], shapes=power)
+        held = _with({"drop": block}, "drop", [key])["drop"]
+        judged = found_module.judged(held, key)
+        assert (judged["after"] < 2.0) == fits
+        assert (judged["after"] < 0.5 * judged["before"]) == fits
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,10 @@ from diagnosis.table_model.term import ERROR, LAW, ROW
 MISFIT = 0.01
 """Chance of the misfit of constant coefficients below which a table is never adequate."""
 
+DOES_NOT_FIT = 3.0
+"""Root mean square miss of left-out inner levels, in all errors that a law states for itself, above
+which no mechanism is named and no formula told: none that was tried fits."""
+
 SURE = 0.95  # probability that an error of a declared batch or instrument is there, to be told
 LEAST_ROWS = 3
 UNIT = {"speed": "m/s", "size": "mm", "rate": "°/s", "load": "kPa", "interval": "s", "height": "mm"}
@@ -166,6 +170,8 @@ def _law(block, key, out):
         row["unit"] = unit_of(law)
         row["values"], row["supported_range"] = curve(block, key)
     row["sentence"] = sentence_of(row)
+    if row["held_out"]["beyond_band"] > DOES_NOT_FIT:
+        row |= {"names": [], "single": None, "forms": [], "formula": None, "formulas": {}}
     return row
 
 
