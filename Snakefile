@@ -6,6 +6,11 @@ SUPPLEMENTS = ["paper.stages"]
 include: "workflow/Snakefile"
 
 
+if "paper.stages" in DECLARED:
+
+    include: "workflow/paper.smk"
+
+
 # the default target of an included file does not count
 rule study:
     default_target: True
@@ -20,8 +25,8 @@ rule study:
 rule reference:
     input:
         rules.all.input,
-        pour_rate=f"{STUDY}/{STAGES['pour_rate'].result}",
-        pushed=f"{STUDY}/{STAGES['push_through'].result}",
+        pour_rate=f"{STUDY}/pour_rate/pour_rate.json",
+        pushed=f"{STUDY}/push_through/push_through.json",
     output:
         compared=f"{RESULTS}/comparison/table.md",
     log:

@@ -9,21 +9,15 @@ and the engine name them.
 import ast
 import hashlib
 import json
-import os
-from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
-from calibration.files import read_json, write_text
 from dem.fingerprint import SAID, code_of
-from dem.io.checked import digest_of, is_sealed, sealed
-from dem.io.files import write_json
+from dem.io.checked import digest_of
 
 SOURCES = Path(__file__).parents[1]
 PACKAGES = ("calibration", "dem", "diagnosis", "paper")
 """The project's own: where a wheel is installed, all other packages lie beside them."""
-HANDED = "calibration.chain.study"
-OF_A_PLAN = ("design.csv", "plan.json")
 DOCUMENTED = {"equation", "source"}  # of a law: read by the documentation alone
 FINDS_BY_ITSELF = {
     "iter_modules": ("*.py", "*/__init__.py"),
@@ -31,11 +25,6 @@ FINDS_BY_ITSELF = {
 }
 """What stands in a module that finds the modules beside it, and which these are."""
 OWN = Path(__file__).name  # where these words stand and nothing is found
-
-
-def task_digest(task, config, sources=SOURCES):
-    """The `digest` of a declared task: of its function and of the study that this is handed."""
-    return digest(config, task.reads, [task.function.split(":")[0], HANDED], sources)
 
 
 def digest(config, sections, names, sources=SOURCES):
@@ -62,57 +51,6 @@ def digest_with(code, files):
     """A `digest` and what files hold; one that is missing counts as such."""
     parts = [code, *(digest_of(f) if Path(f).is_file() else "" for f in files)]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:12]
-
-
-def stamp(path, content, new=True):
-    """Let the first line of the file at `path` be `content`, and leave the file as it is where it
-    is so, so that its time is that of the last change. new: make one where there is none. A folder
-    that can only be read stays as it is."""
-    path = Path(path)
-    try:
-        if path.read_text().partition("\n")[0] == content:
-            return
-    except FileNotFoundError:
-        if not new:
-            return
-    except OSError:
-        return
-    with suppress(OSError):
-        write_text(content, path)
-
-
-def reopen(path, reason):
-    """Let the stamp at `path` change, so that what is made from it is made again."""
-    write_text(f"{Path(path).read_text()}\n{reason}", path)
-
-
-def record(path, outputs, folder):
-    """Write beside the stamp at `path` what was made from it: checksums of the files among
-    `outputs`, by their paths in the study's folder. A plan has its own."""
-    kept = Path(f"{path}.json")
-    found = _recorded(kept)
-    for file in map(Path, outputs):
-        if file.is_file() and file.name not in OF_A_PLAN:
-            found[os.path.relpath(file, folder)] = digest_of(file)
-    write_json(kept, sealed(found))
-
-
-def altered(folder):
-    """(stamp, file) of each file of a study that is not as a rule left it."""
-    for kept in sorted(Path(folder).glob(".made_from/*.json")):
-        for name, made in _recorded(kept).items():
-            file = Path(folder, name)
-            if file.is_file() and digest_of(file) != made:
-                yield kept.with_suffix(""), file
-
-
-def _recorded(kept):
-    """Content of a record; nothing is known where there is none, or a damaged one."""
-    try:
-        found = read_json(kept)
-    except (OSError, ValueError):
-        return {}
-    return {k: v for k, v in found.items() if k != "checksum"} if is_sealed(found) else {}
 
 
 @cache

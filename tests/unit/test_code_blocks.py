@@ -25,8 +25,8 @@ from snakemake.cli import get_argument_parser
 from calibration.intake.measurements import read_measured
 from calibration.intake.quantities import quantity_name
 from calibration.interface.commands import main as dem
+from calibration.runs.snakemake_command import rule_names
 from calibration.study.config import Config, overlay, parse_config
-from calibration.study.stages import load_stages
 from dem.spec import RunSpec, parse_spec
 from dem.units import in_ascii, unit_of
 
@@ -127,7 +127,7 @@ def with_programs_on_the_path(folder, monkeypatch):
     for, no run."""
     if shutil.which("liggghts") is None:
         program = folder / "liggghts"
-        program.write_text("#!/bin/sh\necho Version LIGGGHTS-PUBLIC 3.8.0\n")
+        program.write_text("#!/bin/sh\necho LIGGGHTS-PUBLIC 3.8.0\n")
         program.chmod(0o755)
         monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
 
@@ -194,8 +194,7 @@ def exists(name):
 
 def snakemake(words):
     """All options are snakemake's, the targets are stages or files, the files are there."""
-    stages = load_stages("calibration.study.stages", "diagnosis.declared", "paper.stages").values()
-    targets = {"report", "all", *(task.rule for stage in stages for task in stage.tasks)}
+    targets = rule_names()
     args = get_argument_parser([]).parse_args(words)
     for name in args.targets:
         assert name in targets, f"{name} is no stage"

@@ -17,11 +17,10 @@ from calibration.figures import ANGLE
 from calibration.runs.feasibility import check_ahead
 from calibration.runs.plans import read_plan, result_path
 from calibration.study.config import parse_config
-from calibration.study.stages import load_stages
 from dem.results import write_result
 from dem.spec import parse_spec
 from small_heap import RUN
-from stage_files import Files
+from workflow_rules import rules_of
 
 RULES = {"rates_per_s": [500, 1000, 2000], "heaps": 8, "opened": {"funnel_top_diameter_mm": 90.0}}
 
@@ -49,20 +48,15 @@ def poured(config, angle):
     optimum = study.folder / "optimise" / "optimum.json"
     optimum.parent.mkdir(parents=True)
     optimum.write_text(json.dumps({"optimum": {"rolling": 0.2}}))
-    plan, analysis = load_stages()["pour_rate"].tasks
-    files = lambda task: {  # noqa: E731
-        n: str(study.folder / getattr(f, "file", f)) for n, f in task.files().items()
-    }
-    plan.load()(
-        study.reading(plan.reads, plan.seeds), Files(optimum=str(optimum)), Files(**files(plan))
-    )
-    for name, spec in read_plan(files(plan)["plan"]).items():
+    rules = rules_of(config.model_dump(mode="json"))
+    plan, analysis = rules["plan_pour_rate"], rules["pour_rate"]
+    plan.call(study)
+    for name, spec in read_plan(plan.plan).items():
         value = angle(spec["geometry"], np.random.default_rng(zlib.crc32(name.encode())))
         metrics = {} if value is None else {"angle_of_repose_deg": value, "hold_up": 3}
         write_result(Path(result_path(name)).parent, parse_spec(spec), metrics, {}, files=())
-    source = Files(design=files(plan)["design"])
-    analysis.load()(study.reading(analysis.reads), source, Files(**files(analysis)))
-    return study.summary("pour_rate"), read_plan(files(plan)["plan"])
+    analysis.call(study)
+    return study.summary("pour_rate"), read_plan(plan.plan)
 
 
 def faster_is_steeper(geometry, rng):

@@ -18,11 +18,10 @@ from calibration.runs.feasibility import check_ahead
 from calibration.runs.plans import read_plan, result_path
 from calibration.statistics.nested import nested
 from calibration.study.config import parse_config
-from calibration.study.stages import load_stages
 from dem.results import write_result
 from dem.spec import parse_spec
 from small_heap import RUN
-from stage_files import Files
+from workflow_rules import rules_of
 
 KEYS = {
     "rolling": "contacts.particle_particle.rolling_friction",
@@ -108,15 +107,10 @@ def pushed(config, formula):
     folder = study.folder / "posterior"
     folder.mkdir(parents=True)
     draws.assign(predicted=40.0).to_csv(folder / "draws.csv", index=False)
-    plan, analysis = load_stages()["push_through"].tasks
-    files = lambda task: {  # noqa: E731
-        n: str(study.folder / getattr(f, "file", f)) for n, f in task.files().items()
-    }
-    source = Files(draws=str(folder / "draws.csv"))
-    plan.load()(study.reading(plan.reads, plan.seeds), source, Files(**files(plan)))
+    rules = rules_of(config.model_dump(mode="json"))
+    rules["plan_push_through"].call(study)
     answer(study.folder / "push_through" / "plan.json", formula)
-    source = Files(design=files(plan)["design"])
-    analysis.load()(study.reading(analysis.reads), source, Files(**files(analysis)))
+    rules["push_through"].call(study)
     return study.summary("push_through")
 
 

@@ -2,10 +2,8 @@
 without a response."""
 
 import json
-import sys
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -35,8 +33,9 @@ from calibration.study import stages
 from calibration.study.config import Config, parse_config
 from calibration.study.factors import Factor, read_factors
 from calibration.study.physical_limits import inside, physical_range
-from calibration.study.stages import Stage, Task, expected_runs, expecting, load_stages
+from calibration.study.stages import Plan, Stage, expected_runs, expecting, load_stages
 from stage_files import Files, PlanFiles
+from workflow_rules import ROOT, rules_of
 
 
 def factors(k):
@@ -49,7 +48,7 @@ def noisy(design, codes, sd=0.3, seed=1):
     return y.to_numpy() + rng.normal(0.0, sd, len(design))
 
 
-def test_physical_limits_are_the_run_specs_own():
+def test_physical_are_the_run_specs_own():
     low, high = physical_range("contacts.particle_particle.restitution", "heap")
     assert 0.0 <= low < 0.1
     assert high == 1.0
@@ -167,10 +166,11 @@ def test_stages_have_seeds_of_their_own(config_of_salt):
     config, factors = config_of_salt
     row = {"run": 1} | {f.name: f.centre for f in factors}
     seeds = {}
-    for task in expecting():
-        study = Study(config).reading(Config.model_fields, task.seeds)
+    rules = rules_of(ROOT / "config/config.yaml", ROOT / "Snakefile")
+    for name in (f"plan_{expected.folder}" for expected in expecting()):
+        study = Study(config).reading(Config.model_fields, rules[name].seeds)
         table, specs = study.plan(pd.DataFrame([row] * 30))
-        seeds[task.plans] = set(table["seed"])
+        seeds[name] = set(table["seed"])
         assert len(specs) == 30
     assert {min(found) for found in seeds.values()} == {1, 1001, 2001, 3001, 4001}
     every = [seed for found in seeds.values() for seed in found]
@@ -223,16 +223,19 @@ POLISH = Stage(
     name="polish",
     title="Polish",
     place=6.5,
-    tasks=(Task("no.module:plan_polish", "", plans="polish", expected=lambda config: 7),),
+    plans=(Plan("polish", expected=lambda config: 7),),
 )
 
 
-def test_two_stages_cannot_declare_the_same_seeds(monkeypatch):
-    [task] = POLISH.tasks
-    twice = SimpleNamespace(STAGES=(replace(POLISH, tasks=(replace(task, seeds=0),)),))
-    monkeypatch.setitem(sys.modules, "twice", twice)
-    with pytest.raises(ValueError, match="plan_screening and plan_polish declare the same seeds"):
-        load_stages("calibration.study.stages", "twice")
+def test_no_two_stages_have_the_same_seeds():
+    """The first runs at the candidate and those that they ask for are one stage's."""
+    found = {}
+    for name, rule in rules_of(ROOT / "config/config.yaml", ROOT / "Snakefile", ROOT).items():
+        found.setdefault(rule.seeds, set()).add(name)
+    assert found.pop(3) == {"plan_candidate_first", "plan_candidate"}
+    assert found.pop(None)
+    assert sorted(found) == [0, 1, 2, 4, 5, 6]
+    assert all(len(names) == 1 for names in found.values())
 
 
 @pytest.fixture

@@ -18,10 +18,10 @@ import pytest
 from calibration.chain.screening import plan_screening
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError
-from calibration.fresh import record, stamp
 from calibration.interface.cli import main
 from calibration.runs import store as store_module
 from calibration.runs.plans import read_metric, read_plan, run_id, write_plan
+from calibration.runs.records import FOLDER, record
 from calibration.runs.simulated import blown_up, simulate
 from calibration.runs.store import RunStore
 from calibration.runs.verify import MISSING, before_planning, faults_of, hold, plan_faults
@@ -250,7 +250,9 @@ def study(tmp_path, monkeypatch):
             "screening": {"design": "table.csv"},
         }
     )
-    plan_screening(Study(config), None, PlanFiles.of("results/meshed/screening"))
+    planned = PlanFiles.of("results/meshed/screening")
+    plan_screening(Study(config), None, planned)
+    record("results/meshed", "plan_screening", "abc", planned, ["table.csv"])
     return config
 
 
@@ -284,22 +286,57 @@ def edited(path):
     path.write_text(path.read_text().replace("-1", "1", 1))
 
 
-@pytest.mark.parametrize("file", ["table.csv", "results/meshed/screening/design.csv"])
-def test_an_edited_design_is_planned_again(study, file):
+def note_of(name, study="meshed"):
+    """The note why the files of a rule are to be made again."""
+    return Path("results", study, FOLDER, f"{name}.txt").read_text()
+
+
+def test_an_edited_design_is_set_aside_and_planned_again(study):
+    file = "results/meshed/screening/design.csv"
     assert list(faults_of()) == []
     edited(Path(file))
-    assert file in str(next(iter(faults_of())))
+    assert [file in str(fault) for fault in faults_of()] == [True]
     assert file in before_planning(study, dry_run=True)[0]
-    assert not Path("results/meshed/screening/plan.json").exists()
+    assert not Path(file).exists()
+    assert Path(f"{file}.damaged").exists()
+    assert file in note_of("plan_screening")
+    assert before_planning(study, dry_run=True) == []
+
+
+def test_a_table_that_was_edited_since_is_told_of(study, capsys):
+    edited(Path("table.csv"))
+    assert main(["verify", "--repair"]) == 0
+    assert "table.csv: has changed since plan_screening read it" in capsys.readouterr().out
+    assert "table.csv" in note_of("plan_screening")
+    assert Path("table.csv").exists()
+
+
+def test_a_plan_without_a_record_is_a_fault(study):
+    Path("results/meshed", FOLDER, "plan_screening.json").unlink()
+    [fault] = faults_of()
+    assert "nothing says what it was planned from" in str(fault)
+    assert fault.plan == Path("results/meshed/screening")
+
+
+@pytest.mark.parametrize("content", ["[]", "3", '{"heap-1": 4}', "", "{", b"\xff\xfe"])
+def test_a_plan_that_is_none_is_planned_again(study, content):
+    path = Path("results/meshed/screening/plan.json")
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    [fault] = plan_faults(path.parent)
+    assert "is damaged" in str(fault)
+    [said] = before_planning(study, dry_run=True)
+    assert said.endswith("; it is planned again")
+    assert not path.exists()
+    assert str(path) in note_of("plan_screening")
 
 
 def test_a_plan_that_was_edited_is_found(study):
     path = Path("results/meshed/screening/plan.json")
     text = path.read_text()
     path.write_text(text.replace('"seed": 1', '"seed": 2', 1))
-    assert len(list(plan_faults(path.parent))) >= 1
-    path.write_text(text[:-9])
-    assert "damaged" in str(next(plan_faults(path.parent)))
+    assert any(f"{path}: has changed" in str(fault) for fault in faults_of())
+    assert main(["verify", "--repair"]) == 0
+    assert not path.exists()
 
 
 def test_verify_says_what_is_wrong_and_repair_makes_it_again(names, capsys):
@@ -307,6 +344,7 @@ def test_verify_says_what_is_wrong_and_repair_makes_it_again(names, capsys):
     assert "3 runs, 0 faults" in capsys.readouterr().out
     table = pd.DataFrame({"run_id": names})
     write_plan("results/none/screening", table, {run_id(drop(n)): drop(n) for n in range(3)})
+    record("results/none", "plan_screening", "a", PlanFiles.of("results/none/screening"))
     other_digit(result_of(names[1]))
     assert main(["verify", "results"]) == 1
     assert f"{names[1]}/result.json: has changed" in capsys.readouterr().out
@@ -323,8 +361,7 @@ def test_verify_says_which_file_of_a_stage_was_changed(names, capsys):
     table = Path("results/none/screening/effects.csv")
     table.parent.mkdir(parents=True)
     table.write_text("effect\n1.0\n")
-    stamp("results/none/.made_from/screening", "a")
-    record("results/none/.made_from/screening", [table], "results/none")
+    record("results/none", "screening", "a", [table])
     assert main(["verify"]) == 0
     table.write_text("effect\n2.0\n")
     assert main(["verify"]) == 1

@@ -16,12 +16,18 @@ from calibration.chain.study import Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.runs.plans import read_plan, result_path
 from calibration.study.config import parse_config
-from calibration.study.stages import PerTarget, load_stages
 from dem.results import write_result
 from dem.spec import parse_spec
-from stage_files import Files
+from workflow_rules import rules_of
 
-STAGES = load_stages()
+CHAIN = {
+    "screening": ("plan_screening", "screening"),
+    "ascent": ("plan_ascent", "ascent"),
+    "response_surface": ("plan_response_surface", "response_surface"),
+    "optimise": ("candidate", "plan_candidate_first", "plan_candidate", "optimise"),
+    "validation": ("plan_validation", "validation"),
+}
+"""The rules of each stage of the chain, in their order."""
 KEYS = (
     "contacts.particle_particle.rolling_friction",
     "contacts.particle_wall.rolling_friction",
@@ -76,42 +82,21 @@ def answer(plan_file, count, metrics):
         write_result(folder, parse_spec(spec), values, {"wall_time_s": 1.0}, files=())
 
 
-def outputs(task, study):
-    """The files of a declared task by name, as the workflow hands them to it."""
-    paths = {}
-    for name, file in task.files().items():
-        path = getattr(file, "file", getattr(file, "pattern", file))
-        paths[name] = str(study.folder / path)
-        if isinstance(file, PerTarget):
-            further = study.config.further_targets
-            targets = [t for t in further if not file.measured or study.is_measured(t)]
-            paths[name] = [paths[name].format(t.metric) for t in targets]
-    return Files(**paths)
-
-
-def inputs(task, study):
-    """The input files of a declared task that are no runs."""
-    files = {k: f for k, f in (task.inputs or {}).items() if isinstance(f, str)}
-    return Files(**{name: str(study.folder / file) for name, file in files.items()})
-
-
-def run_stage(name, config, count, metrics):
-    """The tasks of a stage as the workflow calls them, each with what it declares to read; runs are
-    answered by formulas. Returns the stage's summary."""
-    study = Study(config)
-    for task in STAGES[name].tasks:
-        task.load()(
-            study.reading(task.reads, task.seeds), inputs(task, study), outputs(task, study)
-        )
-        if task.plans:
-            answer(study.folder / task.plans / "plan.json", count, metrics)
+def run_stage(name, config, count, metrics, rules=None):
+    """The rules of a stage called as the workflow does; runs are answered by formulas. Returns the
+    stage's summary."""
+    study, rules = Study(config), rules or rules_of(config.model_dump(mode="json"))
+    for rule in CHAIN[name]:
+        rules[rule].call(study)
+        if rules[rule].plan:
+            answer(rules[rule].plan, count, metrics)
     return study.summary(name)
 
 
 def run_chain(config, count, metrics):
     """The stages as the workflow calls them; returns their summaries."""
-    chain = ("screening", "ascent", "response_surface", "optimise", "validation")
-    return {name: run_stage(name, config, count, metrics) for name in chain}
+    rules = rules_of(config.model_dump(mode="json"))
+    return {name: run_stage(name, config, count, metrics, rules) for name in CHAIN}
 
 
 def write_measured(measured):

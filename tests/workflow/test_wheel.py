@@ -6,7 +6,7 @@ import re
 import zipfile
 
 import pytest
-from deployed import done, install_wheel, write_study
+from deployed import ROOT, done, install_wheel, write_study
 
 import calibration
 
@@ -34,8 +34,12 @@ def test_the_packages_are_those_of_the_wheel(programs, tmp_path):
 def test_the_wheel_leaves_the_paper_in_the_clone(programs):
     [wheel] = programs.parents[1].glob("*.whl")
     names = zipfile.ZipFile(wheel).namelist()
-    assert {n.split("/")[0] for n in names} == {"dem", "calibration", "diagnosis", METADATA}
+    packages = {"dem", "calibration", "diagnosis", "snakemake_logger_plugin_calibration"}
+    assert {n.split("/")[0] for n in names} == {*packages, METADATA}
     assert "calibration/workflow/Snakefile" in names
+    rules = (ROOT / "workflow/rules").glob("*.smk")
+    assert {f"calibration/workflow/rules/{file.name}" for file in rules} <= set(names)
+    assert "calibration/workflow/paper.smk" not in names
 
 
 def test_a_study_begins_and_is_planned_in_an_empty_folder(programs, tmp_path):

@@ -1,3 +1,5 @@
+# the page, and a picture of each run of the chain for it
+
 PICTURED = [stage.pictured for stage in STAGES.values() if stage.pictured]
 # what the page shows too when it has been made, but does not wait for
 ALSO_SHOWN = set(STAGES) - {
@@ -9,12 +11,12 @@ ALSO_SHOWN = set(STAGES) - {
 }
 
 
-# a picture of each run of a stage; seconds a stage, so one job draws them all
+# seconds a stage, so one job draws them all
 rule heaps:
     input:
         design=f"{STUDY}/{{stage}}/design.csv",
         runs=lambda w: runs_of(w.stage)(w),
-        lost=lambda w: noted(w.stage, MISSING)(w),
+        again=again("heaps"),
     output:
         report(
             directory(f"{STUDY}/heaps/{{stage}}"),
@@ -29,39 +31,31 @@ rule heaps:
         stage="|".join(PICTURED),
     conda:
         "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=60,
     params:
-        function="calibration.telling.report.pictures:heaps",
-        reads=[],
+        **call("calibration.telling.report.pictures:heaps", reads=[]),
     message:
         "heaps: a picture of each run of {wildcards.stage}"
     script:
         "../scripts/task.py"
 
 
-onstart:
-    if workflow.non_local_exec:
-        watch(SETTINGS)
-
-
-onsuccess:
-    for sentence in closing(STUDY_OBJECT):
-        print(sentence, file=sys.stderr)
-
-
 # made from whatever stages have finished; `all` makes the chain and the configured supplements
 # first
 rule report:
     input:
-        made_from=made_from(
-            "report",
-            lambda: digest(
-                SETTINGS, ["target"], ["calibration.telling.report.build", *DECLARED]
-            ),
-        ),
         validation=f"{STUDY}/validation/validation.json",
         heaps=expand(f"{STUDY}/heaps/{{stage}}", stage=PICTURED),
-        supplements=[f"{STUDY}/{STAGES[name].result}" for name in SETTINGS.supplements],
+        # a supplement's name is that of its last rule, unless it says another
+        supplements=lambda w: [
+            getattr(rules, STAGES[name].rule).output[0]
+            for name in SETTINGS.supplements
+        ],
         exports=rules.export.output,
+        again=again("report"),
     output:
         report(
             f"{STUDY}/report.html",
@@ -73,8 +67,16 @@ rule report:
     localrule: True
     conda:
         "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
     params:
         declared=DECLARED,
+        made_from=made_from(
+            "report", ["target"], ["calibration.telling.report.build", *DECLARED]
+        ),
+        stored=STORED,
         # with its time: the page is written anew when it changes. It is no input, as that would
         # make what nobody asked for
         beside=lambda w: {

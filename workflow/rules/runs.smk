@@ -1,3 +1,7 @@
+# the runs of all plans; a stage's analysis waits for `runs_of` its plan, see plans.smk
+
+from dem.fingerprint import engine_fingerprint
+
 # named after the engine it stands for: another engine needs another file. (A file that stays and is
 # only out of date would not do: Snakemake 9 does not look at what depends on an outdated job
 # through `ancient` inputs, not even at missing outputs.)
@@ -15,6 +19,10 @@ rule compile_engine:
         f"{RUNS}/compile.log",
     conda:
         "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=30,
     message:
         "compile the engine: about two minutes, once after each change of it"
     script:
@@ -34,8 +42,12 @@ rule dem_run:
         f"{RUNS}/{{experiment}}-{{digest}}/benchmark.tsv"
     conda:
         "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=lambda w: memory_of([spec_of(f"{w.experiment}-{w.digest}")]),
+        runtime=60,
     params:
-        spec=lambda wildcards: spec_of(f"{wildcards.experiment}-{wildcards.digest}"),
+        spec=lambda w: spec_of(f"{w.experiment}-{w.digest}"),
     message:
         "DEM run {wildcards.experiment}-{wildcards.digest}"
     script:
@@ -58,12 +70,14 @@ rule run_batch:
         plan="|".join(PLANS),
     conda:
         "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=lambda w: memory_of(plan_of(w.plan).values()),
+        runtime=240,
     params:
-        batches=lambda wildcards: batches_of(wildcards.plan),
+        batches=lambda w: batches_of(w.plan),
         # runs that could each be a job of its own are told of as such
-        failures=lambda wildcards: (
-            PLANS[wildcards.plan].failures if PLANS[wildcards.plan].batches else "told"
-        ),
+        failures=lambda w: PLANS[w.plan].failures if PLANS[w.plan].batches else "told",
     message:
         "{wildcards.plan}: runs, batch {wildcards.batch}"
     script:

@@ -1,4 +1,4 @@
-from calibration.chain.jobs import logged, work_for
+from calibration.chain.jobs import leave_record, logged, work_for
 from calibration.study.stages import load_stages
 from calibration.telling.report import build
 
@@ -6,3 +6,4 @@ with logged(snakemake.log[0]):
     stages = load_stages(*snakemake.params.declared)
     study = work_for(snakemake.config)
     build(study.folder, snakemake.output[0], stages, study.config.target.metric)
+    leave_record(snakemake, study)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError, in_words, of_the_machine
-from calibration.fresh import record
+from calibration.runs.records import record
 from calibration.runs.store import keep_runs_in
 from calibration.study.config import Config, with_engine
 from calibration.study.stages import resolve
@@ -58,5 +58,14 @@ def run_task(job):
         study = work_for(job.config).with_bench(job.input.get("fixed", ()))
         study = study.reading(job.params.reads, job.params.get("seeds"))
         resolve(job.params.function)(study, job.input, job.output)
-        if stamp := job.input.get("made_from"):
-            record(stamp, job.output, study.folder)
+        leave_record(job, study)
+
+
+def leave_record(job, study):
+    """Write down what a job has left, see `calibration.runs.records`; not in a storage, whose local
+    copies another machine may have made."""
+    if not job.params.get("stored"):
+        own = f"{study.config.results}/"
+        read = [file for file in job.input if not str(file).startswith(own)]
+        name = Path(job.log[0]).stem
+        record(study.folder, name, job.params.made_from, job.output, read)

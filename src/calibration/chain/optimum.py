@@ -51,7 +51,7 @@ def plan_candidate(study, source, output):
     table, specs = study.plan(_rows(config, found, count))
     made = set(first["run_id"])
     added = {name: spec for name, spec in specs.items() if name not in made}
-    write_plan(folder, table, added, [source.first])
+    write_plan(folder, table, added)
 
 
 def _rows(config, found, count):

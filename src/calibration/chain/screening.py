@@ -38,7 +38,7 @@ def plan_screening(study, source, output):
     config = study.config
     rules = config.screening
     planned = study.plan(screening_design(study.factors, rules))
-    write_plan(Path(output.plan).parent, *planned, inputs=[config.factors, rules.design])
+    write_plan(Path(output.plan).parent, *planned)
 
 
 def analyse_screening(config, design_file, output):

@@ -6,8 +6,7 @@ import sys
 from pathlib import Path
 
 from calibration.errors import CalibrationError
-from calibration.runs.snakemake_command import snakemake_command
-from calibration.telling.plainly import tell
+from calibration.runs.snakemake_command import call, rule_names, snakemake_command
 from dem.errors import DemError
 
 VERIFY = (
@@ -17,9 +16,11 @@ VERIFY = (
 )
 RUN = (
     "Run a study's stages, all of them unless some are named. It is snakemake with the workflow of "
-    "this package, or with that of the current folder where it has one. What snakemake says to its "
-    "developers is left out, unless --verbose is given."
+    "this package, or with that of the current folder where it has one. It shows a line for each "
+    "step; --verbose shows what snakemake says besides."
 )
+LOGGER = "calibration"
+"""The logger plugin of snakemake, `snakemake_logger_plugin_calibration`."""
 
 
 def main(argv=None):
@@ -60,20 +61,19 @@ def _run(args):
 
     _check_stages(args.arguments)
     _check_settings(args.arguments)
-    command = snakemake_command([config_file(args.study)], *args.arguments)
+    # a folder's own workflow may have no profile that names it
+    told = [] if "--logger" in args.arguments else ["--logger", LOGGER]
+    command = snakemake_command([config_file(args.study)], *told, *args.arguments)
     try:
-        return tell(command)
+        return call(command).returncode
     except KeyboardInterrupt:
         return 130  # as a shell says it
 
 
 def _check_stages(arguments):
-    """Raise CalibrationError for a word that is nearly a stage's name; what is far from all may be
+    """Raise CalibrationError for a word that is nearly a rule's name; what is far from all may be
     an option, a file or a rule of the user's own."""
-    from calibration.study.stages import load_stages
-
-    stages = load_stages("calibration.study.stages").values()
-    known = {"all", "report", "diagnose", *(task.rule for stage in stages for task in stage.tasks)}
+    known = rule_names()
     for name in arguments:
         near = difflib.get_close_matches(name, known, n=1, cutoff=0.8)
         if name not in known and near:

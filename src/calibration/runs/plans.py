@@ -19,7 +19,6 @@ from calibration.study.config import point_spec
 from calibration.study.config.specs import SEEDS_A_STAGE
 from calibration.study.factors import read_factors
 from dem.errors import ResultError
-from dem.io.checked import digest_of, is_sealed, sealed
 from dem.io.files import write_json
 from dem.results import RESULT, is_current, run_name
 from dem.spec import parse_spec
@@ -61,39 +60,16 @@ def plan(design, factors, config, experiment=None, seeds=None):
     return pd.DataFrame(rows), specs
 
 
-PLANNED = "planned_from.json"
-"""Beside a plan: checksums of its two files and of the tables that the design follows."""
-
-
-def write_plan(folder, table, specs, inputs=()):
-    """Write design.csv, plan.json and PLANNED, each atomically; `inputs`: paths of the tables that
-    the design follows."""
+def write_plan(folder, table, specs):
+    """Write design.csv and plan.json, each atomically."""
     folder = Path(folder)
     write_table(table, folder / "design.csv")
     write_json(folder / "plan.json", specs)
-    own = {name: digest_of(folder / name) for name in ("design.csv", "plan.json")}
-    tables = {str(path): digest_of(path) for path in inputs if path}
-    write_json(folder / PLANNED, sealed({"files": own, "inputs": tables}))
-
-
-def changed_since_planned(folder):
-    """Files of a plan, and tables that it was made from, that are not as they were then. Raises
-    ValueError where what was written down is damaged itself; nothing is known of a plan without
-    it."""
-    folder = Path(folder)
-    if not (folder / PLANNED).exists():
-        return []
-    made = read_json(folder / PLANNED)
-    if not is_sealed(made):
-        raise ValueError(f"{folder / PLANNED}: is damaged")
-    own = [(folder / name, digest) for name, digest in made["files"].items()]
-    # a table is not at hand where results were moved away from their study
-    tables = [(Path(p), digest) for p, digest in made["inputs"].items() if Path(p).is_file()]
-    return [p for p, digest in own + tables if not p.is_file() or digest_of(p) != digest]
 
 
 def read_plan(path):
-    """{run_id: spec} of a plan.json; empty when there is none yet."""
+    """{run_id: spec} of a plan.json; empty when there is none yet. Raises ValueError for a file
+    that holds anything else."""
     path = Path(path)
     return _read_plan(path, path.stat().st_mtime_ns) if path.exists() else {}
 
@@ -101,7 +77,10 @@ def read_plan(path):
 @lru_cache(maxsize=64)
 def _read_plan(path, _changed):
     """A plan is asked for by each of its runs."""
-    return read_json(path)
+    found = read_json(path)
+    if not (isinstance(found, dict) and all(isinstance(s, dict) for s in found.values())):
+        raise ValueError(f"{path}: holds no plan, which is {{name of a run: its spec}}")
+    return found
 
 
 def planned_spec(study, name):

@@ -93,17 +93,17 @@ class Progress:
 def progress(config, store=None):
     """`Progress` of a study, as the store's index has it: no result is read."""
     store, walls, plans = store or RunStore(config.runs), [], []
-    for name, task, names in _plans(f"{config.results}/{config.name}"):
-        if not names and not task.expected:
+    for name, declared, names in _plans(f"{config.results}/{config.name}"):
+        if not names and not declared.expected:
             continue
         ended = [e for n in names if (e := store.known(n)) and is_current(e["engine"])]
         over = {entry["run"] for entry in ended}
-        if task is None:  # stages above keep a run without a value, and go on
+        if declared is None:  # stages above keep a run without a value, and go on
             over |= {n for n in names if (store.folder(n) / FAILED).exists()}
         failed = tuple(n for n in names if n not in over and _failed(store, n))
-        total = len(names) or task.expected(config)
-        short = bool(task and task.batches)  # a share of a process each
-        plan = Plan(name, len(over), total, failed, bool(names), short, above=task is None)
+        total = len(names) or declared.expected(config)
+        short = bool(declared and declared.batches)  # a share of a process each
+        plan = Plan(name, len(over), total, failed, bool(names), short, above=declared is None)
         plans.append(plan)
         if plan.counted:
             walls += [e["wall_time_s"] for e in ended if e["wall_time_s"] is not None]
@@ -112,13 +112,14 @@ def progress(config, store=None):
 
 
 def _plans(folder):
-    """[(name, task that plans it, its runs)] of a study, in the stages' order. Plans of stages
-    above this layer come first, as their folders have them, without a task."""
+    """[(folder of a plan, what is declared of it, its runs)] of a study, in the stages' order.
+    Plans of stages above this layer come first, as their folders have them, without a
+    declaration."""
     made, own = {name: runs for name, runs in plans_of(folder) if runs}, planning()
-    others = made.keys() - {task.plans for task in own}
+    others = made.keys() - {plan.folder for plan in own}
     return [
         *((name, None, made[name]) for name in sorted(others)),
-        *((task.plans, task, made.get(task.plans, {})) for task in own),
+        *((plan.folder, plan, made.get(plan.folder, {})) for plan in own),
     ]
 
 

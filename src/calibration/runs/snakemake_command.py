@@ -1,9 +1,12 @@
 """Where the workflow is: it comes with the package. In a clone its folder is a link to `workflow/`
 at the root."""
 
+import re
 import signal
 import subprocess
 import sys
+import threading
+from contextlib import contextmanager
 from pathlib import Path
 
 WORKFLOW = Path(__file__).parents[1] / "workflow"
@@ -12,9 +15,9 @@ OWN = ("Snakefile", "workflow/Snakefile")
 
 
 def call(command, **keys):
-    """`subprocess.run`, but an interrupt waits for the end: snakemake then stops its jobs, which
-    keep what they have."""
-    with subprocess.Popen(command, **keys) as process:
+    """`subprocess.run`, but a signal to end reaches the command, which is waited for: snakemake
+    then stops its jobs, which keep what they have."""
+    with subprocess.Popen(command, **keys) as process, _passed_on(signal.SIGTERM, process):
         try:
             out, err = process.communicate()
         except KeyboardInterrupt:
@@ -22,6 +25,19 @@ def call(command, **keys):
             process.communicate()
             raise
     return subprocess.CompletedProcess(command, process.returncode, out, err)
+
+
+@contextmanager
+def _passed_on(number, process):
+    """Send a signal on to a process, as far as this thread can take it."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    former = signal.signal(number, lambda *_: process.send_signal(number))
+    try:
+        yield
+    finally:
+        signal.signal(number, former)
 
 
 def snakemake_command(files, *arguments):
@@ -32,3 +48,10 @@ def snakemake_command(files, *arguments):
     # --snakefile takes one value: what follows it is no further configuration file
     named = ["--configfile", *files, "--snakefile", snakefile]
     return [sys.executable, "-m", "snakemake", *map(str, named), *arguments]
+
+
+def rule_names():
+    """Names of the workflow's rules, as its files have them."""
+    files = [WORKFLOW / "Snakefile", *WORKFLOW.rglob("*.smk")]
+    found = (re.findall(r"^(?:rule|checkpoint) (\w+):", f.read_text(), re.M) for f in files)
+    return {name for names in found for name in names}

@@ -17,8 +17,8 @@ from filelock import FileLock, Timeout
 from calibration import engines
 from calibration.errors import CalibrationError
 from calibration.files import read_json, sweep_abandoned, write_text
-from calibration.fresh import altered, reopen
-from calibration.runs.plans import changed_since_planned, read_plan, run_id
+from calibration.runs.plans import read_plan, run_id
+from calibration.runs.records import FOLDER, altered, changed_inputs, note, recorded
 from calibration.runs.store import RunStore
 from dem.errors import DemError, ResultError
 from dem.io.files import sweep_partial
@@ -29,21 +29,21 @@ HELD = "CALIBRATION_HELD"
 """Environment variable: the folders of results, a line each, that this process holds, or one that
 waits for it."""
 
-MISSING, SET_ASIDE = "missing_runs.txt", "plan_set_aside.txt"
+MISSING = "missing_runs.txt"
 """In the folder of a plan: the runs that were missing at the last start that missed any, or the
-plan itself; why the plan was set aside last. What was made before is older than these files and so
-stale: snakemake makes nothing again that is missing while what was made from it is there."""
+plan itself. What was made before is older than this file and so stale: snakemake makes nothing
+again that is missing while what was made from it is there."""
 
 
 @dataclass(frozen=True)
 class Fault:
     """What is wrong with a run (`run`, its name), with the plan in a stage's folder (`plan`), or
-    with a file that a stage wrote (`made`: its stamp, see `calibration.fresh`, and the file)."""
+    with a file that a rule wrote (`made`: study's folder, name of the rule, the file)."""
 
     text: str
     run: str | None = None
     plan: Path | None = None
-    made: tuple[Path, Path] | None = None
+    made: tuple[Path, str, Path] | None = None
     stale: bool = False
 
     def __str__(self):
@@ -55,11 +55,13 @@ def faults_of(results="results", full=True):
     files, else only those runs that the store's index does not know as unchanged."""
     store = RunStore(Path(results) / "runs")
     plans = sorted(Path(results).glob("*/**/plan.json"))
-    studies = sorted(p.parent for p in Path(results).glob("*/.made_from"))
+    studies = sorted(p.parent for p in Path(results).glob(f"*/{FOLDER}"))
     return [
         *_run_faults(store, full),
         *(f for p in plans for f in plan_faults(p.parent)),
+        *(f for p in plans for f in _unknown(results, p)),
         *(f for s in studies for f in _file_faults(s)),
+        *(f for s in studies for f in _table_faults(s)),
     ]
 
 
@@ -87,16 +89,14 @@ def _run_faults(store, full):
 
 
 def plan_faults(folder):
-    """`Fault`s of the plan in a stage's folder: edited since, or of a mesh or a table that has
-    changed since."""
+    """`Fault`s of the plan in a stage's folder: it cannot be read, or its runs have other names
+    now, since it was edited or a mesh or a table that they read has changed."""
     folder = Path(folder)
     try:
-        specs, changed = read_plan(folder / "plan.json"), changed_since_planned(folder)
+        specs = read_plan(folder / "plan.json")
     except ValueError:
-        yield Fault(f"{folder / 'plan.json'}: is damaged: it cannot be read", plan=folder)
+        yield Fault(f"{folder / 'plan.json'}: is damaged: it holds no plan", plan=folder)
         return
-    for file in changed:
-        yield Fault(f"{file}: has changed since the runs of {folder} were planned", plan=folder)
     for name, spec in _one_of_each_rig(specs):
         try:
             found = run_id(spec)
@@ -108,17 +108,32 @@ def plan_faults(folder):
             yield Fault(f"{folder / 'plan.json'}: {name} is now {found}: {text}", plan=folder)
 
 
+def _unknown(results, plan):
+    """`Fault` of a plan of which no record says what it was made from."""
+    study = Path(results, plan.relative_to(results).parts[0])
+    if recorded(study, plan) is None:
+        yield Fault(f"{plan}: nothing says what it was planned from", plan=plan.parent)
+
+
 def _file_faults(study):
-    """`Fault`s of the files that the stages of a study's folder wrote."""
-    for stamp, file in altered(study):
-        yield Fault(f"{file}: has changed since {stamp.name} wrote it", made=(stamp, file))
+    """`Fault`s of the files that the rules of a study's folder wrote."""
+    for name, file in altered(study):
+        yield Fault(f"{file}: has changed since {name} wrote it", made=(study, name, file))
+
+
+def _table_faults(study):
+    """`Fault`s of files of a study that were made from a table which has changed since. Its digest
+    makes the workflow make them again; here they are told of."""
+    for name, file in changed_inputs(study):
+        yield Fault(f"{file}: has changed since {name} read it", made=(study, name, file))
 
 
 def _set_file_aside(fault):
-    """Rename a file that is not as its stage left it, and let the stage make its files again."""
-    stamp, file = fault.made
-    os.replace(file, f"{file}.damaged")
-    reopen(stamp, fault)
+    """Let a rule make its files again, of which one that is not as it was left is renamed."""
+    study, name, file = fault.made
+    if Path(study) in file.parents:
+        os.replace(file, f"{file}.damaged")
+    note(study, name, fault)
 
 
 def _one_of_each_rig(specs):
@@ -133,7 +148,7 @@ def _one_of_each_rig(specs):
     return seen.values()
 
 
-def repair(faults, results="results", note=print):
+def repair(faults, results="results", tell=print):
     """Make runs again that are wrong, and set aside plans that are, which the workflow then makes
     again.
 
@@ -143,24 +158,26 @@ def repair(faults, results="results", note=print):
     known = {n: s for p in Path(results).glob("*/**/*plan.json") for n, s in _specs(p).items()}
     for fault in faults:
         if fault.plan:
-            os.replace(fault.plan / "plan.json", fault.plan / "plan.json.damaged")
-            note(f"{fault.plan}: set aside; `snakemake` plans it again")
+            with suppress(FileNotFoundError):  # it had two faults
+                _set_plan_aside(fault.plan)
+            tell(f"{fault.plan}: set aside; `snakemake` plans it again")
             continue
         if fault.made:
-            _set_file_aside(fault)
-            note(f"{fault.made[1]}: set aside; `snakemake` makes it again")
+            with suppress(FileNotFoundError):
+                _set_file_aside(fault)
+            tell(f"{fault.made[2]}: `snakemake` makes again what {fault.made[1]} left")
             continue
         spec = known.get(fault.run) or _own_spec(store.folder(fault.run))
         store.set_aside(fault.run)
         if spec is None:
-            note(f"{fault.run}: set aside; no plan knows its spec")
+            tell(f"{fault.run}: set aside; no plan knows its spec")
             continue
         try:
             engines.make(spec, store.folder(fault.run))
             store.entry(fault.run)
-            note(f"{fault.run}: made again")
+            tell(f"{fault.run}: made again")
         except DemError as error:
-            note(f"{fault.run}: could not be made again: {error}")
+            tell(f"{fault.run}: could not be made again: {error}")
             left += 1
     return left
 
@@ -200,9 +217,7 @@ def before_planning(config, dry_run, results="results"):
         faults = list(plan_faults(plan.parent))
         said += [f"{fault}; it is planned again" for fault in faults]
         if faults:
-            os.replace(plan, plan.with_name("plan.json.damaged"))
-            _note(plan.with_name(SET_ASIDE), faults)
-            _note(plan.with_name(MISSING), [plan.name])
+            _set_plan_aside(plan.parent)
     for fault in _file_faults(Path(results) / config.name):
         _set_file_aside(fault)
         said.append(f"{fault}; it is made again")
@@ -224,6 +239,22 @@ def before_planning(config, dry_run, results="results"):
             f"{stale} runs of {config.name} were made by another engine; they are made again"
         )
     return said
+
+
+def _set_plan_aside(folder):
+    """Rename a plan, so that its rule plans again: without it the rule's other files are no longer
+    what its record says."""
+    study, plan = _study_of(folder), folder / "plan.json"
+    name = recorded(study, plan)
+    os.replace(plan, f"{plan}.damaged")
+    _note(folder / MISSING, [plan.name])
+    if name:
+        note(study, name, f"{plan} was set aside")
+
+
+def _study_of(folder):
+    """The study's folder that the folder of a plan lies in."""
+    return next((p for p in folder.parents if (p / FOLDER).is_dir()), folder.parent)
 
 
 def _note(path, lines):

@@ -12,6 +12,7 @@ from calibration.chain.responses import without_value
 from calibration.chain.study import Results
 from calibration.errors import CalibrationError
 from calibration.figures import response_of
+from calibration.runs.records import FOLDER
 from calibration.study.stages import load_stages, resolve
 
 KEPT = (
@@ -25,7 +26,7 @@ KEPT = (
     "parameters.csv",
     "next.csv",
 )
-NOT_KEPT = ("logs", ".made_from")
+NOT_KEPT = ("logs", FOLDER)
 BEGIN, END = "<!-- found: begin -->", "<!-- found: end -->"
 
 

@@ -1,7 +1,5 @@
 """The stages as sections of the page: their outcome in words, figures, tables and data."""
 
-from pathlib import Path
-
 from calibration.chain.study import Results
 from calibration.figures import label, response_of
 from calibration.intake.tables import read_written
@@ -23,11 +21,10 @@ def section(study, stage, response):
 def _listed(study, stage, response):
     """The section of a stage of which the declaration lists the tables."""
     folder = study / stage.name
-    own = [f for f in stage.figures if f.file.startswith(f"{stage.name}/")]
     drawn = [
-        figure(study / f.file, caption(f.caption), [folder / d for d in f.numbers])
-        for f in own
-        if (study / f.file).exists()
+        figure(path, _named(stage.name, path), [folder / d for d in f.numbers])
+        for f in stage.figures
+        if (path := folder / f"{f.name}.svg").exists()
     ]
     shown = [
         table(folder / f"{name}.csv", text)
@@ -35,7 +32,7 @@ def _listed(study, stage, response):
         if (folder / f"{name}.csv").exists()
     ]
     if stage.tables:
-        drawn += _further(folder, [Path(f.file).stem for f in own])
+        drawn += _further(folder, [f.name for f in stage.figures])
     if not stage.tables or (not drawn and not shown):
         return None
     summary = Results(study).summary(stage.name)
@@ -105,8 +102,8 @@ def _verb(word, n):
 
 
 def _named(key, path):
-    """Caption of a figure that is not listed above: the file of that name, or its name in plain
-    words."""
+    """Caption of a figure: the file of workflow/report that bears the stage's name and its own, or
+    its own, or its name in plain words."""
     return caption(f"{key}_{path.stem}") or caption(path.stem) or label(path.stem).capitalize()
 
 

@@ -16,7 +16,7 @@ def run_times(study, stages):
     """Table of the runs that are there: stage, run_id, seed, particles, steps, simulated and wall
     time, engine."""
     rows, store = [], RunStore()
-    plans = [t.plans for s in stages.values() for t in s.tasks if t.plans]
+    plans = [plan.folder for stage in stages.values() for plan in stage.plans]
     for stage in plans:
         design = study / stage / "design.csv"
         for name in read_written(design)["run_id"] if design.exists() else []:

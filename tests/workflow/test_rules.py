@@ -1,0 +1,94 @@
+"""The rules as they are written: each says what it reads, and the picture of them is theirs."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from calibration.runs.snakemake_command import rule_names
+from calibration.study.stages import load_stages
+from workflow_rules import ROOT, read_workflow, rules_of
+
+DIRECTIVES = (
+    "input", "output", "log", "benchmark", "wildcard_constraints", "localrule", "conda", "threads",
+    "resources", "params", "message", "script",
+)  # fmt: skip
+"""In the order of snakefmt, which holds them to it."""
+NEEDED = {"output", "log", "conda", "threads", "resources", "message", "script"}
+STAGES = load_stages("calibration.study.stages", "diagnosis.declared", "paper.stages").values()
+
+
+@pytest.fixture(scope="module")
+def workflow():
+    return read_workflow(ROOT / "config/config.yaml", ROOT / "Snakefile", ROOT)
+
+
+@pytest.fixture(scope="module")
+def declared():
+    return rules_of(ROOT / "config/config.yaml", ROOT / "Snakefile", ROOT)
+
+
+def written():
+    """{name: directives} of each rule as it stands in a file."""
+    found = {}
+    for file in (ROOT / "workflow").rglob("*.smk"):
+        parts = re.split(r"^ *(?:rule|checkpoint) (\w+):\n", file.read_text(), flags=re.M)
+        for name, text in zip(parts[1::2], parts[2::2], strict=True):
+            found[name] = re.findall(r"^    (\w+):", text, re.M)
+    return found
+
+
+def test_each_rule_is_written_out():
+    rules = written()
+    assert len(rules) > 50
+    for name, directives in rules.items():
+        assert not NEEDED - set(directives), name
+        assert set(directives) <= set(DIRECTIVES), name
+
+
+def test_the_names_are_those_that_snakemake_reads(workflow):
+    assert {rule.name for rule in workflow.rules} == rule_names() | {"study", "reference"}
+
+
+def test_common_is_short():
+    """What every rule needs, and no more."""
+    assert len((ROOT / "workflow/rules/common.smk").read_text().splitlines()) <= 160
+
+
+def test_a_rule_names_the_tables_that_it_reads(workflow, declared):
+    inputs = {rule.name: list(rule.input.keys()) for rule in workflow.rules}
+    for name, rule in declared.items():
+        for section in ("factors", "measurements"):
+            assert (section in rule.reads) == (section in inputs[name]), (name, section)
+
+
+def test_each_stage_ends_with_a_rule_and_its_plans_are_made(declared):
+    assert {stage.rule for stage in STAGES} <= set(declared)
+    folders = {plan.folder for stage in STAGES for plan in stage.plans}
+    made = {str(Path(rule.plan).parent) for rule in declared.values() if rule.plan}
+    assert made == {f"results/salt/{folder}" for folder in folders}
+
+
+def test_the_lowest_snakemake_is_stated_once():
+    """As the package asks for it; the workflow holds who installed another one to it."""
+    asked = re.search(r'"snakemake>=([\d.]+)"', (ROOT / "pyproject.toml").read_text())[1]
+    assert f'min_version("{asked}")' in (ROOT / "workflow/Snakefile").read_text()
+
+
+def in_the_picture():
+    text = (ROOT / "docs/img/rulegraph.svg").read_text()
+    return set(re.findall(r"<text [^>]*>(\w+)</text>", text))
+
+
+def test_the_picture_shows_rules_that_there_are():
+    assert "plan_response_surface" in in_the_picture()
+    assert in_the_picture() <= rule_names()
+
+
+@pytest.mark.slow
+def test_the_picture_shows_the_rules_of_a_study(monkeypatch):
+    """`python docs/rulegraph.py` draws it anew."""
+    monkeypatch.syspath_prepend(ROOT / "docs")
+    from rulegraph import rulegraph
+
+    assert set(re.findall(r'label = "(\w+)', rulegraph())) == in_the_picture()

@@ -1,0 +1,94 @@
+"""The workflow's rules as snakemake reads them, for tests that call a stage as its rules do."""
+
+from contextlib import redirect_stderr
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+
+import yaml
+from snakemake.api import SnakemakeApi
+from snakemake.settings.types import (
+    ConfigSettings,
+    DeploymentSettings,
+    OutputSettings,
+    Quietness,
+    ResourceSettings,
+    StorageSettings,
+    WorkflowSettings,
+)
+from snakemake_interface_executor_plugins.settings import ExecMode
+
+from calibration.study.stages import resolve
+from stage_files import Files
+
+ROOT = Path(__file__).parents[1]
+
+
+@dataclass(frozen=True)
+class Declared:
+    """A rule: what its `params` say of the call, and its files by name. Inputs that are functions
+    are left out."""
+
+    name: str
+    function: str
+    reads: tuple
+    seeds: int | None
+    source: Files
+    output: Files
+
+    def call(self, study):
+        """Do what the rule does for a study."""
+        resolve(self.function)(study.reading(self.reads, self.seeds), self.source, self.output)
+
+    @property
+    def plan(self):
+        """plan.json where the rule plans runs, else None."""
+        path = self.output.get("plan")
+        return path if path and path.endswith("/plan.json") else None
+
+
+def read_workflow(configuration, snakefile=ROOT / "workflow/Snakefile", folder=None):
+    """The `snakemake.workflow.Workflow` of a configuration, a mapping or a file, with all rules
+    read. folder: where it is called, here unless given."""
+    if isinstance(configuration, dict):
+        path = Path("read_workflow.yaml").resolve()
+        path.write_text(yaml.safe_dump(configuration))
+        configuration = path
+    with SnakemakeApi(OutputSettings(quiet={Quietness.ALL})) as api, redirect_stderr(StringIO()):
+        found = api.workflow(
+            resource_settings=ResourceSettings(cores=1),
+            config_settings=ConfigSettings(configfiles=[Path(configuration)]),
+            storage_settings=StorageSettings(),
+            # as a job reads the rules: nothing is checked, set aside or said
+            workflow_settings=WorkflowSettings(exec_mode=ExecMode.SUBPROCESS),
+            deployment_settings=DeploymentSettings(),
+            snakefile=snakefile,
+            workdir=folder,
+        )
+        return found._workflow
+
+
+def rules_of(configuration, snakefile=ROOT / "workflow/Snakefile", folder=None):
+    """{name: `Declared`} of the rules that call a function, for a configuration; see
+    `read_workflow`."""
+    rules = read_workflow(configuration, snakefile, folder).rules
+    return {rule.name: _declared(rule) for rule in rules if hasattr(rule.params, "function")}
+
+
+def _declared(rule):
+    params = rule.params
+    return Declared(
+        rule.name, params.function, tuple(params.reads), getattr(params, "seeds", None),
+        _files(rule.input), _files(rule.output),
+    )  # fmt: skip
+
+
+def _files(named):
+    """Files by name that are no functions."""
+    found = {}
+    for name, value in named.items():
+        several = isinstance(value, list | tuple)
+        paths = [str(p) for p in (value if several else [value]) if not callable(p)]
+        if paths or several:
+            found[name] = paths if several else paths[0]
+    return Files(**found)

@@ -1,0 +1,158 @@
+# what concerns the paper alone, for a study that names one of these stages in its supplements
+
+import paper.stages
+
+# the paper's printed tables
+TABLES = [user_file(path) for path in paper.stages.tables(STUDY_OBJECT)]
+# of further studies, where they have been run: the validations that count beside this one, and the
+# screenings of this one at other seeds
+BESIDE, REPEATS = (
+    [f"{RESULTS}{path.removeprefix(SETTINGS.results)}" for path in named(STUDY_OBJECT)]
+    for named in (paper.stages.beside, paper.stages.repeats)
+)
+
+
+rule audit:
+    input:
+        tables=TABLES,
+        again=again("audit"),
+    output:
+        table=f"{STUDY}/audit/audit.csv",
+        page=report(
+            f"{STUDY}/audit/audit.html",
+            caption="report/audit.rst",
+            category="12 Audit of the paper",
+        ),
+    log:
+        f"{STUDY}/logs/audit.log",
+    localrule: True
+    conda:
+        "envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call("paper.tasks:audit", reads=[]),
+    message:
+        "audit: recompute every printed figure of the paper"
+    script:
+        "scripts/task.py"
+
+
+rule reproduction:
+    input:
+        tables=TABLES,
+        settings=user_file(paper.stages.SETTINGS),
+        beside=BESIDE,
+        repeats=REPEATS,
+        validation=f"{STUDY}/validation/validation.json",
+        tilt=f"{STUDY}/tilt/tilt.json",
+        drop=f"{STUDY}/drop/drop.json",
+        shear=f"{STUDY}/shear/shear.json",
+        scaling=f"{STUDY}/scaling/scaling.json",
+        factors=FACTORS,
+        again=again("reproduction"),
+    output:
+        table=report(
+            f"{STUDY}/reproduction/reproduction.csv",
+            caption="report/reproduction.rst",
+            category="10 Reproduction",
+        ),
+        summary=f"{STUDY}/reproduction/reproduction.json",
+    log:
+        f"{STUDY}/logs/reproduction.log",
+    localrule: True
+    conda:
+        "envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call("paper.tasks:reproduction", reads=["run", "factors"]),
+    message:
+        "reproduction: every table and equation of the paper beside this study's values"
+    script:
+        "scripts/task.py"
+
+
+# the tables of simulated values of the paper, read as tables of another code's runs
+checkpoint plan_disagreement:
+    input:
+        tables=TABLES,
+        causes=user_file(paper.stages.CAUSES),
+        factors=FACTORS,
+        again=again("plan_disagreement"),
+    output:
+        design=f"{STUDY}/disagreement/design.csv",
+        plan=f"{STUDY}/disagreement/plan.json",
+        table_6=f"{STUDY}/disagreement/table_6.csv",
+        table_8=f"{STUDY}/disagreement/table_8.csv",
+        table_9=f"{STUDY}/disagreement/table_9.csv",
+        table_10=f"{STUDY}/disagreement/table_10.csv",
+        table_11=f"{STUDY}/disagreement/table_11.csv",
+    log:
+        f"{STUDY}/logs/plan_disagreement.log",
+    localrule: True
+    conda:
+        "envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "paper.disagreement:plan_disagreement",
+            reads=["seed", "experiment", "fixed", "run", "factors", "bench"],
+        ),
+    message:
+        "disagreement: read the paper's tables as runs, plan what may differ at each"
+    script:
+        "scripts/task.py"
+
+
+rule disagreement:
+    input:
+        tables=TABLES,
+        causes=user_file(paper.stages.CAUSES),
+        settings=DIAGNOSIS_SETTINGS,
+        design=f"{STUDY}/disagreement/design.csv",
+        plan=f"{STUDY}/disagreement/plan.json",
+        runs=runs_of("disagreement"),
+        screening=f"{STUDY}/screening/runs.csv",
+        ascent=f"{STUDY}/ascent/runs.csv",
+        response_surface=f"{STUDY}/response_surface/runs.csv",
+        beside=BESIDE,
+        table_6=f"{STUDY}/disagreement/table_6.csv",
+        table_8=f"{STUDY}/disagreement/table_8.csv",
+        table_9=f"{STUDY}/disagreement/table_9.csv",
+        table_10=f"{STUDY}/disagreement/table_10.csv",
+        table_11=f"{STUDY}/disagreement/table_11.csv",
+        factors=FACTORS,
+        again=again("disagreement"),
+    output:
+        summary=f"{STUDY}/disagreement/disagreement.json",
+        page=report(
+            f"{STUDY}/disagreement/disagreement.md",
+            caption="report/disagreement.rst",
+            category="10 Reproduction",
+        ),
+    log:
+        f"{STUDY}/logs/disagreement.log",
+    localrule: True
+    conda:
+        "envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "paper.disagreement:disagreement",
+            reads=["experiment", "fixed", "run", "factors", "diagnosis"],
+        ),
+    message:
+        "disagreement: the cause of each table's, or that none tried explains it"
+    script:
+        "scripts/task.py"

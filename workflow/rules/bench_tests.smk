@@ -1,0 +1,317 @@
+# the tests on the laboratory's bench as virtual experiments. Tilted plane and drop: a sweep of one
+# parameter, runs at the inverse of its fit for the measured value, and the fit. Direct shear: the
+# yield locus
+
+
+checkpoint plan_tilt:
+    input:
+        needs=needs("bench.tilt", "plan_tilt"),
+        factors=FACTORS,
+        again=again("plan_tilt"),
+    output:
+        design=f"{STUDY}/tilt/design.csv",
+        plan=f"{STUDY}/tilt/plan.json",
+    log:
+        f"{STUDY}/logs/plan_tilt.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.bench_tests.sweep:plan_tilt",
+            reads=["seed", "experiment", "fixed", "run", "factors", "bench"],
+        ),
+    message:
+        "plan the tilt test: sweep"
+    script:
+        "../scripts/task.py"
+
+
+checkpoint plan_tilt_confirmation:
+    input:
+        needs=needs("bench.tilt", "plan_tilt_confirmation"),
+        sweep=f"{STUDY}/tilt/design.csv",
+        runs=runs_of("tilt"),
+        factors=FACTORS,
+        measurements=MEASUREMENTS,
+        again=again("plan_tilt_confirmation"),
+    output:
+        design=f"{STUDY}/tilt_confirmation/design.csv",
+        plan=f"{STUDY}/tilt_confirmation/plan.json",
+    log:
+        f"{STUDY}/logs/plan_tilt_confirmation.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.bench_tests.sweep:plan_tilt_confirmation",
+            reads=[
+                "seed",
+                "experiment",
+                "fixed",
+                "run",
+                "factors",
+                "bench",
+                "measurements",
+            ],
+        ),
+    message:
+        "plan the tilt test: runs at the inverse of the fit"
+    script:
+        "../scripts/task.py"
+
+
+rule tilt:
+    input:
+        needs=needs("bench.tilt", "tilt"),
+        sweep=f"{STUDY}/tilt/design.csv",
+        confirmation=f"{STUDY}/tilt_confirmation/design.csv",
+        runs=runs_of("tilt_confirmation"),
+        factors=FACTORS,
+        measurements=MEASUREMENTS,
+        again=again("tilt"),
+    output:
+        summary=f"{STUDY}/tilt/tilt.json",
+        runs=f"{STUDY}/tilt/runs.csv",
+        figure=report(
+            f"{STUDY}/tilt/tilt.svg",
+            caption="../report/tilt.rst",
+            category="7 Bench tests",
+        ),
+    log:
+        f"{STUDY}/logs/tilt.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.bench_tests.sweep:tilt",
+            reads=[
+                "seed",
+                "experiment",
+                "fixed",
+                "run",
+                "factors",
+                "bench",
+                "measurements",
+            ],
+        ),
+    message:
+        "tilt test: fit, inverse and confirmation"
+    script:
+        "../scripts/task.py"
+
+
+checkpoint plan_drop:
+    input:
+        needs=needs("bench.drop", "plan_drop"),
+        factors=FACTORS,
+        again=again("plan_drop"),
+    output:
+        design=f"{STUDY}/drop/design.csv",
+        plan=f"{STUDY}/drop/plan.json",
+    log:
+        f"{STUDY}/logs/plan_drop.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.bench_tests.sweep:plan_drop",
+            reads=["seed", "experiment", "fixed", "run", "factors", "bench"],
+        ),
+    message:
+        "plan the drop test: sweep"
+    script:
+        "../scripts/task.py"
+
+
+checkpoint plan_drop_confirmation:
+    input:
+        needs=needs("bench.drop", "plan_drop_confirmation"),
+        sweep=f"{STUDY}/drop/design.csv",
+        runs=runs_of("drop"),
+        factors=FACTORS,
+        measurements=MEASUREMENTS,
+        again=again("plan_drop_confirmation"),
+    output:
+        design=f"{STUDY}/drop_confirmation/design.csv",
+        plan=f"{STUDY}/drop_confirmation/plan.json",
+    log:
+        f"{STUDY}/logs/plan_drop_confirmation.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.bench_tests.sweep:plan_drop_confirmation",
+            reads=[
+                "seed",
+                "experiment",
+                "fixed",
+                "run",
+                "factors",
+                "bench",
+                "measurements",
+            ],
+        ),
+    message:
+        "plan the drop test: runs at the inverse of the fit"
+    script:
+        "../scripts/task.py"
+
+
+rule drop:
+    input:
+        needs=needs("bench.drop", "drop"),
+        sweep=f"{STUDY}/drop/design.csv",
+        confirmation=f"{STUDY}/drop_confirmation/design.csv",
+        runs=runs_of("drop_confirmation"),
+        factors=FACTORS,
+        measurements=MEASUREMENTS,
+        again=again("drop"),
+    output:
+        summary=f"{STUDY}/drop/drop.json",
+        runs=f"{STUDY}/drop/runs.csv",
+        figure=report(
+            f"{STUDY}/drop/drop.svg",
+            caption="../report/drop.rst",
+            category="7 Bench tests",
+        ),
+    log:
+        f"{STUDY}/logs/drop.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.bench_tests.sweep:drop",
+            reads=[
+                "seed",
+                "experiment",
+                "fixed",
+                "run",
+                "factors",
+                "bench",
+                "measurements",
+            ],
+        ),
+    message:
+        "drop test: fit, inverse and confirmation"
+    script:
+        "../scripts/task.py"
+
+
+checkpoint plan_shear:
+    input:
+        needs=needs("bench.shear", "plan_shear"),
+        factors=FACTORS,
+        again=again("plan_shear"),
+    output:
+        design=f"{STUDY}/shear/design.csv",
+        plan=f"{STUDY}/shear/plan.json",
+    log:
+        f"{STUDY}/logs/plan_shear.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.bench_tests.shear:plan_shear",
+            reads=["seed", "experiment", "fixed", "run", "factors", "bench"],
+        ),
+    message:
+        "plan the shear test"
+    script:
+        "../scripts/task.py"
+
+
+rule shear:
+    input:
+        needs=needs("bench.shear", "shear"),
+        design=f"{STUDY}/shear/design.csv",
+        runs=runs_of("shear"),
+        factors=FACTORS,
+        measurements=MEASUREMENTS,
+        again=again("shear"),
+    output:
+        summary=f"{STUDY}/shear/shear.json",
+        runs=f"{STUDY}/shear/runs.csv",
+        figure=report(
+            f"{STUDY}/shear/yield_locus.svg",
+            caption="../report/shear_yield_locus.rst",
+            category="7 Bench tests",
+        ),
+    log:
+        f"{STUDY}/logs/shear.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.bench_tests.shear:shear",
+            reads=["factors", "fixed", "bench", "run", "measurements"],
+        ),
+    message:
+        "shear test: yield locus"
+    script:
+        "../scripts/task.py"
+
+
+# in the form of the configuration's `fixed`; the heaps take it with `fixed_from: bench`
+rule bench_parameters:
+    input:
+        tilt=f"{STUDY}/tilt/tilt.json",
+        drop=f"{STUDY}/drop/drop.json",
+        shear=f"{STUDY}/shear/shear.json",
+        again=again("bench_parameters"),
+    output:
+        fixed=f"{STUDY}/bench/fixed.json",
+    log:
+        f"{STUDY}/logs/bench_parameters.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call("calibration.chain.bench_tests.sweep:bench_parameters", reads=[]),
+    message:
+        "collect what the bench tests found"
+    script:
+        "../scripts/task.py"

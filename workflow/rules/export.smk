@@ -1,0 +1,185 @@
+# the calibrated parameters as input for other codes. `export` makes no run and is part of `all`; the
+# rules behind it search the rolling friction that gives the same angle in the laws of other codes:
+# it means another torque there, see docs/howto-export.md
+
+
+rule export:
+    input:
+        fixed=BENCH_VALUES,
+        optimum=f"{STUDY}/optimise/optimum.json",
+        validation=f"{STUDY}/validation/validation.json",
+        runs=f"{STUDY}/response_surface/runs.csv",
+        region=f"{STUDY}/response_surface/region.json",
+        candidate=f"{STUDY}/candidate/design.csv",
+        factors=FACTORS,
+        measurements=measured,
+        again=again("export"),
+    output:
+        parameters=report(
+            f"{STUDY}/calibrated.yaml",
+            caption="../report/export.rst",
+            category="9 Export",
+        ),
+        liggghts_in=f"{STUDY}/exports/liggghts.in",
+        lammps_in=f"{STUDY}/exports/lammps.in",
+        yade_py=f"{STUDY}/exports/yade.py",
+        mercurydpm_cpp=f"{STUDY}/exports/mercurydpm.cpp",
+        edem_md=f"{STUDY}/exports/edem.md",
+        dem_yaml=f"{STUDY}/exports/dem.yaml",
+        study_yaml=f"{STUDY}/exports/study.yaml",
+        liggghts_README_md=f"{STUDY}/exports/liggghts/README.md",
+        lammps_README_md=f"{STUDY}/exports/lammps/README.md",
+    log:
+        f"{STUDY}/logs/export.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        # it writes the whole configuration
+        **call(
+            "calibration.telling.export.stage:export", reads=list(Config.model_fields)
+        ),
+    message:
+        "export: calibrated.yaml and input for other codes"
+    script:
+        "../scripts/task.py"
+
+
+checkpoint plan_export_scan:
+    input:
+        fixed=BENCH_VALUES,
+        optimum=f"{STUDY}/optimise/optimum.json",
+        factors=FACTORS,
+        again=again("plan_export_scan"),
+    output:
+        design=f"{STUDY}/export_scan/design.csv",
+        plan=f"{STUDY}/export_scan/plan.json",
+    log:
+        f"{STUDY}/logs/plan_export_scan.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.telling.export.stage:plan_export_scan",
+            reads=["seed", "experiment", "fixed", "run", "factors", "target"],
+        ),
+    message:
+        "plan the export: rolling friction in the laws of other codes"
+    script:
+        "../scripts/task.py"
+
+
+checkpoint plan_export_confirmation:
+    input:
+        fixed=BENCH_VALUES,
+        optimum=f"{STUDY}/optimise/optimum.json",
+        scan=f"{STUDY}/export_scan/design.csv",
+        runs=runs_of("export_scan"),
+        factors=FACTORS,
+        again=again("plan_export_confirmation"),
+    output:
+        design=f"{STUDY}/export_confirmation/design.csv",
+        plan=f"{STUDY}/export_confirmation/plan.json",
+    log:
+        f"{STUDY}/logs/plan_export_confirmation.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.telling.export.stage:plan_export_confirmation",
+            reads=["seed", "experiment", "fixed", "run", "factors", "target"],
+        ),
+    message:
+        "plan the export: runs with the rolling friction that was found"
+    script:
+        "../scripts/task.py"
+
+
+rule export_rolling:
+    input:
+        fixed=BENCH_VALUES,
+        optimum=f"{STUDY}/optimise/optimum.json",
+        scan=f"{STUDY}/export_scan/design.csv",
+        confirmation=f"{STUDY}/export_confirmation/design.csv",
+        validation=f"{STUDY}/validation/runs.csv",
+        runs=runs_of("export_confirmation"),
+        factors=FACTORS,
+        again=again("export_rolling"),
+    output:
+        rolling=f"{STUDY}/export_confirmation/rolling.json",
+    log:
+        f"{STUDY}/logs/export_rolling.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.telling.export.stage:export_rolling",
+            reads=[
+                "seed",
+                "experiment",
+                "fixed",
+                "run",
+                "factors",
+                "target",
+                "validation",
+            ],
+        ),
+    message:
+        "export: the same angle with the rolling friction of other codes"
+    script:
+        "../scripts/task.py"
+
+
+rule export_converted:
+    input:
+        fixed=BENCH_VALUES,
+        optimum=f"{STUDY}/optimise/optimum.json",
+        validation=f"{STUDY}/validation/validation.json",
+        rolling=f"{STUDY}/export_confirmation/rolling.json",
+        exported=f"{STUDY}/calibrated.yaml",
+        factors=FACTORS,
+        again=again("export_converted"),
+    output:
+        liggghts_in=f"{STUDY}/exports/converted/liggghts.in",
+        lammps_in=f"{STUDY}/exports/converted/lammps.in",
+        yade_py=f"{STUDY}/exports/converted/yade.py",
+        mercurydpm_cpp=f"{STUDY}/exports/converted/mercurydpm.cpp",
+        liggghts_README_md=f"{STUDY}/exports/converted/liggghts/README.md",
+        lammps_README_md=f"{STUDY}/exports/converted/lammps/README.md",
+    log:
+        f"{STUDY}/logs/export_converted.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.telling.export.stage:export_converted",
+            reads=["seed", "experiment", "fixed", "run", "factors", "target"],
+        ),
+    message:
+        "export: input for other codes, with the rolling friction that gives the angle there"
+    script:
+        "../scripts/task.py"

@@ -1,0 +1,60 @@
+# what resolution, time step, modulus and rolling law cost in the response
+
+
+checkpoint plan_numerics:
+    input:
+        needs=needs("numerics", "plan_numerics"),
+        variants=user_file(SETTINGS.numerics),
+        factors=FACTORS,
+        fixed=BENCH_VALUES,
+        again=again("plan_numerics"),
+    output:
+        design=f"{STUDY}/numerics/design.csv",
+        plan=f"{STUDY}/numerics/plan.json",
+    log:
+        f"{STUDY}/logs/plan_numerics.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.numerics:plan_numerics",
+            reads=["seed", "experiment", "fixed", "run", "factors", "numerics"],
+        ),
+    message:
+        "plan the study of resolution, time step, modulus and rolling law"
+    script:
+        "../scripts/task.py"
+
+
+rule numerics:
+    input:
+        design=f"{STUDY}/numerics/design.csv",
+        runs=runs_of("numerics"),
+        again=again("numerics"),
+    output:
+        table=f"{STUDY}/numerics/numerics.csv",
+        figure=report(
+            f"{STUDY}/numerics/numerics.svg",
+            caption="../report/numerics.rst",
+            category="11 Numerics",
+        ),
+    log:
+        f"{STUDY}/logs/numerics.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call("calibration.chain.numerics:numerics", reads=["target"]),
+    message:
+        "numerics: what the numerical choices cost"
+    script:
+        "../scripts/task.py"

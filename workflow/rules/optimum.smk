@@ -1,0 +1,169 @@
+# the optimum: the surface's own (the candidate), runs there, and the surface solved again with them.
+# How many runs it takes, the scatter of the first ones says
+
+
+rule candidate:
+    input:
+        runs=f"{STUDY}/response_surface/runs.csv",
+        region=f"{STUDY}/response_surface/region.json",
+        measurements=measured,
+        again=again("candidate"),
+    output:
+        summary=f"{STUDY}/candidate/optimum.json",
+        solutions=f"{STUDY}/candidate/solution_set.csv",
+        contours=f"{STUDY}/candidate/contours.svg",
+    log:
+        f"{STUDY}/logs/candidate.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.optimum:candidate",
+            reads=[
+                "seed",
+                "optimise",
+                "validation",
+                "target",
+                "further_targets",
+                "measurements",
+                "experiment",
+                "run",
+            ],
+        ),
+    message:
+        "candidate: the optimum of the response surface alone"
+    script:
+        "../scripts/task.py"
+
+
+checkpoint plan_candidate_first:
+    input:
+        optimum=f"{STUDY}/candidate/optimum.json",
+        factors=FACTORS,
+        fixed=BENCH_VALUES,
+        again=again("plan_candidate_first"),
+    output:
+        design=f"{STUDY}/candidate_first/design.csv",
+        plan=f"{STUDY}/candidate_first/plan.json",
+    log:
+        f"{STUDY}/logs/plan_candidate_first.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.optimum:plan_candidate_first",
+            reads=[
+                "seed",
+                "experiment",
+                "fixed",
+                "run",
+                "factors",
+                "optimise",
+                "response_surface",
+            ],
+            seeds=3,
+        ),
+    message:
+        "plan the first runs at the candidate"
+    script:
+        "../scripts/task.py"
+
+
+# its design has the first runs too, its plan those that they ask for
+checkpoint plan_candidate:
+    input:
+        optimum=f"{STUDY}/candidate/optimum.json",
+        factors=FACTORS,
+        fixed=BENCH_VALUES,
+        first=f"{STUDY}/candidate_first/design.csv",
+        runs=runs_of("candidate_first"),
+        again=again("plan_candidate"),
+    output:
+        design=f"{STUDY}/candidate/design.csv",
+        plan=f"{STUDY}/candidate/plan.json",
+    log:
+        f"{STUDY}/logs/plan_candidate.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.optimum:plan_candidate",
+            reads=[
+                "seed",
+                "experiment",
+                "fixed",
+                "run",
+                "factors",
+                "optimise",
+                "response_surface",
+                "target",
+                "further_targets",
+            ],
+            seeds=3,
+        ),
+    message:
+        "plan as many more runs at the candidate as the scatter of the first asks for"
+    script:
+        "../scripts/task.py"
+
+
+rule optimise:
+    input:
+        runs=f"{STUDY}/response_surface/runs.csv",
+        region=f"{STUDY}/response_surface/region.json",
+        candidate=f"{STUDY}/candidate/design.csv",
+        candidate_runs=runs_of("candidate"),
+        measurements=measured,
+        again=again("optimise"),
+    output:
+        summary=f"{STUDY}/optimise/optimum.json",
+        solutions=f"{STUDY}/optimise/solution_set.csv",
+        contours=report(
+            f"{STUDY}/optimise/contours.svg",
+            caption="../report/contours.rst",
+            category="4 Optimum",
+        ),
+        front=each_further("optimise/front_{}.csv"),
+        front_figures=each_further("optimise/front_{}.svg"),
+    log:
+        f"{STUDY}/logs/optimise.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.optimum:optimise",
+            reads=[
+                "seed",
+                "optimise",
+                "validation",
+                "target",
+                "further_targets",
+                "measurements",
+                "experiment",
+                "run",
+            ],
+        ),
+    message:
+        "optimum: all points that give the measured value, and the chosen one"
+    script:
+        "../scripts/task.py"

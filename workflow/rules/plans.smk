@@ -1,0 +1,72 @@
+"""The runs of a plan, for rules that wait for them and for those that make them (runs.smk). A stage
+plans them (plan.json: {name of a run: spec}); each is kept under the hash of its spec in RUNS.
+"""
+
+from math import ceil
+
+from calibration.runs.cost import memory_mb
+from calibration.runs.batches import batch_count
+from calibration.runs.plans import planned_spec, read_plan
+from calibration.runs.verify import MISSING
+from dem.spec import parse_spec
+
+
+def spec_of(name):
+    """The spec of a planned run."""
+    spec = planned_spec(STUDY_OBJECT.folder, name)
+    if spec is None:
+        raise WorkflowError(
+            f"no stage of {STUDY_OBJECT.folder} has planned the run {name}"
+        )
+    return spec
+
+
+def memory_of(specs):
+    """Memory [MB] that the largest of some runs may take, half more than is expected of its grains;
+    that of none before they are planned."""
+    most = max(
+        specs, key=lambda spec: spec.get("particles", {}).get("count", 0), default=None
+    )
+    return ceil(1.5 * memory_mb(parse_spec(most).particles.count if most else 0))
+
+
+def plan_of(plan):
+    """{name: spec} of the runs of a plan."""
+    return read_plan(STUDY_OBJECT.folder / plan / "plan.json")
+
+
+def batches_of(plan):
+    """Number of processes that share the runs of a plan; None where each is a job of its own."""
+    count = PLANS[plan].batches
+    if count is None:
+        specs = plan_of(plan)
+        # what a batch did is stored in one file, so in a storage each run is in a batch
+        alone = len(specs) if STORED else None
+        return batch_count(specs, SETTINGS.runs_per_job) or alone
+    return count(STUDY_OBJECT) if callable(count) else count
+
+
+def marks_of(plan):
+    """What the batches of a plan leave when all of their runs are done."""
+    return [
+        f"{STUDY}/{plan}/batches/{n}.{end}"
+        for n in range(batches_of(plan))
+        for end in (("json", "tar") if STORED else ("json",))
+    ]
+
+
+def runs_of(plan):
+    """Input function: what shows that all runs of a plan are done, and a note of those that were
+    missing at a start (snakemake makes nothing again that is missing while what was made from it is
+    there). Where the number of jobs depends on the plan, its rule plan_<plan> is a checkpoint.
+    """
+
+    def done(wildcards):
+        if PLANS[plan].batches is None:
+            getattr(checkpoints, f"plan_{plan}").get()
+        marks = marks_of(plan) if batches_of(plan) else None
+        found = marks or [f"{RUNS}/{name}/result.json" for name in plan_of(plan)]
+        note = beside(f"{plan}/{MISSING}")
+        return [*found, note] if note else found
+
+    return done

@@ -1,0 +1,63 @@
+# the parameters as a distribution, from the runs of the chain and the measured values
+
+
+rule posterior:
+    input:
+        optimum=f"{STUDY}/optimise/optimum.json",
+        designs=[
+            f"{STUDY}/ascent/design.csv",
+            f"{STUDY}/response_surface/design.csv",
+            f"{STUDY}/candidate/design.csv",
+            f"{STUDY}/validation/design.csv",
+        ],
+        validation=f"{STUDY}/validation/validation.json",
+        runs=runs_of("validation"),
+        measurements=measured,
+        again=again("posterior"),
+    output:
+        summary=f"{STUDY}/posterior/posterior.json",
+        draws=f"{STUDY}/posterior/draws.csv",
+        parameters=f"{STUDY}/posterior/parameters.csv",
+        next=f"{STUDY}/posterior/next.csv",
+        pairs=report(
+            f"{STUDY}/posterior/pairs.svg",
+            caption="../report/posterior_pairs.rst",
+            category="5 The parameters as a distribution",
+        ),
+        pushed=report(
+            f"{STUDY}/posterior/pushed.svg",
+            caption="../report/posterior_pushed.rst",
+            category="5 The parameters as a distribution",
+        ),
+        following=report(
+            f"{STUDY}/posterior/next.svg",
+            caption="../report/posterior_next.rst",
+            category="5 The parameters as a distribution",
+        ),
+    log:
+        f"{STUDY}/logs/posterior.log",
+    benchmark:
+        f"{STUDY}/logs/posterior.tsv"
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=60,
+    params:
+        **call(
+            "calibration.chain.posterior:posterior",
+            reads=[
+                "seed",
+                "posterior",
+                "target",
+                "further_targets",
+                "measurements",
+                "experiment",
+                "run",
+            ],
+        ),
+    message:
+        "posterior: the parameters as a distribution"
+    script:
+        "../scripts/task.py"

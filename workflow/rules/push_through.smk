@@ -1,0 +1,68 @@
+# draws of the posterior run in other experiments or rigs: what it leaves open there
+
+
+checkpoint plan_push_through:
+    input:
+        needs=needs("push_through", "plan_push_through"),
+        draws=f"{STUDY}/posterior/draws.csv",
+        factors=FACTORS,
+        fixed=BENCH_VALUES,
+        again=again("plan_push_through"),
+    output:
+        design=f"{STUDY}/push_through/design.csv",
+        plan=f"{STUDY}/push_through/plan.json",
+    log:
+        f"{STUDY}/logs/plan_push_through.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.push_through:plan_push_through",
+            reads=["seed", "experiment", "fixed", "run", "factors", "push_through"],
+            seeds=5,
+        ),
+    message:
+        "plan the draws of the posterior in other machines"
+    script:
+        "../scripts/task.py"
+
+
+rule push_through:
+    input:
+        needs=needs("push_through", "push_through"),
+        design=f"{STUDY}/push_through/design.csv",
+        runs=runs_of("push_through"),
+        measurements=MEASUREMENTS,
+        again=again("push_through"),
+    output:
+        summary=f"{STUDY}/push_through/push_through.json",
+        metrics=f"{STUDY}/push_through/metrics.csv",
+        runs=f"{STUDY}/push_through/runs.csv",
+        figure=report(
+            f"{STUDY}/push_through/push_through.svg",
+            caption="../report/push_through.rst",
+            category="5 What stays open, in other machines",
+        ),
+    log:
+        f"{STUDY}/logs/push_through.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.push_through:push_through",
+            reads=["experiment", "run", "measurements", "push_through"],
+        ),
+    message:
+        "what the posterior leaves open in other machines"
+    script:
+        "../scripts/task.py"

@@ -1,0 +1,100 @@
+# a quadratic model of the region: the runs of a Box-Behnken design around the ascent's end
+
+
+checkpoint plan_response_surface:
+    input:
+        ascent=f"{STUDY}/ascent/ascent.json",
+        factors=FACTORS,
+        fixed=BENCH_VALUES,
+        again=again("plan_response_surface"),
+    output:
+        design=f"{STUDY}/response_surface/design.csv",
+        plan=f"{STUDY}/response_surface/plan.json",
+        region=f"{STUDY}/response_surface/region.json",
+    log:
+        f"{STUDY}/logs/plan_response_surface.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.response_surface:plan_response_surface",
+            reads=[
+                "seed",
+                "experiment",
+                "fixed",
+                "run",
+                "factors",
+                "response_surface",
+            ],
+            seeds=2,
+        ),
+    message:
+        "plan the response surface: Box-Behnken design"
+    script:
+        "../scripts/task.py"
+
+
+rule response_surface:
+    input:
+        design=f"{STUDY}/response_surface/design.csv",
+        region=f"{STUDY}/response_surface/region.json",
+        runs=runs_of("response_surface"),
+        measurements=measured,
+        again=again("response_surface"),
+    output:
+        runs=f"{STUDY}/response_surface/runs.csv",
+        coefficients=f"{STUDY}/response_surface/coefficients.csv",
+        anova=f"{STUDY}/response_surface/anova.csv",
+        diagnostics=f"{STUDY}/response_surface/diagnostics.csv",
+        summary=f"{STUDY}/response_surface/response_surface.json",
+        further=each_further("response_surface/{}.json"),
+        further_figures=each_further("response_surface/surfaces_{}.svg"),
+        surfaces=report(
+            f"{STUDY}/response_surface/surfaces.svg",
+            caption="../report/surfaces.rst",
+            category="3 Response surface",
+        ),
+        predicted=report(
+            f"{STUDY}/response_surface/predicted_actual.svg",
+            caption="../report/predicted_actual.rst",
+            category="3 Response surface",
+        ),
+        residuals=report(
+            f"{STUDY}/response_surface/residuals.svg",
+            caption="../report/residuals.rst",
+            category="3 Response surface",
+        ),
+        perturbation=report(
+            f"{STUDY}/response_surface/perturbation.svg",
+            caption="../report/perturbation.rst",
+            category="3 Response surface",
+        ),
+    log:
+        f"{STUDY}/logs/response_surface.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.response_surface:response_surface",
+            reads=[
+                "target",
+                "further_targets",
+                "measurements",
+                "experiment",
+                "run",
+            ],
+        ),
+    message:
+        "response surface: quadratic model and its ANOVA"
+    script:
+        "../scripts/task.py"

@@ -1,0 +1,61 @@
+# heap and drop with enlarged particles, by two rules, without and with cohesion
+
+
+checkpoint plan_scaling:
+    input:
+        needs=needs("scaling", "plan_scaling"),
+        factors=FACTORS,
+        again=again("plan_scaling"),
+    output:
+        design=f"{STUDY}/scaling/design.csv",
+        plan=f"{STUDY}/scaling/plan.json",
+    log:
+        f"{STUDY}/logs/plan_scaling.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.scaling.plan:plan_scaling",
+            reads=["seed", "experiment", "fixed", "run", "factors", "scaling"],
+        ),
+    message:
+        "plan the scaling test: heap and drop, enlarged by two rules"
+    script:
+        "../scripts/task.py"
+
+
+rule scaling:
+    input:
+        needs=needs("scaling", "scaling"),
+        design=f"{STUDY}/scaling/design.csv",
+        runs=runs_of("scaling"),
+        again=again("scaling"),
+    output:
+        summary=f"{STUDY}/scaling/scaling.json",
+        runs=f"{STUDY}/scaling/runs.csv",
+        table=f"{STUDY}/scaling/scaling.csv",
+        figure=report(
+            f"{STUDY}/scaling/scaling.svg",
+            caption="../report/scaling.rst",
+            category="7 Bench tests",
+        ),
+    log:
+        f"{STUDY}/logs/scaling.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call("calibration.chain.scaling.study:scaling", reads=["run", "scaling"]),
+    message:
+        "scaling test: angle and rebound against scale, and what is said of them"
+    script:
+        "../scripts/task.py"
