@@ -84,6 +84,7 @@ EDITS = {
     "paper/audit/bench.py": PAPER,
     "paper/reproduction/chain.py": PAPER | DISAGREEMENT,
     "paper/reference.py": set(),
+    "paper/release/parts.py": set(),
     "calibration/inference/comparison/study.py": set(),
     "calibration/chain/study.py": EVERY,
     "calibration/study/config/measured.py": EVERY,
