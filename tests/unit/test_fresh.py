@@ -101,6 +101,7 @@ EDITS = {
     "diagnosis/table_model/terms/rows.py": DIAGNOSIS | SUITE | DISAGREEMENT,
     "diagnosis/laws/slots.py": DIAGNOSIS | SUITE | DISAGREEMENT,
     "dem/cli.py": set(),
+    "dem/benchmark/acceptance/command.py": set(),
     "dem/benchmark/cases.py": set(),
     "dem/contact/damping/tsuji.py": EVERY,
     "dem/experiments/drum.py": EVERY,
