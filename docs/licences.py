@@ -11,7 +11,8 @@ ROOT = Path(__file__).parents[1]
 HEAD = """# Licences
 
 This project is under the MIT licence. It is used with the packages below, which it does not ship:
-those of `requirements.lock`, with the licence that each states in its metadata.
+those of `requirements.lock` and `requirements-dev.lock`, with the licence that each states in its
+metadata.
 
 | package | version | licence |
 |---|---|---|
@@ -21,9 +22,10 @@ NAMED = ("MIT License", "Apache License", "BSD 3-Clause License", "BSD 2-Clause 
 
 
 def locked():
-    """{package: version} of requirements.lock."""
-    lines = (ROOT / "requirements.lock").read_text().splitlines()
-    return dict(line.split("==") for line in lines if line and not line.startswith("#"))
+    """{package: version} of what the project needs on every platform, and its developers."""
+    texts = [(ROOT / name).read_text() for name in ("requirements.lock", "requirements-dev.lock")]
+    found = re.findall(r"^([\w.-]+)==([^\s;]+)(.*)", "\n".join(texts), re.M)
+    return {name: version for name, version, marker in found if "sys_platform" not in marker}
 
 
 def licence_of(package):

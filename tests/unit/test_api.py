@@ -13,7 +13,7 @@ import calibration
 from calibration import Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.interface import api
-from calibration.runs.snakemake_command import WORKFLOW
+from calibration.runs.snakemake_command import WORKFLOW, snakemake_command
 
 ROOT = Path(__file__).parents[2]
 Ended = partial(CompletedProcess, "snakemake")
@@ -90,3 +90,16 @@ def test_a_stage_that_fails_says_why(soybean, monkeypatch):
 
 def test_the_package_says_its_version():
     assert re.fullmatch(r"\d+\.\d+\.\d+", calibration.__version__)
+
+
+@pytest.mark.parametrize("name", ["slurm", "profiles/slurm"])
+def test_a_profile_of_the_package_is_found_in_an_empty_folder(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    given = snakemake_command(["a.yaml"], "--workflow-profile", name, "-n")
+    assert given[-3:] == ["--workflow-profile", str(WORKFLOW / "profiles/slurm"), "-n"]
+
+
+def test_a_profile_that_is_here_is_taken_before_the_package_s(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "slurm").mkdir()
+    assert snakemake_command(["a.yaml"], "--workflow-profile", "slurm")[-1] == "slurm"

@@ -32,7 +32,7 @@ def test_pre_commit_runs_the_lint_of_ci():
     config = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text())
     hooks = [hook for repo in config["repos"] for hook in repo["hooks"]]
     assert [hook["entry"] for hook in hooks] == lint_commands()
-    assert len(hooks) == 5
+    assert len(hooks) == 6
     assert not any(hook["pass_filenames"] for hook in hooks)
 
 

@@ -16,7 +16,9 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[2]
-LOCK = (ROOT / "requirements.lock").read_text()
+LOCKS = ("requirements.lock", "requirements-dev.lock")
+PIN = r"[A-Za-z0-9._-]+==[A-Za-z0-9.!+]+( ; [^\\]+)? \\"
+HASH = r"    --hash=sha256:[0-9a-f]{64}( \\)?"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 OWN = canonicalize_name(PROJECT["name"])
 
@@ -41,14 +43,25 @@ def direct():
     return [r for r in found if canonicalize_name(r.name) != OWN]
 
 
-def test_the_lock_names_versions_alone():
-    """No address, no host, no option: where packages come from is the user's affair."""
-    for line in LOCK.splitlines():
-        assert re.fullmatch(r"[A-Za-z0-9._-]+==[A-Za-z0-9.!+]+", line), line
+@pytest.mark.parametrize("lock", LOCKS)
+def test_a_lock_names_versions_and_checksums_alone(lock):
+    """No address, no host, no other option: where packages come from is the user's affair."""
+    before = ""
+    for line in (ROOT / lock).read_text().splitlines():
+        if not line.startswith("#"):
+            assert re.fullmatch(HASH if before.endswith("\\") else PIN, line), line
+        before = line
+
+
+def test_the_run_time_s_lock_holds_what_the_project_needs_and_no_tool_of_developers():
+    pinned = set(re.findall(r"^([\w.-]+)==", (ROOT / LOCKS[0]).read_text(), re.M))
+    wanted = {Requirement(text).name for text in PROJECT["dependencies"]}
+    assert {canonicalize_name(name) for name in wanted} <= set(map(canonicalize_name, pinned))
+    assert not {"pytest", "ruff", "mkdocs", "vtk", "mypy"} & pinned
 
 
 def test_no_file_of_the_set_up_names_a_registry():
-    files = ["requirements.lock", "pyproject.toml", ".ci/run", "README.md"]
+    files = [*LOCKS, "pyproject.toml", ".ci/run", "README.md", "CONTRIBUTING.md"]
     for name in files:
         text = (ROOT / name).read_text()
         assert not re.search(r"index-url|find-links|trusted-host|pypi\.", text), name
@@ -57,7 +70,7 @@ def test_no_file_of_the_set_up_names_a_registry():
 @pytest.mark.parametrize("requirement", direct(), ids=lambda r: r.name)
 def test_what_is_required_is_pinned_within_its_bound(requirement):
     pinned = PINNED.get(canonicalize_name(requirement.name))
-    assert pinned, "is not in requirements.lock"
+    assert pinned, "is in no lock"
     assert pinned in requirement.specifier
     lower = [s for s in requirement.specifier if s.operator == ">="]
     assert lower, "has no lower bound"

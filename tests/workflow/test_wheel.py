@@ -40,6 +40,8 @@ def test_the_wheel_leaves_the_paper_in_the_clone(programs):
     rules = (ROOT / "workflow/rules").glob("*.smk")
     assert {f"calibration/workflow/rules/{file.name}" for file in rules} <= set(names)
     assert "calibration/workflow/paper.smk" not in names
+    profiles = {n.split("/")[3] for n in names if n.startswith("calibration/workflow/profiles/")}
+    assert profiles == {"default", "quick", "slurm", "test"}
 
 
 def test_a_study_begins_and_is_planned_in_an_empty_folder(programs, tmp_path):

@@ -12,6 +12,7 @@ from pathlib import Path
 WORKFLOW = Path(__file__).parents[1] / "workflow"
 OWN = ("Snakefile", "workflow/Snakefile")
 """Where snakemake looks for a workflow by itself."""
+PROFILE = ("--workflow-profile", "--profile")
 
 
 def call(command, **keys):
@@ -47,7 +48,18 @@ def snakemake_command(files, *arguments):
     snakefile = next((name for name in OWN if Path(name).is_file()), WORKFLOW / "Snakefile")
     # --snakefile takes one value: what follows it is no further configuration file
     named = ["--configfile", *files, "--snakefile", snakefile]
-    return [sys.executable, "-m", "snakemake", *map(str, named), *arguments]
+    return [sys.executable, "-m", "snakemake", *map(str, named), *_with_profiles(arguments)]
+
+
+def _with_profiles(arguments: tuple[str, ...]) -> list[str]:
+    """The arguments, where a profile that is no folder here is the package's of that name:
+    `--workflow-profile profiles/slurm`, or `slurm`, in a folder without a clone."""
+    found = list(arguments)
+    for place, before in enumerate(arguments[:-1], start=1):
+        own = WORKFLOW / "profiles" / Path(arguments[place]).name
+        if before in PROFILE and not Path(arguments[place]).is_dir() and own.is_dir():
+            found[place] = str(own)
+    return found
 
 
 def rule_names():

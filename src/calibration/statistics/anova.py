@@ -1,7 +1,11 @@
 """What every analysis of variance here shares: its columns, its rows, and the check of the
 responses."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 from scipy import stats
 
 from calibration.errors import CalibrationError, RankDeficientError
@@ -9,7 +13,9 @@ from calibration.errors import CalibrationError, RankDeficientError
 ANOVA_COLUMNS = ["source", "sum_sq", "df", "mean_sq", "F", "p"]
 
 
-def anova_row(source, sum_sq, df, f=None, df_error=None):
+def anova_row(
+    source: str, sum_sq: float, df: float, f: float | None = None, df_error: float | None = None
+) -> dict[str, Any]:
     """A row of the table: F and its p where `f`, on df and df_error degrees of freedom, is given
     and finite."""
     row = {"source": source, "sum_sq": sum_sq, "df": df, "mean_sq": sum_sq / df}
@@ -18,7 +24,7 @@ def anova_row(source, sum_sq, df, f=None, df_error=None):
     return row
 
 
-def finite_responses(response, runs):
+def finite_responses(response: npt.ArrayLike, runs: int) -> np.ndarray:
     """Response (runs,) as floats. Raises CalibrationError naming the runs without a finite
     value."""
     y = np.asarray(response, float)
@@ -32,7 +38,7 @@ def finite_responses(response, runs):
     return y
 
 
-def check_rank(x, names):
+def check_rank(x: np.ndarray, names: Sequence[str]) -> None:
     """Raises RankDeficientError with those `names` of the columns of x (n, p) that it cannot tell
     apart."""
     rank = np.linalg.matrix_rank(x)
@@ -44,7 +50,7 @@ def check_rank(x, names):
     )
 
 
-def pure_error(levels, y):
+def pure_error(levels: np.ndarray, y: np.ndarray) -> tuple[float, int]:
     """Sum of squares within groups of equal points (n, factors) and its degrees of freedom."""
     _, group = np.unique(np.round(levels, 9), axis=0, return_inverse=True)
     group = group.ravel()

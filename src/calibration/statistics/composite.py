@@ -1,20 +1,25 @@
 """Designs for response surfaces beside Box-Behnken: central composite, D-optimal additions, and
 blocks."""
 
+from collections.abc import Sequence
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from calibration.errors import CalibrationError
 from calibration.statistics.design import box_behnken, tabulate
-from calibration.statistics.surface import model_matrix, quadratic_terms
+from calibration.statistics.factor import CodedFactor
+from calibration.statistics.surface import Term, model_matrix, quadratic_terms
 
 FACE, ROTATABLE = "face", "rotatable"
 STARTS, EXCHANGES = 10, 50
 
 
-def surface_design(factors, centre_runs=5, replicates=1):
+def surface_design(
+    factors: Sequence[CodedFactor], centre_runs: int = 5, replicates: int = 1
+) -> pd.DataFrame:
     """Box-Behnken for 3 to 7 factors, a face-centred composite design for fewer. Raises
     CalibrationError for more."""
     if len(factors) < 3:
@@ -22,7 +27,7 @@ def surface_design(factors, centre_runs=5, replicates=1):
     return box_behnken(factors, centre_runs, replicates)
 
 
-def region_design(factors, rules):
+def region_design(factors: Sequence[CodedFactor], rules: Any) -> pd.DataFrame:
     """The design table that `rules` ask for: the configuration's section `response_surface`.
 
     The design is that of `surface_design`; `added_runs` are appended, and `block_size` gives the
@@ -37,7 +42,12 @@ def region_design(factors, rules):
     return blocked(design, rules.block_size, codes) if rules.block_size else design
 
 
-def central_composite(factors, centre_runs=5, alpha=FACE, replicates=1):
+def central_composite(
+    factors: Sequence[CodedFactor],
+    centre_runs: int = 5,
+    alpha: float | str = FACE,
+    replicates: int = 1,
+) -> pd.DataFrame:
     """Central composite design for 1 to 6 factors: corners, star points and centre, in that order.
 
     alpha: coded distance of the star points; `face` puts them on the faces of the region,
@@ -48,7 +58,8 @@ def central_composite(factors, centre_runs=5, alpha=FACE, replicates=1):
     k = len(factors)
     if not 1 <= k <= 6:
         raise CalibrationError(f"a central composite design takes 1 to 6 factors, not {k}")
-    distance = {FACE: 1.0, ROTATABLE: float(2**k) ** 0.25}.get(alpha, alpha)
+    named: dict[float | str, float] = {FACE: 1.0, ROTATABLE: float(2**k) ** 0.25}
+    distance = named.get(alpha, alpha)
     if isinstance(distance, str) or not distance > 0.0:
         raise CalibrationError(
             f"star points at {alpha!r}; allowed: {FACE}, {ROTATABLE}, a number above 0"
@@ -58,7 +69,13 @@ def central_composite(factors, centre_runs=5, alpha=FACE, replicates=1):
     return tabulate(np.vstack([corners, star, np.zeros((centre_runs, k))]), factors, replicates)
 
 
-def blocked(design, size, codes, terms=None, seed=1):
+def blocked(
+    design: pd.DataFrame,
+    size: int,
+    codes: Sequence[str],
+    terms: Sequence[Term] | None = None,
+    seed: int = 1,
+) -> pd.DataFrame:
     """The design table with a column `block` of `size` runs each, so that blocks disturb the
     model's terms least.
 
@@ -70,7 +87,7 @@ def blocked(design, size, codes, terms=None, seed=1):
     if size < 1 or n % size:
         raise CalibrationError(f"{n} runs do not make blocks of {size}")
     x = model_matrix(design[codes].to_numpy(float), codes, terms or quadratic_terms(codes))[:, 1:]
-    rng, best = np.random.default_rng(seed), (-np.inf, None)
+    rng, best = np.random.default_rng(seed), (-np.inf, np.empty(0, int))
     for _ in range(STARTS):
         labels = rng.permutation(np.repeat(np.arange(n // size), size))
         best = max(best, _exchange_labels(x, labels), key=lambda found: found[0])
@@ -100,7 +117,14 @@ def _within_blocks(x, labels):
     return value if sign > 0 else -np.inf
 
 
-def augmented(design, factors, runs, terms=None, candidates=None, seed=1):
+def augmented(
+    design: pd.DataFrame,
+    factors: Sequence[CodedFactor],
+    runs: int,
+    terms: Sequence[Term] | None = None,
+    candidates: np.ndarray | None = None,
+    seed: int = 1,
+) -> pd.DataFrame:
     """`runs` new runs that make the whole most informative about the model: the largest determinant
     of X' X.
 
@@ -116,7 +140,7 @@ def augmented(design, factors, runs, terms=None, candidates=None, seed=1):
     candidates = np.asarray(candidates, float)
     old = model_matrix(design[codes].to_numpy(float), codes, terms)
     new = model_matrix(candidates, codes, terms)
-    rng, best = np.random.default_rng(seed), (-np.inf, None)
+    rng, best = np.random.default_rng(seed), (-np.inf, np.empty(0, int))
     for _ in range(STARTS):
         chosen = rng.integers(len(candidates), size=runs)
         best = max(best, _exchange_points(old, new, chosen), key=lambda found: found[0])

@@ -1,16 +1,22 @@
 """Definitive screening designs from conference matrices."""
 
+from collections.abc import Sequence
+
 import numpy as np
+import pandas as pd
 
 from calibration.errors import CalibrationError
 from calibration.statistics.design import MAX_SCREENING, tabulate
+from calibration.statistics.factor import CodedFactor
 
 ORDERS = {4: 3, 6: 5, 8: 7, 10: 9, 12: 11, 14: 13, 18: 17, 20: 19, 24: 23}
 """Order of a conference matrix: the field it is made from (Paley 1933, Journal of Mathematics and
 Physics 12:311)."""
 
 
-def definitive_screening(factors, centre_runs=1, replicates=1):
+def definitive_screening(
+    factors: Sequence[CodedFactor], centre_runs: int = 1, replicates: int = 1
+) -> pd.DataFrame:
     """Definitive screening design for 1 to 23 factors (Jones and Nachtsheim 2011, Journal of
     Quality Technology 43:1).
 
@@ -30,7 +36,7 @@ def definitive_screening(factors, centre_runs=1, replicates=1):
     return tabulate(matrix, factors, replicates)
 
 
-def conference_matrix(order):
+def conference_matrix(order: int) -> np.ndarray:
     """Matrix (m, m) of 0 on the diagonal and -1 and +1 elsewhere with C' C = (m - 1) I.
 
     Paley's: a border of ones about the quadratic characters of differences in a field of m - 1

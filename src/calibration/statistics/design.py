@@ -4,7 +4,10 @@ Columns: `run` (1...), `replicate`, one column a factor code with the coded leve
 with the natural level.
 """
 
+from collections.abc import Mapping, Sequence
 from itertools import product
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,6 +16,7 @@ import pyDOE3
 from calibration.errors import CalibrationError, ConfigError, RankDeficientError
 from calibration.intake.tables import read_table
 from calibration.statistics.anova import check_rank
+from calibration.statistics.factor import CodedFactor
 
 MIN_SCREENING, MAX_SCREENING = 2, 23
 TRIPLES = {
@@ -23,7 +27,9 @@ TRIPLES = {
 them instead and takes 60 and 84 runs; the published designs take 48 and 56."""
 
 
-def plackett_burman(factors, replicates=1, runs=None):
+def plackett_burman(
+    factors: Sequence[CodedFactor], replicates: int = 1, runs: int | None = None
+) -> pd.DataFrame:
     """Plackett-Burman screening design for 2 to 23 factors.
 
     runs: a multiple of four above the number of factors; unless given, twelve, or the smallest that
@@ -52,7 +58,9 @@ def plackett_burman(factors, replicates=1, runs=None):
     return tabulate(matrix, factors, replicates)
 
 
-def read_two_level(path, factors, replicates=1):
+def read_two_level(
+    path: str | Path, factors: Sequence[CodedFactor], replicates: int = 1
+) -> pd.DataFrame:
     """Two-level design from a CSV with one column of -1 and +1 a factor code, balanced or not.
 
     Raises ConfigError naming file, column and run, and where the runs cannot tell factors apart.
@@ -90,7 +98,9 @@ def _level(table, k, code):
         ) from None
 
 
-def box_behnken(factors, centre_runs=5, replicates=1):
+def box_behnken(
+    factors: Sequence[CodedFactor], centre_runs: int = 5, replicates: int = 1
+) -> pd.DataFrame:
     """Box-Behnken design for 3 to 7 factors. Raises CalibrationError when the matrix has not the
     design's properties."""
     k = len(factors)
@@ -120,7 +130,12 @@ def _from_blocks(blocks, k, centre_runs):
     return np.vstack([rows, np.zeros((centre_runs, k))])
 
 
-def steepest_path(factors, start, step, steps):
+def steepest_path(
+    factors: Sequence[CodedFactor],
+    start: Mapping[str, float],
+    step: Mapping[str, float],
+    steps: int,
+) -> pd.DataFrame:
     """`steps` points start + k step in natural levels; start, step: {factor name: value}. Levels
     outside a factor's range, and factors without start or step, raise CalibrationError."""
     for name in (f.name for f in factors):
@@ -130,7 +145,7 @@ def steepest_path(factors, start, step, steps):
             )
     rows = []
     for k in range(steps):
-        row = {"run": k + 1, "replicate": 1}
+        row: dict[str, Any] = {"run": k + 1, "replicate": 1}
         for f in factors:
             value = round(start[f.name] + k * step[f.name], 9)
             if not f.low - 1e-9 <= value <= f.high + 1e-9:
@@ -143,7 +158,9 @@ def steepest_path(factors, start, step, steps):
     return pd.DataFrame(rows)
 
 
-def path_from_effects(factors, effects, steps):
+def path_from_effects(
+    factors: Sequence[CodedFactor], effects: Mapping[str, float], steps: int
+) -> tuple[dict[str, float], dict[str, float]]:
     """Start and step, {factor name: value} each, of a path from the low-response corner to the
     high-response one.
 
@@ -164,13 +181,15 @@ def path_from_effects(factors, effects, steps):
     return start, step
 
 
-def tabulate(matrix, factors, replicates=1):
+def tabulate(
+    matrix: np.ndarray, factors: Sequence[CodedFactor], replicates: int = 1
+) -> pd.DataFrame:
     """Design table of a coded matrix (runs, factors), the whole design repeated `replicates`
     times."""
-    rows = []
+    rows: list[dict[str, Any]] = []
     for r in range(replicates):
         for levels in matrix:
-            row = {"run": len(rows) + 1, "replicate": r + 1}
+            row: dict[str, Any] = {"run": len(rows) + 1, "replicate": r + 1}
             row |= {f.code: float(x) for f, x in zip(factors, levels, strict=True)}
             row |= {f.name: f.natural(float(x)) for f, x in zip(factors, levels, strict=True)}
             rows.append(row)

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy import optimize, stats
 
 from calibration.errors import CalibrationError
@@ -22,7 +23,7 @@ MOST_RUNS = 2**40
 """More runs than these are as many as one likes."""
 
 
-def verdict(low, high, margin):
+def verdict(low: float, high: float, margin: float) -> str:
     """Verdict on a difference whose 1 - 2 alpha interval is [low, high].
 
     Inside +-margin it is equivalent, which is two one-sided tests at alpha (Schuirmann 1987,
@@ -37,14 +38,16 @@ def verdict(low, high, margin):
     return DIFFERENT if low > margin or high < -margin else UNDECIDED
 
 
-def limits(difference, se, freedom, alpha=ALPHA):
+def limits(
+    difference: float, se: float, freedom: float, alpha: float = ALPHA
+) -> tuple[float, float]:
     """(low, high) of the 1 - 2 alpha interval of a difference with standard error `se` on `freedom`
     degrees."""
     half = float(stats.t.ppf(1.0 - alpha, freedom)) * se if se > 0.0 else 0.0
     return difference - half, difference + half
 
 
-def welch(sd_a, n_a, sd_b, n_b):
+def welch(sd_a: float, n_a: int, sd_b: float, n_b: int) -> tuple[float, float]:
     """Standard error of a difference of two means, and its degrees of freedom (Welch 1947,
     Biometrika 34:28).
 
@@ -189,7 +192,7 @@ class Together:
 
 
 def together(
-    differences, own: float, other: float, freedom: float, runs: int, margin: float
+    differences: npt.ArrayLike, own: float, other: float, freedom: float, runs: int, margin: float
 ) -> Together:
     """Judge the differences (n,) of one table's rows by the root mean square of the true ones.
 

@@ -1,5 +1,7 @@
 """The surface in a cube on which a function has one value, as triangles."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 STEPS = 3
@@ -7,7 +9,9 @@ STEP = 1e-4
 """Of the slope's differences, in coded levels."""
 
 
-def isosurface(function, level, resolution=41):
+def isosurface(
+    function: Callable[[np.ndarray], np.ndarray], level: float, resolution: int = 41
+) -> tuple[np.ndarray, np.ndarray]:
     """(vertices (n, 3), triangles (m, 3)) of the points of the cube [-1, 1]^3 where a function of
     points (n, 3) has the value `level`; both empty where there are none.
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy import stats
 
 from calibration.errors import CalibrationError
@@ -22,7 +23,7 @@ class Nested:
     runs: int
 
 
-def nested(values, of, level=0.95):
+def nested(values: npt.ArrayLike, of: npt.ArrayLike, level: float = 0.95) -> Nested:
     """`Nested` of values (n,) at the draws `of` (n,), by the analysis of variance of one random
     effect.
 

@@ -1,15 +1,18 @@
 """Solving response surfaces for targets: the whole set of solutions, the chosen point,
 desirability."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 from scipy import optimize
 from scipy.stats import qmc
 
 from calibration.errors import CalibrationError
-from calibration.statistics.goals import RULES, overall_desirability
+from calibration.statistics.goals import RULES, Goal, overall_desirability
 from calibration.statistics.isosurface import isosurface
+from calibration.statistics.surface import Surface
 
 CANDIDATES = 4096
 TOLERANCE = 1e-6  # of the target, or of 1 where the target is smaller
@@ -30,7 +33,13 @@ class Solution:
     high: np.ndarray
 
 
-def solve(surface, target, rule="closest_to_centre", seed=1, point=None):
+def solve(
+    surface: Surface,
+    target: float,
+    rule: str = "closest_to_centre",
+    seed: int = 1,
+    point: npt.ArrayLike | None = None,
+) -> Solution:
     """All points of the cube [-1, 1]^k where `surface` predicts `target`, and one of them chosen by
     `rule`.
 
@@ -148,7 +157,9 @@ def _nearest(surface, target, seed):
     return min(fits, key=lambda f: f.fun).x
 
 
-def solution_mesh(surface, target, resolution=41):
+def solution_mesh(
+    surface: Surface, target: float, resolution: int = 41
+) -> tuple[np.ndarray, np.ndarray]:
     """Solution set of a model of three factors as a triangle mesh: vertices (n, 3) in coded levels,
     triangles (m, 3).
 
@@ -160,7 +171,9 @@ def solution_mesh(surface, target, resolution=41):
     return isosurface(surface.predict, target, resolution)
 
 
-def most_desirable(surfaces, goals, seed=1):
+def most_desirable(
+    surfaces: Sequence[Surface], goals: Sequence[Goal], seed: int = 1
+) -> tuple[np.ndarray, float]:
     """Point (factors,) of the cube with the largest overall desirability, and that desirability."""
     k = len(surfaces[0].codes)
     starts = 2.0 * qmc.Sobol(k, seed=seed).random(CANDIDATES) - 1.0
@@ -196,7 +209,9 @@ class Compromise:
     high: np.ndarray
 
 
-def pareto_front(surfaces, goals, seed=1):
+def pareto_front(
+    surfaces: Sequence[Surface], goals: Sequence[Goal], seed: int = 1
+) -> tuple[np.ndarray, np.ndarray]:
     """Points (m, factors) of the cube [-1, 1]^k that no other beats in both of two responses, and
     the desirabilities (m, 2) of both there, the first falling.
 
@@ -220,7 +235,7 @@ def _weighed(goals, share):
     return [replace(first, importance=share), replace(second, importance=1.0 - share)]
 
 
-def compromise(surfaces, goals, seed=1):
+def compromise(surfaces: Sequence[Surface], goals: Sequence[Goal], seed: int = 1) -> Compromise:
     """The point of the cube [-1, 1]^k with the largest overall desirability and the region around
     it.
 

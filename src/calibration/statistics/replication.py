@@ -7,6 +7,7 @@ mean as often as it states, whatever the spread is. A sample that simply ends wh
 is narrow enough ends too early too often.
 """
 
+from collections.abc import Sequence
 from math import ceil, sqrt
 
 import numpy as np
@@ -15,7 +16,9 @@ from scipy.special import stdtrit
 ALPHA = 0.05
 
 
-def runs_needed(first, half_width, at_most, alpha=ALPHA):
+def runs_needed(
+    first: Sequence[float] | np.ndarray, half_width: float, at_most: int, alpha: float = ALPHA
+) -> int:
     """Number of normal values in all, the first ones among them, so that the 1 - alpha interval of
     their mean reaches no further than `half_width` to a side; no more than `at_most`, whose
     interval is wider and holds the true mean as often.
@@ -27,7 +30,9 @@ def runs_needed(first, half_width, at_most, alpha=ALPHA):
     return max(len(first), min(needed, at_most))
 
 
-def mean_interval(values, first, alpha=ALPHA):
+def mean_interval(
+    values: Sequence[float] | np.ndarray, first: int, alpha: float = ALPHA
+) -> tuple[float, float]:
     """(mean, half width) of the 1 - alpha interval of the true mean.
 
     values : (n,) all values, of which the leading `first` decided how many there are; where no

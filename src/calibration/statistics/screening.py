@@ -1,10 +1,12 @@
 """Effects of factors: t tests or Lenth's method, analysis of variance, what is aliased with an
 effect, and the choice of what goes on."""
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 from scipy import stats
 
@@ -40,7 +42,9 @@ LEAST_PURE = 3
 t test at 0.05 asks for more than four standard errors."""
 
 
-def screen(design, codes, response, alpha=0.05):
+def screen(
+    design: pd.DataFrame, codes: Sequence[str], response: npt.ArrayLike, alpha: float = 0.05
+) -> Screening:
     """Effects of factors `codes` of a design table on response (n,): the change from -1 to +1.
 
     They are the main effects of a regression, so that runs may be missing, repeated or at the
@@ -164,7 +168,7 @@ LEAST_ALIAS = 0.05
 everywhere."""
 
 
-def aliases(levels, codes):
+def aliases(levels: np.ndarray, codes: Sequence[str]) -> dict[str, dict[str, float]]:
     """{code: {pair: share}} of the two-factor interactions that a main effect carries.
 
     levels : (n, factors) coded; share : how much an interaction of size 1 adds to the effect, which
@@ -191,7 +195,9 @@ def aliases(levels, codes):
     }
 
 
-def interactions(design, codes, response):
+def interactions(
+    design: pd.DataFrame, codes: Sequence[str], response: npt.ArrayLike
+) -> pd.DataFrame | None:
     """Table: pair, sum_sq, share, F, p: what each two-factor interaction alone takes of the lack of
     fit, the largest first; None where no point is repeated or nothing is left to explain.
 
@@ -219,7 +225,13 @@ def interactions(design, codes, response):
     return pd.DataFrame(rows).sort_values("sum_sq", ascending=False, ignore_index=True)
 
 
-def why(screening, codes, alpha, preferred=(), named=None):
+def why(
+    screening: Screening,
+    codes: Sequence[str],
+    alpha: float,
+    preferred: Collection[str] = (),
+    named: Sequence[str] | None = None,
+) -> dict[str, str]:
     """Why each of `codes` goes on, {code: words}: it is significant, or the configuration names it,
     on its path (`preferred`) or outright (`named`), or its effect is the next largest."""
     p = screening.table.set_index("code")["p"]
@@ -234,7 +246,13 @@ def why(screening, codes, alpha, preferred=(), named=None):
     return {code: reason(code) for code in codes}
 
 
-def significant(screening, alpha, at_least=1, at_most=None, preferred=()):
+def significant(
+    screening: Screening,
+    alpha: float,
+    at_least: int = 1,
+    at_most: int | None = None,
+    preferred: Collection[str] = (),
+) -> list[str]:
     """Codes of the factors with p < alpha, largest effect first.
 
     Fewer than `at_least` are filled up, first with the `preferred` codes and then with the next

@@ -1,16 +1,21 @@
 """Which design a screening takes."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
+import pandas as pd
 
 from calibration.errors import CalibrationError
 from calibration.statistics.definitive import definitive_screening
 from calibration.statistics.design import plackett_burman, read_two_level
+from calibration.statistics.factor import CodedFactor
 from calibration.statistics.two_level import foldover, resolution_iv
 
 KINDS = ("resolution_iv", "definitive", "plackett_burman")
 
 
-def screening_design(factors, rules):
+def screening_design(factors: Sequence[CodedFactor], rules: Any) -> pd.DataFrame:
     """The design table that `rules` ask for: the configuration's section `screening`.
 
     rules.design: path of a table of coded levels, in place of a generated one; rules.kind: one of

@@ -12,17 +12,17 @@ class Stated:
     sd: float
     n: int
 
-    def mean(self):
+    def mean(self) -> float:
         """Their mean."""
         return self.value
 
-    def std(self, ddof=1):
+    def std(self, ddof: int = 1) -> float:
         """Their standard deviation, of ddof 1."""
         return self.sd
 
-    def var(self, ddof=1):
+    def var(self, ddof: int = 1) -> float:
         """Their variance, of ddof 1."""
         return self.sd**2
 
-    def __len__(self):
+    def __len__(self) -> int:
         return self.n

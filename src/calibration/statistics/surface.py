@@ -5,10 +5,13 @@ terms are partial (type III in coded levels), each term's own share when all oth
 model.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 from scipy import optimize, stats
 
@@ -22,25 +25,27 @@ from calibration.statistics.anova import (
 )
 from calibration.statistics.numbers import fixed
 
+Term = tuple[str, ...]
+"""Codes of the factors whose product a term is: (), ("A",), ("A", "B"), ("A", "A")."""
 GRID = 4001  # levels of a factor at which an interval is looked up
 FLAT = 0.1
 """Of the largest eigenvalue: a curvature below it counts as none, as in R's rsm (`canonical`,
 threshold)."""
 
 
-def quadratic_terms(codes):
+def quadratic_terms(codes: Sequence[str]) -> list[Term]:
     """Terms of the full quadratic model as tuples of codes: (), (A,), (A, B), (A, A)."""
     return [(), *((c,) for c in codes), *combinations(codes, 2), *((c, c) for c in codes)]
 
 
-def term_name(term):
+def term_name(term: Term) -> str:
     """'A', 'AB', 'A²'; 'Intercept' for the empty term."""
     if not term:
         return "Intercept"
     return f"{term[0]}²" if len(term) == 2 and term[0] == term[1] else "".join(term)
 
 
-def model_matrix(levels, codes, terms):
+def model_matrix(levels: npt.ArrayLike, codes: Sequence[str], terms: Sequence[Term]) -> np.ndarray:
     """(n, terms) matrix of coded levels (n, factors)."""
     levels = np.atleast_2d(np.asarray(levels, float))
     column = {c: levels[:, k] for k, c in enumerate(codes)}
@@ -69,16 +74,18 @@ class Surface:
     summary: dict
     diagnostics: pd.DataFrame
 
-    def predict(self, levels):
+    def predict(self, levels: npt.ArrayLike) -> np.ndarray:
         """Predicted response (n,) at coded levels (n, factors)."""
         return model_matrix(levels, self.codes, self.terms) @ self.beta
 
-    def standard_error(self, levels):
+    def standard_error(self, levels: npt.ArrayLike) -> np.ndarray:
         """Standard error (n,) of the predicted mean."""
         x = model_matrix(levels, self.codes, self.terms)
         return np.sqrt(self.sigma2 * np.einsum("ij,jk,ik->i", x, self.inverse, x))
 
-    def confirmation_interval(self, levels, runs, alpha=0.05):
+    def confirmation_interval(
+        self, levels: npt.ArrayLike, runs: float, alpha: float = 0.05
+    ) -> tuple[np.ndarray, np.ndarray]:
         """(low, high), (n,) each, for the mean of `runs` new runs at coded levels (n, factors):
         yhat +- t s sqrt(1/runs + x' (X'X)^-1 x); with runs = inf, for the true
         mean."""
@@ -86,7 +93,7 @@ class Surface:
         half = stats.t.ppf(1 - alpha / 2, self.df) * np.sqrt(self.sigma2 / runs + mean_se**2)
         return centre - half, centre + half
 
-    def canonical(self):
+    def canonical(self) -> dict[str, Any]:
         """Stationary point (factors,) in coded levels, eigenvalues (factors,), axes (factors,
         factors) as columns, and kind: maximum, minimum, saddle, `ridge` if an eigenvalue is below
         FLAT of the largest, `plane` if nothing is curved. Along flat axes the point is the nearest
@@ -126,7 +133,7 @@ class Surface:
                 quadratic[i[1], i[0]] += b / 2
         return linear, quadratic
 
-    def ridge(self, radii, rising=True):
+    def ridge(self, radii: Sequence[float] | np.ndarray, rising: bool = True) -> np.ndarray:
         """Points (m, factors) of largest (or least) response on spheres of coded radii (m,): ridge
         analysis (Draper 1963)."""
         linear, quadratic = self._gradient_and_hessian()
@@ -134,7 +141,7 @@ class Surface:
         g = axes.T @ (-linear if rising else linear)
         return np.array([axes @ _least_on_sphere(values, g, r) for r in radii])
 
-    def equation(self):
+    def equation(self) -> str:
         """The model as text in coded levels."""
         text = fixed(self.beta[0], 2)
         for t, b in zip(self.terms[1:], self.beta[1:], strict=True):
@@ -165,13 +172,19 @@ def _least_on_sphere(values, g, r):
     return -g / (2 * (values + optimize.brentq(excess, low, high, xtol=1e-15 * scale)))
 
 
-def fit_surface(design, codes, response, terms=None, alpha=0.05):
+def fit_surface(
+    design: pd.DataFrame,
+    codes: Sequence[str],
+    response: npt.ArrayLike,
+    terms: Sequence[Term] | None = None,
+    alpha: float = 0.05,
+) -> Surface:
     """Fit the full quadratic model, or the given terms, to a design table's coded columns.
 
     Raises RankDeficientError naming the terms that the design cannot tell apart, CalibrationError
     when no degree of freedom is left.
     """
-    terms = terms or quadratic_terms(codes)
+    terms = list(terms or quadratic_terms(codes))
     levels = design[codes].to_numpy(float)
     x = model_matrix(levels, codes, terms)
     n, p = x.shape
@@ -215,7 +228,7 @@ def fit_surface(design, codes, response, terms=None, alpha=0.05):
     )  # fmt: skip
 
 
-def outlier_limit(surface, alpha=0.05):
+def outlier_limit(surface: Surface, alpha: float = 0.05) -> float:
     """Externally studentised residual that the largest of all runs exceeds by chance in a share
     alpha of cases, by Bonferroni (Cook and Weisberg 1982, Residuals and Influence in Regression,
     2.2.2); NaN without the freedom."""
@@ -225,14 +238,16 @@ def outlier_limit(surface, alpha=0.05):
     return float(stats.t.ppf(1.0 - alpha / 2.0 / free, surface.df - 1))
 
 
-def outliers(surface, alpha=0.05):
+def outliers(surface: Surface, alpha: float = 0.05) -> np.ndarray:
     """Positions of the runs whose residual lies beyond `outlier_limit`."""
     size = surface.diagnostics["externally_studentised"].abs().to_numpy()
     with np.errstate(invalid="ignore"):
         return np.flatnonzero(size > outlier_limit(surface, alpha))
 
 
-def blocks_p(design, codes, column, terms=None):
+def blocks_p(
+    design: pd.DataFrame, codes: Sequence[str], column: str, terms: Sequence[Term] | None = None
+) -> float | None:
     """p of the F test that the blocks of a design table (column `block`) have one mean beside the
     model; None with a single block or too few runs to tell."""
     y, blocks = design[column].to_numpy(float), pd.get_dummies(design["block"]).to_numpy(float)
@@ -245,7 +260,9 @@ def blocks_p(design, codes, column, terms=None):
     return float(stats.f.sf((alone - beside) / more / (beside / df), more, df))
 
 
-def reduced_surface(design, codes, response, alpha=0.1):
+def reduced_surface(
+    design: pd.DataFrame, codes: Sequence[str], response: npt.ArrayLike, alpha: float = 0.1
+) -> Surface:
     """The surface without the terms that say nothing: backward elimination by hierarchy.
 
     The term with the largest p is removed as long as this p is at least alpha. A factor stays as
@@ -257,13 +274,21 @@ def reduced_surface(design, codes, response, alpha=0.1):
         surface = fit_surface(design, codes, response, terms)
         p = dict(zip(terms, surface.coefficients["p"], strict=True))
         free = [t for t in terms if t and not any(set(t) < set(o) or t * 2 == o for o in terms)]
-        worst = max(free, key=p.get, default=None)
+        worst = max(free, key=lambda term: p[term], default=None)
         if worst is None or p[worst] < alpha or len(terms) == 2:
             return surface
         terms = [t for t in terms if t != worst]
 
 
-def parameter_interval(surface, target, point, k, alpha=0.05, target_se=0.0, target_df=np.inf):
+def parameter_interval(
+    surface: Surface,
+    target: float,
+    point: Sequence[float] | np.ndarray,
+    k: int,
+    alpha: float = 0.05,
+    target_se: float = 0.0,
+    target_df: float = np.inf,
+) -> tuple[float, float]:
     """(low, high) in coded levels of factor k around the optimum `point` (factors,), the others
     held.
 

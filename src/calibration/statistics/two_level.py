@@ -1,18 +1,24 @@
 """Two-level designs of resolution IV, their foldovers and what is aliased with what."""
 
+from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
+import numpy.typing as npt
+import pandas as pd
 
 from calibration.errors import CalibrationError
 from calibration.statistics.design import MAX_SCREENING, tabulate
+from calibration.statistics.factor import CodedFactor
 
 GENERATORS = {7: "a b c d abc bcd acd", 8: "a b c d abc bcd acd abd"}
 """Published generators (Box, Hunter and Hunter 2005, table 6.22) of the 16-run designs. All others
 are words of odd length, which give the same aliasing."""
 
 
-def resolution_iv(factors, centre_runs=0, replicates=1):
+def resolution_iv(
+    factors: Sequence[CodedFactor], centre_runs: int = 0, replicates: int = 1
+) -> pd.DataFrame:
     """The smallest two-level design of resolution IV for 1 to 23 factors, with runs at the centre.
 
     No main effect is aliased with another or with a two-factor interaction. Up to three factors it
@@ -27,7 +33,7 @@ def resolution_iv(factors, centre_runs=0, replicates=1):
     return tabulate(matrix, factors, replicates)
 
 
-def generators(k):
+def generators(k: int) -> str:
     """Generators of `resolution_iv`, a word a factor: single letters for the base, products of an
     odd number of them for the rest, which is what gives resolution IV."""
     if k in GENERATORS:
@@ -38,7 +44,7 @@ def generators(k):
     return " ".join([*letters, *list(odd)[: max(k - base, 0)]])
 
 
-def fractional_factorial(words):
+def fractional_factorial(words: Sequence[str]) -> np.ndarray:
     """(runs, columns) matrix of -1 and +1: the product of the letters of each word, in standard
     order."""
     letters = sorted(set("".join(words)))
@@ -47,7 +53,7 @@ def fractional_factorial(words):
     return np.column_stack([np.prod([base[c] for c in word], axis=0) for word in words])
 
 
-def foldover(design, factors):
+def foldover(design: pd.DataFrame, factors: Sequence[CodedFactor]) -> pd.DataFrame:
     """The design (a table) followed by the same runs with all signs changed.
 
     It parts main effects from two-factor interactions (Box and Wilson 1951, Journal of the Royal
@@ -59,7 +65,7 @@ def foldover(design, factors):
     return table.assign(fold=np.repeat([1, 2], len(levels)))
 
 
-def alias_groups(levels, codes):
+def alias_groups(levels: npt.ArrayLike, codes: Sequence[str]) -> list[list[str]]:
     """Two-factor interactions of coded levels (n, factors) that no run of the design parts.
 
     Returns a list of groups of pairs of codes. Pairs in a group differ at most in sign. A pair that

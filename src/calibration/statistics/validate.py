@@ -2,8 +2,10 @@
 equivalence test."""
 
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from scipy import stats
 
 from calibration.errors import CalibrationError
@@ -37,12 +39,14 @@ class Comparison:
     between_groups_sd: float
     within_groups_sd: float
 
-    def as_dict(self):
+    def as_dict(self) -> dict[str, Any]:
         """Plain mapping for JSON."""
         return {k: (v.item() if isinstance(v, np.generic) else v) for k, v in asdict(self).items()}
 
 
-def compare(simulated, measured, margin, alpha=0.05):
+def compare(
+    simulated: npt.ArrayLike, measured: npt.ArrayLike | Stated, margin: float, alpha: float = 0.05
+) -> Comparison:
     """Compare simulated (groups, replicates) with measured (n,) values, or a `Stated` mean of them.
 
     All simulated values count as independent: runs that differ in their seed alone are, whatever
@@ -98,7 +102,7 @@ def _check(simulated, measured, margin):
         raise CalibrationError(f"the margin of equivalence must be above 0, not {margin:g}")
 
 
-def variance_components(groups):
+def variance_components(groups: npt.ArrayLike) -> tuple[float, float]:
     """Standard deviations between and within groups (g, r) by the method of moments; zero where
     negative."""
     groups = np.atleast_2d(groups)

@@ -1,0 +1,1 @@
+"""Files that are read and written whole: YAML with lines, arrays, frames, checksums."""

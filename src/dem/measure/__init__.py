@@ -1,0 +1,1 @@
+"""Heaps at rest: angle, height and grains, from their places."""

@@ -1,0 +1,55 @@
+"""Every name at the top of each package with the first sentence of its docstring, for the page of
+the architecture: `python docs/every_name.py` writes it there. A test compares the two."""
+
+import ast
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "architecture.md"
+BEGIN, END = "<!-- names: begin -->", "<!-- names: end -->"
+CALIBRATION = (
+    "interface", "telling", "chain", "runs", "inference", "study", "engines", "figures",
+    "statistics", "intake",
+)  # fmt: skip
+"""The packages of the calibration, from the top floor down."""
+PACKAGES = (
+    "paper", "diagnosis", "calibration", *(f"calibration/{name}" for name in CALIBRATION), "dem",
+)  # fmt: skip
+
+
+def names(package: str) -> list[Path]:
+    """Modules and packages at the top of a package, by name."""
+    inside = sorted((ROOT / "src" / package).iterdir())
+    modules = [p for p in inside if p.suffix == ".py" and p.stem != "__init__"]
+    packages = [p for p in inside if p.is_dir() and p.name != "workflow" and any(p.glob("*.py"))]
+    return sorted([*modules, *packages], key=lambda p: p.stem)
+
+
+def sentence(path: Path) -> str:
+    """First sentence of the docstring of a module or a package, "" where there is none."""
+    file = path / "__init__.py" if path.is_dir() else path
+    said = ast.get_docstring(ast.parse(file.read_text("utf-8"))) if file.is_file() else None
+    first = " ".join((said or "").split("\n\n")[0].split())
+    return re.split(r"(?<=[.;:]) (?=[A-Z])", first)[0].rstrip(".").replace("|", "\\|")
+
+
+def tables() -> str:
+    """A table for each package, as markdown."""
+    text = ""
+    for package in PACKAGES:
+        rows = [f"| `{p.name}{'/' * p.is_dir()}` | {sentence(p)} |" for p in names(package)]
+        text += f"### `src/{package}`\n\n| name | what is in it |\n|---|---|\n"
+        text += "\n".join(rows) + "\n\n"
+    return text.strip()
+
+
+def written(page: str) -> str:
+    """The page with its tables as they are now."""
+    before, _, rest = page.partition(BEGIN)
+    _, _, after = rest.partition(END)
+    return f"{before}{BEGIN}\n\n{tables()}\n\n{END}{after}"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(written(PAGE.read_text("utf-8")), "utf-8")
