@@ -13,7 +13,7 @@ from diagnosis.residuals import by_chance, calibration, moved, residual_rows, tr
 from diagnosis.settings import BASE
 
 SCHEMA = Path(__file__).with_name("verdict.schema.json")
-CONTENDERS = 4
+RIVALS = 4
 
 
 def findings(emulated, measurements, found):
@@ -118,10 +118,10 @@ def extended_name(found):
 
 
 def _next(emulated, measurements, found):
-    """The measurement that separates the contenders; the base model is one of them unless it has
+    """The measurement that separates the rivals; the base model is one of them unless it has
     been refuted."""
     refuted = found.verdict in ("identified", "ambiguous")
-    names = [r["mechanism"] for r in found.ranking][:CONTENDERS] + ([] if refuted else [BASE])
+    names = [r["mechanism"] for r in found.ranking][:RIVALS] + ([] if refuted else [BASE])
     causes = [n for n in found.causes if n in found.fits]
     if found.verdict == "ambiguous" and len(causes) > 1:
         names = causes

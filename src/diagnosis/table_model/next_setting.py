@@ -1,8 +1,8 @@
 """The further setting at which terms that are not told apart would part most.
 
-Each contender is put in the model. A reading that has no weight is put at a setting that has not
+Each rival is put in the model. A reading that has no weight is put at a setting that has not
 been measured, and the model says what it expects there. The setting with the largest mutual
-information between contender and reading is proposed, within twice the plan's range.
+information between rival and reading is proposed, within twice the plan's range.
 """
 
 import itertools
@@ -18,7 +18,7 @@ from diagnosis.table_model.terms import all_terms
 
 BEYOND = 2.0  # of the plan's range, in either direction
 DECIMALS = 3  # significant, of a lever that is proposed
-MOST = 4  # contenders
+MOST = 4  # rivals
 MOST_SETTINGS = 30
 
 
@@ -49,8 +49,8 @@ def propose(block, key, others):
     for j, (levers, covariates) in enumerate(settings):
         wider = with_setting(readings, levers, covariates)
         terms = {t.key: t for t in all_terms(wider, {})}
-        for i, contender in enumerate(keys):
-            means[i, j], sds[i, j] = _expected(wider, terms, block, key, contender)
+        for i, rival in enumerate(keys):
+            means[i, j], sds[i, j] = _expected(wider, terms, block, key, rival)
     sds = np.hypot(sds, error)
     weight = np.full(len(keys), 1.0 / len(keys))
     bits = information(means, sds, weight, np.random.default_rng(0))
@@ -58,10 +58,10 @@ def propose(block, key, others):
     levers, covariates = settings[best]
     at = {n: np.array([v]) for n, v in levers.items()}
     predictions = {}
-    for i, contender in enumerate(keys):
+    for i, rival in enumerate(keys):
         logs = means[i, best] + sds[i, best] * np.array([0.0, -1.0, 1.0])
         ends = [float(from_log(readings.experiment, np.array([v]), at)[0]) for v in logs]
-        predictions[words_of(block.terms[contender])] = {
+        predictions[words_of(block.terms[rival])] = {
             "value": ends[0],
             "sd": 0.5 * (ends[2] - ends[1]),
         }
@@ -74,11 +74,11 @@ def propose(block, key, others):
     }
 
 
-def _expected(wider, terms, block, key, contender):
-    """Mean and sd of the logarithm at the last setting, by a contender in the place of a term."""
+def _expected(wider, terms, block, key, rival):
+    """Mean and sd of the logarithm at the last setting, by a rival in the place of a term."""
     y = wider.log
     model = Block(wider, terms, {})
-    for k in (*(k for k in block.held if k != key), contender):
+    for k in (*(k for k in block.held if k != key), rival):
         if k in terms:
             model = model.with_held(model.held | {k: model.hold(terms[k], y)})
     mean, variance = model.expected(y)
