@@ -1,6 +1,6 @@
-# what the calibrated model gets wrong, its cause, and the gain: runs train emulators of the metrics,
-# two waves of runs refine them near the posterior mode, one rule names the cause and plans the runs
-# that measure the gain, and the last one gives the verdict
+# what the calibrated model gets wrong, its cause, and the gain: runs train emulators of the
+# metrics, two waves of runs refine them near the posterior mode, one rule names the cause and plans
+# the runs that measure the gain, and the last one gives the verdict
 
 from diagnosis.declared import trained
 

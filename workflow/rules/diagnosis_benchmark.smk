@@ -1,5 +1,5 @@
-# the benchmark of the diagnosis: effects hidden in the engine are to be found. It asks nothing of the
-# measurements
+# the benchmark of the diagnosis: effects hidden in the engine are to be found. It asks nothing of
+# the measurements
 
 from diagnosis.declared import SHARDS
 

@@ -1,5 +1,5 @@
-# the optimum: the surface's own (the candidate), runs there, and the surface solved again with them.
-# How many runs it takes, the scatter of the first ones says
+# the optimum: the surface's own (the candidate), runs there, and the surface solved again with
+# them. How many runs it takes, the scatter of the first ones says
 
 
 rule candidate:

@@ -1,4 +1,5 @@
-# which factors matter: a screening design (Plackett-Burman unless configured), its runs, the effects
+# which factors matter: a screening design (Plackett-Burman unless configured), its runs, the
+# effects
 
 
 checkpoint plan_screening:
