@@ -21,7 +21,7 @@ def last_word(verdict):
     then `discovered`, for the place stands. Of emulated experiments the verdict is `unexplained`
     where the engine with what is named misses settings that were left out by so much, or gives no
     value at any of them; `best_tried` then holds what had been named."""
-    if verdict.get("laws"):
+    if any("evidence" in law for law in verdict.get("laws") or []):
         return _of_laws(verdict)
     return _of_mechanisms(verdict)
 
@@ -63,12 +63,12 @@ def _against(gain):
 def _of_mechanisms(verdict):
     """See `last_word`."""
     gain, run = verdict.get("gain"), verdict.get("extended_with", [])
-    if verdict["verdict"] not in NAMING or verdict.get("laws") or not (gain or run):
+    if verdict["verdict"] not in NAMING or not (gain or run):
         return verdict
     miss = gain["held_out_rmse_after"] if gain else np.inf
     if miss <= FIT:
         return verdict
-    tried = verdict["causes"]
+    tried = verdict["causes"] or run
     beyond = (
         f"still misses settings that were left out by {miss:.1f} standard errors (root mean "
         f"square), where {FIT:g} are the most that count as a fit"
@@ -84,4 +84,4 @@ def _of_mechanisms(verdict):
     if others:
         reason += f", and {' and '.join(others)}, not told apart from it, was not run"
     changes = {"verdict": "unexplained", "causes": [], "best_tried": tried, "reason": reason}
-    return verdict | changes
+    return verdict | changes | ({"laws": []} if "laws" in verdict else {})

@@ -1,0 +1,89 @@
+"""Numbers and names of a verdict as words."""
+
+import math
+
+import yaml
+
+from calibration.figures import label
+from calibration.intake.quantities import LEVERS, QUANTITIES
+
+MOST_ODDS = 1000.0
+"""Odds that are told: no data of a laboratory bear more, for a model is never right to one in a
+thousand."""
+
+
+def capital(text):
+    """Text with its first letter large."""
+    return text[:1].upper() + text[1:]
+
+
+def sentence(text):
+    """Text that begins large and ends with one full stop; nothing of nothing."""
+    text = (text or "").strip()
+    return f"{capital(text).rstrip('.')}." if text else ""
+
+
+def odds(gain):
+    """'400 to 1' for a gain in nats; two digits, and no more than `MOST_ODDS`."""
+    if gain > math.log(MOST_ODDS):
+        return f"more than {MOST_ODDS:,.0f} to 1"
+    value = float(f"{math.exp(gain):.2g}")
+    return f"{value:,.0f} to 1" if value >= 10.0 else f"{value:g} to 1"
+
+
+def chance(p):
+    """A probability in per cent, at least 0.1 %; nothing of None."""
+    if p is None:
+        return ""
+    return "less than 0.1 %" if p < 1e-3 else f"{100 * p:.2g} %"
+
+
+def amount(value, unit):
+    """A number with its unit, a share in per cent."""
+    return f"{100 * value:+.2g} %" if unit == "share" else f"{value:.3g} {unit}".removesuffix(" 1")
+
+
+def size(error):
+    """A standard deviation; a share of the reading unless a unit is given."""
+    unit = error.get("unit", "share")
+    return f"{100 * error['sd']:.2g} %" if unit == "share" else f"{error['sd']:.2g} {unit}"
+
+
+def setting(levers):
+    """Levers with their values and units, those that are set."""
+    return ", ".join(
+        f"{LEVERS[k].words if k in LEVERS else label(k)} {v:g} "
+        f"{LEVERS[k].unit if k in LEVERS else ''}".rstrip()
+        for k, v in levers.items()
+        if v is not None
+    )
+
+
+def quantity(experiment):
+    """What an experiment measures."""
+    return QUANTITIES[experiment].words
+
+
+def unit(experiment):
+    """Unit of what an experiment measures."""
+    return QUANTITIES[experiment].unit
+
+
+def place(row):
+    """Slot and state of a law."""
+    return f"{label(row['slot'])} of {' and '.join(row['state']) or 'all settings alike'}"
+
+
+def between(of):
+    """What an error is shared by."""
+    if of == "settings":
+        return "from setting to setting"
+    if of in LEVERS:
+        return f"shared by all readings at one {LEVERS[of].words}"
+    return f"from {of} to {of}"
+
+
+def keys(data):
+    """Keys of a run spec, each as a line of YAML."""
+    flow = {"default_flow_style": True, "sort_keys": False, "width": math.inf}
+    return [f"{k}: {yaml.safe_dump(v, **flow).strip()}" for k, v in (data or {}).items()]
