@@ -46,16 +46,6 @@ def untrained(errors):
     return out
 
 
-def no_free_law(kinds):
-    """Sentence on a table whose experiments are emulated."""
-    words = [QUANTITIES[kind].words for kind in kinds]
-    told = " and ".join([", ".join(words[:-1]), words[-1]] if words[1:] else words)
-    return (
-        f"No free law was tried of the {told}, only the catalogue: free laws are tried where all "
-        "measurements are drops and slides."
-    )
-
-
 def of_outcomes(found, extended=None):
     """[{experiment, levers, tests, failed, before, after}] of the conditions whose tests ended
     without a value or with one, in an `Identification`: the chance of none by the base model, and

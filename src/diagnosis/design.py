@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import qmc
 
+from calibration.errors import ConfigError
 from calibration.intake.quantities import POURED, Condition
 from calibration.runs.simulated import named
+from dem.errors import SpecError
 from diagnosis.catalogue import Strength
 from diagnosis.settings import BASE, log_span
 
@@ -25,6 +27,59 @@ def wanted(settings, catalogue, experiments):
             if chosen is None or m.name in chosen:
                 pairs.append((e, m.name))
     return pairs
+
+
+def possible(rig, catalogue, experiments):
+    """The pairs of `wanted` that the study's engine can represent."""
+    return [
+        (e, name)
+        for e, name in wanted(rig.settings, catalogue, experiments)
+        if name == BASE or not rig.refuses(e, catalogue[name])
+    ]
+
+
+TRAIN, REFINE = 0.6, 0.2
+"""Shares of a budget of runs that train the emulators and refine them; the rest measures the
+gain."""
+
+OF_A_MECHANISM = (6, 3)
+"""Runs of a mechanism's emulator within a budget, most and fewest: they train what it adds to the
+base model."""
+
+
+def budgeted(settings, factors, pairs):
+    """{(experiment, mechanism): runs} of the first training within `settings.runs`; empty without a
+    budget. Raises ConfigError for one that is too small, with the least that is enough."""
+    if settings.runs is None:
+        return {}
+    counts, least = {}, 0
+    kinds = list(dict.fromkeys(e for e, _ in pairs))
+    own = int(TRAIN * settings.runs / max(len(kinds), 1))
+    for kind in kinds:
+        others = [name for e, name in pairs if e == kind and name != BASE]
+        inputs = len(inputs_of(settings, factors, kind, BASE))
+        fewest = inputs + 2
+        most, few = OF_A_MECHANISM
+        least = max(least, fewest + few * len(others))
+        each = few if not others else min(most, max(few, (own - 4 * inputs) // len(others)))
+        counts |= {(kind, name): each for name in others}
+        counts[kind, BASE] = own - each * len(others)
+        if counts[kind, BASE] < fewest:
+            counts[kind, BASE] = 0
+    if 0 in counts.values():
+        needed = math.ceil(least * len(kinds) / TRAIN)
+        reason = "is too small a budget for the experiments, coefficients and mechanisms"
+        allowed = f"at least {needed}, or fewer `mechanisms` or `parameters` of an experiment"
+        raise ConfigError(reason, key="diagnosis.runs", value=settings.runs, allowed=allowed)
+    return counts
+
+
+def left_of(settings, refined):
+    """Runs of the budget that are left for the gain, after waves of `refined` runs each; None
+    without a budget."""
+    if settings.runs is None:
+        return None
+    return settings.runs - int(TRAIN * settings.runs) - sum(refined)
 
 
 def inputs_of(settings, factors, experiment, mechanism):
@@ -86,12 +141,23 @@ def plan(rig, catalogue, experiments):
     re-uses the first.
     """
     rows, specs, settings, factors = [], {}, rig.settings, rig.factors
-    for experiment, mechanism in wanted(settings, catalogue, experiments):
+    pairs = possible(rig, catalogue, experiments)
+    counts = budgeted(settings, factors, pairs)
+    for experiment, mechanism in pairs:
         names = inputs_of(settings, factors, experiment, mechanism)
         lever = multiplied(settings, factors, experiment, catalogue.get(mechanism))
-        for k, x in enumerate(_points(settings, experiment, mechanism, len(names))):
+        count = counts.get((experiment, mechanism))
+        points = _points(settings, experiment, mechanism, len(names), count)
+        if count is not None and mechanism != BASE:
+            points = _strong(points, catalogue[mechanism].strength)
+        for k, x in enumerate(points):
             law = catalogue.get(mechanism)
-            row, runs = row_of(rig, experiment, names, x, law, 1000 + k, lever)
+            try:
+                row, runs = row_of(rig, experiment, names, x, law, 1000 + k, lever)
+            except SpecError:
+                if law is None:
+                    raise
+                continue  # larger grains that overfill the rig, say: it is tried at the others
             rows.append(row)
             specs |= runs
     return rows, specs
@@ -115,17 +181,33 @@ def row_of(rig, experiment, names, x, mechanism, seed, lever=None):
     return row, runs
 
 
-def _points(settings, experiment, mechanism, inputs):
+def _points(settings, experiment, mechanism, inputs, count=None):
     """Points (k, inputs) in [0, 1]: one Latin hypercube after the other, so asking for more keeps
-    the first."""
+    the first. Of a budget they are `count` points of one."""
     own = settings.experiments[experiment]
     density = own.denser.get(mechanism, own.runs_per_input or settings.runs_per_input)
     label = [settings.seed, *f"{experiment}/{mechanism}".encode()]
+    if count is not None:
+        x = qmc.LatinHypercube(inputs, rng=np.random.default_rng(label)).random(count)
+        return np.round(x, 6)
     cubes = []
     for k in range(own.hypercubes.get(mechanism, 1)):
         rng = np.random.default_rng(label + [k] * (k > 0))
         cubes.append(qmc.LatinHypercube(inputs, rng=rng).random(density * inputs))
     return np.round(np.vstack(cubes), 6)
+
+
+def _strong(points, strength):
+    """Points (k, d) with the strengths of the half that is farther from where the mechanism does
+    nothing: there a run says most of what it adds. As they are where that is at no end."""
+    if strength.log and strength.off is None:
+        return points  # it is nowhere off
+    off = strength.coded(strength.low if strength.off is None else strength.off)
+    if min(abs(off), abs(off - 1.0)) > 1e-9:
+        return points
+    out = points.copy()
+    out[:, -1] = np.round(0.5 + 0.5 * points[:, -1] if off < 0.5 else 0.5 * points[:, -1], 6)
+    return out
 
 
 def _spec(rig, experiment, names, x, mechanism, seed):

@@ -14,6 +14,7 @@ import numpy as np
 from calibration.inference.emulator import Emulator
 from calibration.intake.quantities import POURED
 from diagnosis.design import MultipliedLever, inputs_of, multiplied, wanted
+from diagnosis.difference import Difference
 from diagnosis.scale import scale_of
 from diagnosis.settings import BASE, catalogue_of, log_span
 
@@ -68,9 +69,18 @@ def train(rows, metrics, settings, factors):
             table.append(row | {"failed": planned[key] - done})
             continue
         off = None if key[1] == BASE else coded_off(known[key[1]].strength)
-        more = [] if off is None else rows_at_strength(off, finished[key[0], BASE])
+        own_alone = off is None or settings.runs is not None
+        more = [] if own_alone else rows_at_strength(off, finished[key[0], BASE])
         names = inputs_of(settings, factors, *key)
-        emulators[key] = _train_one(key[0], own, more, metrics, settings, names)
+        found = _responses(key[0], own + more, metrics, settings, names)
+        few = settings.runs is not None and key[1] != BASE
+        if few and (key[0], BASE) not in emulators:
+            continue  # most of the base model's runs failed, which the table says
+        emulators[key] = (
+            Difference.trained(emulators[key[0], BASE], *found[:2], off, found[2])
+            if few
+            else Emulator(*found[:2], len(own), key[0] in POURED, found[2])
+        )
         table.append(
             {
                 "experiment": key[0],
@@ -116,8 +126,9 @@ def coded_off(strength):
     return 0.0 if not strength.log and strength.low == 0.0 else None
 
 
-def _train_one(experiment, own, more, metrics, settings, names):
-    rows = own + more
+def _responses(experiment, rows, metrics, settings, names):
+    """Inputs (n, d) of rows, the means (n,) of their transformed responses, and the runs (n,) of
+    each."""
     x = np.array([r["inputs"] for r in rows])
     ranges = settings.experiments[experiment].levers
     levers = {n: np.array([log_span(*ranges[n], s) for s in x[:, names.index(n)]]) for n in ranges}
@@ -126,4 +137,4 @@ def _train_one(experiment, own, more, metrics, settings, names):
     row_of = np.repeat(np.arange(len(rows)), runs)
     y = np.array([metrics[n][metric] for r in rows for n in r["run_ids"]])
     z = forward(experiment, y, {n: v[row_of] for n, v in levers.items()})
-    return Emulator(x, np.bincount(row_of, z) / runs, len(own), experiment in POURED, runs)
+    return x, np.bincount(row_of, z) / runs, runs

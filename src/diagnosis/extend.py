@@ -11,6 +11,7 @@ from diagnosis.fit import data_of, fit, spread_unit
 from diagnosis.shared import covariance_of
 
 RESAMPLES = 4000
+LEAST_RUNS = 2  # at a setting: one does not tell how much runs scatter
 
 
 def held_out_points(model, data):
@@ -24,9 +25,29 @@ def held_out_points(model, data):
     return fit(model, replace(data, value=value, error=error, failed=failed)).theta
 
 
-def extension_plan(rig, models, measurements, data, seed=90_000):
+def within(budget, models, measurements, most):
+    """(runs at each setting, places of the settings that are run) of `models` models within a
+    budget of runs; all settings with `most` runs without one (None).
+
+    Fewer runs first, then fewer settings, spread over each experiment's levels. No setting is run
+    where the budget is too small for three."""
+    places = sorted(
+        range(len(measurements)),
+        key=lambda i: (measurements[i].experiment, sorted(measurements[i].levers.items())),
+    )
+    if budget is None or models == 0:
+        return most, sorted(places)
+    runs = int(np.clip(budget // (models * len(places)), LEAST_RUNS, most))
+    count = min(budget // (models * runs), len(places))
+    if count < 3:
+        return runs, []
+    chosen = np.linspace(0, len(places) - 1, count).round().astype(int)
+    return runs, sorted(places[i] for i in chosen)
+
+
+def extension_plan(rig, models, measurements, data, seed=90_000, places=None):
     """`gain_runs` runs of each model at the parameters fitted without each setting, at that
-    setting.
+    setting; at those in `places` alone where it is given.
 
     models: {label: Model}; data: the `Data` that they were fitted to.
     Returns rows [{label, setting, theta, run_ids, reads}] and {run id: spec}; reads: {mechanism of
@@ -35,6 +56,8 @@ def extension_plan(rig, models, measurements, data, seed=90_000):
     rows, specs = [], {}
     for label, model in models.items():
         for i, theta in enumerate(held_out_points(model, data)):
+            if places is not None and i not in places:
+                continue
             seeds = [seed + i + 1000 * k for k in range(rig.settings.gain_runs)]
             own = named([real_spec(rig, model, measurements[i], theta, s) for s in seeds])
             specs |= own

@@ -1,12 +1,15 @@
 """How the conditions of a study are simulated."""
 
+import math
 from dataclasses import dataclass, replace
 
+from calibration import engines
 from calibration.errors import ConfigError
 from calibration.intake.quantities import LEVERS, POURED, Condition
 from calibration.study.config import Config, overlay
-from dem.errors import SpecError
+from dem.errors import DemError, SpecError
 from dem.spec import parse_spec
+from diagnosis.measurements import CONTACTS
 from diagnosis.settings import SIMULATED, Settings
 
 
@@ -32,10 +35,12 @@ class Rig:
         """
         experiment, levers = condition
         own = self.settings.experiments[experiment]
+        levers = own.held | levers
         # the experiment that was calibrated on stands in the calibration's own rig
         calibrated = self.base.get("experiment", Config.model_fields["experiment"].default)
         shared = ["materials", "contacts", "law_parameters"]
         shared += ["geometry"] if experiment == calibrated else []
+        shared += ["engine"] if experiment not in CONTACTS else []  # our own integrates those
         spec = overlay({k: v for k, v in self.base.items() if k in shared}, own.run)
         spec["laws"] = dict(self.base.get("laws", {}))
         spec |= {"experiment": experiment, "seed": int(seed)}
@@ -53,7 +58,7 @@ class Rig:
                 *path, last = f.key.split(".")
                 for name in path:
                     part = part.setdefault(name, {})
-                part[last] = round(float(values[f.name]), 9)
+                part[last] = round(_possible(f.key, float(values[f.name])), 9)
         return spec
 
     def check(self, measurements):
@@ -61,10 +66,30 @@ class Rig:
         condition."""
         for m in measurements:
             try:
-                parse_spec(self.spec(m.condition, 0))
-            except SpecError as error:
+                engines.check(parse_spec(self.spec(m.condition, 0)))
+            except DemError as error:
                 key = f"experiments.{m.experiment}.run"
-                raise ConfigError(f"{m.label}: {error}", key=key) from None
+                line = "" if m.line is None else f"line {m.line}, "
+                raise ConfigError(f"{line}{m.label}: {error}", key=key) from None
+
+    def refuses(self, experiment, mechanism):
+        """Whether the engine cannot have a mechanism in an experiment."""
+        own = self.settings.experiments[experiment]
+        levers = {name: low for name, (low, _) in own.levers.items()}
+        spec = self.spec(Condition(experiment, levers), 0)
+        try:
+            engines.check(parse_spec(mechanism.apply(spec, mechanism.strength.natural(0.5))))
+        except DemError:
+            return True
+        return False
+
+
+def _possible(key, value):
+    """A level of a coefficient that can be: emulators reach a little beyond a factor's range, which
+    may end at nothing, or at a restitution of 1."""
+    if not key.startswith("contacts."):
+        return value
+    return min(max(value, 0.0), 1.0 if key.endswith(".restitution") else math.inf)
 
 
 def combine(settings, mechanisms, conditions):

@@ -30,11 +30,25 @@ class _Part(BaseModel):
 class Experiment(_Part):
     """How one experiment is simulated."""
 
-    metric: str = Field(description="metric of a run that the measurement is compared with")
-    parameters: list[str] = Field(
-        min_length=1, description="keys of the run spec whose factors are calibrated on it"
+    metric: str | None = Field(
+        None,
+        description="metric of a run that the measurement is compared with; that of the measured "
+        "quantity unless given",
     )
-    levers: dict[str, Range] = Field(description="lever: least and largest value of the emulator")
+    parameters: list[str] | None = Field(
+        None,
+        min_length=1,
+        description="keys of the run spec whose factors are calibrated on it; unless given, those "
+        "of the study's factors that `diagnosis.derived` chooses",
+    )
+    levers: dict[str, Range] | None = Field(
+        None,
+        description="lever: least and largest value of the emulator; unless given, the levers that "
+        "differ between the measurements, over their range",
+    )
+    held: dict[str, float] = Field(
+        {}, description="lever: the one value that all measurements of the experiment have"
+    )
     mechanisms: list[str] | None = Field(
         None, description="mechanisms that get emulator runs; all that show on it unless given"
     )
@@ -50,16 +64,26 @@ class Experiment(_Part):
     repeated: dict[str, Annotated[int, Field(ge=1, le=20)]] = Field(
         {}, description="mechanism or `base`: runs at each point, of other seeds, in place of one"
     )
-    run: dict = Field(description="run spec of the experiment, over that of the calibration")
+    run: dict | None = Field(
+        None,
+        description="run spec of the experiment, over that of the calibration; unless given, the "
+        "study's own rig of it (`diagnosis.derived`)",
+    )
 
     @model_validator(mode="after")
     def _known(self):
-        for name, (low, high) in self.levers.items():
+        for name, (low, high) in (self.levers or {}).items():
             if name not in SIMULATED or not 0 < low < high:
                 raise ValueError(f"levers.{name}: a known lever with 0 < low < high is needed")
-        if not self.levers:
-            raise ValueError("levers: an emulator needs one lever at least")
+        for name in self.held:
+            if name not in SIMULATED or name in (self.levers or {}):
+                raise ValueError(f"held.{name}: a known lever that is not among `levers` is needed")
         return self
+
+    @property
+    def whole(self):
+        """Whether nothing of it is left to be derived."""
+        return None not in (self.metric, self.parameters, self.levers, self.run)
 
 
 class Settings(_Part):
@@ -73,6 +97,14 @@ class Settings(_Part):
         3, ge=2, le=50, description="runs of the real engine at each left-out setting"
     )
 
+    runs: int | None = Field(
+        None,
+        ge=30,
+        le=100_000,
+        description="most runs of the engine in all: those that train the emulators, refine them, "
+        "and measure the gain. It takes the place of `runs_per_input`, and is a number of its own "
+        "where an experiment is not described in full",
+    )
     runs_per_input: int = Field(
         10, ge=3, le=100, description="emulator runs per parameter, lever and strength"
     )
@@ -125,6 +157,11 @@ def read_settings(path, changes=None):
         raise ConfigError(
             "is not valid", path=path, key=key, value=first.get("input"), allowed=first["msg"]
         ) from None
+
+
+def with_gain_runs(settings, runs):
+    """`Settings` with another number of runs at each left-out setting."""
+    return settings.model_copy(update={"gain_runs": runs})
 
 
 def _mapping(path):
@@ -188,25 +225,6 @@ def catalogue_of(settings, experiments):
     return known
 
 
-def check_given(settings, measurements, path):
-    """Raise ConfigError for experiments that were measured and that the settings do not describe,
-    one message each."""
-    unknown = {m.experiment: m for m in reversed(measurements)}
-    unknown = {e: m for e, m in unknown.items() if e not in settings.experiments}
-    faults = [
-        ConfigError(
-            f"needs the key diagnosis.experiments.{experiment} for the stage diagnosis",
-            path=path,
-            line=m.line,
-            column="experiment",
-            value=experiment,
-            allowed=", ".join(settings.experiments) or "experiments that the key describes",
-        )
-        for experiment, m in unknown.items()
-    ]
-    raise_faults(faults)
-
-
 def widened(settings, measurements):
     """The settings with the ranges of the emulated levers as wide as the measurements are."""
     experiments = dict(settings.experiments)
@@ -241,6 +259,9 @@ def check_levers(settings, measurements, path):
 
 
 def _default(settings, experiment, lever):
+    own = settings.experiments[experiment]
+    if lever in own.held:
+        return own.held[lever]
     part, name = LEVERS[lever].place
     return settings.experiments[experiment].run.get(part, {}).get(name)
 

@@ -3,11 +3,13 @@
 from functools import cached_property
 
 from calibration.study.factors import read_factors
+from diagnosis.derived import completed
 from diagnosis.emulator_files import read_emulators
+from diagnosis.lever_laws import lever_laws, with_laws
 from diagnosis.measurements import alone, read_all
 from diagnosis.model import Emulated
 from diagnosis.rig import Rig
-from diagnosis.settings import catalogue_of, check_given, check_levers, parameters_of, widened
+from diagnosis.settings import catalogue_of, check_levers, parameters_of, widened
 
 
 class Setup:
@@ -25,19 +27,29 @@ class Setup:
     def table(self):
         """`Measured` of the study. Raises ConfigError for conditions that no emulator covers or
         that cannot be run."""
-        table, path = read_all(self.config.measurements), self.config.measurements
+        table, path = self._read, self.config.measurements
         rows = table.fitted + table.held_out
-        check_given(self._given, rows, path)
         if not alone(m.experiment for m in table.fitted):
-            check_levers(self._given, rows, path)
-        self._bare(self._given).check(rows)
+            check_levers(self._complete, rows, path)
+        self._bare(self._complete).check(rows)
         return table
 
     @cached_property
+    def _read(self):
+        return read_all(self.config.measurements)
+
+    @cached_property
+    def _complete(self):
+        """The settings, what they do not say of an experiment derived from the study."""
+        table = self._read
+        rows = table.fitted + table.held_out + table.outcomes
+        return completed(self._given, self.config, self.factors, rows, self.config.measurements)
+
+    @cached_property
     def settings(self):
-        """The settings, the ranges of their levers as wide as the table is."""
+        """The same, the ranges of the levers as wide as the table is."""
         table = self.table
-        return widened(self._given, table.fitted + table.held_out + table.outcomes)
+        return widened(self._complete, table.fitted + table.held_out + table.outcomes)
 
     @property
     def measurements(self):
@@ -86,4 +98,13 @@ class Setup:
     def emulated(self, file):
         """`Emulated` of the emulators in a file."""
         emulators, failures = read_emulators(file)
-        return Emulated(emulators, self.settings, self.rig.factors, self.catalogue, failures)
+        settings, factors = self.settings, self.rig.factors
+        emulators = with_laws(emulators, settings, factors, self.lever_laws)
+        failures = with_laws(failures, settings, factors, self.lever_laws)
+        known = self.catalogue | self.lever_laws
+        return Emulated(emulators, settings, factors, known, failures)
+
+    @cached_property
+    def lever_laws(self):
+        """{name: Mechanism} of the free laws that are tried on bulk tests."""
+        return lever_laws(self.settings, self.rig.factors, self.measurements)

@@ -1,6 +1,8 @@
 """The stages of the diagnosis: each reads its input files and writes its output files."""
 
 import shutil
+import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -22,16 +24,18 @@ from diagnosis import (
     waves,
 )
 from diagnosis.declared import WAVES
-from diagnosis.design import plan
+from diagnosis.derived import WRITTEN, announced, as_file
+from diagnosis.design import left_of, plan
 from diagnosis.emulator import train
 from diagnosis.emulator_files import write_emulators
-from diagnosis.extend import extension_plan, gain, real_values
+from diagnosis.extend import LEAST_RUNS, extension_plan, gain, real_values, within
 from diagnosis.failures import train_failures
 from diagnosis.identify import identify, lack_of_fit, weigh
 from diagnosis.last_word import last_word
+from diagnosis.lever_laws import as_laws
 from diagnosis.page.markdown import page
 from diagnosis.residuals import by_chance, calibration, residual_rows, trends
-from diagnosis.settings import BASE, study_settings
+from diagnosis.settings import BASE, study_settings, with_gain_runs
 from diagnosis.setup import Setup
 from diagnosis.verdict import extended_name, findings, unexplained, validate
 
@@ -63,6 +67,9 @@ def plan_runs(setup, output):
     rows, specs = plan(setup.rig, setup.catalogue, setup.emulated_kinds)
     write_json(output.design, rows)
     write_json(output.plan, specs)
+    written = Path(output.design).with_name(WRITTEN)
+    write_text(as_file(setup.settings), written)
+    print(announced(setup.settings, len(specs), written), file=sys.__stderr__)
 
 
 def emulate(setup, source, output):
@@ -153,6 +160,7 @@ def name_causes(setup, source, output):
         "waves": [read_json(getattr(source, f"left_{k}")) for k in range(1, WAVES + 1)],
         "left": waves.left(emulated, setup.tested),
     }
+    verdict = as_laws(verdict, setup.lever_laws)
     verdict["exclusion"] = exclusion.of_mechanisms(found)
     shown = {"before": ((), found.fits[BASE])}
     shown |= {"after": (tuple(name.split(" + ")), found.fits[name])} if name else {}
@@ -161,11 +169,18 @@ def name_causes(setup, source, output):
     )
     verdict["outcomes"] = aside.of_outcomes(found, name)
     verdict["remarks"] = aside.remarks(table, {r["experiment"] for r in verdict["outcomes"]})
-    verdict["remarks"] += [aside.no_free_law(setup.kinds), *aside.untrained(errors)]
+    verdict["remarks"] += aside.untrained(errors)
     models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
-    rows, specs = extension_plan(setup.rig, models, measurements, found.data)
+    budget = left_of(settings, [w["runs"] for w in verdict["refinement"]["waves"]])
+    kinds = len(setup.kinds)
+    if budget is not None:
+        budget -= 2 * LEAST_RUNS * kinds  # the check of the time step
+    each, places = within(budget, len(models), measurements, settings.gain_runs)
+    rig = replace(setup.rig, settings=with_gain_runs(settings, each))
+    rows, specs = extension_plan(rig, models, measurements, found.data, places=places)
     base_fit = found.fits[BASE].theta[0]
-    steps, more = time_step.plan(setup.rig, found.models[BASE], base_fit, measurements)
+    rig = rig if budget is None else replace(rig, settings=with_gain_runs(settings, LEAST_RUNS))
+    steps, more = time_step.plan(rig, found.models[BASE], base_fit, measurements)
     mechanisms = [m.name for m in models["after"].mechanisms] if name else []
     write_json(output.findings, verdict)
     write_json(output.extension, {"mechanisms": mechanisms, "rows": rows, "steps": steps})

@@ -13,7 +13,7 @@ import math
 import numpy as np
 from scipy.stats import norm, qmc
 
-from diagnosis.design import factor_share, inputs_of, multiplied, row_of
+from diagnosis.design import REFINE, factor_share, inputs_of, multiplied, row_of
 from diagnosis.fit import data_of, evidence, fit
 from diagnosis.settings import BASE, lever_values
 
@@ -24,6 +24,7 @@ IN_PLAY = 5.0
 """Nats behind the best model (odds of 150 to 1) up to which a mechanism is still in play."""
 
 MOST = 4  # mechanisms that are refined, best first
+WITHIN = 2  # emulators that a wave of a budget refines
 REACH = 1.5  # standard deviations of the posterior over which one of the draws spreads
 SEEDS = 10_000  # between the seeds of two waves
 
@@ -58,7 +59,7 @@ def left(emulated, measurements, play=None):
     for name, (model, fitted) in (play or modes(emulated, measurements)).items():
         error = model.predict(fitted.theta[:1])[1][0] / measured
         for kind in dict.fromkeys(m.experiment for m in rows):
-            if name != BASE and (kind, name) not in emulated.emulators:
+            if name != BASE and not hasattr(emulated.emulators.get((kind, name)), "error"):
                 continue  # the base model's emulator, or a law of the reading
             own = error[[m.experiment == kind for m in rows]]
             size = float(np.sqrt(np.mean(own**2)))
@@ -74,22 +75,34 @@ def plan_wave(emulated, measurements, rig, wave):
     found = left(emulated, measurements, play)
     if wave > rig.settings.waves:
         return rows, specs, found
-    for one in found:
-        if not one["enough"]:
-            model, fitted = play[one["mechanism"]]
-            more, own = _near(emulated, rig, one["experiment"], model, fitted, wave)
-            rows, specs = rows + more, specs | own
+    rough = [one for one in found if not one["enough"]]
+    if rig.settings.runs is not None:
+        rough = rough[:WITHIN]
+    count = _count_within(rig.settings, len(rough))
+    for one in rough:
+        model, fitted = play[one["mechanism"]]
+        more, own = _near(emulated, rig, one["experiment"], model, fitted, wave, count)
+        rows, specs = rows + more, specs | own
     return rows, specs, found
 
 
-def _near(emulated, rig, experiment, model, fitted, wave):
-    """Rows and specs of one emulator's runs about the posterior mode of its model."""
+def _count_within(settings, emulators):
+    """Runs of each of the emulators that a wave refines, within the budget's share of one wave;
+    None without a budget."""
+    if settings.runs is None:
+        return None
+    return int(REFINE * settings.runs / settings.waves / max(emulators, 1))
+
+
+def _near(emulated, rig, experiment, model, fitted, wave, count=None):
+    """Rows and specs of one emulator's runs about the posterior mode of its model: `count` of
+    them, as many as at first unless given."""
     settings, names = rig.settings, model.mechanisms
     mechanism = names[0] if names else None
     label = mechanism.name if mechanism else BASE
     inputs = inputs_of(settings, model.factors, experiment, label)
     own = settings.experiments[experiment]
-    count = (own.runs_per_input or settings.runs_per_input) * len(inputs)
+    count = count or (own.runs_per_input or settings.runs_per_input) * len(inputs)
     theta = _draws(model, fitted, count, [settings.seed, wave, *f"{experiment}/{label}".encode()])
     levers = [x for e, x in model.conditions if e == experiment]
     lever = multiplied(settings, rig.factors, experiment, mechanism)

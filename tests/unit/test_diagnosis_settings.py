@@ -16,7 +16,6 @@ from diagnosis.design import inputs_of, plan
 from diagnosis.rig import Rig
 from diagnosis.settings import (
     catalogue_of,
-    check_given,
     check_levers,
     parameters_of,
     read_settings,
@@ -54,7 +53,7 @@ def test_changes_are_laid_over_key_by_key_and_a_null_takes_one_away():
         ({"runs_per_input": 1}, "runs_per_input"),
         ({"experiments": {"drop": {"levers": {"colour": [1, 2]}}}}, "levers.colour"),
         ({"experiments": {"drop": {"levers": {"drop_height_mm": [2, 1]}}}}, "0 < low < high"),
-        ({"experiments": {"tilt": {"levers": None}}}, "experiments.tilt.levers"),
+        ({"experiments": {"tilt": {"held": {"tilt_rate_deg_s": 5}}}}, "held.tilt_rate_deg_s"),
         ({"speed": 3}, "speed"),
     ],
 )
@@ -91,21 +90,6 @@ def test_the_ranges_of_the_levers_are_as_wide_as_the_measurements():
     assert after["drop"].levers["particle_diameter_mm"] == [before["particle_diameter_mm"][0], 9.0]
     assert after["shear"].levers == load
     assert widened(settings, rows[2:2]).experiments == settings.experiments
-
-
-def test_no_material_s_grains_and_rigs_are_a_default():
-    """What was measured must be described by the study; the sentence names key and stage."""
-    rows = [drop(100.0, 3), drop(200.0, 4), Measurement("tilt", 30.0, 1.0, 5, {}, "", 7)]
-    assert study_settings({}).experiments == {}
-    with pytest.raises(MeasurementErrors) as caught:
-        check_given(study_settings({}), rows, "m.csv")
-    first, second = sorted(str(caught.value).splitlines())
-    assert first.startswith("m.csv, line 3, column experiment")
-    assert "diagnosis.experiments.drop for the stage diagnosis" in first
-    assert second.startswith("m.csv, line 7, column experiment")
-    described = study_settings({"settings": FILE, "experiments": {"tilt": None}})
-    with pytest.raises(ConfigError, match=r"line 7.*allowed: drop, shear, heap"):
-        check_given(described, rows, "m.csv")
 
 
 def test_the_salt_s_study_names_its_file_and_lays_its_keys_over_it():

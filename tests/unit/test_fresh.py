@@ -121,7 +121,7 @@ SECTIONS = [
      {"ascent", "plan_response_surface", *CANDIDATE, "export"}),
     ("optimise", "candidate_runs", 9, CANDIDATE | {"candidate", "optimise", "export"}),
     ("bench", "shear", {"replicates": 5},
-     TILT | DROP | SHEAR | {"export", "plan_disagreement"}),
+     TILT | DROP | SHEAR | DIAGNOSIS | {"export", "plan_disagreement"}),
     ("scaling", "margin_deg", 1.5, SCALING | {"export"}),
     ("measurements", None, "examples/soybean/measured.csv",
      {"screening", "ascent", "response_surface", "candidate", "optimise", "validation"}
@@ -130,7 +130,7 @@ SECTIONS = [
     ("numerics", None, "other.yaml", {"plan_numerics", "export"}),
     ("diagnosis", "alpha", 0.1, DIAGNOSIS | {"export", "disagreement"}),
     ("push_through", "drum", {"experiment": "drum"},
-     {"plan_push_through", "push_through", "export"}),
+     {"plan_push_through", "push_through", "export"} | DIAGNOSIS),
     ("pour_rate", None, {"rates_per_s": [1.0, 2.0]}, {"plan_pour_rate", "pour_rate", "export"}),
     ("posterior", "draws", 60, {"posterior", "export"}),
     ("published", "names", {"particles.count": "other"}, {"export"}),
@@ -148,7 +148,8 @@ SECTIONS = [
               "pour_rate", "push_through", "numerics", "bench_parameters", "audit", "heaps"}),
     ("fixed", "salt_poisson_ratio", 0.3,
      HEAPS | EXPORTS | TILT | DROP | SHEAR
-     | {"plan_scaling", "plan_numerics", "plan_pour_rate", "plan_push_through"} | DISAGREEMENT),
+     | {"plan_scaling", "plan_numerics", "plan_pour_rate", "plan_push_through"} | DISAGREEMENT
+     | DIAGNOSIS),
     ("run", "numerics", {"rayleigh_fraction": 0.3},
      EVERY - {"audit", "bench_parameters", "heaps", "numerics", "provenance"}),
     ("resolution", None, "quick",

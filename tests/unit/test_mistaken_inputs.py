@@ -180,10 +180,6 @@ REFUSED = {
         },
         ["line 3", "repeats the condition of line 2", "each as a row without sd and n"],
     ),
-    "another setting than is simulated": (
-        {"measured": MEASURED.replace("unit", "unit,particle_diameter_mm").replace("deg", "deg,3")},
-        ["line 2", "particle_diameter_mm", "3", "simulated, 4", "allowed: a row at the setting"],
-    ),
     "low and high swapped": (
         {"factors": row(f"A grain_friction {KEY} 0.8 0.2")},
         ["factors.tsv, line 2", "column high", "0.2", "more than 0.8"],

@@ -6,6 +6,18 @@ from diagnosis.declared import trained
 
 DIAGNOSIS_SETTINGS = user_file(SETTINGS.diagnosis.get("settings"))
 
+# fixed, bench and push_through give levels and rigs that the settings do not
+DIAGNOSIS_READS = [
+    "experiment",
+    "run",
+    "factors",
+    "diagnosis",
+    "measurements",
+    "fixed",
+    "bench",
+    "push_through",
+]
+
 
 checkpoint diagnosis_plan:
     input:
@@ -16,6 +28,7 @@ checkpoint diagnosis_plan:
     output:
         design=f"{STUDY}/diagnosis/design.json",
         plan=f"{STUDY}/diagnosis/plan.json",
+        written=f"{STUDY}/diagnosis/settings.yaml",
     log:
         f"{STUDY}/logs/diagnosis_plan.log",
     localrule: True
@@ -28,7 +41,7 @@ checkpoint diagnosis_plan:
     params:
         **call(
             "diagnosis.stages:diagnosis_plan",
-            reads=["experiment", "run", "factors", "diagnosis", "measurements"],
+            reads=DIAGNOSIS_READS,
         ),
     message:
         "diagnosis: plan the runs that train the emulators"
@@ -61,7 +74,7 @@ rule diagnosis_emulate:
     params:
         **call(
             "diagnosis.stages:diagnosis_emulate",
-            reads=["experiment", "run", "factors", "diagnosis", "measurements"],
+            reads=DIAGNOSIS_READS,
         ),
     message:
         "diagnosis: train the emulators"
@@ -93,7 +106,7 @@ checkpoint diagnosis_wave_1:
     params:
         **call(
             "diagnosis.stages:diagnosis_wave_1",
-            reads=["experiment", "run", "factors", "diagnosis", "measurements"],
+            reads=DIAGNOSIS_READS,
         ),
     message:
         "diagnosis: plan wave 1 of the emulators' runs, near the posterior mode"
@@ -130,7 +143,7 @@ rule diagnosis_refine_1:
     params:
         **call(
             "diagnosis.stages:diagnosis_refine_1",
-            reads=["experiment", "run", "factors", "diagnosis", "measurements"],
+            reads=DIAGNOSIS_READS,
         ),
     message:
         "diagnosis: train the emulators anew with wave 1"
@@ -162,7 +175,7 @@ checkpoint diagnosis_wave_2:
     params:
         **call(
             "diagnosis.stages:diagnosis_wave_2",
-            reads=["experiment", "run", "factors", "diagnosis", "measurements"],
+            reads=DIAGNOSIS_READS,
         ),
     message:
         "diagnosis: plan wave 2 of the emulators' runs, near the posterior mode"
@@ -201,7 +214,7 @@ rule diagnosis_refine_2:
     params:
         **call(
             "diagnosis.stages:diagnosis_refine_2",
-            reads=["experiment", "run", "factors", "diagnosis", "measurements"],
+            reads=DIAGNOSIS_READS,
         ),
     message:
         "diagnosis: train the emulators anew with wave 2"
@@ -237,7 +250,7 @@ rule diagnosis_calibrate:
     params:
         **call(
             "diagnosis.stages:diagnosis_calibrate",
-            reads=["experiment", "run", "factors", "diagnosis", "measurements"],
+            reads=DIAGNOSIS_READS,
         ),
     message:
         "diagnosis: calibrate the base model and show where it fails"
@@ -282,7 +295,7 @@ checkpoint diagnosis_identify:
     params:
         **call(
             "diagnosis.stages:diagnosis_identify",
-            reads=["experiment", "run", "factors", "diagnosis", "measurements"],
+            reads=DIAGNOSIS_READS,
         ),
     message:
         "diagnosis: name the cause"
@@ -326,7 +339,7 @@ rule diagnose:
     params:
         **call(
             "diagnosis.stages:diagnose",
-            reads=["experiment", "run", "factors", "diagnosis", "measurements"],
+            reads=DIAGNOSIS_READS,
         ),
     message:
         "diagnosis: the gain of the extended model, and the verdict"
@@ -358,7 +371,7 @@ rule diagnosis_power:
     params:
         **call(
             "diagnosis.stages:diagnosis_power",
-            reads=["experiment", "run", "factors", "diagnosis", "measurements"],
+            reads=DIAGNOSIS_READS,
         ),
     message:
         "diagnosis: how strong a law must be for this plan to show it"

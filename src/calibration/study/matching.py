@@ -9,9 +9,16 @@ from calibration.intake.quantities import LEVERS
 from calibration.statistics.stated import Stated
 
 
+class NotComparableError(ConfigError):
+    """What was measured is no sample of the run that is simulated: another setting, or several
+    means of one. A calibration cannot use it; a diagnosis can, which simulates each row's own
+    setting."""
+
+
 def agreeing(table, experiment, quantity, spec, but=()):
     """The conditions of a quantity that a run of `spec` (a `RunSpec`) is at; levers in `but` do not
-    count. Raises ConfigError where there are none, naming what differs."""
+    count. Raises ConfigError where the table has no row of it, and NotComparableError where all of
+    them are at other settings, naming what differs."""
     found = table.of(experiment, quantity)
     if not found:
         raise ConfigError(
@@ -23,7 +30,7 @@ def agreeing(table, experiment, quantity, spec, but=()):
     own = [m for m, why in zip(found, apart, strict=True) if why is None]
     if not own:
         name, simulated = apart[0]
-        raise ConfigError(
+        raise NotComparableError(
             f"was measured at another setting than is simulated, {simulated:g}",
             path=table.path,
             line=found[0].line,
@@ -48,7 +55,7 @@ def _apart(measured, spec, but):
 
 def sample(conditions, path):
     """All readings (n,) of conditions as one array, or the `Stated` mean of the only one. Raises
-    ConfigError for several means, or where nothing is known of the spread."""
+    NotComparableError for several means, and ConfigError where nothing is known of the spread."""
     if all(m.readings for m in conditions):
         values = np.array([v for m in conditions for v in m.readings])
         if len(values) < 2:
@@ -58,7 +65,7 @@ def sample(conditions, path):
         return values
     if len(conditions) > 1:
         lines = ", ".join(str(m.line) for m in conditions)
-        raise ConfigError(
+        raise NotComparableError(
             f"holds several means that the same run could be compared with: lines {lines}",
             path=path,
             allowed="one of them, or readings; levers tell them apart",

@@ -70,6 +70,8 @@ class Mechanism:
 
     multiplies: a lever, if the mechanism is the base model with that lever times the strength and
     nothing else. law: (slot, state) of the free law (`diagnosis.laws`) that it is a case of.
+    changes: key of the coefficient and the lever along which it changes, of a free law of bulk
+    tests.
     """
 
     name: str
@@ -82,6 +84,7 @@ class Mechanism:
     observe: Callable | None = None
     multiplies: str | None = None
     law: tuple | None = None
+    changes: tuple | None = None
 
 
 def set_law(spec, slot, law, **parameters):

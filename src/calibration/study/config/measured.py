@@ -7,7 +7,7 @@ from calibration.intake.tables import summary
 from calibration.statistics.goals import Goal
 from calibration.statistics.stated import Stated
 from calibration.study.config.specs import bench_run, point_spec
-from calibration.study.matching import agreeing, sample
+from calibration.study.matching import NotComparableError, agreeing, sample
 from dem.spec import parse_spec
 from dem.units import behind, unit_of
 
@@ -45,8 +45,11 @@ def read_back(config):
         name = quantity_name(target.metric)
         if table.of(config.experiment, name):
             unit = behind(unit_of(target.metric))
-            values = _sample(config, table, target)
-            found.append(f"{table.path}, {name}: {_said(values, unit, table.how)}")
+            try:
+                said = _said(_sample(config, table, target), unit, table.how)
+            except NotComparableError as error:
+                said = f"no calibration can use it, only a diagnosis ({error})"
+            found.append(f"{table.path}, {name}: {said}")
     return found
 
 

@@ -2,6 +2,7 @@
 what is allowed."""
 
 import re
+from contextlib import suppress
 
 from pydantic import ValidationError
 
@@ -18,6 +19,7 @@ from calibration.study.config.schema import (
 )
 from calibration.study.config.specs import SEEDS_A_STAGE, bench_run, point_spec
 from calibration.study.factors import Choice, read_factors, refuse_choices
+from calibration.study.matching import NotComparableError
 from dem.errors import SpecError
 from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
@@ -290,12 +292,14 @@ def _check_metrics(config, file):
 
 
 def _check_measured(config, file):
-    """Measured values can be read, and goals make sense. A target that was not measured is refused
-    by the stages that use it: a study may have a table for its diagnosis alone."""
+    """Measured values can be read, and goals make sense. A target that was not measured, or not at
+    the setting that is simulated, is refused by the stages that use it: a study may have a table
+    for its diagnosis alone."""
     for n, target in enumerate((config.target, *config.further_targets)):
         if not is_measured(config, target):
             continue
-        read_target(config, target)
+        with suppress(NotComparableError):
+            read_target(config, target)
         if n and target.margin is None:
             raise ConfigError(
                 f"must be given, as {target.metric} was measured",
@@ -304,7 +308,8 @@ def _check_measured(config, file):
                 allowed="a difference that does not matter, in the metric's unit",
             )
     if config.further_targets:
-        goals(config, file)
+        with suppress(NotComparableError):
+            goals(config, file)
 
 
 def _check_bench(config, file):

@@ -1,0 +1,202 @@
+"""How an experiment is simulated, where the settings of the diagnosis do not say it: derived from
+the study's run spec, its rigs, its table of factors and the table of measurements.
+
+Nothing is guessed. What follows from none of these is a fault that names the line of the first
+measurement and the key to give.
+"""
+
+import yaml
+
+from calibration.errors import ConfigError
+from calibration.intake.measurements import raise_faults
+from calibration.intake.quantities import QUANTITIES, levers_of, measurable
+from calibration.study.config import overlay
+from calibration.study.config.specs import with_levels
+from calibration.study.factors import Choice
+from diagnosis.measurements import CONTACTS
+from diagnosis.settings import Experiment
+
+RUNS, MORE_RUNS = 80, 40
+"""Runs of a diagnosis with one emulated experiment, and of each further one, unless the settings
+give `runs`."""
+
+MOST = 4
+"""Coefficients that are calibrated on an experiment: each more asks for more runs."""
+
+COEFFICIENTS = (
+    "contacts.particle_particle.rolling_friction",
+    "contacts.particle_particle.static_friction",
+    "contacts.particle_wall.static_friction",
+    "contacts.particle_wall.rolling_friction",
+    "contacts.particle_particle.restitution",
+    "contacts.particle_wall.restitution",
+)
+"""Keys that a bulk test may depend on, in the order in which they are taken: a heap's angle, a
+flow and a yield locus follow the grains' own friction first, and a restitution last."""
+
+SINGLE = {
+    "drop": {
+        "parameter": "contacts.particle_wall.restitution",
+        # so many phases of a time step: few scatter alike at all settings of a height
+        "run": {
+            "particles": {"count": 1},
+            "geometry": {"drops": 24},
+            "numerics": {"rayleigh_fraction": 0.04},
+        },
+    },
+    "tilt": {
+        "parameter": "contacts.particle_wall.static_friction",
+        # bonded wide apart: a square of touching grains tips at 45 degrees
+        "run": {
+            "geometry": {"trials": 1, "slip_mm": 0.002, "spacing_mm": 12},
+            "numerics": {"rayleigh_fraction": 0.6},
+        },
+    },
+}
+"""Single contacts: the one coefficient that each depends on, and how it is simulated."""
+
+
+def completed(settings, config, factors, measurements, path):
+    """`Settings` in which every experiment of the measurements is described in full.
+
+    settings: `Settings` as they were given; config: the study's `Config`; factors: its `Factor`s;
+    measurements: every row of its table with a value, `Measurement`s; path: of the table.
+    Raises ConfigError, one message a fault, for an experiment without a rig or a parameter, and for
+    a lever that some rows leave empty and the run spec does not have.
+    """
+    kinds = list(dict.fromkeys(m.experiment for m in measurements))
+    given = {k: settings.experiments.get(k) or Experiment() for k in kinds}
+    if all(own.whole for own in given.values()):
+        return settings
+    found, faults = dict(settings.experiments), []
+    for kind, own in given.items():
+        rows = [m for m in measurements if m.experiment == kind]
+        try:
+            found[kind] = _experiment(kind, own, config, factors, rows, path)
+        except ConfigError as error:
+            faults.append(error)
+    raise_faults(faults)
+    emulated = [k for k in kinds if k not in CONTACTS]
+    changes = {"experiments": found}
+    if settings.runs is None and emulated:
+        changes["runs"] = RUNS + MORE_RUNS * (len(kinds) - 1)
+    return settings.model_copy(update=changes)
+
+
+WRITTEN = "settings.yaml"
+"""File beside the plan that holds the settings in full."""
+
+
+def as_file(settings):
+    """Text of a YAML file with all of `Settings`, which a study may name as `diagnosis.settings`
+    and edit."""
+    head = (
+        "# How the diagnosis simulates each measured experiment: what the configuration gave, and\n"
+        "# what followed from the study's run spec, rigs, factors and measurements. To change it,\n"
+        "# copy it beside the study and name the copy as diagnosis.settings.\n"
+    )
+    data = settings.model_dump(mode="json", exclude_none=True, exclude={"catalogue"})
+    return head + yaml.safe_dump(data, sort_keys=False, allow_unicode=True)
+
+
+def announced(settings, planned, file):
+    """A sentence on the runs that a diagnosis will make, before the first of them."""
+    if settings.runs is None:
+        return f"diagnosis: {planned} runs train the emulators ({file})"
+    return (
+        f"diagnosis: at most {settings.runs} runs, of which {planned} train the emulators; "
+        f"`diagnosis: {{runs: N}}` changes this number, {file} holds how they are made"
+    )
+
+
+def _experiment(kind, own, config, factors, rows, path):
+    """`Experiment` with what was not given in it derived."""
+    where = {"path": path, "line": rows[0].line, "column": "experiment", "value": kind}
+    parameters = own.parameters or _parameters(kind, factors, where)
+    run = own.run if own.run is not None else {}
+    if own.parameters is None:
+        run = overlay(_held_factors(config, factors, parameters), run)
+    if own.run is None or not own.whole:
+        run = overlay(_rig(kind, config, own.run is not None, where), run)
+    levers, held = own.levers, dict(own.held)
+    if levers is None:
+        levers, more = _levers(kind, run, config, rows, path)
+        held = more | held
+    changes = {
+        "metric": own.metric or measurable(kind)[QUANTITIES[kind].name].key,
+        "parameters": parameters,
+        "levers": levers,
+        "held": held,
+        "run": run,
+    }
+    return own.model_copy(update=changes)
+
+
+def _parameters(kind, factors, where):
+    """Keys of the factors that are calibrated on an experiment."""
+    known = {f.key for f in factors if not isinstance(f, Choice)}
+    asked = (SINGLE[kind]["parameter"],) if kind in SINGLE else COEFFICIENTS
+    found = [key for key in asked if key in known][:MOST]
+    if not found:
+        reason = "has no coefficient to calibrate: no row of the table of factors sets one of it"
+        raise ConfigError(reason, **where, allowed=f"a factor with a key of {', '.join(asked)}")
+    return found
+
+
+def _held_factors(config, factors, parameters):
+    """The run spec's keys of the factors that are not calibrated, at the study's fixed levels."""
+    levels = {f.key: f.value(config.fixed[f.name]) for f in factors if f.name in config.fixed}
+    return with_levels({}, {k: v for k, v in levels.items() if k not in parameters})
+
+
+def _rig(kind, config, given, where):
+    """Grains, rig and numerics of an experiment as the study has them."""
+    if kind == config.experiment:
+        return {k: v for k, v in config.run.items() if k in ("particles", "geometry", "numerics")}
+    bench = getattr(config.bench, kind, None)
+    if bench is not None:
+        return bench.run
+    for machine in config.push_through.values():
+        if machine.experiment == kind:
+            return machine.run
+    if kind in SINGLE:
+        size = config.run.get("particles", {}).get("diameter_mm")
+        grain = {} if size is None else {"particles": {"diameter_mm": size}}
+        return overlay(SINGLE[kind]["run"], grain)
+    if given:
+        return {}
+    reason = "has no rig to simulate it in: the study describes none"
+    raise ConfigError(
+        reason,
+        **where,
+        allowed=f"`experiment: {kind}` with its `run`, a machine of it in `push_through`, or "
+        f"diagnosis.experiments.{kind}.run: {{particles: ..., geometry: ...}}",
+    )
+
+
+def _levers(kind, run, config, rows, path):
+    """({lever: [least, largest]} of the levers that differ between the rows, {lever: value} of
+    those that do not)."""
+    levers, held = {}, {}
+    for name, lever in levers_of(kind).items():
+        if lever.place is None or not any(name in m.levers for m in rows):
+            continue
+        default = _default(kind, run, lever.place)
+        empty = [m for m in rows if name not in m.levers]
+        if empty and default is None:
+            where = {"path": path, "line": empty[0].line, "column": name}
+            reason = f"is empty, and the run spec has no {'.'.join(lever.place)}"
+            raise ConfigError(reason, **where, allowed=f"the {lever.words} of this row")
+        values = [m.levers.get(name, default) for m in rows]
+        if min(values) < max(values):
+            levers[name] = [min(values), max(values)]
+        else:
+            held[name] = values[0]
+    return levers, held
+
+
+def _default(kind, run, place):
+    """What a run has where a row leaves a lever empty; None where it has nothing."""
+    part, key = place
+    value = run.get(part, {}).get(key)
+    return value if isinstance(value, int | float) else None

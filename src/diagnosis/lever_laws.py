@@ -1,0 +1,189 @@
+"""Free laws of bulk tests: a coefficient that changes along a lever.
+
+Within one run a lever has one value. So a run under such a law is a run of the base model with
+another coefficient, which the base model's emulator predicts without a further run; and the engine
+runs it without a curve. Each law is a straight line of a coefficient over the logarithm of a lever;
+its strength is the change from the least to the largest value of the lever.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from calibration.figures import parameter_words
+from calibration.inference.emulator import Emulator
+from calibration.intake.quantities import LEVERS
+from calibration.study.config.specs import numbers_of, with_levels
+from dem.units import without_unit
+from diagnosis.catalogue import Mechanism, Strength
+from diagnosis.design import WIDENED, inputs_of
+from diagnosis.settings import BASE
+
+LEAST_LEVELS = 3
+"""Levels of a lever along which a law is tried: two are no curve."""
+
+STATES = {"particle_diameter_mm": "size", "normal_stress_kPa": "load"}
+"""Levers that are a state of the contact by another word."""
+
+
+@dataclass(frozen=True)
+class Moved:
+    """Emulator of a law: that of the base model with the coefficient's input, `column`, moved by
+    the law at the lever's input, `lever`.
+
+    The place along the lever, -1/2 to 1/2 over its range, is start + slope times the lever's
+    input."""
+
+    base: Emulator
+    column: int
+    lever: int
+    start: float
+    slope: float
+
+    @property
+    def scatter(self):
+        """As `Emulator.scatter`."""
+        return self.base.scatter
+
+    def _moved(self, x):
+        """Inputs (n, d) of the base model, and the derivatives (n,) of the moved one by the
+        strength and by the lever."""
+        place = self.start + self.slope * x[:, self.lever]
+        change = (2.0 * x[:, -1] - 1.0) / WIDENED  # of the widened range
+        out = x[:, :-1].copy()
+        out[:, self.column] += change * place
+        return out, 2.0 * place / WIDENED, change * self.slope
+
+    def with_slope(self, x, columns, error=True):
+        """As `Emulator.with_slope`; the last input is the coded strength."""
+        last = x.shape[1] - 1
+        at, by_strength, by_lever = self._moved(x)
+        own = [c for c in columns if c != last]
+        z, slopes, variance = self.base.with_slope(at, [*own, self.column], error)
+        coefficient = slopes[:, -1]
+        out = np.empty((len(x), len(columns)))
+        for k, c in enumerate(columns):
+            if c == last:
+                out[:, k] = coefficient * by_strength
+            else:
+                out[:, k] = slopes[:, own.index(c)]
+                out[:, k] += coefficient * by_lever if c == self.lever else 0.0
+        return z, out, variance
+
+    def correlation(self, x):
+        """As `Emulator.correlation`."""
+        return self.base.correlation(self._moved(x)[0])
+
+
+def lever_laws(settings, factors, measurements):
+    """{name: `Mechanism`} of the laws that are tried: of each calibrated coefficient along each
+    emulated lever that was measured at `LEAST_LEVELS` levels or more in an experiment of both."""
+    found = {}
+    for factor in factors:
+        for lever in LEVERS:
+            kinds = [
+                kind
+                for kind in dict.fromkeys(m.experiment for m in measurements)
+                if factor.key in settings.experiments[kind].parameters
+                and lever in settings.experiments[kind].levers
+                and _levels(measurements, kind, lever) >= LEAST_LEVELS
+            ]
+            if kinds:
+                law = _law(settings, factor, lever, kinds)
+                found[law.name] = law
+    return found
+
+
+def with_laws(emulators, settings, factors, laws):
+    """The emulators {(experiment, mechanism): ...} with those of `lever_laws` beside them."""
+    out = dict(emulators)
+    for law in laws.values():
+        factor = next(f for f in factors if f.key == law.changes[0])
+        for kind in law.experiments:
+            if (kind, BASE) in emulators:
+                names = inputs_of(settings, factors, kind, BASE)
+                out[kind, law.name] = _emulator(
+                    emulators[kind, BASE], settings, law, kind, factor.name, names
+                )
+    return out
+
+
+def _emulator(base, settings, law, kind, coefficient, names):
+    lever = law.changes[1]
+    low, high = _range(settings, lever, law.experiments)
+    own_low, own_high = settings.experiments[kind].levers[lever]
+    span = math.log(high / low)
+    start = math.log(own_low / low) / span - 0.5
+    slope = math.log(own_high / own_low) / span
+    return Moved(base, names.index(coefficient), names.index(lever), start, slope)
+
+
+def _levels(measurements, kind, lever):
+    return len({m.levers.get(lever) for m in measurements if m.experiment == kind})
+
+
+def _range(settings, lever, kinds):
+    """Least and largest value of a lever in all of the experiments."""
+    ranges = [settings.experiments[k].levers[lever] for k in kinds]
+    return min(low for low, _ in ranges), max(high for _, high in ranges)
+
+
+def _law(settings, factor, lever, kinds):
+    """The law of a factor's coefficient along a lever."""
+    low, high = _range(settings, lever, kinds)
+    span = factor.high - factor.low
+    last = factor.key.rpartition(".")[2]
+    short = without_unit(lever)
+
+    def apply(spec, strength):
+        """The coefficient of the run's own value of the lever."""
+        part, key = LEVERS[lever].place
+        value = spec[part][key]
+        place = math.log(value / low) / math.log(high / low) - 0.5
+        middle = numbers_of(spec).get(factor.key, factor.centre)
+        most = 1.0 if last == "restitution" else math.inf
+        return with_levels(spec, {factor.key: min(max(middle + strength * place, 0.0), most)})
+
+    words = parameter_words(factor.key)
+    return Mechanism(
+        name=f"{factor.name}_over_{short}",
+        description=f"the {words} changes along the {LEVERS[lever].words}",
+        source="a free law",
+        experiments=tuple(kinds),
+        levers=(lever,),
+        strength=Strength(
+            f"change over {low:g} to {high:g} {LEVERS[lever].unit}".rstrip(),
+            "1",
+            -span,
+            span,
+            off=0.0,
+        ),
+        apply=apply,
+        law=(last, (STATES.get(lever, short),)),
+        changes=(factor.key, lever),
+    )
+
+
+def _told(verdict, law):
+    """A sentence on a law, with the change that was fitted."""
+    text = law.description[:1].upper() + law.description[1:]
+    fitted = next((r for r in verdict["ranking"] if r["mechanism"] == law.name), {})
+    for s in fitted.get("strength", {}).values():
+        text += f" by {s['value']:+.2g} (95 %: {s['low']:+.2g} to {s['high']:+.2g})"
+    return f"{text}: {law.strength.name}."
+
+
+def as_laws(verdict, laws):
+    """The mapping of verdict.json, where what it names are free laws: `discovered`, for a free law
+    is a place and no name."""
+    named = [n for cause in verdict["causes"] for n in cause.split(" + ")]
+    if not named or not set(named) <= set(laws):
+        return verdict
+    changes = {"causes": []}
+    if verdict["verdict"] == "identified":
+        changes["verdict"] = "discovered"
+    for row in verdict.get("laws") or []:
+        row["sentence"] = " ".join(_told(verdict, laws[n]) for n in row["names"] if n in laws)
+        row["names"] = [n for n in row["names"] if n not in laws]
+    return verdict | changes

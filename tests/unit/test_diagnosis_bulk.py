@@ -1,0 +1,396 @@
+"""The diagnosis of bulk tests without settings of one's own: what is derived, the budget of runs,
+what few runs tell of a mechanism, and free laws along a lever."""
+
+import math
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import yaml
+from diagnosis_cases import BASE as RUN
+from diagnosis_cases import FACTORS, closed_form
+
+from calibration.errors import ConfigError
+from calibration.inference.emulator import Emulator
+from calibration.intake.measurements import Measurement, MeasurementErrors
+from calibration.intake.quantities import LEVERS, QUANTITIES, Condition, levers_of
+from calibration.study.config.schema import BenchConfig, PushConfig
+from calibration.study.factors import read_factors
+from dem.experiments import experiments
+from dem.spec import parse_spec
+from diagnosis.derived import COEFFICIENTS, RUNS, as_file, completed
+from diagnosis.design import BASE, TRAIN, left_of, plan
+from diagnosis.difference import Difference
+from diagnosis.emulator import train
+from diagnosis.emulator_files import read_emulators, write_emulators
+from diagnosis.extend import within
+from diagnosis.failures import train_failures
+from diagnosis.identify import identify
+from diagnosis.lever_laws import as_laws, lever_laws, with_laws
+from diagnosis.model import Emulated
+from diagnosis.rig import Rig
+from diagnosis.settings import catalogue_of, parameters_of, read_settings
+
+LEVELS = (0.8, 1.0, 1.25)
+POURED = [k for k in QUANTITIES if experiments()[k].poured]
+
+
+def study(kind, **more):
+    """What is read of a study of an experiment in its default rig."""
+    spec = parse_spec({"experiment": kind, "seed": 1, "particles": {"diameter_mm": 2.0}})
+    run = RUN | {
+        "particles": {"count": spec.particles.count, "diameter_mm": 2.0},
+        "geometry": spec.geometry.model_dump(exclude_none=True),
+    }
+    own = {"experiment": kind, "run": run, "fixed": {}, "bench": BenchConfig(), "push_through": {}}
+    return SimpleNamespace(**(own | more))
+
+
+def rows_of(kind, lever=None, value=None, levels=LEVELS):
+    """Readings at three levels of a lever, about what its default rig has."""
+    spec = parse_spec({"experiment": kind, "seed": 1, "particles": {"diameter_mm": 2.0}})
+    needed = [n for n, lever in levers_of(kind).items() if lever.needed]
+    lever = lever or (needed or ["particle_diameter_mm"])[0]
+    part, key = LEVERS[lever].place
+    middle = getattr(getattr(spec, part), key)
+    fixed = {n: getattr(getattr(spec, LEVERS[n].place[0]), LEVERS[n].place[1]) for n in needed}
+    value = value or (lambda level: 0.5 * middle * level)
+    return [
+        Measurement(kind, value(s), 0.02 * value(s), 5, fixed | {lever: middle * s}, "", 2 + k)
+        for k, s in enumerate(levels)
+    ]
+
+
+@pytest.mark.parametrize("kind", POURED)
+def test_every_experiment_of_the_laboratory_is_described_by_its_study_alone(kind):
+    config, factors = study(kind), read_factors(FACTORS)
+    rows = rows_of(kind, levels=(0.8, 0.9, 1.0))  # a silo is narrow for a wider orifice
+    settings = completed(read_settings(None), config, factors, rows, "m.csv")
+    own = settings.experiments[kind]
+    assert own.metric in experiments()[kind].targets
+    assert set(own.parameters) <= set(COEFFICIENTS)
+    assert len(own.levers) == 1
+    [(lever, (low, high))] = own.levers.items()
+    assert high == pytest.approx(low / 0.8)
+    assert settings.runs == RUNS
+    rig = Rig(settings, config.run | {"experiment": kind}, tuple(factors))
+    rig.check(rows)
+    known = parameters_of(settings, FACTORS, [kind])
+    drawn, specs = plan(rig.of(known), catalogue_of(settings, [kind]), [kind])
+    assert len(specs) <= TRAIN * RUNS
+    assert sum(len(r["run_ids"]) for r in drawn) == len(specs)
+    assert sum(r["mechanism"] == BASE for r in drawn) >= len(own.parameters) + 3
+    spec = rig.spec(Condition(kind, rows[0].levers), 1)
+    part, key = LEVERS[lever].place
+    assert spec[part][key] == pytest.approx(low)
+
+
+def test_what_is_derived_is_a_file_that_gives_the_same_settings(tmp_path):
+    factors, rows = read_factors(FACTORS), rows_of("heap")
+    settings = completed(read_settings(None), study("heap"), factors, rows, "m.csv")
+    (tmp_path / "settings.yaml").write_text(as_file(settings))
+    assert read_settings(tmp_path / "settings.yaml") == settings
+    assert completed(settings, None, factors, rows, "m.csv") is settings
+
+
+def test_levels_of_the_study_hold_what_is_not_calibrated():
+    names = {f.key: f.name for f in read_factors(FACTORS)}
+    held = "contacts.particle_wall.restitution"
+    config = study("heap", fixed={names[held]: 0.37})
+    settings = completed(
+        read_settings(None), config, read_factors(FACTORS), rows_of("heap"), "m.csv"
+    )
+    own = settings.experiments["heap"]
+    assert held not in own.parameters
+    assert own.run["contacts"]["particle_wall"]["restitution"] == 0.37
+
+
+def test_an_experiment_without_a_rig_is_named_by_its_line():
+    rows = [*rows_of("heap"), *rows_of("discharge")]
+    with pytest.raises(ConfigError) as caught:
+        completed(read_settings(None), study("heap"), read_factors(FACTORS), rows, "m.csv")
+    said = str(caught.value)
+    assert said.startswith("m.csv, line 2, column experiment")
+    assert "discharge" in said
+    assert "diagnosis.experiments.discharge.run" in said
+
+
+def test_a_machine_of_the_study_is_the_rig_of_its_experiment():
+    geometry = {"orifice_diameter_mm": 16.0, "silo_diameter_mm": 40.0}
+    machine = PushConfig(
+        experiment="discharge",
+        run={"particles": {"count": 6000, "diameter_mm": 2.0}, "geometry": geometry},
+    )
+    rows = [*rows_of("heap"), *rows_of("discharge")]
+    config = study("heap", push_through={"silo": machine})
+    settings = completed(read_settings(None), config, read_factors(FACTORS), rows, "m.csv")
+    assert settings.experiments["discharge"].run["geometry"] == geometry
+
+
+def test_every_fault_of_the_settings_is_one_line_of_the_table():
+    rows = [*rows_of("discharge"), *rows_of("drum")]
+    with pytest.raises(MeasurementErrors) as caught:
+        completed(read_settings(None), study("heap"), read_factors(FACTORS), rows, "m.csv")
+    assert len(caught.value.faults) == 2
+
+
+def test_a_lever_that_is_left_empty_needs_a_value_of_the_run_spec():
+    rows = rows_of("heap", "particle_diameter_mm")
+    rows.append(Measurement("heap", 30.0, 1.0, 5, {}, "", 9))
+    config = study("heap")
+    config.run["particles"] = {"count": 1000, "sizes_mm": [[1.0, 2.0]]}
+    with pytest.raises(ConfigError, match=r"m\.csv, line 9, column particle_diameter_mm"):
+        completed(read_settings(None), config, read_factors(FACTORS), rows, "m.csv")
+
+
+def test_a_lever_that_all_rows_share_is_held_and_asks_for_no_runs():
+    rows = [
+        Measurement("heap", 30.0, 1.0, 5, m.levers | {"particle_count": 900.0}, "", m.line)
+        for m in rows_of("heap")
+    ]
+    settings = completed(read_settings(None), study("heap"), read_factors(FACTORS), rows, "m.csv")
+    own = settings.experiments["heap"]
+    assert own.held == {"particle_count": 900.0}
+    assert list(own.levers) == ["particle_diameter_mm"]
+    spec = Rig(settings, study("heap").run).spec(
+        Condition("heap", {"particle_diameter_mm": 1.6}), 1
+    )
+    assert spec["particles"]["count"] == 900
+
+
+@pytest.mark.parametrize("runs", [60, 80, 200])
+def test_a_budget_is_kept(runs):
+    settings, factors, known = bench_settings(runs)
+    _, specs = plan(Rig(settings, RUN, tuple(factors)), known, ["heap"])
+    assert len(specs) <= TRAIN * runs
+    for refined in (0, 10):
+        left = left_of(settings, [refined])
+        each, places = within(left, 2, rows_of("heap") * 5, 3)
+        assert 2 * each * len(places) <= left
+        assert len(specs) + refined + 2 * each * len(places) <= runs
+
+
+def test_a_budget_that_is_too_small_says_what_is_enough():
+    settings, factors, known = bench_settings(30)
+    with pytest.raises(ConfigError) as caught:
+        plan(Rig(settings, RUN, tuple(factors)), known, ["heap"])
+    least = int(str(caught.value).split("at least ")[1].split(",")[0])
+    settings, _, _ = bench_settings(least)
+    plan(Rig(settings, RUN, tuple(factors)), known, ["heap"])
+
+
+def bench_settings(runs):
+    """Settings, factors and catalogue of heaps over the grain's size within a budget."""
+    rows = rows_of("heap")
+    settings = completed(
+        read_settings(None, {"runs": runs}), study("heap"), read_factors(FACTORS), rows, "m.csv"
+    )
+    return settings, parameters_of(settings, FACTORS, ["heap"]), catalogue_of(settings, ["heap"])
+
+
+def emulated(runs=80, scatter=0.5):
+    """`Emulated` of heaps, trained within a budget by the closed form and a scatter [deg]."""
+    settings, factors, known = bench_settings(runs)
+    rows, specs = plan(Rig(settings, RUN, tuple(factors)), known, ["heap"])
+    rng = np.random.default_rng(1)
+    metrics = {}
+    for name, spec in specs.items():
+        angle = closed_form(spec)["angle_of_repose_deg"] + scatter * rng.standard_normal()
+        metrics[name] = {"angle_of_repose_deg": angle}
+    emulators, table = train(rows, metrics, settings, factors)
+    laws = lever_laws(settings, factors, rows_of("heap"))
+    emulators = with_laws(emulators, settings, factors, laws)
+    return Emulated(emulators, settings, factors, known | laws), laws, table
+
+
+def heaps(angle, sizes=(1.6, 1.75, 1.9, 2.1, 2.3, 2.5), sd=0.4):
+    """Readings of the angle [deg], a function of the diameter [mm]."""
+    rng = np.random.default_rng(2)
+    return [
+        Measurement(
+            "heap", angle(d) + sd / math.sqrt(5) * rng.standard_normal(), sd, 5,
+            {"particle_diameter_mm": d}, "", 2 + k,
+        )
+        for k, d in enumerate(sizes)
+    ]  # fmt: skip
+
+
+def test_few_runs_tell_a_law_along_a_lever_from_none():
+    """The closed form gives 50 degrees for each 1 of rolling friction; between 1.6 and 2.5 mm the
+    law changes it by 0.15 in all. The same heaps without it are adequate."""
+    bench, laws, _ = emulated()
+    plain = identify(bench, heaps(lambda d: 38.0), replicates=100)
+    assert plain.verdict == "adequate"
+    found = identify(bench, heaps(lambda d: 38.0 + 7.5 * math.log(d / 2) / 0.45), replicates=100)
+    assert found.verdict in ("identified", "ambiguous")
+    along = {n for n, law in laws.items() if law.changes[1] == "particle_diameter_mm"}
+    assert along & set(found.causes)
+    [name] = sorted(along & set(found.causes))[:1]
+    row = {"slot": "rolling_friction", "state": ["size"], "names": [name]}
+    told = {"verdict": "identified", "causes": [name], "laws": [row], "ranking": found.ranking}
+    verdict = as_laws(told, laws)
+    assert verdict["verdict"] == "discovered"
+    assert verdict["causes"] == verdict["laws"][0]["names"] == []
+    assert "1.6 to 2.5 mm" in verdict["laws"][0]["sentence"]
+
+
+def test_few_runs_tell_cohesion_that_the_closed_form_has():
+    """100 degrees mm for each J/m2: at 0.08 the angle falls from 5 to 3.2 above the base's."""
+    bench, _, table = emulated()
+    found = identify(bench, heaps(lambda d: 38.0 + 100.0 * 0.3 / d), replicates=100)
+    assert found.verdict != "adequate"
+    assert {r["mechanism"] for r in table} > {"base", "cohesion", "rolling_law"}
+
+
+def test_a_law_is_the_base_model_with_another_coefficient():
+    bench, laws, _ = emulated()
+    law = next(iter(laws.values()))
+    high = bench.settings.experiments["heap"].levers["particle_diameter_mm"][1]
+    spec = RUN | {"particles": {"diameter_mm": high}, "experiment": "heap", "seed": 1}
+    part, pair, last = law.changes[0].split(".")
+    spec[part] = {pair: {last: 0.3}}
+    changed = law.apply(spec, 0.1)
+    assert changed[part][pair][last] == pytest.approx(0.35)
+    assert spec[part][pair][last] == 0.3
+    own, base = bench.emulators["heap", law.name], bench.emulators["heap", BASE]
+    factor = next(f for f in bench.factors if f.key == law.changes[0])
+    x = np.full((1, base.x.shape[1]), 0.5)
+    x[:, own.lever] = 1.0
+    moved = x.copy()
+    moved[:, own.column] += 0.5 * 0.1 / (2.3 * factor.half_range)
+    coded = law.strength.coded(0.1)
+    found = own.with_slope(np.column_stack([x, [coded]]), [])[0]
+    assert found == pytest.approx(base(moved))
+
+
+@pytest.mark.parametrize("off", [0.0, 0.4, None])
+def test_what_a_mechanism_adds_is_learned_from_six_runs_and_has_its_slope(off):
+    rng = np.random.default_rng(0)
+    x = rng.random((30, 3))
+    base = Emulator(x, 30.0 + 5.0 * x[:, 0] - 3.0 * x[:, 1] + 0.01 * rng.standard_normal(30))
+    more = rng.random((6, 4))
+    t = more[:, 3] - (0.5 if off is None else off)
+    z = base(more[:, :3]) + 8.0 * t + (1.5 if off is None else 0.0)
+    own = Difference.trained(base, more, z, off, np.ones(6))
+    at = rng.random((5, 4))
+    value, slope, variance = own.with_slope(at, [0, 1, 2, 3])
+    expected = base(at[:, :3]) + 8.0 * (at[:, 3] - (0.5 if off is None else off))
+    expected += 1.5 if off is None else 0.0
+    assert np.all(np.abs(value - expected) < 4.0 * np.sqrt(variance))
+    assert value == pytest.approx(expected, abs=1.0)
+    for column in range(4):
+        step = at.copy()
+        step[:, column] += 1e-6
+        numeric = (own.with_slope(step, [])[0] - value) / 1e-6
+        assert slope[:, column] == pytest.approx(numeric, abs=1e-3)
+    correlation = own.correlation(at)
+    assert np.diag(correlation) == pytest.approx(1.0)
+    assert np.linalg.eigvalsh(correlation).min() > -1e-9
+
+
+def test_emulators_of_a_budget_are_kept_in_their_file(tmp_path):
+    bench, laws, _ = emulated()
+    own = {k: e for k, e in bench.emulators.items() if k[1] not in laws}
+    write_emulators(tmp_path / "e.npz", own)
+    again, _ = read_emulators(tmp_path / "e.npz")
+    assert set(again) == set(own)
+    x = np.random.default_rng(3).random((4, own["heap", "cohesion"].base.x.shape[1] + 1))
+    before, after = own["heap", "cohesion"], again["heap", "cohesion"]
+    assert after.base is again["heap", BASE]
+    assert after.with_slope(x, [0])[0] == pytest.approx(before.with_slope(x, [0])[0])
+
+
+def test_a_table_at_other_settings_than_the_run_s_is_read(tmp_path):
+    """Heaps of another code, none of them of the grain that the study simulates."""
+    from calibration.study.config import parse_config, read_target
+    from calibration.study.matching import NotComparableError
+
+    table = "experiment,quantity,value,unit,sd,n,particle_diameter_mm\n"
+    table += "".join(f"heap,angle_of_repose,{30 + d},deg,1,5,{d}\n" for d in (3, 4, 5))
+    (tmp_path / "heaps.csv").write_text(table)
+    data = yaml.safe_load(Path("config/config.yaml").read_text())
+    config = parse_config(data | {"measurements": str(tmp_path / "heaps.csv")})
+    with pytest.raises(NotComparableError, match=r"line 2, column particle_diameter_mm"):
+        read_target(config)
+
+
+def beverloo(spec):
+    """Mass flow [g/s] of a run spec (a mapping) by Beverloo's law, less where the grains roll
+    worse; None, a clogged orifice, below 4.8 diameters and more where the grains roll worse."""
+    d = spec["particles"]["diameter_mm"] * spec["particles"].get("scale_factor", 1.0)
+    orifice = spec["geometry"]["orifice_diameter_mm"]
+    rolling = spec["contacts"]["particle_particle"]["rolling_friction"]
+    if orifice < (4.8 + rolling) * d:
+        return None
+    length = 1e-3 * (orifice - 1.4 * d)
+    flow = 1e3 * 0.58 * 750.0 * math.sqrt(9.81) * length**2.5
+    cohesion = spec.get("law_parameters", {}).get("surface_energy_J_m2", 0.0)
+    return {"mass_flow_g_s": flow * (1.0 - 0.5 * rolling) / (1.0 + 2.0 * cohesion / d)}
+
+
+def discharges(change, orifices=(10.0, 11.0, 12.0, 13.0, 14.0, 15.0), clogged=0):
+    """Readings over the orifice of grains of 2 mm whose rolling friction is 0.2 and a change, a
+    function of the orifice; and tests at the narrowest that clogged."""
+    rows = []
+    for k, orifice in enumerate(orifices):
+        spec = {
+            "particles": {"diameter_mm": 2.0},
+            "geometry": {"orifice_diameter_mm": orifice},
+            "contacts": {"particle_particle": {"rolling_friction": 0.2 + change(orifice)}},
+        }
+        value = beverloo(spec)["mass_flow_g_s"]
+        rows.append(
+            Measurement(
+                "discharge", value, 0.01 * value, 5, {"orifice_diameter_mm": orifice}, "", 2 + k
+            )
+        )
+    if clogged:
+        at = {"orifice_diameter_mm": orifices[0]}
+        rows.append(
+            Measurement("discharge", math.nan, math.nan, clogged, at, "", 20, outcome="clogged")
+        )
+    return rows
+
+
+def silo(rows):
+    """`Emulated` of discharges in a silo of 40 mm, trained within a budget by `beverloo`, and its
+    laws."""
+    config, factors = study("discharge"), read_factors(FACTORS)
+    settings = completed(read_settings(None), config, factors, rows, "m.csv")
+    known = catalogue_of(settings, ["discharge"])
+    factors = parameters_of(settings, FACTORS, ["discharge"])
+    rig = Rig(settings, config.run | {"experiment": "discharge"}, tuple(factors))
+    design, specs = plan(rig, known, ["discharge"])
+    metrics = {name: beverloo(spec) for name, spec in specs.items()}
+    emulators, _ = train(design, metrics, settings, factors)
+    failures = train_failures(design, metrics, settings, factors)
+    valued = [m for m in rows if not m.outcome]
+    laws = lever_laws(settings, factors, valued)
+    emulators = with_laws(emulators, settings, factors, laws)
+    failures = with_laws(failures, settings, factors, laws)
+    return Emulated(emulators, settings, factors, known | laws, failures), laws, metrics
+
+
+def test_a_discharge_table_goes_through_and_its_hidden_change_is_placed():
+    """Rolling friction that rises by 0.16 from the narrowest to the widest orifice takes a tenth of
+    the flow there. Without it the table is adequate."""
+    rows = discharges(lambda orifice: 0.0)
+    bench, laws, metrics = silo(rows)
+    assert len(metrics) <= TRAIN * RUNS
+    assert identify(bench, rows, replicates=100).verdict == "adequate"
+    hidden = discharges(lambda orifice: 0.4 * math.log(orifice / 12.2))
+    found = identify(bench, hidden, replicates=100)
+    assert found.verdict in ("identified", "ambiguous")
+    assert set(found.causes) & set(laws)
+
+
+def test_a_clogged_orifice_counts():
+    """Grains that roll worse than 0.2 clog at 10 mm: the chance of it is trained by the runs that
+    gave no value."""
+    rows = discharges(lambda orifice: 0.0, clogged=4)
+    bench, _, metrics = silo(rows)
+    assert None in metrics.values()
+    found = identify(bench, rows, replicates=50)
+    assert found.models[BASE].tests
+    assert found.data.failed[0].sum() == 4
