@@ -6,7 +6,10 @@ approximation). What is not known of the weights draws the probability towards o
 (1992), Neural Computation 4:720.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
+import numpy.typing as npt
 from scipy.special import expit
 
 SIZES = (1.0, 3.0, 9.0, 27.0)
@@ -28,7 +31,9 @@ class Chance:
         self.weights, self.covariance, self.evidence = max(tried, key=lambda t: t[2])
         self.failed, self.runs = int(failed.sum()), int(runs.sum())
 
-    def with_slope(self, x, columns, error=True):
+    def with_slope(
+        self, x: np.ndarray, columns: Sequence[int], error: bool = True
+    ) -> tuple[np.ndarray, np.ndarray, None]:
         """Logarithms of the odds (k,) and their derivatives (k, c) by the inputs in `columns`; None
         in the place of a variance, which is in the odds already."""
         x = _with_one(x)
@@ -67,7 +72,7 @@ def _derivatives(x, failed, runs, weights, prior):
     return gradient, x.T @ curvature + np.diag(prior)
 
 
-def log_likelihood(odds, failed, tests):
+def log_likelihood(odds: np.ndarray, failed: npt.ArrayLike, tests: npt.ArrayLike) -> np.ndarray:
     """Log probability of `failed` of `tests`, all of one shape, at logarithms of the odds, without
     the binomial coefficient."""
     return failed * odds - tests * np.logaddexp(0.0, odds)

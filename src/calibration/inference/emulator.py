@@ -2,6 +2,7 @@
 leave-one-out."""
 
 import warnings
+from collections.abc import Sequence
 
 import numpy as np
 from sklearn.exceptions import ConvergenceWarning
@@ -48,7 +49,9 @@ class Emulator:
         """(k,) transformed responses at (k, d) inputs."""
         return self.with_slope(x, [])[0]
 
-    def with_slope(self, x, columns, error=True):
+    def with_slope(
+        self, x: np.ndarray, columns: Sequence[int], error: bool = True
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         """Responses (k,), their derivatives (k, c) by the inputs in `columns`, and where `error`
         their variances (k,).
 
@@ -77,14 +80,14 @@ class Emulator:
         variance = (near @ self._misses + self.error**2) / (near.sum(1) + 1.0)
         return variance * self._share_of_mean(x, like) if self._nugget else variance
 
-    def process_variance(self, x):
+    def process_variance(self, x: np.ndarray) -> np.ndarray:
         """Variance (k,) of the process' mean at (k, d) inputs, given its runs."""
         cross = self._covariance(x, self.x, self._alike(x, self.x))
         own = self.scale + self.linear * ((x * x).sum(1) + self.offset)
         left = np.maximum(own - ((cross @ self._inverse) * cross).sum(1), 0.0)
         return self.spread**2 * left
 
-    def correlation(self, x):
+    def correlation(self, x: np.ndarray) -> np.ndarray:
         """Correlation (k, k) of the errors at k inputs: of the process given its runs, for it is
         wrong smoothly."""
         cross = self._covariance(x, self.x, self._alike(x, self.x))

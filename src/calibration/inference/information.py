@@ -4,6 +4,7 @@ Arrays in, arrays out; the draws are those of a posterior (`posterior_sampling`)
 """
 
 import numpy as np
+import numpy.typing as npt
 from scipy import stats
 
 from calibration.errors import CalibrationError
@@ -12,7 +13,7 @@ SIGMAS, ENTROPY_GRID = 6.0, 2001
 IMAGINED = 200  # outcomes of a measurement that are imagined
 
 
-def expected_information(predicted, error_sd):
+def expected_information(predicted: npt.ArrayLike, error_sd: npt.ArrayLike) -> float:
     """Information [nat] that a measurement is expected to give of the parameters.
 
     predicted: (n,) its expected values at draws of the posterior; error_sd: (n,) or one standard
@@ -33,7 +34,9 @@ def expected_information(predicted, error_sd):
     return float(max(entropy - np.mean(0.5 * np.log(2.0 * np.pi * np.e * sd**2)), 0.0))
 
 
-def expected_spread(predicted, error_sd, draws, seed=1):
+def expected_spread(
+    predicted: npt.ArrayLike, error_sd: npt.ArrayLike, draws: npt.ArrayLike, seed: int = 1
+) -> np.ndarray:
     """Standard deviation (d,) that each parameter is expected to have after a measurement.
 
     predicted, error_sd: as of `expected_information`; draws: (n, d) of the posterior. Outcomes are

@@ -7,10 +7,12 @@ discrepancy of the model. Runs that gave no value count by their chance. Arrays 
 stage `calibration.chain.posterior` reads and writes.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import emcee
 import numpy as np
+import numpy.typing as npt
 from SALib.analyze import sobol as sobol_analysis
 from SALib.sample import sobol as sobol_sample
 from scipy import stats
@@ -58,12 +60,12 @@ class ScatterEmulator:
         noise = float(local.mean()) if told else None
         self.emulator = Emulator(points, means, scatters=True, runs=weights, noise=noise)
 
-    def mean(self, u):
+    def mean(self, u: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """(mean, variance of that mean), (k,) each, at u (k, d)."""
         u = np.atleast_2d(u)
         return self.emulator(u), self.emulator.process_variance(u)
 
-    def scatter(self, u):
+    def scatter(self, u: npt.ArrayLike) -> np.ndarray:
         """Standard deviation (k,) of a single run about the mean at u (k, d)."""
         u = np.atleast_2d(u)
         if self._log_variance is None:
@@ -122,7 +124,7 @@ class Measured:
     se: float
     discrepancy: float = 0.0
 
-    def log_likelihood(self, u):
+    def log_likelihood(self, u: np.ndarray) -> np.ndarray:
         """(k,) log density of the measured mean at u (k, d)."""
         mean, variance = self.emulator.mean(u)
         total = variance + self.se**2 + self.discrepancy**2
@@ -139,7 +141,7 @@ class Formed:
     chance: Chance
     tests: int
 
-    def log_likelihood(self, u):
+    def log_likelihood(self, u: np.ndarray) -> np.ndarray:
         """(k,) log probability that all tests give a value at u (k, d)."""
         odds, _, _ = self.chance.with_slope(np.atleast_2d(u), [])
         return log_likelihood(odds, 0, self.tests)
@@ -154,16 +156,16 @@ class Prior:
     sd: np.ndarray
 
     @classmethod
-    def uniform(cls, d):
+    def uniform(cls, d: int) -> "Prior":
         """The flat prior of d parameters."""
         return cls(np.full(d, 0.5), np.full(d, np.inf))
 
-    def log_density(self, u):
+    def log_density(self, u: np.ndarray) -> np.ndarray:
         """(k,) log density at u (k, d) but for a constant; -inf outside the box."""
         inside = ((u >= 0.0) & (u <= 1.0)).all(axis=1)
         return np.where(inside, -0.5 * (((u - self.mean) / self.sd) ** 2).sum(axis=1), -np.inf)
 
-    def draw(self, n, rng):
+    def draw(self, n: int, rng: np.random.Generator) -> np.ndarray:
         """n draws (n, d)."""
         columns = []
         for mean, sd in zip(self.mean, self.sd, strict=True):
@@ -187,17 +189,24 @@ class Posterior:
     effective: float
 
     @property
-    def converged(self):
+    def converged(self) -> bool:
         """Whether the chains are long enough for their length to be judged."""
         return bool(self.effective >= AUTOCORRELATIONS * WALKERS)
 
-    def interval(self, level=0.95):
+    def interval(self, level: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
         """(low, high), (d,) each: the central interval of every parameter on its own."""
         tail = 0.5 * (1.0 - level)
         return np.quantile(self.draws, tail, axis=0), np.quantile(self.draws, 1.0 - tail, axis=0)
 
 
-def sample(measured, prior, seed=1, steps=STEPS, burn=BURN, walkers=WALKERS):
+def sample(
+    measured: Sequence[Measured | Formed],
+    prior: Prior,
+    seed: int = 1,
+    steps: int = STEPS,
+    burn: int = BURN,
+    walkers: int = WALKERS,
+) -> Posterior:
     """The posterior by emcee's affine-invariant ensemble (Foreman-Mackey et al. 2013, PASP
     125:306).
 
@@ -206,7 +215,7 @@ def sample(measured, prior, seed=1, steps=STEPS, burn=BURN, walkers=WALKERS):
     """
     d = len(prior.mean)
 
-    def log_density(u):
+    def log_density(u: np.ndarray) -> np.ndarray:
         value = prior.log_density(u)
         inside = np.isfinite(value)
         if inside.any():
@@ -246,7 +255,9 @@ def _starts(log_density, prior, walkers, rng):
     return candidates[np.argsort(-keys)[:walkers]]
 
 
-def sobol_indices(emulator, names, seed=1):
+def sobol_indices(
+    emulator: Callable[[np.ndarray], np.ndarray], names: Sequence[str], seed: int = 1
+) -> dict[str, dict[str, float]]:
     """First-order and total Sobol indices of the emulated mean over the box, with 95 % half widths,
     by SALib.
 

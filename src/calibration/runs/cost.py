@@ -1,8 +1,10 @@
 """What a run costs, estimated from its spec before it is made: time of one core, and memory."""
 
 import os
+from collections.abc import Mapping
+from typing import Any
 
-from dem.spec import parse_spec
+from dem.spec import RunSpec, parse_spec
 
 BASE_MB, MB_PER_GRAIN = 250.0, 0.003
 """Memory of a run. Python with the compiled engine takes the first (a heap of 1,250 spheres took
@@ -13,13 +15,13 @@ GRAIN_STEPS_PER_S = 1.0e7
 """Of one core; a third of what a settled bed takes on the machine of the README."""
 
 
-def run_seconds(spec):
+def run_seconds(spec: Mapping[str, Any]) -> float | None:
     """Time of one run [s] of one core, estimated from its spec (a mapping); None for an experiment
     that pours no grains."""
     return seconds_of(parse_spec(spec))
 
 
-def seconds_of(spec):
+def seconds_of(spec: RunSpec) -> float | None:
     """`run_seconds` of a `RunSpec`."""
     rate = getattr(spec.geometry, "generation_rate_per_s", None)
     if rate is None or spec.engine is not None:
@@ -32,17 +34,17 @@ def seconds_of(spec):
     return spec.particles.count * steps / GRAIN_STEPS_PER_S
 
 
-def memory_mb(count):
+def memory_mb(count: float) -> float:
     """Memory [MB] of a run of `count` grains, estimated."""
     return BASE_MB + MB_PER_GRAIN * count
 
 
-def machine_memory_mb():
+def machine_memory_mb() -> float:
     """Physical memory of this machine [MB]."""
     return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def duration(seconds):
+def duration(seconds: float) -> str:
     """'40 s', '12 min', '3 h 20 min'."""
     if seconds < 90:
         return f"{seconds:.0f} s"

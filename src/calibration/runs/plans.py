@@ -5,8 +5,10 @@ is a table: the design's columns, `seed`, `experiment`, `run_id`; the specs stan
 plan.json.
 """
 
+from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -24,12 +26,18 @@ from dem.results import RESULT, is_current, run_name
 from dem.spec import parse_spec
 
 
-def run_id(spec):
+def run_id(spec: Mapping[str, Any]) -> str:
     """Name of a run: experiment and content hash of its spec (a mapping)."""
     return run_name(parse_spec(spec))
 
 
-def plan(design, factors, config, experiment=None, seeds=None):
+def plan(
+    design: pd.DataFrame,
+    factors: Any,
+    config: Any,
+    experiment: str | None = None,
+    seeds: int | None = None,
+) -> tuple[pd.DataFrame, dict[str, dict[str, Any]]]:
     """Add `seed` and `run_id` to a design table; returns the table and {run_id: spec}. experiment:
     the study's own unless given; seeds: which thousand of seeds the runs have, from the study's
     first on unless given.
@@ -40,7 +48,8 @@ def plan(design, factors, config, experiment=None, seeds=None):
     first_seed = config.seed + SEEDS_A_STAGE * (seeds or 0)
     experiment = experiment or config.experiment
     used = [f for f in factors if f.name in design]
-    seen, rows, specs = {}, [], {}
+    seen: dict[Any, int] = {}
+    rows, specs = [], {}
     for row in design.to_dict("records"):
         levels = {f.name: row[f.name] for f in used}
         levels = config.fixed | levels
@@ -60,14 +69,14 @@ def plan(design, factors, config, experiment=None, seeds=None):
     return pd.DataFrame(rows), specs
 
 
-def write_plan(folder, table, specs):
+def write_plan(folder: str | Path, table: pd.DataFrame, specs: Mapping[str, Any]) -> None:
     """Write design.csv and plan.json, each atomically."""
     folder = Path(folder)
     write_table(table, folder / "design.csv")
     write_json(folder / "plan.json", specs)
 
 
-def read_plan(path):
+def read_plan(path: str | Path) -> dict[str, dict[str, Any]]:
     """{run_id: spec} of a plan.json; empty when there is none yet. Raises ValueError for a file
     that holds anything else."""
     path = Path(path)
@@ -83,7 +92,7 @@ def _read_plan(path, _changed):
     return found
 
 
-def planned_spec(study, name):
+def planned_spec(study: str | Path, name: str) -> dict[str, Any] | None:
     """Spec of a run that a stage of a study's folder planned, its keys sorted; None where none did.
 
     Stages that share a run can have its keys in different orders. The order does not name the run,
@@ -93,7 +102,7 @@ def planned_spec(study, name):
     return next((_sorted(specs[name]) for _, specs in plans if name in specs), None)
 
 
-def plans_of(study):
+def plans_of(study: str | Path) -> Iterator[tuple[str, dict[str, dict[str, Any]]]]:
     """(stage's folder, {run_id: spec}) of each plan in a study's folder."""
     for path in sorted(Path(study).glob("*/plan.json")):
         yield path.parent.name, read_plan(path)
@@ -103,7 +112,7 @@ def _sorted(data):
     return {k: _sorted(data[k]) for k in sorted(data)} if isinstance(data, dict) else data
 
 
-def result_path(name):
+def result_path(name: str) -> Path:
     """Where a run's result is."""
     return RunStore().folder(name) / RESULT
 
@@ -112,7 +121,7 @@ REFUSED = "refused"
 """Where a result without metrics says why it has none: {kind, reason}."""
 
 
-def read_metric(run_ids, metric):
+def read_metric(run_ids: Iterable[str], metric: str) -> list[float]:
     """Values [n] of one metric of finished runs. Raises CalibrationError for a run that is missing,
     damaged or of another engine, and for one without the metric."""
     found = _metrics(run_ids)
@@ -124,7 +133,7 @@ def read_metric(run_ids, metric):
     return [m[metric] for m in found]
 
 
-def read_values(run_ids, metric):
+def read_values(run_ids: Iterable[str], metric: str) -> np.ndarray:
     """Values (n,) of one metric of finished runs, NaN for runs without it. Raises CalibrationError
     for a run that is missing, damaged or of another engine."""
     return np.array([m.get(metric, np.nan) for m in _metrics(run_ids)], float)
@@ -135,7 +144,7 @@ def _metrics(run_ids):
     return [_result(store, name)["metrics"] for name in run_ids]
 
 
-def reason_without(name):
+def reason_without(name: str) -> str:
     """Why a finished run has no value of a metric, in its own words; errors as `read_metric`."""
     refused = _result(RunStore(), name)["numerics"].get(REFUSED)
     return refused["reason"] if refused else "this experiment does not measure it"
@@ -155,7 +164,7 @@ def _result(store, name):
     return result
 
 
-def points_of(name, config):
+def points_of(name: str, config: Any) -> list[str]:
     """Sentences that say which points of which designs need the run `name`."""
     factors, found = read_factors(config.factors), []
     for path in sorted(Path(config.results, config.name).glob("*/design.csv")):

@@ -9,6 +9,7 @@ of a campaign is known without reading any result.
 import json
 import os
 from pathlib import Path
+from typing import Any
 
 from dem.errors import ResultError
 from dem.results import FAILED, RESULT, RUN_NAME, is_current, read_failure, read_result
@@ -16,7 +17,7 @@ from dem.results import FAILED, RESULT, RUN_NAME, is_current, read_failure, read
 _place = {"root": Path("results/runs")}
 
 
-def keep_runs_in(root):
+def keep_runs_in(root: str | Path) -> None:
     """Let folder `root` be the one of every `RunStore` that is told no other. A process of the
     workflow works for one study and says so at its start."""
     _place["root"] = Path(root)
@@ -31,17 +32,17 @@ class RunStore:
         self._index = self.root / "index.jsonl"
         self._known, self._read_to = {}, 0
 
-    def folder(self, name):
+    def folder(self, name: str) -> Path:
         """Where a run is kept."""
         return self.root / name
 
-    def names(self):
+    def names(self) -> list[str]:
         """Names of the folders of runs, in order, finished or not."""
         if not self.root.is_dir():
             return []
         return sorted(p.name for p in self.root.iterdir() if RUN_NAME.fullmatch(p.name))
 
-    def result(self, name):
+    def result(self, name: str) -> dict[str, Any]:
         """Content of a run's result.json, checked, of whatever engine."""
         known = self._unchanged(name)
         result = read_result(self.folder(name), files=known is None)
@@ -49,13 +50,13 @@ class RunStore:
             self._add(name, result)
         return result
 
-    def entry(self, name, full=False):
+    def entry(self, name: str, full: bool = False) -> dict[str, Any]:
         """What the index holds of a finished run: `engine`, `wall_time_s`. `full` checks all of it
         again."""
         known = None if full else self._unchanged(name)
         return known or self._add(name, read_result(self.folder(name)))
 
-    def current(self, name):
+    def current(self, name: str) -> dict[str, Any] | None:
         """Content of a run's result where it can be trusted and is of this engine, else None."""
         try:
             result = self.result(name)
@@ -63,7 +64,7 @@ class RunStore:
             return None
         return result if is_current(result["engine"]) else None
 
-    def failure(self, name):
+    def failure(self, name: str) -> dict[str, Any] | None:
         """Content of a run's failed.json where it can be trusted and is of this engine, else
         None."""
         try:
@@ -72,7 +73,7 @@ class RunStore:
             return None
         return failure if is_current(failure["engine"]) else None
 
-    def known(self, name):
+    def known(self, name: str) -> dict[str, Any] | None:
         """The entry of a finished run as the index has it, without a look at the run itself unless
         it is new there; None for one that is not finished or cannot be trusted."""
         self._load()
@@ -83,7 +84,7 @@ class RunStore:
         except ResultError:
             return None
 
-    def set_aside(self, name):
+    def set_aside(self, name: str) -> None:
         """Rename a result that cannot be trusted, so that the run counts as missing. Raises
         OSError."""
         for file in (RESULT, FAILED):
