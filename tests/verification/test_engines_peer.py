@@ -145,7 +145,7 @@ COLUMN_MARGINS = {
 """Differences of the means of four seeds that are none."""
 FLATTER = {"lammps": ("angle_of_repose_deg",)}
 """What differs by more: LAMMPS' rolling spring is a constant, and its heaps are flatter (on
-4 seeds by 4.0 degrees; docs/howto-engine.md)."""
+4 seeds by 4.0 degrees; docs/verification-engines.md)."""
 
 
 def both(code, mapping, seeds, folder):
@@ -236,7 +236,8 @@ def test_a_shear_cell_gives_our_stress(tmp_path, code):
     """The lid presses with what is asked for, and the peak is ours.
 
     The steady stress has a stated margin of 15 % and is no part of this test: two seeds gave
-    16 % less than ours, and seeds of one code scatter by about 13 % (docs/howto-engine.md)."""
+    16 % less than ours, and seeds of one code scatter by about 13 %
+    (docs/verification-engines.md)."""
     means = both(code, RING, [1, 2], tmp_path)
     assert means["normal_stress_kPa"][1] == pytest.approx(2.0, rel=0.03)
     for name, margin in (
