@@ -42,6 +42,7 @@ def results_page(kept=KEPT):
         "locus": values.locus(salt),
         "scaling": values.scaling(salt),
         "pour": values.slow_pour(kept / "salt-paper"),
+        "rigs": values.rigs(kept / "rigs"),
         "table_13": values.table_13(),
         "softening": softening(pd.read_csv(salt / "numerics" / "numerics.csv")),
         "audited": values.audited(),

@@ -14,6 +14,7 @@ from calibration.statistics.screening import screen
 from calibration.statistics.surface import fit_surface
 from paper.audit import run_audit
 from paper.names import in_sentence
+from paper.rigs import ALLOWED, KEYS, POINTS, RATES, READINGS, SPEEDS, steps
 
 CODES = "ABCDEFG"
 PACKED = 1250
@@ -231,6 +232,25 @@ def slow_pour(kept):
             "explained": one["p_left"] >= 0.05,
         }
     return out
+
+
+def rigs(kept):
+    """What the runs of `paper.rigs` say of the rate of the pour and the speed that is not
+    printed."""
+    table = read_written(Path(kept) / "runs.csv")
+    found = steps(table)
+    at = found[found["point"] == "candidate"].set_index(["rate", "from"])
+    means = table[table["point"] == "candidate"].groupby(KEYS[1:])[READINGS[0]].mean()
+    most = at[READINGS].abs().max(axis=1)
+    return {
+        "runs": len(table),
+        "planned": len(list(RATES)) * len(SPEEDS) * sum(seeds for _, seeds in POINTS.values()),
+        "corners": int((table["point"] != "candidate").sum()),
+        "mean": {rate: [f"{means[rate, s]:.1f}°" for s in SPEEDS] for rate in RATES},
+        "step": {r: [degrees(at.loc[(r, s), READINGS[0]]) for s in SPEEDS[:-1]] for r in RATES},
+        "most": {r: [f"{most[r, s]:.1f}°" for s in SPEEDS[:-1]] for r in RATES},
+        "well_posed": [f"{r} at {s} m/s" for r, s in at.index if most[r, s] <= ALLOWED],
+    }
 
 
 SLOW = "pour of 6500 grains a second"

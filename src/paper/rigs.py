@@ -1,0 +1,115 @@
+"""Which rig is well-posed: rates of the pour and speeds at which grains are made, that the paper
+prints and does not print, at three points and by four readings of the same heap.
+
+python -m paper.rigs OUT
+
+The rule was stated before any of these runs (`results/reference/rigs/plan.md`). Runs that OUT holds
+are not made again.
+"""
+
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from calibration.files import write_table
+from calibration.interface.api import Study
+from calibration.study.config import overlay, point_spec
+from dem.errors import DemError
+from dem.measure.heap import LOWER, UPPER, fit_flank, outline
+from dem.run import run
+from dem.spec import parse_spec
+
+C, E, G = "salt_steel_rolling_friction", "salt_salt_restitution", "salt_salt_rolling_friction"
+POINTS = {
+    "candidate": ({C: 0.368, E: 0.544, G: 0.23}, 4),  # the paper's optimum
+    "low": ({C: 0.32, E: 0.6, G: 0.17}, 3),
+    "high": ({C: 0.44, E: 0.3, G: 0.29}, 3),
+}
+"""Name: levels, and how many seeds. `low` and `high` are the corners of the paper's region with the
+least and the greatest angle."""
+RATES, SPEEDS = (10000, 6500), (0.3, 1.0, 2.0)  # [1/s], [m/s]
+FIRST = 3501  # seed
+KEYS = ["point", "generation_rate_per_s", "injection_speed_m_s"]
+READINGS = ["angle_of_repose_deg", "one_flank_deg", "protractor_deg", "radial_angle_deg"]
+ALLOWED = 0.5
+"""Degrees that the angle may move where a speed that the paper does not print goes to the next of
+`SPEEDS`."""
+
+
+def specs(study):
+    """Yield (row of the table, run spec) of every run, the points one after the other."""
+    keys = {f.name: f.key for f in study.factors}
+    for point, (levels, seeds) in POINTS.items():
+        values = {keys[k]: v for k, v in (study.config.fixed | levels).items()}
+        for seed in range(FIRST, FIRST + seeds):
+            for rate in RATES:
+                for speed in SPEEDS:
+                    row = dict(zip(KEYS, (point, rate, speed), strict=True)) | {"seed": seed}
+                    changes = {k: row[k] for k in KEYS[1:]}
+                    base = overlay(study.config.run, {"geometry": changes})
+                    yield row, point_spec(base, "heap", values, seed)
+
+
+def readings(position, radius, plate_radius):
+    """{reading: angle [°]} of a heap that lies still, by one flank of the first silhouette and by a
+    protractor on both: the arm through the outline at 80 and 20 % of its height.
+
+    position (n, 3), radius (n,), plate_radius : [m]
+    """
+    stations = np.arange(0.0, plate_radius, 0.25 * radius.mean())
+    limit = plate_radius - radius.mean()
+    laid, flanks = [], []
+    for side in (1.0, -1.0):
+        height = outline(side * position[:, 0], position[:, 2], radius, stations)
+        flanks.append(fit_flank(stations, height, limit))
+        inside = stations <= limit
+        top = np.flatnonzero(inside & (height > UPPER * height.max()))[-1]
+        below = np.flatnonzero(inside & (height < LOWER * height.max()))
+        foot = next((k for k in below if k > top), np.flatnonzero(inside)[-1])
+        fall, run_out = height[top] - height[foot], stations[foot] - stations[top]
+        laid.append(np.degrees(np.arctan2(fall, run_out)))
+    return {"one_flank_deg": float(flanks[0]), "protractor_deg": float(np.mean(laid))}
+
+
+def steps(table):
+    """Table: what each reading changes by [°] from one injection speed to the next, where both have
+    two runs or more: point, rate, from, to, readings."""
+    rows = []
+    for (point, rate), group in table.groupby(KEYS[:2], sort=False):
+        by_speed = {s: g[READINGS].dropna() for s, g in group.groupby(KEYS[2])}
+        for slow, fast in pairwise(SPEEDS):
+            if min(len(by_speed.get(s, ())) for s in (slow, fast)) < 2:
+                continue
+            a, b = by_speed[slow], by_speed[fast]
+            row = {"point": point, "rate": rate, "from": slow, "to": fast}
+            rows.append(row | (b.mean() - a.mean()).to_dict())
+    return pd.DataFrame(rows)
+
+
+def main(out, config="config"):
+    """Make what is missing of the runs and write OUT/runs.csv."""
+    study, rows = Study(config), []
+    plate = 0.5e-3 * study.config.run["geometry"]["plate_diameter_mm"]
+    for row, spec in specs(study):
+        folder = Path(out) / "{point}_{generation_rate_per_s}_{injection_speed_m_s}_{seed}".format(
+            **row
+        )
+        try:
+            found = run(parse_spec(spec), folder, again=False)["metrics"]
+        except DemError as error:
+            print(f"{folder.name}: {error}")
+            rows.append(row)
+            continue
+        with np.load(folder / "final.npz") as state:
+            on = (state["position"][:, 2] > 0.0) & (state["position"][:, 2] < 1.5 * plate)
+            own = readings(state["position"][on], state["radius"][on], plate)
+        kept = ("angle_of_repose_deg", "radial_angle_deg", "hold_up")
+        rows.append(row | {k: found[k] for k in kept} | own)
+    write_table(pd.DataFrame(rows), Path(out) / "runs.csv")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
