@@ -37,6 +37,7 @@ from diagnosis.page.markdown import page
 from diagnosis.residuals import by_chance, calibration, residual_rows, trends
 from diagnosis.settings import BASE, study_settings, with_gain_runs
 from diagnosis.setup import Setup
+from diagnosis.single_setting import with_single
 from diagnosis.verdict import extended_name, findings, unexplained, validate
 
 
@@ -160,7 +161,7 @@ def name_causes(setup, source, output):
         "waves": [read_json(getattr(source, f"left_{k}")) for k in range(1, WAVES + 1)],
         "left": waves.left(emulated, setup.tested),
     }
-    verdict = as_laws(verdict, setup.lever_laws)
+    verdict = with_single(as_laws(verdict, setup.lever_laws), found, measurements)
     verdict["exclusion"] = exclusion.of_mechanisms(found)
     shown = {"before": ((), found.fits[BASE])}
     shown |= {"after": (tuple(name.split(" + ")), found.fits[name])} if name else {}

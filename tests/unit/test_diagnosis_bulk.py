@@ -31,6 +31,7 @@ from diagnosis.lever_laws import as_laws, lever_laws, with_laws
 from diagnosis.model import Emulated
 from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of, read_settings
+from diagnosis.single_setting import with_single
 
 LEVELS = (0.8, 1.0, 1.25)
 POURED = [k for k in QUANTITIES if experiments()[k].poured]
@@ -233,6 +234,21 @@ def test_few_runs_tell_a_law_along_a_lever_from_none():
     assert verdict["verdict"] == "discovered"
     assert verdict["causes"] == verdict["laws"][0]["names"] == []
     assert "1.6 to 2.5 mm" in verdict["laws"][0]["sentence"]
+
+
+def test_a_single_heap_at_odds_is_named_by_its_line():
+    """Line 5 stands 6 degrees too steep, where a heap is known to 0.2; without it nothing is."""
+    bench, _, _ = emulated(scatter=0.1)
+    rows = heaps(lambda d: 38.0 + 6.0 * (d == 2.1))
+    found = identify(bench, rows, replicates=100)
+    assert found.verdict == "unexplained"
+    verdict = with_single({"verdict": found.verdict, "rows": []}, found, rows)
+    assert verdict["verdict"] == "error"
+    [row] = verdict["rows"]
+    assert row["line"] == 5
+    assert row["standard_deviations"] > 3.0
+    plain = identify(bench, heaps(lambda d: 38.0), replicates=100)
+    assert with_single({"verdict": "adequate"}, plain, rows) == {"verdict": "adequate"}
 
 
 def test_few_runs_tell_cohesion_that_the_closed_form_has():

@@ -152,6 +152,17 @@ def test_the_second_sentence_is_the_cause_and_none_contradicts_it(ball, verdict,
     assert ("What to measure next" in text) == (verdict != "adequate")
 
 
+def test_tests_without_a_value_come_first_where_they_are_off_most(ball):
+    outcome = {"experiment": "heap", "levers": {"particle_diameter_mm": 7.0}, "tests": 3}
+    outcome |= {"failed": 2, "before": 0.01, "after": None}
+    more = {"verdict": "unexplained", "causes": [], "outcomes": [outcome]}
+    off = first_lines(ball | more | {"misfit": MISFIT | {"deviance": 30.0}})[0]
+    assert "2 of 3 tests" in off
+    assert "grain diameter 7 mm" in off
+    assert "1 %" in off
+    assert "rebound" in first_lines(ball | more | {"misfit": MISFIT | {"deviance": 3.0}})[0]
+
+
 def test_an_open_verdict_asks_for_a_measurement_and_an_adequate_one_for_none(ball):
     open_ = ball | {"verdict": "unexplained", "causes": []}
     assert "25 mm" in first_lines(open_)[-1]

@@ -27,7 +27,7 @@ A\trolling\tcontacts.particle_particle.rolling_friction\t0.02\t0.4\tof grain and
 B\tfriction\tcontacts.particle_particle.static_friction\t0.3\t0.8\tof grain and grain
 C\twall_friction\tcontacts.particle_wall.static_friction\t0.3\t0.8\tof grain and wall
 """
-HEADER = "experiment,quantity,value,unit,particle_diameter_mm\n"
+HEADER = "experiment,quantity,value,unit,sd,n,particle_diameter_mm,outcome\n"
 SIZES = (4.8, 5.3, 5.8, 6.4, 7.0)
 SEEDS = 3
 COHESION = {
@@ -78,20 +78,21 @@ def heaps(tmp_path_factory):
     root = tmp_path_factory.mktemp("liggghts")
 
     def rows(changes):
-        specs = named(
-            overlay(RUN, changes)
-            | {"experiment": "heap", "seed": seed, "engine": entry}
-            | {"particles": {"count": round(400 * (5.8 / d) ** 3), "diameter_mm": d}}
-            for d in SIZES
-            for seed in range(SEEDS)
-        )
-        found = simulate(specs, root).items()
-        sizes = {name: specs[name]["particles"]["diameter_mm"] for name in specs}
-        return [
-            f"heap,angle_of_repose,{m['angle_of_repose_deg']},deg,{sizes[name]}\n"
-            for name, m in found
-            if m
-        ]
+        out = []
+        for d in SIZES:
+            grains = {"count": round(400 * (5.8 / d) ** 3), "diameter_mm": d}
+            specs = named(
+                overlay(RUN, changes)
+                | {"experiment": "heap", "seed": seed, "engine": entry, "particles": grains}
+                for seed in range(SEEDS)
+            )
+            found = list(simulate(specs, root).values())
+            angles = [m["angle_of_repose_deg"] for m in found if m]
+            if len(angles) > 1:  # a reading alone has no spread
+                out += [f"heap,angle_of_repose,{angle},deg,,,{d},\n" for angle in angles]
+            if len(angles) < SEEDS:
+                out.append(f"heap,angle_of_repose,,deg,,{SEEDS - len(angles)},{d},clogged\n")
+        return out
 
     return rows
 

@@ -6,7 +6,7 @@ import numpy as np
 from calibration.figures import label
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from diagnosis.catalogue import load_catalogue
-from diagnosis.page.words import capital, chance, place, quantity, sentence, setting
+from diagnosis.page.words import capital, chance, in_unit, place, quantity, sentence, setting
 
 WITHOUT = ("adequate",)
 
@@ -26,6 +26,9 @@ def _wrong(verdict):
             f"constant coefficients meet the {len(rows)} settings within their errors: {chance(p)} "
             "of data without any fault look as bad"
         )
+    ended = _ended(verdict)
+    if ended:
+        return ended
     kind = _worst(rows)
     own = [r for r in rows if r["experiment"] == kind]
     words = f"the calibrated model misses the {quantity(kind)} by {_off(kind, own)}"
@@ -37,6 +40,20 @@ def _wrong(verdict):
             + f", where it is {_told(kind, abs(miss))} {side} the readings"
         )
     return words
+
+
+def _ended(verdict):
+    """Tests that ended without a value, where they are off by more than all readings."""
+    failed = [o for o in verdict.get("outcomes") or [] if o["failed"]]
+    fit = _misfit(verdict)
+    if not failed or (fit.get("deviance") or 0.0) <= fit["chi_square"]:
+        return None
+    worst = min(failed, key=lambda o: o["before"])
+    return (
+        f"{worst['failed']} of {worst['tests']} tests of the {quantity(worst['experiment'])} at "
+        f"{setting(worst['levers'])} ended without a value, where the calibrated model expects it "
+        f"of {chance(worst['before'])}"
+    )
 
 
 def _misfit(verdict):
@@ -62,8 +79,7 @@ def _misses(kind, rows):
 
 
 def _told(kind, miss):
-    quantity = QUANTITIES[kind]
-    return f"{100 * miss:.2g} %" if quantity.relative else f"{miss:.2g} {quantity.unit}"
+    return f"{100 * miss:.2g} %" if QUANTITIES[kind].relative else in_unit(kind, miss, ".2g")
 
 
 def _off(kind, rows):
@@ -152,11 +168,8 @@ def _cost(verdict):
     )
     own = gain["by_experiment"]
     kind = max(own, key=lambda k: own[k]["before"] / max(own[k]["after"], 1e-12))
-    text += (
-        f" ({quantity(kind)}: {own[kind]['before']:.3g} and {own[kind]['after']:.3g} "
-        f"{own[kind]['unit']}".rstrip()
-        + ")"
-    )
+    before, after = own[kind]["before"], in_unit(kind, own[kind]["after"], ".3g")
+    text += f" ({quantity(kind)}: {before:.3g} and {after})"
     following = _next(verdict)
     return f"{text}. {capital(following)}" if following and _open(verdict) else text
 

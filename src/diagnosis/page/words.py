@@ -69,6 +69,12 @@ def unit(experiment):
     return QUANTITIES[experiment].unit
 
 
+def in_unit(experiment, value, form):
+    """A value of what an experiment measures, with its unit."""
+    own = QUANTITIES[experiment].unit
+    return f"{value:{form}}°" if own == "deg" else f"{value:{form}} {own}".rstrip()
+
+
 def place(row):
     """Slot and state of a law."""
     return f"{label(row['slot'])} of {' and '.join(row['state']) or 'all settings alike'}"
