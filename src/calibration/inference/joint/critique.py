@@ -1,0 +1,185 @@
+"""A posterior that criticises itself: pulls of the targets, targets that contradict each other, and
+borders that it presses on."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from calibration.inference.joint.likelihood import Cloud, least_misfit
+
+ALPHA = 0.05
+"""Chance at which targets that agree are said to contradict each other."""
+AGAIN = 400
+"""Sets of measured values that are imagined, to judge the misfit by."""
+NO_MISFIT = 0.1
+"""Sum of squared pulls below which targets agree, whatever else would agree better."""
+POINTS = 2000
+EDGE = 0.1
+"""Outermost share of the region at a side that counts as its border."""
+PRESSED = 3.0
+"""How many times its prior share a posterior has there when it presses on the border."""
+
+
+@dataclass(frozen=True)
+class Pull:
+    """One coefficient of a response against what is predicted of it.
+
+    measured; predicted: mean of the posterior of all targets; pull: their difference over the
+    standard deviation of both; p: two-sided, of the posterior predictive. pull_others, p_others:
+    the same by the posterior of all other targets, which has not seen this one.
+    """
+
+    response: str
+    coefficient: int
+    measured: float
+    predicted: float
+    pull: float
+    p: float
+    pull_others: float
+    p_others: float
+
+
+def pulls(joint, draws, seed=1, cloud=None):
+    """`Pull` of each coefficient of each response. draws: (k, d) of the posterior; cloud: a `Cloud`
+    of the study, for the posteriors without one response."""
+    cloud, found = cloud or Cloud.of(joint, seed=seed), []
+    for r in joint.responses:
+        left = _draws_without(cloud, r.name, seed)
+        with_all, with_others = (r.predicted(thinned(u)) for u in (draws, left))
+        for j, y in enumerate(r.mean):
+            (mean, pull, p), (_, apart, p_apart) = (
+                _against(r, j, y, *predicted) for predicted in (with_all, with_others)
+            )
+            found.append(Pull(r.name, j, float(y), mean, pull, p, apart, p_apart))
+    return found
+
+
+def thinned(draws, count=POINTS):
+    """At most `count` rows, evenly through draws (k, d)."""
+    return draws[np.linspace(0, len(draws) - 1, min(count, len(draws))).astype(int)]
+
+
+def _draws_without(cloud, name, seed):
+    measured = [r.mean for r in cloud.joint.responses]
+    if len(measured) == 1 and not cloud.joint.formed:
+        return cloud.u
+    return cloud.draws(measured, POINTS, np.random.default_rng(seed), but=name)
+
+
+def _against(response, j, y, mean, variance):
+    """(predicted mean, pull, two-sided p) of a measured coefficient against a mixture of
+    predictions (k, q)."""
+    own = response.covariance[j, j]
+    sd = np.sqrt(variance[:, j] + own)
+    spread = np.sqrt(np.mean(sd**2) + mean[:, j].var())
+    standard = (y - mean[:, j]) / sd
+    # of few readings the tails are Student's
+    known = not np.isfinite(response.freedom)
+    law = stats.norm if known else stats.t(_effective(response.freedom, own, sd**2))
+    below = float(np.mean(law.cdf(standard)))
+    centre = float(mean[:, j].mean())
+    return centre, float((y - centre) / spread), 2.0 * min(below, 1.0 - below)
+
+
+def _effective(freedom, own, total):
+    """Degrees of freedom of a sum of variances of which `own` alone is estimated (Welch and
+    Satterthwaite)."""
+    return freedom * (total / own) ** 2
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Whether one set of parameters meets all targets.
+
+    misfit: least sum of squared pulls; p: how often sets of values that agree misfit as much;
+    named: responses of which leaving out any one lets the others agree, the best first; where none
+    does, the one that helps most. p_without: {name: p of the others}.
+    """
+
+    misfit: float
+    p: float
+    named: tuple
+    p_without: dict
+
+    @property
+    def contradicts(self):
+        """Whether the targets contradict each other."""
+        return self.p < ALPHA
+
+
+def agreement(joint, draws, seed=1, cloud=None):
+    """`Agreement` of a study's targets. draws: (k, d) of its posterior; cloud: a `Cloud` of the
+    study, for the posteriors without one response.
+
+    The least misfit over draws of the posterior and of the prior is compared with that of values
+    drawn anew at the posterior: a parametric bootstrap of the goodness of fit (Efron and Tibshirani
+    1993, chapter 16), which counts the freedom that the parameters really have.
+    """
+    misfit, p = _goodness(joint, draws, seed)
+    if p >= ALPHA or len(joint.responses) < 2:
+        return Agreement(misfit, p, (joint.names[0],) if p < ALPHA else (), {})
+    cloud, without, left = cloud or Cloud.of(joint, seed=seed), {}, {}
+    for name in joint.names:
+        own = _draws_without(cloud, name, seed)
+        left[name], without[name] = _goodness(joint.without(name), own, seed)
+    good = sorted((n for n in without if without[n] >= ALPHA), key=lambda n: left[n])
+    named = good or [min(left, key=left.get)]
+    return Agreement(misfit, p, tuple(named), without)
+
+
+def _goodness(joint, draws, seed):
+    """Least misfit of the measured values, and the share of imagined ones that misfit as much."""
+    rng = np.random.default_rng(seed)
+    own = thinned(draws)
+    u = np.concatenate([own, joint.prior.draw(POINTS, rng)])
+    predicted = joint.predicted(u)
+    misfit = float(least_misfit(joint, [r.mean[None] for r in joint.responses], predicted)[0])
+    pick = rng.integers(0, len(own), AGAIN)
+    again = [
+        r.drawn(mean[pick], variance[pick], rng)
+        for r, (mean, variance) in zip(joint.responses, predicted, strict=True)
+    ]
+    imagined = least_misfit(joint, again, predicted)
+    if misfit < NO_MISFIT:
+        return misfit, 1.0
+    return misfit, float((1 + np.sum(imagined >= misfit)) / (AGAIN + 1))
+
+
+@dataclass(frozen=True)
+class Border:
+    """A parameter whose posterior presses on its region: index, side ("low" or "high"), the share
+    of draws in the outermost tenth, and how far beyond the border the region would have to reach,
+    as a share of its width."""
+
+    parameter: int
+    side: str
+    share: float
+    beyond: float
+
+
+def borders(draws, prior, seed=1):
+    """`Border`s of draws u (k, d) in [0, 1]^d: parameters with at least three times the prior's
+    share in the outermost tenth of a side, and more than at the other side.
+
+    A density that is flat or falls towards the border gives none. `beyond` is the distance at which
+    an exponential tail with the median distance of the draws has fallen to 5 %.
+    """
+    before = prior.draw(20000, np.random.default_rng(seed))
+    found = []
+    for k in range(draws.shape[1]):
+        for side in ("low", "high"):
+            own, other = (_from(side, x[:, k]) for x in (draws, before))
+            share, prior_share = np.mean(own <= EDGE), np.mean(other <= EDGE)
+            if share >= PRESSED * max(prior_share, 0.01) and share > np.mean(own >= 1.0 - EDGE):
+                found.append(Border(k, side, float(share), _beyond(own)))
+    return found
+
+
+def _from(side, x):
+    """Distance from a side of [0, 1]."""
+    return x if side == "low" else 1.0 - x
+
+
+def _beyond(distance):
+    return float(min(np.log(20.0) / np.log(2.0) * np.median(distance), 1.0))

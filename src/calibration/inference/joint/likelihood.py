@@ -1,0 +1,227 @@
+"""The joint likelihood: what several measured responses of several experiments say of the
+parameters.
+
+A response has one number, or several coefficients of a curve's shape with their covariance. Its
+measured mean is normal about the emulated one with the emulator's error and a stated discrepancy of
+the model. Where the measurement's own error is estimated from few readings, the unknown variance is
+integrated out (Student's t).
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy import stats
+
+from calibration.errors import CalibrationError
+from calibration.inference.posterior_sampling import Prior, sample
+
+SCALES = 15
+"""Points at which the unknown variance of few readings is integrated."""
+LEAST_WORTH = 100
+"""Equal draws that a posterior by weights must be worth; below, the sampler is asked."""
+MANY = 200
+"""Degrees of freedom from which on an estimated error counts as known."""
+
+
+@dataclass(frozen=True)
+class Response:
+    """A measured response and the emulators of its coefficients.
+
+    name: for sentences. emulators: q objects whose `mean(u)` gives mean and variance (k,) each at
+    u (k, d). mean: (q,) measured mean. covariance: (q, q) of that mean. freedom: degrees of freedom
+    from which the covariance is estimated, infinite where it is known. discrepancy: (q,) standard
+    deviation by which the model itself may be wrong. Raises CalibrationError for shapes that do not
+    agree and for a covariance that is none.
+    """
+
+    name: str
+    emulators: tuple
+    mean: np.ndarray
+    covariance: np.ndarray
+    freedom: float = np.inf
+    discrepancy: np.ndarray | None = None
+
+    def __post_init__(self):
+        mean = np.atleast_1d(np.asarray(self.mean, float))
+        covariance = np.atleast_2d(np.asarray(self.covariance, float))
+        own = np.zeros(len(mean)) if self.discrepancy is None else self.discrepancy
+        object.__setattr__(self, "mean", mean)
+        object.__setattr__(self, "covariance", covariance)
+        object.__setattr__(self, "discrepancy", np.atleast_1d(np.asarray(own, float)))
+        q = len(self.emulators)
+        if mean.shape != (q,) or covariance.shape != (q, q) or self.discrepancy.shape != (q,):
+            raise CalibrationError(
+                f"{self.name}: {q} emulators need as many means, discrepancies and a square "
+                f"covariance, not {mean.shape}, {self.discrepancy.shape} and {covariance.shape}"
+            )
+        if not np.allclose(covariance, covariance.T) or np.linalg.eigvalsh(covariance)[0] < 0.0:
+            raise CalibrationError(f"{self.name}: its covariance is none")
+
+    def predicted(self, u):
+        """Emulated means (k, q) and variances (k, q), the stated discrepancy in them, at u
+        (k, d)."""
+        u = np.atleast_2d(u)
+        found = [emulator.mean(u) for emulator in self.emulators]
+        mean = np.column_stack([m for m, _ in found])
+        variance = np.column_stack([v for _, v in found])
+        return mean, variance + self.discrepancy**2
+
+    def log_likelihood(self, u):
+        """(k,) log density of the measured mean at u (k, d)."""
+        return self.log_density(self.mean, *self.predicted(u))
+
+    def log_density(self, y, mean, variance):
+        """(k,) log density of a measured mean y (q,) about means (k, q) with variances (k, q)."""
+        scales, weights = _scales(self.freedom)
+        if len(self.mean) == 1:
+            total = variance[:, 0, None] + scales * self.covariance[0, 0]
+            square = (y[0] - mean[:, 0, None]) ** 2 / total
+            logs = -0.5 * (square + np.log(2.0 * np.pi * total))
+        else:
+            logs = np.column_stack(
+                [_normal(y - mean, variance, s * self.covariance) for s in scales]
+            )
+        return logs[:, 0] if len(scales) == 1 else _log_mean(logs, weights)
+
+    def misfit(self, y, mean, variance):
+        """(n, k) distances of measured means y (n, q) from predictions (k, q) each.
+
+        The squared distance in standard deviations, chi squared where all is normal; where the
+        error is estimated, twice the fall of the log density of Student's t instead.
+        """
+        q = len(self.mean)
+        total = self.covariance + np.einsum("ki,ij->kij", variance, np.eye(q))
+        inverse = np.linalg.inv(total)
+        off = y[:, None, :] - mean[None]
+        square = np.einsum("nki,kij,nkj->nk", off, inverse, off)
+        if not np.isfinite(self.freedom) or self.freedom >= MANY:
+            return square
+        own = np.trace(self.covariance)
+        behind = self.freedom * (np.trace(total, axis1=1, axis2=2) / own) ** 2
+        return (behind + q) * np.log1p(square / behind)
+
+    def drawn(self, mean, variance, rng):
+        """(k, q) measured means as they could have come out at predictions (k, q) each."""
+        k, q = mean.shape
+        own = rng.multivariate_normal(np.zeros(q), self.covariance, size=k, method="eigh")
+        if np.isfinite(self.freedom) and self.freedom < MANY:
+            own *= np.sqrt(self.freedom / rng.chisquare(self.freedom, k))[:, None]
+        return rng.normal(mean, np.sqrt(variance)) + own
+
+    def at(self, y):
+        """This response with another measured mean y (q,)."""
+        return replace(self, mean=np.asarray(y, float))
+
+
+def _scales(freedom):
+    """Factors (m,) on an estimated covariance with their weights (m,): nu / chi squared, on an even
+    grid of its logarithm."""
+    if not np.isfinite(freedom) or freedom >= MANY:
+        return np.ones(1), np.ones(1)
+    ends = np.log(stats.chi2.ppf([1e-7, 1.0 - 1e-7], freedom))
+    x = np.exp(np.linspace(*ends, SCALES))
+    weights = stats.chi2.pdf(x, freedom) * x
+    return freedom / x, weights / weights.sum()
+
+
+def _log_mean(logs, weights):
+    top = logs.max(axis=1)
+    return top + np.log(np.exp(logs - top[:, None]) @ weights)
+
+
+def _normal(off, variance, covariance):
+    """(k,) log density of a normal of dimension q at offsets (k, q) with the covariance and the
+    variances (k, q) of its coefficients added."""
+    total = covariance + np.einsum("ki,ij->kij", variance, np.eye(variance.shape[1]))
+    _, log_size = np.linalg.slogdet(total)
+    square = np.einsum("ki,ki->k", off, np.linalg.solve(total, off[..., None])[..., 0])
+    return -0.5 * (square + log_size + off.shape[1] * np.log(2.0 * np.pi))
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Responses of all tests, the prior, and what else speaks for parameters (`formed`: objects
+    with `log_likelihood`, see `calibration.inference.posterior_sampling.Formed`)."""
+
+    responses: tuple
+    prior: Prior
+    formed: tuple = field(default=())
+
+    @property
+    def names(self):
+        """Names of the responses."""
+        return [r.name for r in self.responses]
+
+    def posterior(self, seed=1, **settings):
+        """Its `calibration.inference.posterior_sampling.Posterior`; settings: of `sample` there."""
+        return sample([*self.responses, *self.formed], self.prior, seed, **settings)
+
+    def without(self, name):
+        """This study without one response."""
+        return replace(self, responses=tuple(r for r in self.responses if r.name != name))
+
+    def predicted(self, u):
+        """[(means (k, q), variances (k, q))] of each response at u (k, d)."""
+        return [r.predicted(u) for r in self.responses]
+
+    def at(self, measured):
+        """This study with other measured means, one (q,) a response."""
+        pairs = zip(self.responses, measured, strict=True)
+        return replace(self, responses=tuple(r.at(y) for r, y in pairs))
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """Draws u (k, d) of the prior with all predictions there: a posterior of any measured values is
+    a set of weights of them.
+
+    It serves checks that need hundreds of posteriors of one study; where few draws carry the
+    weight, the sampler is asked in its place.
+    """
+
+    joint: Joint
+    u: np.ndarray
+    predicted: list
+    formed: np.ndarray
+
+    @classmethod
+    def of(cls, joint, size=20000, seed=1):
+        """A cloud of `size` draws."""
+        u = joint.prior.draw(size, np.random.default_rng(seed))
+        formed = sum((f.log_likelihood(u) for f in joint.formed), np.zeros(size))
+        return cls(joint, u, joint.predicted(u), formed)
+
+    def weights(self, measured, but=None):
+        """(k,) weights, of sum 1, under measured means, one (q,) a response; `but`: the name of one
+        that does not count."""
+        log = self.formed.copy()
+        parts = zip(self.joint.responses, measured, self.predicted, strict=True)
+        for r, y, predicted in parts:
+            if r.name != but:
+                log += r.log_density(np.asarray(y, float), *predicted)
+        weights = np.exp(log - log.max())
+        return weights / weights.sum()
+
+    def draws(self, measured, count, rng, but=None):
+        """(count, d) draws of the posterior under measured means: of the cloud where it is worth
+        LEAST_WORTH draws, else the sampler's."""
+        weights = self.weights(measured, but)
+        if worth(weights) >= LEAST_WORTH:
+            return self.u[rng.choice(len(weights), count, p=weights)]
+        joint = self.joint.at(measured)
+        draws = (
+            (joint if but is None else joint.without(but)).posterior(int(rng.integers(2**31))).draws
+        )
+        return draws[rng.integers(0, len(draws), count)]
+
+
+def worth(weights):
+    """Number of equal draws that weights (k,) of sum 1 are worth (Kish)."""
+    return 1.0 / float((weights**2).sum())
+
+
+def least_misfit(joint, measured, predicted):
+    """(n,) smallest sums of the responses' misfits over the points (k, q) at which all are
+    predicted, of n sets of measured means, one (n, q) a response."""
+    parts = zip(joint.responses, measured, predicted, strict=True)
+    return sum(r.misfit(np.asarray(y, float), *p) for r, y, p in parts).min(axis=1)

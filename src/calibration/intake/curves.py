@@ -1,0 +1,154 @@
+"""Curves as targets: each measured curve becomes a few coefficients of its shape, read as a run
+reads its own, and repeated curves give their covariance.
+
+A shape is a row of `SHAPES`. The points of one curve are no independent readings: what scatters is
+the test, so the covariance is that of whole curves.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from calibration.errors import ConfigError
+from calibration.intake.tables import read_table
+from dem.experiments.outflow import ended, steady_flow
+from dem.linear import slope
+from dem.measure.heap import fit_flank
+from dem.units import UnitError, in_unit
+
+COLUMNS = ("curve", "x", "y")
+LEAST_POINTS = 8
+EVEN = 200
+"""Points of equal distance that a path is interpolated to."""
+UPPER_LOAD = 0.3
+"""Share of the load from which on a compression's modulus is read, as a run reads it."""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Coefficients of a curve y(x).
+
+    words: for the reference; x, y: their units; experiments: whose runs give `metrics`, the
+    coefficients' names; read: read(x, y) -> coefficients (q,) of points (m,) in the order of x.
+    """
+
+    words: str
+    x: str
+    y: str
+    experiments: tuple
+    metrics: tuple
+    read: Callable
+
+
+def _discharge(time, mass):
+    return steady_flow(time, mass), ended(time, mass)
+
+
+def _shear(path, stress):
+    even = np.interp(np.linspace(path[0], path[-1], EVEN), path, stress)
+    smooth = sliding_window_view(even, EVEN // 10).mean(axis=1)
+    return smooth.max(), even[EVEN // 2 :].mean()
+
+
+def _compression(stress, strain):
+    upper = (stress > UPPER_LOAD * stress[-1]) & (strain > 0.0)
+    return strain[-1], slope(strain[upper], stress[upper])
+
+
+def _outline(across, height):
+    """Mean angle of both flanks, and the height; the middle is that of the outline's base."""
+    top = height.max()
+    middle = 0.5 * (across[height > 0.1 * top][0] + across[height > 0.1 * top][-1])
+    angles = []
+    for side in (-1.0, 1.0):
+        distance = side * (across - middle)
+        own = np.argsort(distance[distance >= 0.0])
+        profile = height[distance >= 0.0][own]
+        angles.append(fit_flank(distance[distance >= 0.0][own], profile, np.inf))
+    return np.mean(angles), top
+
+
+SHAPES = {
+    "discharge": Shape(
+        "mass that has left over time: steady flow and emptying time",
+        "s", "g", ("discharge", "draw_down"), ("mass_flow_g_s", "emptying_time_s"), _discharge,
+    ),
+    "shear": Shape(
+        "shear stress over displacement: peak and steady stress",
+        "mm", "kPa", ("shear",), ("shear_stress_kPa", "steady_shear_stress_kPa"), _shear,
+    ),
+    "compression": Shape(
+        "strain over normal stress: strain at the load and modulus near it",
+        "kPa", "1", ("compression",), ("strain_at_load", "constrained_modulus_kPa"), _compression,
+    ),
+    "outline": Shape(
+        "height of a heap's outline over the distance across: angle of its flanks and height",
+        "mm", "mm", ("heap", "lifted_cylinder"), ("angle_of_repose_deg", "height_mm"), _outline,
+    ),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ShapeMean:
+    """Coefficients of measured curves: the metrics' names (q), their mean (q,) and its covariance
+    (q, q), with the degrees of freedom behind it."""
+
+    metrics: tuple
+    mean: np.ndarray
+    covariance: np.ndarray
+    freedom: float
+
+
+def read_curves(path, shape):
+    """`ShapeMean` of the curves in a table with the columns `curve` (its name), `x` and `y`.
+
+    Raises ConfigError naming file and line: for an unknown unit, too few points, a curve that has
+    no such coefficients, and fewer curves than a covariance needs (one more than coefficients).
+    """
+    of, table = SHAPES[shape], read_table(path)
+    table.require(*COLUMNS)
+    factors = [_factor(table, column, unit) for column, unit in (("x", of.x), ("y", of.y))]
+    points = {}
+    for line, row in table.rows:
+        values = [table.number(line, c, row[c]) * f for c, f in zip("xy", factors, strict=True)]
+        points.setdefault(row["curve"], []).append((line, *values))
+    found = np.array([_coefficients(of, name, rows, path) for name, rows in points.items()])
+    n, q = len(found), len(of.metrics)
+    if n < q + 1:
+        first = next(iter(points.values()))[0][0] if points else None
+        raise ConfigError(
+            f"holds {n} curve{'s' * (n != 1)}, which tell no covariance of {q} coefficients",
+            path=path, line=first, column="curve", allowed=f"at least {q + 1} curves of one test",
+        )  # fmt: skip
+    covariance = np.atleast_2d(np.cov(found.T)) / n
+    return ShapeMean(of.metrics, found.mean(axis=0), covariance, float(n - q))
+
+
+def _factor(table, column, unit):
+    """What a column's numbers are multiplied with; its unit stands in the header, else it is the
+    shape's."""
+    stated = table.units.get(column, "")
+    try:
+        return in_unit(f"1 {stated}", None if unit == "1" else unit) if stated else 1.0
+    except UnitError:
+        raise ConfigError(
+            "does not go with this shape",
+            path=table.path, line=table.header_line, column=column, value=stated,
+            allowed=f"{unit}, or what converts to it",
+        ) from None  # fmt: skip
+
+
+def _coefficients(shape, name, rows, path):
+    line = rows[0][0]
+    x, y = np.array([r[1:] for r in rows]).T
+    order = np.argsort(x, kind="stable")
+    reason = f"the curve {name} has {len(rows)} points" if len(rows) < LEAST_POINTS else None
+    found = None if reason else np.array(shape.read(x[order], y[order]), float)
+    if reason is None and not np.isfinite(found).all():
+        reason = f"the curve {name} has no {' or '.join(shape.metrics)}"
+    if reason:
+        allowed = f"at least {LEAST_POINTS} points: {shape.words}"
+        raise ConfigError(reason, path=path, line=line, column="curve", allowed=allowed)
+    return found

@@ -1,0 +1,277 @@
+"""The joint posterior agrees with closed forms, criticises itself as often as it should, and names
+the test that tells most."""
+
+import sys
+
+import numpy as np
+import pytest
+from joint_worlds import KINDS, World
+from scipy import integrate, stats
+
+from calibration.errors import CalibrationError
+from calibration.inference.joint.critique import agreement, borders, pulls
+from calibration.inference.joint.diagnostics import (
+    check_ranks,
+    coverage,
+    misspecification,
+    simulation_based_calibration,
+)
+from calibration.inference.joint.likelihood import Cloud, Joint, Response
+from calibration.inference.joint.next_test import Candidate, rank
+from calibration.inference.joint.shares import shares
+from calibration.inference.posterior_sampling import Prior
+
+
+class Linear:
+    """An emulator that is right: the mean is a + b u, with a stated error and scatter."""
+
+    def __init__(self, b, a=0.0, error=0.0, scatter=0.0):
+        self.a, self.b, self.error, self.sd = a, np.asarray(b, float), error, scatter
+
+    def mean(self, u):
+        return self.a + u @ self.b, np.full(len(u), self.error**2)
+
+    def scatter(self, u):
+        return np.full(len(u), self.sd)
+
+
+def test_a_response_of_two_coefficients_has_the_density_of_the_normal_distribution():
+    covariance = np.array([[0.04, 0.01], [0.01, 0.02]])
+    two = Response("curve", (Linear([1.0], error=0.1), Linear([2.0])), [0.5, 1.2], covariance)
+    whole = covariance + np.diag([0.01, 0.0])
+    for u in (0.2, 0.9):
+        known = stats.multivariate_normal([u, 2.0 * u], whole).logpdf([0.5, 1.2])
+        assert two.log_likelihood(np.array([[u]]))[0] == pytest.approx(known, abs=1e-9)
+
+
+def test_an_error_known_from_few_readings_gives_student_s_density():
+    few = Response("few", (Linear([1.0]),), 0.0, 0.25, freedom=4)
+    for u in (0.0, 0.3, 0.8, 1.0):
+        known = stats.t(4, u, 0.5).logpdf(0.0)
+        assert few.log_likelihood(np.array([[u]]))[0] == pytest.approx(known, abs=0.01)
+
+
+def test_student_s_density_is_convolved_with_the_emulator_s_error():
+    few = Response("few", (Linear([1.0], error=0.4),), 0.0, 0.25, freedom=5)
+
+    def part(x):
+        return stats.t(5, 0.7, 0.5).pdf(x) * stats.norm(0.0, 0.4).pdf(x)
+
+    known = np.log(integrate.quad(part, -10, 10)[0])
+    assert few.log_likelihood(np.array([[0.7]]))[0] == pytest.approx(known, abs=0.01)
+
+
+def test_a_covariance_that_is_none_is_refused():
+    with pytest.raises(CalibrationError, match="heap"):
+        Response("heap", (Linear([1.0]), Linear([2.0])), [0, 0], [[1.0, 2.0], [2.0, 1.0]])
+    with pytest.raises(CalibrationError, match="heap"):
+        Response("heap", (Linear([1.0]),), [0.0, 1.0], np.eye(2))
+
+
+def linear_study(seed, shift=0.0, d=2, tests=4, freedom=9):
+    """A linear laboratory in which all tests agree but for one, moved by `shift` of its errors;
+    returns it and the name of that one."""
+    rng = np.random.default_rng(seed)
+    slopes = rng.normal(size=(tests, d))
+    slopes /= np.abs(slopes).sum(axis=1, keepdims=True)
+    truth, moved, found = 0.2 + 0.6 * rng.random(d), int(rng.integers(tests)), []
+    for n, b in enumerate(slopes):
+        estimated = 0.03**2 * rng.chisquare(freedom) / freedom
+        y = b @ truth + rng.normal(0.0, np.hypot(0.03, 0.01)) + shift * 0.03 * (n == moved)
+        found.append(Response(f"test {n}", (Linear(b, error=0.01),), y, estimated, freedom))
+    return Joint(tuple(found), Prior.uniform(d)), f"test {moved}"
+
+
+def judged(seed, shift):
+    study, moved = linear_study(seed, shift)
+    cloud = Cloud.of(study, 8000, seed)
+    measured = [r.mean for r in study.responses]
+    draws = cloud.draws(measured, 2000, np.random.default_rng(seed))
+    found = agreement(study, draws, seed, cloud)
+    return found.contradicts, moved in found.named
+
+
+@pytest.mark.slow
+@pytest.mark.long  # not yet measured at this size
+def test_tests_that_contradict_are_named_and_others_are_not():
+    """Nine of ten constructed contradictions; of tests that agree one in twenty, with the error of
+    200 studies."""
+    false = np.mean([judged(seed, 0.0)[0] for seed in range(200)])
+    named = np.mean([judged(seed, (-1) ** seed * 10.0)[1] for seed in range(100)])
+    assert false <= 0.05 + 2.0 * np.sqrt(0.05 * 0.95 / 200)
+    assert named >= 0.9
+
+
+def test_two_tests_of_one_parameter_that_exclude_each_other_are_both_named():
+    low = Response("heap", (Linear([1.0]),), 0.3, 0.03**2)
+    high = Response("drum", (Linear([1.0]),), 0.7, 0.03**2)
+    other = Response("tilt", (Linear([1.0], a=5.0),), 5.3, 0.03**2)
+    study = Joint((low, high), Prior.uniform(1))
+    found = agreement(study, study.posterior(steps=300).draws)
+    assert found.contradicts
+    assert set(found.named) == {"heap", "drum"}
+    study = Joint((low, high, other), Prior.uniform(1))
+    found = agreement(study, study.posterior(steps=300).draws)
+    assert found.named == ("drum",)
+    agreeing = Joint((low, other), Prior.uniform(1))
+    assert not agreement(agreeing, agreeing.posterior(steps=300).draws).contradicts
+
+
+def test_the_pull_of_a_test_is_that_of_what_the_others_expect():
+    """Two normal tests of one parameter: the pull is their difference over both errors."""
+    study = Joint(
+        (
+            Response("a", (Linear([1.0]),), 0.40, 0.03**2),
+            Response("b", (Linear([1.0]),), 0.50, 0.04**2),
+        ),
+        Prior.uniform(1),
+    )
+    found = pulls(study, study.posterior(steps=600).draws)
+    assert found[0].pull_others == pytest.approx(-2.0, abs=0.15)
+    assert found[1].pull_others == pytest.approx(2.0, abs=0.15)
+    assert found[0].p_others == pytest.approx(2.0 * stats.norm.sf(2.0), abs=0.015)
+    assert found[0].predicted == pytest.approx(0.436, abs=0.01)
+
+
+def test_a_posterior_that_presses_on_its_region_says_on_which_side():
+    rng = np.random.default_rng(5)
+    pressed = 1.0 - rng.exponential(0.04, 4000).clip(0, 1)
+    inside = rng.normal(0.5, 0.1, 4000)
+    flat, sloped = rng.random(4000), np.sqrt(rng.random(4000))
+    found = borders(np.column_stack([pressed, inside, flat, sloped]), Prior.uniform(4))
+    assert [(b.parameter, b.side) for b in found] == [(0, "high")]
+    mirrored = borders(np.column_stack([1.0 - pressed]), Prior.uniform(1))
+    assert [(b.parameter, b.side) for b in mirrored] == [(0, "low")]
+    # an exponential tail of this length has fallen to 5 % after ln 20 lengths
+    assert found[0].beyond == pytest.approx(np.log(20.0) * 0.04, rel=0.1)
+
+
+def test_ranks_of_a_right_posterior_are_uniform_and_those_of_a_sure_one_are_not():
+    study, _ = linear_study(3, tests=2)
+    cloud = Cloud.of(study, 20000)
+    ranks = simulation_based_calibration(study, 150, cloud=cloud)
+    assert check_ranks(ranks).min() > 0.01
+    # the posterior of a likelihood that is three times too sure
+    rng = np.random.default_rng(1)
+    truths, sure = rng.random((150, 2)), []
+    for truth in truths:
+        values = [r.drawn(*r.predicted(truth[None]), rng)[0] for r in study.responses]
+        weights = cloud.weights(values) ** 9
+        own = cloud.u[rng.choice(len(weights), 100, p=weights / weights.sum())]
+        sure.append((own < truth).sum(axis=0))
+    assert check_ranks(np.array(sure)).min() < 0.01
+
+
+def test_what_no_parameters_give_is_misspecified():
+    study, _ = linear_study(1)
+    assert misspecification(study, 300) > 0.05
+    far = study.at([r.mean + 3.0 for r in study.responses])
+    assert misspecification(far, 300) < 0.01
+
+
+def covered(kind, d, emulators, studies):
+    """Shares of true parameters inside their intervals, over studies with emulators of their
+    own."""
+    found = []
+    for seed in range(emulators):
+        rng, world = np.random.default_rng([seed, d]), World(kind, d, seed)
+        trained, truths = world.trained(rng, seed), rng.random((studies, d))
+        measured = [world.study(u, trained, rng) for u in truths]
+        cloud = Cloud.of(measured[0], 20000, seed)
+        found.append(coverage(measured[0], truths, measured, cloud=cloud).share)
+    return np.array(found)
+
+
+def test_intervals_hold_the_truth_of_a_plane():
+    share = covered("plane", 1, 2, 60).mean()
+    assert abs(share - 0.95) < 3.0 * np.sqrt(0.95 * 0.05 / 120)
+
+
+@pytest.mark.slow
+@pytest.mark.long  # not yet measured: next to a step first tries held 78 to 91 %
+@pytest.mark.parametrize("d", [1, 3, 8])
+@pytest.mark.parametrize("kind", KINDS)
+def test_intervals_hold_the_truth_as_often_as_they_say(kind, d):
+    """94 to 96 %, with three standard errors of the number of laboratories tried."""
+    shares = covered(kind, d, 8, 60).mean(axis=1)
+    error = max(shares.std(ddof=1), np.sqrt(0.95 * 0.05 / 60)) / np.sqrt(len(shares))
+    assert 0.94 - 3.0 * error < shares.mean() < 0.96 + 3.0 * error
+
+
+def test_the_shares_of_correlated_parameters_are_those_of_the_closed_form():
+    """y = x1 + x2 of normal parameters with correlation r: first share (1 + r) / 2, alone
+    (1 - r) / 2 (Kucherenko and others 2012, test case 1)."""
+    r, rng = 0.6, np.random.default_rng(1)
+    x = rng.multivariate_normal([0, 0], [[1, r], [r, 1]], 20000)
+    first, alone = shares(x.sum(axis=1), x)
+    assert first == pytest.approx([0.8, 0.8], abs=0.02)
+    assert alone == pytest.approx([0.2, 0.2], abs=0.02)
+
+
+def candidates(slopes, scatter=0.1):
+    return [
+        Candidate(name, "response", Linear(b, scatter=scatter), 5, hours)
+        for name, (b, hours) in slopes.items()
+    ]
+
+
+def test_where_heap_and_drum_tell_the_same_the_discharge_comes_first():
+    """The heap has fixed the sum of friction and rolling friction; the drum tells it again."""
+    heap = Response("heap", (Linear([1.0, 1.0]),), 1.0, 0.02**2)
+    draws = Joint((heap,), Prior.uniform(2)).posterior(steps=600).draws
+    told = rank(candidates({"drum": ([1.0, 1.1], 1.0), "discharge": ([1.0, 0.3], 1.0)}), draws)
+    assert [t.candidate.rig for t in told] == ["discharge", "drum"]
+    assert told[0].left.max() < 0.5 < told[1].left.min()
+    # ten hours for it turn the order
+    slow = candidates({"drum": ([1.0, 1.3], 1.0), "discharge": ([1.0, 0.3], 40.0)})
+    assert rank(slow, draws)[0].candidate.rig == "drum"
+
+
+def test_for_a_machine_the_test_counts_that_tells_of_its_prediction():
+    draws = np.random.default_rng(1).random((400, 2))
+    tests = candidates({"a": ([1.0, 0.0], 1.0), "b": ([0.0, 0.9], 1.0)})
+    assert rank(tests, draws)[0].candidate.rig == "a"
+    told = rank(tests, draws, prediction=Linear([0.1, 1.0]))
+    assert told[0].candidate.rig == "b"
+    assert told[0].prediction_left < 0.3
+
+
+def size_of(cloud, weights):
+    """Log determinant of the covariance of weighted draws."""
+    return np.linalg.slogdet(np.cov(cloud.u.T, aweights=weights))[1]
+
+
+def gained(test, cloud, weights, truth, rng):
+    """Fall of half that log determinant when a test is made at a truth, over 30 outcomes of it."""
+    sd = test.emulator.sd / np.sqrt(test.readings)
+    mean, found = test.emulator.mean(cloud.u)[0], []
+    for _ in range(30):
+        y = test.emulator.mean(truth[None])[0][0] + rng.normal(0.0, sd)
+        after = weights * stats.norm.pdf(y, mean, sd)
+        found.append(0.5 * (size_of(cloud, weights) - size_of(cloud, after)))
+    return np.mean(found)
+
+
+def test_the_first_choice_is_the_best_or_second_best_of_twenty_studies():
+    """What a test really leaves is found by making it, at a truth that the heap allows."""
+    good = 0
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        heap = Response("heap", (Linear([1.0, 1.0, 0.2]),), 1.1, 0.1**2)
+        cloud = Cloud.of(Joint((heap,), Prior.uniform(3)), 4000, seed)
+        weights = cloud.weights([heap.mean])
+        tests = candidates(
+            {f"test {k}": (rng.normal(size=3), rng.choice([1.0, 2.0])) for k in range(5)}, 0.4
+        )
+        draws = cloud.u[rng.choice(4000, 400, p=weights)]
+        really = [gained(t, cloud, weights, draws[0], rng) / t.hours for t in tests]
+        best_two = {tests[k].rig for k in np.argsort(really)[-2:]}
+        good += rank(tests, draws)[0].candidate.rig in best_two
+    assert good >= 16
+
+
+if __name__ == "__main__":  # the table of coverage: python tests/unit/test_joint_posterior.py 20
+    for kind in KINDS:
+        for d in (1, 3, 8):
+            found = covered(kind, d, int(sys.argv[1]), 60)
+            print(kind, d, f"{100 * found.mean():.1f} %", flush=True)
