@@ -1,26 +1,47 @@
 """Kept diagnoses count for the engine and the rules that made them. A page shows no rates of
 others.
 
-The rules are the code of the diagnosis that a verdict on single contacts runs, without comments,
-docstrings and layout.
+The rules are the code of the diagnosis that a verdict on single contacts runs before the engine's
+gains: the model of the table, the laws and the catalogue's curves, without comments, docstrings and
+layout.
 """
 
+import hashlib
 from functools import cache
 from pathlib import Path
 
 import pandas as pd
 
-from calibration.fresh import code_digest
-from dem.fingerprint import engine_fingerprint
+from calibration.fresh import SOURCES
+from dem.fingerprint import code_of, engine_fingerprint
+
+DECIDE = (
+    "table_model/*.py",
+    "table_model/terms/*.py",
+    "laws/*.py",
+    "catalogue/[a-z]*.py",
+    "chance.py",
+    "collision.py",
+    "fit.py",
+    "measurements.py",
+)
+"""Files of the diagnosis that decide what is said of single contacts before the engine's gains."""
+
+TOLD = {"next_setting.py", "engine_gain.py", "in_engine.py"}
+"""Of these, what is only proposed or run afterwards."""
 
 
 @cache
 def present() -> dict[str, str]:
     """Digests of the engine and of the rules as they are."""
-    return {
-        "engine": engine_fingerprint(),
-        "rules": code_digest("diagnosis.contacts", ["diagnosis"]),
-    }
+    return {"engine": engine_fingerprint(), "rules": rules()}
+
+
+def rules(sources: Path = SOURCES) -> str:
+    """Digest of the rules in a folder of the packages."""
+    files = sorted({f for p in DECIDE for f in (sources / "diagnosis").glob(p)})
+    text = "\n".join(code_of(f.read_text()) for f in files if f.name not in TOLD)
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
 def fresh(rows: pd.DataFrame) -> pd.DataFrame:

@@ -1,5 +1,6 @@
 """Rates of another engine or of other rules are not shown."""
 
+import shutil
 from pathlib import Path
 
 import kept_rates
@@ -7,6 +8,8 @@ import pandas as pd
 import pytest
 import single_grains
 from strangers import __main__ as strangers
+
+from calibration.fresh import SOURCES
 
 PAGES = ("docs/diagnosis-benchmark.md", "docs/results.md", "docs/diagnosis.md", "README.md")
 
@@ -34,23 +37,16 @@ def test_without_fresh_rows_a_page_shows_no_rate():
 
 
 def test_the_rules_move_with_the_code_and_not_with_its_comments(tmp_path):
-    """What `calibration.fresh` promises of a digest, tried on the diagnosis as it is."""
-    import shutil
-
-    from calibration.fresh import SOURCES, code_digest
-
     def digest(name, change):
         copy = tmp_path / name
-        for package in ("dem", "calibration", "diagnosis"):
-            shutil.copytree(SOURCES / package, copy / package, ignore_dangling_symlinks=True,
-                            ignore=shutil.ignore_patterns("__pycache__", "workflow"))  # fmt: skip
-        file = copy / "diagnosis" / "contacts.py"
+        shutil.copytree(SOURCES / "diagnosis", copy / "diagnosis")
+        file = copy / "diagnosis/table_model/selection.py"
         file.write_text(change(file.read_text()))
-        return code_digest("diagnosis.contacts", ["diagnosis"], copy)
+        return kept_rates.rules(copy)
 
     now = kept_rates.present()["rules"]
-    assert digest("comment", lambda text: text + "\n# nothing\n") == now
-    assert digest("code", lambda text: text + "\nANOTHER = 1\n") != now
+    assert digest("comment", lambda text: f"{text}\n# nothing\n") == now
+    assert digest("code", lambda text: f"{text}\nANOTHER = 1\n") != now
 
 
 def test_the_page_shows_the_kept_tables_of_strangers():

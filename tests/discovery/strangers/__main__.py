@@ -18,13 +18,13 @@ KEPT = Path(os.environ.get("STRANGERS", ROOT / "results/reference/discovery/stra
 PAGE, MARK = ROOT / "docs/diagnosis-benchmark.md", "strangers"
 
 
-def diagnosed(case):
-    """The row of a case, and what was said."""
-    from .ask import ask  # loads the engine
+def diagnosed(case, engine=False):
+    """The row of a case, and what was said; engine: with its runs."""
+    from . import ask  # loads the engine
 
     drawn, start = case.draw(), time.process_time()
     try:
-        said = ask(drawn.table)
+        said = (ask.ask_engine if engine else ask.ask)(drawn.table)
     except Exception as error:
         traceback.print_exc(limit=-3)
         said = {"verdict": "failed", "reason": f"{type(error).__name__}: {error}"}
@@ -66,6 +66,16 @@ def attempt(words):
         print({k: v for k, v in row.items() if v is not None and v != ""}, flush=True)
 
 
+def engine(words):
+    """What the engine says of the names: verdict, and the interval of each law's gain."""
+    for case in chosen(words):
+        row, said = diagnosed(case, engine=True)
+        for law in said.get("laws", []):
+            ends = (law["gain"] or {}).get("held_out_rmse_difference_interval")
+            print(case.name, said["verdict"], law["slot"], law["state"], law["names"], ends)
+        print(case.name, f"{row['name_loses']=} {row['seconds']=} {row['reason']}", flush=True)
+
+
 def run(words):
     """Every PARTS-th case that the kept file lacks, among the campaign's first LIMIT."""
     part, parts = (int(w) for w in (*words, 0, 1)[:2]) if len(words) >= 2 else (0, 1)
@@ -78,14 +88,21 @@ def run(words):
         print(row["case"], row["verdict"], row["laws"], row["errors"], row["rows"], flush=True)
 
 
+def read(path):
+    """A table of kept rows; `null` is a group's name. Empty where there is none."""
+    if not Path(path).exists():
+        return pd.DataFrame()
+    return pd.read_csv(path, keep_default_na=False, na_values=[""])
+
+
 def done():
     """Names of the cases that are kept and of the present engine and rules."""
-    rows = kept_rates.kept(KEPT)
+    rows = kept_rates.fresh(read(KEPT))
     return set() if rows.empty else set(rows["case"])
 
 
 def tell(words):
-    rows = pd.read_csv(words[0] if words else KEPT)
+    rows = read(words[0] if words else KEPT)
     print(f"{len(rows)} of {len(cases.campaign())} cases")
     print(score.rates(rows).to_string(index=False, float_format="%.3f"))
     columns = ["case", "verdict", "laws", "names", "errors", "rows", "own_p"]
@@ -97,7 +114,6 @@ def table(rows):
     first = kept_rates.dated(rows, len(cases.campaign()), "python -m strangers run")
     if rows.empty:
         return first
-    rows = rows.replace("", None)
     lines = [first, "| | share (95 % interval) | asked |", "|---|---|---|"]
     for r in score.rates(rows).itertuples():
         asked = "" if pd.isna(r.asked) else f"{'at most ' * r.most}{r.asked:.0%}"
@@ -108,7 +124,7 @@ def table(rows):
 
 def kept_table():
     """`table` of what is kept and fresh."""
-    return table(kept_rates.kept(KEPT))
+    return table(kept_rates.fresh(read(KEPT)))
 
 
 def write(words):
@@ -123,6 +139,12 @@ def names(words):
 
 if __name__ == "__main__":
     what, *rest = sys.argv[1:] or ["list"]
-    {"list": names, "show": show, "try": attempt, "run": run, "score": tell, "table": write}[what](
-        rest
-    )
+    {
+        "list": names,
+        "show": show,
+        "try": attempt,
+        "engine": engine,
+        "run": run,
+        "score": tell,
+        "table": write,
+    }[what](rest)

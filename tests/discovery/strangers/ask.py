@@ -1,6 +1,5 @@
 """The one call of the diagnosis: a table in, what verdict.json says out."""
 
-import csv
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -27,8 +26,18 @@ def study():
 def ask(table: pd.DataFrame) -> dict:
     """What the diagnosis says of a table, read from a file as a user's table is: the keys of
     verdict.json, without the gain that needs runs."""
+    found = contacts.discovered(_read(table), *study())
+    return contacts.of_found(found) | {"exclusion": contacts.limits(found, study()[1])}
+
+
+def ask_engine(table: pd.DataFrame) -> dict:
+    """The same with the engine's word: the gain of each law, by runs."""
+    return contacts.told(_read(table), *study())
+
+
+def _read(table):
+    """The measurements of a table, by way of a file."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "measurements.csv"
-        table.to_csv(path, index=False, quoting=csv.QUOTE_MINIMAL)
-        measurements = read_measurements(path)
-    return contacts.told(measurements, *study())
+        table.to_csv(path, index=False)
+        return read_measurements(path)

@@ -37,7 +37,7 @@ LEVERS = (
 PROPORTIONAL = {"drop": "drop_height_mm", "shear": "normal_stress_kPa"}
 """Lever that a reading goes with at a constant coefficient."""
 
-PLANS = {"2": (2, 4), "3": (3, 3), "4": (4, 4), "5": (5, 4), "2x2": (2, 2), "24": (4, 5)}
+PLANS = {"2": (2, 4), "3": (3, 3), "4": (4, 4), "5": (5, 4), "2x2": (2, 2), "close": ("close", 5)}
 """How many heights or rates, and how many sizes."""
 
 
@@ -330,11 +330,13 @@ def one_reading(experiment, plan="3"):
 
 
 def mislabelled(experiment="drop"):
-    """Three of 20 rows at three neighbouring sizes and three heights stand under each other's
-    label. The strength does not count."""
+    """Three of 20 rows at three sizes and three neighbouring heights stand under each other's
+    label, none above the height that it stands under. The strength does not count."""
 
     def draw(rng, strength):
-        x, true, c = _plain(experiment, "24", rng)
+        x = plans.levers(experiment, PLANS["close"], rng)
+        c = float(rng.uniform(0.5, 0.7))
+        true = nature.value((), experiment, x, c)
         table = means(experiment, x, true, rng)
         heights = np.unique(x["drop_height_mm"])
         sizes = rng.permutation(np.unique(x["particle_diameter_mm"]))[:3]
@@ -375,8 +377,9 @@ def coarse(to_mm, every_reading, written=means, plan="5"):
         def read(values):
             return np.maximum(np.round(values / to_mm), 1.0) * to_mm
 
-        # a hand that reads to 5 mm lets grains fall that scatter by more than nothing
         table = written("drop", x, true, rng, 1.0, **({"read": read} if every_reading else {}))
+        if "sd" in table:  # five equal readings do not have a spread of nothing
+            table["sd"] = np.maximum(table["sd"], to_mm / np.sqrt(12.0) * every_reading)
         if not every_reading:
             table["value"] = read(table["value"])
         return Drawn(table, faults=(Fault("drop", "resolution"),), constants={"drop": c})
@@ -451,6 +454,7 @@ _add("law", {
     "temperature, drops": with_laws("temperature, drops", plan="3"),
     "wear by impacts": with_laws("wear by impacts", plan="4"),
     "late hand, 4 levels": with_laws("late hand"),
+    "seen after a slip": with_laws("seen after a slip", plan="5"),
     "friction over log of the rate": with_laws("friction over log of the rate"),
     "friction over the load": with_laws("friction over the load"),
     "friction over the load, 3 levels": with_laws("friction over the load", plan="3"),
@@ -583,10 +587,17 @@ FIXED = tuple(
         ("v^-0.25 and late hand", 20.0),
         ("humidity, drops", 20.0),
         ("late hand, 4 levels", 20.0),
+        ("seen after a slip", 20.0),
+        ("air", 20.0),
+        ("rises with speed", 20.0),
         ("one row, drops", 15.0),
         ("132 mm for 120", 10.0),
+        ("camera set up for each height", 10.0),
         ("error between two tilt rates", 10.0),
+        ("late hand, 2 rates", 20.0),
         ("wear in random order", 10.0),
+        ("means written to 5 mm", 10.0),
+        ("error from setting to setting", 10.0),
         ("declared batches", 10.0),
         ("plain both, 3 levels", 0.0),
         ("two rates, four sizes", 0.0),

@@ -122,6 +122,14 @@ def _sticking(x, k):
     return np.sqrt(np.clip(1.0 - (k / speed(x)) ** 2, 1e-4, 1.0))
 
 
+def _slipped(x, true, k):
+    """The slide is seen when it has gone k [mm]. Tilted at w beyond the angle a, where it starts,
+    the plane pulls with g w t / cos(a), so that k = g w t^3 / (6 cos(a))."""
+    w = np.radians(x["tilt_rate_deg_s"])
+    late = np.cbrt(6e-3 * k * np.cos(np.radians(true)) * w**2 / G)
+    return true + np.degrees(late)
+
+
 SPEED, SIZE = ("restitution", ("speed",)), ("restitution", ("size",))
 LENGTH = ("reading", ())
 OF_SIZE = (("friction", ("size",)), ("friction", ("load",)), ("attraction", ("size",)))
@@ -175,6 +183,7 @@ LAWS = (
         lambda x, k: 1.0 - k * np.log1p(x["impact_number"] / 100.0)),
     Law("late hand", "tilt", OF_RATE, 0.15, None,
         lambda x, true, k: true + k * x["tilt_rate_deg_s"], ("tilt_detection_lag",)),
+    Law("seen after a slip", "tilt", OF_RATE, 1.0, None, _slipped, ("tilt_detection_lag",)),
     Law("friction over log of the rate", "tilt", OF_RATE, 0.05,
         lambda x, k: 1.0 + k * np.log(x["tilt_rate_deg_s"] / 6.0)),
     Law("friction over the load", "tilt", OF_SIZE, 0.04, lambda x, k: (size(x) / 2.0) ** (-3.0 * k),

@@ -5,6 +5,7 @@ What counts:
   where the verdict is `ambiguous`. Of a lever with two levels a law and a shared error are one
   thing: there the place may stand anywhere among laws and rivals.
 - two laws: the places of both stand among `laws`.
+- named: a name of the first law is this effect's, where the catalogue has it.
 - adequate wrongly: `adequate` where the stated misfit has p < 0.01, or where an analysis of
   variance of the table, made here, has p < 0.001.
 - wrong name: the verdict is `identified` with a name that is not this effect's, or of no effect.
@@ -123,6 +124,7 @@ def marks(case: Case, drawn: Drawn, said: dict) -> dict:
         "misfit_p": misfit,
         "own_p": own,
         "leads": None,
+        "named": None,
         "both": None,
         "claimed": int(claims),
         "silent": None,
@@ -133,9 +135,13 @@ def marks(case: Case, drawn: Drawn, said: dict) -> dict:
         "pointed": None,
         "fault": None,
     }  # fmt: skip
+    if not any(law.get("gain") for law in laws):
+        row["name_loses"] = None  # the engine was not asked
     if drawn.laws:
         seen = among if two_levels else found[:1]
         row["leads"] = int(any(_is(p, law) for p in seen for law in drawn.laws))
+        right = {n for law in drawn.laws for n in law.names}
+        row["named"] = int(bool(right & set(names))) if right else None
     if len(drawn.laws) == 2:
         row["both"] = int(all(any(_is(p, law) for p in found) for law in drawn.laws))
     if not drawn.laws:
@@ -291,6 +297,7 @@ def rates(rows: pd.DataFrame) -> pd.DataFrame:
         lines.append(_line(f"no law: {group}", rows[rows["group"] == group]["silent"], np.nan))
     held, n = rows["limits_held"].fillna(0).sum(), rows["limits"].fillna(0).sum()
     lines.append(_line("limits hold", [1] * int(held) + [0] * int(n - held), 0.9))
+    lines.append(_line("a mechanism of the catalogue among the names", rows["named"], np.nan))
     lines.append(_line("the true curve in its band", rows["band"], 0.9))
     lines.append(_line("within two minutes", rows["seconds"] <= 120.0, 1.0))
     lines.append(_line("ended without a verdict", rows["verdict"] == "failed", 0.0, True))
