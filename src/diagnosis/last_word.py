@@ -3,8 +3,6 @@
 A mechanism can win the comparison and still be wrong: it was only the best of those tried.
 """
 
-import numpy as np
-
 from calibration.figures import label
 
 FIT = 3.0
@@ -19,8 +17,8 @@ def last_word(verdict):
     Of single contacts a name is withdrawn where the interval of its gain lies below zero, or where
     levels that were left out are missed by more than FIT standard errors with it: the verdict is
     then `discovered`, for the place stands. Of emulated experiments the verdict is `unexplained`
-    where the engine with what is named misses settings that were left out by so much, or gives no
-    value at any of them; `best_tried` then holds what had been named."""
+    then, and where the engine with what is named gives no value at any setting left out;
+    `best_tried` then holds what had been named."""
     if any("evidence" in law for law in verdict.get("laws") or []):
         return _of_laws(verdict)
     return _of_mechanisms(verdict)
@@ -65,21 +63,16 @@ def _of_mechanisms(verdict):
     gain, run = verdict.get("gain"), verdict.get("extended_with", [])
     if verdict["verdict"] not in NAMING or not (gain or run):
         return verdict
-    miss = gain["held_out_rmse_after"] if gain else np.inf
-    if miss <= FIT:
+    against = _against(gain) if gain else "it gives no value at any setting that was left out"
+    if not against:
         return verdict
     tried = verdict["causes"] or run
-    beyond = (
-        f"still misses settings that were left out by {miss:.1f} standard errors (root mean "
-        f"square), where {FIT:g} are the most that count as a fit"
-        if gain
-        else "gives no value at any setting that was left out"
-    )
     run = run or tried
     others = [label(name) for name in tried if name not in run]
     reason = (
-        f"best of those tried, does not fit: with {' and '.join(map(label, run))} the engine "
-        f"{beyond}; by the emulators alone the verdict was {verdict['verdict']}"
+        f"best of those tried, does not fit by the engine's runs with "
+        f"{' and '.join(map(label, run))}: {against}; by the emulators alone the verdict was "
+        f"{verdict['verdict']}"
     )
     if others:
         reason += f", and {' and '.join(others)}, not told apart from it, was not run"

@@ -300,7 +300,7 @@ def test_the_judge_tells_a_law_that_fits_from_one_that_does_not():
 )  # fmt: skip
 def test_the_engine_withdraws_a_name(interval, after, verdict):
     gain = {"held_out_rmse_difference_interval": interval, "held_out_rmse_after": after}
-    law = {"names": ["apex_sampling"], "single": "apex_sampling", "gain": gain}
+    law = {"names": ["apex_sampling"], "single": "apex_sampling", "gain": gain, "evidence": 9.0}
     said = last_word({"verdict": "identified", "causes": ["apex_sampling"], "laws": [law],
                       "reason": ""})  # fmt: skip
     assert said["verdict"] == verdict

@@ -129,7 +129,7 @@ def test_every_stage_writes_what_the_next_one_reads(emulated, tmp_path, monkeypa
     for figure in ("residuals", "predictions", "ranking", "gain"):
         assert at(f"{figure}.svg").read_text().count("<svg") == 1
     text = at("diagnosis.md").read_text()
-    assert f"**Verdict: {verdict['verdict']}**" in text
+    assert f"**Verdict: {verdict['verdict']}" in text
     refinement = verdict["refinement"]
     assert [w["wave"] for w in refinement["waves"]] == [1, 2]
     assert {r["experiment"] for r in refinement["left"]} == {m.experiment for m in measured}

@@ -22,7 +22,7 @@ def test_a_discharge_s_curves_give_flow_and_time_with_their_covariance(tmp_path)
     time = np.linspace(0.0, 4.0, 401)
     curves = [(time, np.minimum(f * time, 100.0)) for f in flows]
     curve_table(tmp_path / "c.csv", curves)
-    found = read_curves(tmp_path / "c.csv", "discharge")
+    found = read_curves(tmp_path / "c.csv", "mass over time")
     assert found.metrics == ("mass_flow_g_s", "emptying_time_s")
     assert found.mean == pytest.approx([43.0, np.mean(100.0 / flows)], abs=0.02)
     assert found.covariance[0, 0] == pytest.approx(flows.var(ddof=1) / 4, rel=1e-3)
@@ -30,17 +30,19 @@ def test_a_discharge_s_curves_give_flow_and_time_with_their_covariance(tmp_path)
     assert found.freedom == 2
     scaled = [(1e3 * x, y) for x, y in curves]
     curve_table(tmp_path / "ms.csv", scaled, "curve,x (ms),y (g)")
-    assert read_curves(tmp_path / "ms.csv", "discharge").mean == pytest.approx(found.mean)
+    assert read_curves(tmp_path / "ms.csv", "mass over time").mean == pytest.approx(found.mean)
 
 
 def test_curves_of_shear_compression_and_outline_give_their_coefficients(tmp_path):
     x = np.linspace(0.0, 10.0, 101)
     shear = [(x, (2.0 + k / 10) * np.minimum(x / 2.0, 1.0)) for k in range(4)]
     curve_table(tmp_path / "s.csv", shear)
-    assert read_curves(tmp_path / "s.csv", "shear").mean == pytest.approx([2.15, 2.15], abs=1e-6)
+    assert read_curves(tmp_path / "s.csv", "stress over displacement").mean == pytest.approx(
+        [2.15, 2.15], abs=1e-6
+    )
     stress = np.linspace(0.0, 50.0, 101)
     curve_table(tmp_path / "p.csv", [(stress, stress / (1000.0 + 10 * k)) for k in range(4)])
-    strain, modulus = read_curves(tmp_path / "p.csv", "compression").mean
+    strain, modulus = read_curves(tmp_path / "p.csv", "strain over stress").mean
     assert strain == pytest.approx(np.mean([50.0 / (1000 + 10 * k) for k in range(4)]))
     assert modulus == pytest.approx(1015.0, rel=1e-3)
     across = np.linspace(-60.0, 60.0, 241)
@@ -57,10 +59,10 @@ def test_too_few_curves_points_and_a_wrong_unit_are_refused_by_line(tmp_path):
     time = np.linspace(0.0, 4.0, 41)
     curve_table(tmp_path / "few.csv", [(time, time)] * 2)
     with pytest.raises(ConfigError, match="at least 3 curves"):
-        read_curves(tmp_path / "few.csv", "discharge")
+        read_curves(tmp_path / "few.csv", "mass over time")
     curve_table(tmp_path / "short.csv", [(time, time), (time[:3], time[:3]), (time, time)])
     with pytest.raises(ConfigError, match=r"line 43.*3 points"):
-        read_curves(tmp_path / "short.csv", "discharge")
+        read_curves(tmp_path / "short.csv", "mass over time")
     curve_table(tmp_path / "unit.csv", [(time, time)] * 3, "curve,x (kg),y (g)")
     with pytest.raises(ConfigError, match=r"line 1.*kg"):
-        read_curves(tmp_path / "unit.csv", "discharge")
+        read_curves(tmp_path / "unit.csv", "mass over time")

@@ -2,6 +2,7 @@
 re-uses the first."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -49,7 +50,7 @@ def test_a_table_of_single_contacts_trains_no_emulator(clone):
     )
     done = snakemake("-n", "diagnose", "--config", "measurements=mine.csv", cwd=clone)
     assert done.returncode == 0, done.stderr
-    jobs = {line.split()[0] for line in done.stdout.splitlines() if line.startswith("diagnos")}
+    jobs = set(re.findall(r"^(diagnos\w*) +\d+$", done.stdout, re.M))
     assert jobs == {"diagnosis_calibrate", "diagnosis_identify", "diagnose"}
 
 

@@ -32,7 +32,7 @@ def test_a_dry_run_plans_the_second_material_alone(clone):
     command = [*SNAKEMAKE, "-n", "-j2", "--configfile", SOYBEAN]
     done = subprocess.run(command, cwd=clone, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert "results/soybean/screening" in done.stdout
+    assert "report: results/soybean/report.html" in done.stdout
     assert "salt" not in done.stdout
     assert "audit" not in done.stdout
 
@@ -65,7 +65,7 @@ def test_a_profile_coarsens_whatever_study_is_named(clone, profile, named, name)
     command = [*SNAKEMAKE, "-n", "-j1", "--profile", f"profiles/{profile}", *named]
     done = subprocess.run(command, cwd=clone, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert f"results/{name}-{profile}/screening" in done.stdout
+    assert f"report: results/{name}-{profile}/report.html" in done.stdout
 
 
 @pytest.mark.parametrize("profile", ["default", "quick", "test"])

@@ -30,14 +30,13 @@ UPPER_LOAD = 0.3
 class Shape:
     """Coefficients of a curve y(x).
 
-    words: for the reference; x, y: their units; experiments: whose runs give `metrics`, the
-    coefficients' names; read: read(x, y) -> coefficients (q,) of points (m,) in the order of x.
+    words: for the reference; x, y: their units; metrics: of the runs, which the coefficients are
+    called by; read: read(x, y) -> coefficients (q,) of points (m,) in the order of x.
     """
 
     words: str
     x: str
     y: str
-    experiments: tuple
     metrics: tuple
     read: Callable
 
@@ -71,21 +70,21 @@ def _outline(across, height):
 
 
 SHAPES = {
-    "discharge": Shape(
+    "mass over time": Shape(
         "mass that has left over time: steady flow and emptying time",
-        "s", "g", ("discharge", "draw_down"), ("mass_flow_g_s", "emptying_time_s"), _discharge,
+        "s", "g", ("mass_flow_g_s", "emptying_time_s"), _discharge,
     ),
-    "shear": Shape(
+    "stress over displacement": Shape(
         "shear stress over displacement: peak and steady stress",
-        "mm", "kPa", ("shear",), ("shear_stress_kPa", "steady_shear_stress_kPa"), _shear,
+        "mm", "kPa", ("shear_stress_kPa", "steady_shear_stress_kPa"), _shear,
     ),
-    "compression": Shape(
+    "strain over stress": Shape(
         "strain over normal stress: strain at the load and modulus near it",
-        "kPa", "1", ("compression",), ("strain_at_load", "constrained_modulus_kPa"), _compression,
+        "kPa", "1", ("strain_at_load", "constrained_modulus_kPa"), _compression,
     ),
     "outline": Shape(
         "height of a heap's outline over the distance across: angle of its flanks and height",
-        "mm", "mm", ("heap", "lifted_cylinder"), ("angle_of_repose_deg", "height_mm"), _outline,
+        "mm", "mm", ("angle_of_repose_deg", "height_mm"), _outline,
     ),
 }  # fmt: skip
 

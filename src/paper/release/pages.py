@@ -7,9 +7,9 @@ import textwrap
 from pathlib import Path
 
 import jinja2
-import pandas as pd
 
 from calibration.files import write_text
+from calibration.intake.tables import read_written
 from calibration.telling.kept_results import put
 from paper.reference import BEGIN, END, PAGE, README, blocks, told
 from paper.release import told as values
@@ -44,7 +44,7 @@ def results_page(kept=KEPT):
         "pour": values.slow_pour(kept / "salt-paper"),
         "rigs": values.rigs(kept / "rigs"),
         "table_13": values.table_13(),
-        "softening": softening(pd.read_csv(salt / "numerics" / "numerics.csv")),
+        "softening": softening(read_written(salt / "numerics" / "numerics.csv")),
         "audited": values.audited(),
         "seeds": values.other_seeds(kept),
         "speed": values.speeds(),

@@ -5,7 +5,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-import pandas as pd
+from calibration.intake.tables import read_written
 
 PYTHON, CORES = sys.executable, "{cores}"
 SNAKEMAKE = (PYTHON, "-m", "snakemake", f"-j{CORES}")
@@ -153,7 +153,7 @@ def _heaps(folder):
     """Number of different heaps in the kept tables of a study's runs."""
     names = set()
     for path in Path(folder).glob("*/runs.csv"):
-        table = pd.read_csv(path)
+        table = read_written(path)
         if {"run_id", "experiment"} <= set(table):
             names |= set(table.loc[table["experiment"] == "heap", "run_id"])
     return len(names)
@@ -161,6 +161,6 @@ def _heaps(folder):
 
 def _one_heap(history):
     """Wall time [s] of the last funnel heap of 10,000 grains in the history of speeds, or None."""
-    table = pd.read_csv(history)
+    table = read_written(history)
     rows = table[table["case"] == "funnel heap"]["wall_time_s"].dropna()
     return float(rows.iloc[-1]) if len(rows) else None

@@ -9,22 +9,6 @@ from calibration.inference.information import expected_information, expected_spr
 from calibration.inference.joint.critique import thinned
 
 DRAWS = 400
-HOURS = {
-    "heap": 1.0,
-    "lifted_cylinder": 0.5,
-    "draw_down": 1.0,
-    "bulk_density": 0.5,
-    "discharge": 1.0,
-    "drum": 3.0,
-    "tilt": 0.5,
-    "drop": 1.0,
-    "shear": 4.0,
-    "wall_friction": 2.0,
-    "compression": 2.0,
-}
-"""Hours in the laboratory for five readings, set-up included: assumed by this project, nowhere
-measured. A study states its own in `joint.hours`."""
-USUAL_HOURS = 1.0
 
 
 @dataclass(frozen=True)
