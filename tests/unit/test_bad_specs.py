@@ -14,6 +14,7 @@ from dem.run import run
 from dem.simulation import Simulation
 from dem.spec import load_spec, parse_spec
 from dem.walls.builder import WallSet
+from facts import refused
 
 HEAP = {"experiment": "heap"}
 SIZES = {"by": "number", "diameters_mm": [1.0, 2.0], "fractions": [0.5, 0.5]}
@@ -176,7 +177,7 @@ def test_a_file_that_is_no_mapping_is_named(tmp_path, text, word):
 
 
 def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(SpecError, match="nowhere"):
+    with refused(SpecError, "nowhere.yaml", key="(file)"):
         load_spec(tmp_path / "nowhere.yaml")
 
 
@@ -187,39 +188,37 @@ FACES = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
 @pytest.mark.parametrize(
     ("content", "word"),
     [
-        (b"not a mesh", "not an STL"),
+        (b"not a mesh", "STL"),
         (b"solid s\nendsolid s\n", "no triangles"),
-        (b"solid s\nvertex 0 0 0\nvertex 1 0 0\n", "whole triangles"),
+        (b"solid s\nvertex 0 0 0\nvertex 1 0 0\n", "2 vertices"),
         (b"solid s\nvertex 0 0 0\nvertex 1 0 x\nvertex 0 1 0\n", "line 3"),
-        (b"solid s\nvertex 0 0 0\nvertex 1 0 0\nvertex 2 0 0\n", "no area"),
-        (b"solid s\nvertex 0 0 0\nvertex nan 0 0\nvertex 0 1 0\n", "not finite"),
+        (b"solid s\nvertex 0 0 0\nvertex 1 0 0\nvertex 2 0 0\n", "area"),
+        (b"solid s\nvertex 0 0 0\nvertex nan 0 0\nvertex 0 1 0\n", "finite"),
     ],
 )
 def test_an_unusable_mesh_says_why(tmp_path, content, word):
     path = tmp_path / "mesh.stl"
     path.write_bytes(content)
-    with pytest.raises(MeshError, match=word) as error:
+    with refused(MeshError, word, file="mesh.stl"):
         read_stl(path)
-    assert str(path) in str(error.value)
 
 
 def test_an_open_mesh_is_refused_where_it_must_be_closed(tmp_path):
     write_stl(tmp_path / "closed.stl", TETRAHEDRON, FACES)
     write_stl(tmp_path / "open.stl", TETRAHEDRON, FACES[:3])
     assert len(read_stl(tmp_path / "closed.stl", closed=True)[1]) == 4
-    with pytest.raises(MeshError, match="3 edges"):
+    with refused(MeshError, "3", file="open.stl"):
         read_stl(tmp_path / "open.stl", closed=True)
 
 
 @pytest.mark.parametrize("key", ["plate_stl", "funnel_stl"])
-@pytest.mark.parametrize(("name", "word"), [("none", "cannot be read"), ("open", "not closed")])
+@pytest.mark.parametrize(("name", "word"), [("none", "none.stl"), ("open", "3 edges")])
 def test_a_run_with_an_unusable_mesh_leaves_nothing(tmp_path, key, name, word):
     write_stl(tmp_path / "open.stl", TETRAHEDRON, FACES[:3])
     path = tmp_path / f"{name}.stl"
     spec = parse_spec({"experiment": "heap", "geometry": {key: str(path)}})
-    with pytest.raises(MeshError, match=word) as error:
+    with refused(MeshError, word, file=path.name):
         run(spec, tmp_path / "out")
-    assert str(path) in str(error.value)
     assert not (tmp_path / "out" / "result.json").exists()
 
 
@@ -236,7 +235,7 @@ def test_grains_made_inside_each_other_are_named():
         {"salt": salt}, {("salt", "salt"): ContactParameters(0.5, 0.5)}, time_step=1e-5
     )
     sim.add_particles([[0, 0, 0], [0.5e-3, 0, 0]], 1e-3)
-    with pytest.raises(BlowUpError, match=r"particle 0 at 0 s.*inside each other"):
+    with refused(BlowUpError, particle=0, time=0.0):
         sim.advance(1)
 
 
@@ -246,7 +245,7 @@ def test_a_time_step_that_blows_up_is_named():
         {"salt": salt}, {("salt", "salt"): ContactParameters(0.5, 0.5)}, time_step=1e-3
     )
     sim.add_particles([[0, 0, 0], [2.1e-3, 0, 0]], 1e-3, velocity=[[1, 0, 0], [-1, 0, 0]])
-    with pytest.raises(BlowUpError, match="time step"):
+    with refused(BlowUpError, "time step", particle=0, time=0.001):
         sim.advance(2000)
 
 
@@ -275,7 +274,7 @@ def test_grains_that_can_meet_without_parameters_are_refused(grains, floored, wo
     *fine, (last, count) = grains
     for name, number in fine:
         sim.add_particles([[0.01 * n, 0, 0.1] for n in range(number)], 1e-3, material=name)
-    with pytest.raises(ValueError, match=f"no contact parameters for {word}"):
+    with refused(ValueError, word):
         sim.add_particles([[0.01 * n, 0.1, 0.1] for n in range(count)], 1e-3, material=last)
 
 
@@ -291,18 +290,18 @@ def test_one_grain_needs_no_parameters_with_itself():
 
 
 @pytest.mark.parametrize(
-    ("laws", "word"),
+    ("laws", "names"),
     [
-        (Laws(rolling="viscous"), "rolling"),
-        (Laws(torsion="none at all"), "torsion"),
-        (Laws(damping="none"), "damping"),
-        (Laws(cohesion="jkr", damping="plastic"), "jkr"),
-        (Laws(drag="stokes"), "drag"),
+        (Laws(rolling="viscous"), ["rolling", "viscous", "elastic_plastic"]),
+        (Laws(torsion="none at all"), ["torsion", "none at all", "marshall"]),
+        (Laws(damping="none"), ["hertz", "damping", "tsuji", "none"]),
+        (Laws(cohesion="jkr", damping="plastic"), ["jkr", "tsuji", "plastic"]),
+        (Laws(drag="stokes"), ["drag", "stokes", "schiller_naumann"]),
     ],
 )
-def test_laws_that_cannot_be_combined_are_refused_at_set_up(laws, word):
+def test_laws_that_cannot_be_combined_are_refused_at_set_up(laws, names):
     salt = Material(1210.0, 1e7, 0.25)
-    with pytest.raises(ValueError, match=word):
+    with refused(ValueError, *names):
         Simulation(
             {"salt": salt},
             {("salt", "salt"): ContactParameters(0.5, 0.5)},

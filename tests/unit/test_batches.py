@@ -30,6 +30,7 @@ from calibration.runs.verify import before_planning
 from calibration.study.config import parse_config
 from dem.errors import BlowUpError, StoppedError
 from dem.io.files import write_json
+from facts import refused
 
 ROOT = Path(__file__).parents[2]
 
@@ -189,7 +190,7 @@ def test_what_a_batch_did_is_packed_and_unpacked_as_it_was(tmp_path):
     found = {p.parent.name: p.read_text() for p in tmp_path.glob("elsewhere/*/result.json")}
     assert found == {name: texts[name] for name in ("drop-1", "drop-2")}
     (tmp_path / "broken.tar").write_bytes(b"no archive")
-    with pytest.raises(CalibrationError, match=r"broken\.tar"):
+    with refused(CalibrationError, "broken.tar"):
         unpack_runs(tmp_path / "broken.tar", tmp_path / "elsewhere")
 
 
@@ -197,7 +198,7 @@ def test_what_a_batch_did_is_packed_and_unpacked_as_it_was(tmp_path):
 def test_an_archive_writes_nowhere_but_among_the_runs(tmp_path, name):
     with tarfile.open(tmp_path / "odd.tar", "w") as tar:
         tar.addfile(tarfile.TarInfo(name), io.BytesIO())
-    with pytest.raises(CalibrationError, match=r"odd\.tar: holds .*result\.json"):
+    with refused(CalibrationError, "odd.tar", "result.json"):
         unpack_runs(tmp_path / "odd.tar", tmp_path / "elsewhere")
     assert not list(tmp_path.rglob("result.json"))
 
@@ -207,5 +208,5 @@ def test_a_link_is_no_file_of_a_run(tmp_path):
     link.type, link.linkname = tarfile.SYMTYPE, "/etc/hostname"
     with tarfile.open(tmp_path / "odd.tar", "w") as tar:
         tar.addfile(link)
-    with pytest.raises(CalibrationError, match="is no file of a run"):
+    with refused(CalibrationError, "odd.tar", "drop-1/result.json"):
         unpack_runs(tmp_path / "odd.tar", tmp_path / "elsewhere")

@@ -18,6 +18,7 @@ from calibration.statistics.design import (
 )
 from calibration.statistics.surface import model_matrix, quadratic_terms
 from calibration.study.factors import Factor, read_factors
+from facts import refused
 
 ROOT = Path(__file__).parents[2]
 PAPER = ROOT / "data" / "paper"
@@ -43,13 +44,13 @@ def test_more_runs_can_be_asked_for():
     x = coded(plackett_burman(factors(7), runs=20), 7)
     assert np.array_equal(x.T @ x, 20 * np.eye(7))
     for runs in (8 - 4, 10, 28):
-        with pytest.raises(CalibrationError, match=f"{runs} runs"):
+        with refused(CalibrationError, f"{runs} runs", "7 factors"):
             plackett_burman(factors(7), runs=runs)
 
 
 @pytest.mark.parametrize("k", [1, 24])
 def test_screening_of_too_few_or_many_factors_is_refused(k):
-    with pytest.raises(CalibrationError, match=f"not {k}"):
+    with refused(CalibrationError, "2 to 23", str(k)):
         plackett_burman([Factor(f"c{i}", f"f{i}", f"k{i}", 0, 1) for i in range(k)])
 
 
@@ -130,7 +131,7 @@ def test_the_papers_second_design_is_a_box_behnken_design():
 
 @pytest.mark.parametrize("k", [2, 8])
 def test_box_behnken_designs_of_other_sizes_are_refused(k):
-    with pytest.raises(CalibrationError, match="3 to 7"):
+    with refused(CalibrationError, "3 to 7"):
         box_behnken(factors(k))
 
 
@@ -143,7 +144,7 @@ def test_table_10_from_its_start_and_steps():
     table = steepest_path(chosen, start, step, 5)
     for f, column in zip(chosen, "XYZ", strict=True):
         assert table[f.name].to_numpy() == pytest.approx(path[column].to_numpy())
-    with pytest.raises(CalibrationError, match=r"step 6 .* salt_salt_rolling_friction"):
+    with refused(CalibrationError, "6", "salt_salt_rolling_friction"):
         steepest_path(chosen, start, step, 6)
 
 
@@ -164,9 +165,9 @@ def test_the_path_of_the_effects_is_the_gradient_in_coded_levels():
 
 def test_paths_that_cannot_be_are_refused():
     f = factors(2)
-    with pytest.raises(CalibrationError, match="no factor has an effect"):
+    with refused(CalibrationError, "effect"):
         path_from_effects(f, {"A": 0.0, "B": 0.0}, 5)
-    with pytest.raises(CalibrationError, match="2 steps"):
+    with refused(CalibrationError, "2 steps"):
         path_from_effects(f, {"A": 1.0, "B": 0.0}, 1)
     with pytest.raises(CalibrationError, match="no step for f1"):
         steepest_path(f, {"f0": 0.0, "f1": 10.0}, {"f0": 1.0}, 2)
@@ -197,5 +198,5 @@ def test_a_wrong_factor_table_is_refused(tmp_path, text, words):
 def test_a_factor_table_that_is_no_text_is_refused(tmp_path):
     path = tmp_path / "factors.tsv"
     path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ConfigError, match="UTF-8"):
+    with refused(ConfigError, path="factors.tsv", allowed="UTF-8, UTF-16 or cp1252"):
         read_factors(path)

@@ -26,6 +26,7 @@ from calibration.statistics.two_level import (
 )
 from calibration.study.config.schema import SurfaceConfig
 from calibration.study.factors import Factor
+from facts import refused
 
 
 def factors(k):
@@ -170,7 +171,7 @@ def test_added_runs_complete_a_lost_design():
         return np.linalg.slogdet(x.T @ x)[1]
 
     assert information(lost, added) > information(whole)
-    with pytest.raises(CalibrationError, match="undetermined"):
+    with refused(CalibrationError, "2", "3", "10"):
         augmented(lost.iloc[:2], f, 3)
 
 
@@ -193,9 +194,9 @@ def test_a_study_may_add_runs_to_the_design_and_part_it_into_blocks():
 def test_what_no_design_takes_is_said():
     for make in (resolution_iv, definitive_screening):
         for k in (0, 24):
-            with pytest.raises(CalibrationError, match=f"not {k}"):
+            with refused(CalibrationError, "1 to 23", str(k)):
                 make([Factor(f"c{i}", f"f{i}", f"k{i}", 0, 1) for i in range(k)])
-    with pytest.raises(CalibrationError, match="blocks of 5"):
+    with refused(CalibrationError, "17 runs", "5"):
         blocked(box_behnken(factors(3)), 5, list("ABC"))
-    with pytest.raises(CalibrationError, match="star points"):
+    with refused(CalibrationError, "inside", "face", "rotatable"):
         central_composite(factors(2), alpha="inside")

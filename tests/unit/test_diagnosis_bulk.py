@@ -32,6 +32,7 @@ from diagnosis.model import Emulated
 from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of, read_settings
 from diagnosis.single_setting import with_single
+from facts import refused
 
 LEVELS = (0.8, 1.0, 1.25)
 POURED = [k for k in QUANTITIES if experiments()[k].poured]
@@ -141,7 +142,7 @@ def test_a_lever_that_is_left_empty_needs_a_value_of_the_run_spec():
     rows.append(Measurement("heap", 30.0, 1.0, 5, {}, "", 9))
     config = study("heap")
     config.run["particles"] = {"count": 1000, "sizes_mm": [[1.0, 2.0]]}
-    with pytest.raises(ConfigError, match=r"m\.csv, line 9, column particle_diameter_mm"):
+    with refused(ConfigError, path="m.csv", line=9, column="particle_diameter_mm"):
         completed(read_settings(None), config, read_factors(FACTORS), rows, "m.csv")
 
 
@@ -327,7 +328,9 @@ def test_a_table_at_other_settings_than_the_run_s_is_read(tmp_path):
     (tmp_path / "heaps.csv").write_text(table)
     data = yaml.safe_load(Path("config/config.yaml").read_text())
     config = parse_config(data | {"measurements": str(tmp_path / "heaps.csv")})
-    with pytest.raises(NotComparableError, match=r"line 2, column particle_diameter_mm"):
+    with refused(
+        NotComparableError, path="heaps.csv", line=2, column="particle_diameter_mm", value=3.0
+    ):
         read_target(config)
 
 

@@ -17,6 +17,7 @@ from diagnosis.settings import read_settings
 from diagnosis.table_model.found import discover, table_misfit
 from diagnosis.table_model.selection import blocks_of, of_chance
 from diagnosis.verdict import validate
+from facts import tells
 
 
 @pytest.fixture
@@ -80,7 +81,7 @@ def test_thirty_rows_of_single_grains_get_a_law_that_the_engine_confirms(table, 
     assert engine["keys"]["laws"] == {"damping": "restitution_curve"}
     text = (tmp_path / "diagnosis.md").read_text()
     assert "restitution falls from" in text
-    assert "left out in turn (6)" in text
+    assert tells(text, "left out", "6")
     assert "damping: restitution_curve" in text
 
 

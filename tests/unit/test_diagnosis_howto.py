@@ -13,6 +13,7 @@ from calibration.intake.measurements import Measurement
 from diagnosis.catalogue import Mechanism, load_catalogue
 from diagnosis.identify import identify
 from diagnosis.model import Emulated
+from facts import refused
 
 PAGE = Path("docs/howto-add-a-mechanism.md")
 SHIPPED = Path("src/diagnosis/catalogue/uncounted_load.py")
@@ -38,22 +39,21 @@ def test_a_file_in_a_folder_joins_the_catalogue(folder):
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("text", "facts"),
     [
-        ("x = 1", "defines no mechanism"),
-        ("import no_such_module", "cannot be loaded"),
-        (CODE, "is taken"),
+        ("x = 1", {"allowed": "MECHANISM = Mechanism(...)"}),
+        ("import no_such_module", {"line": None, "key": None}),
+        (CODE, {"key": "name", "value": "uncounted_load"}),
     ],
 )
-def test_a_file_that_defines_no_new_mechanism_is_named(tmp_path, text, says):
+def test_a_file_that_defines_no_new_mechanism_is_named(tmp_path, text, facts):
     (tmp_path / "bad.py").write_text(text)
-    with pytest.raises(ConfigError, match=says) as caught:
+    with refused(ConfigError, path="bad.py", **facts):
         load_catalogue(folder=tmp_path)
-    assert "bad.py" in str(caught.value)
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(ConfigError, match="is no folder"):
+    with refused(ConfigError, path="none", key="diagnosis.catalogue"):
         load_catalogue(folder=tmp_path / "none")
 
 

@@ -11,6 +11,7 @@ from calibration.intake.measurements import MeasurementErrors, read_measured
 from calibration.intake.quantities import QUANTITIES
 from diagnosis.fit import data_of
 from diagnosis.measurements import read_all, read_measurements
+from facts import refused
 
 HEADER = "experiment,quantity,value,unit,sd,n,drop_height_mm,tilt_rate_deg_s,output_interval_s,note"
 GOOD = [
@@ -110,18 +111,25 @@ def test_a_column_that_is_wrong_in_every_row_is_told_in_ten_lines(tmp_path):
 
 
 def test_too_few_conditions(tmp_path):
-    with pytest.raises(ConfigError, match="too few conditions"):
+    with refused(ConfigError, path="measurements.csv", value=2, allowed="at least 3 rows"):
         read_measurements(write(tmp_path, GOOD[:2]))
 
 
 def test_conditions_that_vary_no_lever(tmp_path):
     rows = [GOOD[0], GOOD[2], "heap,angle_of_repose,40,deg,1,5,,,,"]
-    with pytest.raises(ConfigError, match="no experiment at two settings of a lever"):
+    with refused(ConfigError, "lever", path="measurements.csv"):
         read_measurements(write(tmp_path, rows))
 
 
 def test_a_row_with_too_many_cells(tmp_path):
-    with pytest.raises(ConfigError, match="line 6: has 13 cells under 10 columns"):
+    with refused(
+        ConfigError,
+        "13",
+        "10",
+        path="measurements.csv",
+        line=6,
+        value="drop,rebound_height,20.5,mm,1,5,150,,,,,,",
+    ):
         read_measurements(write(tmp_path, [*GOOD, GOOD[0] + ",,,"]))
 
 
@@ -134,26 +142,32 @@ def test_a_byte_order_mark_and_blank_lines_are_no_fault(tmp_path):
 def test_an_empty_file_and_one_that_is_no_text(tmp_path):
     path = tmp_path / "empty.csv"
     path.write_text("# nothing\n")
-    with pytest.raises(ConfigError, match="is empty"):
+    with refused(ConfigError, "empty", path="empty.csv"):
         read_measurements(path)
     path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ConfigError, match="is not text"):
+    with refused(ConfigError, path="empty.csv", allowed="UTF-8, UTF-16 or cp1252"):
         read_measurements(path)
 
 
 def test_unknown_and_missing_columns(tmp_path):
-    with pytest.raises(ConfigError, match=r"line 2, column colour: is no known column"):
+    with refused(ConfigError, path="measurements.csv", line=2, column="colour"):
         read_measurements(write(tmp_path, GOOD, HEADER.replace("note", "colour")))
-    with pytest.raises(ConfigError, match=r"column sd: is missing"):
+    with refused(
+        ConfigError,
+        path="measurements.csv",
+        line=2,
+        column="sd",
+        allowed="experiment, quantity, value, unit",
+    ):
         read_measurements(
             write(tmp_path, GOOD, HEADER.replace("sd", "note").replace(",note", "", 1))
         )
-    with pytest.raises(ConfigError, match=r"column unit: stands twice"):
+    with refused(ConfigError, path="measurements.csv", line=2, column="unit"):
         read_measurements(write(tmp_path, GOOD, HEADER.replace("note", "unit")))
 
 
 def test_a_missing_file(tmp_path):
-    with pytest.raises(ConfigError, match="cannot be read"):
+    with refused(ConfigError, path="none.csv"):
         read_measurements(tmp_path / "none.csv")
 
 
@@ -164,7 +178,7 @@ def test_a_condition_may_stand_once_in_each_batch(tmp_path):
     first, second, third = read_measurements(write(tmp_path, rows, header))
     assert (first.batch, second.batch) == ("monday", "tuesday")
     assert third.instrument == "video"
-    with pytest.raises(ConfigError, match="repeats the condition of line 3"):
+    with refused(ConfigError, "3", path="measurements.csv", line=6, column="experiment"):
         read_measurements(write(tmp_path, [*rows, rows[0]], header))
 
 
@@ -234,14 +248,14 @@ def test_each_fault_of_the_further_columns_is_said_by_line(tmp_path, cells, colu
 
 def test_a_replicate_that_comes_twice_is_said_by_line(tmp_path):
     twice = [("20", "", "", "150", "a", "", "", "", "")] * 2
-    with pytest.raises(ConfigError, match=r"line 7, .*repeats the replicate of line 6"):
+    with refused(ConfigError, "6", path="measurements.csv", line=7, column="replicate", value="a"):
         read_measurements(write(tmp_path, MEANS + drops(*twice), FULL))
 
 
 def test_a_lever_error_is_refused_where_its_effect_is_not_known(tmp_path):
     header = HEADER + ",lever_sd"
     rows = [r + "," for r in GOOD[:2]] + [GOOD[2] + ",1"]
-    with pytest.raises(ConfigError, match=r"line 5, column lever_sd: is not known for tilt"):
+    with refused(ConfigError, path="measurements.csv", line=5, column="lever_sd", value="1"):
         read_measurements(write(tmp_path, rows, header))
 
 
@@ -257,9 +271,11 @@ def test_further_numbers_are_covariates_and_a_near_name_is_refused(tmp_path):
 
     found = table("humidity_percent", "40", "70")
     assert [m.covariates for m in found] == [{"humidity_percent": 40.0}, {"humidity_percent": 70.0}]
-    with pytest.raises(ConfigError, match=r"column batsh: is no known column.*batch, it seems"):
+    with refused(
+        ConfigError, path="further.csv", line=1, column="batsh", allowed="batch, it seems"
+    ):
         table("batsh", "1", "2")
-    with pytest.raises(ConfigError, match=r"column day_of_week: is no known column"):
+    with refused(ConfigError, path="further.csv", line=1, column="day_of_week"):
         table("day_of_week", "monday", "2")
 
 

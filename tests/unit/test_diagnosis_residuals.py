@@ -8,6 +8,7 @@ from diagnosis import figures
 from diagnosis.extend import gain, run_scatter
 from diagnosis.fit import data_of
 from diagnosis.residuals import by_chance, moved, tails, trends
+from facts import tells
 
 
 def row(experiment, levers, measured, predicted, sd, p=0.5):
@@ -85,7 +86,7 @@ def test_an_experiment_that_is_off_as_a_whole_and_a_single_setting():
     rows[0]["standardised"] = rows[2]["standardised"] = -0.8
     [single] = told(rows)
     assert single["kind"] == "setting"
-    assert "at a drop height of 100 mm alone exceeds the model by 15 %" in single["sentence"]
+    assert tells(single["sentence"], "drop height", "100 mm", "15 %")
 
 
 def test_a_parameter_that_moved_says_how_wrong_the_base_had_been():
@@ -103,7 +104,7 @@ def test_a_parameter_that_moved_says_how_wrong_the_base_had_been():
     assert list(found) == ["a"]
     assert found["a"]["shift_percent"] == pytest.approx(-20.0)
     assert found["a"]["shift_in_base_sd"] == pytest.approx(-10.0)
-    assert "had friction at 0.400 in place of 0.500: 20 % too low" in found["a"]["sentence"]
+    assert tells(found["a"]["sentence"], "friction", "0.400", "0.500", "20 %")
 
 
 CONDITIONS = [

@@ -3,6 +3,7 @@ executed."""
 
 import json
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from diagnosis.emulator import Emulator, Multiplied
 from diagnosis.emulator_files import read_emulators, write_emulators
 from diagnosis.model import Emulated
 from diagnosis.settings import parameters_of, read_settings
+from facts import refused
 
 LEVER = MultipliedLever(1, 0.7, Strength("factor", "-", 0.8, 1.25, log=True, off=1.0))
 
@@ -65,7 +67,7 @@ class Planted:
 def test_a_pickle_is_refused_and_not_executed(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "emulators.npz").write_bytes(pickle.dumps(Planted()))
-    with pytest.raises(CalibrationError, match="holds no emulators"):
+    with refused(CalibrationError, "emulators.npz"):
         read_emulators("emulators.npz")
     assert [p.name for p in tmp_path.iterdir()] == ["emulators.npz"]
 
@@ -81,7 +83,7 @@ def test_damaged_emulators_are_refused(emulators, tmp_path):
         b"",
     ):
         path.write_bytes(damaged)
-        with pytest.raises(CalibrationError, match="holds no emulators"):
+        with refused(CalibrationError, "emulators.npz"):
             read_emulators(path)
 
 
@@ -103,8 +105,9 @@ def test_an_entry_that_is_missing_or_foreign_is_told(emulators, tmp_path, change
     parts = json.loads(str(arrays["structure"]))
     change(arrays, parts)
     write_checked_arrays(path, arrays | {"structure": np.array(json.dumps(parts))})
-    with pytest.raises(CalibrationError, match=r"entry [01] is no emulator.*makes it again"):
+    with refused(CalibrationError, "emulators.npz") as error:
         read_emulators(path)
+    assert re.search(r"entry [01]\b", str(error.value))
 
 
 def test_an_experiment_without_a_base_model_is_told():
@@ -112,5 +115,5 @@ def test_an_experiment_without_a_base_model_is_told():
     settings = read_settings("config/diagnosis.yaml")
     factors = parameters_of(settings, FACTORS, ["tilt"])
     emulated = Emulated({}, settings, factors, {})
-    with pytest.raises(CalibrationError, match="tilt: there is no emulator of the base model"):
+    with refused(CalibrationError, "tilt", "emulator"):
         emulated.model([("tilt", {})])

@@ -26,6 +26,7 @@ from dem.grains import draw_radii
 from dem.io.stl import read_stl
 from dem.run import run
 from dem.spec import content_hash, parse_spec
+from facts import refused
 
 OWN = {
     "experiment": "drop",
@@ -81,17 +82,21 @@ def test_a_command_is_given_the_spec_and_its_metrics_are_read(tmp_path):
 @pytest.mark.parametrize(
     ("text", "settings", "words"),
     [
-        ("import sys; print('no licence'); sys.exit(3)", {}, "status 3: no licence"),
-        ("import time; time.sleep(60)", {"timeout_s": 0.5}, "stopped after 0.5 s"),
-        ("pass", {}, "no usable metrics.json"),
-        ("open('metrics.json', 'w').write('{\"angle\": NaN}')", {}, "angle = nan is not a finite"),
-        ("open('metrics.json', 'w').write('{\"angle\": ')", {}, "no usable metrics.json"),
-        ("open('metrics.json', 'w').write('[1]')", {}, "must map names"),
+        ("import sys; print('no licence'); sys.exit(3)", {}, ["status 3", "no licence"]),
+        ("import time; time.sleep(60)", {"timeout_s": 0.5}, ["0.5 s"]),
+        ("pass", {}, ["metrics.json"]),
+        (
+            "open('metrics.json', 'w').write('{\"angle\": NaN}')",
+            {},
+            ["metrics.json", "angle = nan"],
+        ),
+        ("open('metrics.json', 'w').write('{\"angle\": ')", {}, ["metrics.json"]),
+        ("open('metrics.json', 'w').write('[1]')", {}, ["metrics.json", "numbers"]),
     ],
 )
 def test_a_program_that_goes_wrong_gives_a_sentence(tmp_path, text, settings, words):
     entry, _ = program(tmp_path, text, **settings)
-    with pytest.raises(engines.EngineError, match=words):
+    with refused(engines.EngineError, *words):
         simulate(entry, tmp_path / "run")
 
 
@@ -123,7 +128,7 @@ def test_a_run_is_kept_with_its_manifest_and_made_once(tmp_path):
 
 
 def test_our_engine_refuses_a_run_of_another(tmp_path):
-    with pytest.raises(DemError, match="made by command"):
+    with refused(DemError, "command"):
         run(parse_spec(OWN | {"engine": program(tmp_path, CLOSED_FORM)[0]}), tmp_path / "run")
 
 
@@ -141,20 +146,40 @@ def test_a_changed_row_of_a_table_is_told(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("chosen", "words"),
+    ("chosen", "words", "facts"),
     [
-        ("edem", "is no engine.*allowed: dem, command"),
-        ({"name": "command", "version": "1"}, r"engine\.command"),
-        ({"name": "command", "command": "x {here}", "version": "1"}, r"engine\.command.*'here'"),
-        ({"name": "command", "command": "x {", "version": "1"}, r"engine\.command.*filled in"),
-        ({"name": "command", "command": "x 'y", "version": "1"}, r"engine\.command.*quotation"),
-        ({"name": "command", "command": "x", "version": "1", "files": ["none.py"]}, "none.py"),
-        ({"name": "dem", "timeout_s": 3}, "is no engine"),
-        ({"name": "table", "responses": "r.csv", "code": "EDEM 2024", "sep": ";"}, r"engine\.sep"),
+        ("edem", ["dem, command"], {"key": "engine.name", "value": "edem"}),
+        ({"name": "command", "version": "1"}, [], {"key": "engine.command"}),
+        (
+            {"name": "command", "command": "x {here}", "version": "1"},
+            ["here", "{spec}", "{seed}"],
+            {"key": "engine.command", "value": "x {here}"},
+        ),
+        (
+            {"name": "command", "command": "x {", "version": "1"},
+            ["{spec}"],
+            {"key": "engine.command", "value": "x {"},
+        ),
+        (
+            {"name": "command", "command": "x 'y", "version": "1"},
+            ["quotation"],
+            {"key": "engine.command", "value": "x 'y"},
+        ),
+        (
+            {"name": "command", "command": "x", "version": "1", "files": ["none.py"]},
+            ["engine.files", "none.py"],
+            {"key": "engine"},
+        ),
+        ({"name": "dem", "timeout_s": 3}, [], {"key": "engine.name", "value": "dem"}),
+        (
+            {"name": "table", "responses": "r.csv", "code": "EDEM 2024", "sep": ";"},
+            [],
+            {"key": "engine.sep", "value": ";"},
+        ),
     ],
 )
-def test_a_wrong_engine_is_refused(chosen, words):
-    with pytest.raises(ConfigError, match=words):
+def test_a_wrong_engine_is_refused(chosen, words, facts):
+    with refused(ConfigError, *words, **facts):
         engines.entry_of(chosen)
 
 
@@ -167,19 +192,19 @@ def test_our_own_engine_adds_nothing_to_a_spec():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"laws": {"rolling": "constant_torque"}}, "no rolling friction constant_torque"),
+        ({"laws": {"rolling": "constant_torque"}}, ["constant_torque", "none", "elastic_plastic"]),
         (
             {
                 "laws": {"rolling": "none", "cohesion": "jkr"},
                 "law_parameters": {"surface_energy_J_m2": 0.1},
             },
-            "cohesion jkr",
+            ["cohesion jkr"],
         ),
-        ({"laws": {"rolling": "none", "drag": "schiller_naumann"}}, "drag schiller_naumann"),
+        ({"laws": {"rolling": "none", "drag": "schiller_naumann"}}, ["drag schiller_naumann"]),
     ],
 )
 def test_what_a_code_cannot_represent_is_refused_by_name(name, changes, words):
-    with pytest.raises(engines.EngineError, match=words):
+    with refused(engines.EngineError, *words):
         engines.engines()[name].refuse(parse_spec(OWN | changes))
 
 
@@ -187,7 +212,7 @@ def test_the_cohesion_that_one_code_has_is_refused_by_the_other():
     sticky = {"laws": {"rolling": "none", "cohesion": "sjkr"}}
     spec = parse_spec(OWN | sticky | {"law_parameters": {"cohesion_energy_density_J_m3": 1e4}})
     engines.engines()["liggghts"].refuse(spec)
-    with pytest.raises(engines.EngineError, match="cohesion sjkr"):
+    with refused(engines.EngineError, "LAMMPS", "cohesion sjkr"):
         engines.engines()["lammps"].refuse(spec)
 
 
@@ -198,20 +223,20 @@ def test_a_table_gives_the_row_of_a_run(tmp_path):
     )
     assert read_row(table, "heap-1") == {"angle_of_repose_deg": 41.5}
     for name, words in (
-        ("heap-9", "no row for the run heap-9 yet"),
-        ("heap-3", "line 4, column angle_of_repose_deg: is not a number"),
-        ("heap-4", "several lines: 5, 6"),
+        ("heap-9", ["responses.csv", "heap-9"]),
+        ("heap-3", ["line 4", "column angle_of_repose_deg", "4a"]),
+        ("heap-4", ["heap-4", "5, 6"]),
     ):
-        with pytest.raises(engines.EngineError, match=words):
+        with refused(engines.EngineError, *words):
             read_row(table, name)
-    with pytest.raises(engines.EngineError, match="no such file"):
+    with refused(engines.EngineError, "none.csv"):
         read_row(tmp_path / "none.csv", "heap-1")
 
 
 def test_a_dump_with_numbers_that_are_none_is_refused(tmp_path):
     path = tmp_path / "end.dump"
     path.write_text("ITEM: TIMESTEP\n1\nITEM: ATOMS id x\n2 0.5\n1 nan\n")
-    with pytest.raises(engines.EngineError, match="not finite"):
+    with refused(engines.EngineError, "end.dump", "finite"):
         read_dump(path)
     path.write_text("ITEM: TIMESTEP\n1\nITEM: ATOMS id x\n2 0.5\n1 0.25\n")
     assert list(read_dump(path)["x"]) == [0.25, 0.5]
@@ -251,7 +276,7 @@ def test_yade_gets_a_script_that_python_can_read(tmp_path):
     assert "radii, shares, pitch = [0.00075, 0.001], [0.25, 0.75], 0.0022" in text
     assert f"O.run({Pour.of(spec).looks[0]}, True)" in text
     entry = {"name": "yade", "identity": {}, "settings": {}}
-    with pytest.raises(engines.EngineError, match="yade cannot run the experiment drop; it can: h"):
+    with refused(engines.EngineError, "yade", "drop", "heap"):
         engines.check(parse_spec(OWN | {"experiment": "drop", "engine": entry}))
 
 
@@ -408,7 +433,7 @@ def test_a_code_without_a_lid_has_no_shear_cell():
 def test_an_experiment_that_a_code_has_no_rig_for_is_refused_by_name():
     entry = {"name": "lammps", "identity": {}, "settings": {}}
     grains = {"count": 1000, "diameter_mm": 2.0}
-    with pytest.raises(engines.EngineError, match="lammps cannot run the experiment drum; it can"):
+    with refused(engines.EngineError, "lammps", "drum", "heap", "discharge", "shear"):
         engines.check(
             parse_spec(OWN | {"experiment": "drum", "particles": grains, "engine": entry})
         )
@@ -420,7 +445,7 @@ def test_a_silo_made_of_a_mesh_is_refused_by_the_code_that_has_none(tmp_path):
     geometry = {"geometry": {"bottom_stl": str(stl)}, "particles": {"diameter_mm": 2.0}}
     spec = parse_spec(OWN | {"experiment": "discharge"} | geometry)
     engines.engines()["liggghts"].refuse(spec)
-    with pytest.raises(engines.EngineError, match=r"LAMMPS has no meshes as walls.*bottom_stl"):
+    with refused(engines.EngineError, "LAMMPS", "geometry.bottom_stl"):
         engines.engines()["lammps"].refuse(spec)
 
 

@@ -21,6 +21,7 @@ from calibration.statistics.equivalence import (
     welch,
 )
 from calibration.statistics.validate import compare
+from facts import refused
 
 
 def sample(mean, sd, n):
@@ -133,7 +134,7 @@ def test_a_table_is_judged_as_one_and_its_chance_is_fishers():
 
 
 def test_what_cannot_be_judged_is_said():
-    with pytest.raises(CalibrationError, match="1 row"):
+    with refused(CalibrationError, "1 row"):
         together([1.0], 0.1, 0.1, 24, 1, 1.0)
-    with pytest.raises(CalibrationError, match="no interval"):
+    with refused(CalibrationError, "nan", "1"):
         verdict(np.nan, 1.0, 1.0)

@@ -20,6 +20,7 @@ from dem.cli import main
 from dem.errors import DemError
 from dem.experiments import experiments, outside_files
 from dem.fingerprint import engine_fingerprint
+from facts import refused, tells
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/howto-experiment.md").read_text()
@@ -60,7 +61,7 @@ def test_the_pages_commands_run_it_to_its_closed_form(folder):
         "assert main('check short.yaml'.split()) == 2\n",
     )
     assert done.returncode == 0, done.stderr
-    assert "geometry.plate_length_mm = 2.0; allowed: at least 4" in done.stderr
+    assert tells(done.stderr, "geometry.plate_length_mm = 2.0", "4")
     result = json.loads((folder / "thrown" / "result.json").read_text())
     friction = result["spec"]["contacts"]["particle_wall"]["static_friction"]
     stop = 1e3 * 0.3**2 / (2.0 * friction * GRAVITY)
@@ -87,7 +88,7 @@ def test_a_file_that_declares_no_new_experiment_is_one_line(folder, text, says):
 
 def test_a_folder_that_is_not_there_is_named(monkeypatch, tmp_path):
     monkeypatch.setenv("DEM_EXPERIMENTS", str(tmp_path / "none"))
-    with pytest.raises(DemError, match="is no folder"):
+    with refused(DemError, "DEM_EXPERIMENTS"):
         outside_files()
 
 

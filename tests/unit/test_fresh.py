@@ -86,7 +86,6 @@ EDITS = {
     "paper/reference.py": set(),
     "paper/release/parts.py": set(),
     "calibration/inference/comparison/study.py": set(),
-    "calibration/inference/joint/likelihood.py": set(),
     "calibration/chain/study.py": EVERY,
     "calibration/study/config/measured.py": EVERY,
     "calibration/engines/lammps.py": FOREIGN,

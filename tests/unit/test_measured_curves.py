@@ -8,6 +8,7 @@ import pytest
 
 from calibration.errors import ConfigError
 from calibration.intake.curves import read_curves
+from facts import refused
 
 
 def curve_table(path, curves, header="curve,x,y"):
@@ -58,11 +59,20 @@ def test_curves_of_shear_compression_and_outline_give_their_coefficients(tmp_pat
 def test_too_few_curves_points_and_a_wrong_unit_are_refused_by_line(tmp_path):
     time = np.linspace(0.0, 4.0, 41)
     curve_table(tmp_path / "few.csv", [(time, time)] * 2)
-    with pytest.raises(ConfigError, match="at least 3 curves"):
+    with refused(
+        ConfigError, path="few.csv", line=2, column="curve", allowed="at least 3 curves of one test"
+    ):
         read_curves(tmp_path / "few.csv", "mass over time")
     curve_table(tmp_path / "short.csv", [(time, time), (time[:3], time[:3]), (time, time)])
-    with pytest.raises(ConfigError, match=r"line 43.*3 points"):
+    with refused(ConfigError, path="short.csv", line=43, column="curve"):
         read_curves(tmp_path / "short.csv", "mass over time")
     curve_table(tmp_path / "unit.csv", [(time, time)] * 3, "curve,x (kg),y (g)")
-    with pytest.raises(ConfigError, match=r"line 1.*kg"):
+    with refused(
+        ConfigError,
+        path="unit.csv",
+        line=1,
+        column="x",
+        value="kg",
+        allowed="s, or what converts to it",
+    ):
         read_curves(tmp_path / "unit.csv", "mass over time")

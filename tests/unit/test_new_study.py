@@ -27,6 +27,7 @@ from calibration.study.new.study import study_name
 from calibration.telling.opening import opening
 from dem.errors import StoppedError
 from dem.spec import parse_spec
+from facts import refused, tells
 
 RIG = "--density 1.35g/cm3 --grain 4mm --orifice 25mm --plate 10cm --height 75mm --no-pilot".split()
 ANGLES = ["--measured", "26.1", "28.4", "27.0°"]
@@ -46,7 +47,7 @@ def read(folder):
 def test_a_study_begins_from_values_with_units(here, capsys):
     assert main(["new", "Weizen Prüfung 1", *ANGLES, *RIG]) == 0
     said = capsys.readouterr().out
-    assert "measured: 3 values, 26.1° to 28.4°, mean 27.17° ± 1.2°" in said
+    assert tells(said, "3 values", "26.1°", "28.4°", "27.17°", "1.2°")
     config = read(here / "Weizen Prüfung 1")
     assert config.name == "Weizen_Prufung_1"
     assert config.run["materials"]["particle"]["density_kg_m3"] == 1350
@@ -96,7 +97,7 @@ def test_grains_and_feed_agree_with_closed_forms():
 
 def test_a_bulk_density_is_a_second_experiment_and_no_target(here, capsys):
     assert main(["new", "peas", *ANGLES, *RIG, "--bulk-density", "0.76g/cm3", "790 kg/m3"]) == 0
-    assert "second experiment: 2 values, 760 kg/m³ to 790 kg/m³" in capsys.readouterr().out
+    assert tells(capsys.readouterr().out, "2 values", "760 kg/m³", "790 kg/m³")
     config = read(here / "peas")
     assert config.target.metric == "angle_of_repose_deg"
     assert "push_through" in config.supplements
@@ -128,7 +129,7 @@ def test_an_orifice_that_steeper_heaps_would_touch_is_warned_of(here, capsys):
     low = ["30mm" if x == "75mm" else x for x in RIG]
     assert main(["new", "peas", *ANGLES, *low]) == 0  # the measured heap is 25.7 mm high
     # half of 100 mm times tan 32.17 degrees is 31.4 mm
-    assert "touch the orifice and are cut off; at 32 mm" in capsys.readouterr().out
+    assert tells(capsys.readouterr().out, "orifice", "32 mm")
     assert main(["new", "beans", *ANGLES, *RIG]) == 0
     assert "touch the orifice" not in capsys.readouterr().out
 
@@ -143,7 +144,7 @@ def test_no_more_grains_are_simulated_than_asked(here, capsys):
     fine = ["2mm" if x == "4mm" else x for x in RIG]
     assert main(["new", "lentils", *ANGLES, *fine, "--grains", "2400"]) == 0
     said = capsys.readouterr().out
-    assert "the quick profile pours 600 grains" in said
+    assert tells(said, "quick profile", "600 grains")
     assert "--grains 4000 gives it 1000" in said
 
 
@@ -155,10 +156,10 @@ def test_a_sieve_curve_keeps_mass(tmp_path):
     # a gram of each class: 0.25/1 + 0.75/8 grains of unit volume
     assert mean_diameter(sizes) == pytest.approx((1 / (0.25 + 0.75 / 8)) ** (1 / 3))
     path.write_text("diameter_mm;mass_percent\n1,0;25\n2,0;45\n")
-    with pytest.raises(CalibrationError, match=r"70 %; allowed: 100 %"):
+    with refused(CalibrationError, "70 %", "100 %"):
         sieve_curve(path)
     path.write_text("diameter_mm;mass_percent\n1,0;0,25\n2,0;0,75\n")
-    with pytest.raises(CalibrationError, match=r"1 %; allowed: 100 %; are they shares of 1"):
+    with refused(CalibrationError, "1 %", "100 %"):
         sieve_curve(path)
 
 
@@ -169,10 +170,10 @@ def test_what_passes_each_sieve_makes_classes_between_them(tmp_path):
     assert sizes["fractions"] == [0.6, 0.4]
     assert sizes["diameters_mm"] == pytest.approx([math.sqrt(2), math.sqrt(8)], rel=1e-4)
     path.write_text("diameter_mm,passing_percent\n1,0\n2,60\n4,20\n")
-    with pytest.raises(CalibrationError, match="less passes a wider sieve"):
+    with refused(CalibrationError, "passing_percent", "diameter_mm"):
         sieve_curve(path)
     path.write_text("diameter_mm,passing_percent\n1,10\n2,60\n4,100\n")
-    with pytest.raises(CalibrationError, match=r"10 % pass the finest sieve \(1 mm\)"):
+    with refused(CalibrationError, "10 %", "1 mm"):
         sieve_curve(path)
 
 
@@ -201,7 +202,7 @@ def test_sizes_come_from_what_a_mastersizer_exports(tmp_path, separator, mark):
     assert np.exp(mean) == pytest.approx(0.5, rel=5e-3)
     assert np.sqrt((w * (np.log(d) - mean) ** 2).sum()) == pytest.approx(0.2, rel=0.05)
     path.write_text(export(separator, mark, ("one", "two")))
-    with pytest.raises(CalibrationError, match=r"holds 2 samples \(one, two\)"):
+    with refused(CalibrationError, "2", "one", "two", path="export.csv"):
         sieve_curve(path)
 
 
@@ -276,7 +277,7 @@ def test_what_is_not_told_is_asked_for():
     # 10 g/s of grains of 1.35 g/cm3 and 4 mm, of 45.2 mg each
     assert heap.feed_per_s == pytest.approx(10.0 / (1.35 * np.pi / 6 * 0.4**3))
     assert heap.feed_share == pytest.approx(heap.feed_per_s / heap.capacity_per_s)
-    with pytest.raises(CalibrationError, match="--measured is missing"):
+    with refused(CalibrationError, "--measured"):
         answers(given)
 
 
@@ -315,7 +316,7 @@ def test_measured_angles_come_from_a_table_of_measurements(tmp_path):
     path.write_text(header + rows)
     assert measured_angles([str(path)]) == [26.1, 28.4]
     path.write_text(header + "heap,angle_of_repose,27,deg,1,5\n")
-    with pytest.raises(CalibrationError, match="without sd and n"):
+    with refused(CalibrationError, "a.csv", "sd", "n"):
         measured_angles([str(path)])
 
 
@@ -425,9 +426,9 @@ def test_the_pilot_says_whether_its_heaps_reach_the_measured_angle():
     heaps = [Trial((0.5,), angle, "", 1.0) for angle in (12.0, 28.2)]
     assert "their angles are 12.0° to 28.2°; yours is 22.7°" in advice(heaps, 22.7)
     (steep,) = (s for s in advice(heaps, 34.0) if "yours" in s)
-    assert "5.8° steeper than all of them" in steep
+    assert tells(steep, "5.8°", "steeper")
     (flat,) = (s for s in advice(heaps, 10.0) if "yours" in s)
-    assert "2.0° flatter than all of them" in flat
+    assert tells(flat, "2.0°", "flatter")
     assert "Less friction" in flat
 
 
@@ -541,7 +542,7 @@ def test_a_pilot_of_a_new_study_and_its_dry_run(here, capsys):
     rig = [x for x in RIG if x != "--no-pilot"]
     assert main(["new", "Weizen Prüfung", *ANGLES, *rig]) == 0
     said = capsys.readouterr().out
-    assert "of 17 coarse heaps stand" in said
+    assert tells(said, "17", "heaps")
     assert "heaps, about" in said
     root = __import__("pathlib").Path(__file__).parents[2]
     for name in ("Snakefile", "workflow", "config", "profiles", "src", "data"):

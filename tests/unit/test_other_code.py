@@ -24,6 +24,7 @@ from diagnosis.other_code import (
 from diagnosis.rig import Rig
 from diagnosis.settings import parameters_of, read_settings
 from diagnosis.switched import Switched, tried
+from facts import refused
 
 ALL = read_factors(FACTORS)
 HEAD = "experiment,quantity,value,unit,tilt_rate_deg_s,salt_steel_static_friction"
@@ -50,9 +51,11 @@ def test_each_run_has_its_parameters(tmp_path):
 
 def test_faults_are_said_by_line(tmp_path):
     rows = [f"tilt,sliding_angle,20,deg,5,{mu}" for mu in (*MU[:4], "")]
-    with pytest.raises(ConfigError, match="line 6, column salt_steel_static_friction: is missing"):
+    with refused(ConfigError, path="runs.csv", line=6, column="salt_steel_static_friction"):
         read_runs(table(tmp_path, rows), ALL)
-    with pytest.raises(ConfigError, match="too few runs"):
+    with refused(
+        ConfigError, path="runs.csv", value="tilt: 3", allowed="at least 4 runs of an experiment"
+    ):
         read_runs(table(tmp_path, rows[:3]), ALL)
     again = [rows[0], *rows[:4]]
     assert len(read_runs(table(tmp_path, again), ALL)) == 4
@@ -65,29 +68,33 @@ def test_a_parameter_that_no_column_gives_is_asked_for(tmp_path):
     rows = [f"tilt,sliding_angle,{a},deg,5" for a in (20, 25, 30, 33)]
     rows = [f"{r},{k}" for r, k in zip(rows, (0.4, 0.5, 0.6, 0.7), strict=True)]
     runs = read_runs(table(tmp_path, rows, HEAD.replace("static", "rolling")), ALL)
-    with pytest.raises(ConfigError, match="salt_steel_static_friction: is no column of the runs"):
+    with refused(
+        ConfigError, column="salt_steel_static_friction", value="salt_steel_rolling_friction"
+    ):
         of_contacts(runs, rig, {})
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("change", "facts"),
     [
-        (lambda known: known[1:], "is no column of the runs of shear .*static_friction"),
+        (lambda known: known[1:],
+         {"column": "salt_salt_static_friction", "value": "salt_salt_rolling_friction"}),
         (lambda known: [*known, ("salt_steel_restitution", 0.4)],
-         "salt_steel_restitution: is no parameter of the emulators of shear"),
+         {"column": "salt_steel_restitution"}),
         (lambda known: [(known[0][0], 2.0 * known[0][1]), *known[1:]],
-         "line 3, column .*: is outside what the emulators cover"),
+         {"line": 3, "column": "salt_salt_static_friction", "value": 1.8,
+          "allowed": "0.3625 to 0.9375"}),
     ],
     ids=["missing", "foreign", "beyond"],
 )  # fmt: skip
-def test_runs_that_the_emulators_do_not_have_are_refused(change, message):
+def test_runs_that_the_emulators_do_not_have_are_refused(change, facts):
     factors = parameters_of(read_settings("config/diagnosis.yaml"), FACTORS, ["shear"])
     known = change([(f.name, f.high) for f in factors])
     runs = [
         Measurement("shear", 1.0, None, 1, {"normal_stress_kPa": 2.0}, line=3, known=tuple(known))
     ]
     model = types.SimpleNamespace(factors=factors, predict=lambda theta: (np.ones((1, 1)), None))
-    with pytest.raises(ConfigError, match=message):
+    with refused(ConfigError, **facts):
         emulated(runs, lambda names: model, [])
 
 

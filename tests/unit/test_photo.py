@@ -13,6 +13,7 @@ from calibration.intake.photo.outline import cielab
 from calibration.interface.commands import main
 from dem.measure.heap import fit_flank
 from dem.measure.heap import outline as discs_outline
+from facts import refused
 
 BIAS = 0.3  # deg
 DARK = ((0.85, 0.82, 0.75), (0.35, 0.25, 0.15), (0.5, 0.5, 0.52))
@@ -139,13 +140,12 @@ def test_pictures_without_a_heap_are_refused(tmp_path, capsys):
     noise = np.random.default_rng(1).integers(0, 255, (200, 300, 3), np.uint8)
     Image.fromarray(noise).save(tmp_path / "noise.png")
     for name, words in (
-        ("a.png", "is no picture"),
-        ("none.png", "cannot be read"),
+        ("a.png", "JPEG"),
+        ("none.png", "none.png"),
         ("blank.png", "stands out"),
     ):
-        with pytest.raises(CalibrationError, match=words) as error:
+        with refused(CalibrationError, name, words):
             measure_photo(tmp_path / name)
-        assert name in str(error.value)
     with pytest.raises(CalibrationError):
         measure_photo(tmp_path / "noise.png")
     assert main(["angle", str(tmp_path / "blank.png"), "--scale", "ten"]) == 2

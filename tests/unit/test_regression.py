@@ -13,6 +13,7 @@ from calibration.statistics.design import box_behnken, plackett_burman
 from calibration.statistics.screening import screen, significant
 from calibration.statistics.surface import fit_surface, model_matrix, quadratic_terms
 from calibration.study.factors import Factor
+from facts import refused
 
 
 def factors(k):
@@ -123,16 +124,16 @@ def test_columns_that_are_not_orthogonal_are_refused():
 @pytest.mark.parametrize(
     ("response", "word"),
     [
-        ([1.0] * 12, "same response"),
+        ([1.0] * 12, "response 1"),
         ([*range(11), np.nan], "run 12"),
         (range(11), "12 runs"),
     ],
 )
 def test_unusable_responses_are_refused(response, word):
     design = plackett_burman(factors(3))
-    with pytest.raises(CalibrationError, match=word):
+    with refused(CalibrationError, word):
         screen(design, list("ABC"), list(response))
-    with pytest.raises(CalibrationError, match=word):
+    with refused(CalibrationError, word):
         fit_surface(design, list("ABC"), list(response), terms=[(), ("A",), ("B",)])
 
 

@@ -13,6 +13,7 @@ from scipy import stats
 
 from calibration.errors import CalibrationError
 from calibration.telling.kept_results import put
+from facts import refused, tells
 from frozen import FROZEN
 from paper.reference import BEGIN, END, PAGE, README, blocks
 from paper.release import command, pages, told
@@ -139,7 +140,7 @@ def test_a_release_that_was_cut_off_goes_on_and_books_its_time(tmp_path, monkeyp
     assert command.main(["-n"]) == 0
     said = capsys.readouterr().out
     assert "a: made" in said
-    assert "1 of 2 parts to make" in said
+    assert tells(said, "1 of 2")
     assert command.main([]) == 0
     assert read_record()["b"].engine == "e" * 16
     assert json.loads(Path(f"results/release/{'e' * 16}.json").read_text())["spent_s"]["b"] > 0.0
@@ -153,5 +154,5 @@ def test_every_part_names_what_exists(repository):
     for part in PARTS:
         for name in part.heaps:
             assert (Path("results/reference") / name).is_dir()
-    with pytest.raises(CalibrationError, match="has no lines"):
+    with refused(CalibrationError, "README.md"):
         put("README.md", "text")

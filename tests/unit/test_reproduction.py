@@ -17,6 +17,7 @@ from calibration.statistics.validate import compare
 from calibration.study.config import parse_config
 from calibration.telling import kept_results
 from dem.io.files import write_json
+from facts import refused
 from frozen import FROZEN
 from paper.audit.paper import Paper
 from paper.reference import BEGIN, END, ascents, block, main, short_block
@@ -201,7 +202,7 @@ def test_the_three_counts_cover_every_row(config, study):
 def test_the_readme_gets_the_rows_that_matter(config, study, tmp_path, monkeypatch):
     folder = study()
     table = reproduce([folder], config)
-    with pytest.raises(CalibrationError, match="snakemake"):
+    with refused(CalibrationError, "reproduction.csv", "snakemake -j2 reproduction"):
         main(folder)
     write_reproduction(
         table, folder / "reproduction" / "reproduction.csv", folder / "reproduction" / "r.json"

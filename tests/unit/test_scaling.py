@@ -19,6 +19,7 @@ from calibration.chain.scaling.dimensions import (
     independent,
     settings_of,
 )
+from facts import refused
 
 
 def broken(settings):
@@ -47,7 +48,7 @@ def test_gravity_rule_is_froude_scaling():
 
 
 def test_equation_4_contradicts_itself_and_the_conflict_is_named():
-    with pytest.raises(OverdeterminedError, match=r"density.*h\^-2") as error:
+    with refused(OverdeterminedError, "density", "h^-2") as error:
         exponent("force", {"length": 1, "mass": 1, "density": 0})
     assert set(error.value.conflict) == {"length", "mass", "density"}
 
@@ -69,7 +70,7 @@ def test_length_mass_density_leave_time_open():
     held = {"length": 1, "mass": 3, "density": 0}
     assert independent(list(held)) == 2
     assert exponent("moment_of_inertia", held) == 5
-    with pytest.raises(UnderdeterminedError, match="force") as error:
+    with refused(UnderdeterminedError, "force") as error:
         exponent("force", held)
     assert error.value.quantity == "force"
 
@@ -140,5 +141,5 @@ def test_bad_names_and_factors_are_refused():
         exponent("colour", {"length": 1})
     with pytest.raises(ScalingError, match="colour"):
         settings_of(PAPER_RULE, ("colour",))
-    with pytest.raises(ScalingError, match="above 0"):
+    with refused(ScalingError, "not 0"):
         factors(PAPER_RULE.held, 0)

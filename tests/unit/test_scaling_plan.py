@@ -18,6 +18,7 @@ from calibration.chain.study import Study
 from calibration.runs.plans import read_plan
 from calibration.study.config import parse_config
 from dem.spec import GEOMETRY, LawParameters, Numerics, Particles
+from facts import refused
 from stage_files import PlanFiles
 
 HEAP = {
@@ -103,7 +104,7 @@ def test_a_mesh_cannot_be_enlarged():
 def test_a_law_as_a_curve_cannot_be_enlarged(slot, law):
     states = {f"{law}_low": 1.0, f"{law}_ratio": 4.0}
     curved = HEAP | {"laws": {slot: law}, "law_parameters": states}
-    with pytest.raises(ScalingError, match=f"{law}_low: the states of a curve"):
+    with refused(ScalingError, f"{law}_low"):
         enlarged(curved, "heap", PAPER_RULE, 2)
 
 

@@ -11,6 +11,7 @@ from calibration.intake.measurements import read_measured
 from calibration.intake.sound import SHORT_S, measure_sounds, read_train
 from calibration.interface.commands import main
 from dem.constants import GRAVITY
+from facts import refused
 
 EXAMPLE = Path("data/instruments/bounce_made.wav")
 
@@ -74,21 +75,21 @@ def test_two_channels_and_floats_are_read(tmp_path):
 
 
 def test_what_is_no_train_of_one_grain_is_refused_in_words(tmp_path):
-    with pytest.raises(CalibrationError, match=r"none\.wav: there is no such file"):
+    with refused(CalibrationError, "none.wav"):
         read_train(tmp_path / "none.wav")
     (tmp_path / "text.wav").write_text("time,impact\n0.1,1\n")
-    with pytest.raises(CalibrationError, match="is no WAV file"):
+    with refused(CalibrationError, "WAV"):
         read_train(tmp_path / "text.wav")
     wavfile.write(tmp_path / "silence.wav", 8000, np.zeros(8000, np.int16))
-    with pytest.raises(CalibrationError, match="0 impacts are heard"):
+    with refused(CalibrationError, "silence.wav", "0 impacts", "4"):
         read_train(tmp_path / "silence.wav")
     recording(tmp_path / "few.wav", 0.7, impacts=3)
-    with pytest.raises(CalibrationError, match="3 impacts are heard"):
+    with refused(CalibrationError, "few.wav", "3 impacts", "4"):
         read_train(tmp_path / "few.wav")
     recording(tmp_path / "one.wav", 0.7)
     rate, sound = wavfile.read(tmp_path / "one.wav")
     wavfile.write(tmp_path / "two.wav", rate, np.concatenate([sound, sound]))
-    with pytest.raises(CalibrationError, match="shorter and shorter flights of one grain"):
+    with refused(CalibrationError, "300.0 ms", "42.0 ms"):
         read_train(tmp_path / "two.wav")
 
 

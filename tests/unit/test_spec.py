@@ -9,6 +9,7 @@ from dem.errors import SpecError
 from dem.spec import GEOMETRY, content_hash, load_spec, parse_spec
 from dem.template import template
 from dem.timescales import rayleigh_time
+from facts import tells
 
 
 @pytest.mark.parametrize("experiment", sorted(GEOMETRY))
@@ -131,7 +132,7 @@ def test_a_feed_near_what_the_orifice_passes_is_warned_of(geometry, warned):
 
 def test_a_narrow_orifice_and_short_contacts_are_warned_of():
     narrow = parse_spec({"experiment": "heap", "particles": {"diameter_mm": 5}})
-    assert "4.0 of the largest grain" in warnings_of(narrow)[0]
+    assert tells(warnings_of(narrow)[0], "4.0", "grain")
     coarse = parse_spec({"experiment": "drop", "numerics": {"rayleigh_fraction": 0.4}})
     (sentence,) = warnings_of(coarse)
     assert "1.7 m/s" in sentence

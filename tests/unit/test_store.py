@@ -30,6 +30,7 @@ from dem.errors import BlowUpError, MeasureError
 from dem.io.stl import write_stl
 from dem.results import write_failure, write_result
 from dem.spec import parse_spec
+from facts import tells
 from stage_files import PlanFiles
 
 ROOT = Path(__file__).parents[2]
@@ -306,7 +307,7 @@ def test_an_edited_design_is_set_aside_and_planned_again(study):
 def test_a_table_that_was_edited_since_is_told_of(study, capsys):
     edited(Path("table.csv"))
     assert main(["verify", "--repair"]) == 0
-    assert "table.csv: has changed since plan_screening read it" in capsys.readouterr().out
+    assert tells(capsys.readouterr().out, "table.csv", "plan_screening")
     assert "table.csv" in note_of("plan_screening")
     assert Path("table.csv").exists()
 
@@ -365,7 +366,7 @@ def test_verify_says_which_file_of_a_stage_was_changed(names, capsys):
     assert main(["verify"]) == 0
     table.write_text("effect\n2.0\n")
     assert main(["verify"]) == 1
-    assert "effects.csv: has changed since screening wrote it" in capsys.readouterr().out
+    assert tells(capsys.readouterr().out, "effects.csv", "screening")
     assert main(["verify", "--repair"]) == 0
     assert not table.exists()
     assert main(["verify"]) == 0

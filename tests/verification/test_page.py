@@ -8,6 +8,7 @@ import page_figures
 import pandas as pd
 
 from calibration.chain.numerics import compare_variants
+from facts import tells
 from frozen import FROZEN
 
 
@@ -65,7 +66,9 @@ def test_a_value_outside_its_tolerance_is_bold_and_an_unjudged_one_is_not():
 
 def test_the_engine_stands_once_or_beside_its_topics():
     one = [{"engine": "ab", "topic": "drag"}]
-    assert "`ab`: drag. `cd`: heaps" in page.engines_of([*one, {"engine": "cd", "topic": "heaps"}])
+    both = page.engines_of([*one, {"engine": "cd", "topic": "heaps"}])
+    assert tells(both, "ab", "drag")
+    assert tells(both, "cd", "heaps")
     records = json.loads((page.DOCS / "verification.json").read_text())
     text = (page.DOCS / "verification.md").read_text()
     for engine in {r["engine"] for r in records}:
