@@ -27,7 +27,8 @@ def ask(table: pd.DataFrame) -> dict:
     """What the diagnosis says of a table, read from a file as a user's table is: the keys of
     verdict.json, without the gain that needs runs."""
     found = contacts.discovered(_read(table), *study())
-    return contacts.of_found(found) | {"exclusion": contacts.limits(found, study()[1])}
+    more = {"exclusion": contacts.limits(found, study()[1]), "family_p": found.p}
+    return contacts.of_found(found) | more
 
 
 def ask_engine(table: pd.DataFrame) -> dict:

@@ -43,6 +43,7 @@ def check(case):
     assert rounded or row["own_p"] > 1e-4 or said["misfit"]["p"] < 0.01, told
     if case.group in ("null", "two-level null"):
         assert said["verdict"] == "adequate", told
+        assert said["family_p"] > 0.05, told  # chance gives the best law as much
     if case.group in ("two-level error", "two-level law"):
         assert said["verdict"] == "ambiguous", told
         assert said["next_measurement"], told
