@@ -4,8 +4,12 @@ import json
 import os
 import re
 import time
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
+
+import pandas as pd
 
 ABANDONED = 3600.0  # seconds
 PARTIAL = re.compile(r"\.partial\..*|\..*\.partial")
@@ -15,7 +19,7 @@ FORMULA = ("=", "+", "-", "@")
 
 
 @contextmanager
-def replacing(path):
+def replacing(path: str | Path) -> Iterator[Path]:
     """A path beside `path`, of the same suffix, to write to. It takes the place of `path` when the
     block is done."""
     path = Path(path)
@@ -28,7 +32,7 @@ def replacing(path):
         partial.unlink(missing_ok=True)
 
 
-def sweep_abandoned(folder):
+def sweep_abandoned(folder: str | Path) -> None:
     """Delete what writers that were killed have left below a folder: partial files of more than an
     hour."""
     partials = (p for p in Path(folder).rglob(".*") if PARTIAL.fullmatch(p.name))
@@ -38,23 +42,23 @@ def sweep_abandoned(folder):
                 partial.unlink()
 
 
-def read_json(path):
+def read_json(path: str | Path) -> Any:
     """Content of a JSON file that a stage wrote."""
     return json.loads(Path(path).read_text())
 
 
-def write_text(text, path):
+def write_text(text: str, path: str | Path) -> None:
     """Write a text file."""
     with replacing(path) as partial:
         partial.write_text(text, encoding="utf-8")
 
 
-def write_table(table, path):
+def write_table(table: pd.DataFrame, path: str | Path) -> None:
     """Write a data frame as CSV, as `csv_text` gives it."""
     write_text(csv_text(table), path)
 
 
-def csv_text(table):
+def csv_text(table: pd.DataFrame) -> str:
     """A data frame as CSV in which no cell and no heading is a formula to a spreadsheet: what
     begins like one gets an apostrophe in front (OWASP, CSV injection). Numbers stay as they are."""
     shown = table.rename(columns=_no_formula)

@@ -9,7 +9,9 @@ a prediction says how much that is (Bayesian linear regression: Bishop 2006, Pat
 Machine Learning, 3.3).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
@@ -39,7 +41,9 @@ class Difference:
     runs: int
 
     @classmethod
-    def trained(cls, base, x, z, off, runs):
+    def trained(
+        cls, base: Emulator, x: np.ndarray, z: np.ndarray, off: float | None, runs: np.ndarray
+    ) -> "Difference":
         """Of mean responses z (n,) of `runs` (n,) runs each at inputs x (n, d + 1), the coded
         strength last; off: None where the mechanism is never off."""
         off = np.nan if off is None else float(off)
@@ -57,16 +61,18 @@ class Difference:
         return cls(base, off, mean, covariance, error, int(np.sum(runs)))
 
     @property
-    def scatter(self):
+    def scatter(self) -> float:
         """As `Emulator.scatter`."""
         return self.base.scatter
 
     @property
-    def spread(self):
+    def spread(self) -> float:
         """As `Emulator.spread`."""
         return self.base.spread
 
-    def with_slope(self, x, columns, error=True):
+    def with_slope(
+        self, x: np.ndarray, columns: Sequence[int], error: bool = True
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         """As `Emulator.with_slope`; the last input is the coded strength."""
         last = x.shape[1] - 1
         own = [c for c in columns if c != last]
@@ -79,10 +85,10 @@ class Difference:
             variance = variance + np.einsum("nq,qr,nr->n", phi, self.covariance, phi)
         return z + phi @ self.mean, slope, variance
 
-    def correlation(self, x):
+    def correlation(self, x: np.ndarray) -> np.ndarray:
         """As `Emulator.correlation`."""
         phi, _ = _terms(x, self.off)
-        sd = np.sqrt(self.base.with_slope(x[:, :-1], [])[2])
+        sd = np.sqrt(cast(np.ndarray, self.base.with_slope(x[:, :-1], [])[2]))
         total = self.base.correlation(x[:, :-1]) * np.outer(sd, sd)
         total = total + phi @ self.covariance @ phi.T
         size = np.sqrt(np.maximum(np.diag(total), 1e-300))

@@ -9,11 +9,13 @@ Stat. 9:60). The prior of the strength takes no part.
 
 import copy
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from scipy.stats import chi2
 
 from diagnosis.fit import fit, misfit
+from diagnosis.identify import Identification
 from diagnosis.settings import BASE
 
 PROBABILITY = 0.95
@@ -23,7 +25,7 @@ FALL = float(chi2.ppf(2.0 * PROBABILITY - 1.0, 1))
 STRENGTHS = 17
 
 
-def of_mechanisms(found):
+def of_mechanisms(found: Identification) -> list[dict[str, Any]]:
     """[{mechanism, ...}] of every single mechanism of an `Identification`, by the emulators."""
     data, out = found.data, []
     if found.verdict == "adequate":

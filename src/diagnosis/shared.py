@@ -6,10 +6,13 @@ half Cauchy prior. `diagnosis.fit` weighs the grid by the likelihood of the read
 parameters integrated out (REML: Patterson and Thompson 1971, Biometrika 58:545).
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import QUANTITIES
 from diagnosis.laws.sizes import combined
 
@@ -27,18 +30,20 @@ class Shared:
     prior: np.ndarray
     sds: dict
 
-    def only(self, place):
+    def only(self, place: int) -> "Shared":
         """The same with the sizes at `place` alone."""
         one = slice(place, place + 1)
         sds = {k: v[one] for k, v in self.sds.items()}
         return Shared(self.covariance[one], self.prior[one], sds)
 
-    def at(self, place):
+    def at(self, place: int) -> dict[tuple[str, str], float]:
         """{(experiment, label): standard deviation} of those that are not zero."""
         return {k: float(v[place]) for k, v in self.sds.items() if v[place] > 0.0}
 
 
-def shared_of(measurements, error, unit):
+def shared_of(
+    measurements: Sequence[Measurement], error: np.ndarray, unit: np.ndarray
+) -> Shared | None:
     """`Shared` of measurements whose standard errors are `error` (n,) and whose spreads are
     compared in `unit` (n,), or None where no column tells readings of an experiment apart."""
     kinds = {}
@@ -55,7 +60,9 @@ def shared_of(measurements, error, unit):
     return Shared(np.array([covariance_of(measurements, unit, s) for s in each]), prior, sds)
 
 
-def covariance_of(measurements, unit, sds):
+def covariance_of(
+    measurements: Sequence[Measurement], unit: np.ndarray, sds: Mapping[tuple[str, str], float]
+) -> np.ndarray:
     """(n, n) covariance of the errors that measurements share, of standard deviations `sds`
     {(experiment, label): in `unit` (n,)}. A row without a label shares nothing."""
     n = len(measurements)
@@ -67,7 +74,7 @@ def covariance_of(measurements, unit, sds):
     return out
 
 
-def scatter(sds):
+def scatter(sds: Mapping[tuple[str, str], float]) -> list[dict[str, Any]]:
     """[{experiment, of, sd, unit}] of `Shared.at`, as verdict.json has them."""
     return [
         {

@@ -5,12 +5,19 @@ condition of each experiment, that in the middle of the measured ones, with the 
 model and the same seeds.
 """
 
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
+
 import numpy as np
 
+from calibration.intake.measurements import Measurement
 from calibration.runs.simulated import named
 from dem.spec import parse_spec
 from diagnosis.extend import real_spec, run_scatter
 from diagnosis.fit import data_of
+from diagnosis.model import Model
+from diagnosis.rig import Rig
+from diagnosis.settings import Settings
 
 LARGE = 0.5
 """Change over the standard error of the measurement, from which on a coarser step would be seen."""
@@ -18,7 +25,7 @@ LARGE = 0.5
 SURE = 2.0  # standard errors of the runs' mean by which the change must stand out of their scatter
 
 
-def halved(spec):
+def halved(spec: dict[str, Any]) -> dict[str, Any]:
     """Run spec (a mapping) at half its time step."""
     own = parse_spec(spec).numerics
     if own.time_step_s is not None:
@@ -28,7 +35,7 @@ def halved(spec):
     return spec | {"numerics": spec.get("numerics", {}) | finer}
 
 
-def middles(measurements):
+def middles(measurements: Sequence[Measurement]) -> list[int]:
     """Places of the measurements that are checked: the middle one of each experiment by value."""
     out = []
     for kind in dict.fromkeys(m.experiment for m in measurements):
@@ -38,10 +45,17 @@ def middles(measurements):
     return out
 
 
-def plan(rig, model, theta, measurements, seed=95_000):
+def plan(
+    rig: Rig,
+    model: Model,
+    theta: np.ndarray,
+    measurements: Sequence[Measurement],
+    seed: int = 95_000,
+) -> tuple[list[dict[str, Any]], dict[str, dict[str, Any]]]:
     """Rows [{setting, full, half}] with the names of their runs, and {run id: spec}, of the base
     model at theta (p,)."""
-    rows, specs = [], {}
+    rows: list[dict[str, Any]] = []
+    specs: dict[str, dict[str, Any]] = {}
     for i in middles(measurements):
         seeds = [seed + 1000 * k for k in range(rig.settings.gain_runs)]
         full = [real_spec(rig, model, measurements[i], theta, s) for s in seeds]
@@ -51,13 +65,18 @@ def plan(rig, model, theta, measurements, seed=95_000):
     return rows, specs
 
 
-def check(settings, measurements, rows, metrics):
+def check(
+    settings: Settings,
+    measurements: Sequence[Measurement],
+    rows: Sequence[dict[str, Any]],
+    metrics: Mapping[str, dict[str, float] | None],
+) -> list[dict[str, Any]]:
     """[{experiment, levers, value, half, change, uncertain, error, matters}] of what could be run:
     means, their difference, its standard error, that of the measurement."""
     out = []
     for row in rows:
         m = measurements[row["setting"]]
-        metric = settings.experiments[m.experiment].metric
+        metric = cast(str, settings.experiments[m.experiment].metric)
         values = np.array(
             [[(metrics[n] or {}).get(metric, np.nan) for n in row[k]] for k in ("full", "half")]
         )
@@ -73,7 +92,9 @@ def _row(measurement, values, error):
     return row_of(measurement, float(full), float(half), uncertain, error)
 
 
-def row_of(measurement, full, half, uncertain, error):
+def row_of(
+    measurement: Measurement, full: float, half: float, uncertain: float, error: float
+) -> dict[str, Any]:
     """A row of the check from the means at the full and the half step."""
     change = half - full
     return {

@@ -1,20 +1,24 @@
 """Numbers of a user's tables: with a unit of their own or in the key's, and plausible there."""
 
+from collections.abc import Mapping
 from functools import partial
+from pathlib import Path
+from typing import Any
 
 from calibration.errors import ConfigError
+from dem.tables import Table
 from dem.units import UnitError, converted, has_unit, in_unit, question, unit_of
 
 AT_ITS_WORD = "a plausible number, or one with its unit, which is taken at its word"
 
 
-def plausible_numbers(table, column, key):
+def plausible_numbers(table: Table, column: str, key: str) -> list[float]:
     """[number] of a column, in the unit that `key` ends in. Raises ConfigError naming line and
     column."""
     return [plausible_number(table, line, column, text, key) for line, text in table.texts(column)]
 
 
-def plausible_number(table, line, column, text, key):
+def plausible_number(table: Table, line: int, column: str, text: str, key: str) -> float:
     """Number of a cell in the unit that `key` ends in: its own unit counts first, then the
     heading's.
 
@@ -39,7 +43,7 @@ def plausible_number(table, line, column, text, key):
     return value
 
 
-def check_plausible(data, file, prefix=""):
+def check_plausible(data: Mapping[str, Any], file: str | Path, prefix: str = "") -> None:
     """Raise ConfigError for the first bare number of a nested mapping that no material or rig
     has."""
     for key, value in data.items():
@@ -54,10 +58,11 @@ def check_plausible(data, file, prefix=""):
                 )
 
 
-def in_key_units(data, file):
+def in_key_units(data: dict[str, Any], file: str | Path) -> dict[str, Any]:
     """A configuration with each value that carries a unit as a number in its key's unit. Raises
     ConfigError."""
     try:
         return converted(data)
     except UnitError as error:
-        raise ConfigError(str(error), path=file, key=error.key, value=error.value) from None
+        where = vars(error)  # `converted` notes the key and its value
+        raise ConfigError(str(error), path=file, key=where["key"], value=where["value"]) from None

@@ -22,7 +22,7 @@ _EVERYWHERE = {
 }
 
 
-def levers_of(experiment):
+def levers_of(experiment: str) -> dict[str, Lever]:
     """{column: Lever} of an experiment."""
     return _EVERYWHERE | experiments()[experiment].levers
 
@@ -31,7 +31,7 @@ LEVERS = _EVERYWHERE | {c: x for name in QUANTITIES for c, x in levers_of(name).
 """Lever column -> what it is."""
 
 
-def having(lever):
+def having(lever: str) -> tuple[str, ...]:
     """Experiments that have a lever."""
     return tuple(name for name in QUANTITIES if lever in levers_of(name))
 
@@ -54,13 +54,13 @@ class Measurable(NamedTuple):
     below: str | None = None
 
 
-def quantity_name(metric):
+def quantity_name(metric: str) -> str:
     """A metric's name in a table of measurements: without the unit, which has a column."""
     return without_unit(metric)
 
 
 @cache
-def measurable(experiment):
+def measurable(experiment: str) -> dict[str, Measurable]:
     """{name: Measurable} of the metrics of an experiment that something can be compared with."""
     own, found = QUANTITIES.get(experiment), {}
     for metric in experiments()[experiment].metrics:

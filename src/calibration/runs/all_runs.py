@@ -3,7 +3,9 @@
 The file is netCDF 3, which scipy writes and which xarray, MATLAB, R, Octave and ParaView read.
 """
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,9 +23,9 @@ ABOUT = ("run", "stages", "experiment", "engine")
 """Columns of words; all others are numbers."""
 
 
-def planned(folder):
+def planned(folder: str | Path) -> dict[str, list[str]]:
     """{run name: [stages]} of all plans below a study's folder."""
-    found = {}
+    found: dict[str, list[str]] = {}
     for path in sorted(Path(folder).rglob("plan.json")):
         stage = path.parent.relative_to(folder).as_posix()
         if stage.startswith(f"{CRATE}/"):
@@ -33,7 +35,7 @@ def planned(folder):
     return found
 
 
-def finished(folder):
+def finished(folder: str | Path) -> list[tuple[str, list[str], dict[str, Any]]]:
     """[(run name, [stages], result)] of the planned runs that are done and can be trusted;
     `calibration verify` says which of the others are damaged."""
     store, found = RunStore(), []
@@ -45,7 +47,7 @@ def finished(folder):
     return found
 
 
-def runs_table(study, runs):
+def runs_table(study: Any, runs: Sequence[tuple[str, list[str], dict[str, Any]]]) -> pd.DataFrame:
     """Table (pandas) of the `finished` runs of a study: name, stages, experiment and engine; the
     dotted keys of the run specs that are numbers and not the same in all runs, and those of the
     factors; the metrics, empty where a run has none of that name; its wall time."""
@@ -66,7 +68,7 @@ def runs_table(study, runs):
     return pd.concat(parts, axis=1)
 
 
-def write_netcdf(table, path, about):
+def write_netcdf(table: pd.DataFrame, path: str | Path, about: Mapping[str, str]) -> None:
     """Write a table as netCDF 3 with the dimension `run`: numbers as float64 with their unit, words
     as characters. about: {name: text} of the file as a whole."""
     with replacing(path) as partial, netcdf_file(partial, "w", version=2) as file:

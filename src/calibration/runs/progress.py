@@ -7,7 +7,7 @@ from math import ceil
 from calibration.runs.cost import duration, run_seconds
 from calibration.runs.plans import plans_of
 from calibration.runs.store import RunStore
-from calibration.study.config import point_spec
+from calibration.study.config import Config, point_spec
 from calibration.study.stages import planning
 from dem.results import FAILED, is_current
 
@@ -30,17 +30,17 @@ class Plan:
     above: bool = False
 
     @property
-    def counted(self):
+    def counted(self) -> bool:
         """Whether its runs count among the study's."""
         return not (self.short or self.above)
 
     @property
-    def left(self):
+    def left(self) -> int:
         """Runs that have neither ended nor failed."""
         return self.total - self.done - len(self.failed)
 
     @property
-    def words(self):
+    def words(self) -> str:
         """'response surface (3 of 17)'."""
         name = self.name.replace("_", " ")
         return f"{name}{', short runs' * self.short} ({self.done} of {self.total})"
@@ -57,23 +57,23 @@ class Progress:
     expected_s: float | None
 
     @property
-    def chain(self):
+    def chain(self) -> list[Plan]:
         """The plans that every study makes."""
         return [p for p in self.plans if p.counted]
 
     @property
-    def failed(self):
+    def failed(self) -> list[str]:
         """Names of all runs that failed."""
         return [name for plan in self.plans for name in plan.failed]
 
-    def left_s(self, cores):
+    def left_s(self, cores: int) -> float | None:
         """Seconds until the chain's runs are made, or None: a stage waits for the one before it, so
         the last run of each may leave cores idle."""
         each = self.mean_s or self.expected_s
         rounds = sum(ceil(plan.left / cores) for plan in self.chain)
         return rounds * each if each and rounds else None
 
-    def sentence(self, cores):
+    def sentence(self, cores: int) -> str:
         """'12 of 63 runs done, none failed; now screening (12 of 12); about 9 min left on 2
         cores'."""
         done, total = (sum(getattr(p, key) for p in self.chain) for key in ("done", "total"))
@@ -90,7 +90,7 @@ class Progress:
         return "; ".join(parts)
 
 
-def progress(config, store=None):
+def progress(config: Config, store: RunStore | None = None) -> Progress:
     """`Progress` of a study, as the store's index has it: no result is read."""
     store, walls, plans = store or RunStore(config.runs), [], []
     for name, declared, names in _plans(f"{config.results}/{config.name}"):
@@ -131,6 +131,6 @@ def _expected_s(config):
     return run_seconds(point_spec(config.run, config.experiment, {}, config.seed))
 
 
-def cores():
+def cores() -> int:
     """Cores that the workflow was given."""
     return int(os.environ.get("CAMPAIGN_CORES", 1))

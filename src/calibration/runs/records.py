@@ -9,8 +9,10 @@ that is missing or damaged means that the files are made again.
 
 import os
 import time
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from calibration.files import read_json, write_text
 from dem.io.checked import digest_of, is_sealed, sealed
@@ -21,7 +23,13 @@ FOLDER = ".made_from"
 be made again. NAME is that of the rule's log."""
 
 
-def record(folder, name, made_from, outputs, inputs=()):
+def record(
+    folder: str | Path,
+    name: str,
+    made_from: str,
+    outputs: Iterable[str | Path],
+    inputs: Iterable[str | Path] = (),
+) -> None:
     """Write down what a rule has left in a study's folder.
 
     made_from : digest of code, settings and tables; outputs : files below the folder, of which
@@ -33,7 +41,7 @@ def record(folder, name, made_from, outputs, inputs=()):
     write_json(Path(folder, FOLDER, f"{name}.json"), sealed(content))
 
 
-def read_record(path):
+def read_record(path: str | Path) -> dict[str, Any] | None:
     """A record: a mapping with `made_from`, `files` and `inputs` {path: SHA-256}; None where it is
     missing or damaged."""
     try:
@@ -44,7 +52,7 @@ def read_record(path):
     return found if whole else None
 
 
-def records(folder):
+def records(folder: str | Path) -> Iterator[tuple[str, dict[str, Any]]]:
     """(name, record) of each rule of a study's folder that has one."""
     for path in sorted(Path(folder, FOLDER).glob("*.json")):
         found = read_record(path)
@@ -52,7 +60,7 @@ def records(folder):
             yield path.stem, found
 
 
-def altered(folder):
+def altered(folder: str | Path) -> Iterator[tuple[str, Path]]:
     """(name, file) of each file of a study that is not as its rule left it."""
     for name, found in records(folder):
         for relative, digest in found["files"].items():
@@ -61,7 +69,7 @@ def altered(folder):
                 yield name, file
 
 
-def changed_inputs(folder):
+def changed_inputs(folder: str | Path) -> Iterator[tuple[str, Path]]:
     """(name, file) of each table of the user that has changed since a rule read it. One that is not
     at hand is left out: results may have been moved away from their study."""
     for name, found in records(folder):
@@ -70,13 +78,13 @@ def changed_inputs(folder):
                 yield name, Path(path)
 
 
-def recorded(folder, file):
+def recorded(folder: str | Path, file: str | Path) -> str | None:
     """Name of the rule whose record has a file of a study's folder, or None."""
     relative = os.path.relpath(file, folder)
     return next((name for name, found in records(folder) if relative in found["files"]), None)
 
 
-def note(folder, name, reason):
+def note(folder: str | Path, name: str, reason: str) -> None:
     """Write down that the files of a rule are to be made again; a folder that can only be read
     stays as it is. Its time is what counts: it is newer than they are."""
     with suppress(OSError):
@@ -84,7 +92,12 @@ def note(folder, name, reason):
         write_text(text, Path(folder, FOLDER, f"{name}.txt"))
 
 
-def made_again(folder, name, outputs, content=None):
+def made_again(
+    folder: str | Path,
+    name: str,
+    outputs: Iterable[str | Path],
+    content: str | None = None,
+) -> str:
     """Path, within a study's folder, of the note that the files of a rule are to be made again; it
     is written where one of them is there and no record says how it was made, or one that differs
     from the digest `content`, if that is given."""

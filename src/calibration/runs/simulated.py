@@ -3,6 +3,10 @@
 A module of its own: who only needs runs does not depend on how batches share and report them.
 """
 
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
 from calibration import engines
 from calibration.errors import CalibrationError
 from calibration.runs.plans import run_id
@@ -12,7 +16,11 @@ from dem.results import write_failure
 from dem.spec import parse_spec
 
 
-def simulate(specs, root=None, note=lambda text: None):
+def simulate(
+    specs: Mapping[str, dict[str, Any]],
+    root: str | Path | None = None,
+    note: Callable[[str], object] = lambda text: None,
+) -> dict[str, dict[str, float] | None]:
     """{run id: metrics or None} of {run id: spec}; None where the run fails physically, which is
     kept as failed.json.
 
@@ -33,7 +41,7 @@ def simulate(specs, root=None, note=lambda text: None):
     return found
 
 
-def blown_up(names, root=None):
+def blown_up(names: Iterable[str], root: str | Path | None = None) -> set[str]:
     """The set of those runs that ended because the simulation became unphysical, as the kept
     failures say: no test that ends without a value, but a fault of the step or the stiffness."""
     store = RunStore(root)
@@ -41,7 +49,7 @@ def blown_up(names, root=None):
     return {name for name, kind in kinds.items() if kind == BlowUpError.__name__}
 
 
-def named(specs):
+def named(specs: Iterable[dict[str, Any]]) -> dict[str, dict[str, Any]]:
     """{run id: spec} of a list of specs."""
     return {run_id(s): s for s in specs}
 

@@ -1,8 +1,10 @@
 """The factors of a calibration: names, the key each sets in a run spec, and levels."""
 
 import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -46,31 +48,31 @@ class Factor:
     """Whether there are levels between low and high."""
 
     @property
-    def centre(self):
+    def centre(self) -> float:
         """Natural level at 0."""
         return 0.5 * (self.low + self.high)
 
     @property
-    def half_range(self):
+    def half_range(self) -> float:
         """Natural units per coded unit."""
         return 0.5 * (self.high - self.low)
 
-    def natural(self, coded):
+    def natural(self, coded: Any) -> Any:
         """Natural level of a coded one; floats or arrays. Rounded to nine digits: levels name
         cached runs."""
         value = self.centre + coded * self.half_range
         return round(value, 9) if isinstance(value, float) else value
 
-    def coded(self, natural):
+    def coded(self, natural: Any) -> Any:
         """Coded level of a natural one."""
         return (natural - self.centre) / self.half_range
 
-    def value(self, level):
+    def value(self, level: Any) -> Any:
         """What a run spec has at a natural level."""
         return level
 
     @property
-    def levels(self):
+    def levels(self) -> str:
         """In words."""
         return f"{self.low:g} to {self.high:g}"
 
@@ -83,12 +85,12 @@ class Choice(Factor):
     words: tuple = ()
     has_middle: ClassVar[bool] = False
 
-    def natural(self, coded):
+    def natural(self, coded: Any) -> Any:
         """The level of a coded one; there is none in the middle, where the first word stands."""
         level = np.where(np.asarray(coded) > 0, 1.0, -1.0)
         return float(level) if level.ndim == 0 else level
 
-    def value(self, level):
+    def value(self, level: Any) -> Any:
         """The word of a level, which may be a word already. Raises ConfigError for another."""
         if level in self.words:
             return level
@@ -97,12 +99,12 @@ class Choice(Factor):
         raise ConfigError("is no level", key=self.name, value=level, allowed=self.levels)
 
     @property
-    def levels(self):
+    def levels(self) -> str:
         """In words."""
         return " or ".join(self.words)
 
 
-def refuse_choices(factors, where):
+def refuse_choices(factors: Iterable[Factor], where: str) -> None:
     """Raise ConfigError for a `Choice` among factors that are varied between their levels."""
     for factor in factors:
         if isinstance(factor, Choice):
@@ -110,7 +112,7 @@ def refuse_choices(factors, where):
             raise ConfigError(reason, key=factor.name, allowed="factors whose levels are numbers")
 
 
-def read_factors(path):
+def read_factors(path: str | Path) -> list[Factor]:
     """Factors from a table with the columns COLUMNS. Raises ConfigError naming file, line and
     column."""
     table = read_table(path)
@@ -149,7 +151,7 @@ def _check_names(factors, path):
                 )
 
 
-def factor_of(factors, key):
+def factor_of(factors: Sequence[Factor], key: str) -> Factor:
     """The factor that sets the dotted `key` of a run spec. Raises ConfigError where none does."""
     for factor in factors:
         if factor.key == key:

@@ -1,12 +1,16 @@
 """Which measured conditions a run is compared with: those at whose levers it is made."""
 
 import math
+from collections.abc import Collection, Sequence
+from pathlib import Path
 
 import numpy as np
 
 from calibration.errors import ConfigError
+from calibration.intake.measurements import Measurement, Measurements
 from calibration.intake.quantities import LEVERS
 from calibration.statistics.stated import Stated
+from dem.spec import RunSpec
 
 
 class NotComparableError(ConfigError):
@@ -15,7 +19,9 @@ class NotComparableError(ConfigError):
     setting."""
 
 
-def agreeing(table, experiment, quantity, spec, but=()):
+def agreeing(
+    table: Measurements, experiment: str, quantity: str, spec: RunSpec, but: Collection[str] = ()
+) -> list[Measurement]:
     """The conditions of a quantity that a run of `spec` (a `RunSpec`) is at; levers in `but` do not
     count. Raises ConfigError where the table has no row of it, and NotComparableError where all of
     them are at other settings, naming what differs."""
@@ -53,7 +59,7 @@ def _apart(measured, spec, but):
     return None
 
 
-def sample(conditions, path):
+def sample(conditions: Sequence[Measurement], path: str | Path) -> np.ndarray | Stated:
     """All readings (n,) of conditions as one array, or the `Stated` mean of the only one. Raises
     NotComparableError for several means, and ConfigError where nothing is known of the spread."""
     if all(m.readings for m in conditions):
@@ -71,7 +77,7 @@ def sample(conditions, path):
             allowed="one of them, or readings; levers tell them apart",
         )
     (only,) = conditions
-    if only.n < 2:
+    if only.n < 2 or only.sd is None:
         raise ConfigError(
             "needs at least two values to have a spread", path=path, line=only.line, column="n"
         )

@@ -8,13 +8,14 @@ from pydantic import BaseModel
 from dem.spec import GEOMETRY, RunSpec
 
 
-def physical_range(key, experiment):
+def physical_range(key: str, experiment: str) -> tuple[float, float]:
     """(low, high) that the dotted `key` of a run spec allows; infinite where it states no limit.
 
     A limit that is itself not allowed (above 0, below 0.5) is moved in by a billionth of itself or
     of 1.
     """
-    model, names = RunSpec, key.split(".")
+    model: type[BaseModel] | None = RunSpec
+    names = key.split(".")
     if names[0] == "geometry":
         model, names = GEOMETRY[experiment], names[1:]
     for name in names[:-1]:
@@ -42,7 +43,7 @@ def _model_of(model, name):
     return next((k for k in kinds if isinstance(k, type) and issubclass(k, BaseModel)), None)
 
 
-def inside(centre, half, low, high):
+def inside(centre: float, half: float, low: float, high: float) -> tuple[float, float]:
     """(centre, half) of the levels centre -+ half moved, and where they are too wide narrowed, into
     [low, high]."""
     half = min(half, 0.5 * (high - low))

@@ -1,9 +1,10 @@
 """What was read, said back."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 
-def summary(values, unit="", how=""):
+def summary(values: ArrayLike, unit: str = "", how: str = "") -> str:
     """One line: `10 values, 26.1° to 28.4°, mean 27.40° ± 0.8° (sd)`, and how the table was
     recognised. One value is said once."""
     values = np.asarray(values, float)

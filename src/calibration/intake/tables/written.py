@@ -1,11 +1,14 @@
 """Tables that this project wrote: commas, points, UTF-8, nothing to recognise."""
 
+from pathlib import Path
+from typing import Any
+
 import pandas as pd
 
 from calibration.errors import ConfigError
 
 
-def read_written(path, **options):
+def read_written(path: str | Path, **options: Any) -> pd.DataFrame:
     """Data frame of a CSV file that a stage wrote; options go to pandas. Raises ConfigError where
     it is none."""
     try:

@@ -24,12 +24,12 @@ ROOM = 5.0  # deg by which a heap may be steeper than the measured one and not t
 STEEL = Material(7800.0, 8.0e10, 0.3)
 
 
-def cone_height(plate_mm, angle_deg):
+def cone_height(plate_mm: float, angle_deg: float) -> float:
     """Height [mm] of a cone of the angle over the whole plate."""
     return 0.5 * plate_mm * math.tan(math.radians(angle_deg))
 
 
-def roomy_height(plate_mm, rim_mm, angle_deg):
+def roomy_height(plate_mm: float, rim_mm: float, angle_deg: float) -> int:
     """Lowest orifice [mm] that a heap by ROOM steeper than the angle does not touch; it stands on
     the rim."""
     return math.ceil(rim_mm + cone_height(plate_mm, angle_deg + ROOM))
@@ -52,13 +52,13 @@ class Heap:
     least_restitution: float | None = None  # between grains, of those that are tried
 
     @property
-    def apex_mm(self):
+    def apex_mm(self) -> float:
         """Height [mm] above the plate of a full cone of the measured angle, which stands on the
         rim."""
         return self.plate_rim_height_mm + cone_height(self.plate_diameter_mm, self.angle_deg)
 
     @property
-    def count(self):
+    def count(self) -> int:
         """Grains that a cone of the measured angle over the whole plate takes, with the bed inside
         the rim, and what rolls off."""
         area = math.pi / 4 * self.plate_diameter_mm**2
@@ -68,7 +68,7 @@ class Heap:
         return max(round(SPILL * PACKING * heap / grain), FEWEST)
 
     @property
-    def capacity_per_s(self):
+    def capacity_per_s(self) -> float:
         """Grains that the orifice passes in a second (Beverloo 1961)."""
         return self._passes(1e-3 * self.diameter_mm) / self._grain
 
@@ -83,7 +83,7 @@ class Heap:
         return solid_rate(opening, d)
 
     @property
-    def feed_per_s(self):
+    def feed_per_s(self) -> float:
         """Grains made in a second: as was measured, else FEED of what the orifice passes of the
         quick profile's grains, so that the same mass in a second passes in that profile too."""
         if self.mass_flow_g_s is None:
@@ -93,17 +93,17 @@ class Heap:
         return self.mass_flow_g_s / (1e3 * self.density_kg_m3 * self._grain)
 
     @property
-    def feed_share(self):
+    def feed_share(self) -> float:
         """The feed over what the orifice passes."""
         return self.feed_per_s / self.capacity_per_s
 
     @property
-    def pouring_s(self):
+    def pouring_s(self) -> float:
         """Time [s] during which grains are made."""
         return self.count / self.feed_per_s
 
     @property
-    def rayleigh_fraction(self):
+    def rayleigh_fraction(self) -> float:
         """Rayleigh times in a time step: RAYLEIGH, or fewer where an impact on the plate would last
         less than IMPACT_STEPS or pressed grains would tremble."""
         radius, material = 0.5e-3 * self.diameter_mm, self._material
@@ -127,12 +127,12 @@ class Heap:
         return rayleigh_time(radius, m.density, m.shear_modulus, m.poisson_ratio)
 
     @property
-    def particle_steps(self):
+    def particle_steps(self) -> float:
         """Work of one heap: grains times steps."""
         step = self.rayleigh_fraction * self._rayleigh_time
         return self.count * (self.pouring_s + SETTLING) / step
 
-    def of_at_most(self, most):
+    def of_at_most(self, most: int) -> "Heap":
         """The same heap of fewer, larger grains; an orifice of FREE_FLOW_RATIO grains stays so."""
         if self.count <= most:
             return self

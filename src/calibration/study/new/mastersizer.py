@@ -9,6 +9,7 @@ limit but the first stands the volume between it and the limit before [%].
 
 import math
 from itertools import pairwise
+from pathlib import Path
 
 from calibration.errors import ConfigError
 from calibration.intake.tables import read_rows
@@ -19,7 +20,7 @@ LEAST_SHARE = 0.5
 """Volume [%] of a class below which it is left out: tails of a fit, and grains without number."""
 
 
-def mastersizer_sizes(path):
+def mastersizer_sizes(path: str | Path) -> tuple[list[float], list[float]] | None:
     """(diameters [mm], volume shares [%]) of an export: the geometric mean of each class's limits.
     None for a table of another kind.
 

@@ -31,12 +31,12 @@ BAND = 0.3  # of a single published value, to either side
 UNPUBLISHED = "wide: holds most dry grains"
 
 
-def materials():
+def materials() -> list[str]:
     """Names of the materials with published ranges."""
     return sorted({row["material"] for _, row in _published().rows})
 
 
-def factors_of(material=None):
+def factors_of(material: str | None = None) -> list[Factor]:
     """Factors A to G with their ranges; the description names the source.
 
     Raises CalibrationError for a material that the table does not have; None takes wide ranges.
@@ -58,7 +58,7 @@ def factors_of(material=None):
     ]
 
 
-def most_published(key):
+def most_published(key: str) -> tuple[float, str] | None:
     """(largest published value of a key, its material), whatever the material; None where none is
     published."""
     table = _published()
