@@ -7,9 +7,10 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import pandas as pd
+if TYPE_CHECKING:  # pandas takes a while to load, and most of who write a file need none of it
+    import pandas as pd
 
 ABANDONED = 3600.0  # seconds
 PARTIAL = re.compile(r"\.partial\..*|\..*\.partial")
@@ -53,12 +54,12 @@ def write_text(text: str, path: str | Path) -> None:
         partial.write_text(text, encoding="utf-8")
 
 
-def write_table(table: pd.DataFrame, path: str | Path) -> None:
+def write_table(table: "pd.DataFrame", path: str | Path) -> None:
     """Write a data frame as CSV, as `csv_text` gives it."""
     write_text(csv_text(table), path)
 
 
-def csv_text(table: pd.DataFrame) -> str:
+def csv_text(table: "pd.DataFrame") -> str:
     """A data frame as CSV in which no cell and no heading is a formula to a spreadsheet: what
     begins like one gets an apostrophe in front (OWASP, CSV injection). Numbers stay as they are."""
     shown = table.rename(columns=_no_formula)

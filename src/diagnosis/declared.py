@@ -1,6 +1,8 @@
 """The stages of the diagnosis and of its benchmark, as `calibration.study.stages` describes
 them."""
 
+from typing import Any
+
 from calibration.study.stages import Plan, Stage
 
 SHARDS = 8
@@ -10,7 +12,7 @@ WAVES = 2
 workflow/rules/diagnosis.smk."""
 
 
-def batches(study):
+def batches(study: Any) -> int:
     """Jobs that the emulators' runs of a diagnosis are divided into."""
     from diagnosis.measurements import need_emulators
     from diagnosis.settings import study_settings  # loads the catalogue
@@ -19,7 +21,7 @@ def batches(study):
     return study_settings(study.config.diagnosis).batches if asked else 1
 
 
-def trained(config, file):
+def trained(config: Any, file: str) -> str | list[str]:
     """A file that the emulators or their waves leave, as an input; none where single contacts are
     integrated, so that none of the rules that train them is run."""
     from diagnosis.measurements import need_emulators
@@ -27,7 +29,7 @@ def trained(config, file):
     return file if need_emulators(config.measurements) else []
 
 
-def batches_of_the_benchmark(study):
+def batches_of_the_benchmark(study: Any) -> int:
     """Jobs that the emulators' runs of the benchmark are divided into."""
     from diagnosis.settings import read_settings
 

@@ -6,20 +6,27 @@ follows no normal law. What the fit takes up of a pattern is not simulated: wher
 are calibrated the chances are upper bounds.
 """
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from calibration.figures import parameter_words
+from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from calibration.statistics.numbers import NORMAL_95
 from diagnosis.chance import share_above
 from diagnosis.design import WIDENED
-from diagnosis.fit import redrawn_error
+from diagnosis.fit import Fit, redrawn_error
+from diagnosis.model import Model
 
 P_TREND = 0.01
 DRAWS = 4000
 
 
-def by_chance(measurements, error, sd, draws=DRAWS):
+def by_chance(
+    measurements: Sequence[Measurement], error: np.ndarray, sd: np.ndarray, draws: int = DRAWS
+) -> np.ndarray:
     """Residuals (draws, n) that chance makes where nothing is missing, in units of the sd that the
     laboratory and the model would state.
 
@@ -31,7 +38,7 @@ def by_chance(measurements, error, sd, draws=DRAWS):
     return noise / np.hypot(redrawn_error(measurements, error, draws, rng), model)
 
 
-def tails(measurements, drawn, off):
+def tails(measurements: Sequence[Measurement], drawn: np.ndarray, off: np.ndarray) -> np.ndarray:
     """Two-sided tail probabilities (n,) of settings that are `off` (n,), among the residuals
     `drawn` (r, n) of all settings of their experiment."""
     kinds = np.array([m.experiment for m in measurements])
@@ -42,7 +49,9 @@ def tails(measurements, drawn, off):
     return out
 
 
-def residual_rows(measurements, fitted, drawn):
+def residual_rows(
+    measurements: Sequence[Measurement], fitted: Fit, drawn: np.ndarray
+) -> list[dict[str, Any]]:
     """A mapping for each condition: measured, predicted (with what its batch and its instrument
     add), residual in sd, tail probability when it is left out; drawn: see `by_chance`."""
     tail = tails(measurements, drawn, fitted.residual[0] / np.sqrt(1.0 - fitted.leverage[0]))
@@ -62,7 +71,7 @@ def residual_rows(measurements, fitted, drawn):
     return rows
 
 
-def trends(rows, drawn):
+def trends(rows: Sequence[dict[str, Any]], drawn: np.ndarray) -> list[dict[str, Any]]:
     """What the residuals show beyond noise: slopes along a lever, experiments off as a whole,
     single settings; drawn: see `by_chance`.
 
@@ -140,7 +149,9 @@ def _at(lever, value):
     return f"a {LEVERS[lever].words} of {value:.4g} {LEVERS[lever].unit}".rstrip()
 
 
-def moved(before, after):
+def moved(
+    before: dict[str, dict[str, Any]], after: dict[str, dict[str, Any]]
+) -> dict[str, dict[str, Any]]:
     """Parameters that the extended model still determines, outside the base calibration's interval.
 
     {name: {base, extended, shift_percent, shift_in_base_sd, sentence}}; the shift is how wrong the
@@ -167,7 +178,7 @@ def moved(before, after):
     return out
 
 
-def calibration(model, fitted):
+def calibration(model: Model, fitted: Fit) -> dict[str, dict[str, Any]]:
     """A mapping for each parameter: mode, standard deviation, 95 % interval cut at the emulators'
     range, the share of the prior's sd that is left, and whether the data identify it (the data must
     halve the prior's sd)."""

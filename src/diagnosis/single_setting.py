@@ -1,15 +1,21 @@
 """A single reading that is at odds with the base model, of emulated experiments: where it alone
 explains the misfit, it is named by its line."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 from scipy.stats import chi2
 
+from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import QUANTITIES
-from diagnosis.identify import MISFIT
+from diagnosis.identify import MISFIT, Identification
 from diagnosis.settings import BASE
 
 
-def with_single(verdict, found, measurements):
+def with_single(
+    verdict: dict[str, Any], found: Identification, measurements: Sequence[Measurement]
+) -> dict[str, Any]:
     """The mapping of verdict.json of an `Identification`: `error` with the row, where the base
     model fits all others; as it is where it does not, or where nothing is wrong."""
     if found.verdict != "unexplained":

@@ -1,17 +1,22 @@
 """Files that several stages read or write."""
 
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
 from calibration.files import read_json
+from calibration.study.config import Config
 from calibration.study.factors import Factor
 
 
-def read_region(path):
+def read_region(path: str | Path) -> list[Factor]:
     """Factors with the levels of a region: of region.json, or of an optimum.json the one that it
     was sought in."""
     content = read_json(path)
     return [Factor(**f) for f in (content["region"] if "region" in content else content)]
 
 
-def further_files(config, output):
+def further_files(config: Config, output: Any) -> Iterable[tuple[Any, str, str]]:
     """(target, file, figure) of each further target; nothing with one target."""
     if not config.further_targets:
         return ()

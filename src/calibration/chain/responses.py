@@ -2,8 +2,10 @@
 point is nearest."""
 
 import re
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,16 +13,17 @@ import pandas as pd
 from calibration.errors import CalibrationError
 from calibration.runs.plans import read_values, reason_without
 from calibration.statistics.goals import combined_desirability
-from calibration.study.config import goals, read_target
+from calibration.statistics.screening import Screening
+from calibration.study.config import Config, goals, read_target
 
 
-def columns(config):
+def columns(config: Config) -> dict[str, str]:
     """{column of the design tables: metric}; the target's is `response`, the others bear their
     metric's name."""
     return {"response": config.target.metric} | {t.metric: t.metric for t in config.further_targets}
 
 
-def with_responses(design, config):
+def with_responses(design: pd.DataFrame, config: Config) -> pd.DataFrame:
     """The design table (pandas) with the metrics of its finished runs in `columns`. `response_sd`
     has the spread within a run, if the target's metric has one.
 
@@ -35,7 +38,7 @@ def with_responses(design, config):
     return design
 
 
-def with_value(runs, column):
+def with_value(runs: pd.DataFrame, column: str) -> pd.DataFrame:
     """The rows of a table that have a value in `column`, numbered anew. Raises CalibrationError
     where fewer than two have one."""
     here = runs[runs[column].notna()].reset_index(drop=True)
@@ -48,7 +51,7 @@ def with_value(runs, column):
 
 
 @contextmanager
-def naming_left_out(runs, column="response"):
+def naming_left_out(runs: pd.DataFrame, column: str = "response") -> Iterator[None]:
     """An analysis of the runs that have a value in `column`: where it fails, its CalibrationError
     names the others as well."""
     try:
@@ -60,7 +63,7 @@ def naming_left_out(runs, column="response"):
         raise CalibrationError(f"{error}. {' '.join(sentences)}") from None
 
 
-def left_out(runs, column="response"):
+def left_out(runs: pd.DataFrame, column: str = "response") -> list[dict[str, Any]]:
     """[{run, reason}] of the runs of a table that finished without a value in `column`."""
     without = runs[runs[column].isna()]
     return [
@@ -69,9 +72,9 @@ def left_out(runs, column="response"):
     ]
 
 
-def without_value(left_out):
+def without_value(left_out: Iterable[dict[str, Any]]) -> list[str]:
     """Sentences that name the runs of `left_out`, one for each reason."""
-    by_reason = {}
+    by_reason: dict[str, list[str]] = {}
     for row in left_out:
         by_reason.setdefault(row["reason"], []).append(str(row["run"]))
     return [
@@ -80,12 +83,12 @@ def without_value(left_out):
     ]
 
 
-def spread_of(metric):
+def spread_of(metric: str) -> str:
     """Name of the metric that holds the spread of another within a run: `_sd` before the unit."""
     return re.sub(r"_([^_]+)$", r"_sd_\1", metric)
 
 
-def strongest(screenings):
+def strongest(screenings: Sequence[Screening]) -> Screening:
     """One screening for several responses: each factor with the response that it moves most for its
     error.
 
@@ -103,7 +106,7 @@ def strongest(screenings):
     return replace(screenings[0], table=pd.DataFrame(rows))
 
 
-def judge(runs, config):
+def judge(runs: pd.DataFrame, config: Config) -> pd.DataFrame:
     """The table of runs with what says how near each comes: `relative_error` of the target, and
     `desirability` where there are several targets."""
     mean = float(read_target(config).mean())
@@ -114,7 +117,7 @@ def judge(runs, config):
     return runs
 
 
-def nearest(runs):
+def nearest(runs: pd.DataFrame) -> pd.Series:
     """The row of judged runs that comes nearest to what is wanted: of least error, or with several
     targets the most desirable one. Where none is acceptable in all targets, it is again the error
     of the first that counts."""

@@ -8,6 +8,7 @@ heights in second order only.
 """
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -40,22 +41,22 @@ class Train:
     times: np.ndarray
 
     @property
-    def flights(self):
+    def flights(self) -> np.ndarray:
         """Durations (n - 1,) [s] between the impacts."""
         return np.diff(self.times)
 
     @property
-    def restitution(self):
+    def restitution(self) -> np.ndarray:
         """Restitution (n - 2,) of the impacts between two flights."""
         return self.flights[1:] / self.flights[:-1]
 
     @property
-    def heights_mm(self):
+    def heights_mm(self) -> np.ndarray:
         """Heights (n - 1,) of the flights."""
         return 1e3 * GRAVITY * self.flights**2 / 8.0
 
 
-def read_train(path):
+def read_train(path: str | Path) -> Train:
     """`Train` of a WAV file. Raises CalibrationError for a file that is none, and for sounds that
     are not those of one grain coming to rest."""
     path = Path(path)
@@ -84,7 +85,7 @@ def _clear(times):
     return times[: short[0] + 1] if len(short) else times
 
 
-def measure_sounds(paths, out=None):
+def measure_sounds(paths: Sequence[str | Path], out: Path | None = None) -> list[str]:
     """Lines to print: each recording's restitution, then all of them. Writes the table `out` of
     drops and rebounds; each flight is used once, so that the rows are independent. Raises
     CalibrationError."""

@@ -7,8 +7,10 @@ a batch that was cut off goes on where it stopped.
 
 import sys
 import tarfile
+from collections.abc import Callable, Mapping
 from math import ceil
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
+from typing import Any
 
 from calibration.errors import CalibrationError, in_words
 from calibration.files import read_json
@@ -30,7 +32,7 @@ LEAST_JOBS = 8
 """Jobs that a plan is parted into at least, so that the cores end together."""
 
 
-def runs_per_job(specs, chosen=None):
+def runs_per_job(specs: Mapping[str, dict[str, Any]], chosen: int | None = None) -> int:
     """Number of runs {name: spec} of a plan that share a process: `chosen`, or as many as make the
     start of a process cost little beside them. One where a run takes minutes, where the plan has
     few runs, or where nobody knows what a run takes."""
@@ -43,13 +45,21 @@ def runs_per_job(specs, chosen=None):
     return max(1, min(wanted, len(specs) // LEAST_JOBS))
 
 
-def batch_count(specs, chosen=None):
+def batch_count(specs: Mapping[str, dict[str, Any]], chosen: int | None = None) -> int | None:
     """Number of processes that make the runs of a plan; None where each run is a job of its own."""
     size = runs_per_job(specs, chosen)
     return None if size == 1 else ceil(len(specs) / size)
 
 
-def run_batch(plan_file, batch, batches, done, failures="refused", root=None, tell=lambda: None):
+def run_batch(
+    plan_file: str | Path,
+    batch: int,
+    batches: int,
+    done: str | Path,
+    failures: str = "refused",
+    root: str | Path | None = None,
+    tell: Callable[[], object] = lambda: None,
+) -> None:
     """Do every `batches`-th run of a plan, from number `batch` on, and write their names to `done`.
 
     failures: "refused" raises CalibrationError naming the runs that failed and why, after the
@@ -70,7 +80,15 @@ def run_batch(plan_file, batch, batches, done, failures="refused", root=None, te
     write_json(done, {"runs": list(specs), "failed": failed})
 
 
-def run_told_batch(plan_file, batch, batches, done, log, config, root=None):
+def run_told_batch(
+    plan_file: str | Path,
+    batch: int,
+    batches: int,
+    done: str | Path,
+    log: str | Path,
+    config: Any,
+    root: str | Path | None = None,
+) -> None:
     """The same for runs that could each be a job of its own: each has its log and its message, and
     the job ends with status 1 after them where one failed; see `run_each`."""
     try:
@@ -81,7 +99,7 @@ def run_told_batch(plan_file, batch, batches, done, log, config, root=None):
         sys.exit(in_words(error))
 
 
-def pack_runs(done, archive, root=None):
+def pack_runs(done: str | Path, archive: str | Path, root: str | Path | None = None) -> None:
     """Put the folders of the runs that a batch left `done` into one file."""
     store = RunStore(root)
     with tarfile.open(archive, "w") as tar:
@@ -89,7 +107,7 @@ def pack_runs(done, archive, root=None):
             tar.add(store.folder(name), name)
 
 
-def unpack_runs(archive, root=None):
+def unpack_runs(archive: str | Path, root: str | Path | None = None) -> None:
     """Put the runs of an archive where they are kept. Raises CalibrationError for one that is
     broken."""
     try:
@@ -110,7 +128,7 @@ def _of_a_run(member):
     return below and (member.isfile() or member.isdir())
 
 
-def share_of(plan_file, batch, batches):
+def share_of(plan_file: str | Path, batch: int, batches: int) -> dict[str, dict[str, Any]]:
     """{run id: spec} of every `batches`-th run of a plan, from number `batch` on."""
     specs = read_plan(plan_file)
     return {name: specs[name] for name in sorted(specs)[batch::batches]}

@@ -16,12 +16,12 @@ from calibration.runs.cost import (
     memory_mb,
     seconds_of,
 )
-from calibration.study.config import bench_run, machine_run, overlay, point_spec
+from calibration.study.config import Config, bench_run, machine_run, overlay, point_spec
 from calibration.study.factors import read_factors
 from calibration.study.sweeps import SWEEPS
 from dem.errors import DemError, SpecError
 from dem.experiments import experiment_of
-from dem.spec import input_digests, parse_spec, require_material
+from dem.spec import RunSpec, input_digests, parse_spec, require_material
 
 RESERVED = ("runs", "reference")
 """Folders below results/ that are no study's."""
@@ -29,7 +29,7 @@ RESERVED = ("runs", "reference")
 MOST_CORNERS = 256
 
 
-def check_ahead(config):
+def check_ahead(config: Config) -> None:
     """Raise ConfigError for the first thing that would stop the study later. It may be a name that
     is taken, a level that no run can have, or a number of the material that nothing gives. It may
     be a design or a mesh that cannot be used, or a run that needs more memory than there is."""
@@ -38,7 +38,8 @@ def check_ahead(config):
     factors = read_factors(config.factors)
     _check_held(config, factors)
     _check_blocks(config, factors)
-    first, tried = None, set()
+    first: RunSpec | None = None
+    tried: set[tuple[tuple[str, str], ...]] = set()
     for where, spec in _specs_ahead(config, factors):
         try:
             parsed = parse_spec(spec)
@@ -47,6 +48,7 @@ def check_ahead(config):
         _check_given(where, parsed)
         first = first or parsed
         _check_files(where, parsed, tried)
+    assert first is not None  # every study has runs
     needed, there = memory_mb(first.particles.count), machine_memory_mb()
     if needed > there:
         raise ConfigError(
@@ -111,7 +113,7 @@ def _gives(run, key):
     return True
 
 
-def cost_ahead(config):
+def cost_ahead(config: Config) -> str:
     """A sentence: memory and, for a study of poured grains, time of one run on one core, before any
     has been made."""
     spec = parse_spec(point_spec(config.run, config.experiment, {}, config.seed))

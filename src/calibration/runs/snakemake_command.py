@@ -6,8 +6,10 @@ import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Iterable, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 WORKFLOW = Path(__file__).parents[1] / "workflow"
 OWN = ("Snakefile", "workflow/Snakefile")
@@ -15,7 +17,7 @@ OWN = ("Snakefile", "workflow/Snakefile")
 PROFILE = ("--workflow-profile", "--profile")
 
 
-def call(command, **keys):
+def call(command: Sequence[str], **keys: Any) -> subprocess.CompletedProcess:
     """`subprocess.run`, but a signal to end reaches the command, which is waited for: snakemake
     then stops its jobs, which keep what they have."""
     with subprocess.Popen(command, **keys) as process, _passed_on(signal.SIGTERM, process):
@@ -41,7 +43,7 @@ def _passed_on(number, process):
         signal.signal(number, former)
 
 
-def snakemake_command(files, *arguments):
+def snakemake_command(files: Iterable[str | Path], *arguments: str) -> list[str]:
     """The command that runs the workflow for the configuration `files` with further arguments of
     snakemake's: that of the current folder where it has one, as a clone does, else the
     package's."""
@@ -62,7 +64,7 @@ def _with_profiles(arguments: tuple[str, ...]) -> list[str]:
     return found
 
 
-def rule_names():
+def rule_names() -> set[str]:
     """Names of the workflow's rules, as its files have them."""
     files = [WORKFLOW / "Snakefile", *WORKFLOW.rglob("*.smk")]
     found = (re.findall(r"^(?:rule|checkpoint) (\w+):", f.read_text(), re.M) for f in files)

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from calibration.inference.joint.likelihood import Cloud, least_misfit
+from calibration.inference.joint.likelihood import Cloud, Joint, least_misfit
+from calibration.inference.posterior_sampling import Prior
 
 ALPHA = 0.05
 """Chance at which targets that agree are said to contradict each other."""
@@ -40,7 +41,7 @@ class Pull:
     p_others: float
 
 
-def pulls(joint, draws, seed=1, cloud=None):
+def pulls(joint: Joint, draws: np.ndarray, seed: int = 1, cloud: Cloud | None = None) -> list[Pull]:
     """`Pull` of each coefficient of each response. draws: (k, d) of the posterior; cloud: a `Cloud`
     of the study, for the posteriors without one response."""
     cloud, found = cloud or Cloud.of(joint, seed=seed), []
@@ -55,7 +56,7 @@ def pulls(joint, draws, seed=1, cloud=None):
     return found
 
 
-def thinned(draws, count=POINTS):
+def thinned(draws: np.ndarray, count: int = POINTS) -> np.ndarray:
     """At most `count` rows, evenly through draws (k, d)."""
     return draws[np.linspace(0, len(draws) - 1, min(count, len(draws))).astype(int)]
 
@@ -103,12 +104,14 @@ class Agreement:
     p_without: dict
 
     @property
-    def contradicts(self):
+    def contradicts(self) -> bool:
         """Whether the targets contradict each other."""
         return self.p < ALPHA
 
 
-def agreement(joint, draws, seed=1, cloud=None):
+def agreement(
+    joint: Joint, draws: np.ndarray, seed: int = 1, cloud: Cloud | None = None
+) -> Agreement:
     """`Agreement` of a study's targets. draws: (k, d) of its posterior; cloud: a `Cloud` of the
     study, for the posteriors without one response.
 
@@ -124,7 +127,7 @@ def agreement(joint, draws, seed=1, cloud=None):
         own = _draws_without(cloud, name, seed)
         left[name], without[name] = _goodness(joint.without(name), own, seed)
     good = sorted((n for n in without if without[n] >= ALPHA), key=lambda n: left[n])
-    named = good or [min(left, key=left.get)]
+    named = good or [min(left, key=left.__getitem__)]
     return Agreement(misfit, p, tuple(named), without)
 
 
@@ -158,7 +161,7 @@ class Border:
     beyond: float
 
 
-def borders(draws, prior, seed=1):
+def borders(draws: np.ndarray, prior: Prior, seed: int = 1) -> list[Border]:
     """`Border`s of draws u (k, d) in [0, 1]^d: parameters with at least three times the prior's
     share in the outermost tenth of a side, and more than at the other side.
 

@@ -4,15 +4,19 @@ and whether the model can give what was measured.
 The names follow those of `sbi.diagnostics`. Each is a function of a `Joint`.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import stats
 
-from calibration.inference.joint.likelihood import LEAST_WORTH, Cloud, worth
+from calibration.inference.joint.likelihood import LEAST_WORTH, Cloud, Joint, worth
 
 
-def simulation_based_calibration(joint, studies=200, draws=100, seed=1, cloud=None):
+def simulation_based_calibration(
+    joint: Joint, studies: int = 200, draws: int = 100, seed: int = 1, cloud: Cloud | None = None
+) -> np.ndarray:
     """Ranks (studies, d) of parameters drawn from the prior among `draws` of the posterior of
     values that the model itself gives at them: uniform on 0 to `draws` where the posterior is right
     (Talts et al. 2018, arXiv:1804.06788)."""
@@ -26,7 +30,7 @@ def simulation_based_calibration(joint, studies=200, draws=100, seed=1, cloud=No
     return ranks
 
 
-def check_ranks(ranks, draws=100):
+def check_ranks(ranks: np.ndarray, draws: int = 100) -> np.ndarray:
     """p values (d,) of the ranks (n, d) of simulation-based calibration being uniform on 0 to
     `draws`, by Kolmogorov and Smirnov's test of the ranks made continuous."""
     rng = np.random.default_rng(0)
@@ -44,7 +48,14 @@ class Coverage:
     studies: int
 
 
-def coverage(joint, truths, measured, level=0.95, cloud=None, seed=1):
+def coverage(
+    joint: Joint,
+    truths: np.ndarray,
+    measured: Sequence[Any],
+    level: float = 0.95,
+    cloud: Cloud | None = None,
+    seed: int = 1,
+) -> Coverage:
     """`Coverage` of the central intervals of `level`.
 
     truths: (n, d) parameters, drawn from the prior; measured: n lists of what was measured at each,
@@ -85,7 +96,7 @@ def _imagined(joint, u, rng):
     return list(zip(*drawn, strict=True))
 
 
-def misspecification(joint, studies=1000, seed=1, size=4000):
+def misspecification(joint: Joint, studies: int = 1000, seed: int = 1, size: int = 4000) -> float:
     """p of the measured values under the prior predictive: the share of values that the model gives
     anywhere in the region whose evidence is no larger than theirs.
 

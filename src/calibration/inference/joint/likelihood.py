@@ -7,13 +7,16 @@ the model. Where the measurement's own error is estimated from few readings, the
 integrated out (Student's t).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import stats
 
 from calibration.errors import CalibrationError
-from calibration.inference.posterior_sampling import Prior, sample
+from calibration.inference.posterior_sampling import Posterior, Prior, sample
 
 SCALES = 15
 """Points at which the unknown variance of few readings is integrated."""
@@ -41,36 +44,37 @@ class Response:
     freedom: float = np.inf
     discrepancy: np.ndarray | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         mean = np.atleast_1d(np.asarray(self.mean, float))
         covariance = np.atleast_2d(np.asarray(self.covariance, float))
         own = np.zeros(len(mean)) if self.discrepancy is None else self.discrepancy
         object.__setattr__(self, "mean", mean)
         object.__setattr__(self, "covariance", covariance)
-        object.__setattr__(self, "discrepancy", np.atleast_1d(np.asarray(own, float)))
+        discrepancy = np.atleast_1d(np.asarray(own, float))
+        object.__setattr__(self, "discrepancy", discrepancy)
         q = len(self.emulators)
-        if mean.shape != (q,) or covariance.shape != (q, q) or self.discrepancy.shape != (q,):
+        if mean.shape != (q,) or covariance.shape != (q, q) or discrepancy.shape != (q,):
             raise CalibrationError(
                 f"{self.name}: {q} emulators need as many means, discrepancies and a square "
-                f"covariance, not {mean.shape}, {self.discrepancy.shape} and {covariance.shape}"
+                f"covariance, not {mean.shape}, {discrepancy.shape} and {covariance.shape}"
             )
         if not np.allclose(covariance, covariance.T) or np.linalg.eigvalsh(covariance)[0] < 0.0:
             raise CalibrationError(f"{self.name}: its covariance is none")
 
-    def predicted(self, u):
+    def predicted(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Emulated means (k, q) and variances (k, q), the stated discrepancy in them, at u
         (k, d)."""
         u = np.atleast_2d(u)
         found = [emulator.mean(u) for emulator in self.emulators]
         mean = np.column_stack([m for m, _ in found])
         variance = np.column_stack([v for _, v in found])
-        return mean, variance + self.discrepancy**2
+        return mean, variance + cast(np.ndarray, self.discrepancy) ** 2
 
-    def log_likelihood(self, u):
+    def log_likelihood(self, u: np.ndarray) -> np.ndarray:
         """(k,) log density of the measured mean at u (k, d)."""
         return self.log_density(self.mean, *self.predicted(u))
 
-    def log_density(self, y, mean, variance):
+    def log_density(self, y: np.ndarray, mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
         """(k,) log density of a measured mean y (q,) about means (k, q) with variances (k, q)."""
         scales, weights = _scales(self.freedom)
         if len(self.mean) == 1:
@@ -83,7 +87,7 @@ class Response:
             )
         return logs[:, 0] if len(scales) == 1 else _log_mean(logs, weights)
 
-    def misfit(self, y, mean, variance):
+    def misfit(self, y: np.ndarray, mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
         """(n, k) distances of measured means y (n, q) from predictions (k, q) each.
 
         The squared distance in standard deviations, chi squared where all is normal; where the
@@ -100,7 +104,7 @@ class Response:
         behind = self.freedom * (np.trace(total, axis1=1, axis2=2) / own) ** 2
         return (behind + q) * np.log1p(square / behind)
 
-    def drawn(self, mean, variance, rng):
+    def drawn(self, mean: np.ndarray, variance: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """(k, q) measured means as they could have come out at predictions (k, q) each."""
         k, q = mean.shape
         own = rng.multivariate_normal(np.zeros(q), self.covariance, size=k, method="eigh")
@@ -108,7 +112,7 @@ class Response:
             own *= np.sqrt(self.freedom / rng.chisquare(self.freedom, k))[:, None]
         return rng.normal(mean, np.sqrt(variance)) + own
 
-    def at(self, y):
+    def at(self, y: ArrayLike) -> "Response":
         """This response with another measured mean y (q,)."""
         return replace(self, mean=np.asarray(y, float))
 
@@ -148,23 +152,23 @@ class Joint:
     formed: tuple = field(default=())
 
     @property
-    def names(self):
+    def names(self) -> list[str]:
         """Names of the responses."""
         return [r.name for r in self.responses]
 
-    def posterior(self, seed=1, **settings):
+    def posterior(self, seed: int = 1, **settings: Any) -> Posterior:
         """Its `calibration.inference.posterior_sampling.Posterior`; settings: of `sample` there."""
         return sample([*self.responses, *self.formed], self.prior, seed, **settings)
 
-    def without(self, name):
+    def without(self, name: str) -> "Joint":
         """This study without one response."""
         return replace(self, responses=tuple(r for r in self.responses if r.name != name))
 
-    def predicted(self, u):
+    def predicted(self, u: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """[(means (k, q), variances (k, q))] of each response at u (k, d)."""
         return [r.predicted(u) for r in self.responses]
 
-    def at(self, measured):
+    def at(self, measured: Sequence[ArrayLike]) -> "Joint":
         """This study with other measured means, one (q,) a response."""
         pairs = zip(self.responses, measured, strict=True)
         return replace(self, responses=tuple(r.at(y) for r, y in pairs))
@@ -185,13 +189,13 @@ class Cloud:
     formed: np.ndarray
 
     @classmethod
-    def of(cls, joint, size=20000, seed=1):
+    def of(cls, joint: Joint, size: int = 20000, seed: int = 1) -> "Cloud":
         """A cloud of `size` draws."""
         u = joint.prior.draw(size, np.random.default_rng(seed))
         formed = sum((f.log_likelihood(u) for f in joint.formed), np.zeros(size))
         return cls(joint, u, joint.predicted(u), formed)
 
-    def weights(self, measured, but=None):
+    def weights(self, measured: Sequence[ArrayLike], but: str | None = None) -> np.ndarray:
         """(k,) weights, of sum 1, under measured means, one (q,) a response; `but`: the name of one
         that does not count."""
         log = self.formed.copy()
@@ -202,7 +206,13 @@ class Cloud:
         weights = np.exp(log - log.max())
         return weights / weights.sum()
 
-    def draws(self, measured, count, rng, but=None):
+    def draws(
+        self,
+        measured: Sequence[ArrayLike],
+        count: int,
+        rng: np.random.Generator,
+        but: str | None = None,
+    ) -> np.ndarray:
         """(count, d) draws of the posterior under measured means: of the cloud where it is worth
         LEAST_WORTH draws, else the sampler's."""
         weights = self.weights(measured, but)
@@ -215,12 +225,14 @@ class Cloud:
         return draws[rng.integers(0, len(draws), count)]
 
 
-def worth(weights):
+def worth(weights: np.ndarray) -> float:
     """Number of equal draws that weights (k,) of sum 1 are worth (Kish)."""
     return 1.0 / float((weights**2).sum())
 
 
-def least_misfit(joint, measured, predicted):
+def least_misfit(
+    joint: Joint, measured: Sequence[ArrayLike], predicted: Sequence[tuple[np.ndarray, np.ndarray]]
+) -> np.ndarray:
     """(n,) smallest sums of the responses' misfits over the points (k, q) at which all are
     predicted, of n sets of measured means, one (n, q) a response."""
     parts = zip(joint.responses, measured, predicted, strict=True)

@@ -1,7 +1,9 @@
 """The test to make next: what each test of the laboratory is expected to tell per hour, of the
 parameters or of what a machine will do."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -41,7 +43,9 @@ class Told:
     error: float
 
 
-def rank(candidates, draws, prediction=None, seed=1):
+def rank(
+    candidates: Iterable[Candidate], draws: np.ndarray, prediction: Any = None, seed: int = 1
+) -> list[Told]:
     """`Told` of each candidate, that with the most information an hour first.
 
     draws: u (k, d) of the posterior. prediction: emulator of the machine's metric; without it the

@@ -1,15 +1,17 @@
 """Which parameter a prediction's spread comes from, when the parameters hang together."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 from sklearn.linear_model import LinearRegression
 
 from calibration.inference.joint.critique import thinned
+from calibration.inference.posterior_sampling import ScatterEmulator
 
 TERMS = 3
 """Degree of the polynomial in one parameter by which the mean given this parameter is found."""
 
 
-def shares(predicted, draws):
+def shares(predicted: ArrayLike, draws: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """(first (d,), alone (d,)) shares of the variance of `predicted` (k,) over draws u (k, d).
 
     first: share that goes if the parameter became known, whatever hangs together with it (first
@@ -51,7 +53,9 @@ def _explained(terms, y):
     return 1.0 - (1.0 - share) * (k - 1) / max(k - t - 1, 1)
 
 
-def pushed(emulator, draws, seed=1, count=2000):
+def pushed(
+    emulator: ScatterEmulator, draws: np.ndarray, seed: int = 1, count: int = 2000
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(u (k, d), means (k,), single runs (k,)) that draws expect, the emulator's error in both and
     the seeds' scatter in the second."""
     u, rng = thinned(draws, count), np.random.default_rng(seed)
