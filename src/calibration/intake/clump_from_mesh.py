@@ -23,7 +23,7 @@ CELLS = 96  # along the longest side of the mesh
 MOST_TRIED = 4000  # places for a sphere's centre
 
 
-def fill_mesh(path, number, out=None):
+def fill_mesh(path: str | Path, number: int, out: str | Path | None = None) -> list[str]:
     """Fill an STL file [mm] with at most `number` spheres; returns sentences for the screen.
 
     out: table to write, `<name>.csv` beside the file unless given. Raises CalibrationError for a
@@ -56,13 +56,15 @@ def fill_mesh(path, number, out=None):
     ]
 
 
-def mesh_volume(vertices, triangles):
+def mesh_volume(vertices: np.ndarray, triangles: np.ndarray) -> float:
     """Volume of a closed mesh (divergence theorem), in the vertices' unit cubed."""
     a, b, c = np.moveaxis(vertices[triangles], 1, 0)
     return abs(float((a * np.cross(b, c)).sum())) / 6.0
 
 
-def cells_inside(vertices, triangles, cells=CELLS):
+def cells_inside(
+    vertices: np.ndarray, triangles: np.ndarray, cells: int = CELLS
+) -> tuple[np.ndarray, np.ndarray, float]:
     """Which cells of a grid have their middle inside a closed mesh (nx, ny, nz), the middle of the
     first cell (3,) and the cells' side, in the vertices' unit.
 
@@ -96,7 +98,7 @@ def _crossings(corners):
     return x[met].astype(int), y[met].astype(int), z[met]
 
 
-def spheres_in(inside, number):
+def spheres_in(inside: np.ndarray, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Centres (m, 3) and radii (m,) of at most `number` spheres inside the cells (nx, ny, nz), in
     cells, and which of them (k,) the spheres hold. Fewer where the mesh is full."""
     depth = ndimage.distance_transform_edt(np.pad(inside, 1))[1:-1, 1:-1, 1:-1] - 0.5
@@ -106,7 +108,8 @@ def spheres_in(inside, number):
     reach = depth[tuple(place.T)]
     reach, place = reach[keep := reach >= reach.max() / MAX_RATIO], place[keep]
     cells = np.argwhere(inside)
-    free, chosen = np.ones(len(cells), bool), []
+    free = np.ones(len(cells), bool)
+    chosen: list[int] = []
     while len(chosen) < number and free.any():
         gained = cKDTree(cells[free]).query_ball_point(place, reach, return_length=True)
         if chosen:

@@ -7,6 +7,7 @@ the test, so the covariance is that of whole curves.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -100,7 +101,7 @@ class ShapeMean:
     freedom: float
 
 
-def read_curves(path, shape):
+def read_curves(path: str | Path, shape: str) -> ShapeMean:
     """`ShapeMean` of the curves in a table with the columns `curve` (its name), `x` and `y`.
 
     Raises ConfigError naming file and line: for an unknown unit, too few points, a curve that has
@@ -109,7 +110,7 @@ def read_curves(path, shape):
     of, table = SHAPES[shape], read_table(path)
     table.require(*COLUMNS)
     factors = [_factor(table, column, unit) for column, unit in (("x", of.x), ("y", of.y))]
-    points = {}
+    points: dict[str, list[tuple]] = {}
     for line, row in table.rows:
         values = [table.number(line, c, row[c]) * f for c, f in zip("xy", factors, strict=True)]
         points.setdefault(row["curve"], []).append((line, *values))

@@ -9,8 +9,10 @@ line for each reading. It does not say which of its intervals are points of a yi
 are pre-shear: that is asked for.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
+from pathlib import Path
 from statistics import fmean
 
 import pandas as pd
@@ -49,14 +51,16 @@ class Interval:
     loads: list
     shears: list
 
-    def points(self, note):
+    def points(self, note: str) -> Iterator[Point]:
         """Its peak, with the load at that reading, and the mean of its last readings."""
         at, last = self.shears.index(max(self.shears)), -(-len(self.shears) // STEADY_SHARE)
         yield Point(PEAK, self.loads[at], self.shears[at], note)
         yield Point(STEADY, fmean(self.loads[-last:]), fmean(self.shears[-last:]), note)
 
 
-def measure_shear(paths, chosen=(), out=None):
+def measure_shear(
+    paths: Sequence[Path], chosen: Sequence[int] = (), out: Path | None = None
+) -> list[str]:
     """Lines to print: each file's points and their yield locus. Writes the table `out` of shear
     stresses. Raises CalibrationError.
 
@@ -71,7 +75,7 @@ def measure_shear(paths, chosen=(), out=None):
     return lines
 
 
-def read_points(path, chosen=()):
+def read_points(path: Path, chosen: Sequence[int] = ()) -> list[Point]:
     """[Point] of a file. Raises ConfigError for a table without these columns or their units, and
     for an export of which it is not said which intervals are points."""
     intervals = _intervals(path)

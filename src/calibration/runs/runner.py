@@ -5,7 +5,9 @@ import sys
 import threading
 import time
 import traceback
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any, TextIO
 
 import yaml
 
@@ -31,7 +33,7 @@ NO_HEAP = (
 )
 
 
-def run_logged(spec, out, log, config):
+def run_logged(spec: dict[str, Any], out: str | Path, log: str | Path, config: Any) -> None:
     """Run `spec` (a mapping) into folder `out` and write its progress to `log`.
 
     A failed run says which points of which designs need it, why it failed, the likely cause and
@@ -42,7 +44,12 @@ def run_logged(spec, out, log, config):
         sys.exit(1)
 
 
-def run_each(specs, log, config, root=None):
+def run_each(
+    specs: Mapping[str, dict[str, Any]],
+    log: str | Path,
+    config: Any,
+    root: str | Path | None = None,
+) -> None:
     """Make runs {name: spec} one after another in this process, each as `run_logged` does with its
     log in its own folder; those that are there are not made again. `log` says of each how it ended.
     A run that fails does not stop the others, but ends the job with status 1 after them; where the
@@ -130,7 +137,9 @@ def _made(spec, out, note, config):
         return message
 
 
-def failure(error, spec, name, config, what="failed"):
+def failure(
+    error: BaseException, spec: dict[str, Any], name: str, config: Config, what: str = "failed"
+) -> str:
     """What a user needs to know of a run without a value: the reason, the likely cause and the
     points that need it."""
     text = str(error) if isinstance(error, DemError) else in_words(error)
@@ -140,7 +149,7 @@ def failure(error, spec, name, config, what="failed"):
     return "\n".join(lines)
 
 
-def causes(error, spec):
+def causes(error: BaseException, spec: dict[str, Any]) -> list[str]:
     """Likely causes that the error does not name itself: no heap, and what was risky in the spec
     from the start."""
     from dem.advice import warnings_of  # loads the engine, which takes a second
@@ -152,7 +161,7 @@ def causes(error, spec):
         return found  # the spec itself is what failed
 
 
-def begin(config, dry_run):
+def begin(config: Config, dry_run: bool) -> None:
     """Before the workflow plans its jobs: try every spec that the configuration decides, and say
     which results count as missing, what a run costs and how far the campaign is.
 
@@ -168,7 +177,7 @@ def begin(config, dry_run):
     report(config)
 
 
-def report_sometimes(config, store, stream=None):
+def report_sometimes(config: Config, store: RunStore, stream: TextIO | None = None) -> None:
     """`report`, unless one of the jobs has just done so: in a long campaign of short runs it would
     cost more than they do."""
     stamp = Path(config.results, config.name, ".reported")
@@ -182,12 +191,12 @@ def report_sometimes(config, store, stream=None):
     report(config, store, stream)
 
 
-def watch(config):
+def watch(config: Config) -> None:
     """`tell_changes` in a thread that ends with this process."""
     threading.Thread(target=tell_changes, args=(config,), daemon=True).start()
 
 
-def tell_changes(config):
+def tell_changes(config: Config) -> None:
     """Print how far the campaign is whenever that has changed, without end: jobs on other machines
     print it to logs that nobody sees."""
     store, told = RunStore(config.runs), None
@@ -199,12 +208,12 @@ def tell_changes(config):
         told = said
 
 
-def report(config, store=None, stream=None):
+def report(config: Config, store: RunStore | None = None, stream: TextIO | None = None) -> None:
     """Print how far the campaign is, to standard error unless given; the runs of stages not yet
     planned are counted as expected. store: the `RunStore` of who has one open."""
     print(sentence(config, store), file=stream or sys.stderr, flush=True)
 
 
-def sentence(config, store=None):
+def sentence(config: Config, store: RunStore | None = None) -> str:
     """How far the campaign is, with the study's name."""
     return f"{config.name}: {progress(config, store).sentence(cores())}"

@@ -139,16 +139,16 @@ def exponent(quantity: str, held: Mapping[str, float]) -> Fraction:
     OverdeterminedError : the held exponents contradict each other
     UnderdeterminedError : the held quantities do not fix this one
     """
-    held = _exact(held)
-    check_consistent(held)
-    return _exponent(quantity, held)
+    exact = _exact(held)
+    check_consistent(exact)
+    return _exponent(quantity, exact)
 
 
 def exponents(held: Mapping[str, float]) -> dict[str, Fraction]:
     """Exponent of h of every quantity in `DIMENSIONS`; raises as `exponent` does."""
-    held = _exact(held)
-    check_consistent(held)
-    return {quantity: _exponent(quantity, held) for quantity in DIMENSIONS}
+    exact = _exact(held)
+    check_consistent(exact)
+    return {quantity: _exponent(quantity, exact) for quantity in DIMENSIONS}
 
 
 def factors(held: Mapping[str, float], h: float) -> dict[str, float]:
@@ -165,19 +165,21 @@ def independent(quantities: list[str]) -> int:
     return int(np.linalg.matrix_rank([_dimension(q) for q in quantities])) if quantities else 0
 
 
-def check_consistent(held: Mapping[str, float]) -> None:
+def check_consistent(held: Mapping[str, float] | Mapping[str, Fraction]) -> None:
     """Raise `OverdeterminedError`, naming the smallest set of `held` quantities that contradict
     each other."""
-    held, names = _exact(held), list(held)
+    exact, names = _exact(held), list(held)
     for size in range(1, min(len(names), 4) + 1):  # four quantities always depend on one another
         for subset in combinations(names, size):
             *others, last = subset
             weights = _combination(_dimension(last), others)
             if weights is None:
                 continue
-            demanded = sum((w * held[q] for w, q in zip(weights, others, strict=True)), Fraction(0))
-            if demanded != held[last]:
-                raise OverdeterminedError({q: held[q] for q in subset}, demanded)
+            demanded = sum(
+                (w * exact[q] for w, q in zip(weights, others, strict=True)), Fraction(0)
+            )
+            if demanded != exact[last]:
+                raise OverdeterminedError({q: exact[q] for q in subset}, demanded)
 
 
 def group_exponents(settings: Mapping[str, float]) -> pd.DataFrame:
@@ -224,7 +226,7 @@ def damping_ratio_exponent(stiffness: float, damping: float, mass: float) -> Fra
     return Fraction(damping) - (Fraction(stiffness) + Fraction(mass)) / 2
 
 
-def _exact(held: Mapping[str, float]) -> dict[str, Fraction]:
+def _exact(held: Mapping[str, float] | Mapping[str, Fraction]) -> dict[str, Fraction]:
     return {quantity: Fraction(a).limit_denominator(60) for quantity, a in held.items()}
 
 

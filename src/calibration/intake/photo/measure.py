@@ -38,12 +38,12 @@ class HeapPhoto:
     reduced: float
 
     @property
-    def angle_deg(self):
+    def angle_deg(self) -> float:
         """Mean of both flanks; a tilt of the camera raises one and lowers the other."""
         return 0.5 * (self.left_deg + self.right_deg)
 
 
-def measure_photo(path):
+def measure_photo(path: str | Path) -> HeapPhoto:
     """`HeapPhoto` of a picture: one heap from the side, before a plain backdrop.
 
     Raises CalibrationError naming the file where it is no picture, or shows no heap.
@@ -61,7 +61,7 @@ def measure_photo(path):
     return _fitted(path, points, reduced)
 
 
-def read_picture(path):
+def read_picture(path: str | Path) -> tuple[np.ndarray, float]:
     """(rows, columns, 3) colours from 0 to 1, at most WIDEST wide, and by how much it was
     reduced."""
     try:

@@ -23,7 +23,7 @@ class NoOutlineError(ValueError):
     """A picture in which no heap can be told from the backdrop."""
 
 
-def outline(picture):
+def outline(picture: np.ndarray) -> np.ndarray:
     """(columns,) row of the outline from the top, nan where there is none; picture (rows, columns,
     3), 0 to 1.
 
@@ -37,7 +37,7 @@ def outline(picture):
     return _refined(smooth, _first_foreground(away > threshold), top)
 
 
-def cielab(picture):
+def cielab(picture: np.ndarray) -> np.ndarray:
     """CIELAB (rows, columns, 3) of an sRGB picture, 0 to 1, for the standard light D65 (IEC
     61966-2-1; CIE 15, the observer of 2 degrees)."""
     linear = np.where(picture > 0.04045, ((picture + 0.055) / 1.055) ** 2.4, picture / 12.92)

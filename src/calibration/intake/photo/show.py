@@ -1,13 +1,16 @@
 """The photograph with what was fitted to it."""
 
+from pathlib import Path
+
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 from calibration.files import replacing
+from calibration.intake.photo.measure import HeapPhoto
 
 OUTLINE, FLANK, BASE = (255, 210, 0), (214, 40, 40), (30, 120, 220)
 
 
-def draw_fit(photo, out):
+def draw_fit(photo: HeapPhoto, out: str | Path) -> None:
     """Write the picture with outline, base line and flanks to `out`."""
     with Image.open(photo.path) as opened:
         image = ImageOps.exif_transpose(opened).convert("RGB")

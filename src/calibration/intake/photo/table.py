@@ -1,6 +1,9 @@
 """Several photographs: their angles as a table of measurements, and the pictures that show the
 fit."""
 
+from collections.abc import Sequence
+from pathlib import Path
+
 import pandas as pd
 
 from calibration.errors import CalibrationError
@@ -12,7 +15,12 @@ from calibration.intake.tables import summary
 from dem.units import UnitError, in_unit
 
 
-def measure_photos(paths, out=None, scale=None, shown=None):
+def measure_photos(
+    paths: Sequence[str | Path],
+    out: Path | None = None,
+    scale: str | None = None,
+    shown: Path | None = None,
+) -> list[str]:
     """Lines to print: each photograph's angle, then all of them. Writes the table `out` and a
     picture a photo.
 
