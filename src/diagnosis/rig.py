@@ -1,14 +1,19 @@
 """How the conditions of a study are simulated."""
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any, cast
 
 from calibration import engines
 from calibration.errors import ConfigError
+from calibration.intake.measurements import Measurement
 from calibration.intake.quantities import LEVERS, POURED, Condition
 from calibration.study.config import Config, overlay
+from calibration.study.factors import Factor
 from dem.errors import DemError, SpecError
 from dem.spec import parse_spec
+from diagnosis.catalogue import Mechanism
 from diagnosis.measurements import CONTACTS
 from diagnosis.settings import SIMULATED, Settings
 
@@ -22,11 +27,13 @@ class Rig:
     base: dict
     factors: tuple = ()
 
-    def of(self, factors):
+    def of(self, factors: Iterable[Factor]) -> "Rig":
         """The same rig with factors."""
         return replace(self, factors=tuple(factors))
 
-    def spec(self, condition, seed, values=None):
+    def spec(
+        self, condition: Condition, seed: int, values: Mapping[str, float] | None = None
+    ) -> dict[str, Any]:
         """Run spec (a mapping) of a condition: calibration's spec, experiment's, levers, and factor
         values {name: value}.
 
@@ -47,21 +54,22 @@ class Rig:
         reference = spec["particles"].get("diameter_mm")
         for name, value in levers.items():
             if name in SIMULATED:
-                part, key = LEVERS[name].place
-                spec.setdefault(part, {})[key] = round(value) if key == "count" else value
+                section, key = cast(tuple[str, str], LEVERS[name].place)  # as SIMULATED says
+                spec.setdefault(section, {})[key] = round(value) if key == "count" else value
         if experiment in POURED and "particle_count" not in levers:
             ratio = reference / spec["particles"]["diameter_mm"]
             spec["particles"]["count"] = max(round(spec["particles"]["count"] * ratio**3), 50)
+        given, known = values or {}, cast(list[str], own.parameters)  # `derived` fills it in
         for f in self.factors:
-            if f.name in (values or {}) and f.key in own.parameters:
+            if f.name in given and f.key in known:
                 part = spec
                 *path, last = f.key.split(".")
                 for name in path:
                     part = part.setdefault(name, {})
-                part[last] = round(_possible(f.key, float(values[f.name])), 9)
+                part[last] = round(_possible(f.key, float(given[f.name])), 9)
         return spec
 
-    def check(self, measurements):
+    def check(self, measurements: Iterable[Measurement]) -> None:
         """Raise ConfigError where an experiment's run spec cannot be run at a measured
         condition."""
         for m in measurements:
@@ -72,10 +80,11 @@ class Rig:
                 line = "" if m.line is None else f"line {m.line}, "
                 raise ConfigError(f"{line}{m.label}: {error}", key=key) from None
 
-    def refuses(self, experiment, mechanism):
+    def refuses(self, experiment: str, mechanism: Mechanism) -> bool:
         """Whether the engine cannot have a mechanism in an experiment."""
         own = self.settings.experiments[experiment]
-        levers = {name: low for name, (low, _) in own.levers.items()}
+        ranges = cast(dict[str, list[float]], own.levers)  # `derived` fills it in
+        levers = {name: low for name, (low, _) in ranges.items()}
         spec = self.spec(Condition(experiment, levers), 0)
         try:
             engines.check(parse_spec(mechanism.apply(spec, mechanism.strength.natural(0.5))))
@@ -92,14 +101,17 @@ def _possible(key, value):
     return min(max(value, 0.0), 1.0 if key.endswith(".restitution") else math.inf)
 
 
-def combine(settings, mechanisms, conditions):
+def combine(
+    settings: Settings, mechanisms: Iterable[Mechanism], conditions: Iterable[tuple[str, dict]]
+) -> bool:
     """Whether the engine can have all of the mechanisms at once in the experiments of conditions
     [(experiment, levers)]: no two of them are in the same slot, and the engine takes the spec.
     Those of the reading go with any."""
     rig = Rig(settings, {})
     for experiment, levers in dict(conditions).items():
         plain = rig.spec(Condition(experiment, levers), 0)
-        spec, taken = plain, set()
+        spec = plain
+        taken: set[str] = set()
         for m in mechanisms:
             if m.observe is not None or experiment not in m.experiments:
                 continue

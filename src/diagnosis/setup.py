@@ -1,15 +1,19 @@
 """What the stages of a diagnosis share, made once of a study and the settings of the diagnosis."""
 
 from functools import cached_property
+from pathlib import Path
 
-from calibration.study.factors import read_factors
+from calibration.chain.study import Study
+from calibration.intake.measurements import Measurement
+from calibration.study.factors import Factor, read_factors
+from diagnosis.catalogue import Mechanism
 from diagnosis.derived import completed
 from diagnosis.emulator_files import read_emulators
 from diagnosis.lever_laws import lever_laws, with_laws
-from diagnosis.measurements import alone, read_all
+from diagnosis.measurements import Measured, alone, read_all
 from diagnosis.model import Emulated
 from diagnosis.rig import Rig
-from diagnosis.settings import catalogue_of, check_levers, parameters_of, widened
+from diagnosis.settings import Settings, catalogue_of, check_levers, parameters_of, widened
 
 
 class Setup:
@@ -20,11 +24,11 @@ class Setup:
     `diagnosis.settings.Settings`.
     """
 
-    def __init__(self, study, settings):
+    def __init__(self, study: Study, settings: Settings) -> None:
         self.config, self._given = study.config, settings
 
     @cached_property
-    def table(self):
+    def table(self) -> Measured:
         """`Measured` of the study. Raises ConfigError for conditions that no emulator covers or
         that cannot be run."""
         table, path = self._read, self.config.measurements
@@ -46,43 +50,43 @@ class Setup:
         return completed(self._given, self.config, self.factors, rows, self.config.measurements)
 
     @cached_property
-    def settings(self):
+    def settings(self) -> Settings:
         """The same, the ranges of the levers as wide as the table is."""
         table = self.table
         return widened(self._complete, table.fitted + table.held_out + table.outcomes)
 
     @property
-    def measurements(self):
+    def measurements(self) -> list[Measurement]:
         """What is calibrated on."""
         return self.table.fitted
 
     @property
-    def tested(self):
+    def tested(self) -> list[Measurement]:
         """The same and the tests that ended without a value."""
         return self.table.fitted + self.table.outcomes
 
     @cached_property
-    def kinds(self):
+    def kinds(self) -> list[str]:
         """The experiments among the measurements."""
         return list(dict.fromkeys(m.experiment for m in self.measurements))
 
     @property
-    def of_contacts(self):
+    def of_contacts(self) -> bool:
         """Whether single contacts are integrated, and nothing is emulated."""
         return alone(self.kinds)
 
     @property
-    def emulated_kinds(self):
+    def emulated_kinds(self) -> list[str]:
         """The experiments that need emulators."""
         return [] if self.of_contacts else self.kinds
 
     @cached_property
-    def catalogue(self):
+    def catalogue(self) -> dict[str, Mechanism]:
         """{name: Mechanism}."""
         return catalogue_of(self.settings, self.kinds)
 
     @cached_property
-    def rig(self):
+    def rig(self) -> Rig:
         """`Rig` with the factors that are calibrated on the measurements."""
         known = parameters_of(self.settings, self.config.factors, self.kinds)
         return self._bare(self.settings).of(known)
@@ -91,11 +95,11 @@ class Setup:
         return Rig(settings, self.config.run | {"experiment": self.config.experiment})
 
     @cached_property
-    def factors(self):
+    def factors(self) -> list[Factor]:
         """All factors of the study."""
         return read_factors(self.config.factors)
 
-    def emulated(self, file):
+    def emulated(self, file: str | Path) -> Emulated:
         """`Emulated` of the emulators in a file."""
         emulators, failures = read_emulators(file)
         settings, factors = self.settings, self.rig.factors
@@ -105,6 +109,6 @@ class Setup:
         return Emulated(emulators, settings, factors, known, failures)
 
     @cached_property
-    def lever_laws(self):
+    def lever_laws(self) -> dict[str, Mechanism]:
         """{name: Mechanism} of the free laws that are tried on bulk tests."""
         return lever_laws(self.settings, self.rig.factors, self.measurements)

@@ -5,12 +5,15 @@ Each is run at the parameters of every one of another code's runs, so that its v
 theirs as our own do (`diagnosis.other_code`).
 """
 
-from typing import Literal
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from calibration.errors import ConfigError
+from calibration.intake.measurements import Measurement
 from calibration.runs.simulated import named
 from dem.errors import SpecError
 from dem.io.mapping import read_mapping
@@ -49,11 +52,11 @@ class Switched(BaseModel):
         return self
 
     @property
-    def overlays(self):
+    def overlays(self) -> dict[float, dict]:
         """{strength: keys laid over the run spec}; the strength of what has none is 1."""
         return self.at or {1.0: self.run}
 
-    def values(self, known):
+    def values(self, known: dict[str, float]) -> dict[str, float]:
         """The factors' values {name: value} of one of their runs as this cause has them."""
         if not self.exchange:
             return known
@@ -61,13 +64,13 @@ class Switched(BaseModel):
         return known | {a: known[b], b: known[a]}
 
 
-def read_switched(path):
+def read_switched(path: str | Path) -> dict[str, dict[str, Switched]]:
     """{experiment: {words: `Switched`}} of a YAML file. Raises ConfigError naming file and key."""
     try:
         data, lines = read_mapping(path)
     except SpecError as error:
         raise ConfigError(str(error)) from None
-    out = {}
+    out: dict[str, dict[str, Switched]] = {}
     for experiment, causes in data.items():
         out[experiment] = {}
         for name, given in (causes or {}).items():
@@ -84,12 +87,18 @@ def read_switched(path):
     return out
 
 
-def plan(table, runs, causes, spec_of):
+def plan(
+    table: str,
+    runs: Sequence[Measurement],
+    causes: Mapping[str, Switched],
+    spec_of: Callable[[Measurement, dict[str, float], dict], dict[str, Any]],
+) -> tuple[list[dict[str, Any]], dict[str, dict[str, Any]]]:
     """Rows [{table, cause, strength, replicate, run}] in the order of the table's runs, all of them
     for each replicate, and {run id: spec}. Replicates have the seeds from the study's own on.
 
     spec_of: (`Measurement`, {factor: value}, keys laid over) -> run spec (a mapping)."""
-    rows, specs = [], {}
+    rows: list[dict[str, Any]] = []
+    specs: dict[str, dict[str, Any]] = {}
     for name, cause in causes.items():
         if cause.tables is not None and table not in cause.tables:
             continue
@@ -104,7 +113,13 @@ def plan(table, runs, causes, spec_of):
     return rows, specs
 
 
-def tried(rows, causes, metrics, metric, spreads=None):
+def tried(
+    rows: Sequence[dict[str, Any]],
+    causes: Mapping[str, Switched],
+    metrics: Mapping[str, dict[str, float] | None],
+    metric: str,
+    spreads: Mapping[str, float] | None = None,
+) -> tuple[list[Cause], dict[str, np.ndarray]]:
     """([`diagnosis.other_code.Cause`], {cause: values (k, n)}) of one table's rows. spreads:
     {cause: standard deviation of the difference of two runs under it}, where known.
 
