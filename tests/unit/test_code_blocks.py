@@ -42,6 +42,9 @@ EXECUTED = {
     "docs/tutorial.md": "tests/workflow/test_tutorial.py",
     "docs/howto-law.md": "tests/unit/test_laws.py",
     "docs/howto-experiment.md": "tests/unit/test_experiment_howto.py",
+    "docs/howto-metric.md": "tests/unit/test_howtos.py",
+    "docs/howto-stage.md": "tests/unit/test_howtos.py",
+    "docs/howto-import.md": "tests/unit/test_howtos.py",
     "docs/howto-add-a-mechanism.md": "tests/unit/test_diagnosis_howto.py",
 }
 """Page -> the test that executes its blocks."""

@@ -213,6 +213,28 @@ def test_a_law_added_as_the_page_says_is_exported(with_the_law):
     assert tells(liggghts, "NOT CONVERTED", "friction rate_free")
 
 
+TRIED = {
+    "verification/test_invariants.py": "momentum_angular and rate_free",
+    "verification/test_contact_history.py": "closed_loop and rate_free",
+    "verification/test_grain_size.py": "without_a_line and rate_free",
+    "unit/test_precision.py": "lanes_and_floats and rate_free",
+}
+"""Test file -> what of it tries the page's law; no test at all ends with status 5."""
+
+
+def test_a_law_added_as_the_page_says_has_its_cases_without_another_line(with_the_law, tmp_path):
+    shutil.copytree(ROOT / "tests/verification", tmp_path / "tests/verification")
+    (tmp_path / "tests/unit").mkdir()
+    for name in ("law_cases.py", "conftest.py", "unit/test_precision.py"):
+        shutil.copy(ROOT / "tests" / name, tmp_path / "tests" / name)
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    words = [f"tests/{file}" for file in TRIED]
+    chosen = " or ".join(f"({which})" for which in TRIED.values())
+    options = ["-n0", "--collect-only", "-q", "-m", "", "-p", "no:cacheprovider", "-k", chosen]
+    said = with_the_law(f"import pytest, sys\nsys.exit(pytest.main({words + options!r}))")
+    assert {file for file in TRIED if f"tests/{file}::" in said} == set(TRIED)
+
+
 @pytest.mark.slow
 def test_a_law_added_as_the_page_says_runs(with_the_law):
     said = with_the_law(

@@ -9,6 +9,7 @@ from dem.run import run
 from dem.simulation import Simulation
 from dem.spec import parse_spec
 from dem.walls.builder import WallSet
+from law_cases import alone, values
 
 SALT, STEEL = Material(1210.0, 1e7, 0.25), Material(7800.0, 8e10, 0.3)
 
@@ -32,31 +33,28 @@ def collide(precision, laws, contact):
     )
 
 
-LAWS = [
-    Laws(damping="tsuji"),
-    Laws(damping="thornton", rolling="none"),
+TOGETHER = [
     Laws(damping="viscoelastic", rolling="constant_torque_relative"),
     Laws(damping="plastic", rolling="elastic_plastic"),
-    Laws(friction="stress_dependent"),
     Laws(damping="restitution_curve", friction="friction_curve"),
-    Laws(cohesion="sjkr"),
     Laws(cohesion="jkr", rolling="elastic_plastic"),
-    Laws(cohesion="liquid_bridge"),
-    Laws(normal="linear", damping="linear", tangential="linear"),
-    Laws(normal="walton_braun", damping="none", tangential="linear"),
     Laws(normal="eepa", damping="none", torsion="marshall"),
 ]
+"""Laws that meet in one contact, beside each law alone."""
+
+LAWS = dict.fromkeys(laws for _, laws in alone()) | dict.fromkeys(TOGETHER)
 
 
 @pytest.mark.parametrize("laws", LAWS, ids=lambda laws: "-".join(vars(laws).values()))
 def test_lanes_and_floats_run_the_same_law(laws):
-    contact = ContactParameters(
-        0.5, 0.4, 0.1, cohesion_energy_density=2e4, surface_energy=0.02, surface_tension=0.05,
+    own = dict(
+        cohesion_energy_density=2e4, surface_energy=0.02, surface_tension=0.05,
         liquid_volume_fraction=0.01, viscous_time=2e-6, yield_pressure=2e5, friction_exponent=0.2,
         friction_reference=1e-3, normal_stiffness=500.0, plasticity=0.5, adhesion_energy=0.02,
         restitution_curve_low=0.01, restitution_curve_5=0.7, friction_curve_low=1e-3,
         friction_curve_ratio=100.0, friction_curve_1=1.5,
     )  # fmt: skip
+    contact = ContactParameters(0.5, 0.4, 0.1, **(values(laws) | own))
     fast, plain = collide("mixed", laws, contact), collide("double", laws, contact)
     # over 400 steps float32 rounding (6e-8) grows in the collisions to about a thousandth of the
     # motion

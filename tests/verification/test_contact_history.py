@@ -26,6 +26,7 @@ from dem.contact.model import contact_force
 from dem.contact.registry import attraction_reach, pair_properties
 from dem.lanes import FIELDS
 from dem.simulation import SkinPolicy
+from law_cases import alone, values
 
 R = 1e-3
 TENSION, LIQUID, ANGLE = 0.07, 0.01, 0.3
@@ -244,17 +245,10 @@ def test_torsion_of_a_pair_keeps_angular_momentum_and_turns_both(record):
 # --- closed loops ---------------------------------------------------------------------------------
 
 LOOPS = {
-    "tangential": Laws(rolling="none"),
-    "stress-dependent friction": Laws(rolling="none", friction="stress_dependent"),
-    "friction as a curve": Laws(
+    "neck": Laws(rolling="elastic_plastic", cohesion="jkr", torsion="marshall"),
+    "friction and restitution as curves": Laws(
         rolling="none", damping="restitution_curve", friction="friction_curve"
     ),
-    "plastic": Laws(rolling="none", damping="plastic"),
-    "elastic-plastic rolling": Laws(rolling="elastic_plastic"),
-    "torsion": Laws(rolling="none", torsion="marshall"),
-    "cohesion in proportion to the area": Laws(rolling="none", cohesion="sjkr"),
-    "neck": Laws(rolling="elastic_plastic", cohesion="jkr", torsion="marshall"),
-    "bridge": Laws(rolling="none", cohesion="liquid_bridge"),
     "linear": Laws(
         normal="linear", damping="linear", tangential="linear", rolling="elastic_plastic"
     ),
@@ -262,7 +256,8 @@ LOOPS = {
         normal="walton_braun", damping="none", tangential="linear", rolling="elastic_plastic"
     ),
     "EEPA": Laws(normal="eepa", damping="none", rolling="elastic_plastic", torsion="marshall"),
-}
+} | dict(alone(rolling="none"))
+"""Laws that meet in one contact, and each law alone."""
 ALL = WET | {
     "normal_stiffness": 500.0,
     "plasticity": 0.6,
@@ -318,8 +313,8 @@ def test_a_closed_loop_gives_no_work(name, corners):
     comes back is at most what went in. Margin: what a step of 1/3000 of a side leaves open, a
     thousandth of the energy that moves."""
     laws = LOOPS[name]
-    e = 0.6 if name == "Walton-Braun" else 1.0  # there it is no dashpot
-    p = pair_properties(laws, SALT, SALT, ContactParameters(e, 0.9, 0.3, **ALL))
+    e = 0.6 if laws.normal == "walton_braun" else 1.0  # there it is no dashpot
+    p = pair_properties(laws, SALT, SALT, ContactParameters(e, 0.9, 0.3, **(values(laws) | ALL)))
     codes = laws.codes()
     deep, gap = 0.2 * R, 0.95 * attraction_reach(laws, p, R)
     scale = np.array([deep + gap, 0.02 * R, 0.05, 0.05])

@@ -10,9 +10,11 @@ small ones until float32 does not hold the product, gives another run.
 import numpy as np
 import pytest
 
+from dem.contact.law import Grain
 from dem.contact.registry import ContactParameters, Laws, Material
 from dem.simulation import Air, Simulation
 from dem.walls.builder import WallSet
+from law_cases import alone, values
 
 TOPIC = "grains of any size"
 SIDE, SPACING, RADIUS = 5, 2.1e-3, 1e-3  # grains along an edge, m, m
@@ -73,23 +75,31 @@ CASES = {
 }
 """Name -> laws, {parameter: (value, power of h by which it goes)} and the tolerance."""
 
+NAMED = {(slot, name) for laws, _, _ in CASES.values() for slot, name in laws.items()}
+DECLARED = {
+    name: laws
+    for name, laws in alone()
+    if tuple(name.split("-", 1)) not in NAMED | {("rolling", "constant_torque")}
+}
+"""Name -> `Laws` of the laws without a line above: their values are those of what they declare."""
+
 
 def bed(laws, parameters, h, precision):
-    """(n, 9) place, velocity and spin of grains that fell into a cup, over their units."""
+    """(n, 9) place, velocity and spin of grains that fell into a cup, over their units; laws: a
+    `Laws`; parameters: {name: value}."""
     root = np.sqrt(h)
-    values = {name: value * h**power for name, (value, power) in parameters.items()}
     width = SIDE * SPACING
     walls = WallSet().body("cup", material="grain")
     walls.revolved(0.0, 0.0, 0.8 * width * h, 0.0)
     walls.revolved(0.8 * width * h, 0.0, 0.8 * width * h, 2.0 * width * h)
     sim = Simulation(
         {"grain": Material(1500.0, 1e7 * h, 0.25)},
-        {("grain", "grain"): ContactParameters(0.5, 0.5, 0.2, **values)},
-        laws=Laws(**laws),
+        {("grain", "grain"): ContactParameters(0.5, 0.5, 0.2, **parameters)},
+        laws=laws,
         time_step=STEP * root,
         walls=walls,
         precision=precision,
-        air=Air(1.2, 1.8e-5 * h**1.5) if "drag" in laws else None,
+        air=Air(1.2, 1.8e-5 * h**1.5) if laws.drag != "none" else None,
     )
     rng, k = np.random.default_rng(1), np.arange(SIDE**3)
     site = np.column_stack([k % SIDE, k // SIDE % SIDE, k // SIDE**2]) * SPACING
@@ -101,15 +111,30 @@ def bed(laws, parameters, h, precision):
     return np.concatenate([sim.position / h, sim.velocity / root, sim.spin * root], axis=1)
 
 
+def scaled(parameters, h):
+    """{name: value} of parameters {name: (value, power of h)}."""
+    return {name: value * h**power for name, (value, power) in parameters.items()}
+
+
+def differs(laws, parameters, precision):
+    """Largest difference of a bed from that of grains of 2 mm; parameters: h -> {name: value}."""
+    expected = bed(laws, parameters(1.0), 1.0, precision)
+    size = np.abs(expected).max(axis=0)
+    found = [bed(laws, parameters(h), h, precision) for h in (4.0**power for power in POWERS)]
+    return max(np.abs((other - expected) / size).max() for other in found)
+
+
 @pytest.mark.parametrize("precision", ["mixed", "double"])
 @pytest.mark.parametrize("name", CASES)
 def test_a_bed_of_grains_of_any_size_moves_alike(record, name, precision):
     laws, parameters, tolerance = CASES[name]
-    expected = bed(laws, parameters, 1.0, precision)
-    size = np.abs(expected).max(axis=0)
-    worst = max(
-        np.abs((bed(laws, parameters, 4.0**power, precision) - expected) / size).max()
-        for power in POWERS
-    )
+    worst = differs(Laws(**laws), lambda h: scaled(parameters, h), precision)
     what = f"largest difference from grains of 2 mm, {name}, {precision}"
     record(TOPIC, what, worst, 0.0, tolerance, "", "dimensional analysis")
+
+
+@pytest.mark.parametrize("precision", ["mixed", "double"])
+@pytest.mark.parametrize("name", DECLARED)
+def test_a_law_without_a_line_moves_grains_of_any_size_alike(name, precision):
+    laws, grain = DECLARED[name], Grain(Material(1500.0, 1e7, 0.25), RADIUS)
+    assert differs(laws, lambda h: values(laws, h, grain), precision) < EXACT

@@ -1,0 +1,137 @@
+"""docs/howto-stage.md, howto-metric.md and howto-import.md, word by word: their blocks are applied
+to a copy of the project, and what was added does what the page says."""
+
+import json
+import math
+import shutil
+import statistics
+
+import pytest
+
+from calibration.intake.measurements import read_measured
+from howto_pages import ROOT, copy_with, python
+
+# --- howto-stage.md -------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def staged(tmp_path_factory):
+    """The copy with the page's stage after `snakemake repeat` of the smallest study."""
+    folder = tmp_path_factory.mktemp("stage")
+    changed = copy_with("howto-stage.md", folder)
+    (folder / "config").unlink()
+    shutil.copytree(ROOT / ".test" / "config", folder / "config")
+    done = python(folder, "-m", "snakemake", "-j1", "repeat")
+    assert done.returncode == 0, done.stderr[-3000:]
+    return folder, changed
+
+
+@pytest.mark.slow
+def test_a_stage_added_as_the_page_says_runs(staged):
+    folder, _ = staged
+    made = folder / "results/drops/repeat"
+    rows = (made / "runs.csv").read_text().splitlines()
+    at = rows[0].split(",").index("response")
+    values = [float(row.split(",")[at]) for row in rows[1:]]
+    assert len(values) == 5
+    found = json.loads((made / "repeat.json").read_text())
+    assert found["mean"] == pytest.approx(statistics.fmean(values))
+    assert found["sd"] == pytest.approx(statistics.stdev(values))
+    assert (made / "spread_of_seeds.svg").read_text().startswith("<?xml")
+
+
+@pytest.mark.slow
+def test_its_seeds_are_no_other_stages(staged):
+    folder, _ = staged
+    plan = json.loads((folder / "results/drops/repeat/plan.json").read_text())
+    assert {spec["seed"] // 1000 for spec in plan.values()} == {7}
+    others = "".join(p.read_text() for p in (ROOT / "workflow").rglob("*.smk"))
+    assert "seeds=7" not in others
+
+
+@pytest.mark.slow
+def test_the_page_of_the_study_and_a_second_start_know_it(staged):
+    folder, _ = staged
+    done = python(folder, "-c", "from calibration.study.stages import load_stages\n"
+                  "stage = load_stages()['repeat']\n"
+                  "from calibration.study.stages import resolve\n"
+                  "from calibration.figures import response_of\n"
+                  "words = resolve(stage.sentences)({'sd': 1.5}, response_of('height_mm'))\n"
+                  "print(stage.rule, *words)")  # fmt: skip
+    assert done.stdout.startswith("repeat "), done.stderr
+    assert "1.5 mm" in done.stdout
+    again = python(folder, "-m", "snakemake", "-n", "repeat")
+    assert again.returncode == 0
+    assert "Nothing to be done" in again.stdout + again.stderr
+
+
+# --- howto-metric.md ------------------------------------------------------------------------------
+
+RUN = """
+from dem.experiments import experiments
+from dem.run import run
+from dem.spec import parse_spec
+
+spec = parse_spec({
+    "experiment": "tilt", "geometry": {"trials": 1, "tilt_rate_deg_s": 20},
+    "contacts": {"particle_wall": {"static_friction": 0.5}},
+    "particles": {"count": 4, "diameter_mm": 4.0},
+})
+print(run(spec, "out")["metrics"]["sliding_time_s"])
+print("sliding_time_s" in experiments()["tilt"].targets)
+"""
+
+
+@pytest.mark.slow
+def test_a_metric_added_as_the_page_says_is_measured(tmp_path):
+    copy_with("howto-metric.md", tmp_path)
+    done = python(tmp_path, "-c", RUN)
+    assert done.returncode == 0, done.stderr[-3000:]
+    time, target = done.stdout.splitlines()
+    # friction 0.5 holds up to its angle; a slide is seen a little later
+    assert float(time) == pytest.approx(math.degrees(math.atan(0.5)) / 20, rel=0.05)
+    assert target == "True"
+
+
+# --- howto-import.md ------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def with_import(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("import")
+    copy_with("howto-import.md", folder)
+    return folder
+
+
+DEM = "import sys; from calibration.interface.commands import main; sys.exit(main(sys.argv[1:]))"
+
+
+def test_a_format_added_as_the_page_says_is_read(with_import):
+    log = with_import / "log.txt"
+    log.write_text("start\nslides at 24.3 deg\nnext\nslides at 25.1 deg\n")
+    done = python(with_import, "-c", DEM, "tilts", "log.txt", "--out", "tilts.csv")
+    assert done.returncode == 0, done.stderr
+    assert "2 angles, mean 24.7 deg" in done.stdout
+    [measured] = read_measured(with_import / "tilts.csv").conditions
+    assert (measured.experiment, measured.n) == ("tilt", 2)
+    assert measured.value == pytest.approx(24.7)
+    again = python(with_import, "-c", DEM, "tilts", "log.txt", "--out", "tilts.csv")
+    assert again.returncode == 2
+    assert "tilts.csv: exists already" in again.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "facts"),
+    [
+        ("slides at 24.3 mm\n", ["line 1", "24.3 mm"]),
+        ("\nslides at soon\n", ["line 2", "soon"]),
+        ("slides at 124 deg\n", ["line 1", "124 deg", "0 and 90"]),
+        ("start\n", ["no trial"]),
+    ],
+)
+def test_a_wrong_log_is_one_line(with_import, text, facts):
+    (with_import / "wrong.txt").write_text(text)
+    done = python(with_import, "-c", DEM, "tilts", "wrong.txt")
+    assert done.returncode == 2
+    [line] = done.stderr.strip().splitlines()
+    assert [fact for fact in ["wrong.txt", *facts] if fact not in line] == []
