@@ -168,6 +168,17 @@ def test_a_row_that_is_off_is_pointed_at_and_makes_no_law():
     assert said.rows[0]["standard_deviations"] == pytest.approx(14.0, abs=4.0)
 
 
+@pytest.mark.parametrize("line", range(2, 10))
+def test_a_row_that_is_off_is_pointed_at_beside_a_law(line):
+    """The law is fitted with the row at first, which hides both."""
+    heights = (50.0, 100.0, 200.0, 400.0)
+    measured = drops(lambda h, d: 0.5 * speed(h) ** -0.16, heights, (2.0, 4.0))
+    measured = [replace(m, value=0.7 * m.value) if m.line == line else m for m in measured]
+    said = found(measured)
+    assert places(said) == [("drop", "restitution", ("speed",))]
+    assert [row["line"] for row in said.rows] == [line]
+
+
 def test_three_labels_that_were_exchanged_are_pointed_at():
     table = drops(lambda h, d: 0.7, sizes=(1.0, 1.5, 2.0, 3.0, 4.0, 6.0))
     for place, height in ((2, 100.0), (9, 200.0), (20, 100.0)):

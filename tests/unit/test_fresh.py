@@ -86,6 +86,7 @@ EDITS = {
     "paper/reference.py": set(),
     "paper/release/parts.py": set(),
     "calibration/inference/comparison/study.py": set(),
+    "calibration/inference/joint/likelihood.py": set(),
     "calibration/chain/study.py": EVERY,
     "calibration/study/config/measured.py": EVERY,
     "calibration/engines/lammps.py": FOREIGN,

@@ -19,7 +19,8 @@ from diagnosis.catalogue import load_catalogue
 from diagnosis.verdict import validate
 from small_heap import RUN
 
-pytestmark = [pytest.mark.slow, pytest.mark.peer]
+# `long`, as it has not been seen to its end
+pytestmark = [pytest.mark.slow, pytest.mark.long, pytest.mark.peer]
 
 BUDGET = 60
 FACTORS = """code\tname\tkey\tlow\thigh\tdescription

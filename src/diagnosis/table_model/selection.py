@@ -33,7 +33,11 @@ LEAST = 1.0  # log evidence below which a term that is held is dropped
 BETTER = 0.2  # log evidence by which an exchange must be better
 SWEEPS = 4
 MOST_ROWS = 0.15  # share of an experiment's rows that may be set aside together
-CLEAR = 6.0  # log evidence by which two terms, or several rows, together must lead
+CLEAR = 6.0
+"""Log evidence by which two laws or errors, or several rows, together must lead; a law and a row
+are told from the law alone by ODDS."""
+
+MOST_PAIRED = 3  # rows that are tried beside each other term
 CHUNK = 250  # data sets at once
 
 
@@ -135,8 +139,8 @@ def _best(blocks):
             continue
         key = max(free, key=free.get)
         own = (kind, [key], free[key])
-        for several in (_rows_together(block), _pair(block, key)):
-            if several and several[1] > own[2] + CLEAR:
+        for several, lead in ((_rows_together(block), CLEAR), (_pair(block, key), ODDS)):
+            if several and several[1] > own[2] + lead:
                 own = (kind, *several)
         if found is None or own[2] > found[2]:
             found = own
@@ -241,14 +245,16 @@ def rivals(block, key):
 
 
 def _pair(block, single):
-    """(keys, evidence) of the two laws or errors that together explain most, or None where they
-    explain no more than a single one.
+    """(keys, evidence) of the two laws or errors, or of one and a row, that together explain most,
+    or None where they explain no more than a single one.
 
-    A law of two states at once is nearer to both than either law alone."""
+    A law of two states at once is nearer to both than either law alone. A row that is far off bends
+    a law that is fitted with it, and without the law all rows look off: alone neither leads."""
     y = _y(block)
     start = block.score(y)
-    free = [k for k, t in block.terms.items() if t.kind != ROW and k not in block.held]
-    if len(free) < 2 or len(y) < LEAST_ROWS:
+    rows = [k for k, t in block.terms.items() if t.kind == ROW and k not in block.held]
+    free = [k for k in block.terms if k not in block.held and k not in rows]
+    if not free or len(free) + len(rows) < 2 or len(y) < LEAST_ROWS:
         return None
 
     def with_term(now, key):
@@ -257,15 +263,19 @@ def _pair(block, single):
     alone, best = with_term(block, single).score(y), None
     for first in free:
         now = with_term(block, first)
-        values = evidences(replace_terms(now, [k for k in free if k != first]), y[None])
-        second = max(values, key=lambda k: float(values[k][0]))
-        both = with_term(with_term(now, second).without(first), first)
-        score = both.score(y)
-        if best is None or score > best[1]:
-            best = [first, second], score
-    if best is None or best[1] < alone + CLEAR:
-        return None
-    return best[0], best[1] - start
+        others = [k for k in (*free, *rows) if k != first]
+        values = {k: float(v[0]) for k, v in evidences(replace_terms(now, others), y[None]).items()}
+        for second in (*_most(values, free, 1), *_most(values, rows, MOST_PAIRED)):
+            both = with_term(with_term(now, second).without(first), first)
+            lead = both.score(y) - alone - (ODDS if second in rows else CLEAR)
+            if best is None or lead > best[1]:
+                best = [first, second], lead, both.score(y) - start
+    return (best[0], float(best[2])) if best and best[1] > 0.0 else None
+
+
+def _most(values, keys, count):
+    """The keys of the largest values, at most so many."""
+    return sorted((k for k in keys if k in values), key=lambda k: -values[k])[:count]
 
 
 def _rows_together(block):
