@@ -71,6 +71,9 @@ def _imported(path, sources):
     """Files of the project that a module imports, and those that it finds by itself."""
     text = path.read_text()
     tree, found = ast.parse(text), set()
+    # what is imported for a type checker alone decides no result
+    for branch in (n for n in ast.walk(tree) if _for_types(n)):
+        branch.body = []
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             found |= {_file(alias.name, sources) for alias in node.names}
@@ -80,6 +83,10 @@ def _imported(path, sources):
     if path.name != OWN:
         found |= {file for pattern in patterns for file in path.parent.glob(pattern)}
     return frozenset(found - {None})
+
+
+def _for_types(node):
+    return isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING"
 
 
 def _source(module, name, sources):

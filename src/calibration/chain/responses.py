@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -13,8 +13,10 @@ import pandas as pd
 from calibration.errors import CalibrationError
 from calibration.runs.plans import read_values, reason_without
 from calibration.statistics.goals import combined_desirability
-from calibration.statistics.screening import Screening
 from calibration.study.config import Config, goals, read_target
+
+if TYPE_CHECKING:
+    from calibration.statistics.screening import Screening
 
 
 def columns(config: Config) -> dict[str, str]:
@@ -88,7 +90,7 @@ def spread_of(metric: str) -> str:
     return re.sub(r"_([^_]+)$", r"_sd_\1", metric)
 
 
-def strongest(screenings: Sequence[Screening]) -> Screening:
+def strongest(screenings: Sequence["Screening"]) -> "Screening":
     """One screening for several responses: each factor with the response that it moves most for its
     error.
 
