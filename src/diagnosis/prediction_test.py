@@ -8,8 +8,8 @@ Rows with the role `hold out` decide it.
 import numpy as np
 
 from calibration.intake.quantities import LEVERS
-from diagnosis.aside import predicted
 from diagnosis.fit import data_of
+from diagnosis.held_out import predicted
 from diagnosis.laws.known import COEFFICIENT, contact_logs, with_coefficient
 from diagnosis.laws.readings import IN_AIR, from_log, readings_of, with_setting
 from diagnosis.table_model.block import Block

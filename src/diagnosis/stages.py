@@ -13,15 +13,16 @@ from calibration.runs.simulated import blown_up, simulate
 from calibration.telling.report.plain import write_page
 from dem.io.files import write_json
 from diagnosis import (
-    aside,
     better_plan,
     contacts,
+    emulator_waves,
     exclusion,
     figures,
+    held_out,
     power,
     power_emulated,
+    remarks,
     time_step,
-    waves,
 )
 from diagnosis.declared import WAVES
 from diagnosis.derived import WRITTEN, announced, as_file
@@ -97,7 +98,7 @@ def plan_refinement(setup, source, output, wave):
     rows, specs, found = [], {}, []
     if not setup.of_contacts:
         emulated = setup.emulated(source.emulators)
-        rows, specs, found = waves.plan_wave(emulated, setup.tested, setup.rig, wave)
+        rows, specs, found = emulator_waves.plan_wave(emulated, setup.tested, setup.rig, wave)
     write_json(output.design, rows)
     write_json(output.plan, specs)
     write_json(output.left, {"wave": wave, "runs": len(specs), "left": found})
@@ -157,20 +158,20 @@ def name_causes(setup, source, output):
     name = extended_name(found)
     verdict = findings(emulated, measurements, found) | {"emulators": errors}
     verdict["refinement"] = {
-        "share": waves.SHARE,
+        "share": emulator_waves.SHARE,
         "waves": [read_json(getattr(source, f"left_{k}")) for k in range(1, WAVES + 1)],
-        "left": waves.left(emulated, setup.tested),
+        "left": emulator_waves.left(emulated, setup.tested),
     }
     verdict = with_single(as_laws(verdict, setup.lever_laws), found, measurements)
     verdict["exclusion"] = exclusion.of_mechanisms(found)
     shown = {"before": ((), found.fits[BASE])}
     shown |= {"after": (tuple(name.split(" + ")), found.fits[name])} if name else {}
-    verdict["held_out"] = aside.by_emulators(
+    verdict["held_out"] = held_out.by_emulators(
         emulated, measurements, table.held_out, shown, found.data
     )
-    verdict["outcomes"] = aside.of_outcomes(found, name)
-    verdict["remarks"] = aside.remarks(table, {r["experiment"] for r in verdict["outcomes"]})
-    verdict["remarks"] += aside.untrained(errors)
+    verdict["outcomes"] = remarks.of_outcomes(found, name)
+    verdict["remarks"] = remarks.remarks(table, {r["experiment"] for r in verdict["outcomes"]})
+    verdict["remarks"] += remarks.untrained(errors)
     models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
     budget = left_of(settings, [w["runs"] for w in verdict["refinement"]["waves"]])
     kinds = len(setup.kinds)
@@ -205,8 +206,8 @@ def _diagnose_contacts(setup, output):
         verdict |= unexplained(verdict["residuals"])
     verdict["time_step"] = contacts.half_step(measurements, setup.rig)
     defaults = contacts.defaults_of(settings, setup.kinds)
-    verdict["held_out"] = aside.by_contacts(measurements, table.held_out, found, defaults)
-    verdict["remarks"] = aside.remarks(table)
+    verdict["held_out"] = held_out.by_contacts(measurements, table.held_out, found, defaults)
+    verdict["remarks"] = remarks.remarks(table)
     write_json(output.findings, verdict)
     named = verdict["causes"] if verdict["verdict"] == "identified" else []
     write_json(output.extension, {"mechanisms": named, "rows": [], "steps": []})

@@ -24,7 +24,7 @@ from diagnosis import other_code
 from diagnosis.compared import compare, in_part, told
 from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of, study_settings
-from diagnosis.switched import plan, read_switched, tried
+from diagnosis.switched_causes import plan, read_switched, tried
 from paper.audit.paper import Paper
 from paper.reproduction.chain import NAMES, spread
 from paper.reproduction.measured import simulated_sd
@@ -189,7 +189,7 @@ def spreads_of(paper, causes, folder):
 
 def _with_value(runs, ours, rows):
     """Runs, our values beside them (n,) and what was switched on, in the rows of a table where ours
-    have a value; rows: as of `diagnosis.switched.plan`."""
+    have a value; rows: as of `diagnosis.switched_causes.plan`."""
     has = ~np.isnan(ours)
     kept = [m for m, here in zip(runs, has, strict=True) if here]
     return kept, ours[has], [r for i, r in enumerate(rows) if has[i % len(has)]]

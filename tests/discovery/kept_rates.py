@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from calibration.fresh import SOURCES
+from calibration.digests import SOURCES
 from dem.fingerprint import code_of, engine_fingerprint
 
 DECIDE = (

@@ -6,7 +6,7 @@ import pytest
 from scipy.optimize import minimize
 
 from calibration.intake.measurements import Measurement
-from diagnosis import aside
+from diagnosis import held_out
 from diagnosis.catalogue import Strength, load_catalogue
 from diagnosis.design import MultipliedLever, inputs_of
 from diagnosis.emulator import Emulator, Multiplied, forward, inverse
@@ -240,10 +240,12 @@ def test_rows_held_out_are_predicted_by_the_fit_to_the_others(emulated):
     rows = [Measurement(e, v, 0.01 * v, 5, x) for (e, x), v in zip(CONDITIONS, value, strict=True)]
     fitted, held = rows[:2] + rows[3:], rows[2:3]
     found = fit(emulated.model([(m.experiment, m.levers) for m in fitted]), data_of(fitted))
-    [row] = aside.by_emulators(emulated, fitted, held, {"before": ((), found)}, data_of(fitted))
+    [row] = held_out.by_emulators(emulated, fitted, held, {"before": ((), found)}, data_of(fitted))
     assert row["before"] == pytest.approx(held[0].value, rel=0.02)
     assert row["after"] is None
     drops = [m for m in rows if m.experiment == "drop"]
     alone = fit(emulated.model([(m.experiment, m.levers) for m in drops]), data_of(drops))
-    [none] = aside.by_emulators(emulated, drops, rows[3:4], {"before": ((), alone)}, data_of(drops))
+    [none] = held_out.by_emulators(
+        emulated, drops, rows[3:4], {"before": ((), alone)}, data_of(drops)
+    )
     assert none["before"] is None

@@ -9,7 +9,7 @@ import pytest
 import single_grains
 from strangers import __main__ as strangers
 
-from calibration.fresh import SOURCES
+from calibration.digests import SOURCES
 
 PAGES = ("docs/diagnosis-benchmark.md", "docs/results.md", "docs/diagnosis.md", "README.md")
 

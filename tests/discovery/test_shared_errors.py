@@ -9,7 +9,7 @@ from linear_model import Linear
 from scipy.stats import multivariate_normal
 
 from calibration.intake.measurements import Measurement
-from diagnosis import aside
+from diagnosis import held_out
 from diagnosis.catalogue import load_catalogue
 from diagnosis.design import inputs_of
 from diagnosis.emulator import Emulator
@@ -145,7 +145,7 @@ def test_a_row_held_out_knows_the_error_of_its_batch():
     known, new = (replace(free, value=level, batch=b) for b in ("lot 0", "lot 9"))
     data = data_of(own)
     found = fit(emulated.model([m.condition for m in own]), data)
-    rows = aside.by_emulators(emulated, own, [known, new], {"before": ((), found)}, data)
+    rows = held_out.by_emulators(emulated, own, [known, new], {"before": ((), found)}, data)
     assert rows[0]["before"] - rows[1]["before"] == pytest.approx(3.0, abs=1.5)
     assert abs(rows[1]["miss_before"]) < 1.5
     assert abs(rows[0]["miss_before"]) > 3.0

@@ -3,7 +3,7 @@
 import pytest
 
 from calibration.runs.simulated import simulate
-from diagnosis import waves
+from diagnosis import emulator_waves
 from diagnosis.benchmark.laboratory import Case
 from diagnosis.design import plan
 from diagnosis.emulator import train
@@ -21,10 +21,10 @@ def error_of(found):
 def test_a_wave_sharpens_the_emulator_of_what_is_hidden(laboratory, drops, tmp_path):
     emulated, rig = laboratory.emulated, laboratory.rig
     measured = laboratory.measure(Case("test", (NAME,), 1.0, 0, 0), drops)
-    more, own, before = waves.plan_wave(emulated, measured, rig, 1)
-    assert error_of(before) > waves.SHARE
+    more, own, before = emulator_waves.plan_wave(emulated, measured, rig, 1)
+    assert error_of(before) > emulator_waves.SHARE
     rows, specs = plan(rig, emulated.catalogue, list(emulated.settings.experiments))
     metrics = simulate(specs, laboratory.root) | simulate(own, tmp_path)
     trained, _ = train(rows + more, metrics, emulated.settings, emulated.factors)
     refined = Emulated(trained, emulated.settings, emulated.factors, emulated.catalogue)
-    assert error_of(waves.left(refined, measured)) < 0.75 * error_of(before)
+    assert error_of(emulator_waves.left(refined, measured)) < 0.75 * error_of(before)

@@ -14,7 +14,7 @@ from scipy.stats import binom
 
 from calibration.inference.chance_of_no_value import Chance, log_likelihood
 from calibration.intake.measurements import Measurement
-from diagnosis import aside, stages, waves
+from diagnosis import emulator_waves, remarks, stages
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.extend import extension_plan
@@ -245,7 +245,7 @@ def test_a_mechanism_whose_runs_gave_no_value_is_told():
     metrics |= dict.fromkeys(own[: len(own) // 2 + 1])
     emulators, table = train(rows, metrics, settings, factors)
     assert ("shear", "cohesion") not in emulators
-    [text] = aside.untrained(table)
+    [text] = remarks.untrained(table)
     told = f"no emulator of cohesion, as {len(own) // 2 + 1} of its {len(own)} runs gave no value"
     assert told in text
 
@@ -263,7 +263,7 @@ def test_an_experiment_whose_runs_all_gave_a_value_has_no_chance():
 def test_the_verdict_tells_how_likely_each_outcome_was(emulated):
     rows = heaps(1.3)
     found = identify(emulated, rows, replicates=50)
-    told = aside.of_outcomes(found, "size_bias")
+    told = remarks.of_outcomes(found, "size_bias")
     assert [r["failed"] for r in told] == [0, 0, 4, 4, 4]
     for r in told:
         own = (r["after"] > r["before"]) if r["failed"] else (r["after"] < 0.5)
@@ -292,7 +292,7 @@ def test_every_stage_fits_the_outcomes_that_the_verdict_fits(emulated, tmp_path)
     assert shown["calibration"] == verdict["calibration"]
     assert shown["lack_of_fit"] == verdict["lack_of_fit"]
     assert shown["lack_of_fit"]["deviance"] > 1.0
-    _, fitted = waves.modes(emulated, rows)["size_bias"]
+    _, fitted = emulator_waves.modes(emulated, rows)["size_bias"]
     assert fitted.theta == pytest.approx(found.fits["size_bias"].theta)
     rig = Rig(settings, RUN, emulated.factors)
     models = {"after": found.models["size_bias"]}

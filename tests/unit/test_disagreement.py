@@ -17,13 +17,13 @@ from calibration.intake.measurements import Measurement
 from calibration.intake.tables import read_written
 from calibration.runs.plans import run_id
 from calibration.study.config import overlay, parse_config
-from calibration.telling.opening import opening
+from calibration.telling.start_and_end import opening
 from dem.advice import warnings_of
 from dem.spec import parse_spec
-from diagnosis import switched
+from diagnosis import switched_causes
 from diagnosis.compared import in_part
 from diagnosis.other_code import read_runs
-from diagnosis.switched import Switched, read_switched
+from diagnosis.switched_causes import Switched, read_switched
 from facts import refused
 from frozen import FROZEN
 from paper import disagreement as own
@@ -113,7 +113,7 @@ def test_each_shipped_cause_changes_every_run_it_is_tried_on(study, tables):
     for name, runs in tables.items():
         plain = [run_id(made(m, dict(m.known), {})) for m in runs]
         for words, cause in shipped.get(runs[0].experiment, {}).items():
-            rows, specs = switched.plan(name, runs, {words: cause}, made)
+            rows, specs = switched_causes.plan(name, runs, {words: cause}, made)
             if cause.tables is not None and name not in cause.tables:
                 assert rows == []
                 continue
@@ -129,7 +129,7 @@ def test_no_grain_trembles_behind_the_gate_of_an_opened_funnel(study, tables):
     cause = {"opened": read_switched(CAUSES)["heap"]["funnel filled, then opened"]}
     made, seen = own.spec_of(study), 0
     for name in cause["opened"].tables:
-        _, specs = switched.plan(name, tables[name], cause, made)
+        _, specs = switched_causes.plan(name, tables[name], cause, made)
         for spec in specs.values():
             assert not any("tremble" in text for text in warnings_of(parse_spec(spec)))
             seen += 1
@@ -160,7 +160,7 @@ def test_a_cause_whose_runs_give_no_value_is_told_apart():
     causes = {k: Switched(kind="rig", run={"seed": 1}) for k in ("clogs", "pours")}
     rows = [{"cause": c, "strength": 1.0, "run": f"{c}{i}"} for c in causes for i in range(3)]
     metrics = {r["run"]: {"angle": 30.0} for r in rows} | {"clogs1": None}
-    found, without = switched.tried(rows, causes, metrics, "angle")
+    found, without = switched_causes.tried(rows, causes, metrics, "angle")
     assert [c.name for c in found] == ["pours"]
     assert np.isnan(without["clogs"]).tolist() == [[False, True, False]]
     runs = [

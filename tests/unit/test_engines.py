@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calibration import engines, fresh
+from calibration import digests, engines
 from calibration.engines.program import prime_seed, read_dump
 from calibration.engines.rig import Drop, Pour
 from calibration.engines.rigs import experiments_of
@@ -414,14 +414,14 @@ def test_a_sieve_curve_is_poured_in_sizes_between_its_sieves(by):
 def test_a_changed_deck_is_another_run(tmp_path):
     """What writes a deck is part of the run's name, and our words about it are not."""
     sources = tmp_path / "src"
-    shutil.copytree(fresh.SOURCES, sources, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(digests.SOURCES, sources, ignore=shutil.ignore_patterns("__pycache__"))
     name, packages = "calibration.engines.liggghts", ("calibration.engines",)
-    before = fresh.code_digest(name, packages, sources)
+    before = digests.code_digest(name, packages, sources)
     file = sources / "calibration" / "engines" / "rigs" / "discharge.py"
     file.write_text("# a comment\n" + file.read_text())
-    assert fresh.code_digest(name, packages, sources) == before
+    assert digests.code_digest(name, packages, sources) == before
     file.write_text(file.read_text() + "\nMORE = 1\n")
-    assert fresh.code_digest(name, packages, sources) != before
+    assert digests.code_digest(name, packages, sources) != before
 
 
 def test_a_code_without_a_lid_has_no_shear_cell():

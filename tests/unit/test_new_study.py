@@ -24,7 +24,7 @@ from calibration.study.new.questions import answers, mean_diameter, measured_ang
 from calibration.study.new.ranges import WIDE, factors_of, materials
 from calibration.study.new.reach import changes, reach
 from calibration.study.new.study import study_name
-from calibration.telling.opening import opening
+from calibration.telling.start_and_end import opening
 from dem.errors import StoppedError
 from dem.spec import parse_spec
 from facts import refused, tells

@@ -23,7 +23,7 @@ from diagnosis.other_code import (
 )
 from diagnosis.rig import Rig
 from diagnosis.settings import parameters_of, read_settings
-from diagnosis.switched import Switched, tried
+from diagnosis.switched_causes import Switched, tried
 from facts import refused
 
 ALL = read_factors(FACTORS)

@@ -285,10 +285,11 @@ def chain(tmp_path, monkeypatch):
 
 
 def analysed(config, output):
-    from calibration.chain.posterior import analyse_posterior
+    from calibration.chain.posterior import posterior
 
     folder = output.summary.parent
-    analyse_posterior(config, [folder / "design.csv"], folder / "optimum.json", output)
+    source = SimpleNamespace(designs=[folder / "design.csv"], optimum=folder / "optimum.json")
+    posterior(SimpleNamespace(config=config), source, output)
     return json.loads(output.summary.read_text())
 
 

@@ -6,7 +6,7 @@ from diagnosis_cases import BASE as RUN
 from diagnosis_cases import FACTORS, closed_form
 
 from calibration.intake.measurements import Measurement
-from diagnosis import waves
+from diagnosis import emulator_waves
 from diagnosis.design import plan
 from diagnosis.emulator import train
 from diagnosis.model import Emulated
@@ -47,7 +47,7 @@ def refined():
         metrics = {name: curved(spec) for name, spec in specs.items()}
         emulators, _ = train(rows, metrics, settings, factors)
         emulated = Emulated(emulators, settings, factors, catalogue)
-        more, own, found = waves.plan_wave(emulated, measured, rig, wave)
+        more, own, found = emulator_waves.plan_wave(emulated, measured, rig, wave)
         out.append((emulated, found, own))
         rows, specs = rows + more, specs | own
     return rig, measured, out
@@ -60,7 +60,7 @@ def error_of(found, mechanism):
 def test_each_wave_makes_the_emulators_sharper_at_the_mode(refined):
     _, _, (first, second, third) = refined
     before, between, after = (error_of(found, "cohesion") for _, found, _ in (first, second, third))
-    assert before > waves.SHARE
+    assert before > emulator_waves.SHARE
     assert after < between < before
 
 
@@ -84,7 +84,7 @@ def test_runs_of_a_wave_are_near_the_mode_and_at_the_measured_loads(refined):
     assert specs
     loads = {m.levers["normal_stress_kPa"] for m in measured}
     assert {round(s["geometry"]["normal_stress_kPa"], 3) for s in specs.values()} == loads
-    model, fitted = waves.modes(emulated, measured)["cohesion"]
+    model, fitted = emulator_waves.modes(emulated, measured)["cohesion"]
     sd = np.sqrt(np.diag(fitted.cov[0]))
     k = model.names.index(next(f.name for f in model.factors if "static" in f.key))
     factor = model.factors[k]
@@ -93,15 +93,18 @@ def test_runs_of_a_wave_are_near_the_mode_and_at_the_measured_loads(refined):
         for s in specs.values()
         if s["laws"].get("cohesion", "none") != "none"
     ]
-    assert np.abs(np.array(drawn) - fitted.theta[0, k]).max() < 4.0 * waves.REACH * sd[k] + 1e-6
+    assert (
+        np.abs(np.array(drawn) - fitted.theta[0, k]).max()
+        < 4.0 * emulator_waves.REACH * sd[k] + 1e-6
+    )
 
 
 def test_no_wave_beyond_the_cap_and_none_where_emulators_are_sharp(refined):
     rig, measured, ((emulated, *_), *_) = refined
-    assert waves.plan_wave(emulated, measured, rig, rig.settings.waves + 1)[:2] == ([], {})
+    assert emulator_waves.plan_wave(emulated, measured, rig, rig.settings.waves + 1)[:2] == ([], {})
     rough = [
         Measurement("shear", m.value, 0.5 * m.value, 1, m.levers, line=m.line) for m in measured
     ]
-    rows, specs, found = waves.plan_wave(emulated, rough, rig, 1)
+    rows, specs, found = emulator_waves.plan_wave(emulated, rough, rig, 1)
     assert (rows, specs) == ([], {})
     assert all(r["enough"] for r in found)

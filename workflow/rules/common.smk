@@ -10,7 +10,7 @@ from snakemake.io import is_flagged
 from calibration.study.config import Config, given, parse_config, stands_alone
 from calibration.study.config.as_data import refuse_unasked_code
 from calibration.errors import CalibrationError, in_words
-from calibration.fresh import digest, digest_with
+from calibration.digests import digest, digest_with
 from calibration.runs.records import made_again
 from calibration.study.stages import load_stages
 from calibration.chain.study import Study

@@ -3,7 +3,7 @@ trusted is set aside, and how far the study is, is said. In a dry run too."""
 
 import sys
 
-from calibration.telling.opening import closing, opening
+from calibration.telling.start_and_end import closing, opening
 from calibration.runs.runner import begin, watch
 from calibration.runs.runner import report as report_progress
 

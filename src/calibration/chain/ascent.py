@@ -41,11 +41,12 @@ def _chosen(factors, names):
     return [next(f for f in factors if f.name == n) for n in names]
 
 
-def analyse_ascent(config, design_file, output):
+def ascent(study, source, output):
     """The path's results and the point nearest to what is wanted, which becomes the region's
     centre."""
+    config = study.config
     factors = read_factors(config.factors)
-    every = with_responses(read_written(design_file), config)
+    every = with_responses(read_written(source.design), config)
     with naming_left_out(every):
         runs = judge(with_value(every, "response"), config)
     target = float(read_target(config).mean())
@@ -67,14 +68,6 @@ def analyse_ascent(config, design_file, output):
             "left_out": left_out(every),
         },
     )
-
-
-# as the workflow calls them
-
-
-def ascent(study, source, output):
-    """See `analyse_ascent`."""
-    analyse_ascent(study.config, source.design, output)
 
 
 def sentences(summary, response):

@@ -11,14 +11,14 @@ from scipy import stats
 from calibration import figures
 from calibration.files import write_table
 from calibration.intake.tables import read_written
-from calibration.runs.plans import read_values, write_plan
+from calibration.runs.plans import read_values, together, write_plan
 from calibration.study.config import overlay
 
 
 def plan_numerics(study, source, output):
     """Plan every variant at every point with every seed."""
     wanted = yaml.safe_load(Path(source.variants).read_text())
-    tables, specs = [], {}
+    parts = []
     for name, variant in wanted["variants"].items():
         rows = [
             {"variant": name, "against": variant.get("against", ""), "point": point} | levels
@@ -26,10 +26,8 @@ def plan_numerics(study, source, output):
             for _ in range(variant.get("seeds", wanted["seeds"]))
         ]
         run = overlay(study.config.run, variant["run"])
-        table, more = study.plan(pd.DataFrame(rows), run=run)
-        tables.append(table)
-        specs |= more
-    write_plan(Path(output.plan).parent, pd.concat(tables, ignore_index=True), specs)
+        parts.append(study.plan(pd.DataFrame(rows), run=run))
+    write_plan(Path(output.plan).parent, *together(parts))
 
 
 def compare_variants(design, metric):

@@ -31,16 +31,17 @@ than its outskirts."""
 LEVEL = 0.95
 
 
-def analyse_posterior(config, design_files, optimum_file, output):
+def posterior(study, source, output):
     """Sample the posterior over the region's box, and say which factors matter there and what to
     measure next.
 
-    design_files: designs of finished runs (the ascent's, the surface's, the candidate's, the
+    source.designs: designs of finished runs (the ascent's, the surface's, the candidate's, the
     validation's), each with `run_id` and the factors' natural levels. Writes the outputs that the
     stage declares. Raises CalibrationError where too few runs have a response.
     """
-    region = read_region(optimum_file)
-    runs = _runs(config, region, design_files)
+    config = study.config
+    region = read_region(source.optimum)
+    runs = _runs(config, region, source.designs)
     u = _unit(region, runs)
     targets = [config.target, *(t for t in config.further_targets if is_measured(config, t))]
     measured = [_measured(config, target, runs, u) for target in targets]
@@ -54,7 +55,7 @@ def analyse_posterior(config, design_files, optimum_file, output):
     write_table(draws, output.draws)
     write_table(_as_table(parameters), output.parameters)
     write_table(following, output.next)
-    optimum = read_json(optimum_file)["optimum"]
+    optimum = read_json(source.optimum)["optimum"]
     _draw(config, region, draws, parameters, optimum, forward, following, output)
     names = [f.name for f in region]
     write_json(
@@ -243,11 +244,3 @@ def _draw(config, region, draws, parameters, optimum, forward, following, output
     drawn = figures.pushed_forward(forward["mean"], forward["run"], measured, response)
     figures.save(drawn, output.pushed)
     figures.save(figures.next_measurements(following), output.following)
-
-
-# as the workflow calls it
-
-
-def posterior(study, source, output):
-    """See `analyse_posterior`."""
-    analyse_posterior(study.config, source.designs, source.optimum, output)

@@ -14,7 +14,7 @@ from calibration import figures
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
-from calibration.runs.plans import read_plan, read_values, write_plan
+from calibration.runs.plans import read_plan, read_values, together, write_plan
 from calibration.statistics.numbers import signed
 from calibration.study.config import overlay, point_spec
 from dem.experiments.heap import capacity
@@ -29,22 +29,21 @@ LEVEL = 0.95
 def plan_pour_rate(study, source, output):
     """Plan heaps at the optimum at each rate, and out of the opened funnel where that is asked."""
     config, optimum = study.config, read_json(source.optimum)["optimum"]
-    rules, tables, specs = config.pour_rate, [], {}
+    rules, parts = config.pour_rate, []
     rigs = [(f"{rate:g}", {"generation_rate_per_s": rate}) for rate in rules.rates_per_s]
     if rules.opened is not None:
         rigs.append((OPENED, {"feed": "opened"} | rules.opened))
     for rig, geometry in rigs:
         design = pd.DataFrame([{"rig": rig} | optimum] * rules.heaps)
-        table, planned = study.plan(design, run=overlay(config.run, {"geometry": geometry}))
-        tables.append(table)
-        specs |= planned
-    write_plan(Path(output.plan).parent, pd.concat(tables, ignore_index=True), specs)
+        parts.append(study.plan(design, run=overlay(config.run, {"geometry": geometry})))
+    write_plan(Path(output.plan).parent, *together(parts))
 
 
-def analyse_pour_rate(config, design_file, output):
+def pour_rate(study, source, output):
     """Mean, interval and hold-up of each rig, and what the capacity of the orifice is. Raises
     CalibrationError where no rig has two heaps with a value."""
-    design = read_written(design_file)
+    config = study.config
+    design = read_written(source.design)
     for column, metric in (("response", config.target.metric), ("hold_up", "hold_up")):
         design[column] = read_values(design["run_id"], metric)
     rows = [_row(rig, heaps) for rig, heaps in design.groupby(design["rig"].astype(str))]
@@ -53,13 +52,13 @@ def analyse_pour_rate(config, design_file, output):
         raise CalibrationError("no rate has two heaps with a value")
     table = table.sort_values("rate_per_s", na_position="last", ignore_index=True)
     # the material may be the factors' or what `fixed` says, which a planned run has
-    spec = parse_spec(next(iter(read_plan(Path(design_file).parent / "plan.json").values())))
+    spec = parse_spec(next(iter(read_plan(Path(source.design).parent / "plan.json").values())))
     grain = spec.materials.particle.density_kg_m3 * grain_volume(spec)
     table["rate_g_s"] = 1e3 * grain * table["rate_per_s"]
     write_table(design, output.runs)
     write_table(table, output.table)
-    study = parse_spec(point_spec(config.run, config.experiment, {}, 1))
-    passes, fed = capacity(spec), study.geometry.generation_rate_per_s
+    run = parse_spec(point_spec(config.run, config.experiment, {}, 1))
+    passes, fed = capacity(spec), run.geometry.generation_rate_per_s
     rigs = [{k: None if v != v else v for k, v in r.items()} for r in table.to_dict("records")]
     found = {"capacity_per_s": passes, "fed_per_s": fed, "grain_g": 1e3 * grain}
     write_json(output.summary, found | {"rigs": rigs})
@@ -86,14 +85,6 @@ def _row(rig, heaps):
         "sd": sd,
         "hold_up": float(heaps["hold_up"].mean()),
     }
-
-
-# as the workflow calls it
-
-
-def pour_rate(study, source, output):
-    """See `analyse_pour_rate`."""
-    analyse_pour_rate(study.config, source.design, output)
 
 
 def sentences(summary, response):

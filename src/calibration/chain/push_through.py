@@ -17,7 +17,7 @@ from calibration.files import write_table
 from calibration.intake.measurements import read_measured
 from calibration.intake.quantities import quantity_name
 from calibration.intake.tables import read_written
-from calibration.runs.plans import read_values, write_plan
+from calibration.runs.plans import read_values, together, write_plan
 from calibration.statistics.nested import nested
 from calibration.statistics.numbers import fixed
 from calibration.study.config import machine_run, point_spec
@@ -33,7 +33,7 @@ ALPHA = 0.05
 def plan_push_through(study, source, output):
     """Plan the machines: `draws` rows of the posterior, evenly through its table, each `replicates`
     times; every run has a seed of its own."""
-    config, tables, specs = study.config, [], {}
+    config, parts = study.config, []
     every = read_written(source.draws)
     names = [f.name for f in study.factors if f.name in every]
     for name, machine in config.push_through.items():
@@ -43,16 +43,15 @@ def plan_push_through(study, source, output):
             point = {"machine": name, "draw": k + 1} | levels
             design = pd.DataFrame([point] * machine.replicates)
             seed = config.seed + k * machine.replicates
-            table, planned = study.plan(design, machine.experiment, run, seed)
-            tables.append(table)
-            specs |= planned
-    write_plan(Path(output.plan).parent, pd.concat(tables, ignore_index=True), specs)
+            parts.append(study.plan(design, machine.experiment, run, seed))
+    write_plan(Path(output.plan).parent, *together(parts))
 
 
-def analyse_push_through(config, design_file, output):
+def push_through(study, source, output):
     """The distribution of each metric of each machine. Writes the outputs that the stage
     declares."""
-    design = read_written(design_file)
+    config = study.config
+    design = read_written(source.design)
     runs = [_with_metrics(design, name, m) for name, m in config.push_through.items()]
     write_table(pd.concat(runs, ignore_index=True), output.runs)
     rows, drawn = [], []
@@ -135,14 +134,6 @@ def _measured(config, machine, metric):
         return float(found[0].value if len(found) == 1 else sample(found, table.path).mean())
     except ConfigError:
         return None  # measured at other settings, or as several means
-
-
-# as the workflow calls it
-
-
-def push_through(study, source, output):
-    """See `analyse_push_through`."""
-    analyse_push_through(study.config, source.design, output)
 
 
 def sentences(summary, response):

@@ -51,12 +51,13 @@ def _around(factor, centre, config):
     return replace(factor, low=round(centre - half, 9), high=round(centre + half, 9))
 
 
-def analyse_response_surface(config, design_file, region_file, output):
+def response_surface(study, source, output):
     """Quadratic model, ANOVA, diagnostics and plots. Runs without a response are left out and
     named. Runs beyond the outlier limit are named, and the fit without them stands beside the fit
     of all runs."""
-    region = read_region(region_file)
-    every = with_responses(read_written(design_file), config)
+    config = study.config
+    region = read_region(source.region)
+    every = with_responses(read_written(source.design), config)
     with naming_left_out(every):
         runs = with_value(every, "response")
         surface = fit_surface(runs, [f.code for f in region], runs["response"])
@@ -136,14 +137,6 @@ def _ridge(surface, region):
             levels = {f.name: f.natural(float(x)) for f, x in zip(region, point, strict=True)}
             rows.append({"way": way, "radius": radius, "response": float(response)} | levels)
     return rows
-
-
-# as the workflow calls them
-
-
-def response_surface(study, source, output):
-    """See `analyse_response_surface`."""
-    analyse_response_surface(study.config, source.design, source.region, output)
 
 
 def sentences(summary, response):

@@ -41,15 +41,16 @@ def plan_screening(study, source, output):
     write_plan(Path(output.plan).parent, *planned)
 
 
-def analyse_screening(config, design_file, output):
+def screening(study, source, output):
     """Effects, ANOVA and charts; writes the names of the factors that go on, largest effect first,
     and why each does.
 
     Runs without an angle are left out and named. With a foldover the configured table's own runs
     decide, and the effects of both halves together stand beside them.
     """
+    config = study.config
     factors = read_factors(config.factors)
-    every = with_responses(read_written(design_file), config)
+    every = with_responses(read_written(source.design), config)
     rules = config.screening
     runs = every[every["fold"] == 1] if rules.foldover and rules.design else every
     screened = _screened(config, factors, runs)
@@ -175,14 +176,6 @@ def _write_further(result, names, target, alpha, path, figure):
     write_table(effects, path)
     limits = result.t_limit, result.bonferroni_limit, alpha
     figures.save(figures.pareto(effects, *limits, figures.response_of(target.metric)), figure)
-
-
-# as the workflow calls them
-
-
-def screening(study, source, output):
-    """See `analyse_screening`."""
-    analyse_screening(study.config, source.design, output)
 
 
 def sentences(summary, response):

@@ -29,10 +29,11 @@ def plan_validation(study, source, output):
     write_plan(Path(output.plan).parent, *study.plan(pd.DataFrame(rows)))
 
 
-def analyse_validation(config, design_file, output):
+def validation(study, source, output):
     """Compare the replicates with the measurement, and with the further ones where there are
     any."""
-    runs = with_responses(read_written(design_file), config)
+    config = study.config
+    runs = with_responses(read_written(source.design), config)
     rules = config.validation
     write_table(runs, output.runs)
     groups = _groups(runs, "response")
@@ -76,14 +77,6 @@ def _summary(groups):
         "simulated_sd": float(groups.std(ddof=1)) if groups.size > 1 else None,
         "simulated_n": int(groups.size),
     }
-
-
-# as the workflow calls them
-
-
-def validation(study, source, output):
-    """See `analyse_validation`."""
-    analyse_validation(study.config, source.design, output)
 
 
 def sentences(summary, response):

@@ -18,8 +18,8 @@ from functools import cache
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from calibration.digests import code_digest
 from calibration.errors import ConfigError
-from calibration.fresh import code_digest
 from dem.errors import DemError
 from dem.io.files import write_arrays
 from dem.results import OTHER, STATE

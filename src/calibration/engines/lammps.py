@@ -3,16 +3,16 @@
 import math
 import os
 import re
-import subprocess
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from calibration.engines import Engine, EngineError, Settings, rig
+from calibration.engines import EngineError, rig
 from calibration.engines.blocks import lammps as block
-from calibration.engines.program import find, prime_seed, read_dump, read_frames, run, state_of
-from calibration.engines.rigs import Dialect, experiments_of, rigs
+from calibration.engines.lammps_family import Code
+from calibration.engines.program import engine_of, find, prime_seed, run, stated_version
+from calibration.engines.rigs import Dialect
 from dem.walls.geometry import RECTANGLE, REVOLVED
 
 INSTALL = "the packages lammps and mpich bring it: pip install lammps mpich"
@@ -101,20 +101,7 @@ def environment():
 @cache
 def version():
     """Version of the installed program. Raises EngineError."""
-    path = find("lmp", INSTALL)
-    said = subprocess.run(
-        [path, "-h"], capture_output=True, text=True, timeout=60, env=environment(), check=False
-    )
-    found = re.search(r"Simulator - (.+)", said.stdout)
-    if not found:
-        words = (said.stdout + said.stderr).strip()[-200:]
-        raise EngineError(f"{path} does not state its version: {words}")
-    return found.group(1).strip()
-
-
-def identity(settings):
-    """The program's version. Raises EngineError where it is not installed."""
-    return {"version": version()}
+    return stated_version([find("lmp", INSTALL), "-h"], r"Simulator - (.+)", environment())
 
 
 def refuse(spec):
@@ -127,37 +114,11 @@ def refuse(spec):
         )
 
 
-def deck(spec, folder, material=None):
-    """Write input and material block of a `RunSpec` into `folder`. material: text of the
-    block, that of the spec unless given."""
-    (folder / "material.lammps").write_text(material or rig.block_of(block, spec))
-    if spec.experiment in rigs():
-        text = rigs()[spec.experiment].deck(spec, DIALECT, folder)
-    else:
-        text = {"heap": _heap, "drop": _drop}[spec.experiment](spec, folder)
-    (folder / "in.lammps").write_text(text)
-
-
-def simulate(spec, folder, entry):
-    """Run a `RunSpec` in `folder`; returns metrics and the last state. Raises EngineError."""
-    deck(spec, folder)
-    return start(spec, folder, entry["settings"]["timeout_s"])
-
-
 def start(spec, folder, timeout_s):
     """Start the program on the deck of a `RunSpec` in `folder`; returns metrics and the last state.
     Raises EngineError."""
     command = [find("lmp", INSTALL), "-in", "in.lammps", "-log", "none"]
-    output = run(command, folder, timeout_s, environment())
-    if spec.experiment in rigs():
-        return rigs()[spec.experiment].read(spec, folder, output)
-    if spec.experiment == "drop":
-        drop = rig.Drop.of(spec)
-        frames = read_frames(folder / "trace.dump")
-        z, v = (np.array([f[name] for f in frames]) for name in ("z", "vz"))
-        return drop.metrics(z, v, drop.starts(spec.seed)[:, 2]), {}
-    state = state_of(read_dump(folder / "end.dump"))
-    return rig.heap_metrics(state, rig.Pour.of(spec), _made(output)), state
+    return CODE.read(spec, folder, run(command, folder, timeout_s, environment()))
 
 
 def _made(output):
@@ -327,6 +288,6 @@ DIALECT = Dialect(
     stop=lambda name: HOLD.format(f"{name}_turn"),
     watch=lambda label, name, steps: WATCH.format(label=label, name=name, steps=steps),
 )
-ENGINE = Engine(
-    "lammps", Settings, ("heap", "drop", *experiments_of(DIALECT)), identity, refuse, simulate
-)
+CODE = Code(block, "material.lammps", "in.lammps", DIALECT, {"heap": _heap, "drop": _drop}, _made)
+deck = CODE.write
+ENGINE = engine_of("lammps", CODE.experiments, version, refuse, deck, start)

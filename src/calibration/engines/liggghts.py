@@ -3,22 +3,20 @@ walls."""
 
 import math
 import re
-import subprocess
 from functools import cache
 from pathlib import Path
 
-import numpy as np
-
-from calibration.engines import Engine, EngineError, Settings, rig
+from calibration.engines import rig
 from calibration.engines.blocks import liggghts as block
+from calibration.engines.lammps_family import Code
 from calibration.engines.mesh import body, disc, frustum, write_mesh
-from calibration.engines.program import find, prime_seed, read_dump, read_frames, run, state_of
-from calibration.engines.rigs import Dialect, experiments_of, rigs
+from calibration.engines.program import engine_of, find, prime_seed, run, stated_version
+from calibration.engines.rigs import Dialect
 
 INSTALL = "Debian and Ubuntu have it: apt-get install liggghts"
 
 HEAD = """\
-# {experiment} of {code}; SI units; type 1: grains, 2: walls. Start: {launch}
+# {experiment} of LIGGGHTS 3.8; SI units; type 1: grains, 2: walls. Start: liggghts -in in.liggghts
 atom_style granular
 atom_modify map array
 boundary f f f
@@ -65,14 +63,7 @@ run {more}
 @cache
 def version():
     """Version of the installed program, as it states it. Raises EngineError."""
-    path = find("liggghts", INSTALL)
-    said = subprocess.run(
-        [*launcher(), path], input="", capture_output=True, text=True, timeout=60, check=False
-    )
-    found = re.search(r"Version (\S+ [\d.]+)", said.stdout)
-    if not found:
-        raise EngineError(f"{path} does not state its version")
-    return found.group(1)
+    return stated_version([*launcher(), find("liggghts", INSTALL)], r"Version (\S+ [\d.]+)")
 
 
 def launcher():
@@ -81,48 +72,16 @@ def launcher():
     return [str(mpirun), "--allow-run-as-root", "-np", "1"] if mpirun.exists() else []
 
 
-def identity(settings):
-    """The program's version. Raises EngineError where it is not installed."""
-    return {"version": version()}
-
-
 def refuse(spec):
     """Raise EngineError for what LIGGGHTS cannot represent of a `RunSpec`."""
     rig.refuse(spec, "LIGGGHTS", block.CODE)
-
-
-def deck(spec, folder, material=None):
-    """Write input, material block and meshes of a `RunSpec` into `folder`. material: text of the
-    block, that of the spec unless given."""
-    (folder / "material.in").write_text(material or rig.block_of(block, spec))
-    if spec.experiment in rigs():
-        text = rigs()[spec.experiment].deck(spec, DIALECT, folder)
-    else:
-        text = {"heap": _heap, "drop": _drop}[spec.experiment](spec, folder)
-    (folder / "in.liggghts").write_text(text)
-
-
-def simulate(spec, folder, entry):
-    """Run a `RunSpec` in `folder`; returns metrics and the last state. Raises EngineError."""
-    deck(spec, folder)
-    return start(spec, folder, entry["settings"]["timeout_s"])
 
 
 def start(spec, folder, timeout_s):
     """Start the program on the deck of a `RunSpec` in `folder`; returns metrics and the last state.
     Raises EngineError."""
     command = [*launcher(), find("liggghts", INSTALL), "-in", "in.liggghts"]
-    output = run(command, folder, timeout_s)
-    if spec.experiment in rigs():
-        return rigs()[spec.experiment].read(spec, folder, output)
-    if spec.experiment == "drop":
-        start = rig.Drop.of(spec).starts(spec.seed)[:, 2]
-        frames = read_frames(folder / "trace.dump")
-        z, v = (np.array([f[name] for f in frames]) for name in ("z", "vz"))
-        return rig.Drop.of(spec).metrics(z, v, start), {}
-    state = state_of(read_dump(folder / "end.dump"))
-    pour = rig.Pour.of(spec)
-    return rig.heap_metrics(state, pour, _made(output)), state
+    return CODE.read(spec, folder, run(command, folder, timeout_s))
 
 
 def _made(output):
@@ -133,12 +92,7 @@ def _made(output):
 
 def _head(spec, space, radius):
     return HEAD.format(
-        experiment=spec.experiment,
-        code="LIGGGHTS 3.8",
-        launch="liggghts -in in.liggghts",
-        space=space,
-        skin=0.2 * radius,
-        gravity=rig.GRAVITY,
+        experiment=spec.experiment, space=space, skin=0.2 * radius, gravity=rig.GRAVITY
     )
 
 
@@ -245,6 +199,6 @@ DIALECT = Dialect(
         f"fix {label} all ave/time 1 {steps} {steps} f_{name}[3] f_{name}[6] file {label}.txt"
     ),
 )
-ENGINE = Engine(
-    "liggghts", Settings, ("heap", "drop", *experiments_of(DIALECT)), identity, refuse, simulate
-)
+CODE = Code(block, "material.in", "in.liggghts", DIALECT, {"heap": _heap, "drop": _drop}, _made)
+deck = CODE.write
+ENGINE = engine_of("liggghts", CODE.experiments, version, refuse, deck, start)

@@ -1,6 +1,7 @@
 """Running another engine's program, and reading what it leaves."""
 
 import math
+import re
 import shutil
 import subprocess
 import sys
@@ -8,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calibration.engines import EngineError
+from calibration.engines import Engine, EngineError, Settings
 
 LAST_WORDS = 800
 """Characters of a failed program's output that its error quotes."""
@@ -22,6 +23,35 @@ def find(name, install):
     if not found:
         raise EngineError(f"the program {name} is not installed; {install}")
     return found
+
+
+def stated_version(command, pattern, environment=None):
+    """What an installed program says of its version: the first group of `pattern` in the output of
+    `command`. Raises EngineError."""
+    said = subprocess.run(
+        command, input="", capture_output=True, text=True, timeout=60, env=environment, check=False
+    )
+    words = said.stdout + said.stderr
+    found = re.search(pattern, words)
+    if not found:
+        raise EngineError(f"{' '.join(command)} does not state its version: {words.strip()[-200:]}")
+    return found.group(1).strip()
+
+
+def engine_of(name, experiments, version, refuse, deck, start):
+    """`Engine` of an installed program that is named by its version(), and given a deck.
+
+    deck(spec, folder) writes it; start(spec, folder, timeout_s) starts the program on it and gives
+    metrics and last state."""
+
+    def identity(settings):
+        return {"version": version()}
+
+    def simulate(spec, folder, entry):
+        deck(spec, folder)
+        return start(spec, folder, entry["settings"]["timeout_s"])
+
+    return Engine(name, Settings, experiments, identity, refuse, simulate)
 
 
 def run(command, folder, timeout_s, environment=None):

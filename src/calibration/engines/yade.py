@@ -1,12 +1,11 @@
 """YADE (2023.02a) as the engine, with the exported script of materials and walls of facets."""
 
 import re
-import subprocess
 from functools import cache
 
-from calibration.engines import Engine, EngineError, Settings, rig
+from calibration.engines import EngineError, rig
 from calibration.engines.blocks import yade as block
-from calibration.engines.program import find, read_dump, run, state_of
+from calibration.engines.program import engine_of, find, read_dump, run, state_of, stated_version
 
 INSTALL = "Debian and Ubuntu have it: apt-get install yade"
 
@@ -83,19 +82,7 @@ print("made", made)
 @cache
 def version():
     """Version of the installed program. Raises EngineError."""
-    path = find("yade", INSTALL)
-    said = subprocess.run(
-        [path, "--version"], capture_output=True, text=True, timeout=60, check=False
-    )
-    found = re.search(r"version:? *(\S+)", said.stdout + said.stderr)
-    if not found:
-        raise EngineError(f"{path} does not state its version")
-    return found.group(1).rstrip(",")
-
-
-def identity(settings):
-    """The program's version. Raises EngineError where it is not installed."""
-    return {"version": version()}
+    return stated_version([find("yade", INSTALL), "--version"], r"version:? *(\S+)").rstrip(",")
 
 
 def refuse(spec):
@@ -138,12 +125,6 @@ def deck(spec, folder, material=None):
     (folder / "in.py").write_text(text)
 
 
-def simulate(spec, folder, entry):
-    """Run a `RunSpec` in `folder`; returns metrics and the last state. Raises EngineError."""
-    deck(spec, folder)
-    return start(spec, folder, entry["settings"]["timeout_s"])
-
-
 def start(spec, folder, timeout_s):
     """Start the program on the script of a `RunSpec` in `folder`; returns metrics and the last
     state. Raises EngineError."""
@@ -155,4 +136,4 @@ def start(spec, folder, timeout_s):
     return rig.heap_metrics(state, rig.Pour.of(spec), int(made.group(1))), state
 
 
-ENGINE = Engine("yade", Settings, ("heap",), identity, refuse, simulate)
+ENGINE = engine_of("yade", ("heap",), version, refuse, deck, start)

@@ -69,6 +69,14 @@ def plan(
     return pd.DataFrame(rows), specs
 
 
+def together(
+    parts: Iterable[tuple[pd.DataFrame, Mapping[str, Any]]],
+) -> tuple[pd.DataFrame, dict[str, Any]]:
+    """Design tables and specs, as `plan` gives them, as one of each in the order of `parts`."""
+    tables, specs = zip(*parts, strict=True)
+    return pd.concat(tables, ignore_index=True), {k: s for own in specs for k, s in own.items()}
+
+
 def write_plan(folder: str | Path, table: pd.DataFrame, specs: Mapping[str, Any]) -> None:
     """Write design.csv and plan.json, each atomically."""
     folder = Path(folder)

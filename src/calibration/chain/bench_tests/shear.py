@@ -18,7 +18,7 @@ from calibration import figures
 from calibration.errors import ConfigError
 from calibration.files import write_table
 from calibration.intake.tables import read_written
-from calibration.runs.plans import read_metric, write_plan
+from calibration.runs.plans import read_metric, together, write_plan
 from calibration.statistics.numbers import fixed
 from calibration.study.config import bench_run, given, overlay, read_bench
 from calibration.study.factors import factor_of
@@ -54,7 +54,7 @@ def measured_locus(config):
 def plan_shear(study, source, output):
     """Plan replicates at each particle friction and normal stress; each cell of the design has its
     own seeds."""
-    config, tables, specs = study.config, [], {}
+    config, parts = study.config, []
     section = given(config, "bench.shear", "shear")
     base, factor = bench_run(config, section.run), factor_of(study.factors, KEY).name
     for k, (level, stress) in enumerate(product(section.levels, section.normal_stresses_kPa)):
@@ -62,10 +62,9 @@ def plan_shear(study, source, output):
         first_seed = config.seed + k * section.replicates
         rows = pd.DataFrame({"replicate": range(1, section.replicates + 1), factor: level})
         rows = rows.assign(**{n: v for n, v in section.fixed.items() if n != factor})
-        table, more = study.plan(rows, "shear", run, first_seed)
-        tables.append(table.assign(normal_stress_kPa=stress))
-        specs |= more
-    write_plan(Path(output.plan).parent, pd.concat(tables, ignore_index=True), specs)
+        table, specs = study.plan(rows, "shear", run, first_seed)
+        parts.append((table.assign(normal_stress_kPa=stress), specs))
+    write_plan(Path(output.plan).parent, *together(parts))
 
 
 def yield_locus(normal, shear, alpha=0.05):

@@ -11,7 +11,7 @@ from pathlib import Path
 import pandas as pd
 
 from calibration.chain.scaling.dimensions import RULES, ScalingError, factors
-from calibration.runs.plans import write_plan
+from calibration.runs.plans import together, write_plan
 from calibration.study.config import bench_run, given, overlay, point_spec
 from dem.spec import OPTIONAL, REQUIRED, parse_spec
 from dem.units import unit_of
@@ -115,14 +115,12 @@ def seeds_of(section, experiment, cohesive, h):
 def plan_scaling(study, source, output):
     """Plan every experiment under every rule and scale, without and with cohesion, with all
     seeds."""
-    config, tables, specs = study.config, [], {}
+    config, parts = study.config, []
     section = given(config, "scaling", "scaling")
     cases = product(EXPERIMENTS, RULES, (False, True), section.factors)
     for experiment, rule, cohesive, h in cases:
         run = enlarged(base_run(config, experiment, cohesive), experiment, RULES[rule], h)
         rows = pd.DataFrame([section.point] * seeds_of(section, experiment, cohesive, h))
         rows = rows.assign(rule=rule, cohesive=cohesive, scale=h)
-        table, more = study.plan(rows, experiment, run)
-        tables.append(table)
-        specs |= more
-    write_plan(Path(output.plan).parent, pd.concat(tables, ignore_index=True), specs)
+        parts.append(study.plan(rows, experiment, run))
+    write_plan(Path(output.plan).parent, *together(parts))

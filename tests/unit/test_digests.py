@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from calibration.fresh import digest, digest_with, modules
+from calibration.digests import digest, digest_with, modules
 from calibration.study.config import Config, overlay, parse_config
 from calibration.study.stages import resolve
 from workflow_rules import ROOT, rules_of
@@ -66,6 +66,7 @@ EDITS = {
     "calibration/engines/blocks/mercurydpm.py": EXPORTS,
     "calibration/engines/blocks/yade.py": FOREIGN,
     "calibration/figures/optimum.py": None,
+    "calibration/inference/joint/critique.py": set(),
     "calibration/inference/posterior_sampling.py": {"posterior"},
     "calibration/intake/measurements.py": EVERY,
     "calibration/intake/sound.py": set(),
@@ -78,7 +79,7 @@ EDITS = {
     "diagnosis/page/markdown.py": DIAGNOSIS | SUITE,
     "diagnosis/verdict.py": DIAGNOSIS | SUITE,
     "diagnosis/verdict.schema.json": DIAGNOSIS | SUITE | DISAGREEMENT,
-    "diagnosis/switched.py": DISAGREEMENT,
+    "diagnosis/switched_causes.py": DISAGREEMENT,
     "diagnosis/benchmark/hidden.py": SUITE,
     "diagnosis/catalogue/air_drag.py": DIAGNOSIS | SUITE | DISAGREEMENT,
     "paper/audit/bench.py": PAPER,

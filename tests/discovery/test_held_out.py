@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from calibration.intake.measurements import Measurement
-from diagnosis import aside
+from diagnosis import held_out, remarks
 from diagnosis.contacts import defaults_of
 from diagnosis.measurements import Measured
 from diagnosis.settings import read_settings
@@ -29,7 +29,7 @@ def test_a_law_predicts_the_rows_that_were_held_out():
     found = discover(fitted, chance=(99,))
     assert found.law["slot"] == "restitution"
     defaults = defaults_of(SETTINGS, ["drop"])
-    rows = aside.by_contacts(fitted, held, found, defaults)
+    rows = held_out.by_contacts(fitted, held, found, defaults)
     for row, m in zip(rows, held, strict=True):
         assert row["after"] == pytest.approx(m.value, rel=0.01)
         assert abs(row["miss_after"]) < 1.0
@@ -44,7 +44,7 @@ def test_a_constant_alone_predicts_without_a_law():
             levers = {"drop_height_mm": h, "particle_diameter_mm": d}
             fitted.append(Measurement("drop", value, 0.0224 * value, 5, levers))
     found = discover(fitted, chance=(99,))
-    rows = aside.by_contacts(fitted, [drop(100.0, 2.0)], found, defaults_of(SETTINGS, ["drop"]))
+    rows = held_out.by_contacts(fitted, [drop(100.0, 2.0)], found, defaults_of(SETTINGS, ["drop"]))
     assert [r["after"] for r in rows] == [None]
     assert rows[0]["before"] == pytest.approx(50.0, rel=0.01)
 
@@ -54,9 +54,9 @@ def test_remarks_name_what_rows_cannot_tell():
     fitted.append(drop(100.0, 2.0, line=5, batch="late"))
     fitted.append(Measurement("tilt", 35.0, 0.4, 5, {"tilt_rate_deg_s": 5.0}, line=6))
     lost = Measurement("heap", np.nan, np.nan, 3, {}, line=7, outcome="no_heap")
-    two, alone, single, gone = aside.remarks(Measured(fitted, [], [lost]))
+    two, alone, single, gone = remarks.remarks(Measured(fitted, [], [lost]))
     assert two.startswith("Lines 3, 4, 5: the rebound was read at two levels of the drop height")
     assert alone.startswith("Line 5: batch late has no other row")
     assert single.startswith("Line 6: the sliding angle was read at a single level")
     assert gone.startswith("Line 7: heap ended no heap: it enters no fit")
-    assert aside.remarks(Measured(fitted, [], [lost]), ["heap"]) == [two, alone, single]
+    assert remarks.remarks(Measured(fitted, [], [lost]), ["heap"]) == [two, alone, single]

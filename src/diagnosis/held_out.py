@@ -1,98 +1,13 @@
-"""What a table holds beside the settings that are fitted: rows held out, tests without a value, and
-remarks on what the settings cannot tell."""
+"""Rows of a table that were held out of the fit, beside what was predicted of them."""
 
 import numpy as np
-from scipy.special import expit
 
-from calibration.intake.quantities import LEVERS, QUANTITIES, levers_of
 from diagnosis.fit import data_of, spread_unit
 from diagnosis.laws.readings import from_log, readings_of, unknown
-from diagnosis.settings import BASE
 from diagnosis.shared import covariance_of
 from diagnosis.table_model.block import Block
 from diagnosis.table_model.term import ROW
 from diagnosis.table_model.terms import all_terms
-
-
-def remarks(measured, counted=()):
-    """Sentences, each with its lines, on what a `Measured` table cannot tell; counted: experiments
-    whose tests without a value entered the fits."""
-    out = []
-    for kind in dict.fromkeys(m.experiment for m in measured.fitted):
-        own = [m for m in measured.fitted if m.experiment == kind]
-        out += _few_levels(kind, own)
-        for name in ("batch", "instrument"):
-            out += _alone(name, own)
-    return out + [
-        f"{_lines([m])}: {m.label} ended {m.outcome.replace('_', ' ')}: it enters no fit, for "
-        "that needs readings of the same experiment and simulated runs that end so."
-        for m in measured.outcomes
-        if m.experiment not in counted
-    ]
-
-
-def untrained(errors):
-    """Sentences on the mechanisms that have no emulator, in the table of the emulators' errors, as
-    most of their runs gave no value: their models have no effect on the experiment."""
-    out = []
-    for row in errors:
-        if "error" not in row:
-            words, name = QUANTITIES[row["experiment"]].words, row["mechanism"].replace("_", " ")
-            runs = row["failed"] + row["runs"]
-            out.append(
-                f"The {words} has no emulator of {name}, as {row['failed']} of its {runs} runs "
-                "gave no value: it counts as without effect there."
-            )
-    return out
-
-
-def of_outcomes(found, extended=None):
-    """[{experiment, levers, tests, failed, before, after}] of the conditions whose tests ended
-    without a value or with one, in an `Identification`: the chance of none by the base model, and
-    by the extended one or null."""
-    names = {"before": BASE} | ({"after": extended} if extended else {})
-    chance = {
-        label: expit(found.models[n].odds(found.fits[n].theta[:1], slope=False)[0][0])
-        for label, n in names.items()
-    }
-    rows = []
-    for i, (experiment, levers) in enumerate(found.models[BASE].tests):
-        row = {"experiment": experiment, "levers": levers, "tests": int(found.data.tests[i])}
-        row["failed"] = int(found.data.failed[0, i])
-        row |= {k: float(chance[k][i]) if k in chance else None for k in ("before", "after")}
-        rows.append(row)
-    return rows
-
-
-def _few_levels(kind, own):
-    words = QUANTITIES[kind].words
-    levels = {name: {m.levers[name] for m in own if name in m.levers} for name in levers_of(kind)}
-    if max((len(v) for v in levels.values()), default=0) < 2:
-        return [
-            f"{_lines(own)}: the {words} was read at a single level of every lever: its own "
-            "coefficient meets it, whatever else is missing."
-        ]
-    return [
-        f"{_lines(own)}: the {words} was read at two levels of the {LEVERS[name].words}: two "
-        "points are no curve, and only that it changes can be told."
-        for name, found in levels.items()
-        if len(found) == 2
-    ]
-
-
-def _alone(name, own):
-    labels = [getattr(m, name) for m in own]
-    return [
-        f"{_lines([m])}: {name} {label} has no other row: its error is not told from that of the "
-        "setting."
-        for m, label in zip(own, labels, strict=True)
-        if label and labels.count(label) == 1
-    ]
-
-
-def _lines(rows):
-    lines = [str(m.line) for m in rows if m.line is not None]
-    return f"Line{'s' * (len(lines) > 1)} {', '.join(lines)}" if lines else "A setting"
 
 
 def by_emulators(emulated, measurements, held_out, fits, data):
