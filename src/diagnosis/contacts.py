@@ -13,7 +13,6 @@ from dem.spec import parse_spec
 from diagnosis import prediction_test, time_step
 from diagnosis.collision import rebounds, sliding_angles
 from diagnosis.fit import data_of
-from diagnosis.last_word import last_word
 from diagnosis.laws.engine_gain import Engine, compared, keys_of, together
 from diagnosis.laws.in_engine import not_run
 from diagnosis.laws.known import COEFFICIENT, known_curves, with_coefficient
@@ -22,6 +21,7 @@ from diagnosis.power import power
 from diagnosis.residuals import by_chance, tails, trends
 from diagnosis.table_model.block import LEVEL_SD
 from diagnosis.table_model.found import discover, limits, table_misfit
+from diagnosis.withdrawal import withdraw_refuted
 
 
 def _known(rig, catalogue):
@@ -102,7 +102,7 @@ def with_engine(verdict, measurements, found, rig, catalogue, held_out=()):
                 row["engine"]["keys"] = keys_of(block, row["key"])
     if parts:
         verdict["gain"] = together(parts)
-    verdict = last_word(verdict)
+    verdict = withdraw_refuted(verdict)
     verdict["exclusion"] = limits(found, catalogue)
     verdict["test"] = prediction_test.of_contacts(verdict, measurements, found, engine, held_out)
     return verdict

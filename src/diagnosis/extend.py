@@ -8,7 +8,7 @@ import numpy as np
 from calibration.intake.quantities import QUANTITIES
 from calibration.runs.simulated import named
 from diagnosis.fit import data_of, fit, spread_unit
-from diagnosis.shared import covariance_of
+from diagnosis.shared_errors import covariance_of
 
 RESAMPLES = 4000
 LEAST_RUNS = 2  # at a setting: one does not tell how much runs scatter

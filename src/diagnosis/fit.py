@@ -11,9 +11,9 @@ Tests that end without a value are binomial beside the Gaussian readings: Fisher
 Gauss-Newton. A test that is left out has the odds that the mode and the leverage leave it without
 its own share (Laplace with a cavity: Vehtari and others 2016, J. Mach. Learn. Res. 17:103).
 
-Readings of a batch or an instrument share an error (`diagnosis.shared`). It is integrated out: the
-readings then have a covariance, and a setting is left out of that (Rasmussen and Williams 2006,
-Gaussian Processes for Machine Learning, 5.4.2). How large it is is chosen at the start of a
+Readings of a batch or an instrument share an error (`diagnosis.shared_errors`). It is integrated
+out: the readings then have a covariance, and a setting is left out of that (Rasmussen and Williams
+2006, Gaussian Processes for Machine Learning, 5.4.2). How large it is is chosen at the start of a
 descent, as the spread is.
 """
 
@@ -26,7 +26,7 @@ from scipy.stats import chi2
 from calibration.inference.chance_of_no_value import log_likelihood
 from calibration.intake.quantities import QUANTITIES
 from diagnosis.failures import outcomes_of
-from diagnosis.shared import Shared, shared_of
+from diagnosis.shared_errors import Shared, shared_of
 
 STARTS = (0.2, 0.7)
 DESCENTS = 2

@@ -4,7 +4,7 @@ import numpy as np
 
 from diagnosis.fit import data_of, spread_unit
 from diagnosis.laws.readings import from_log, readings_of, unknown
-from diagnosis.shared import covariance_of
+from diagnosis.shared_errors import covariance_of
 from diagnosis.table_model.block import Block
 from diagnosis.table_model.term import ROW
 from diagnosis.table_model.terms import all_terms

@@ -32,7 +32,6 @@ from diagnosis.emulator_files import write_emulators
 from diagnosis.extend import LEAST_RUNS, extension_plan, gain, real_values, within
 from diagnosis.failures import train_failures
 from diagnosis.identify import identify, lack_of_fit, weigh
-from diagnosis.last_word import last_word
 from diagnosis.lever_laws import as_laws
 from diagnosis.page.markdown import page
 from diagnosis.residuals import by_chance, calibration, residual_rows, trends
@@ -40,6 +39,7 @@ from diagnosis.settings import BASE, study_settings, with_gain_runs
 from diagnosis.setup import Setup
 from diagnosis.single_setting import with_single
 from diagnosis.verdict import extended_name, findings, unexplained, validate
+from diagnosis.withdrawal import withdraw_refuted
 
 
 def plan_power(setup, source, output):
@@ -239,7 +239,7 @@ def conclude(setup, source, output):
         )
         verdict["gain"] = gain([measurements[i] for i in own], *pair, shared=sds)
         verdict["extended_with"] = extension["mechanisms"]
-    verdict = verdict if setup.of_contacts else last_word(verdict)
+    verdict = verdict if setup.of_contacts else withdraw_refuted(verdict)
     if verdict["verdict"] == "unexplained" and "discrepancy" not in verdict:
         verdict |= unexplained(verdict["residuals"])
     validate(verdict)

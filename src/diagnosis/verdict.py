@@ -6,7 +6,7 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 
-from diagnosis import discrepancy, shared
+from diagnosis import discrepancy, shared_errors
 from diagnosis.identify import carried, key_of, lack_of_fit
 from diagnosis.next_measurement import propose
 from diagnosis.residuals import by_chance, calibration, moved, residual_rows, trends
@@ -47,7 +47,7 @@ def findings(emulated, measurements, found):
         out |= unexplained(rows, ranges)
     winner = extended_name(found)
     likeliest = found.fits[winner or BASE]
-    out["scatter"] = shared.scatter(likeliest.shared_errors(found.data))
+    out["scatter"] = shared_errors.scatter(likeliest.shared_errors(found.data))
     out |= {"misfit": out["lack_of_fit"], "rows": [], "test": None}
     out["laws"] = laws_of(
         found, emulated.catalogue, list(dict.fromkeys(m.experiment for m in measurements))

@@ -16,7 +16,7 @@ from unittest.mock import patch
 import numpy as np
 from strangers import cases, test_verdicts
 
-from diagnosis import last_word
+from diagnosis import withdrawal
 from diagnosis.laws import known
 from diagnosis.table_model import found, selection
 from diagnosis.table_model.terms import laws as law_terms
@@ -91,7 +91,7 @@ MUTANTS = (
            ("error between two tilt rates", "camera set up for each height")),
     Mutant("rivals never sought", ((selection, "rivals", nothing),),
            ("error between two tilt rates", "late hand, 2 rates")),
-    Mutant("left-out check off", ((last_word, "_against", lambda gain: None),), ()),
+    Mutant("left-out check off", ((withdrawal, "_against", lambda gain: None),), ()),
     Mutant("nothing nameable", ((found, "named", _unnamed),), LAW_TABLES),
     Mutant("catalogue's sign inverted", ((known, "_known", _inverted),), LAW_TABLES),
     Mutant("a name need not beat the other forms", ((found, "named", _best_of_the_catalogue),),

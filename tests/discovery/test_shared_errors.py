@@ -19,7 +19,7 @@ from diagnosis.identify import identify
 from diagnosis.model import Emulated
 from diagnosis.page.markdown import page
 from diagnosis.settings import BASE, parameters_of, read_settings
-from diagnosis.shared import covariance_of, scatter
+from diagnosis.shared_errors import covariance_of, scatter
 from diagnosis.verdict import findings, validate
 
 SETTINGS = read_settings("config/discovery.yaml")

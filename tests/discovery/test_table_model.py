@@ -10,13 +10,13 @@ from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
 from calibration.intake.measurements import Measurement
-from diagnosis.last_word import last_word
 from diagnosis.laws.known import Known
 from diagnosis.laws.readings import readings_of
 from diagnosis.table_model import found as found_module
 from diagnosis.table_model.block import LEVEL_SD
 from diagnosis.table_model.found import discover
 from diagnosis.table_model.selection import _with, blocks_of
+from diagnosis.withdrawal import withdraw_refuted
 from facts import tells
 
 ERROR, N = 0.02, 5  # of one reading, and readings of a setting
@@ -313,7 +313,7 @@ def test_the_judge_tells_a_law_that_fits_from_one_that_does_not():
 def test_the_engine_withdraws_a_name(interval, after, verdict):
     gain = {"held_out_rmse_difference_interval": interval, "held_out_rmse_after": after}
     law = {"names": ["apex_sampling"], "single": "apex_sampling", "gain": gain, "evidence": 9.0}
-    said = last_word({"verdict": "identified", "causes": ["apex_sampling"], "laws": [law],
+    said = withdraw_refuted({"verdict": "identified", "causes": ["apex_sampling"], "laws": [law],
                       "reason": ""})  # fmt: skip
     assert said["verdict"] == verdict
     assert bool(said["causes"]) == (verdict == "identified")

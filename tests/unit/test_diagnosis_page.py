@@ -1,4 +1,4 @@
-"""The diagnosis stands alone: a page of its own in plain words, and the engine's last word."""
+"""The diagnosis stands alone: a page of its own in plain words, and names that are withdrawn."""
 
 import json
 import math
@@ -8,12 +8,12 @@ import pytest
 
 from calibration.figures import parameter_words
 from calibration.telling.report.plain import write_page
-from diagnosis.last_word import FIT, last_word
 from diagnosis.laws.in_engine import not_run
 from diagnosis.laws.slots import FAMILY
 from diagnosis.page.first_lines import first_lines
 from diagnosis.page.markdown import page
 from diagnosis.page.words import chance, odds
+from diagnosis.withdrawal import FIT, withdraw_refuted
 from facts import tells
 from frozen import FROZEN
 
@@ -36,7 +36,7 @@ def missing_by(verdict, miss):
 
 
 def test_a_named_cause_that_the_engine_does_not_confirm_is_only_the_best_of_those_tried(ball):
-    found = last_word(missing_by(ball, 5.13))
+    found = withdraw_refuted(missing_by(ball, 5.13))
     assert found["verdict"] == "unexplained"
     assert found["causes"] == []
     assert found["best_tried"] == ["air_drag"]
@@ -47,14 +47,14 @@ def test_a_named_cause_that_the_engine_does_not_confirm_is_only_the_best_of_thos
 
 @pytest.mark.parametrize("miss", [0.0, 1.23, FIT])
 def test_a_cause_that_fits_in_the_engine_stays_named(ball, miss):
-    assert last_word(missing_by(ball, miss))["causes"] == ["air_drag"]
+    assert withdraw_refuted(missing_by(ball, miss))["causes"] == ["air_drag"]
 
 
 def test_what_was_not_named_or_not_run_is_left_as_it_is(ball):
     for verdict in ("adequate", "unexplained"):
         changed = missing_by(ball, 9.0) | {"verdict": verdict}
-        assert last_word(changed) == changed
-    assert last_word(ball | {"gain": None, "extended_with": []})["verdict"] == "identified"
+        assert withdraw_refuted(changed) == changed
+    assert withdraw_refuted(ball | {"gain": None, "extended_with": []})["verdict"] == "identified"
 
 
 def test_settings_that_gave_no_value_are_told(ball):
@@ -64,14 +64,14 @@ def test_settings_that_gave_no_value_are_told(ball):
 
 
 def test_a_model_that_gives_no_value_anywhere_is_not_confirmed(ball):
-    found = last_word(ball | {"gain": None, "extended_with": ["air_drag"]})
+    found = withdraw_refuted(ball | {"gain": None, "extended_with": ["air_drag"]})
     assert found["verdict"] == "unexplained"
     assert "gives no value at any setting" in found["reason"]
 
 
 def test_a_tied_cause_that_was_not_run_is_said_to_be_so(ball):
     tied = {"verdict": "ambiguous", "causes": ["air_drag", "wall_adhesion"]}
-    found = last_word(missing_by(ball, 4.0) | tied | {"extended_with": ["air_drag"]})
+    found = withdraw_refuted(missing_by(ball, 4.0) | tied | {"extended_with": ["air_drag"]})
     assert found["best_tried"] == tied["causes"]
     assert "with air drag" in found["reason"]
     assert tells(found["reason"], "wall adhesion")

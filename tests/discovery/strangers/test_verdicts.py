@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from diagnosis.last_word import last_word
+from diagnosis.withdrawal import withdraw_refuted
 
 from . import cases, score
 from .__main__ import diagnosed
@@ -103,7 +103,7 @@ def _after(gain):
     law = {"experiment": "drop", "slot": "reading", "state": ["interval"], "forms": [],
            "names": ["apex_sampling"], "single": "apex_sampling", "gain": gain,
            "evidence": 9.0}  # fmt: skip
-    return last_word({"verdict": "identified", "causes": ["apex_sampling"], "laws": [law]})
+    return withdraw_refuted({"verdict": "identified", "causes": ["apex_sampling"], "laws": [law]})
 
 
 BY_HAND = (test_a_name_that_loses_in_the_engine_is_withdrawn,)

@@ -1,4 +1,4 @@
-"""The engine's last word on a verdict: what is named must also predict settings left out.
+"""Names that the engine's runs withdraw: what is named must also predict settings left out.
 
 A mechanism can win the comparison and still be wrong: it was only the best of those tried.
 """
@@ -11,7 +11,7 @@ FIT = 3.0
 NAMING = ("identified", "discovered", "ambiguous")
 
 
-def last_word(verdict):
+def withdraw_refuted(verdict):
     """The mapping of verdict.json after the engine's runs.
 
     Of single contacts a name is withdrawn where the interval of its gain lies below zero, or where
@@ -25,7 +25,7 @@ def last_word(verdict):
 
 
 def _of_laws(verdict):
-    """See `last_word`."""
+    """See `withdraw_refuted`."""
     withdrawn = []
     for law in verdict["laws"]:
         reason = _against(law.get("gain"))
@@ -59,7 +59,7 @@ def _against(gain):
 
 
 def _of_mechanisms(verdict):
-    """See `last_word`."""
+    """See `withdraw_refuted`."""
     gain, run = verdict.get("gain"), verdict.get("extended_with", [])
     if verdict["verdict"] not in NAMING or not (gain or run):
         return verdict
