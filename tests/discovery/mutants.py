@@ -95,7 +95,7 @@ MUTANTS = (
     Mutant("nothing nameable", ((found, "named", _unnamed),), LAW_TABLES),
     Mutant("catalogue's sign inverted", ((known, "_known", _inverted),), LAW_TABLES),
     Mutant("a name need not beat the other forms", ((found, "named", _best_of_the_catalogue),),
-           ("v^-0.6, 3 levels", "rises with speed")),
+           ("v^-0.6, 4 levels",)),
     # invented from the documentation of the method
     Mutant("one step at most", ((selection, "select", _one_law),), ("v^-0.25 and late hand",)),
     Mutant("the first experiment alone", ((selection, "_best", _first_experiment),),

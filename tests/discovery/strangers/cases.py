@@ -583,6 +583,7 @@ FIXED = tuple(
     Case(kind, size, 100)
     for kind, size in (
         ("v^-0.6, 3 levels", 20.0),
+        ("v^-0.6, 4 levels", 10.0),
         ("rebound 14 % lower at 4 mm", 10.0),
         ("v^-0.25 and late hand", 20.0),
         ("humidity, drops", 20.0),

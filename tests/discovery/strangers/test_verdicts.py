@@ -1,6 +1,6 @@
 """The diagnosis says of strangers' tables what is true of them.
 
-Default: nineteen tables, chosen with their seed before any verdict of theirs was seen. Slow: every
+Default: twenty tables, chosen with their seed before any verdict of theirs was seen. Slow: every
 other kind once, with the shares that are asked of many. `python -m strangers` has the campaign.
 """
 
