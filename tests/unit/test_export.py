@@ -13,7 +13,7 @@ import yaml
 
 from calibration.chain.files import read_region
 from calibration.chain.study import Study
-from calibration.engines.blocks import edem, lammps, liggghts, mercurydpm, yade
+from calibration.engines.blocks import by_hand, edem, lammps, liggghts, mercurydpm, rocky, yade
 from calibration.engines.blocks.conversion import Conversion
 from calibration.engines.blocks.material import granulate
 from calibration.errors import CalibrationError
@@ -301,7 +301,7 @@ def test_edem_takes_the_calibrated_numbers_as_they_are(material, mapping):
     value = f"{OPTIMUM['salt_salt_rolling_friction']:.6g}"
     assert f"| Coefficient of rolling friction | {value} |" in text
     assert "| Shear modulus | 3e+06 | Pa |" in text
-    assert all(line.count("|") == 5 for line in text.splitlines() if line.startswith("|"))
+    assert all(line.count("|") == 4 for line in text.splitlines() if line.startswith("|"))
 
 
 def test_edem_type_c_prints_the_spring_and_its_damping(mapping):
@@ -315,6 +315,70 @@ def test_edem_type_c_prints_the_spring_and_its_damping(mapping):
         assert f"| Rolling viscous damping ratio | {eta} |" in text
         assert f"| Factor of the rolling stiffness | {stiffness} |" in text
         assert ("NOT CONVERTED" in text) == (stiffness != 2.25)
+
+
+KNOWN = {
+    "contacts.particle_particle.rolling_friction": {
+        "source": "calibrated",
+        "interval_95_others_held": [0.19, 0.31],
+        "not_bounded_by_the_data": ["high"],
+    },
+    "materials.particle.shear_modulus_Pa": {
+        "value": 3e6, "source": "the configuration's run spec", "paper": "1.1: 1.9e+09"
+    },
+}  # fmt: skip
+HEAP = by_hand.Expected("angle_of_repose_deg", "deg", 45.14, 1.2, 10, 42.3, 48.0)
+
+
+def rows_of(text):
+    """{parameter: cells behind it} of all tables of a page."""
+    lines = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("|")]
+    return {line[0]: line[1:] for line in lines}
+
+
+@pytest.mark.parametrize(
+    ("code", "name"),
+    [(edem, "Coefficient of rolling friction"), (rocky, "Rolling resistance")],
+)
+def test_a_page_to_type_in_has_interval_mark_source_and_the_angle(code, name, material, mapping):
+    text = code.block(material, conversion(mapping), [], KNOWN, HEAP)
+    tells(text, "45.14", "42.30", "48.00", "10")
+    line = next(row for row in text.splitlines() if row.startswith(f"| {name} |") and "0.19" in row)
+    tells(line, "0.19", "0.31", "calibrated", by_hand.OPEN, "above")
+    tells(text, "3e+06", "1.9e+09")
+
+
+def test_edem_states_the_whole_rig(mapping):
+    """Heights by trigonometry: the mouth stands (R - r) / tan(half angle) above the orifice."""
+    spec = overlay(mapping, {"particles": {"count": 500, "sizes": SIEVED},
+                             "geometry": {"funnel_half_angle_deg": 45}})  # fmt: skip
+    spec = parse_spec(spec)
+    text = edem.block(granulate(spec), Conversion(spec), [])
+    rows, g = rows_of(text), spec.geometry
+    up = 0.5 * (g.funnel_top_diameter_mm - g.orifice_diameter_mm)
+    assert float(rows["Funnel: mouth, z"][0]) == pytest.approx(g.discharge_height_mm + up)
+    assert float(rows["Total number"][0]) == 500
+    assert float(rows["Velocity: fixed, z"][0]) == -g.injection_speed_m_s
+    share = 1e2 * spec.numerics.rayleigh_fraction
+    assert float(rows["Share of the Rayleigh time"][0]) == pytest.approx(share)
+    tells(text, "3 mm: 0.5", "4 mm: 0.5", "mass")
+
+
+def test_another_rig_is_told_key_by_key():
+    spec = parse_spec({"experiment": "lifted_cylinder", "particles": {"count": 300}})
+    text = edem.block(granulate(spec), Conversion(spec), [])
+    for key in type(spec.geometry).model_fields:
+        if getattr(spec.geometry, key) is not None:
+            tells(text, f"`{key}`")
+
+
+def test_rocky_says_what_it_cannot_take(mapping):
+    """Its manual has one rolling resistance for a particle, and no type C with a dashpot."""
+    for law, lost in (("none", 0), ("constant_torque", 1), ("elastic_plastic", 2)):
+        spec = parse_spec(overlay(mapping, {"laws": {"rolling": law}}))
+        text = rocky.block(granulate(spec), Conversion(spec), [])
+        assert text.count("NOT CONVERTED") == lost
+        assert (f"{spec.contacts.particle_wall.rolling_friction:.6g}" in text) == (lost > 0)
 
 
 def test_lammps_alone_takes_the_torsion_along(mapping):

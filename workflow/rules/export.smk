@@ -25,6 +25,7 @@ rule export:
         yade_py=f"{STUDY}/exports/yade.py",
         mercurydpm_cpp=f"{STUDY}/exports/mercurydpm.cpp",
         edem_md=f"{STUDY}/exports/edem.md",
+        rocky_md=f"{STUDY}/exports/rocky.md",
         dem_yaml=f"{STUDY}/exports/dem.yaml",
         study_yaml=f"{STUDY}/exports/study.yaml",
         liggghts_README_md=f"{STUDY}/exports/liggghts/README.md",

@@ -123,9 +123,14 @@ def _end(code):
 def allowed(expected):
     """Greatest difference of one heap's angle from the calibrated mean that a check takes: the
     margin and the prediction interval of one heap."""
+    return expected["margin"] + scatter_of_one(expected)
+
+
+def scatter_of_one(expected):
+    """Half width of the interval in which ONE_HEAP of single heaps of the calibrated model lie."""
     n = expected["runs"]
     quantile = t.ppf(0.5 + 0.5 * ONE_HEAP, n - 1)
-    return expected["margin"] + quantile * expected["sd"] * math.sqrt(1.0 + 1.0 / n)
+    return float(quantile * expected["sd"] * math.sqrt(1.0 + 1.0 / n))
 
 
 def check(code, folder=".", timeout_s=1e6):

@@ -4,13 +4,14 @@ from pathlib import Path
 
 from calibration.chain.files import read_region
 from calibration.chain.optimum import augmented_runs
-from calibration.engines.blocks import edem, lammps, liggghts, mercurydpm, yade
+from calibration.engines.blocks import edem, lammps, liggghts, mercurydpm, rocky, yade
+from calibration.engines.blocks.by_hand import Expected
 from calibration.engines.blocks.conversion import Conversion
 from calibration.engines.blocks.header import left_out
 from calibration.engines.blocks.material import granulate
 from calibration.files import write_text
 from calibration.statistics.surface import fit_surface
-from calibration.telling.export.decks import write_decks
+from calibration.telling.export.decks import scatter_of_one, write_decks
 from calibration.telling.export.parameters import (
     calibrated_entries,
     entries,
@@ -38,7 +39,9 @@ CONVERTED = {
 }
 """File under exports/ -> module that writes it; these codes may need another rolling law than the
 calibrated one."""
-CODES = CONVERTED | {"edem.md": edem}
+BY_HAND = {"edem.md": edem, "rocky.md": rocky}
+"""As CONVERTED, of programs that are filled in by hand: pages, with interval and source."""
+CODES = CONVERTED | BY_HAND
 
 
 def _spec(study):
@@ -169,12 +172,15 @@ def write_exports(study, runs, region, out):
     surface = fit_surface(runs, [f.code for f in region], runs["response"])
     mapping, bench = _spec(study), study.bench_levels()
     lines = about(config, validation)
-    _write_blocks(CODES, mapping, Conversion(parse_spec(mapping)), lines, Path(out) / "exports")
-    _write_decks(study, mapping, Conversion(parse_spec(mapping)), lines, Path(out) / "exports")
+    conversion, exports = Conversion(parse_spec(mapping)), Path(out) / "exports"
+    _write_blocks(CONVERTED, mapping, conversion, lines, exports)
+    _write_decks(study, mapping, conversion, lines, exports)
     head = "".join(f"# {line}\n" for line in lines)
     write_text(head + to_yaml(mapping), Path(out) / "exports" / "dem.yaml")
     write_text(to_yaml(config.model_dump(mode="json")), Path(out) / "exports" / "study.yaml")
     data = summary(study, optimum, validation, surface, region, bench)
+    told = {"known": data["parameters"], "expected": _expected(study)}
+    _write_blocks(BY_HAND, mapping, conversion, lines, exports, **told)
     write_text(head + to_yaml(data), Path(out) / "calibrated.yaml")
 
 
@@ -187,9 +193,10 @@ def export_converted(study, source, output):
     _write_decks(study, mapping, conversion, lines, Path(output[0]).parent)
 
 
-def _write_decks(study, mapping, conversion, lines, folder):
+def _validated_heap(study):
+    """What the calibrated model gives, as decks compare with it."""
     stated, target = study.summary("validation"), study.config.target.metric
-    expected = {
+    return {
         "metric": target,
         "mean": stated["simulated_mean"],
         "sd": stated["simulated_sd"],
@@ -197,11 +204,22 @@ def _write_decks(study, mapping, conversion, lines, folder):
         "margin": stated["margin"],
         "unit": in_ascii(unit_of(target)),
     }
-    write_decks(parse_spec(mapping), conversion, lines, expected, folder)
 
 
-def _write_blocks(codes, mapping, conversion, lines, folder):
+def _expected(study):
+    heap = _validated_heap(study)
+    mean, spread = heap["mean"], scatter_of_one(heap)
+    del heap["margin"]
+    return Expected(**heap, low=mean - spread, high=mean + spread)
+
+
+def _write_decks(study, mapping, conversion, lines, folder):
+    write_decks(parse_spec(mapping), conversion, lines, _validated_heap(study), folder)
+
+
+def _write_blocks(codes, mapping, conversion, lines, folder, **told):
+    """told: what only pages BY_HAND take."""
     spec = parse_spec(mapping)
     for name, code in codes.items():
         about = [*lines, *left_out(spec, code.CODE)]
-        write_text(code.block(granulate(spec), conversion, about), folder / name)
+        write_text(code.block(granulate(spec), conversion, about, **told), folder / name)

@@ -19,7 +19,8 @@ from calibration.telling.report.runs import runs_section
 from calibration.telling.report.sheet import sheet
 
 CARRIED = {
-    "edem.md": "EDEM: a table to type in",
+    "edem.md": "EDEM: the model to type in, in the Creator's order",
+    "rocky.md": "Rocky: the model to type in",
     "liggghts.in": "LIGGGHTS: commands to include",
     "lammps.in": "LAMMPS: commands to include",
     "yade.py": "YADE: a script to execute",

@@ -29,6 +29,9 @@ LAW = Law(
     source="Ai et al. (2011), type A",
     kernels={"resistance": resistance},
     default=True,
-    exports={"edem": Export("Hertz-Mindlin (no slip) with standard rolling friction")},
+    exports={
+        "edem": Export("Hertz-Mindlin (no slip) with standard rolling friction"),
+        "rocky": Export("type A: constant moment"),
+    },
     holds_at_rest="brakes each grain's own spin, also where grains turn together and nothing rolls",
 )

@@ -7,5 +7,8 @@ LAW = Law(
     slot="rolling",
     name="none",
     equation="no torque",
-    exports={"edem": Export("Hertz-Mindlin (no slip), rolling friction 0")},
+    exports={
+        "edem": Export("Hertz-Mindlin (no slip), rolling friction 0"),
+        "rocky": Export("none"),
+    },
 )
