@@ -33,6 +33,7 @@ from diagnosis.extend import LEAST_RUNS, extension_plan, gain, real_values, with
 from diagnosis.failures import train_failures
 from diagnosis.identify import identify, lack_of_fit, weigh
 from diagnosis.lever_laws import as_laws
+from diagnosis.page.first_lines import first_lines
 from diagnosis.page.markdown import page
 from diagnosis.residuals import by_chance, calibration, residual_rows, trends
 from diagnosis.settings import BASE, study_settings, with_gain_runs
@@ -242,6 +243,7 @@ def conclude(setup, source, output):
     verdict = verdict if setup.of_contacts else withdraw_refuted(verdict)
     if verdict["verdict"] == "unexplained" and "discrepancy" not in verdict:
         verdict |= unexplained(verdict["residuals"])
+    verdict["first_lines"] = first_lines(verdict)
     validate(verdict)
     common.save(figures.gain_figure(verdict["gain"]), output.gain)
     write_json(output.verdict, verdict)

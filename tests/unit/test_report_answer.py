@@ -22,6 +22,7 @@ from calibration.study.factors import Factor
 from calibration.study.stages import load_stages
 from calibration.telling.export.stage import CODES
 from calibration.telling.report import build
+from calibration.telling.report.answer import answer
 from calibration.telling.report.block import block
 from calibration.telling.report.decks import NUMBER, decks
 from calibration.telling.report.findings import findings
@@ -34,6 +35,8 @@ ROOT = Path(__file__).parents[2]
 ANGLE = response_of("angle_of_repose_deg")
 REGION = [Factor(c, f"factor_{c.lower()}", f"k.{c}", 0.0, 2.0) for c in "ABC"]
 TARGET = 30.0
+SCHEMA = json.loads((ROOT / "src" / "diagnosis" / "verdict.schema.json").read_text())
+VERDICTS = SCHEMA["properties"]["verdict"]["enum"]
 
 
 def write(path, content):
@@ -103,6 +106,18 @@ def test_odd_points_and_failed_validation_are_said(study):
     assert "lack of fit p = 0.01" in wrong
     assert "predicted R² -0.20" in wrong
     assert tells(wrong, "identified", "air drag")
+
+
+@pytest.mark.parametrize("kind", VERDICTS)
+def test_every_verdict_begins_the_page_with_its_own_sentences(study, kind):
+    """With those of the diagnosis; of a verdict that has none with causes and reason."""
+    lines = ["Drops from 250 mm are 7 % low.", "The cause is air."]
+    own = {"verdict": kind, "causes": ["air_drag"], "reason": "it passes"}
+    for extra, facts in (({"first_lines": lines}, lines), ({}, ["air drag", "it passes"])):
+        write(study / "diagnosis" / "verdict.json", own | extra)
+        tile = next(t for t in answer(study, ANGLE)["tiles"] if t["value"] == kind)
+        assert all(fact in tile["text"] for fact in facts)
+        assert tile["good"] == (kind == "adequate")
 
 
 POSTERIOR = {

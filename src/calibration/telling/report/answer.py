@@ -4,17 +4,9 @@ verdict."""
 from calibration.chain.study import Results
 from calibration.figures import label, response_of
 from calibration.statistics.numbers import signed
-from calibration.telling.report.known import posterior_of
+from calibration.telling.report.known import posterior_of, said_by_diagnosis
 from dem.advice import limits_of
 from dem.spec import load_spec
-
-MEANING = {
-    "adequate": "nothing is missing that these data show",
-    "identified": "the model lacks what is named",
-    "discovered": "a law is missing that the catalogue does not have",
-    "ambiguous": "the data do not tell these apart",
-    "unexplained": "the model fails, and nothing in the catalogue mends it",
-}
 
 OTHERS_HELD = "interval_95_others_held"
 
@@ -133,14 +125,11 @@ def _equivalence(v, response):
 
 
 def _diagnosed(verdict):
-    causes = " and ".join(label(c) for c in verdict.get("causes", []))
     return [
         {
             "name": "Diagnosis of the measurements",
             "value": verdict["verdict"],
-            "text": f"{causes}: {MEANING[verdict['verdict']]}"
-            if causes
-            else MEANING[verdict["verdict"]],
+            "text": " ".join(said_by_diagnosis(verdict)),
             "good": verdict["verdict"] == "adequate",
         }
     ]

@@ -6,7 +6,7 @@ from calibration.chain.study import Results
 from calibration.figures import label
 from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed, signed
-from calibration.telling.report.known import posterior_of
+from calibration.telling.report.known import posterior_of, said_by_diagnosis
 
 WIDE = 0.9  # of the region searched: a parameter that the target leaves open
 POOR = 0.5  # predicted R2 below which a surface predicts little
@@ -139,8 +139,7 @@ def _judged(study, response):
         )
     verdict = Results(study).summary("diagnosis", "verdict")
     if verdict and verdict["verdict"] != "adequate":
-        causes = " and ".join(label(c) for c in verdict.get("causes", []))
-        found.append(f"The diagnosis: {verdict['verdict']}{f' ({causes})' if causes else ''}.")
+        found += said_by_diagnosis(verdict)
     return found
 
 

@@ -1,6 +1,18 @@
-"""The posterior that belongs to what else the page shows."""
+"""What the stages found, as several sections of the page tell it."""
 
 import math
+
+from calibration.figures import label
+
+
+def said_by_diagnosis(verdict):
+    """Sentences of a mapping of verdict.json: its own first lines, or of one without them the
+    verdict with causes and reason."""
+    if verdict.get("first_lines"):
+        return verdict["first_lines"]
+    causes = " and ".join(label(c) for c in verdict.get("causes", []))
+    parts = [verdict["verdict"], causes, verdict.get("reason", "").strip().rstrip(".")]
+    return [f"The diagnosis: {': '.join(p for p in parts if p)}."]
 
 
 def posterior_of(results):

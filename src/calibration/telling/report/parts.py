@@ -5,6 +5,7 @@ from calibration.figures import label, response_of
 from calibration.intake.tables import read_written
 from calibration.telling.kept_results import sentences_of
 from calibration.telling.report.embed import caption, download, figure, table
+from calibration.telling.report.known import said_by_diagnosis
 
 FRONT = "front"  # of a further target; without one there is no such figure
 ALL_ROWS = 10_000  # a table of verdicts is shown whole, in a box that scrolls
@@ -113,8 +114,7 @@ def diagnosis(study):
     verdict = Results(study).summary("diagnosis", "verdict")
     if not verdict:
         return None
-    reason = verdict.get("reason", "").strip().rstrip(".")
-    texts = [f"Verdict: {verdict['verdict']}{_causes(verdict)}{': ' if reason else ''}{reason}."]
+    texts = [*said_by_diagnosis(verdict)]
     texts += [p["sentence"] if isinstance(p, dict) else str(p) for p in verdict.get("patterns", [])]
     following = verdict.get("next_measurement")
     if following:
@@ -134,8 +134,3 @@ def diagnosis(study):
         "tables": [table(p, label(p.stem).capitalize()) for p in sorted(folder.glob("*.csv"))],
         "downloads": [download(folder / "verdict.json")],
     }
-
-
-def _causes(verdict):
-    causes = " and ".join(label(c) for c in verdict.get("causes", []))
-    return f" ({causes})" if causes else ""
