@@ -19,6 +19,10 @@ RUN = (
     "this package, or with that of the current folder where it has one. It shows a line for each "
     "step; --verbose shows what snakemake says besides."
 )
+COMPARE = (
+    "Set two studies side by side: parameters with their intervals, effects, surfaces, validation "
+    "and cost."
+)
 LOGGER = "calibration"
 """The logger plugin of snakemake, `snakemake_logger_plugin_calibration`."""
 
@@ -53,6 +57,13 @@ def _parser():
         help="of snakemake: -n for a dry run, -j4 for four cores, names of stages",
     )
     run.set_defaults(command=_run)
+    side = commands.add_parser("compare", help="two studies side by side", description=COMPARE)
+    side.add_argument("first", type=Path, metavar="A", help="folder of results: results/salt")
+    side.add_argument("second", type=Path, metavar="B", help="the other one")
+    side.add_argument(
+        "--out", type=Path, help="page to write (Markdown); the terminal unless given"
+    )
+    side.set_defaults(command=_compare)
     return parser
 
 
@@ -68,6 +79,18 @@ def _run(args):
         return call(command).returncode
     except KeyboardInterrupt:
         return 130  # as a shell says it
+
+
+def _compare(args):
+    from calibration.files import write_text
+    from calibration.telling.compare import compare  # loads pandas
+
+    text = compare(args.first, args.second)
+    if args.out is None:
+        print(text, end="")
+    else:
+        write_text(text, args.out)
+    return 0
 
 
 def _check_stages(arguments):
