@@ -1,7 +1,9 @@
 """The public interface: a study opened by its folder, its results as tables with units, the
 README's lines."""
 
+import json
 import re
+import sys
 from functools import partial
 from pathlib import Path
 from subprocess import CompletedProcess
@@ -13,8 +15,9 @@ import calibration
 from calibration import Study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.interface import api
-from calibration.runs.snakemake_command import WORKFLOW, snakemake_command
+from calibration.runs.snakemake_command import WORKFLOW, call, snakemake_command
 from facts import refused, tells
+from frozen import FROZEN
 
 ROOT = Path(__file__).parents[2]
 Ended = partial(CompletedProcess, "snakemake")
@@ -30,7 +33,9 @@ def soybean(tmp_path, monkeypatch):
     folder.mkdir(parents=True)
     table = pd.DataFrame({"code": ["A", "B"], "effect": [10.6, -3.5], "p": [0.0001, 0.008]})
     table.to_csv(folder / "effects.csv", index=False)
-    (folder / "screening.json").write_text('{"factors": ["<b>"]}')
+    summary = json.loads((FROZEN / "salt" / "screening" / "screening.json").read_text())
+    summary |= {"significant": ["<b>"], "effects": {"<b>": 10.6}, "p": {"<b>": 0.0001}}
+    (folder / "screening.json").write_text(json.dumps(summary))
     return Study("examples/soybean")
 
 
@@ -62,7 +67,7 @@ def test_tables_bear_their_units(soybean):
 
 def test_a_notebook_shows_what_is_done_and_escapes_names(soybean):
     shown = soybean._repr_html_()
-    assert "<td>Screening</td><td>done</td>" in shown
+    assert re.search(r"<td>Screening</td><td>[^/]*&lt;b&gt; \(\+10.6°", shown)
     assert "<td>Validation</td><td>not yet</td>" in shown
     assert "10.6" in soybean.results("screening")._repr_html_()
 
@@ -82,7 +87,7 @@ def test_a_stage_is_run_by_the_folder_s_workflow_or_else_the_package_s(own, soyb
 
 
 def test_a_stage_that_fails_says_why(soybean, monkeypatch):
-    monkeypatch.setattr(api, "call", lambda *_, **__: Ended(1, stderr="no disk"))
+    monkeypatch.setattr(api, "call", lambda *_, **__: Ended(1, stdout="no disk"))
     with refused(CalibrationError, "soybean", "screening", "no disk"):
         soybean.run("screening")
 
@@ -102,3 +107,34 @@ def test_a_profile_that_is_here_is_taken_before_the_package_s(tmp_path, monkeypa
     monkeypatch.chdir(tmp_path)
     (tmp_path / "slurm").mkdir()
     assert snakemake_command(["a.yaml"], "--workflow-profile", "slurm")[-1] == "slurm"
+
+
+def test_figures_are_shown_by_name_or_all_of_a_stage(soybean):
+    with refused(CalibrationError, "screening"):
+        soybean.plot("screening")
+    for name in ("pareto", "half_normal"):
+        (soybean.folder / "screening" / f"{name}.svg").write_text(f"<svg>{name}</svg>")
+    assert soybean.plot("screening", "pareto")._repr_html_() == "<svg>pareto</svg>"
+    assert soybean.plot("screening")._repr_html_() == "<svg>half_normal</svg><svg>pareto</svg>"
+    with refused(CalibrationError, "screening", "surface", "half_normal", "pareto"):
+        soybean.plot("screening", "surface")
+
+
+def test_lines_are_told_while_the_command_runs(tmp_path):
+    """The first line arrives while the command still runs: it waits for what the line brings."""
+    go, told = tmp_path / "go", []
+    program = (
+        "import pathlib, time, sys\n"
+        "print('first', flush=True)\n"
+        f"while not pathlib.Path({str(go)!r}).exists(): time.sleep(0.01)\n"
+        "print('second', file=sys.stderr)\n"
+        "sys.exit(3)"
+    )
+
+    def each(line):
+        told.append(line)
+        go.touch()
+
+    done = call([sys.executable, "-c", program], each=each)
+    assert (told, done.returncode) == (["first", "second"], 3)
+    assert done.stdout.split() == told

@@ -4,14 +4,17 @@ Call it from the folder that the paths of the configuration start at, as snakema
 """
 
 import html
-import subprocess
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 from calibration.chain import study
 from calibration.errors import CalibrationError, ConfigError
-from calibration.runs.snakemake_command import call, snakemake_command
+from calibration.figures import response_of
+from calibration.runs.snakemake_command import LOGGER, call, snakemake_command
 from calibration.study.config import overlay, parse_config, stands_alone
 from calibration.study.stages import load_stages
+from calibration.telling.kept_results import sentences_of
 from dem.io.mapping import read_mapping
 from dem.units import unit_of
 
@@ -36,18 +39,34 @@ class Study(study.Study):
             data = overlay(data, read_mapping(path)[0])
         super().__init__(parse_config(data, files=self.files))
 
-    def run(self, stage, cores=2):
+    def run(
+        self, stage: str, cores: int = 2, progress: Callable[[str], object] | None = print
+    ) -> "StageResults":
         """Make a stage, and what it needs and is missing; returns its `StageResults`.
 
-        cores: jobs at the same time. Raises CalibrationError with what snakemake said last where it
-        fails.
+        cores: jobs at the same time; progress: takes a line for each step, None for none. Raises
+        CalibrationError with what snakemake said last where it fails.
         """
-        command = snakemake_command(self.files, f"-j{cores}", stage)
-        done = call(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        command = snakemake_command(self.files, "--logger", LOGGER, f"-j{cores}", stage)
+        done = call(command, each=progress or (lambda line: None))
         if done.returncode:
-            said = "\n".join(done.stderr.strip().splitlines()[-20:])
+            said = "\n".join(done.stdout.strip().splitlines()[-20:])
             raise CalibrationError(f"{self.name}: {stage} failed\n{said}")
         return self.results(stage)
+
+    def plot(self, stage: str, name: str | None = None) -> "Figures":
+        """The figures of a stage, as a notebook shows them; name: of one, `pareto`.
+
+        Raises CalibrationError where there is none.
+        """
+        found = sorted((self.folder / stage).glob("*.svg"))
+        chosen = [path for path in found if name in (None, path.stem)]
+        if not chosen:
+            allowed = ", ".join(path.stem for path in found) or f"none yet; run {stage} first"
+            raise CalibrationError(
+                f"{self.name}: {stage} has no figure {name or ''}; it has: {allowed}"
+            )
+        return Figures(chosen)
 
     def results(self, stage):
         """What a stage has left, see `StageResults`."""
@@ -66,12 +85,30 @@ class Study(study.Study):
         return unit_of(named)
 
     def _repr_html_(self):
-        rows = [(s.title, self.summary(s.name)) for s in load_stages().values()]
+        rows = [(s.title, self._found(s)) for s in load_stages().values()]
         cells = "".join(
-            f"<tr><td>{html.escape(title)}</td><td>{'done' if found else 'not yet'}</td></tr>"
+            f"<tr><td>{html.escape(title)}</td><td>{html.escape(found)}</td></tr>"
             for title, found in rows
         )
         return f"<b>{html.escape(self.name)}</b><table>{cells}</table>"
+
+    def _found(self, stage):
+        """What a stage says of itself in a line."""
+        summary = self.summary(stage.name)
+        if not summary:
+            return "not yet"
+        said = sentences_of(stage, summary, response_of(self.config.target.metric))
+        return " ".join(said) or "done"
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Figures of a stage (SVG), which a notebook shows."""
+
+    paths: list[Path]
+
+    def _repr_html_(self):
+        return "".join(path.read_text("utf-8") for path in self.paths)
 
 
 class StageResults:
@@ -96,7 +133,10 @@ class StageResults:
             f"<h4>{html.escape(name)}</h4>{table.to_html(index=False, max_rows=20)}"
             for name, table in self.tables.items()
         ]
-        return f"<b>{html.escape(self.study.name)}: {html.escape(self.stage)}</b>{''.join(parts)}"
+        stage = load_stages().get(self.stage)
+        said = html.escape(self.study._found(stage)) if stage else ""
+        head = f"<b>{html.escape(self.study.name)}: {html.escape(self.stage)}</b><p>{said}</p>"
+        return head + "".join(parts)
 
 
 def config_file(name):

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from calibration.errors import CalibrationError
-from calibration.runs.snakemake_command import call, rule_names, snakemake_command
+from calibration.runs.snakemake_command import LOGGER, call, rule_names, snakemake_command
 from dem.errors import DemError
 
 VERIFY = (
@@ -23,8 +23,6 @@ COMPARE = (
     "Set two studies side by side: parameters with their intervals, effects, surfaces, validation "
     "and cost."
 )
-LOGGER = "calibration"
-"""The logger plugin of snakemake, `snakemake_logger_plugin_calibration`."""
 
 
 def main(argv=None):

@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -14,20 +14,38 @@ from typing import Any
 WORKFLOW = Path(__file__).parents[1] / "workflow"
 OWN = ("Snakefile", "workflow/Snakefile")
 """Where snakemake looks for a workflow by itself."""
+LOGGER = "calibration"
+"""The logger plugin of snakemake, `snakemake_logger_plugin_calibration`: a line for each step."""
 PROFILE = ("--workflow-profile", "--profile")
 
 
-def call(command: Sequence[str], **keys: Any) -> subprocess.CompletedProcess:
+def call(
+    command: Sequence[str], each: Callable[[str], object] | None = None, **keys: Any
+) -> subprocess.CompletedProcess:
     """`subprocess.run`, but a signal to end reaches the command, which is waited for: snakemake
-    then stops its jobs, which keep what they have."""
+    then stops its jobs, which keep what they have.
+
+    each: takes every line that the command says, as it is said; all of them are then `stdout`.
+    """
+    if each is not None:
+        keys |= {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
     with subprocess.Popen(command, **keys) as process, _passed_on(signal.SIGTERM, process):
         try:
-            out, err = process.communicate()
+            out, err = (_said(process, each), None) if each else process.communicate()
         except KeyboardInterrupt:
             process.send_signal(signal.SIGINT)
             process.communicate()
             raise
     return subprocess.CompletedProcess(command, process.returncode, out, err)
+
+
+def _said(process, each):
+    lines = []
+    for line in process.stdout:
+        lines.append(line)
+        each(line.rstrip("\n"))
+    process.wait()
+    return "".join(lines)
 
 
 @contextmanager
