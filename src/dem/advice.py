@@ -2,6 +2,7 @@
 
 import math
 
+from dem import sphere
 from dem.constants import GRAVITY
 from dem.contact.registry import DEFAULTS, pair_properties
 from dem.experiments import experiment_of
@@ -44,6 +45,7 @@ def warnings_of(spec):
         *_short_contacts(experiment, spec),
         *_trembling(experiment, spec),
         *_spinning(experiment, spec),
+        *_creeping(spec),
         *_dragged(spec),
     ]
 
@@ -123,6 +125,17 @@ def _spinning(experiment, spec):
     ]
 
 
+def _creeping(spec):
+    """A rolling law without a spring, under which a grain that should rest creeps."""
+    return [
+        f"laws.{law.slot} {law.name} has no spring: below its onset a grain on a slope creeps (by "
+        "some 1e-5 m/s), as the torque follows the spin; choose a law with a spring where grains "
+        "must rest"
+        for law in laws_of(spec).chosen()
+        if law.creeps
+    ]
+
+
 def _dragged(spec):
     """Drag on grains of bonded spheres."""
     alone = spec.particles.clump is None and spec.particles.elongation == 1.0
@@ -159,7 +172,7 @@ def pressed_step(radius, material, contact, pressure, laws):
     pressure on the square about a grain, by Hertz.
     """
     p = pair_properties(laws, material, material, contact)
-    mass = 4.0 / 3.0 * math.pi * radius**3 * material.density
+    mass = sphere.mass(radius, material.density)
     force = pressure * (2.0 * radius) ** 2
     stiffness = 8.0 * p.shear * (0.375 * force * radius / p.young) ** (1.0 / 3.0)
     square = 20.0 * stiffness / mass

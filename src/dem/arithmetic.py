@@ -1,43 +1,10 @@
-"""What a force law is written with: functions for a float and for lanes alike, and the decorator of
-a law.
+"""What a force law is written with: functions for a float and for lanes alike.
 
 Nothing here loads numba: a law's file is read for what it declares long before anything is
 compiled. `dem.lanes` gives each function its compiled form.
 """
 
-import functools
 import math
-
-OPTIONS = {"forceinline": True, "error_model": "numpy", "fastmath": {"contract", "nsz"}}
-
-
-class Kernel:
-    """A function of a law: compiled for floats or lanes when something compiled calls it, and
-    inlined there."""
-
-    def __init__(self, function):
-        functools.update_wrapper(self, function)
-        self.py_func = function
-
-    @functools.cached_property
-    def compiled(self):
-        """The numba function."""
-        from numba import njit
-
-        import dem.lanes  # noqa: F401  # gives the functions below their compiled form
-
-        return njit(**OPTIONS)(self.py_func)
-
-    @property
-    def _numba_type_(self):
-        return self.compiled._numba_type_
-
-    def __call__(self, *arguments):
-        return self.compiled(*arguments)
-
-
-law = Kernel
-"""Decorator of a force law."""
 
 
 def sqrt(x):

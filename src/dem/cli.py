@@ -172,6 +172,8 @@ def _run(args):
 
         result = run(spec, args.out, show, wait=False)
         bar.update(100 - bar.n)
+    for sentence in result["numerics"].get("notes", ()):
+        print(f"dem: warning: {sentence}", file=sys.stderr)
     for name, value in result["metrics"].items():
         print(f"{name:32s} {value:.6g}" if isinstance(value, float) else f"{name:32s} {value}")
 

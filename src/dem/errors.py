@@ -75,6 +75,11 @@ class RefusedStateError(MeasureError):
         super().__init__(message)
 
 
+class LightBodyError(DemError):
+    """A wall body that is free to move and so light that its contacts throw it: no time step of the
+    grains is short enough for it."""
+
+
 class BlowUpError(DemError):
     """A run that became unphysical."""
 

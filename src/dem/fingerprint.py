@@ -43,6 +43,11 @@ TARGET = (
 SAID = {"equation", "source", "exports", "left_out", "dispensable"}
 """What a `Law` says for the documentation and for other codes: no run's result depends on it."""
 _WITHOUT_MEANING = {"ctx", "kind", "type_comment", "type_ignores"}
+TYPES = {"__future__", "typing", "collections.abc", "numpy.typing"}
+"""Modules that are imported for types: what a name from them does stands where it is used."""
+
+TYPED = {("arg", "annotation"), ("FunctionDef", "returns"), ("AsyncFunctionDef", "returns")}
+"""Where types stand that decide nothing; those of a class's fields do, as pydantic reads them."""
 
 
 def engine_sources():
@@ -53,7 +58,8 @@ def engine_sources():
 @cache
 def engine_fingerprint():
     """First 16 hex digits of the SHA-256 over the syntax trees of `engine_sources`: comments,
-    docstrings, the layout of the code and what a law says (SAID) do not count."""
+    docstrings, types of arguments and returns, the layout of the code and what a law says (SAID) do
+    not count."""
     return _digest(engine_sources())
 
 
@@ -73,14 +79,14 @@ def _digest(paths):
 
 
 def code_of(source):
-    """Text of a module's syntax tree, without docstrings and positions; alike in all versions of
-    Python that read the code alike."""
+    """Text of a module's syntax tree, without docstrings, positions, and types of arguments and
+    returns with their imports; alike in all versions of Python that read the code alike."""
     return _text(ast.parse(source))
 
 
 def _text(node):
     if isinstance(node, list):
-        return f"[{','.join(map(_text, node))}]"
+        return f"[{','.join(_text(part) for part in node if not _for_types(part))}]"
     if not isinstance(node, ast.AST):
         return repr(node)
     fields = []
@@ -92,9 +98,18 @@ def _text(node):
             value = [keyword for keyword in value if keyword.arg not in SAID]
         # fields that a newer Python adds are empty in older code
         empty = value is None and not isinstance(node, ast.Constant)
+        if (type(node).__name__, name) in TYPED:
+            continue
         if name not in _WITHOUT_MEANING and not empty and value != []:
             fields.append(f"{name}={_text(value)}")
     return f"{type(node).__name__}({','.join(fields)})"
+
+
+def _for_types(node):
+    """Whether a statement is an import for types."""
+    if isinstance(node, ast.If):
+        return getattr(node.test, "id", "") == "TYPE_CHECKING"
+    return isinstance(node, ast.ImportFrom) and node.module in TYPES
 
 
 def _has_docstring(node):

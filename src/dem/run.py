@@ -16,6 +16,7 @@ from filelock import FileLock, Timeout
 
 from dem.errors import BusyError, DemError, MeasureError, ResultError, StoppedError
 from dem.experiments import experiment_of
+from dem.experiments.phases import over_weight
 from dem.fingerprint import engine_fingerprint
 from dem.io.checked import read_checked_arrays, write_checked_arrays
 from dem.io.files import sweep_partial, write_arrays
@@ -42,7 +43,11 @@ class RunContext:
         self._fraction, self._stopping = 0.0, False
         self._saved = time.monotonic()
         self._frames = 0
-        self.summary = {}
+        self.summary, self.notes = {}, []
+
+    def note(self, sentence):
+        """Keep what the reader of the result must know beside its numbers."""
+        self.notes.append(sentence)
 
     @property
     def checkpoint_path(self):
@@ -131,7 +136,18 @@ class RunContext:
             "simulated_time_s": sim.time,
             "list_rebuilds": sim.rebuilds,
             "precision": sim.precision,
-        }
+            "wall_force_over_weight": over_weight(sim, sim.wall_state.force.sum(0)),
+        } | _restitution(self.spec)
+
+
+def _restitution(spec):
+    """{restitution_error, restitution_error_speed_m_s}: what the step makes of a collision, see
+    `dem.measure.collision`; the error is None where grains do not part."""
+    from dem.measure.collision import restitution_error, usual_speed
+
+    speed = usual_speed(spec)
+    error = restitution_error(spec, speed)
+    return {"restitution_error": error, "restitution_error_speed_m_s": speed}
 
 
 def wall_arrays(walls):
@@ -197,6 +213,8 @@ def _make(spec, context, maker):
     if run_name(spec) != name:
         raise DemError(f"{spec.experiment}: a file that the run reads changed while it went on")
     numerics = context.summary | {"wall_time_s": time.perf_counter() - started}
+    if context.notes:
+        numerics["notes"] = context.notes
     return write_result(context.out, spec, metrics, numerics)
 
 

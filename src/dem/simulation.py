@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from dem import neighbours as nb
+from dem import sphere
 from dem.clusters_setup import build_clusters, drop_clusters
 from dem.constants import DOWN
+from dem.contact.properties import PairProperties
 from dem.contact.registry import Laws, attraction_reach, pair_properties
-from dem.errors import BlowUpError
+from dem.errors import BlowUpError, LightBodyError
 from dem.lanes import WIDTH
 from dem.linear import into_axes, length
 from dem.state import (
@@ -32,6 +34,9 @@ from dem.walls.builder import WallSet
 from dem.walls.contacts import find_wall_contacts
 
 CHECK_INTERVAL = 2000  # steps between searches for NaN
+LEAPFROG = 4.0
+"""Square of frequency times step up to which leapfrog is stable."""
+YOUNG = PairProperties._fields.index("young")
 NO_PAIR = -1  # row of the property table where two materials have no parameters
 
 
@@ -180,7 +185,7 @@ class Simulation:
         radius = np.broadcast_to(np.asarray(radius, np.float32).astype(float), m)
         if not (radius > 0.0).all():
             raise ValueError(f"radius {radius.min():g} m; allowed: greater than 0")
-        mass = 4.0 / 3.0 * math.pi * radius**3 * self.materials[name].density
+        mass = sphere.mass(radius, self.materials[name].density)
         velocity = np.broadcast_to(np.asarray(velocity, float), (m, 3))
         spin = np.broadcast_to(np.asarray(spin, float), (m, 3))
         old, n = self.particles, self.n
@@ -425,6 +430,7 @@ class Simulation:
                 # a particle that is nowhere would be sorted into memory of others
                 self._check_finite()
                 self.rebuild_lists()
+                self._check_free_bodies()
             done, status, contact = self._advance_shares(min(left, CHECK_INTERVAL))
             self.steps += done
             left -= done
@@ -436,6 +442,25 @@ class Simulation:
             if left == 0 or self.steps % CHECK_INTERVAL < done:
                 self._check_finite()
         self.advance_seconds += time.perf_counter() - begin
+
+    def _check_free_bodies(self):
+        """Raise LightBodyError where a free body on the springs of its contacts, S_n = 2 E* a each,
+        swings faster than the step can follow: S dt^2 > LEAPFROG M."""
+        walls, count, held = self.wall_state, self._wall_count, self._walls_list
+        if not (walls.mass > 0.0).any() or not count:
+            return
+        element = held.element[:count]
+        kind = self.kind_of[self.particles.material[held.particle[:count]], walls.material[element]]
+        stiffness = 2.0 * self.model.table[kind, YOUNG] * np.maximum(held.history[:count, 6], 0.0)
+        spring = np.bincount(walls.body[element], stiffness, len(walls.mass))
+        least = spring * self.time_step**2 / LEAPFROG
+        for b in np.flatnonzero((walls.mass > 0.0) & (walls.mass < least)):
+            name = self.walls.bodies[b]["name"]
+            raise LightBodyError(
+                f"wall {name!r} is free and weighs {walls.mass[b]:.3g} kg; under the grains that "
+                f"it touches it needs {least[b]:.3g} kg at a time step of {self.time_step:.3g} s, "
+                "or it is thrown: make it heavier, or the time step shorter"
+            )
 
     def _advance_shares(self, steps):
         """`advance` on all threads at once, which all return the same."""

@@ -10,10 +10,11 @@ import math
 from pathlib import Path
 from typing import Annotated, Literal, Union
 
-from pydantic import BaseModel, Field, ValidationError, create_model
+from pydantic import BaseModel, Field, ValidationError, create_model, model_validator
 
+from dem import sphere
 from dem.clump import fault, shape_of
-from dem.contact.catalogue import LAWS, every_law, groups_needed, keys_allowed
+from dem.contact.catalogue import LAWS, completed, every_law, groups_needed, keys_allowed
 from dem.dumbbell import MAX_ELONGATION
 from dem.errors import SpecError
 from dem.experiments import experiment_of, experiments, source_outside
@@ -81,9 +82,19 @@ class Contacts(Part):
     particle_wall: WallContactSpec = WallContactSpec()
 
 
+class _Laws(Part):
+    """Slots that are not named have their default, see `dem.contact.catalogue.completed`."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _complete(cls, given):
+        named = isinstance(given, dict) and all(isinstance(name, str) for name in given.values())
+        return given | completed(given) if named else given  # the fields refuse what is no name
+
+
 LawsSpec = create_model(
     "LawsSpec",
-    __base__=Part,
+    __base__=_Laws,
     __doc__="One law in each slot of the contact.",
     **{slot: (Literal[tuple(laws)], next(iter(laws))) for slot, laws in LAWS.items()},
 )
@@ -436,7 +447,7 @@ def _check_mass(spec, file):
 
 def _least_mass(spec):
     """Mass of the smallest sphere [kg]."""
-    return 4.0 / 3.0 * math.pi * smallest_radius(spec) ** 3 * spec.materials.particle.density_kg_m3
+    return sphere.mass(smallest_radius(spec), spec.materials.particle.density_kg_m3)
 
 
 def _check_time_step(spec, file):

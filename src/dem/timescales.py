@@ -2,6 +2,8 @@
 
 import math
 
+from dem import sphere
+
 
 def rayleigh_time(radius, density, shear_modulus, poisson_ratio):
     """Time of a Rayleigh wave across a grain [s]: pi R sqrt(rho/G) / (0.1631 nu + 0.8766).
@@ -18,7 +20,7 @@ def hertz_contact_time(radius, speed, grain, wall):
     radius [m]; speed of impact [m/s]; grain, wall: `dem.contact.registry.Material`. Johnson (1985),
     Contact Mechanics, 11.24.
     """
-    mass = 4.0 / 3.0 * math.pi * radius**3 * grain.density
+    mass = sphere.mass(radius, grain.density)
     compliance = (1 - grain.poisson_ratio**2) / grain.young_modulus
     compliance += (1 - wall.poisson_ratio**2) / wall.young_modulus
     return 2.868 * (mass**2 * compliance**2 / (radius * speed)) ** 0.2

@@ -1,6 +1,7 @@
 """Three-vectors as tuples, for floats and lanes alike."""
 
-from dem.arithmetic import any_lane, law, minimum, sqrt
+from dem.arithmetic import any_lane, minimum, sqrt
+from dem.kernel import law
 
 TINY = 1e-30
 
@@ -39,6 +40,13 @@ def scale(factor, a):
 def reject(a, n):
     """The part of `a` that is normal to the unit vector `n`."""
     return subtract(a, scale(dot(a, n), n))
+
+
+@law
+def turned_about(a, n, angle):
+    """`a`, normal to the unit vector `n`, turned about it by a small angle [rad]; its length is
+    kept to angle^4 / 8."""
+    return add(scale(1.0 - 0.5 * angle * angle, a), scale(angle, cross(n, a)))
 
 
 @law

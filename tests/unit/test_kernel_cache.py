@@ -153,6 +153,26 @@ def test_comments_docstrings_and_layout_are_no_change_of_the_code():
     assert fingerprint.code_of(SAME) == fingerprint.code_of(OTHER)
 
 
+TYPED = """
+from __future__ import annotations
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+def area(r: float) -> Callable[[float], NDArray]: return math.pi*r ** 2
+"""
+
+
+def test_types_of_arguments_and_returns_are_no_change_of_the_code():
+    assert fingerprint.code_of(TYPED) == fingerprint.code_of(SAME)
+
+
+def test_types_of_fields_are_a_change_of_the_code():
+    given = "class A:\n    x: float = 1.0\n"
+    assert fingerprint.code_of(given) != fingerprint.code_of(given.replace("float", "int"))
+
+
 @pytest.mark.parametrize(
     "change",
     [("r**2", "r**3"), ("math.pi", "math.e"), ("(r)", "(r, s=1)"), ("def area", "def areas")],

@@ -80,6 +80,25 @@ def test_every_slot_has_one_default_and_the_schema_takes_it():
     assert tuple(Laws().codes()) == (0,) * len(SLOTS)
 
 
+@pytest.mark.parametrize(
+    ("named", "rolling", "torsion"),
+    [
+        ({}, "elastic_plastic", "marshall"),
+        ({"cohesion": "jkr"}, "elastic_plastic", "marshall"),
+        ({"rolling": "constant_torque"}, "constant_torque", "none"),
+        ({"rolling": "none"}, "none", "none"),
+        ({"rolling": "constant_torque", "torsion": "marshall"}, "constant_torque", "marshall"),
+        ({"normal": "linear", "damping": "linear", "tangential": "linear"}, "elastic_plastic",
+         "none"),
+    ],
+)  # fmt: skip
+def test_laws_that_are_not_named_keep_angular_momentum_and_named_ones_stay(named, rolling, torsion):
+    for laws in (Laws(**named), LawsSpec.model_validate(named)):
+        assert (laws.rolling, laws.torsion) == (rolling, torsion)
+        assert all(getattr(laws, slot) == name for slot, name in named.items())
+    Laws(**named).codes()
+
+
 def test_the_dispatch_names_every_kernel():
     for law in every_law():
         for role, kernel in law.kernels.items():

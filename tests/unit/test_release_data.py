@@ -18,7 +18,7 @@ from frozen import FROZEN
 from paper.reference import BEGIN, END, PAGE, README, blocks
 from paper.release import command, pages, told
 from paper.release.parts import PARTS, Part, estimate
-from paper.release.record import Made, made, read_record, write_record
+from paper.release.record import Made, due, made, read_record, write_record
 
 
 @pytest.fixture
@@ -114,6 +114,11 @@ def test_a_record_is_read_as_written_and_says_which_engine_made_what(tmp_path):
     assert made(["a", "b", "c"], record) == (
         "`a` was made by engine `e1`, 2026-01-01. `b` was made by engine `e2`, 2026-01-02."
     )
+
+
+def test_a_release_is_due_where_another_engine_made_a_part():
+    record = {"salt": Made("a" * 16, "2026-11-25"), "numerics": Made("b" * 16, "2026-11-25")}
+    assert due(["salt", "numerics", "soybean"], record, "a" * 16) == ["numerics", "soybean"]
 
 
 def test_a_release_that_was_cut_off_goes_on_and_books_its_time(tmp_path, monkeypatch, capsys):

@@ -50,7 +50,7 @@ class Counting:
             types.SimpleNamespace(
                 position=ones, radius=one, velocity=ones, spin=ones, tag=one, grain=one,
                 time_step=1.0, steps=10, time=10.0, rebuilds=0, precision="mixed",
-                wall_state=new_walls(0, 0),
+                wall_state=new_walls(0, 0), gravity=np.array([0.0, 0.0, -9.81]), n=2, mass=one,
             )
         )  # fmt: skip
         return {"rebound_height_mm": total if self.value is None else self.value}

@@ -98,12 +98,14 @@ RIGS = small_rigs.RIGS | {
     ),
 }
 """Experiment -> grains, geometry of a run that takes seconds."""
+OWN_SPIN = {"rolling": "constant_torque"}  # so few grains make no heap under the default laws
 RUNS = {
     name: {
         "experiment": name,
         "particles": {"diameter_mm": 1.6} | particles,
         "geometry": geometry,
         "contacts": small_rigs.ROUGH,
+        "laws": OWN_SPIN,
     }
     for name, (particles, geometry) in RIGS.items()
 } | {
@@ -111,6 +113,12 @@ RUNS = {
         "experiment": "heap",
         "particles": {"count": 150, "diameter_mm": 4.0, "elongation": 1.5},
         "geometry": WIDE,
+        "contacts": small_rigs.ROUGH,
+    },
+    "default laws": {
+        "experiment": "bulk_density",
+        "particles": {"count": 300, "diameter_mm": 1.6},
+        "geometry": {"vessel_diameter_mm": 12, "taps": 1},
         "contacts": small_rigs.ROUGH,
     },
 }
@@ -232,6 +240,7 @@ def heaps(seeds):
     """Specs of coarse heaps, one a seed."""
     return {
         str(seed): {"experiment": "heap", "seed": seed, "contacts": small_rigs.ROUGH}
+        | {"laws": OWN_SPIN}
         | {"particles": {"count": 300, "diameter_mm": 4.0}, "geometry": WIDE}
         for seed in seeds
     }

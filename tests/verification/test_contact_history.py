@@ -285,7 +285,7 @@ def work_of(codes, p, dt, path, r, history):
         d = path[k] - path[k - 1]
         velocity, spin = (d[1] / dt, 0.0, -d[0] / dt), (d[2] / dt, 0.0, d[3] / dt)
         force, torque, _, history = contact_force(
-            codes, p, dt, path[k, 0], (0.0, 0.0, 1.0), r, r, 0.0, 1e-9, velocity, spin, history
+            codes, p, dt, path[k, 0], (0.0, 0.0, 1.0), r, r, 0.0, 1e-9, velocity, spin, 0.0, history
         )
         now = np.array([-force[2], force[0], torque[0], torque[2]])
         if k > 1:

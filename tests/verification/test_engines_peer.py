@@ -175,7 +175,7 @@ SILO = RUN | {
     "laws": {"rolling": "none"},  # the law that all three have alike
     "particles": {"count": 1500, "diameter_mm": 3.1},
     "geometry": {"silo_diameter_mm": 40, "orifice_diameter_mm": 16},
-    "numerics": {"max_time_s": 4.0},
+    "numerics": {"max_time_s": 8.0},
 }
 
 

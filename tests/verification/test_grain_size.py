@@ -63,12 +63,12 @@ CASES = {
     ),
     "schiller_naumann": ({"drag": "schiller_naumann"}, {}, EXACT),
     "restitution_curve": (
-        {"damping": "restitution_curve"},
+        {"damping": "restitution_curve", "rolling": "constant_torque"},
         CURVE | {"restitution_curve_low": (0.01, 0.5), "restitution_curve_ratio": (100.0, 0)},
         BY_LOGARITHM,
     ),
     "friction_curve": (
-        {"friction": "friction_curve"},
+        {"friction": "friction_curve", "rolling": "constant_torque"},
         MU_CURVE | {"friction_curve_low": (1e-4, 3), "friction_curve_ratio": (1000.0, 0)},
         BY_LOGARITHM,
     ),

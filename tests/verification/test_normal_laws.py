@@ -32,7 +32,7 @@ def led(codes, p, overlaps, shear):
         before = shear[k]
         f, _, _, history = contact_force(
             codes, p, 1.0, overlaps[k], (0.0, 0.0, 1.0), 5e-4, 1e-3, 0.0, 1.0, velocity,
-            (0.0, 0.0, 0.0), history,
+            (0.0, 0.0, 0.0), 0.0, history,
         )  # fmt: skip
         force[k] = f[2], f[0]
     return force

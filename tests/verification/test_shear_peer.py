@@ -57,9 +57,9 @@ def few_vanes():
 def packed(few_vanes):
     """`Cell` whose grains and lid stand as ours left them under the load."""
     ring = shear_ring.Ring(SPEC, np.random.default_rng(SPEC.seed))
-    ring.rest(0.5)
+    ring.rest(shear_ring.FILLED, "filling")
     ring.load(LOAD)
-    ring.rest(0.3)
+    ring.rest(shear_ring.PRESSED, "pressing")
     cell = Cell(SPEC)
     grains, cell.top = cell.sim, float(ring.sim.wall_origin("lid")[2])
     grains.position, grains.velocity = ring.sim.position, ring.sim.velocity

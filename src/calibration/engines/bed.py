@@ -5,12 +5,12 @@ import numpy as np
 
 from calibration.engines.rig import DUMP, until
 from dem.constants import GRAVITY
-from dem.experiments import bed
+from dem.experiments import bed, phases
 from dem.experiments.setup import time_step_of
 from dem.grains import draw_radii, largest_reach, smallest_radius
 
 SETTLED = 1e-4
-"""Energy of motion at which `dem.experiments.bed.settle` takes the grains to rest."""
+"""Energy of motion at which `dem.experiments.phases.rest` takes the grains to rest."""
 ROOM = 0.01
 """Free height of the box above the highest wall or grain [m]."""
 ENERGY = """\
@@ -94,9 +94,9 @@ def start(spec, grains, dialect, folder, low, high):
 
 
 def settle(spec, grains):
-    """Commands that run until the grains rest, as `bed.settle` does, and dump them."""
-    step = steps(spec, bed.look(spec))
-    looks = max(round(spec.numerics.max_time_s / bed.look(spec)), 1)
+    """Commands that run until the grains rest, as `phases.rest` does, and dump them."""
+    step = steps(spec, phases.look(spec))
+    looks = max(round(spec.numerics.max_time_s / phases.look(spec)), 1)
     calm = SETTLED * grains.lift_energy
     return ENERGY + until("settled", step, looks, calm, least=5) + DUMP.format(name="settled")
 

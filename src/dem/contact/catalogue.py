@@ -30,6 +30,39 @@ def _read(slot):
 LAWS = {slot: _read(slot) for slot in SLOTS}
 """Slot -> {name: Law}; the first of each is the default."""
 
+DEFAULTS = {slot: next(iter(laws)) for slot, laws in LAWS.items()}
+"""Slot -> name of the law where none is named. Rolling and torsion are a pair that conserves
+angular momentum."""
+
+NO_TORSION = "none"
+
+
+def completed(named):
+    """{slot: name of its law} of all slots, in their order, from those that are named.
+
+    A choice that names a rolling law and no torsion has none: that of `constant_torque` brakes all
+    of a grain's spin, so that a torsion beside it would brake the spin about the normal twice. Nor
+    has one with laws that no torsion goes with.
+    """
+    found = DEFAULTS | {slot: name for slot, name in named.items() if slot in SLOTS}
+    if "torsion" not in named and ("rolling" in named or not _has_room_for_torsion(found)):
+        found["torsion"] = NO_TORSION
+    return {slot: found[slot] for slot in SLOTS}
+
+
+def _has_room_for_torsion(found):
+    """Whether the default torsion goes with a choice, {slot: name}, whose names may be unknown."""
+    torsion = LAWS["torsion"][DEFAULTS["torsion"]]
+    chosen = [LAWS[slot][name] for slot, name in found.items() if name in LAWS[slot]]
+    refused = {name for one in chosen for name in one.not_with.get("torsion", ())}
+    allowed = [one.only_with["torsion"] for one in chosen if "torsion" in one.only_with]
+    return (
+        torsion.name not in refused
+        and all(torsion.name in names for names in allowed)
+        and all(found[slot] in names for slot, names in torsion.only_with.items())
+    )
+
+
 CODES = {slot: {name: k for k, name in enumerate(laws)} for slot, laws in LAWS.items()}
 """Slot -> {name: number of the law inside the kernels}."""
 

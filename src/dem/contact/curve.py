@@ -11,8 +11,9 @@ Five equal shares are the law without a curve, to the bit.
 import math
 from itertools import pairwise
 
-from dem.arithmetic import law, maximum, minimum, sqrt
+from dem.arithmetic import maximum, minimum, sqrt
 from dem.contact.law import Parameter
+from dem.kernel import law
 
 POINTS = 5
 STEPS = POINTS - 1.0

@@ -9,9 +9,9 @@ in the order of `catalogue`.
 import sys
 from inspect import signature
 
-from dem.arithmetic import law
 from dem.contact.catalogue import CODES, LAWS
 from dem.contact.law import ROLES
+from dem.kernel import law
 
 OTHERWISE = {
     "attraction": "0.0 * r_eff",

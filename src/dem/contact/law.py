@@ -81,7 +81,8 @@ class Law:
     values : `ContactParameters` -> {constant: value}
     only_with : slot -> names of the laws that it can be combined with; any where a slot is missing
     not_with : slot -> names of the laws that it cannot be combined with
-    default : whether a spec has it unless another is named
+    default : whether a spec has it unless another is named, see `catalogue.completed`
+    creeps : whether a grain that should rest under it creeps, as it has no spring
     remembers : what it keeps from step to step
     longest_step : (`ContactParameters`, mass of the smallest grain [kg], its longest step by the
         Rayleigh time [s]) -> longest step [s]; None where the Rayleigh time's is short enough
@@ -103,6 +104,7 @@ class Law:
     only_with: dict = field(default_factory=dict)
     not_with: dict = field(default_factory=dict)
     default: bool = False
+    creeps: bool = False
     remembers: str = ""
     longest_step: Callable | None = None
     exports: dict = field(default_factory=dict)

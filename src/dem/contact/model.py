@@ -4,6 +4,10 @@ Everything here is written for floats and for lanes. `contact_force` knows a con
 overlap, normal and relative motion; `pair_contact` and `wall_contact` work these out for two
 spheres and for a sphere on a wall.
 
+Velocities are those of half a step ago, places those of now (`dem.integrate`). So the slip is taken
+across the normal of half a step ago, `earlier`: with that of now a pair that turns as a whole would
+slip by its speed times half of the angle that it turns in a step, always towards its axis.
+
 History of a contact, dem.lanes.FIELDS numbers:
     0-2 tangential spring force [N]     3-5 rolling spring moment [N m]
     6   contact radius at the last step [m], that of a neck too; BRIDGE while a liquid bridge spans
@@ -12,7 +16,7 @@ History of a contact, dem.lanes.FIELDS numbers:
     8   torsion spring moment about the normal [N m]
 """
 
-from dem.arithmetic import law, maximum, minimum, narrow, sqrt, where, widen
+from dem.arithmetic import maximum, minimum, narrow, sqrt, where, widen
 from dem.contact.dispatch import (
     attraction,
     damped,
@@ -25,7 +29,8 @@ from dem.contact.dispatch import (
     tangential,
     torsion,
 )
-from dem.vectors import add, cross, dot, scale, subtract
+from dem.kernel import law
+from dem.vectors import add, cross, dot, reject, scale, subtract, turned_about
 
 BRIDGE = -1.0
 TINY = 1e-30
@@ -61,14 +66,20 @@ def normal_force(codes, p, overlap, r_eff, grain, m_eff, v_n, deepest):
 
 
 @law
-def contact_force(codes, p, dt, overlap, n, r_eff, grain, m_eff, inertia, velocity, spin, history):
+def contact_force(
+    codes, p, dt, overlap, n, r_eff, grain, m_eff, inertia, velocity, spin, about, history
+):
     """Force and torque of rolling and torsion on the first body of a contact, and the contact's new
     history.
 
     overlap [m]; n (3,) unit normal from the second body to the first; r_eff R* [m]; grain: radius
     [m] of the sphere on a wall, harmonic mean radius of two spheres; velocity (3,) of the first
-    relative to the second at the contact [m/s]; spin (3,) omega_1 - omega_2 [rad/s]; inertia I1
-    I2/(I1+I2) [kg m2]; history (FIELDS,).
+    relative to the second at the contact [m/s]; spin (3,) omega_1 - omega_2 [rad/s]; about: what
+    both turn by about the normal, n . (omega_1 + omega_2)/2 [rad/s]; inertia I1 I2/(I1+I2) [kg m2];
+    history (FIELDS,).
+    The springs turn with the pair: by `about` here, and with the normal where a law takes what
+    lies across it. So a contact that turns as a whole, as on a turntable, is the same contact
+    (objectivity; Luding 2008, Granular Matter 10:235, section 2.2.2).
     Returns force (3,) [N], torque (3,) [N m], load [N], history (FIELDS,).
     """
     active = is_active(codes, p, overlap, r_eff, grain, history[6])
@@ -80,17 +91,20 @@ def contact_force(codes, p, dt, overlap, n, r_eff, grain, m_eff, inertia, veloci
     force, load = where(active, force, zero), where(active, load, zero)
     slip = subtract(velocity, scale(v_n, n))
     most = limit(codes, p, load, slip, grain)
-    spring = (history[0], history[1], history[2])
+    turn = about * dt
+    spring = turned_about((history[0], history[1], history[2]), n, turn)
     along, spring = tangential(
         codes, p, n, slip, stiffness, radius, history[6], m_eff, spring, most, dt
     )
     unloading = minimum(radius / maximum(history[6], TINY), 1.0)
-    moment = (history[3], history[4], history[5])
+    moment = turned_about((history[3], history[4], history[5]), n, turn)
     torque, moment = rolling(
         codes, p, n, spin, load, stiffness, unloading, r_eff, inertia, moment, dt
     )
-    about, twist = torsion(codes, p, dot(spin, n), radius, unloading, m_eff, history[8], most, dt)
-    torque = add(torque, scale(about, n))
+    twisting, twist = torsion(
+        codes, p, dot(spin, n), radius, unloading, m_eff, history[8], most, dt
+    )
+    torque = add(torque, scale(twisting, n))
     memory = where(radius > 0.0, radius, BRIDGE)
     history = (
         where(active, spring[0], zero),
@@ -153,8 +167,10 @@ def pair_contact(codes, p, dt, separation, inverse, overlap, first, second, hist
     arm_i, arm_j = r_i - 0.5 * overlap, r_j - 0.5 * overlap
     v_i, v_j = (first[0], first[1], first[2]), (second[0], second[1], second[2])
     w_i, w_j = (first[3], first[4], first[5]), (second[3], second[4], second[5])
-    surface = cross(add(scale(arm_i, w_i), scale(arm_j, w_j)), n)
-    velocity = subtract(subtract(v_i, v_j), surface)
+    v = subtract(v_i, v_j)
+    earlier = subtract(n, scale(0.5 * dt * inverse, v))
+    surface = cross(add(scale(arm_i, w_i), scale(arm_j, w_j)), earlier)
+    velocity = subtract(v, reject(surface, n))
     force, turning, load, history = contact_force(
         codes,
         p,
@@ -167,6 +183,7 @@ def pair_contact(codes, p, dt, separation, inverse, overlap, first, second, hist
         inertia,
         velocity,
         subtract(w_i, w_j),
+        0.5 * dot(add(w_i, w_j), n),
         history,
     )
     twist = cross(n, force)
@@ -191,7 +208,8 @@ def wall_contact(codes, p, dt, overlap, n, wall_velocity, wall_spin, particle, h
     arm = radius - overlap
     spin = (particle[3], particle[4], particle[5])
     velocity = subtract((particle[0], particle[1], particle[2]), wall_velocity)
-    velocity = subtract(velocity, scale(arm, cross(spin, n)))
+    earlier = subtract(n, scale(0.5 * dt, cross(wall_spin, n)))
+    velocity = subtract(velocity, scale(arm, reject(cross(spin, earlier), n)))
     inertia = INERTIA * mass * radius * radius
     force, turning, load, history = contact_force(
         codes,
@@ -205,6 +223,7 @@ def wall_contact(codes, p, dt, overlap, n, wall_velocity, wall_spin, particle, h
         inertia,
         velocity,
         subtract(spin, wall_spin),
+        0.5 * dot(add(spin, wall_spin), n),
         history,
     )
     torque = subtract(turning, scale(arm, cross(n, force)))

@@ -2,15 +2,18 @@
 
 from dataclasses import dataclass, field, make_dataclass
 
-from dem.contact.catalogue import CODES, LAWS, SLOTS, every_law
+from dem.contact.catalogue import CODES, DEFAULTS, LAWS, SLOTS, completed, every_law
 from dem.contact.properties import LawCodes, PairProperties
-
-DEFAULTS = {slot: next(iter(laws)) for slot, laws in LAWS.items()}
-"""Slot -> name of the law that a spec has unless another is named."""
 
 
 class _Choice:
-    """One law in each slot, by name."""
+    """One law in each slot, by name; slots that are not named have their default, see
+    `dem.contact.catalogue.completed`."""
+
+    def __post_init__(self):
+        named = {slot: getattr(self, slot) for slot in SLOTS if getattr(self, slot) is not None}
+        for slot, name in completed(named).items():
+            object.__setattr__(self, slot, name)
 
     def codes(self):
         """Integer codes for the kernels. Raises ValueError on an unknown name or a pair that cannot
@@ -45,7 +48,7 @@ class _Choice:
 
 Laws = make_dataclass(
     "Laws",
-    [(slot, str, field(default=DEFAULTS[slot])) for slot in SLOTS],
+    [(slot, str | None, None) for slot in SLOTS],
     bases=(_Choice,),
     frozen=True,
     namespace={"__module__": __name__, "__doc__": _Choice.__doc__},
@@ -135,6 +138,7 @@ def attraction_reach(laws, properties, radius):
 
 
 __all__ = [
+    "DEFAULTS",
     "ContactParameters",
     "Laws",
     "Material",

@@ -15,7 +15,7 @@ from pathlib import Path
 from dem.errors import DemError
 from dem.experiments.declare import Experiment
 
-HELPERS = ("bed", "declare", "mesh", "outflow", "setup")
+HELPERS = ("bed", "declare", "mesh", "outflow", "phases", "setup")
 FOLDERS = "DEM_EXPERIMENTS"
 
 

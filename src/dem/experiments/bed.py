@@ -1,27 +1,22 @@
-"""Beds of grains for the experiments: filled in layers, thrown about, at rest. All in SI."""
+"""Beds of grains for the experiments: filled in layers, thrown about, and read. All in SI."""
 
 import math
 
 import numpy as np
 
 from dem.constants import GRAVITY
-from dem.experiments.setup import add_grains
-from dem.grains import fall_time
+from dem.experiments.phases import rest
+from dem.experiments.setup import add_grains, build_simulation
+from dem.grains import largest_reach
 from dem.linear import slope
 
 SHAKE = 3.0  # speed of the grains when they are made, of sqrt(g reach): it breaks the lattice
 PITCH = 2.15  # between grains when they are made, in reaches
-LOOK = 1.0  # between looks at the energy, in fall times of the mean grain
 
 
 def shake(reach):
     """Greatest speed [m/s] along an axis of new grains of half length `reach` [m]."""
     return SHAKE * math.sqrt(GRAVITY * reach)
-
-
-def look(spec):
-    """Time [s] between two looks at the grains."""
-    return LOOK * fall_time(spec)
 
 
 def sites_in_circle(radius, reach, rng):
@@ -65,27 +60,22 @@ def highest_site(count, sites, bottom, reach):
     return bottom + (2.2 + PITCH * ((count - 1) // len(sites))) * reach + 1.5 * hop
 
 
+def poured(spec, walls, radii, sites, floor, rng):
+    """Simulation of grains that were poured above `floor` [m] and rest.
+
+    walls: height of the highest site [m] -> WallSet; radii (n,) [m] in the order of pouring; sites
+    (k, 2) of a layer [m]. Raises RefusedStateError where the grains do not rest.
+    """
+    reach = largest_reach(spec)
+    sim = build_simulation(spec, walls(highest_site(len(radii), sites, floor, reach)))
+    fill(sim, spec, radii, sites, floor, reach, rng)
+    rest(sim, spec, spec.numerics.max_time_s, "filling")
+    return sim
+
+
 def advance_for(sim, duration):
     """Advance by about `duration`, one step at least."""
     sim.advance(max(round(duration / sim.time_step), 1))
-
-
-def motion(sim):
-    """Energy of motion, spins left out, over what lifts every grain by its radius [-]: loose grains
-    may spin on."""
-    mass, velocity = sim.mass, sim.velocity
-    energy = 0.5 * float((mass * (velocity * velocity).sum(1)).sum())
-    return energy / (GRAVITY * float((mass * sim.radius).sum()))
-
-
-def settle(sim, spec, limit, threshold=1e-4):
-    """Wait until the grains rest, `limit` seconds at most; True when they do."""
-    start, pause = sim.time, look(spec)
-    while sim.time - start < limit:
-        advance_for(sim, pause)
-        if sim.time - start > 5.0 * pause and motion(sim) < threshold:
-            return True
-    return False
 
 
 def _ball(across):

@@ -26,6 +26,7 @@ from dem.part import Part, field, mesh_field
 
 bed = lazily("dem.experiments.bed")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
+phases = lazily("dem.experiments.phases")
 
 LEAST_WIDTH = 5.0  # of the largest grain: narrower, the walls order all of the bed
 LIFT = 1.2  # time in which the vessel is raised, of that in which it falls
@@ -94,17 +95,14 @@ def run(spec, context):
     vessel, reach = _Vessel(spec), largest_reach(spec)
     radii = draw_radii(spec, spec.particles.count, rng)
     sites = bed.sites_in_circle(vessel.radius, reach, rng)
-    top = bed.highest_site(len(radii), sites, 0.0, reach)
-    sim = setup.build_simulation(spec, vessel.walls(top))
-    bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
-    bed.settle(sim, spec, spec.numerics.max_time_s)
+    sim = bed.poured(spec, vessel.walls, radii, sites, 0.0, rng)
     context.progress(0.3, "poured")
     poured = _density(sim, vessel), _packing(sim, spec, vessel.radius)
     for tap in range(g.taps):
         _tap(sim, spec)
         context.progress(0.3 + 0.7 * (tap + 1) / g.taps, f"tap {tap + 1} of {g.taps}")
         context.frame(sim)
-    bed.settle(sim, spec, REST * bed.look(spec))
+    phases.rest(sim, spec, REST * phases.look(spec), "tapping")
     tapped = _density(sim, vessel), _packing(sim, spec, vessel.radius)
     context.finish(sim)
     return {
@@ -125,7 +123,7 @@ def _tap(sim, spec):
     sim.move_wall("vessel", velocity=(0.0, 0.0, -height / fall))
     bed.advance_for(sim, fall)
     sim.move_wall("vessel", velocity=(0.0, 0.0, 0.0))
-    bed.advance_for(sim, CALM * bed.look(spec))
+    bed.advance_for(sim, CALM * phases.look(spec))
 
 
 def _above_floor(sim):

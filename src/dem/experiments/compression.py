@@ -29,6 +29,7 @@ from dem.part import Part, field, mesh_field
 
 bed = lazily("dem.experiments.bed")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
+phases = lazily("dem.experiments.phases")
 
 LEAST_WIDTH = 5.0  # of the largest grain
 LOOK = 1e-4  # path of the lid between looks, over the depth
@@ -125,15 +126,17 @@ def _filled(spec, rng):
     half = 0.5e-3 * g.box_width_mm
     radii = draw_radii(spec, spec.particles.count, rng)
     sites = bed.sites_in_rectangle((-half, -half), (half, half), reach, rng)
-    high = max(bed.highest_site(len(radii), sites, 0.0, reach), 1e-3 * g.box_height_mm)
-    sim = setup.build_simulation(spec, _walls(spec, half, high))
+
+    def walls(top):
+        return _walls(spec, half, max(top, 1e-3 * g.box_height_mm))
+
     if g.packing == "cubic":
+        top = bed.highest_site(len(radii), sites, 0.0, reach)
+        sim = setup.build_simulation(spec, walls(top))
         sim.add_particles(_lattice(half, radii), radii)
-        bed.advance_for(sim, 2.0 * bed.look(spec))
+        bed.advance_for(sim, 2.0 * phases.look(spec))
         return sim
-    bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
-    bed.settle(sim, spec, spec.numerics.max_time_s)
-    return sim
+    return bed.poured(spec, walls, radii, sites, 0.0, rng)
 
 
 def _lattice(half, radii):
@@ -257,7 +260,7 @@ EXPERIMENT = Experiment(
     ),
     defaults={
         "particles": {"count": 1000},
-        "numerics": {"max_time_s": 2.0, "rayleigh_fraction": 0.3},
+        "numerics": {"max_time_s": 2.0, "rayleigh_fraction": 0.2},
     },
     check=check,
     prepare=_punch,  # an unusable mesh is refused here

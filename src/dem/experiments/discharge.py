@@ -27,6 +27,7 @@ from dem.part import Part, field
 
 bed, outflow = lazily("dem.experiments.bed"), lazily("dem.experiments.outflow")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
+phases = lazily("dem.experiments.phases")
 
 LEAST_WALL = 2.5  # cylinder over orifice: narrower, the wall sets the flow
 LEAST_DEPTH = 2.0  # bed over orifice: lower, the flow goes with the depth
@@ -128,11 +129,7 @@ def _filled(spec, silo, rng):
     reach = largest_reach(spec)
     radii = draw_radii(spec, spec.particles.count, rng)
     sites = bed.sites_in_circle(silo.radius, reach, rng)
-    top = bed.highest_site(len(radii), sites, silo.shoulder, reach)
-    sim = setup.build_simulation(spec, silo.walls(top))
-    bed.fill(sim, spec, radii, sites, silo.shoulder, reach, rng)
-    bed.settle(sim, spec, spec.numerics.max_time_s)
-    return sim
+    return bed.poured(spec, silo.walls, radii, sites, silo.shoulder, rng)
 
 
 def bulk_density(sim, spec, silo):

@@ -34,6 +34,7 @@ from dem.part import Part, field, mesh_field
 
 bed, outflow = lazily("dem.experiments.bed"), lazily("dem.experiments.outflow")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
+phases = lazily("dem.experiments.phases")
 
 LEAST_DEPTH = 3.0  # of the largest grain
 STRIPS = 10  # of each flank
@@ -162,7 +163,7 @@ def run(spec, context):
         context.frame(sim)
 
     times, masses = outflow.watch(sim, spec, leave, spec.numerics.max_time_s, look)
-    bed.settle(sim, spec, spec.numerics.max_time_s, CALM)
+    phases.rest(sim, spec, spec.numerics.max_time_s, "drawing down", CALM)
     context.finish(sim)
     position, radius = sim.position, sim.radius
     above = position[:, 2] > boxes.floor
@@ -183,11 +184,7 @@ def _filled(spec, boxes, rng):
     radii = draw_radii(spec, spec.particles.count, rng)
     corner = np.array([boxes.upper, boxes.deep])
     sites = bed.sites_in_rectangle(-corner, corner, reach, rng)
-    top = bed.highest_site(len(radii), sites, boxes.floor, reach)
-    sim = setup.build_simulation(spec, boxes.walls(top))
-    bed.fill(sim, spec, radii, sites, boxes.floor, reach, rng)
-    bed.settle(sim, spec, spec.numerics.max_time_s)
-    return sim
+    return bed.poured(spec, boxes.walls, radii, sites, boxes.floor, rng)
 
 
 def _heap(boxes, edge):

@@ -20,6 +20,7 @@ from dem.part import Part, field, mesh_field
 
 bed = lazily("dem.experiments.bed")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
+phases = lazily("dem.experiments.phases")
 
 LEAST_DIAMETER, LEAST_WIDTH = 10.0, 3.0  # of the largest grain
 LOOKS = 40  # while the angle is read
@@ -133,7 +134,7 @@ def run(spec, context):
     sim = setup.build_simulation(spec, drum.walls(), gravity=(0.0, -GRAVITY, 0.0))
     radii = draw_radii(spec, spec.particles.count, rng)
     _fill(sim, spec, radii, drum.clear, drum.width, reach, rng)
-    bed.settle(sim, spec, spec.numerics.max_time_s)
+    phases.rest(sim, spec, spec.numerics.max_time_s, "filling")
     sim.move_wall(SHELL, spin=(0.0, 0.0, rate))
     turn = 2.0 * math.pi / rate
     _turn(sim, spec, g.start_turns * turn, context, 0.0, 0.5)
@@ -175,7 +176,7 @@ def _fill(sim, spec, radii, radius, width, reach, rng):
 
 def _turn(sim, spec, duration, context, begin, share):
     """Advance, with progress from `begin` over `share` and frames."""
-    parts = max(round(duration / (2.0 * bed.look(spec))), 1)
+    parts = max(round(duration / (2.0 * phases.look(spec))), 1)
     for k in range(parts):
         bed.advance_for(sim, duration / parts)
         context.progress(begin + share * (k + 1) / parts, f"{sim.time:.2f} s")

@@ -25,15 +25,17 @@ from dem.flow import C_BEVERLOO, FREE_FLOW_RATIO, LOOSE, beverloo
 from dem.grains import draw_radii, grain_volume, largest_reach, mean_radius
 from dem.io.stl import read_stl
 from dem.lazy import lazily
-from dem.measure.heap import coverage, measure_heap
+from dem.measure.heap import coverage, measure_heap, readings_apart
 from dem.part import Part, field
 
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
+phases = lazily("dem.experiments.phases")
 
 MIN_ORIFICE_RATIO = 3.0  # orifice over largest grain; below it any funnel clogs
 LEAST_PLATE = 4.0  # plate over largest grain
 MOUTH_ABOVE_RIM = 0.25  # where grains are made, above the funnel's rim: radii of its mouth
 COLLAR = 2.5  # height of the wall above the rim, in the same
+FULL = 0.5  # share of the places in the mouth below which a funnel is full
 MOST_LEFT = 0.05
 """Share of the grains that may stay in the funnel: a heap of 5 % less volume is 2 % lower and as
 steep."""
@@ -223,17 +225,17 @@ class Source:
         return self.made == len(self.radii)
 
     def free_sites(self, sim):
-        """Where grains can be made (m, 2) [m]. A funnel that grains run out of is full as soon as
-        one stands in the way, and waits; in a closed one a stack that has come to rest at the rim
-        stays, and the rest of the mouth is filled."""
+        """Where grains can be made (m, 2) [m]: those places that no grain stands in. A funnel that
+        grains run out of is full when half of them are taken, and waits; in a closed one the rest
+        of the mouth is filled all the same."""
         position = sim.particles.position[: sim.n, :3]
         high = position[position[:, 2] > self.height - 0.9 * self.pitch, :2]
         if not len(high):
             return self.sites
-        if not self.opened:
-            return self.sites[:0]
         gaps = np.hypot(*(self.sites[:, None] - high).transpose(2, 0, 1)).min(axis=1)
-        return self.sites[gaps > self.pitch]
+        free = self.sites[gaps > self.pitch]
+        full = not self.opened and len(free) < FULL * len(self.sites)
+        return self.sites[:0] if full else free
 
     def make_layer(self, sim):
         """Add one layer where grains do not stand in its way; True when one was made."""
@@ -378,6 +380,9 @@ def run(spec, context):
     share = left / spec.particles.count
     if share > MOST_LEFT:
         _refuse_clogged(spec, sim, rig)
+    moved = setup.rest_energy(sim)
+    if moved >= spec.numerics.rest_energy_ratio:
+        phases.refuse("pouring", sim.time, moved, math.nan, spec.numerics.rest_energy_ratio)
     where = sim.position - [0.0, 0.0, rig.plate_rim]
     metrics = measure_heap(where, sim.radius, sim.velocity, rig.plate_radius, sim.grain)
     covered = coverage(where, sim.radius, rig.plate_radius)
@@ -389,6 +394,9 @@ def run(spec, context):
             "more grains, a smaller geometry.plate_diameter_mm, or a lower "
             "geometry.discharge_height_mm",
         )
+    apart = readings_apart(metrics)
+    if apart:
+        context.note(apart)
     return (
         metrics
         | {

@@ -5,6 +5,8 @@ Angle, height and coverage are measured as those of the funnel heap; what runs o
 lost.
 """
 
+import math
+
 import numpy as np
 
 from dem.experiments.declare import (
@@ -19,11 +21,12 @@ from dem.experiments.declare import (
 from dem.experiments.mesh import at_rims, circle, read_mesh
 from dem.grains import draw_radii, largest_reach, longest_mm
 from dem.lazy import lazily
-from dem.measure.heap import coverage, measure_heap
+from dem.measure.heap import coverage, measure_heap, readings_apart
 from dem.part import Part, field, mesh_field
 
 bed = lazily("dem.experiments.bed")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
+phases = lazily("dem.experiments.phases")
 
 LOST_BELOW = 0.75  # radii of the plate; grains this far below it have run off
 LEAST_WIDTH = 5.0  # of the largest grain
@@ -90,15 +93,15 @@ def run(spec, context):
     plate = rig.plate
     radii = draw_radii(spec, spec.particles.count, rng)
     sites = bed.sites_in_circle(rig.radius, reach, rng)
-    top = bed.highest_site(len(radii), sites, 0.0, reach)
-    sim = setup.build_simulation(spec, rig.walls(top))
-    bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
-    bed.settle(sim, spec, spec.numerics.max_time_s)
+    sim = bed.poured(spec, rig.walls, radii, sites, 0.0, rng)
     depth = float(sim.position[:, 2].max())
     lost = _lift(sim, spec, context, depth, -LOST_BELOW * plate)
     context.finish(sim)
     position = sim.position
     found = measure_heap(position, sim.radius, sim.velocity, plate, sim.grain)
+    apart = readings_apart(found)
+    if apart:
+        context.note(apart)
     return {
         "angle_of_repose_deg": found["angle_of_repose_deg"],
         "angle_of_repose_sd_deg": found["angle_of_repose_sd_deg"],
@@ -120,15 +123,15 @@ def _lift(sim, spec, context, depth, lowest):
     start, clear = sim.time, 1.2 * depth / speed
     sim.move_wall("cylinder", velocity=(0.0, 0.0, speed))
     while sim.time - start < clear + spec.numerics.max_time_s:
-        bed.advance_for(sim, 2.0 * bed.look(spec))
+        bed.advance_for(sim, 2.0 * phases.look(spec))
         low = sim.particles.position[: sim.n, 2] < lowest
         lost += sim.remove(sim.particles.tag[: sim.n][low])
         gone = sim.time - start
-        if gone > clear and bed.motion(sim) < CALM:
-            break
+        if gone > clear and phases.motion(sim) < CALM:
+            return lost
         context.progress(min(gone / (clear + 0.3), 0.99), f"{sim.time:.2f} s")
         context.frame(sim)
-    return lost
+    phases.refuse("lifting", sim.time - start - clear, phases.motion(sim), math.nan, CALM)
 
 
 def base_radius(position, plate):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from dem.errors import MeasureError
-from dem.experiments import bed
+from dem.experiments import bed, phases
 from dem.linear import slope
 
 STEADY = 0.1, 0.4  # shares of the mass that leaves, between which the flow is read
@@ -23,7 +23,7 @@ def watch(sim, spec, leave, limit, look):
                 f"grains still leave after {limit:g} s; give numerics.max_time_s more, widen the "
                 "opening, or take fewer grains"
             )
-        bed.advance_for(sim, bed.look(spec))
+        bed.advance_for(sim, phases.look(spec))
         gone = leave()
         times.append(sim.time - start)
         masses.append(masses[-1] + gone)

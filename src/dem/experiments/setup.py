@@ -1,10 +1,9 @@
 """From a run spec to a simulation: materials, laws, time step and grain sizes. Units become SI
 here."""
 
-import math
-
 import numpy as np
 
+from dem import sphere
 from dem.clump import random_turns, turned
 from dem.constants import DOWN, GRAVITY
 from dem.dumbbell import moments, sphere_radius
@@ -39,7 +38,7 @@ def _add_clumps(sim, spec, shape, position, radius, velocity, rng):
         position[:, None] + radius[:, None, None] * offset,
         radius[:, None] * shape.radius,
         velocity=velocity,
-        mass=4.0 / 3.0 * math.pi * radius**3 * density,
+        mass=sphere.mass(radius, density),
         inertia=(density * radius**5)[:, None, None] * inertia,
         centre=position,
     )
@@ -47,7 +46,7 @@ def _add_clumps(sim, spec, shape, position, radius, velocity, rng):
 
 def _add_pairs(sim, spec, elongation, position, radius, velocity, rng):
     density = spec.materials.particle.density_kg_m3
-    mass = 4.0 / 3.0 * math.pi * radius**3 * density
+    mass = sphere.mass(radius, density)
     a = sphere_radius(radius, elongation)
     axis = rng.normal(size=(len(a), 3))
     axis /= length(axis)[:, None]

@@ -22,14 +22,14 @@ from dem.lazy import lazily
 from dem.part import Part, field, mesh_field
 
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
+phases = lazily("dem.experiments.phases")
 
 VANES = 24
 RAMP = 4.0  # duration of a change of load, in fall times of the mean grain
 PITCH = 2.1  # between grains when they are made, in reaches
 STRETCHES = 50  # the shear path is cut into so many means
 SHAKE = 5.0  # speed of the grains at the start, of sqrt(g reach): it breaks their lattice
-FILLED, PRESSED, RELIEVED = 50.0, 30.0, 10.0  # fall times that the grains get to rest, at most
-LOOK, SOONEST = 0.5, 5.0  # between looks at the grains, and before they may rest: fall times
+FILLED, PRESSED, RELIEVED = 150.0, 90.0, 60.0  # fall times that the grains get to rest, at most
 
 
 class ShearGeometry(Part):
@@ -68,13 +68,13 @@ def run(spec, context):
     g = spec.geometry
     cell = Ring(spec, np.random.default_rng(spec.seed))
     context.progress(0.05, "filling")
-    cell.rest(FILLED)
+    cell.rest(FILLED, "filling")
     cell.load(g.preshear_normal_stress_kPa or g.normal_stress_kPa)
-    cell.rest(PRESSED)
+    cell.rest(PRESSED, "pressing")
     context.progress(0.3, "pre-shear")
     preshear, _ = cell.shear(1e-3 * g.preshear_displacement_mm)
     cell.load(g.normal_stress_kPa)
-    cell.rest(RELIEVED)
+    cell.rest(RELIEVED, "relieving")
     density = cell.bulk_density()
     context.progress(0.6, "shear")
     curve, normal = cell.shear(1e-3 * g.shear_displacement_mm)
@@ -116,7 +116,7 @@ class Ring:
     """Trough, lid and grains."""
 
     def __init__(self, spec, rng):
-        g = spec.geometry
+        self.spec, g = spec, spec.geometry
         self.inner, self.outer = 0.5e-3 * g.inner_diameter_mm, 0.5e-3 * g.outer_diameter_mm
         self.area = math.pi * (self.outer**2 - self.inner**2)
         self.moment = (
@@ -203,13 +203,10 @@ class Ring:
             self.sim.move_wall("lid", load=now + part * (wanted - now))
             self.sim.advance(max(round(RAMP / 20 * self.fall_time / self.sim.time_step), 1))
 
-    def rest(self, limit, threshold=1e-4):
-        """Wait until the grains rest, `limit` fall times at most."""
-        sim, start, unit = self.sim, self.sim.time, self.fall_time
-        while sim.time - start < limit * unit:
-            sim.advance(max(round(LOOK * unit / sim.time_step), 1))
-            if sim.time - start > SOONEST * unit and setup.rest_energy(sim) < threshold:
-                break
+    def rest(self, limit, phase):
+        """Wait until the grains rest, `limit` fall times at most. Raises RefusedStateError where
+        they do not."""
+        phases.rest(self.sim, self.spec, limit * self.fall_time, phase, energy=setup.rest_energy)
 
     def shear(self, path):
         """Turn the trough so that the mean radius travels `path` [m]; returns shear stress
@@ -246,7 +243,7 @@ EXPERIMENT = Experiment(
         Metric("normal_stress_kPa", "what the lid pressed with", target=False),
         Metric("bulk_density_kg_m3", "mass over volume between floor and lid", 0.0),
     ),
-    defaults={"numerics": {"rayleigh_fraction": 0.3}},
+    defaults={"numerics": {"rayleigh_fraction": 0.2}},
     check=check,
     prepare=_meshes,  # an unusable mesh is refused here
     bonded=True,

@@ -18,6 +18,7 @@ from dem.linear import into_axes
 from dem.part import Part, field, mesh_field
 
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
+phases = lazily("dem.experiments.phases")
 
 SETTLE = 5.0  # fall times that the grains get to come to rest on the level plate
 LOOK = 0.2  # fall times between looks at the cluster; the angle is read to tilt rate times this
@@ -110,6 +111,8 @@ def _slide(spec, rng, context):
     sim.add_clusters([centres + (0.0, 0.0, 1e-3 * radius)], radius)
     settled = SETTLE * fall_time(spec)
     sim.advance(round(settled / sim.time_step))
+    if phases.motion(sim) >= phases.CALM:
+        phases.refuse("lying on the level plate", settled, phases.motion(sim), math.nan)
     rate = math.radians(g.tilt_rate_deg_s)
     sim.move_wall("plate", spin=(0.0, rate, 0.0))
     start = _along_plate(sim)

@@ -28,10 +28,12 @@ from dem.part import Part, field, mesh_field
 
 bed = lazily("dem.experiments.bed")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
+phases = lazily("dem.experiments.phases")
 
 LEAST_WIDTH = 5.0  # of the largest grain
 STRETCHES = 20  # the path is cut into so many means
 RAMP = 10  # changes of the load until it is full
+REST = 60.0  # looks that the loaded grains get to rest, at most
 GAP = 0.02  # of a grain's radius, between ring and plate
 
 
@@ -73,7 +75,7 @@ def run(spec, context):
     sim = setup.build_simulation(spec, _walls(spec, top))
     sim.wall_state.mass[sim.walls.index("lid")] = 0.0  # it hangs until it is lowered
     bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
-    bed.settle(sim, spec, spec.numerics.max_time_s)
+    phases.rest(sim, spec, spec.numerics.max_time_s, "filling")
     context.progress(0.3, "filled")
     _press(sim, spec, 1e3 * g.normal_stress_kPa * area)
     context.progress(0.5, "loaded")
@@ -131,8 +133,8 @@ def _press(sim, spec, force):
     weight = grains * GRAVITY
     for part in np.linspace(0.0, 1.0, RAMP + 1)[1:]:
         sim.move_wall("lid", load=weight - part * force)
-        bed.advance_for(sim, 0.4 * bed.look(spec))
-    bed.settle(sim, spec, 20.0 * bed.look(spec))
+        bed.advance_for(sim, 0.4 * phases.look(spec))
+    phases.rest(sim, spec, REST * phases.look(spec), "loading")
 
 
 def _slide(sim, path, speed):
@@ -162,7 +164,7 @@ EXPERIMENT = Experiment(
     ),
     defaults={
         "particles": {"count": 800},
-        "numerics": {"max_time_s": 2.0, "rayleigh_fraction": 0.3},
+        "numerics": {"max_time_s": 2.0, "rayleigh_fraction": 0.2},
     },
     check=check,
     prepare=_plate,  # an unusable mesh is refused here

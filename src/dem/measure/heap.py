@@ -18,6 +18,9 @@ SECTORS = 12
 LOWER, UPPER = 0.2, 0.8
 FLYING = 0.15  # grains faster than this [m/s] are not part of the heap
 MIN_POINTS = 4
+APART_DEG = 3.0
+"""Between the two readings of one heap, beyond which it has no one angle: a cone of grains gives
+both alike to half a degree (docs/verification.md), a ridge or a heap off the axis does not."""
 MIN_HEIGHT = 1.5  # mean diameters of the spheres: less is a layer, not a heap
 
 
@@ -50,6 +53,18 @@ def measure_heap(position, radius, velocity, plate_radius, grain=None):
         "height_mm": 1e3 * height,
         "on_plate": count,
     }
+
+
+def readings_apart(metrics):
+    """A sentence where the two readings of a heap, keys of `measure_heap`, differ by more than
+    APART_DEG; None where they agree."""
+    flanks, radial = metrics["angle_of_repose_deg"], metrics["radial_angle_deg"]
+    if abs(flanks - radial) <= APART_DEG:
+        return None
+    return (
+        f"the heap has no one angle: its silhouettes give {flanks:.1f} degrees and its mean "
+        f"surface {radial:.1f}; it is a ridge, stands off the axis, is cut off or has two slopes"
+    )
 
 
 def _supported(position, radius, candidate):

@@ -6,9 +6,9 @@ import numpy as np
 from numba import njit, types
 from numba.extending import overload
 
-from dem.arithmetic import law
 from dem.contact.model import wall_contact
 from dem.contact.row import properties_of
+from dem.kernel import law
 from dem.lanes import (
     FIELDS,
     WIDTH,
@@ -165,7 +165,7 @@ def wall_forces(
     point, distance, acts, push = scratch.point, scratch.distance, scratch.acts, scratch.push
     merged, turn = scratch.merged, scratch.turn
     stage, staged, rows = scratch.stage, scratch.staged, scratch.rows
-    k, kind, excess = 0, -1, -1
+    k, kind, excess, half = 0, -1, -1, 0.5 * dt
     while k < count:
         waiting = 0
         while k < count:
@@ -194,9 +194,14 @@ def wall_forces(
                 nz = (position[i, 2] - origin[b, 2] - z) * inverse
             stage[0, 0, waiting] = radius - gap
             stage[0, 1, waiting], stage[0, 2, waiting], stage[0, 3, waiting] = nx, ny, nz
-            stage[0, 4, waiting] = velocity[b, 0] + spin[b, 1] * z - spin[b, 2] * y
-            stage[0, 5, waiting] = velocity[b, 1] + spin[b, 2] * x - spin[b, 0] * z
-            stage[0, 6, waiting] = velocity[b, 2] + spin[b, 0] * y - spin[b, 1] * x
+            sx, sy, sz = spin[b, 0], spin[b, 1], spin[b, 2]
+            ux, uy, uz = sy * z - sz * y, sz * x - sx * z, sx * y - sy * x
+            # across the normal that of the place half a step ago, see `dem.contact.model`
+            cx, cy, cz = sy * uz - sz * uy, sz * ux - sx * uz, sx * uy - sy * ux
+            cn = cx * nx + cy * ny + cz * nz
+            stage[0, 4, waiting] = velocity[b, 0] + ux - half * (cx - cn * nx)
+            stage[0, 5, waiting] = velocity[b, 1] + uy - half * (cy - cn * ny)
+            stage[0, 6, waiting] = velocity[b, 2] + uz - half * (cz - cn * nz)
             for f in range(3):
                 stage[1, f, waiting] = spin[b, f]
             for f in range(FIELDS):

@@ -14,6 +14,10 @@ sets that overlap, what they share is taken off: the force is that of both sides
 seam, F = V'(R - d_1) n_1 + V'(R - d_2) n_2 - V'(R - d_seam) n_seam, which has a potential and
 comes to that of one face as the valley becomes flat. It acts as one contact of this size and
 direction.
+
+Two bodies that lie in one plane, or share an edge, are as one surface too: what is no local minimum
+of the distance to both counts once. Valleys between two bodies stay two contacts, as each body has
+to know its own load.
 """
 
 import math
@@ -22,7 +26,7 @@ import numpy as np
 from numba import njit
 
 from dem.lanes import FIELDS, inlined
-from dem.walls.geometry import closest_point, into_body
+from dem.walls.geometry import closest_point, into_body, out_of_body
 
 JOINED = 1e-4  # of the grain's radius: gaps up to this between elements are none
 ALONG = 1.0 - 1e-6  # cosine between normals: beyond it one point is straight behind the other
@@ -44,12 +48,15 @@ def resolve_joints(particles, walls, contacts, count, scratch):
         scratch.merged,
     )
     lo, acting, spanning = 0, 0, False
+    begin, touched, several = 0, -1, False
     for k in range(count):
         i, b = np.uint32(particle[k]), np.uint32(body[np.uint32(element[k])])
         touching, held = distance[k] < kinetic[i, 6], history[k, 6] != 0.0
         if touching or held:
             acting += 1
             spanning |= not touching
+            several |= touched >= 0 and touched != b
+            touched = np.int64(b)
         if k + 1 < count and particle[k + 1] == i and body[np.uint32(element[k + 1])] == b:
             continue
         if acting > 1 or (spanning and k > lo):
@@ -61,6 +68,59 @@ def resolve_joints(particles, walls, contacts, count, scratch):
             )  # fmt: skip
             _merge(history, point, distance, merged, lo, k + 1, radius, x, y, z)
         lo, acting, spanning = k + 1, 0, False
+        if k + 1 < count and particle[k + 1] == i:
+            continue
+        if several:
+            _between_bodies(particles, walls, contacts, scratch, begin, k + 1)
+        begin, touched, several = k + 1, -1, False
+
+
+@njit(cache=True, error_model="numpy")
+def _between_bodies(particles, walls, contacts, scratch, lo, hi):
+    """Put those contacts lo..hi-1 of one grain out of reach whose closest point another body holds
+    that is nearer, and hand their history on."""
+    element, history, body = contacts.element, contacts.history, walls.body
+    point, distance, coverer = scratch.point, scratch.distance, scratch.coverer
+    i = np.uint32(contacts.particle[lo])
+    radius = float(particles.kinetic[i, 6])
+    x, y, z = particles.position[i, 0], particles.position[i, 1], particles.position[i, 2]
+    for k in range(lo, hi):
+        coverer[k] = -1
+        if not (distance[k] < radius or history[k, 6] != 0.0):
+            continue
+        b = np.uint32(body[element[k]])
+        px, py, pz = out_of_body(walls.rotation, b, point[k, 0], point[k, 1], point[k, 2])
+        px, py, pz = (
+            px + walls.origin[b, 0], py + walls.origin[b, 1], pz + walls.origin[b, 2]
+        )  # fmt: skip
+        for q in range(lo, hi):
+            c = np.uint32(body[element[q]])
+            nearer = distance[q] < distance[k] or (distance[q] == distance[k] and q < k)
+            if c == b or not nearer or distance[q] >= radius:
+                continue
+            e = element[q]
+            u, v, w = into_body(walls.origin, walls.rotation, c, px, py, pz)
+            _, _, _, gap = closest_point(walls.kind[e], walls.parameters[e], u, v, w)
+            sx, sy, sz = out_of_body(walls.rotation, c, point[q, 0], point[q, 1], point[q, 2])
+            sx, sy, sz = (
+                sx + walls.origin[c, 0], sy + walls.origin[c, 1], sz + walls.origin[c, 2]
+            )  # fmt: skip
+            cosine = (x - px) * (x - sx) + (y - py) * (y - sy) + (z - pz) * (z - sz)
+            if abs(gap) <= JOINED * radius or cosine > ALONG * abs(distance[k] * distance[q]):
+                coverer[k] = q
+                break
+    for k in range(lo, hi):
+        last = coverer[k]
+        if last < 0:
+            continue
+        while coverer[last] >= 0:
+            last = coverer[last]
+        if history[last, 6] == 0.0:
+            for f in range(FIELDS):
+                history[last, f] = history[k, f]
+        for f in range(FIELDS):
+            history[k, f] = 0.0
+        distance[k] = 2.0 * radius
 
 
 @njit(cache=True, error_model="numpy")

@@ -19,7 +19,7 @@ from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 from paper.release.pages import write_pages
 from paper.release.parts import PARTS, estimate, part_of
-from paper.release.record import KEPT, Made, read_record, write_record
+from paper.release.record import KEPT, Made, due, read_record, write_record
 
 WORK = Path("results/release")
 HISTORY = Path("benchmarks/history.csv")
@@ -64,8 +64,12 @@ def main(argv=None):
         engine = engine_fingerprint()
         progress = Progress(engine)
         left = [p for p in chosen if args.again or not progress.done(p.name)]
-        for line in plan(chosen, left, read_record(), args.cores):
+        record = read_record()
+        for line in plan(chosen, left, record, args.cores):
             print(line)
+        old = due([p.name for p in chosen], record, engine)
+        print(f"a release is due: {len(old)} of {len(chosen)} parts are not of the present engine, "
+              f"{engine}" if old else f"all parts are of the present engine, {engine}")  # fmt: skip
         return 0 if args.dry_run else _make(left, progress, engine, args.cores)
     except CalibrationError as error:
         print(f"release: {error}", file=sys.stderr)

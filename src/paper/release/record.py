@@ -40,6 +40,11 @@ def write_record(record, path=RECORD):
     write_json(Path(path), {name: asdict(made) for name, made in record.items()})
 
 
+def due(names, record, engine):
+    """Of these parts, those that another engine than this one made, or that nobody recorded."""
+    return [name for name in names if name not in record or record[name].engine != engine]
+
+
 def made(parts, record):
     """A sentence: which engine made these parts, and when; each further engine with its parts."""
     by_engine = {}

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from dem.benchmark import cases as benchmark
 from dem.contact.registry import ContactParameters, Laws
 from dem.experiments import bed as grains_bed
-from dem.experiments import heap, lifted_cylinder
+from dem.experiments import heap, lifted_cylinder, phases
 from dem.experiments.setup import build_simulation
 from dem.grains import draw_radii, largest_reach
 from dem.measure.heap import measure_heap
@@ -200,7 +200,7 @@ def column(spec):
     sites = grains_bed.sites_in_circle(radius, reach, rng)
     radii = draw_radii(spec, spec.particles.count, rng)
     grains_bed.fill(sim, spec, radii, sites, 0.0, reach, rng)
-    grains_bed.settle(sim, spec, spec.numerics.max_time_s)
+    phases.rest(sim, spec, spec.numerics.max_time_s, "filling")
     depth = float(sim.position[:, 2].max())
     clear = 1.2 * depth / (1e-3 * spec.geometry.lift_speed_mm_s)
     return sim, (radius, rim, plate, clear, CYLINDER_REST)

@@ -8,7 +8,7 @@ from calibration.engines.program import read_dump, state_of
 from calibration.engines.rig import DUMP
 from dem.experiments import discharge as own
 from dem.experiments import outflow
-from dem.experiments.bed import look as pause_of
+from dem.experiments.phases import look as pause_of
 from dem.experiments.setup import time_step_of
 from dem.flow import beverloo
 from dem.grains import mean_radius

@@ -7,7 +7,7 @@ from calibration.engines import bed
 from calibration.engines.program import read_dump, state_of, time_of
 from calibration.engines.rig import DUMP, until
 from dem.experiments import lifted_cylinder as own
-from dem.experiments.bed import look as pause_of
+from dem.experiments.phases import look as pause_of
 from dem.experiments.setup import time_step_of
 from dem.measure.heap import coverage, measure_heap
 

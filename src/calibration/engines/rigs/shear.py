@@ -17,6 +17,7 @@ from calibration.engines.program import read_dump, state_of
 from calibration.engines.rig import DUMP, until
 from calibration.engines.rigs import Lid
 from dem.constants import GRAVITY
+from dem.experiments import phases
 from dem.experiments import shear_ring as own
 from dem.experiments.setup import time_step_of
 from dem.grains import draw_radii, fall_time, largest_reach, mean_radius
@@ -122,8 +123,8 @@ def deck(spec, dialect, folder):
 
 
 def _rest(cell, label, limit):
-    looks, step = round(limit / own.LOOK), bed.steps(cell.spec, own.LOOK * cell.fall_time)
-    least = round(own.SOONEST / own.LOOK)
+    looks, step = round(limit / phases.LOOK), bed.steps(cell.spec, phases.LOOK * cell.fall_time)
+    least = round(phases.SOONEST / phases.LOOK)
     return until(label, step, looks, AT_REST * cell.sim.lift_energy, least=least)
 
 

@@ -17,14 +17,14 @@ from calibration.study.config import parse_config
 from calibration.study.config.schema import COARSER
 from calibration.study.factors import COLUMNS
 from calibration.study.new.heap import MOST, STEEL, roomy_height
+from dem.contact.catalogue import DEFAULTS
 from dem.errors import DemError
 from dem.experiments import experiments
 from dem.experiments.heap import PACKING
 from dem.flow import FREE_FLOW_RATIO
 
-LAWS = {"rolling": "elastic_plastic", "torsion": "marshall"}
-"""Laws of a new material. The engine's default is EDEM's own-spin torque, which holds a heap at
-rest and brakes grains that turn together."""
+LAWS = {slot: DEFAULTS[slot] for slot in ("rolling", "torsion")}
+"""Laws that the file of a new material names: the engine's defaults, so that they are seen."""
 MEASURED = "measured.csv"
 PACKED = "poured_density_kg_m3"  # metric of the second experiment
 ENOUGH = 1000  # grains of a heap; 600 of sand scattered by 2.3 deg, 2,500 by 0.9

@@ -9,8 +9,9 @@ Journal of Colloid and Interface Science 161:138. The volume is a share of the g
 
 import math
 
-from dem.arithmetic import law, maximum, sqrt
+from dem.arithmetic import maximum, sqrt
 from dem.contact.law import Law, Parameter
+from dem.kernel import law
 
 
 def reach(liquid, contact_angle):

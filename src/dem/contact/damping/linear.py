@@ -7,8 +7,9 @@ is no dashpot.
 
 import math
 
-from dem.arithmetic import law, sqrt, where
+from dem.arithmetic import sqrt, where
 from dem.contact.law import Law
+from dem.kernel import law
 
 
 def factor(restitution):

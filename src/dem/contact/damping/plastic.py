@@ -9,9 +9,11 @@ base restitution."""
 
 import math
 
-from dem.arithmetic import law, maximum, sqrt, where
+from dem import sphere
+from dem.arithmetic import maximum, sqrt, where
 from dem.contact.damping.tsuji import factor
 from dem.contact.law import Law, Parameter
+from dem.kernel import law
 
 
 def yield_pressure(yield_speed, material, radius):
@@ -23,7 +25,7 @@ def yield_pressure(yield_speed, material, radius):
     overlap^(5/2) equals m* v^2 / 2.
     """
     young, density = material.young_modulus / (1.0 - material.poisson_ratio**2), material.density
-    mass = 4.0 / 3.0 * math.pi * radius**3 * density
+    mass = sphere.mass(radius, density)
     k = 4.0 / 3.0 * young * math.sqrt(radius)
     overlap = (1.25 * mass * yield_speed**2 / k) ** 0.4
     return 2.0 * young / math.pi * math.sqrt(overlap / radius)

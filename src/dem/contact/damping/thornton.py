@@ -8,8 +8,9 @@ the restitution as its only parameter.
 
 from functools import lru_cache
 
-from dem.arithmetic import law, maximum, sqrt
+from dem.arithmetic import maximum, sqrt
 from dem.contact.law import Law
+from dem.kernel import law
 
 
 def restitution_of(dashpot):

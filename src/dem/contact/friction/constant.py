@@ -2,9 +2,9 @@
 
 import math
 
-from dem.arithmetic import law
 from dem.contact.export import Export
 from dem.contact.law import Law
+from dem.kernel import law
 
 
 @law

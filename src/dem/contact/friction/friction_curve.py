@@ -11,9 +11,10 @@ a is `friction_curve_load_power` (1 unless given), b `friction_curve_speed_power
 `wall_friction_curve_1` to `_5` on walls; 1 unless given.
 """
 
-from dem.arithmetic import law, sqrt
+from dem.arithmetic import sqrt
 from dem.contact.curve import constants, curve, logarithm, parameters, values
 from dem.contact.law import Law
+from dem.kernel import law
 from dem.vectors import dot
 
 KEY = "friction_curve"

@@ -19,8 +19,9 @@ up in parallel to the second. Other codes may take another radius for the patch.
 
 import math
 
-from dem.arithmetic import law, maximum, minimum, sqrt
+from dem.arithmetic import maximum, minimum, sqrt
 from dem.contact.law import Law, Parameter
+from dem.kernel import law
 
 TINY = 1e-30
 

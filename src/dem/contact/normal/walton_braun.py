@@ -5,9 +5,10 @@ Loading F = k overlap; unloading and reloading F = k/e^2 (overlap - rest), with 
 back, so that e = sqrt(k/k_unload). Walton, Braun (1986), Journal of Rheology 30:949.
 """
 
-from dem.arithmetic import law, maximum, minimum, sqrt
+from dem.arithmetic import maximum, minimum, sqrt
 from dem.contact.law import Law
 from dem.contact.normal.linear import STIFFNESS, step_of
+from dem.kernel import law
 
 
 @law

@@ -10,9 +10,9 @@ Rotter, Ooi (2011), Powder Technology 206:269.
 The torques of the two spheres are not opposite, so angular momentum is not conserved.
 """
 
-from dem.arithmetic import law
 from dem.contact.export import Export
 from dem.contact.law import Law
+from dem.kernel import law
 
 
 @law
@@ -28,7 +28,6 @@ LAW = Law(
     equation="μ_r F_n R on each particle's own spin (EDEM's standard)",
     source="Ai et al. (2011), type A",
     kernels={"resistance": resistance},
-    default=True,
     exports={
         "edem": Export("Hertz-Mindlin (no slip) with standard rolling friction"),
         "rocky": Export("type A: constant moment"),

@@ -6,9 +6,10 @@ manual describes this law as `cdt`. Its code divides by the whole relative spin,
 does not stop at reversal.
 """
 
-from dem.arithmetic import law, minimum, sqrt
+from dem.arithmetic import minimum, sqrt
 from dem.contact.export import Export
 from dem.contact.law import Law
+from dem.kernel import law
 from dem.vectors import dot, reject, scale
 
 TINY = 1e-30
@@ -32,5 +33,6 @@ LAW = Law(
     equation="μ_r F_n R* on the relative spin (LIGGGHTS `cdt` as its manual has it)",
     source="Ai et al. (2011), type A",
     kernels={"rolling": torque},
+    creeps=True,
     exports={"edem": Export("Hertz-Mindlin with RVD rolling friction")},
 )

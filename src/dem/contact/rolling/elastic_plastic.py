@@ -17,10 +17,11 @@ There k_r is held at `limit` I/dt^2. The largest torque stays as it is.
 
 import math
 
-from dem.arithmetic import law, maximum, minimum, sqrt, where
+from dem.arithmetic import maximum, minimum, sqrt, where
 from dem.contact.export import Export
 from dem.contact.law import Law, Parameter
 from dem.contact.tangential.mindlin import MERCURY
+from dem.kernel import law
 from dem.vectors import dot, reject, scale, subtract
 
 LEAST = 1e-35  # N m: keeps a contact without load from dividing by zero
@@ -114,6 +115,7 @@ LAW = Law(
     equation="spring k_r = 2.25 S_n (μ_r R*)², dashpot 2η√(I_c k_r), limit μ_r F_n R*",
     source="Ai et al. (2011), type C; Iwashita, Oda (1998)",
     kernels={"rolling": torque},
+    default=True,
     parameters=(
         Parameter(
             key="rolling_stiffness_factor",

@@ -8,9 +8,10 @@ dashpot of the same form as the normal one acts beside the spring; their sum is 
 
 import math
 
-from dem.arithmetic import law, maximum, minimum, sqrt
+from dem.arithmetic import maximum, minimum, sqrt
 from dem.contact.export import Export
 from dem.contact.law import Law
+from dem.kernel import law
 from dem.vectors import TINY, at_most, reject, scale, subtract
 
 MERCURY = 2.0 / 3.0

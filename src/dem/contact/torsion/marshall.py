@@ -8,9 +8,10 @@ marshall`. Like the tangential spring the moment is kept and scaled while the co
 by (a/a_before)^3 as the stiffness 4 G* a^3: a varying stiffness then creates no energy.
 """
 
-from dem.arithmetic import law, maximum, minimum, sqrt
+from dem.arithmetic import maximum, minimum, sqrt
 from dem.contact.export import Export
 from dem.contact.law import Law
+from dem.kernel import law
 
 
 @law
@@ -35,6 +36,7 @@ LAW = Law(
     equation="spring 4 G* a³ and dashpot about the normal, limit (2/3) a μ F_n",
     source="Marshall (2009)",
     kernels={"torsion": torque},
+    default=True,
     constants=("damping",),
     only_with={"tangential": ("mindlin",)},
     remembers="the spring moment",

@@ -2,4 +2,4 @@
 
 from dem.contact.law import Law
 
-LAW = Law(slot="torsion", name="none", equation="no torque about the normal", default=True)
+LAW = Law(slot="torsion", name="none", equation="no torque about the normal")

@@ -1,0 +1,100 @@
+"""What must hold at the end of each phase of an experiment; a phase of which it does not hold ends
+the run with a sentence, and no number is read.
+
+A static phase ends at rest: the grains move no more, and the walls carry their weight. Both are
+needed. Grains at the top of their flight are slow, and grains that jam in a fall are carried by
+nothing. All in SI.
+"""
+
+import numpy as np
+
+from dem.constants import GRAVITY
+from dem.errors import RefusedStateError
+from dem.grains import fall_time
+from dem.linear import length
+
+LOOK = 1.0  # between looks at the grains, in fall times of the mean grain
+SOONEST = 5.0  # looks before grains may count as at rest: thrown grains are slow at their highest
+CALM = 1e-4
+"""Energy of motion over what lifts every grain by its radius: grains of this energy rise by a
+ten-thousandth of their radius."""
+CARRIED = 0.05
+"""Of the weight: how far the mean force on the walls over a look may be from it. A bed that still
+falls or packs is off by the acceleration of its grains over g."""
+
+
+def look(spec):
+    """Time [s] between two looks at the grains."""
+    return LOOK * fall_time(spec)
+
+
+def motion(sim):
+    """Energy of motion, spins left out, over what lifts every grain by its radius [-]: loose grains
+    may spin on."""
+    mass, velocity = sim.mass, sim.velocity
+    energy = 0.5 * float((mass * (velocity * velocity).sum(1)).sum())
+    return energy / (GRAVITY * float((mass * sim.radius).sum()))
+
+
+def carried(sim, impulse, duration):
+    """Mean force of the grains on all walls along gravity, over their weight [-]: 1 at rest.
+
+    impulse: `pressed` a `duration` [s] ago [N s].
+    """
+    return over_weight(sim, (pressed(sim) - impulse) / duration)
+
+
+def over_weight(sim, force):
+    """Part of a force (3,) [N] along gravity over the weight of all grains [-]; None without grains
+    or gravity."""
+    strength = float(length(sim.gravity))
+    weight = float(sim.mass.sum()) * strength if sim.n else 0.0
+    return float((force * sim.gravity).sum()) / (weight * strength) if weight else None
+
+
+def pressed(sim):
+    """Time integral of the force of the grains on all walls together since the start (3,) [N s]."""
+    return sim.wall_state.impulse.sum(0)
+
+
+def rest(sim, spec, limit, phase, calm=CALM, energy=motion):
+    """Wait until the grains rest. Raises RefusedStateError where they do not within `limit` [s].
+
+    phase: what ends, for the sentence; calm: largest `energy(sim)` [-] at which they rest. A state
+    that moves no more but is not carried yet is waited for.
+    """
+    start, pause = sim.time, look(spec)
+    moved = load = np.nan
+    while sim.time - start < limit:
+        before, begin = pressed(sim), sim.time
+        sim.advance(max(round(pause / sim.time_step), 1))
+        if sim.time - start <= SOONEST * pause:
+            continue
+        moved = energy(sim)
+        if moved >= calm:
+            continue
+        load = carried(sim, before, sim.time - begin)
+        if abs(load - 1.0) < CARRIED:
+            return
+    refuse(phase, sim.time - start, moved, load, calm)
+
+
+def refuse(phase, waited, moved, load, calm=CALM):
+    """Raise RefusedStateError for a phase whose grains do not rest."""
+    if np.isnan(moved):
+        found = f"{waited:.3g} s are too short to tell"
+    elif moved >= calm:
+        found = (
+            f"after {waited:.3g} s they move with {moved:.1e} of the energy that lifts them by a "
+            f"radius; at rest they have less than {calm:.0e}"
+        )
+    else:
+        found = (
+            f"after {waited:.3g} s the walls carry {load:.3g} of their weight; at rest 1 to within "
+            f"{CARRIED:g}"
+        )
+    raise RefusedStateError(
+        "restless",
+        f"{phase}: the grains are not at rest: {found}; give numerics.max_time_s more, or lower "
+        "numerics.rayleigh_fraction where pressed grains tremble",
+    )

@@ -1,0 +1,13 @@
+"""Volume and mass of a sphere, for floats and arrays alike."""
+
+import math
+
+
+def volume(radius):
+    """[m3] of spheres of `radius` [m]."""
+    return 4.0 / 3.0 * math.pi * radius**3
+
+
+def mass(radius, density):
+    """[kg] of spheres of `radius` [m] and `density` [kg/m3]."""
+    return volume(radius) * density

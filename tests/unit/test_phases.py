@@ -1,0 +1,176 @@
+"""A number only where there is one: phases that do not end as they must refuse the run."""
+
+import math
+
+import numpy as np
+import pytest
+
+from dem.contact.registry import ContactParameters, Material
+from dem.errors import LightBodyError, RefusedStateError
+from dem.experiments import phases
+from dem.experiments.heap import Rig, Source
+from dem.measure.collision import restitution_error
+from dem.measure.heap import measure_heap, readings_apart
+from dem.run import run
+from dem.simulation import Simulation
+from dem.spec import parse_spec
+from dem.walls.builder import WallSet
+
+RADIUS, G = 1e-3, 9.81
+BED = {"count": 400, "diameter_mm": 2.0}
+
+
+def spec_of(experiment, seconds, particles=BED, **geometry):
+    return parse_spec(
+        {
+            "experiment": experiment,
+            "particles": particles,
+            "geometry": geometry,
+            "numerics": {"max_time_s": seconds},
+        }
+    )
+
+
+def test_a_bed_that_still_falls_has_no_density(tmp_path):
+    spec = spec_of("bulk_density", 0.03, vessel_diameter_mm=14, taps=0)
+    with pytest.raises(RefusedStateError, match="filling: the grains are not at rest"):
+        run(spec, tmp_path)
+    assert not (tmp_path / "result.json").exists()
+
+
+def test_a_bed_at_rest_has_one_and_the_walls_carry_it(tmp_path):
+    result = run(spec_of("bulk_density", 3.0, vessel_diameter_mm=14, taps=0), tmp_path)
+    assert result["metrics"]["hausner_ratio"] == pytest.approx(1.0, abs=2e-3)
+    assert result["numerics"]["wall_force_over_weight"] == pytest.approx(1.0, abs=0.02)
+    assert abs(result["numerics"]["restitution_error"]) < 0.1
+    assert result["numerics"]["restitution_error_speed_m_s"] == pytest.approx(math.sqrt(0.02 * G))
+
+
+@pytest.mark.parametrize(
+    ("experiment", "particles", "geometry"),
+    [
+        ("discharge", {"count": 2600, "diameter_mm": 2.0},
+         {"silo_diameter_mm": 30, "orifice_diameter_mm": 12}),
+        ("drum", {"count": 400, "diameter_mm": 2.0},
+         {"drum_diameter_mm": 30, "drum_width_mm": 8}),
+        ("lifted_cylinder", {"count": 300, "diameter_mm": 2.0}, {}),
+    ],
+)  # fmt: skip
+def test_each_experiment_refuses_grains_that_still_fall(tmp_path, experiment, particles, geometry):
+    with pytest.raises(RefusedStateError, match="filling: the grains are not at rest") as told:
+        run(spec_of(experiment, 0.02, particles, **geometry), tmp_path)
+    assert told.value.kind == "restless"
+
+
+def simulation(walls, **more):
+    salt, steel = Material(1210.0, 3e6, 0.25), Material(7800.0, 8e10, 0.3)
+    contact = ContactParameters(0.5, 0.5, 0.1)
+    pairs = {("g", "g"): contact, ("g", "w"): contact}
+    return Simulation({"g": salt, "w": steel}, pairs, time_step=1e-5, walls=walls, **more)
+
+
+def test_slow_grains_that_nothing_carries_are_not_at_rest():
+    """At the top of its flight a grain is slow; the force balance tells it from one at rest."""
+    spec = spec_of("bulk_density", 1.0, vessel_diameter_mm=14, taps=0)
+    sim = simulation(WallSet().body("plate", material="w").plane((0, 0, 0), (0, 0, 1)))
+    sim.gravity = sim.gravity * 1e-9  # it hangs
+    sim.model.gravity[:] = sim.gravity
+    sim.add_particles([[0.0, 0.0, 10 * RADIUS]], RADIUS)
+    with pytest.raises(RefusedStateError, match="the walls carry 0 of their weight"):
+        phases.rest(sim, spec, 20 * phases.look(spec), "hanging")
+
+
+def test_rest_ends_when_the_plate_carries_the_weight():
+    spec = spec_of("bulk_density", 1.0, vessel_diameter_mm=14, taps=0)
+    sim = simulation(WallSet().body("plate", material="w").plane((0, 0, 0), (0, 0, 1)))
+    sim.add_particles([[0.0, 0.0, 1.5 * RADIUS]], RADIUS)
+    phases.rest(sim, spec, 1.0, "falling")
+    assert sim.wall_force("plate")[2] == pytest.approx(-float(sim.mass[0]) * G, rel=0.01)
+    assert sim.time < 0.5
+
+
+def test_a_free_lid_too_light_for_its_contacts_is_refused_and_a_heavy_one_rests():
+    """Leapfrog bears a frequency of 2 / dt: S dt^2 < 4 M for a lid on springs of stiffness S."""
+    for share, refused in ((1e-3, True), (2.0, False)):
+        walls = WallSet().body("floor", material="w").plane((0, 0, 0), (0, 0, 1))
+        grain = 4 / 3 * math.pi * RADIUS**3 * 1210.0
+        free = {"mass": share * grain, "axis": (0, 0, 1), "load": -40.0 * grain * G}
+        walls = walls.body("lid", material="w", origin=(0, 0, 1.999 * RADIUS), free=free)
+        walls = walls.disc(0.02)
+        sim = simulation(walls)
+        places = np.array([[x, y, RADIUS] for x in (-3e-3, 0.0, 3e-3) for y in (-3e-3, 0.0, 3e-3)])
+        sim.add_particles(places, RADIUS)
+        if refused:
+            with pytest.raises(LightBodyError, match="wall 'lid' is free and weighs"):
+                sim.advance(20000)
+        else:
+            sim.advance(20000)
+            assert abs(sim.wall_state.velocity[1, 2]) < 0.1
+
+
+def test_one_grain_at_the_collar_does_not_stop_the_source():
+    spec = parse_spec({"experiment": "heap", "particles": {"count": 200, "diameter_mm": 2.0}})
+    rig = Rig(spec.geometry)
+    source = Source(spec, rig, np.random.default_rng(1))
+    sim = simulation(WallSet())
+    sim.add_particles([[rig.mouth_radius - RADIUS, 0.0, rig.source_height]], RADIUS)
+    free = source.free_sites(sim)
+    assert 0.9 * len(source.sites) < len(free) < len(source.sites) + 1
+    full = np.column_stack([source.sites, np.full(len(source.sites), rig.source_height)])
+    sim.add_particles(full[: int(0.7 * len(full))], RADIUS)
+    assert len(source.free_sites(sim)) == 0
+
+
+def cone(height, plate=0.04, seed=1):
+    rng = np.random.default_rng(seed)
+    line, up = np.arange(-plate, plate, 2 * RADIUS), np.arange(RADIUS, 0.04, 2 * RADIUS)
+    x = np.stack(np.meshgrid(line, line, up, indexing="ij"), -1).reshape(-1, 3)
+    x = x + rng.uniform(-0.9 * RADIUS, 0.9 * RADIUS, x.shape)
+    x[:, 2] = np.maximum(x[:, 2], RADIUS)
+    inside = np.hypot(x[:, 0], x[:, 1]) < plate
+    return x[inside & (x[:, 2] + RADIUS <= height(x[:, 0], x[:, 1]))]
+
+
+def test_two_readings_that_differ_are_told_and_those_of_a_cone_are_not():
+    t = math.tan(math.radians(30.0))
+    shapes = {
+        "cone": lambda x, y: t * (0.04 - np.hypot(x, y)),
+        "ridge": lambda x, y: t * (0.025 - np.hypot(np.maximum(np.abs(x) - 0.015, 0.0), y)),
+        "aside": lambda x, y: t * (0.028 - np.hypot(x - 0.01, y)),
+    }
+    told = {}
+    for name, height in shapes.items():
+        x = cone(height)
+        found = measure_heap(x, np.full(len(x), RADIUS), np.zeros_like(x), 0.04)
+        told[name] = readings_apart(found)
+    assert told["cone"] is None
+    assert "no one angle" in told["ridge"]
+    assert "no one angle" in told["aside"]
+
+
+def test_the_error_of_the_restitution_falls_with_the_step():
+    errors = []
+    for fraction in (0.4, 0.1):
+        spec = parse_spec({"experiment": "heap", "numerics": {"rayleigh_fraction": fraction}})
+        errors.append(abs(restitution_error(spec, 0.5)))
+    assert errors[1] < 0.5 * errors[0]
+
+
+@pytest.mark.parametrize("restitution", [0.8, 0.4])
+def test_a_drop_in_air_has_the_restitution_of_its_impact(tmp_path, restitution):
+    """The restitution of 0.8 read against the vacuum's speed is mostly drag."""
+    result = run(
+        parse_spec(
+            {
+                "experiment": "drop",
+                "particles": {"diameter_mm": 1.0},
+                "materials": {"particle": {"density_kg_m3": 50, "shear_modulus_Pa": 1e6}},
+                "contacts": {"particle_wall": {"restitution": restitution}},
+                "laws": {"drag": "schiller_naumann"},
+                "geometry": {"drop_height_mm": 150},
+            }
+        ),
+        tmp_path,
+    )["metrics"]
+    assert result["effective_restitution"] == pytest.approx(restitution, abs=0.02)
+    assert result["impact_speed_m_s"] < 0.9 * math.sqrt(2 * G * 0.15)

@@ -1,0 +1,169 @@
+"""A contact that turns as a whole is the same contact, and a wall is one however many bodies it is
+made of."""
+
+import math
+
+import numpy as np
+import pytest
+
+from dem.contact.registry import ContactParameters, Laws, Material
+from dem.simulation import Simulation
+from dem.timescales import rayleigh_time
+from dem.walls.builder import WallSet
+
+RADIUS, DENSITY, G = 1e-3, 1210.0, 9.81
+LAWS = Laws(rolling="elastic_plastic", torsion="marshall")
+
+
+def simulation(walls, *, e=0.5, mu=0.8, rolling=0.2, laws=LAWS, share=0.2, **more):
+    grain, wall = Material(DENSITY, 3e6, 0.25), Material(7800.0, 8e10, 0.3)
+    contact = ContactParameters(e, mu, rolling)
+    step = share * rayleigh_time(RADIUS, DENSITY, 3e6, 0.25)
+    pairs = {("g", "g"): contact, ("g", "w"): contact}
+    return Simulation(
+        {"g": grain, "w": wall}, pairs, laws=laws, time_step=step, walls=walls, **more
+    )
+
+
+def table(rate):
+    return WallSet().body("table", material="w", spin=(0.0, 0.0, rate)).disc(0.02)
+
+
+@pytest.mark.parametrize("rate", [10.0, 30.0])
+def test_a_grain_at_rest_on_a_turntable_stays(rate, record):
+    """A load that turns with the table, as a tilt does, must not move the grain in its frame."""
+    sim = simulation(table(rate))
+    sim.add_particles([[0.0, 0.0, RADIUS - 3e-7]], RADIUS, spin=[[0.0, 0.0, rate]])
+    tilt = math.atan(0.15)
+
+    def go(steps):
+        for _ in range(0, steps, 10):
+            a = tilt * min(1.0, sim.time / 0.05)
+            along = (math.cos(rate * sim.time), math.sin(rate * sim.time))
+            sim.model.gravity[:] = (
+                G * math.sin(a) * along[0], G * math.sin(a) * along[1], -G * math.cos(a)
+            )  # fmt: skip
+            sim.advance(10)
+
+    def place():
+        return (sim.wall_state.rotation[0].T @ sim.position[0])[:2]
+
+    go(round(0.1 / sim.time_step))
+    turn = round(2.0 * math.pi / rate / sim.time_step)
+    before = place()
+    go(turn)
+    creep = float(np.linalg.norm(place() - before)) / RADIUS
+    record("turning contacts", f"creep in a turn at {rate:g} rad/s", creep, 0.0, 1e-5, "R")
+
+
+RING = 5.2 * RADIUS  # of the vessel
+
+
+def bed_in_a_vessel(precision):
+    """60 grains that fell into a vessel and rest."""
+    walls = WallSet().body("vessel", material="w").cylinder(RING, 0.0, 40 * RADIUS).disc(RING)
+    sim = simulation(walls, mu=0.6, share=0.3, precision=precision)
+    line = np.array([-3.2, -1.05, 1.1, 3.3])
+    layer = np.array([(a, b) for a in line for b in line if math.hypot(a, b) < 4.1])
+    k = np.arange(60)
+    site = np.column_stack([layer[k % len(layer)], 1.2 + 2.3 * (k // len(layer))]) * RADIUS
+    sim.add_particles(site, RADIUS, velocity=np.random.default_rng(1).normal(0.0, 0.05, (60, 3)))
+    sim.advance(round(0.5 / sim.time_step))
+    return sim
+
+
+@pytest.mark.parametrize(("rate", "precision"), [(10.0, "mixed"), (3.0, "mixed"), (10.0, "double")])
+def test_a_bed_that_turns_with_its_drum_is_unchanged_after_ten_turns(rate, precision, record):
+    """Grains beside the axis turn about it, and their contacts with them. In the frame of a drum
+    that turns about the vertical gravity and the centrifugal force are constant."""
+    sim = bed_in_a_vessel(precision)
+
+    def places():
+        return sim.position @ sim.wall_state.rotation[0]
+
+    sim.move_wall("vessel", spin=(0.0, 0.0, rate))
+    sim.advance(round(1.5 / sim.time_step))  # the bed takes up the spin
+    before = places()
+    turn = round(2.0 * math.pi / rate / sim.time_step)
+    sim.advance(10 * turn)
+    moved = float(np.linalg.norm(places() - before, axis=1).max()) / RADIUS
+    what = f"a bed in its drum at {rate:g} rad/s, {precision}: largest move in ten turns, a turn"
+    record("turning contacts", what, moved / 10.0, 0.0, 1e-5, "R")
+
+
+def test_a_pair_s_spring_turns_with_it():
+    """Two grains pressed and sheared, then spun alike about their normal: in the turned frame the
+    spring is what it was."""
+    from dem.contact.model import contact_force
+    from dem.contact.registry import pair_properties
+
+    salt = Material(DENSITY, 3e6, 0.25)
+    p = pair_properties(LAWS, salt, salt, ContactParameters(0.5, 0.8, 0.2))
+    codes, n, zero, dt = LAWS.codes(), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), 1e-5
+    history = (1e-5, 0.0, 0.0, 0.0, 1e-9, 0.0, 1e-4, 0.0, 0.0)
+    overlap = 2e-5
+    steps, rate = 3000, 2.0 * math.pi / (3000 * dt)
+    _, _, _, start = contact_force(
+        codes, p, dt, overlap, n, 5e-4, 1e-3, 1e-6, 1e-13, zero, zero, 0.0, history
+    )
+    now = start
+    for k in range(1, steps + 1):
+        _, _, _, now = contact_force(
+            codes, p, dt, overlap, n, 5e-4, 1e-3, 1e-6, 1e-13, zero, zero, rate, now
+        )
+        if k == steps // 4:
+            assert now[1] == pytest.approx(start[0], rel=1e-4)
+            assert now[3] == pytest.approx(-start[4], rel=1e-4)
+    assert now[0] == pytest.approx(start[0], rel=1e-4)
+    assert now[4] == pytest.approx(start[4], rel=1e-4)
+
+
+def rebound(walls, place, asked=0.5):
+    sim = simulation(
+        walls, e=asked, mu=0.0, laws=Laws(rolling="none"), share=0.01, gravity=(0, 0, 0)
+    )
+    sim.add_particles([[*place, 1.001 * RADIUS]], RADIUS, velocity=[[0.0, 0.0, -1.0]])
+    sim.advance(round(4e-4 / sim.time_step))
+    assert sim.position[0, 2] > RADIUS
+    return float(sim.velocity[0, 2])
+
+
+def halves(*names):
+    walls = WallSet()
+    for name, side in zip(names, (-1.0, 1.0), strict=True):
+        walls = walls.body(name, material="w")
+        walls = walls.rectangle((side * 0.05, 0.0, 0.0), (0.05, 0.0, 0.0), (0.0, 0.05, 0.0))
+    return walls
+
+
+@pytest.mark.parametrize("across", [0.0, 0.3, -0.7])
+def test_two_bodies_in_one_plane_act_as_one(across, record):
+    alone = WallSet().body("a", material="w").rectangle((0, 0, 0), (0.1, 0, 0), (0, 0.05, 0))
+    place = (across * 2e-4, 0.0)
+    one, two = rebound(alone, place), rebound(halves("a", "b"), place)
+    record("two bodies in one plane", f"rebound at {across:g} of a contact from the seam", two, one,
+           1e-3, "", "one body")  # fmt: skip
+    assert one == pytest.approx(0.5, abs=5e-3)
+
+
+def test_a_grain_in_the_corner_of_two_bodies_feels_both():
+    walls = WallSet().body("a", material="w").plane((0, 0, 0), (0, 0, 1))
+    walls = walls.body("b", material="w").plane((0, 0, 0), (1, 0, 0))
+    sim = simulation(walls, mu=0.0, gravity=(-G, 0.0, -G))
+    sim.add_particles([[0.9999 * RADIUS] * 1 + [0.0, 0.9999 * RADIUS]], RADIUS)
+    sim.advance(20000)
+    weight = float(sim.mass[0]) * G
+    assert sim.wall_force("a")[2] == pytest.approx(-weight, rel=1e-2)
+    assert sim.wall_force("b")[0] == pytest.approx(-weight, rel=1e-2)
+
+
+def test_a_grain_that_rolls_over_the_seam_of_two_bodies_goes_on_as_on_one():
+    ends = []
+    one = WallSet().body("a", material="w").rectangle((0, 0, 0), (0.1, 0, 0), (0, 0.05, 0))
+    for walls in (one, halves("a", "b")):
+        sim = simulation(walls, rolling=0.02)
+        sim.add_particles([[-2e-3, 0.0, RADIUS - 3e-7]], RADIUS, velocity=[[0.2, 0.0, 0.0]],
+                          spin=[[0.0, 0.2 / RADIUS, 0.0]])  # fmt: skip
+        sim.advance(round(0.02 / sim.time_step))
+        ends.append(np.r_[sim.position[0], sim.velocity[0]])
+    assert ends[1] == pytest.approx(ends[0], abs=1e-5)
