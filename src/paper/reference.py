@@ -17,7 +17,6 @@ from calibration.runs.plans import read_values
 from calibration.statistics.equivalence import UNDECIDABLE, UNDECIDED
 from calibration.statistics.numbers import fixed, spread
 from calibration.telling.kept_results import KEPT, found, keep, put
-from paper.names import in_sentence
 from paper.reproduction import counts
 from paper.reproduction.rows import NOT_COMPARABLE
 from paper.reproduction.settings import read_reproduction
@@ -181,7 +180,7 @@ def told(kept):
     names = (kept.name, *chain.from_iterable(others))
     folders = [kept.parent / name for name in names]
     texts = (f"`{f.name}`:\n\n{found(f, METRIC)}" for f in folders if f.is_dir())
-    return in_sentence("\n\n".join(texts))
+    return "\n\n".join(texts)
 
 
 if __name__ == "__main__":

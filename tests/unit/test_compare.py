@@ -5,6 +5,7 @@ import re
 import pytest
 
 from calibration.errors import CalibrationError
+from calibration.figures import label
 from calibration.files import read_json
 from calibration.interface.cli import main
 from calibration.telling.compare import NONE, compare
@@ -53,7 +54,7 @@ def test_a_study_beside_itself_has_the_same_on_both_sides():
 def test_what_only_one_study_has_stands_alone(other):
     folder, shared = other
     found = rows_of(compare(SALT, folder))
-    words = shared.replace("_", " ")
+    words = label(shared)
     assert found["Parameters"][words][1] == "0.125"
     assert found["Parameters"]["own"] == (NONE, "0.5")
     assert found["Validation"]["simulated"][1] == NONE

@@ -79,7 +79,7 @@ def overlapping(figure):
 def test_half_normal_names_what_goes_on(screening):
     figure = figures.half_normal(screening.table, significant(screening, 0.05))
     texts = [t.get_text() for t in figure.axes[0].texts]
-    assert "G  salt salt rolling friction" in texts
+    assert "G  rolling friction of salt on salt" in texts
     assert "A" in texts
     drawn = np.vstack([c.get_offsets() for c in figure.axes[0].collections])
     assert sorted(drawn[:, 0]) == pytest.approx(sorted(screening.table["effect"].abs()))
@@ -177,3 +177,19 @@ def test_saving_is_reproducible_keeps_text_and_leaves_no_partial_file(tmp_path, 
     assert "predicted by the quadratic model" in paths[0].read_text()
     assert sorted(p.name for p in paths[0].parent.iterdir()) == ["a.svg", "b.svg"]
     assert not plt.get_fignums()
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("salt_steel_rolling_friction", "rolling friction of salt on steel"),
+        ("grain_grain_restitution", "restitution of grain on grain"),
+        ("salt_poisson_ratio", "Poisson's ratio of salt"),
+        ("poisson_ratio", "Poisson's ratio"),
+        ("stress_dependent_friction", "stress dependent friction"),
+        ("plastic_restitution", "plastic restitution"),
+        ("angle_of_repose", "angle of repose"),
+    ],
+)
+def test_names_read_as_people_say_them(name, words):
+    assert figures.label(name) == words

@@ -32,6 +32,15 @@ def test_the_pages_show_the_release_s_data(repository):
     assert shown == blocks("results/reference/salt")[README]
 
 
+def test_the_pages_are_written_as_they_are_kept(repository, tmp_path):
+    for path, text in ((PAGE, "old"), (README, f"{BEGIN}\nold\n{END}\n")):
+        (tmp_path / path).parent.mkdir(exist_ok=True)
+        (tmp_path / path).write_text(text)
+    pages.write_pages(verification=False, root=tmp_path)
+    assert (tmp_path / PAGE).read_text() == PAGE.read_text()
+    assert (tmp_path / README).read_text().strip() in README.read_text()
+
+
 def test_the_results_page_names_its_engine_once(repository):
     text = PAGE.read_text()
     for engine in {m.engine for m in read_record().values() if m.engine in text}:

@@ -432,7 +432,7 @@ def test_a_figure_within_the_page_takes_the_pages_colours(study):
         (3.0, "3"),
         (0.123456, "0.1235"),
         (1.2e-7, "1.2e-07"),
-        ("salt_steel_restitution", "salt steel restitution"),
+        ("salt_steel_restitution", "restitution of salt on steel"),
         ("p < 0.05_", "p < 0.05_"),
         ("2.9999999999999996", "3"),
         ("0.90", "0.90"),

@@ -1,13 +1,25 @@
 """Names and units as a reader sees them."""
 
+import re
 from dataclasses import dataclass
 
 from calibration.statistics.numbers import fixed
 from dem.units import behind, unit_of, without_unit
 
+OF_A_PAIR = re.compile(
+    r"(?P<one>[^_]+)_(?P<other>[^_]+)_(?P<what>restitution|static_friction|rolling_friction)"
+)
+POISSON = re.compile(r"((?P<of>[^_]+)_)?poisson_ratio")
+
 
 def label(name):
-    """Readable form of a factor's name."""
+    """Readable form of a factor's or another name: `salt_steel_rolling_friction` is "rolling
+    friction of salt on steel"."""
+    pair, poisson = OF_A_PAIR.fullmatch(name), POISSON.fullmatch(name)
+    if pair:
+        return f"{pair['what']} of {pair['one']} on {pair['other']}".replace("_", " ")
+    if poisson:
+        return "Poisson's ratio" + (f" of {poisson['of']}" if poisson["of"] else "")
     return name.replace("_", " ")
 
 

@@ -85,10 +85,10 @@ def wrapped(text):
     return "\n".join(out)
 
 
-def write_pages(kept=KEPT, verification=True):
-    """Write every page that shows a release's data; verification: the one of the verification
-    tests too."""
-    write_text(PAGE, results_page(kept))
-    put(README, blocks(Path(kept) / "salt")[README], BEGIN, END)
+def write_pages(kept=KEPT, verification=True, root="."):
+    """Write every page that shows a release's data into the folder `root`; verification: the one
+    of the verification tests too."""
+    write_text(results_page(kept), Path(root) / PAGE)
+    put(Path(root) / README, blocks(Path(kept) / "salt")[README], BEGIN, END)
     if verification:
         subprocess.run([sys.executable, "tests/verification/page.py"], check=True)

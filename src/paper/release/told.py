@@ -7,13 +7,13 @@ import numpy as np
 import pandas as pd
 
 from calibration.chain.screening import aliasing
+from calibration.figures import label
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed
 from calibration.statistics.screening import screen
 from calibration.statistics.surface import fit_surface
 from paper.audit import run_audit
-from paper.names import in_sentence
 from paper.rigs import ALLOWED, KEYS, POINTS, RATES, READINGS, SPEEDS, steps
 
 CODES = "ABCDEFG"
@@ -116,7 +116,7 @@ def posterior(kept):
     interval = p["parameters"][rolling]["interval"]
     i = names.index(rolling)
     others = [
-        f"{n.replace('_', ' ')} ({fixed(p['correlation'][i][k], 2, '+')})"
+        f"{label(n)} ({fixed(p['correlation'][i][k], 2, '+')})"
         for k, n in enumerate(names)
         if k != i and abs(p["correlation"][i][k]) >= 0.3
     ]
@@ -129,11 +129,11 @@ def posterior(kept):
     return {
         "trained_by": p["trained_by"],
         "rolling": f"{interval[0]:.3f} to {interval[1]:.3f}",
-        "free": [n.replace("_", " ") for n in names if not p["parameters"][n]["bounded"]],
+        "free": [label(n) for n in names if not p["parameters"][n]["bounded"]],
         "sobol": f"{100 * p['sobol'][rolling]['total']:.0f} %" if rolling in p["sobol"] else "",
         "correlated": others,
         "left": left,
-        "names": {n: n.replace("_", " ") for n in names},
+        "names": {n: label(n) for n in names},
     }
 
 
@@ -147,8 +147,7 @@ def other_seeds(results):
         lost = ", ".join(str(k) for k in here.loc[here["response"].isna(), "run"]) or "none"
         big = effects[effects["p"] < 0.05].sort_values("effect", key=abs, ascending=False)
         found = ", ".join(
-            f"{in_sentence(n.replace('_', ' '))} {degrees(e)}"
-            for n, e in zip(big["name"], big["effect"], strict=True)
+            f"{label(n)} {degrees(e)}" for n, e in zip(big["name"], big["effect"], strict=True)
         )
         rows.append({"seed": seed, "lost": lost, "found": found or "none"})
     together = pd.concat(runs).dropna(subset="response")

@@ -40,7 +40,7 @@ def _row(place, key, entry, known):
     value = entry["value"]
     return {
         "where": PLACES[place],
-        "parameter": label(without_unit(name)).replace("poisson", "Poisson's"),
+        "parameter": label(without_unit(name)),
         "value": f"{value:.4g}" if isinstance(value, float) else label(str(value)),
         "unit": unit_of(name) or "",
         "how it is known": _source(entry, known),
