@@ -22,6 +22,7 @@ from diagnosis.settings import BASE
 
 CARRIED = 0.25  # variance left of the prior's, along a direction of the parameters, at most
 MISFIT = 0.01  # a cause whose extended model fits worse than this share of its own data is none
+PLACED = ("identified", "discovered")  # verdicts that know the place of a law
 NULL_STARTS = (0.3,)  # coded strength at which fits of data without an effect begin: one is enough
 
 
@@ -287,26 +288,36 @@ def _settle(out, scores, singles):
         out.reason = f"{best} helps most, but the data still contradict it"
         return
     out.causes = [r["mechanism"] for r in out.ranking if top - r["score"] < CLOSE]
-    out.verdict = "identified" if len(out.causes) == 1 else "ambiguous"
-    out.reason = (
-        "predicts left-out settings better than every other mechanism"
-        if len(out.causes) == 1
-        else "these predict left-out settings about equally well"
-    )
+    out.verdict = "identified"
+    out.reason = "predicts left-out settings better than every other mechanism"
+    if len(out.causes) > 1:
+        placed = one_place(scores.emulated.catalogue[n] for n in out.causes)
+        out.verdict = "discovered" if placed else "ambiguous"
+        out.reason = "these predict left-out settings about equally well"
+        out.reason += ": the place is known, and no single name" if placed else ""
     _doubt(out, scores, best)
 
 
+def one_place(mechanisms):
+    """Whether mechanisms are cases of one law: of one slot, and its states those of one of them."""
+    laws = [m.law for m in mechanisms]
+    if None in laws or len({slot for slot, _ in laws}) > 1:
+        return False
+    most = max((set(state) for _, state in laws), key=len)
+    return all(set(state) <= most for _, state in laws)
+
+
 def _doubt(out, scores, name):
-    """Turn `identified` into `ambiguous` where the data cannot bear the name."""
+    """Turn a verdict of `PLACED` into `ambiguous` where the data cannot bear it."""
     _doubt_a_rough_emulator(out, name)
     _doubt_few_settings(out, scores)
     _doubt_few_coefficients(out, name)
 
 
 def _doubt_few_coefficients(out, name):
-    """Turn `identified` into `ambiguous` where the data carry no coefficient more with each cause
-    that is added: what the causes are given is then taken from the base parameters."""
-    if out.verdict != "identified" or name not in out.fits:
+    """Turn a verdict of `PLACED` into `ambiguous` where the data carry no coefficient more with
+    each cause that is added: what the causes are given is then taken from the base parameters."""
+    if out.verdict not in PLACED or name not in out.fits:
         return
     model, fitted = out.models[name], out.fits[name]
     before = carried(out.models[BASE], out.fits[BASE])
@@ -320,9 +331,9 @@ def _doubt_few_coefficients(out, name):
 
 
 def _doubt_few_settings(out, scores):
-    """Turn `identified` into `ambiguous` where the experiments that show the cause have few
-    settings."""
-    for name in out.causes if out.verdict == "identified" else ():
+    """Turn a verdict of `PLACED` into `ambiguous` where the experiments that show the cause have
+    few settings."""
+    for name in out.causes if out.verdict in PLACED else ():
         shown = scores.emulated.catalogue[name].experiments
         settings = sum(m.experiment in shown for m in scores.measurements)
         settings += sum(e in shown for e, _ in _without_readings(scores))
@@ -343,13 +354,13 @@ def _without_readings(scores):
 
 
 def _doubt_a_rough_emulator(out, name):
-    """Turn `identified` into `ambiguous` where the cause fits only within the error of its own
-    emulator.
+    """Turn a verdict of `PLACED` into `ambiguous` where the cause fits only within the error of its
+    own emulator.
 
     Such a model is not tested by the data: a cause that the catalogue lacks would pass for it. The
     test takes the spread that the base model's predictions have in place of that of the cause's.
     """
-    if out.verdict != "identified" or name not in out.fits:
+    if out.verdict not in PLACED or name not in out.fits:
         return
     fitted, sharp = out.fits[name], out.fits[BASE].sd
     chi = float(((fitted.residual * fitted.sd / sharp) ** 2).sum())

@@ -6,9 +6,11 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 
+from calibration.figures import label
 from diagnosis import discrepancy, shared_errors
 from diagnosis.identify import carried, key_of, lack_of_fit
 from diagnosis.next_measurement import propose
+from diagnosis.page.words import capital, chance
 from diagnosis.residuals import by_chance, calibration, moved, residual_rows, trends
 from diagnosis.settings import BASE
 
@@ -24,7 +26,8 @@ def findings(emulated, measurements, found):
     patterns = trends(rows, drawn)
     out = {
         "verdict": found.verdict,
-        "causes": found.causes,
+        # a place without a name has its names in `laws`
+        "causes": [] if found.verdict == "discovered" else found.causes,
         "reason": found.reason,
         "lack_of_fit": lack_of_fit(base, found.lack_of_fit_p),
         "family_p": found.family_p,
@@ -65,8 +68,12 @@ def findings(emulated, measurements, found):
 
 def laws_of(found, catalogue, kinds):
     """[{experiment, slot, state, names, ...}] of the causes of an `Identification`: one for each
-    cause that is named; of an ambiguous one the best, the others being its rivals."""
+    cause that is named; of a place that is known one with all names; of an ambiguous one the best,
+    the others being its rivals."""
     rows = [_place(catalogue[name], kinds) for cause in found.causes for name in cause.split(" + ")]
+    if found.verdict == "discovered":
+        most = max(rows, key=lambda r: len(r["state"]))
+        return [most | {"names": found.causes, "sentence": _told(most["slot"], found)}]
     if found.verdict == "ambiguous" and rows:
         best = rows[0]
         same = [r for r in rows if (r["slot"], r["state"]) == (best["slot"], best["state"])]
@@ -96,6 +103,21 @@ def _place(mechanism, kinds):
     }
 
 
+WORDS = {"attraction": "grains attract each other"}
+"""What acts in a slot, where its name does not say it."""
+
+
+def _told(slot, found):
+    """A sentence on a place: what acts there, the names that fit, and how often data without a law
+    look so."""
+    words = WORDS.get(slot, f"a law of the {label(slot)} is missing")
+    names = " and ".join(label(n) for n in found.causes)
+    return (
+        f"{capital(words)}: {names} predict left-out settings about equally well, and of data "
+        f"without a law {chance(found.family_p)} look so."
+    )
+
+
 def unexplained(rows, ranges=None):
     """What stands in a verdict that explains nothing: the discrepancy over the levers, and the
     setting where it is least known."""
@@ -114,16 +136,16 @@ def extended_name(found):
             if key_of(found.causes) in found.fits
             else found.ranking[0]["mechanism"]
         )
-    return found.ranking[0]["mechanism"] if found.verdict == "ambiguous" else None
+    return found.ranking[0]["mechanism"] if found.verdict in ("discovered", "ambiguous") else None
 
 
 def _next(emulated, measurements, found):
     """The measurement that separates the rivals; the base model is one of them unless it has
     been refuted."""
-    refuted = found.verdict in ("identified", "ambiguous")
+    refuted = found.verdict in ("identified", "discovered", "ambiguous")
     names = [r["mechanism"] for r in found.ranking][:RIVALS] + ([] if refuted else [BASE])
     causes = [n for n in found.causes if n in found.fits]
-    if found.verdict == "ambiguous" and len(causes) > 1:
+    if found.verdict in ("discovered", "ambiguous") and len(causes) > 1:
         names = causes
     score = np.array([float(found.fits[n].score[0]) for n in names])
     # equal weights among causes that count as not told apart

@@ -66,7 +66,8 @@ def _of_mechanisms(verdict):
     against = _against(gain) if gain else "it gives no value at any setting that was left out"
     if not against:
         return verdict
-    tried = verdict["causes"] or run
+    placed = [n for law in verdict.get("laws") or [] for n in law["names"]]
+    tried = verdict["causes"] or placed or run
     run = run or tried
     others = [label(name) for name in tried if name not in run]
     reason = (

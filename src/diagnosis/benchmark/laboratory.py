@@ -134,7 +134,7 @@ class Laboratory:
 def judge(case, found):
     """Compare a verdict with the truth."""
     first = found.ranking[0]["mechanism"]
-    named = found.verdict in ("identified", "ambiguous")
+    named = found.verdict in ("identified", "discovered", "ambiguous")
     outcome = " + ".join(found.causes) if found.verdict == "identified" else found.verdict
     if set(found.causes) == set(case.effects) and found.verdict == "identified":
         outcome = case.truth

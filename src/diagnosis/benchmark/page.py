@@ -34,7 +34,7 @@ CASES = {
 }
 """Words of the cases whose names need some."""
 
-VERDICTS = ("adequate", "identified", "ambiguous", "unexplained")
+VERDICTS = ("adequate", "identified", "discovered", "ambiguous", "unexplained")
 
 
 def page(table, rates):
