@@ -129,6 +129,11 @@ def multiplied(settings, factors, experiment, mechanism):
     return MultipliedLever(column, math.log(high / low), mechanism.strength)
 
 
+REFUSED = 0.5
+"""Share of the base model's points that the engine may refuse: corners of the levers' ranges, such
+as the largest grains at the narrowest orifice, which nobody measured."""
+
+
 def plan(rig, catalogue, experiments):
     """Rows [{experiment, mechanism, inputs in [0, 1], run_ids}], a point each, and {run id: spec}
     of all emulator runs.
@@ -150,17 +155,28 @@ def plan(rig, catalogue, experiments):
         points = _points(settings, experiment, mechanism, len(names), count)
         if count is not None and mechanism != BASE:
             points = _strong(points, catalogue[mechanism].strength)
+        law, refused = catalogue.get(mechanism), []
         for k, x in enumerate(points):
-            law = catalogue.get(mechanism)
             try:
                 row, runs = row_of(rig, experiment, names, x, law, 1000 + k, lever)
-            except SpecError:
-                if law is None:
-                    raise
-                continue  # larger grains that overfill the rig, say: it is tried at the others
+            except SpecError as error:
+                refused.append(error)  # larger grains that overfill the rig, say
+                continue
             rows.append(row)
             specs |= runs
+        if law is None and len(refused) > REFUSED * len(points):
+            raise _mostly_refused(experiment, refused, len(points))
     return rows, specs
+
+
+def _mostly_refused(experiment, refused, points):
+    """ConfigError of an experiment that cannot be run over most of its levers' ranges."""
+    return ConfigError(
+        f"{experiment}: {len(refused)} of {points} points over the ranges of the levers and the "
+        f"coefficients cannot be run, the first as {refused[0]}",
+        key=f"diagnosis.experiments.{experiment}",
+        allowed="a rig in which the measured levels go together, or narrower `levers`",
+    )
 
 
 def row_of(rig, experiment, names, x, mechanism, seed, lever=None):

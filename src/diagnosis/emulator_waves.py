@@ -13,6 +13,7 @@ import math
 import numpy as np
 from scipy.stats import norm, qmc
 
+from dem.errors import SpecError
 from diagnosis.design import REFINE, factor_share, inputs_of, multiplied, row_of
 from diagnosis.fit import data_of, evidence, fit
 from diagnosis.settings import BASE, lever_values
@@ -110,9 +111,12 @@ def _near(emulated, rig, experiment, model, fitted, wave, count=None):
     for k, at in enumerate(theta):
         here = lever_values(settings, experiment, levers[k % len(levers)])
         shares = _inputs(model, at, inputs, here, own)
-        row, runs = row_of(
-            rig, experiment, inputs, shares, mechanism, 1000 + SEEDS * wave + k, lever
-        )
+        try:
+            row, runs = row_of(
+                rig, experiment, inputs, shares, mechanism, 1000 + SEEDS * wave + k, lever
+            )
+        except SpecError:
+            continue  # a law at this strength, say larger grains, does not fit the rig
         rows.append(row)
         specs |= runs
     return rows, specs

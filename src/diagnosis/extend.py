@@ -7,6 +7,7 @@ import numpy as np
 
 from calibration.intake.quantities import QUANTITIES
 from calibration.runs.simulated import named
+from dem.errors import SpecError
 from diagnosis.fit import data_of, fit, spread_unit
 from diagnosis.shared_errors import covariance_of
 
@@ -47,19 +48,24 @@ def within(budget, models, measurements, most):
 
 def extension_plan(rig, models, measurements, data, seed=90_000, places=None):
     """`gain_runs` runs of each model at the parameters fitted without each setting, at that
-    setting; at those in `places` alone where it is given.
+    setting; at those in `places` alone where it is given, and at none where a model cannot
+    be run.
 
     models: {label: Model}; data: the `Data` that they were fitted to.
     Returns rows [{label, setting, theta, run_ids, reads}] and {run id: spec}; reads: {mechanism of
     the reading: strength}.
     """
-    rows, specs = [], {}
+    rows, specs, refused = [], {}, set()
     for label, model in models.items():
         for i, theta in enumerate(held_out_points(model, data)):
             if places is not None and i not in places:
                 continue
             seeds = [seed + i + 1000 * k for k in range(rig.settings.gain_runs)]
-            own = named([real_spec(rig, model, measurements[i], theta, s) for s in seeds])
+            try:
+                own = named([real_spec(rig, model, measurements[i], theta, s) for s in seeds])
+            except SpecError:
+                refused.add(i)  # larger grains, say, that do not fit the rig
+                continue
             specs |= own
             rows.append(
                 {
@@ -70,7 +76,8 @@ def extension_plan(rig, models, measurements, data, seed=90_000, places=None):
                     "reads": _reads(model, measurements[i], theta),
                 }
             )
-    return rows, specs
+    rows = [row for row in rows if row["setting"] not in refused]
+    return rows, {name: specs[name] for row in rows for name in row["run_ids"]}
 
 
 def real_spec(rig, model, measurement, theta, seed):

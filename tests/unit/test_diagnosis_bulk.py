@@ -1,7 +1,9 @@
 """The diagnosis of bulk tests without settings of one's own: what is derived, the budget of runs,
 what few runs tell of a mechanism, and free laws along a lever."""
 
+import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,7 +13,7 @@ import yaml
 from diagnosis_cases import BASE as RUN
 from diagnosis_cases import FACTORS, closed_form
 
-from calibration.errors import ConfigError
+from calibration.errors import CalibrationError, ConfigError
 from calibration.inference.emulator import Emulator
 from calibration.intake.measurements import Measurement, MeasurementErrors
 from calibration.intake.quantities import LEVERS, QUANTITIES, Condition, levers_of
@@ -19,6 +21,8 @@ from calibration.study.config.schema import BenchConfig, PushConfig
 from calibration.study.factors import read_factors
 from dem.experiments import experiments
 from dem.spec import parse_spec
+from diagnosis import emulator_waves, extend
+from diagnosis.catalogue import load_catalogue
 from diagnosis.derived import COEFFICIENTS, RUNS, as_file, completed
 from diagnosis.design import BASE, TRAIN, left_of, plan
 from diagnosis.difference import Difference
@@ -26,12 +30,15 @@ from diagnosis.emulator import train
 from diagnosis.emulator_files import read_emulators, write_emulators
 from diagnosis.extend import within
 from diagnosis.failures import train_failures
-from diagnosis.identify import identify
+from diagnosis.identify import identify, one_place
 from diagnosis.lever_laws import as_laws, lever_laws, with_laws
 from diagnosis.model import Emulated
 from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of, read_settings
+from diagnosis.setup import Setup
 from diagnosis.single_setting import with_single
+from diagnosis.stages import plan_runs
+from diagnosis.verdict import laws_of
 from facts import refused
 
 LEVELS = (0.8, 1.0, 1.25)
@@ -86,6 +93,98 @@ def test_every_experiment_of_the_laboratory_is_described_by_its_study_alone(kind
     spec = rig.spec(Condition(kind, rows[0].levers), 1)
     part, key = LEVERS[lever].place
     assert spec[part][key] == pytest.approx(low)
+
+
+def table_of(rows, path):
+    """The rows as a user's table."""
+    kinds = list(dict.fromkeys(name for m in rows for name in m.levers))
+    lines = [",".join(["experiment,quantity,value,unit,sd,n", *kinds])]
+    for m in rows:
+        quantity = QUANTITIES[m.experiment]
+        usual = {"kg/m³": 800.0, "deg": 30.0}.get(quantity.unit, rows[0].value)
+        value = usual * m.value / rows[0].value
+        given = [f"{m.levers[k]:.6g}" if k in m.levers else "" for k in kinds]
+        first = [m.experiment, quantity.name, f"{value:.6g}", quantity.unit]
+        lines.append(",".join([*first, f"{0.02 * value:.6g}", str(m.n), *given]))
+    path.write_text("\n".join(lines) + "\n")
+    return str(path)
+
+
+def setup_of(kind, rows, folder, **own):
+    """`Setup` of a study of an experiment whose table has the rows."""
+    config = study(kind, measurements=table_of(rows, folder / "m.csv"), factors=FACTORS)
+    return Setup(SimpleNamespace(config=config), read_settings(None, own))
+
+
+@pytest.mark.parametrize("kind", QUANTITIES)
+def test_every_experiment_has_its_plan_and_says_its_budget_before_any_run(kind, tmp_path, capfd):
+    rows = rows_of(kind, levels=(0.8, 0.85, 0.9, 0.95, 1.0))
+    own = setup_of(kind, rows, tmp_path)
+    files = {k: str(tmp_path / f"{k}.json") for k in ("design", "plan")}
+    plan_runs(own, SimpleNamespace(**files))
+    specs = json.loads(Path(files["plan"]).read_text())
+    written = read_settings(str(tmp_path / "settings.yaml"))
+    assert written.experiments[kind].whole
+    said = capfd.readouterr().err
+    if kind in POURED:
+        assert 0 < len(specs) <= TRAIN * RUNS
+        assert f"at most {RUNS} runs" in said
+    else:
+        assert specs == {}
+    assert all(parse_spec(spec).experiment == kind for spec in specs.values())
+
+
+@pytest.mark.parametrize("kind", QUANTITIES)
+def test_a_setting_that_cannot_be_run_is_refused_by_its_line_before_any_run(kind, tmp_path):
+    """Grains that are a hundred times as large fit no rig of the laboratory."""
+    rows = rows_of(kind, "particle_diameter_mm", levels=(1.0, 1.05, 1.1, 100.0))
+    if kind not in POURED:  # a single grain has no rig that it fills
+        rows = [*rows[:3], replace(rows[3], levers=rows[3].levers | {"scale_factor": 0.0})]
+    own = setup_of(kind, rows, tmp_path)
+    with pytest.raises(CalibrationError) as caught:
+        own.table  # noqa: B018 - the checks are made where it is read
+    assert "line 5" in str(caught.value)
+
+
+@pytest.mark.parametrize("kind", POURED)
+def test_a_budget_is_enough_or_refused_with_what_is(kind, tmp_path):
+    rows = rows_of(kind, levels=(0.8, 0.85, 0.9, 0.95, 1.0))
+    own = setup_of(kind, rows, tmp_path, runs=60)
+    assert 0 < len(plan(own.rig, own.catalogue, [kind])[1]) <= TRAIN * 60
+    own = setup_of(kind, rows, tmp_path, runs=30)
+    few = [m for m in own.catalogue.values() if kind in m.experiments and m.observe is None]
+    least = math.ceil((len(own.rig.factors) + 3 + 3 * len(few)) / TRAIN)
+    if least > 30:
+        with pytest.raises(ConfigError, match="at least"):
+            plan(own.rig, own.catalogue, [kind])
+    else:
+        assert 0 < len(plan(own.rig, own.catalogue, [kind])[1]) <= TRAIN * 30
+
+
+def test_corners_that_nobody_measured_need_not_be_possible(tmp_path):
+    """Grains of 2.4 mm need an orifice of 12 mm: the corner at 10 mm is left out, the plan stands.
+    Where most of the points cannot be run the plan is refused."""
+    sizes = {10.0: 1.5, 11.0: 1.7, 12.0: 2.0, 14.0: 2.4, 16.0: 2.4}
+    rows = [
+        Measurement(
+            "discharge", 10.0 + o, 0.2, 5, {"orifice_diameter_mm": o, "particle_diameter_mm": d},
+            "", 2 + k,
+        )
+        for k, (o, d) in enumerate(sizes.items())
+    ]  # fmt: skip
+    own = setup_of("discharge", rows, tmp_path)
+    found, specs = plan(own.rig, own.catalogue, ["discharge"])
+    base = [r for r in found if r["mechanism"] == BASE]
+    assert len(base) >= 0.5 * len(specs)
+    for spec in specs.values():
+        parse_spec(spec)
+    narrow = own.settings.experiments["discharge"].model_copy(
+        update={"levers": {"orifice_diameter_mm": [5.0, 10.0], "particle_diameter_mm": [1.9, 2.4]}}
+    )
+    settings = own.settings.model_copy(update={"experiments": {"discharge": narrow}})
+    with pytest.raises(ConfigError) as caught:
+        plan(replace(own.rig, settings=settings), own.catalogue, ["discharge"])
+    assert "orifice_diameter_mm" in str(caught.value)
 
 
 def test_what_is_derived_is_a_file_that_gives_the_same_settings(tmp_path):
@@ -260,6 +359,36 @@ def test_few_runs_tell_cohesion_that_the_closed_form_has():
     assert {r["mechanism"] for r in table} > {"base", "cohesion", "rolling_law"}
 
 
+@pytest.mark.parametrize(
+    ("names", "one"),
+    [
+        (("cohesion", "liquid_bridge"), True),
+        (("cohesion", "uncounted_load"), False),
+        (("cohesion", "grain_shape"), False),  # a shape is no law of a contact
+        (("grain_shape", "rolling_law"), False),
+    ],
+)
+def test_mechanisms_are_in_one_place_where_they_are_cases_of_one_law(names, one):
+    known = load_catalogue()
+    assert one_place(known[n] for n in names) == one
+
+
+def test_free_laws_along_two_levers_are_two_places():
+    laws = [SimpleNamespace(law=("rolling_friction", (s,))) for s in ("size", "load")]
+    assert not one_place(laws)
+    assert one_place([laws[0], SimpleNamespace(law=("rolling_friction", ("size", "load")))])
+
+
+def test_two_attractions_that_are_not_told_apart_are_one_law_with_both_names():
+    causes = ["cohesion", "liquid_bridge"]
+    found = SimpleNamespace(verdict="discovered", causes=causes, family_p=0.013)
+    [law] = laws_of(found, load_catalogue(), ["heap"])
+    assert (law["experiment"], law["slot"], law["state"]) == ("heap", "attraction", ["size"])
+    assert (law["names"], law["rivals"]) == (causes, [])
+    for words in ("cohesion", "liquid bridge", "1.3 %"):
+        assert words in law["sentence"]
+
+
 def test_a_law_is_the_base_model_with_another_coefficient():
     bench, laws, _ = emulated()
     law = next(iter(laws.values()))
@@ -413,3 +542,24 @@ def test_a_clogged_orifice_counts():
     found = identify(bench, rows, replicates=50)
     assert found.models[BASE].tests
     assert found.data.failed[0].sum() == 4
+
+
+def test_settings_that_a_law_makes_impossible_are_left_out_of_waves_and_gain(monkeypatch):
+    """Grains that are 1.3 times as large need more than 13 mm; the table begins at 10 mm."""
+    rows = discharges(lambda orifice: 0.0)
+    bench, _, _ = silo(rows)
+    model = bench.model([m.condition for m in rows], ["size_bias"])
+    rig = Rig(
+        bench.settings, study("discharge").run | {"experiment": "discharge"}, tuple(bench.factors)
+    )
+    theta = np.array([*np.zeros(len(model.factors)), 1.0])
+    fitted = SimpleNamespace(theta=theta[None], cov=1e-9 * np.eye(len(theta))[None])
+    near, specs = emulator_waves._near(bench, rig, "discharge", model, fitted, 1, 12)
+    assert 0 < len(near) == len(specs) < 12
+    monkeypatch.setattr(extend, "held_out_points", lambda model, data: [theta] * len(rows))
+    models = {"before": bench.model([m.condition for m in rows]), "after": model}
+    found, specs = extend.extension_plan(rig, models, rows, None)
+    wide = [k for k, m in enumerate(rows) if m.levers["orifice_diameter_mm"] > 13.0]
+    for label in models:
+        assert [r["setting"] for r in found if r["label"] == label] == wide
+    assert set(specs) == {name for r in found for name in r["run_ids"]}
