@@ -33,7 +33,9 @@ rule audit:
         mem_mb=1000,
         runtime=10,
     params:
-        **call("paper.tasks:audit", reads=[]),
+        function="paper.tasks:audit",
+        reads=[],
+        made_from=made_from("audit"),
     message:
         "audit: recompute every printed figure of the paper"
     script:
@@ -70,7 +72,9 @@ rule reproduction:
         mem_mb=1000,
         runtime=10,
     params:
-        **call("paper.tasks:reproduction", reads=["run", "factors"]),
+        function="paper.tasks:reproduction",
+        reads=["run", "factors"],
+        made_from=made_from("reproduction"),
     message:
         "reproduction: every table and equation of the paper beside this study's values"
     script:
@@ -102,10 +106,9 @@ checkpoint plan_disagreement:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "paper.disagreement:plan_disagreement",
-            reads=["seed", "experiment", "fixed", "run", "factors", "bench"],
-        ),
+        function="paper.disagreement:plan_disagreement",
+        reads=["seed", "experiment", "fixed", "run", "factors", "bench"],
+        made_from=made_from("plan_disagreement"),
     message:
         "disagreement: read the paper's tables as runs, plan what may differ at each"
     script:
@@ -148,10 +151,9 @@ rule disagreement:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "paper.disagreement:disagreement",
-            reads=["experiment", "fixed", "run", "factors", "diagnosis"],
-        ),
+        function="paper.disagreement:disagreement",
+        reads=["experiment", "fixed", "run", "factors", "diagnosis"],
+        made_from=made_from("disagreement"),
     message:
         "disagreement: the cause of each table's, or that none tried explains it"
     script:

@@ -20,11 +20,10 @@ checkpoint plan_ascent:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.ascent:plan_ascent",
-            reads=["seed", "experiment", "fixed", "run", "factors", "ascent"],
-            seeds=1,
-        ),
+        function="calibration.chain.ascent:plan_ascent",
+        reads=["seed", "experiment", "fixed", "run", "factors", "ascent"],
+        seeds=1,
+        made_from=made_from("plan_ascent"),
     message:
         "plan the steepest ascent"
     script:
@@ -56,18 +55,17 @@ rule ascent:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.ascent:ascent",
-            reads=[
-                "factors",
-                "response_surface",
-                "target",
-                "further_targets",
-                "measurements",
-                "experiment",
-                "run",
-            ],
-        ),
+        function="calibration.chain.ascent:ascent",
+        reads=[
+            "factors",
+            "response_surface",
+            "target",
+            "further_targets",
+            "measurements",
+            "experiment",
+            "run",
+        ],
+        made_from=made_from("ascent"),
     message:
         "steepest ascent: the region's centre"
     script:

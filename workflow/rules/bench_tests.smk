@@ -21,10 +21,9 @@ checkpoint plan_tilt:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.bench_tests.sweep:plan_tilt",
-            reads=["seed", "experiment", "fixed", "run", "factors", "bench"],
-        ),
+        function="calibration.chain.bench_tests.sweep:plan_tilt",
+        reads=["seed", "experiment", "fixed", "run", "factors", "bench"],
+        made_from=made_from("plan_tilt"),
     message:
         "plan the tilt test: sweep"
     script:
@@ -52,18 +51,17 @@ checkpoint plan_tilt_confirmation:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.bench_tests.sweep:plan_tilt_confirmation",
-            reads=[
-                "seed",
-                "experiment",
-                "fixed",
-                "run",
-                "factors",
-                "bench",
-                "measurements",
-            ],
-        ),
+        function="calibration.chain.bench_tests.sweep:plan_tilt_confirmation",
+        reads=[
+            "seed",
+            "experiment",
+            "fixed",
+            "run",
+            "factors",
+            "bench",
+            "measurements",
+        ],
+        made_from=made_from("plan_tilt_confirmation"),
     message:
         "plan the tilt test: runs at the inverse of the fit"
     script:
@@ -97,18 +95,17 @@ rule tilt:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.bench_tests.sweep:tilt",
-            reads=[
-                "seed",
-                "experiment",
-                "fixed",
-                "run",
-                "factors",
-                "bench",
-                "measurements",
-            ],
-        ),
+        function="calibration.chain.bench_tests.sweep:tilt",
+        reads=[
+            "seed",
+            "experiment",
+            "fixed",
+            "run",
+            "factors",
+            "bench",
+            "measurements",
+        ],
+        made_from=made_from("tilt"),
     message:
         "tilt test: fit, inverse and confirmation"
     script:
@@ -133,10 +130,9 @@ checkpoint plan_drop:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.bench_tests.sweep:plan_drop",
-            reads=["seed", "experiment", "fixed", "run", "factors", "bench"],
-        ),
+        function="calibration.chain.bench_tests.sweep:plan_drop",
+        reads=["seed", "experiment", "fixed", "run", "factors", "bench"],
+        made_from=made_from("plan_drop"),
     message:
         "plan the drop test: sweep"
     script:
@@ -164,18 +160,17 @@ checkpoint plan_drop_confirmation:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.bench_tests.sweep:plan_drop_confirmation",
-            reads=[
-                "seed",
-                "experiment",
-                "fixed",
-                "run",
-                "factors",
-                "bench",
-                "measurements",
-            ],
-        ),
+        function="calibration.chain.bench_tests.sweep:plan_drop_confirmation",
+        reads=[
+            "seed",
+            "experiment",
+            "fixed",
+            "run",
+            "factors",
+            "bench",
+            "measurements",
+        ],
+        made_from=made_from("plan_drop_confirmation"),
     message:
         "plan the drop test: runs at the inverse of the fit"
     script:
@@ -209,18 +204,17 @@ rule drop:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.bench_tests.sweep:drop",
-            reads=[
-                "seed",
-                "experiment",
-                "fixed",
-                "run",
-                "factors",
-                "bench",
-                "measurements",
-            ],
-        ),
+        function="calibration.chain.bench_tests.sweep:drop",
+        reads=[
+            "seed",
+            "experiment",
+            "fixed",
+            "run",
+            "factors",
+            "bench",
+            "measurements",
+        ],
+        made_from=made_from("drop"),
     message:
         "drop test: fit, inverse and confirmation"
     script:
@@ -245,10 +239,9 @@ checkpoint plan_shear:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.bench_tests.shear:plan_shear",
-            reads=["seed", "experiment", "fixed", "run", "factors", "bench"],
-        ),
+        function="calibration.chain.bench_tests.shear:plan_shear",
+        reads=["seed", "experiment", "fixed", "run", "factors", "bench"],
+        made_from=made_from("plan_shear"),
     message:
         "plan the shear test"
     script:
@@ -281,10 +274,9 @@ rule shear:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.bench_tests.shear:shear",
-            reads=["factors", "fixed", "bench", "run", "measurements"],
-        ),
+        function="calibration.chain.bench_tests.shear:shear",
+        reads=["factors", "fixed", "bench", "run", "measurements"],
+        made_from=made_from("shear"),
     message:
         "shear test: yield locus"
     script:
@@ -310,7 +302,9 @@ rule bench_parameters:
         mem_mb=1000,
         runtime=10,
     params:
-        **call("calibration.chain.bench_tests.sweep:bench_parameters", reads=[]),
+        function="calibration.chain.bench_tests.sweep:bench_parameters",
+        reads=[],
+        made_from=made_from("bench_parameters"),
     message:
         "collect what the bench tests found"
     script:

@@ -1,5 +1,8 @@
 """The study that the rules are for, and what they share: its folders (STUDY, RUNS), the tables of
-the user, and a few functions that rules name in `input`, `output` and `params`."""
+the user, and a few functions that rules name in `input`, `output` and `params`.
+
+In `params`, `function` is what the script calls, `reads` the sections of the configuration that it
+may read, and `seeds` which thousand of seeds the runs have that it plans."""
 
 import os
 from functools import cache
@@ -63,46 +66,42 @@ wildcard_constraints:
 
 def user_file(path):
     """An input: a file of the user, which no prefix moves; [] where the study names none. Its time
-    says nothing; what is in it counts, see `call`."""
+    says nothing; what is in it counts, see `made_from`."""
     return ancient(local(str(path))) if path else []
 
 
+# An edit of the factor table makes again the rules that have FACTORS among their input, and what is
+# made from their files; `snakemake -n` shows which. A run is named after its spec: one whose spec
+# stays is kept. The same holds for the measurements
 FACTORS = user_file(SETTINGS.factors)
 MEASUREMENTS = user_file(SETTINGS.measurements)
 # what the bench tests found, where the configuration takes the levels of the heaps from them
 BENCH_VALUES = [f"{STUDY}/bench/fixed.json"] if SETTINGS.fixed_from == "bench" else []
 
 
-def call(function, reads, **more):
-    """Params of a stage: the function "module:name" that the script calls, which bears the rule's
-    name, the sections of the configuration that it may read, and `made_from`, a digest of these
-    sections, of the code that the function imports and of the user's files among the rule's input.
-    Snakemake makes the stage again when it changes."""
-    place, name = function.split(":")
-    return {
-        "function": function,
-        "reads": reads,
-        "made_from": made_from(name, reads, [place, "calibration.chain.study"]),
-        **({"stored": True} if STORED else {}),
-        **more,
-    }
-
-
-def made_from(rule, reads, modules):
-    """The digest that `call` describes, as a function of the wildcards."""
+def made_from(rule, reads=None, modules=None):
+    """Param of a rule, a function of the wildcards: a digest of the sections of the configuration
+    that the rule reads, of the code that its function imports, and of the user's files among its
+    input. Snakemake makes the rule's files again when it changes. Sections and code are those that
+    the rule's params name, unless given."""
 
     @cache
     def content():
+        params = getattr(rules, rule).params
+        read = params.reads if reads is None else reads
+        code = modules or [params.function.split(":")[0], "calibration.chain.study"]
         files = [str(f) for f in getattr(rules, rule).input if is_flagged(f, "local")]
-        files += [SETTINGS.measurements] if "measurements" in reads else []
-        return digest_with(digest(SETTINGS, reads, modules), sorted(set(files)))
+        files += [SETTINGS.measurements] if "measurements" in read else []
+        return digest_with(digest(SETTINGS, read, code), sorted(set(files)))
 
     return lambda wildcards: content()
 
 
 def again(rule):
-    """Input function for what snakemake's own records do not show: a note of this start that the
-    files of a rule are to be made again, see `calibration.runs.records`."""
+    """Input function: a note of this start that the files of a rule are to be made again, see
+    `calibration.runs.records`. It answers one fault of snakemake, for which no documented means is
+    there: files of which .snakemake has no record count as current, whatever has changed.
+    """
 
     def note(wildcards):
         if not workflow.is_main_process or STORED:

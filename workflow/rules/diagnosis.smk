@@ -39,10 +39,9 @@ checkpoint diagnosis_plan:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "diagnosis.stages:diagnosis_plan",
-            reads=DIAGNOSIS_READS,
-        ),
+        function="diagnosis.stages:diagnosis_plan",
+        reads=DIAGNOSIS_READS,
+        made_from=made_from("diagnosis_plan"),
     message:
         "diagnosis: plan the runs that train the emulators"
     script:
@@ -72,10 +71,9 @@ rule diagnosis_emulate:
         mem_mb=2000,
         runtime=60,
     params:
-        **call(
-            "diagnosis.stages:diagnosis_emulate",
-            reads=DIAGNOSIS_READS,
-        ),
+        function="diagnosis.stages:diagnosis_emulate",
+        reads=DIAGNOSIS_READS,
+        made_from=made_from("diagnosis_emulate"),
     message:
         "diagnosis: train the emulators"
     script:
@@ -104,10 +102,9 @@ checkpoint diagnosis_wave_1:
         mem_mb=2000,
         runtime=60,
     params:
-        **call(
-            "diagnosis.stages:diagnosis_wave_1",
-            reads=DIAGNOSIS_READS,
-        ),
+        function="diagnosis.stages:diagnosis_wave_1",
+        reads=DIAGNOSIS_READS,
+        made_from=made_from("diagnosis_wave_1"),
     message:
         "diagnosis: plan wave 1 of the emulators' runs, near the posterior mode"
     script:
@@ -141,10 +138,9 @@ rule diagnosis_refine_1:
         mem_mb=2000,
         runtime=60,
     params:
-        **call(
-            "diagnosis.stages:diagnosis_refine_1",
-            reads=DIAGNOSIS_READS,
-        ),
+        function="diagnosis.stages:diagnosis_refine_1",
+        reads=DIAGNOSIS_READS,
+        made_from=made_from("diagnosis_refine_1"),
     message:
         "diagnosis: train the emulators anew with wave 1"
     script:
@@ -173,10 +169,9 @@ checkpoint diagnosis_wave_2:
         mem_mb=2000,
         runtime=60,
     params:
-        **call(
-            "diagnosis.stages:diagnosis_wave_2",
-            reads=DIAGNOSIS_READS,
-        ),
+        function="diagnosis.stages:diagnosis_wave_2",
+        reads=DIAGNOSIS_READS,
+        made_from=made_from("diagnosis_wave_2"),
     message:
         "diagnosis: plan wave 2 of the emulators' runs, near the posterior mode"
     script:
@@ -212,10 +207,9 @@ rule diagnosis_refine_2:
         mem_mb=2000,
         runtime=60,
     params:
-        **call(
-            "diagnosis.stages:diagnosis_refine_2",
-            reads=DIAGNOSIS_READS,
-        ),
+        function="diagnosis.stages:diagnosis_refine_2",
+        reads=DIAGNOSIS_READS,
+        made_from=made_from("diagnosis_refine_2"),
     message:
         "diagnosis: train the emulators anew with wave 2"
     script:
@@ -248,10 +242,9 @@ rule diagnosis_calibrate:
         mem_mb=2000,
         runtime=60,
     params:
-        **call(
-            "diagnosis.stages:diagnosis_calibrate",
-            reads=DIAGNOSIS_READS,
-        ),
+        function="diagnosis.stages:diagnosis_calibrate",
+        reads=DIAGNOSIS_READS,
+        made_from=made_from("diagnosis_calibrate"),
     message:
         "diagnosis: calibrate the base model and show where it fails"
     script:
@@ -293,10 +286,9 @@ checkpoint diagnosis_identify:
         mem_mb=2000,
         runtime=60,
     params:
-        **call(
-            "diagnosis.stages:diagnosis_identify",
-            reads=DIAGNOSIS_READS,
-        ),
+        function="diagnosis.stages:diagnosis_identify",
+        reads=DIAGNOSIS_READS,
+        made_from=made_from("diagnosis_identify"),
     message:
         "diagnosis: name the cause"
     script:
@@ -337,10 +329,9 @@ rule diagnose:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "diagnosis.stages:diagnose",
-            reads=DIAGNOSIS_READS,
-        ),
+        function="diagnosis.stages:diagnose",
+        reads=DIAGNOSIS_READS,
+        made_from=made_from("diagnose"),
     message:
         "diagnosis: the gain of the extended model, and the verdict"
     script:
@@ -369,10 +360,9 @@ rule diagnosis_power:
         mem_mb=2000,
         runtime=60,
     params:
-        **call(
-            "diagnosis.stages:diagnosis_power",
-            reads=DIAGNOSIS_READS,
-        ),
+        function="diagnosis.stages:diagnosis_power",
+        reads=DIAGNOSIS_READS,
+        made_from=made_from("diagnosis_power"),
     message:
         "diagnosis: how strong a law must be for this plan to show it"
     script:

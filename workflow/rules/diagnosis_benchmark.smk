@@ -24,10 +24,9 @@ checkpoint discovery_plan:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "diagnosis.benchmark.study:discovery_plan",
-            reads=["experiment", "run", "factors"],
-        ),
+        function="diagnosis.benchmark.study:discovery_plan",
+        reads=["experiment", "run", "factors"],
+        made_from=made_from("discovery_plan"),
     message:
         "benchmark of the diagnosis: plan the emulators' runs"
     script:
@@ -56,10 +55,9 @@ rule discovery_emulate:
         mem_mb=2000,
         runtime=60,
     params:
-        **call(
-            "diagnosis.benchmark.study:discovery_emulate",
-            reads=["experiment", "run", "factors"],
-        ),
+        function="diagnosis.benchmark.study:discovery_emulate",
+        reads=["experiment", "run", "factors"],
+        made_from=made_from("discovery_emulate"),
     message:
         "benchmark of the diagnosis: train the emulators"
     script:
@@ -87,10 +85,9 @@ rule discovery_shard:
         mem_mb=2000,
         runtime=60,
     params:
-        **call(
-            "diagnosis.benchmark.study:discovery_shard",
-            reads=["experiment", "run", "factors"],
-        ),
+        function="diagnosis.benchmark.study:discovery_shard",
+        reads=["experiment", "run", "factors"],
+        made_from=made_from("discovery_shard"),
     message:
         "benchmark of the diagnosis: cases, part {wildcards.shard}"
     script:
@@ -119,10 +116,9 @@ rule discovery_benchmark:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "diagnosis.benchmark.study:discovery_benchmark",
-            reads=["experiment", "run", "factors"],
-        ),
+        function="diagnosis.benchmark.study:discovery_benchmark",
+        reads=["experiment", "run", "factors"],
+        made_from=made_from("discovery_benchmark"),
     message:
         "benchmark of the diagnosis: confusion matrix, power, false-alarm rates"
     script:

@@ -41,9 +41,9 @@ rule export:
         runtime=10,
     params:
         # it writes the whole configuration
-        **call(
-            "calibration.telling.export.stage:export", reads=list(Config.model_fields)
-        ),
+        function="calibration.telling.export.stage:export",
+        reads=list(Config.model_fields),
+        made_from=made_from("export"),
     message:
         "export: calibrated.yaml and input for other codes"
     script:
@@ -69,10 +69,9 @@ checkpoint plan_export_scan:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.telling.export.stage:plan_export_scan",
-            reads=["seed", "experiment", "fixed", "run", "factors", "target"],
-        ),
+        function="calibration.telling.export.stage:plan_export_scan",
+        reads=["seed", "experiment", "fixed", "run", "factors", "target"],
+        made_from=made_from("plan_export_scan"),
     message:
         "plan the export: rolling friction in the laws of other codes"
     script:
@@ -100,10 +99,9 @@ checkpoint plan_export_confirmation:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.telling.export.stage:plan_export_confirmation",
-            reads=["seed", "experiment", "fixed", "run", "factors", "target"],
-        ),
+        function="calibration.telling.export.stage:plan_export_confirmation",
+        reads=["seed", "experiment", "fixed", "run", "factors", "target"],
+        made_from=made_from("plan_export_confirmation"),
     message:
         "plan the export: runs with the rolling friction that was found"
     script:
@@ -132,18 +130,17 @@ rule export_rolling:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.telling.export.stage:export_rolling",
-            reads=[
-                "seed",
-                "experiment",
-                "fixed",
-                "run",
-                "factors",
-                "target",
-                "validation",
-            ],
-        ),
+        function="calibration.telling.export.stage:export_rolling",
+        reads=[
+            "seed",
+            "experiment",
+            "fixed",
+            "run",
+            "factors",
+            "target",
+            "validation",
+        ],
+        made_from=made_from("export_rolling"),
     message:
         "export: the same angle with the rolling friction of other codes"
     script:
@@ -176,10 +173,9 @@ rule export_converted:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.telling.export.stage:export_converted",
-            reads=["seed", "experiment", "fixed", "run", "factors", "target"],
-        ),
+        function="calibration.telling.export.stage:export_converted",
+        reads=["seed", "experiment", "fixed", "run", "factors", "target"],
+        made_from=made_from("export_converted"),
     message:
         "export: input for other codes, with the rolling friction that gives the angle there"
     script:

@@ -21,10 +21,9 @@ checkpoint plan_numerics:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.numerics:plan_numerics",
-            reads=["seed", "experiment", "fixed", "run", "factors", "numerics"],
-        ),
+        function="calibration.chain.numerics:plan_numerics",
+        reads=["seed", "experiment", "fixed", "run", "factors", "numerics"],
+        made_from=made_from("plan_numerics"),
     message:
         "plan the study of resolution, time step, modulus and rolling law"
     script:
@@ -53,7 +52,9 @@ rule numerics:
         mem_mb=1000,
         runtime=10,
     params:
-        **call("calibration.chain.numerics:numerics", reads=["target"]),
+        function="calibration.chain.numerics:numerics",
+        reads=["target"],
+        made_from=made_from("numerics"),
     message:
         "numerics: what the numerical choices cost"
     script:

@@ -22,19 +22,18 @@ rule candidate:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.optimum:candidate",
-            reads=[
-                "seed",
-                "optimise",
-                "validation",
-                "target",
-                "further_targets",
-                "measurements",
-                "experiment",
-                "run",
-            ],
-        ),
+        function="calibration.chain.optimum:candidate",
+        reads=[
+            "seed",
+            "optimise",
+            "validation",
+            "target",
+            "further_targets",
+            "measurements",
+            "experiment",
+            "run",
+        ],
+        made_from=made_from("candidate"),
     message:
         "candidate: the optimum of the response surface alone"
     script:
@@ -60,19 +59,18 @@ checkpoint plan_candidate_first:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.optimum:plan_candidate_first",
-            reads=[
-                "seed",
-                "experiment",
-                "fixed",
-                "run",
-                "factors",
-                "optimise",
-                "response_surface",
-            ],
-            seeds=3,
-        ),
+        function="calibration.chain.optimum:plan_candidate_first",
+        reads=[
+            "seed",
+            "experiment",
+            "fixed",
+            "run",
+            "factors",
+            "optimise",
+            "response_surface",
+        ],
+        seeds=3,
+        made_from=made_from("plan_candidate_first"),
     message:
         "plan the first runs at the candidate"
     script:
@@ -101,21 +99,20 @@ checkpoint plan_candidate:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.optimum:plan_candidate",
-            reads=[
-                "seed",
-                "experiment",
-                "fixed",
-                "run",
-                "factors",
-                "optimise",
-                "response_surface",
-                "target",
-                "further_targets",
-            ],
-            seeds=3,
-        ),
+        function="calibration.chain.optimum:plan_candidate",
+        reads=[
+            "seed",
+            "experiment",
+            "fixed",
+            "run",
+            "factors",
+            "optimise",
+            "response_surface",
+            "target",
+            "further_targets",
+        ],
+        seeds=3,
+        made_from=made_from("plan_candidate"),
     message:
         "plan as many more runs at the candidate as the scatter of the first asks for"
     script:
@@ -150,19 +147,18 @@ rule optimise:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.optimum:optimise",
-            reads=[
-                "seed",
-                "optimise",
-                "validation",
-                "target",
-                "further_targets",
-                "measurements",
-                "experiment",
-                "run",
-            ],
-        ),
+        function="calibration.chain.optimum:optimise",
+        reads=[
+            "seed",
+            "optimise",
+            "validation",
+            "target",
+            "further_targets",
+            "measurements",
+            "experiment",
+            "run",
+        ],
+        made_from=made_from("optimise"),
     message:
         "optimum: all points that give the measured value, and the chosen one"
     script:

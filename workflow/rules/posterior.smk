@@ -45,18 +45,17 @@ rule posterior:
         mem_mb=2000,
         runtime=60,
     params:
-        **call(
-            "calibration.chain.posterior:posterior",
-            reads=[
-                "seed",
-                "posterior",
-                "target",
-                "further_targets",
-                "measurements",
-                "experiment",
-                "run",
-            ],
-        ),
+        function="calibration.chain.posterior:posterior",
+        reads=[
+            "seed",
+            "posterior",
+            "target",
+            "further_targets",
+            "measurements",
+            "experiment",
+            "run",
+        ],
+        made_from=made_from("posterior"),
     message:
         "posterior: the parameters as a distribution"
     script:

@@ -21,11 +21,10 @@ checkpoint plan_pour_rate:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.pour_rate:plan_pour_rate",
-            reads=["seed", "experiment", "fixed", "run", "factors", "pour_rate"],
-            seeds=6,
-        ),
+        function="calibration.chain.pour_rate:plan_pour_rate",
+        reads=["seed", "experiment", "fixed", "run", "factors", "pour_rate"],
+        seeds=6,
+        made_from=made_from("plan_pour_rate"),
     message:
         "plan heaps at other pour rates"
     script:
@@ -57,10 +56,9 @@ rule pour_rate:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.pour_rate:pour_rate",
-            reads=["target", "experiment", "run", "pour_rate"],
-        ),
+        function="calibration.chain.pour_rate:pour_rate",
+        reads=["target", "experiment", "run", "pour_rate"],
+        made_from=made_from("pour_rate"),
     message:
         "the response over the pour rate"
     script:

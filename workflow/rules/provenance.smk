@@ -21,10 +21,9 @@ rule provenance:
         mem_mb=2000,
         runtime=10,
     params:
-        **call(
-            "calibration.telling.provenance:provenance",
-            reads=["factors", "measurements", "target"],
-        ),
+        function="calibration.telling.provenance:provenance",
+        reads=["factors", "measurements", "target"],
+        made_from=made_from("provenance"),
     message:
         "provenance: an RO-Crate of the study, and all runs in one file"
     script:

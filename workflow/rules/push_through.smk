@@ -21,11 +21,10 @@ checkpoint plan_push_through:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.push_through:plan_push_through",
-            reads=["seed", "experiment", "fixed", "run", "factors", "push_through"],
-            seeds=5,
-        ),
+        function="calibration.chain.push_through:plan_push_through",
+        reads=["seed", "experiment", "fixed", "run", "factors", "push_through"],
+        seeds=5,
+        made_from=made_from("plan_push_through"),
     message:
         "plan the draws of the posterior in other machines"
     script:
@@ -58,10 +57,9 @@ rule push_through:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.push_through:push_through",
-            reads=["experiment", "run", "measurements", "push_through"],
-        ),
+        function="calibration.chain.push_through:push_through",
+        reads=["experiment", "run", "measurements", "push_through"],
+        made_from=made_from("push_through"),
     message:
         "what the posterior leaves open in other machines"
     script:

@@ -36,7 +36,9 @@ rule heaps:
         mem_mb=2000,
         runtime=60,
     params:
-        **call("calibration.telling.report.pictures:heaps", reads=[]),
+        function="calibration.telling.report.pictures:heaps",
+        reads=[],
+        made_from=made_from("heaps"),
     message:
         "heaps: a picture of each run of {wildcards.stage}"
     script:
@@ -76,7 +78,6 @@ rule report:
         made_from=made_from(
             "report", ["target"], ["calibration.telling.report.build", *DECLARED]
         ),
-        stored=STORED,
         # with its time: the page is written anew when it changes. It is no input, as that would
         # make what nobody asked for
         beside=lambda w: {

@@ -1,4 +1,7 @@
-# a quadratic model of the region: the runs of a Box-Behnken design around the ascent's end
+# a quadratic model of the region: the runs of a Box-Behnken design around the ascent's end.
+# `plan_response_surface` makes the design from the ascent's result and the factors: design.csv has
+# its points, plan.json the spec of each run. `dem_run` in runs.smk makes the runs, one each, or
+# `run_batch` where several share a process. `response_surface` waits for them: `runs_of`
 
 
 checkpoint plan_response_surface:
@@ -21,18 +24,17 @@ checkpoint plan_response_surface:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.response_surface:plan_response_surface",
-            reads=[
-                "seed",
-                "experiment",
-                "fixed",
-                "run",
-                "factors",
-                "response_surface",
-            ],
-            seeds=2,
-        ),
+        function="calibration.chain.response_surface:plan_response_surface",
+        reads=[
+            "seed",
+            "experiment",
+            "fixed",
+            "run",
+            "factors",
+            "response_surface",
+        ],
+        seeds=2,
+        made_from=made_from("plan_response_surface"),
     message:
         "plan the response surface: Box-Behnken design"
     script:
@@ -84,16 +86,15 @@ rule response_surface:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.response_surface:response_surface",
-            reads=[
-                "target",
-                "further_targets",
-                "measurements",
-                "experiment",
-                "run",
-            ],
-        ),
+        function="calibration.chain.response_surface:response_surface",
+        reads=[
+            "target",
+            "further_targets",
+            "measurements",
+            "experiment",
+            "run",
+        ],
+        made_from=made_from("response_surface"),
     message:
         "response surface: quadratic model and its ANOVA"
     script:

@@ -19,10 +19,9 @@ checkpoint plan_scaling:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.scaling.plan:plan_scaling",
-            reads=["seed", "experiment", "fixed", "run", "factors", "scaling"],
-        ),
+        function="calibration.chain.scaling.plan:plan_scaling",
+        reads=["seed", "experiment", "fixed", "run", "factors", "scaling"],
+        made_from=made_from("plan_scaling"),
     message:
         "plan the scaling test: heap and drop, enlarged by two rules"
     script:
@@ -54,7 +53,9 @@ rule scaling:
         mem_mb=1000,
         runtime=10,
     params:
-        **call("calibration.chain.scaling.study:scaling", reads=["run", "scaling"]),
+        function="calibration.chain.scaling.study:scaling",
+        reads=["run", "scaling"],
+        made_from=made_from("scaling"),
     message:
         "scaling test: angle and rebound against scale, and what is said of them"
     script:

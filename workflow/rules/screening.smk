@@ -21,11 +21,10 @@ checkpoint plan_screening:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.screening:plan_screening",
-            reads=["seed", "experiment", "fixed", "run", "factors", "screening"],
-            seeds=0,
-        ),
+        function="calibration.chain.screening:plan_screening",
+        reads=["seed", "experiment", "fixed", "run", "factors", "screening"],
+        seeds=0,
+        made_from=made_from("plan_screening"),
     message:
         "plan the screening"
     script:
@@ -66,19 +65,18 @@ rule screening:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.screening:screening",
-            reads=[
-                "factors",
-                "screening",
-                "ascent",
-                "target",
-                "further_targets",
-                "measurements",
-                "experiment",
-                "run",
-            ],
-        ),
+        function="calibration.chain.screening:screening",
+        reads=[
+            "factors",
+            "screening",
+            "ascent",
+            "target",
+            "further_targets",
+            "measurements",
+            "experiment",
+            "run",
+        ],
+        made_from=made_from("screening"),
     message:
         "screening: effects, ANOVA and the factors that go on"
     script:

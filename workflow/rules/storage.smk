@@ -7,6 +7,10 @@ from snakemake.io import get_flag_value
 from calibration.runs.batches import unpack_runs
 
 STORED = workflow.storage_settings.default_storage_provider is not None
+if (
+    STORED
+):  # jobs inherit it, and write no records of files that another machine may have made
+    os.environ.update(RESULTS_ARE_STORED="1")
 if STORED and not workflow.storage_settings.keep_storage_local:
     raise WorkflowError(
         "--default-storage-provider: add --keep-storage-local-copies, since stages read what "

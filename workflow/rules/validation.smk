@@ -1,4 +1,7 @@
-# replicates at the optimum against the measurement
+# replicates at the optimum against the measurement.
+# `snakemake -j2 --forcerun validation -- validation` makes this analysis anew and nothing else;
+# `--forcerun plan_validation -- validation` makes its plan anew too. A run that is there stays: it
+# is made anew when its folder in results/runs is deleted
 
 
 checkpoint plan_validation:
@@ -20,11 +23,10 @@ checkpoint plan_validation:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.validation:plan_validation",
-            reads=["seed", "experiment", "fixed", "run", "factors", "validation"],
-            seeds=4,
-        ),
+        function="calibration.chain.validation:plan_validation",
+        reads=["seed", "experiment", "fixed", "run", "factors", "validation"],
+        seeds=4,
+        made_from=made_from("plan_validation"),
     message:
         "plan the validation: replicates at the optimum"
     script:
@@ -56,17 +58,16 @@ rule validation:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.validation:validation",
-            reads=[
-                "validation",
-                "target",
-                "further_targets",
-                "measurements",
-                "experiment",
-                "run",
-            ],
-        ),
+        function="calibration.chain.validation:validation",
+        reads=[
+            "validation",
+            "target",
+            "further_targets",
+            "measurements",
+            "experiment",
+            "run",
+        ],
+        made_from=made_from("validation"),
     message:
         "validation: replicates at the optimum against the measurement"
     script:

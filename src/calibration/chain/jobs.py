@@ -1,5 +1,6 @@
 """What every script of the workflow needs: its log, and the call of its function."""
 
+import os
 import sys
 import traceback
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
@@ -64,7 +65,7 @@ def run_task(job):
 def leave_record(job, study):
     """Write down what a job has left, see `calibration.runs.records`; not in a storage, whose local
     copies another machine may have made."""
-    if not job.params.get("stored"):
+    if "RESULTS_ARE_STORED" not in os.environ:  # set by workflow/rules/storage.smk
         own = f"{study.config.results}/"
         read = [file for file in job.input if not str(file).startswith(own)]
         name = Path(job.log[0]).stem

@@ -61,7 +61,7 @@ class Study(Results):
 
     def __init__(self, config, folder=None, seeds=None):
         """seeds: which thousand of seeds the runs have that a stage plans, see
-        `calibration.study.stages.Task`."""
+        `calibration.runs.plans.plan`."""
         super().__init__(folder or f"{config.results}/{config.name}")
         self.config, self.seeds = config, seeds
 
