@@ -34,6 +34,8 @@ RATES, SPEEDS = (10000, 6500), (0.3, 1.0, 2.0)  # [1/s], [m/s]
 FIRST = 3501  # seed
 KEYS = ["point", "generation_rate_per_s", "injection_speed_m_s"]
 READINGS = ["angle_of_repose_deg", "one_flank_deg", "protractor_deg", "radial_angle_deg"]
+TWO_KINDS = 2.0
+"""Ratio of the most grains in a funnel at once from which on heaps are of two kinds."""
 ALLOWED = 0.5
 """Degrees that the angle may move where a speed that the paper does not print goes to the next of
 `SPEEDS`."""
@@ -87,6 +89,36 @@ def steps(table):
             row = {"point": point, "rate": rate, "from": slow, "to": fast}
             rows.append(row | (b.mean() - a.mean()).to_dict())
     return pd.DataFrame(rows)
+
+
+def judged(table):
+    """Table of the rigs by the plan's rule: rate, speed, least and most grains in a funnel at once,
+    one_kind (all runs have a value, and these differ by less than TWO_KINDS), moves (the largest
+    change of a reading to the next speed at any point [°], NaN at the last speed, which has none)
+    and well_posed."""
+    changes, rows = steps(table), []
+    for (rate, speed), group in table.groupby(KEYS[1:]):
+        held = group["hold_up"]
+        complete = not group[[*READINGS, "hold_up"]].isna().to_numpy().any()
+        here = changes[(changes["rate"] == rate) & (changes["from"] == speed)]
+        moves = here[READINGS].abs().to_numpy().max(initial=0.0) if len(here) else np.nan
+        one_kind = complete and held.max() < TWO_KINDS * held.min()
+        row = {"rate": rate, "speed": speed, "least": held.min(), "most": held.max()}
+        row |= {"one_kind": one_kind, "moves": moves}
+        rows.append(row | {"well_posed": bool(one_kind and moves <= ALLOWED)})
+    return pd.DataFrame(rows)
+
+
+def chosen(rigs):
+    """(rate, speed) by the plan's rule, of a table as of `judged`: the printed rate at its least
+    well-posed speed, else the other rate at its, else the rig with one kind of heap that moves
+    least."""
+    for rate in RATES:
+        good = rigs.loc[(rigs["rate"] == rate) & rigs["well_posed"], "speed"]
+        if len(good):
+            return rate, float(good.min())
+    row = rigs[rigs["one_kind"]].dropna(subset="moves").sort_values("moves").iloc[0]
+    return int(row["rate"]), float(row["speed"])
 
 
 def main(out, config="config"):

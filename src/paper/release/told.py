@@ -14,7 +14,7 @@ from calibration.statistics.numbers import fixed
 from calibration.statistics.screening import screen
 from calibration.statistics.surface import fit_surface
 from paper.audit import run_audit
-from paper.rigs import ALLOWED, KEYS, POINTS, RATES, READINGS, SPEEDS, steps
+from paper.rigs import KEYS, POINTS, RATES, READINGS, SPEEDS, chosen, judged
 
 CODES = "ABCDEFG"
 PACKED = 1250
@@ -235,20 +235,27 @@ def slow_pour(kept):
 
 def rigs(kept):
     """What the runs of `paper.rigs` say of the rate of the pour and the speed that is not
-    printed."""
+    printed, by the rule that was stated before them."""
     table = read_written(Path(kept) / "runs.csv")
-    found = steps(table)
-    at = found[found["point"] == "candidate"].set_index(["rate", "from"])
+    found = judged(table)
     means = table[table["point"] == "candidate"].groupby(KEYS[1:])[READINGS[0]].mean()
-    most = at[READINGS].abs().max(axis=1)
+    by_rig = found.set_index(["rate", "speed"])
+    names = [f"{rate:,} a second at {speed} m/s" for rate, speed in by_rig.index]
+    mixed = by_rig.index[~by_rig["one_kind"]]
+    choice = chosen(found)
     return {
         "runs": len(table),
         "planned": len(list(RATES)) * len(SPEEDS) * sum(seeds for _, seeds in POINTS.values()),
-        "corners": int((table["point"] != "candidate").sum()),
         "mean": {rate: [f"{means[rate, s]:.1f}°" for s in SPEEDS] for rate in RATES},
-        "step": {r: [degrees(at.loc[(r, s), READINGS[0]]) for s in SPEEDS[:-1]] for r in RATES},
-        "most": {r: [f"{most[r, s]:.1f}°" for s in SPEEDS[:-1]] for r in RATES},
-        "well_posed": [f"{r} at {s} m/s" for r, s in at.index if most[r, s] <= ALLOWED],
+        "moves": {r: [f"{by_rig.loc[(r, s), 'moves']:.1f}°" for s in SPEEDS[:-1]] for r in RATES},
+        "well_posed": [n for n, good in zip(names, found["well_posed"], strict=True) if good],
+        "two_kinds": [
+            f"{rate:,} a second at {speed} m/s ({by_rig.loc[(rate, speed), 'least']:,} to "
+            f"{by_rig.loc[(rate, speed), 'most']:,} grains in the funnel)"
+            for rate, speed in mixed
+        ],
+        "chosen": f"{choice[0]:,} a second at {choice[1]} m/s",
+        "chosen_moves": f"{by_rig.loc[choice, 'moves']:.1f}°",
     }
 
 
