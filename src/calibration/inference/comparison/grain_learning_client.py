@@ -21,6 +21,16 @@ def say(**message):
     print(json.dumps(message), file=TALK, flush=True)
 
 
+def density(filtering):
+    """Density (n,), of sum 1, with which the filter drew the samples of its next iteration; left
+    unset, these count as drawn evenly and their weights are not those of a posterior. As its
+    `load_proposal_from_file` has it from a file."""
+    mixture = filtering.sampling
+    scores = mixture.gmm.score_samples(mixture.normalize(filtering.param_data_list[-1]))
+    own = np.exp(scores - scores.max())
+    return own / own.sum()
+
+
 def study(task):
     """One study: (samples (n, 3), weights (n,)) of the last iteration."""
     system = DynamicSystem(
@@ -42,6 +52,7 @@ def study(task):
         values = json.loads(sys.stdin.readline())["values"]
         system.sim_data = np.array(values)[:, None, None]
         filtering.solve(system)
+        filtering.proposal = density(filtering)
     return system.param_data.tolist(), filtering.posterior.tolist()
 
 
