@@ -121,8 +121,8 @@ def _file(name, sources):
 
 
 def _data_beside(path):
-    """Templates and schemas that belong to the package of a module."""
-    return [p for p in path.parent.iterdir() if p.suffix in (".j2", ".json")]
+    """Templates, schemas and tables that belong to the package of a module."""
+    return [p for p in path.parent.iterdir() if p.suffix in (".j2", ".json", ".csv")]
 
 
 @cache

@@ -41,6 +41,7 @@ NUMERICS, DISAGREEMENT = {"plan_numerics", "numerics"}, {"plan_disagreement", "d
 PAPER = {"audit", "reproduction"}
 DIAGNOSIS = {name for name in TASKS if name.startswith("diagn")}
 SUITE = {name for name in TASKS if name.startswith("discovery")}
+JOINT = {"plan_joint_first", "plan_joint", "joint"}
 PUSHED = {"plan_push_through", "push_through"}
 POURED = {"plan_pour_rate", "pour_rate"}
 EVERY = set(TASKS)
@@ -52,6 +53,7 @@ FOREIGN = (
     - NUMERICS
     - PUSHED
     - POURED
+    - JOINT
     - PAPER
     - {"posterior", "provenance", "heaps"}
 )
@@ -59,6 +61,8 @@ FOREIGN = (
 EDITS = {
     # a module that is edited: the rules that run again. A file's plan and analysis go together
     "calibration/errors.py": EVERY,
+    "calibration/chain/joint/analysis.py": {"joint"},
+    "calibration/chain/joint/laboratory_hours.csv": JOINT,
     "calibration/chain/validation.py": {"plan_validation", "validation"},
     "calibration/chain/bench_tests/shear.py": SHEAR,
     "calibration/chain/scaling/probe.py": {"scaling"},
@@ -66,8 +70,8 @@ EDITS = {
     "calibration/engines/blocks/mercurydpm.py": EXPORTS,
     "calibration/engines/blocks/yade.py": FOREIGN,
     "calibration/figures/optimum.py": None,
-    "calibration/inference/joint/critique.py": set(),
-    "calibration/inference/posterior_sampling.py": {"posterior"},
+    "calibration/inference/joint/critique.py": JOINT,
+    "calibration/inference/posterior_sampling.py": {"posterior"} | JOINT,
     "calibration/intake/measurements.py": EVERY,
     "calibration/intake/sound.py": set(),
     "calibration/interface/api.py": set(),
@@ -87,7 +91,7 @@ EDITS = {
     "paper/reference.py": set(),
     "paper/release/parts.py": set(),
     "calibration/inference/comparison/study.py": set(),
-    "calibration/inference/joint/likelihood.py": set(),
+    "calibration/inference/joint/likelihood.py": JOINT,
     "calibration/chain/study.py": EVERY,
     "calibration/study/config/measured.py": EVERY,
     "calibration/engines/lammps.py": FOREIGN,
@@ -127,7 +131,7 @@ SECTIONS = [
     ("scaling", "margin_deg", 1.5, SCALING | {"export"}),
     ("measurements", None, "examples/soybean/measured.csv",
      {"screening", "ascent", "response_surface", "candidate", "optimise", "validation"}
-     | {"posterior", "push_through", "export", "shear", "provenance"}
+     | {"posterior", "push_through", "export", "shear", "provenance", "plan_joint", "joint"}
      | {n for n in TILT | DROP if n not in STARTS} | DIAGNOSIS),
     ("numerics", None, "other.yaml", {"plan_numerics", "export"}),
     ("diagnosis", "alpha", 0.1, DIAGNOSIS | {"export", "disagreement"}),
@@ -135,10 +139,15 @@ SECTIONS = [
      {"plan_push_through", "push_through", "export"} | DIAGNOSIS),
     ("pour_rate", None, {"rates_per_s": [1.0, 2.0]}, {"plan_pour_rate", "pour_rate", "export"}),
     ("posterior", "draws", 60, {"posterior", "export"}),
+    ("rigs", "vessel", {"experiment": "bulk_density"}, JOINT | {"export"}),
+    ("targets", None, [{"rig": "pour", "metric": "angle_of_repose_deg"}],
+     {"plan_joint", "joint", "export"}),
+    ("joint", "runs", 40, JOINT | {"export"}),
     ("published", "names", {"particles.count": "other"}, {"export"}),
     ("target", "low", 30.0, CHAIN | EXPORTS | {"plan_candidate", "numerics", "posterior",
      "pour_rate", "provenance"}),
-    ("seed", None, 5, PLANS | EXPORTS | {"tilt", "drop", "candidate", "optimise", "posterior"}),
+    ("seed", None, 5,
+     PLANS | EXPORTS | {"tilt", "drop", "candidate", "optimise", "posterior", "joint"}),
     ("name", None, "other", {"export"}),
     ("supplements", None, ["tilt"], {"export"}),
     ("results", None, "other", {"export"}),
@@ -151,6 +160,7 @@ SECTIONS = [
     ("fixed", "salt_poisson_ratio", 0.3,
      HEAPS | EXPORTS | TILT | DROP | SHEAR
      | {"plan_scaling", "plan_numerics", "plan_pour_rate", "plan_push_through"} | DISAGREEMENT
+     | (JOINT - {"joint"})
      | DIAGNOSIS),
     ("run", "numerics", {"rayleigh_fraction": 0.3},
      EVERY - {"audit", "bench_parameters", "heaps", "numerics", "provenance"}),
@@ -167,8 +177,9 @@ targets, and another engine becomes part of `run`."""
 @pytest.fixture(scope="module")
 def data():
     data = yaml.safe_load((ROOT / "config" / "config.yaml").read_text())
-    # the ends of the desirability, which a further target needs
-    return overlay(data, {"target": {"low": 20.0, "high": 70.0}})
+    # the ends of the desirability, which a further target needs, and a rig, which a target names
+    more = {"target": {"low": 20.0, "high": 70.0}, "rigs": {"pour": {"experiment": "heap"}}}
+    return overlay(data, more)
 
 
 @pytest.fixture(scope="module")

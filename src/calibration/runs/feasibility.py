@@ -176,6 +176,8 @@ def _specs_ahead(config, factors):
     for name, machine in config.push_through.items():
         run = machine_run(config, machine)
         yield f"push_through.{name}", at(run, machine.experiment, {})
+    for name, rig in config.rigs.items():
+        yield f"rigs.{name}", at(machine_run(config, rig), rig.experiment, {})
     scaling = config.scaling
     for experiment in ("heap", "drop") if scaling else ():
         run = bench_run(config, getattr(scaling, experiment))

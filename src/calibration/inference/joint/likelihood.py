@@ -22,6 +22,11 @@ SCALES = 15
 """Points at which the unknown variance of few readings is integrated."""
 LEAST_WORTH = 100
 """Equal draws that a posterior by weights must be worth; below, the sampler is asked."""
+CLOUD, CLOUDS = 20000, 4
+"""Draws of the prior at a time, and times, that are weighed before the sampler is asked."""
+INDEPENDENT = 2000
+"""Equal draws that these must be worth to stand for the posterior."""
+MOST_DRAWS = 10000
 MANY = 200
 """Degrees of freedom from which on an estimated error counts as known."""
 
@@ -157,8 +162,23 @@ class Joint:
         return [r.name for r in self.responses]
 
     def posterior(self, seed: int = 1, **settings: Any) -> Posterior:
-        """Its `calibration.inference.posterior_sampling.Posterior`; settings: of `sample` there."""
-        return sample([*self.responses, *self.formed], self.prior, seed, **settings)
+        """Its `calibration.inference.posterior_sampling.Posterior`; settings: of `sample` there.
+
+        Where draws of the prior, weighed by the likelihood, are worth `INDEPENDENT` equal ones,
+        they are taken: they are independent, and no chain has to find its way along a ridge. Else
+        the ensemble of `sample` is asked."""
+        rng = np.random.default_rng(seed)
+        clouds = [Cloud.of(self, CLOUD, int(rng.integers(2**31))) for _ in range(CLOUDS)]
+        u = np.concatenate([c.u for c in clouds])
+        log = np.concatenate([c.log_likelihood([r.mean for r in self.responses]) for c in clouds])
+        weights = np.exp(log - log.max())
+        weights /= weights.sum()
+        good = worth(weights)
+        if good < INDEPENDENT:
+            return sample([*self.responses, *self.formed], self.prior, seed, **settings)
+        pick = rng.choice(len(u), int(min(good, MOST_DRAWS)), p=weights)
+        density = log[pick] + self.prior.log_density(u[pick])
+        return Posterior(u[pick], density, 1.0, good / len(u), good)
 
     def without(self, name: str) -> "Joint":
         """This study without one response."""
@@ -198,13 +218,18 @@ class Cloud:
     def weights(self, measured: Sequence[ArrayLike], but: str | None = None) -> np.ndarray:
         """(k,) weights, of sum 1, under measured means, one (q,) a response; `but`: the name of one
         that does not count."""
+        log = self.log_likelihood(measured, but)
+        weights = np.exp(log - log.max())
+        return weights / weights.sum()
+
+    def log_likelihood(self, measured: Sequence[ArrayLike], but: str | None = None) -> np.ndarray:
+        """(k,) log density of measured means, one (q,) a response; `but` as of `weights`."""
         log = self.formed.copy()
         parts = zip(self.joint.responses, measured, self.predicted, strict=True)
         for r, y, predicted in parts:
             if r.name != but:
                 log += r.log_density(np.asarray(y, float), *predicted)
-        weights = np.exp(log - log.max())
-        return weights / weights.sum()
+        return log
 
     def draws(
         self,

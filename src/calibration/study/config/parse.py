@@ -9,11 +9,13 @@ from pydantic import ValidationError
 from calibration import engines
 from calibration.errors import ConfigError
 from calibration.intake.numbers_with_units import check_plausible, in_key_units
+from calibration.study.config.joint import check_joint
 from calibration.study.config.measured import goals, is_measured, read_target
 from calibration.study.config.schema import (
     METRICS,
     Config,
     FurtherTarget,
+    JointTarget,
     named_section_of,
     section_of,
 )
@@ -24,6 +26,7 @@ from dem.errors import SpecError
 from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
 
+IN_LISTS = {"further_targets": FurtherTarget, "targets": JointTarget}
 _ROW = "a row a reading in the file that `measurements` names: experiment, quantity, value, unit"
 MOVED = {
     "file": _ROW,
@@ -74,7 +77,7 @@ def given(config, key, stage):
     value = config
     for name in key.split("."):
         value = getattr(value, name)
-    if value is None or value == {}:
+    if value is None or value in ({}, []):
         raise ConfigError(f"must be given for the stage {stage}", key=key)
     return value
 
@@ -168,6 +171,7 @@ def _parse(data, file):
     config = with_engine(config, file)
     _check_run(config, factors, file)
     _check_measured(config, file)
+    check_joint(config, factors, file)
     return config
 
 
@@ -217,7 +221,7 @@ def _section(loc):
     model, named = Config, None
     for part in loc[:-1]:
         if isinstance(part, int):
-            model = FurtherTarget
+            model = IN_LISTS.get(loc[0], FurtherTarget)
         elif named:  # the name that stands before a section's keys
             model, named = named, None
         else:

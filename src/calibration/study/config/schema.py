@@ -337,6 +337,79 @@ class PushConfig(_Part):
     )
 
 
+class RigConfig(_Part):
+    """A test of the laboratory, or a machine, as it is simulated."""
+
+    experiment: Literal[tuple(METRICS)] = Field(description="virtual experiment")
+    run: dict = Field(
+        {},
+        description="grains, geometry and numerics, laid over the study's run where it is of the "
+        "same experiment, else over its materials and laws",
+    )
+    metrics: list[str] = Field(
+        [],
+        description="metrics that could be measured next and are predicted; the experiment's "
+        "main one and those of `targets` unless given",
+    )
+
+
+class JointTarget(_Part):
+    """A measured metric of a rig, or coefficients of a measured curve that are metrics of it."""
+
+    rig: str = Field(description="name in `rigs`")
+    metric: str | None = Field(None, description="metric, compared with the rows of its name")
+    curve: str | None = Field(
+        None, description="CSV table of measured curves, in place of `metric`: curve, x, y"
+    )
+    shape: str | None = Field(
+        None, description="what is read of these curves; goes with `curve` and only with it"
+    )
+    error: Positive | None = Field(
+        None,
+        description="standard error of the measured mean, in the metric's unit, where the table "
+        "holds a single reading without one",
+    )
+    discrepancy: float = Field(
+        0.0,
+        ge=0,
+        description="standard deviation by which the model itself may be wrong, in the metric's "
+        "unit",
+    )
+
+
+class JointPrior(PriorConfig):
+    """What was known of a factor before the tests, and who says so."""
+
+    source: str = Field(min_length=1, description="where it comes from")
+
+
+class JointConfig(_Part):
+    """One posterior over all `targets`."""
+
+    factors: list[str] = Field(
+        [], description="factors that are free; all whose levels are numbers unless given"
+    )
+    runs: int = Field(60, ge=8, le=900, description="points of the common design of all rigs")
+    repeated: int = Field(
+        16, ge=0, le=500, description="of these, points that are run twice, which tells the scatter"
+    )
+    second_wave: int = Field(
+        20, ge=0, le=500, description="points added where the first runs leave the posterior wide"
+    )
+    draws: int = Field(1000, ge=50, le=10000, description="draws that are kept in the table")
+    priors: dict[str, JointPrior] = Field(
+        {}, description="factor name: what is known of it; uniform over its levels where not named"
+    )
+    readings: int = Field(5, ge=2, description="readings that the next test would take")
+    hours: dict[str, Positive] = Field(
+        {},
+        description="rig: hours in the laboratory for so many readings; assumed unless given",
+    )
+    machine: str | None = Field(
+        None, description="rig whose metrics are to be predicted, in place of the parameters"
+    )
+
+
 class PublishedConfig(_Part):
     """Values printed elsewhere, which calibrated.yaml sets beside this study's."""
 
@@ -416,6 +489,14 @@ class Config(_Part):
     push_through: dict[str, PushConfig] = Field(
         {}, description="machine: how it is simulated with draws of the posterior"
     )
+    rigs: dict[str, RigConfig] = Field(
+        {}, description="name: a test of the laboratory or a machine, for the stage `joint`"
+    )
+    targets: list[JointTarget] = Field(
+        [],
+        description="measured metrics of any rig, to which the stage `joint` calibrates",
+    )
+    joint: JointConfig = JointConfig()
     published: PublishedConfig = PublishedConfig()
     numerics: str | None = Field(
         None, description="YAML file of points and variants; the stage `numerics` needs it"

@@ -1,0 +1,155 @@
+"""The joint posterior, criticised by itself: parameters, targets, contradictions, borders."""
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from calibration import figures
+from calibration.chain.joint.emulators import Emulators, free_factors, joint_of
+from calibration.chain.joint.next_tests import LEVEL, next_tests, predictions
+from calibration.files import write_table
+from calibration.inference.joint.critique import ALPHA, agreement, borders, pulls, thinned
+from calibration.inference.joint.diagnostics import misspecification
+from calibration.inference.joint.likelihood import Cloud
+from calibration.intake.tables import read_written
+from calibration.study.config.joint import name_of, read_joint_target
+from dem.io.files import write_json
+
+PRIOR_DRAWS = 20000
+INSIDE = 0.05
+"""Share of a factor's levels that its interval leaves free at both ends where the targets bound
+it."""
+
+
+def joint(study: Any, source: Any, output: Any) -> None:
+    """Sample the joint posterior, criticise it, and say which test to make next. Writes the outputs
+    that the rule declares."""
+    config, factors = study.config, free_factors(study)
+    design = read_written(source.design)
+    emulators = Emulators(factors, design)
+    whole = joint_of(config, emulators)
+    posterior = whole.posterior(config.seed)
+    parameters = _parameters(factors, posterior, whole.prior)
+    criticism = _criticism(whole, posterior.draws, config.seed)
+    following = next_tests(config, emulators, posterior.draws)
+    draws = _natural(factors, thinned(posterior.draws, config.joint.draws))
+    write_table(draws, output.draws)
+    write_table(_as_table(parameters), output.parameters)
+    write_table(_targets(config, whole, criticism["targets"]), output.targets)
+    write_table(following, output.next)
+    write_table(predictions(config, emulators, posterior.draws), output.predictions)
+    middle = {name: p["mean"] for name, p in parameters.items()}
+    figures.save(figures.posterior_pairs(factors, draws, parameters, middle), output.pairs)
+    found = {
+        "parameters": parameters,
+        "correlation": _correlation(posterior.draws),
+        "level": LEVEL,
+        "box": {f.name: [f.low, f.high] for f in factors},
+        "priors": {k: p.model_dump() for k, p in config.joint.priors.items()},
+        "without_value": _without_value(emulators, config),
+        "runs": {rig: int((design["rig"] == rig).sum()) for rig in config.rigs},
+        "sampler": _sampler(posterior),
+        "readings": config.joint.readings,
+        "machine": config.joint.machine,
+        "next_test": following.to_dict("records"),
+    }
+    write_json(output.summary, found | criticism)
+
+
+def _criticism(whole, draws, seed):
+    """Pull of each target, whether all agree, and whether the model gives such values at all."""
+    cloud = Cloud.of(whole, seed=seed)
+    agreed = agreement(whole, draws, seed, cloud)
+    return {
+        "targets": [
+            asdict(p) | {"agrees": p.p_others >= ALPHA} for p in pulls(whole, draws, seed, cloud)
+        ],
+        "agreement": asdict(agreed) | {"contradicts": agreed.contradicts},
+        "misspecification_p": misspecification(whole, seed=seed),
+    }
+
+
+def _sampler(posterior):
+    return {
+        "draws": len(posterior.draws),
+        "effective": posterior.effective,
+        "autocorrelation": posterior.autocorrelation,
+        "accepted": posterior.accepted,
+        "converged": posterior.converged,
+    }
+
+
+def _correlation(draws):
+    d = draws.shape[1]
+    return np.corrcoef(draws.T).reshape(d, d).tolist()
+
+
+def _natural(factors, u):
+    return pd.DataFrame({f.name: f.natural(2.0 * u[:, k] - 1.0) for k, f in enumerate(factors)})
+
+
+def _parameters(factors, posterior, prior):
+    """Mean, standard deviation, interval of each parameter; the share of its prior's standard
+    deviation that is left; whether the measurements bound it; the side of its region on which it
+    presses, and the level that the region would have to reach."""
+    low, high = posterior.interval(LEVEL)
+    before = prior.draw(PRIOR_DRAWS, np.random.default_rng(1)).std(axis=0)
+    pressed, found = borders(posterior.draws, prior), {}
+    for k, f in enumerate(factors):
+        u = posterior.draws[:, k]
+        own = next((b for b in pressed if b.parameter == k), None)
+        found[f.name] = {
+            "mean": f.natural(float(2.0 * u.mean() - 1.0)),
+            "sd": float(2.0 * u.std(ddof=1) * f.half_range),
+            "interval": [f.natural(float(2.0 * x - 1.0)) for x in (low[k], high[k])],
+            "left": float(u.std(ddof=1) / before[k]),
+            "bounded": bool(low[k] > INSIDE and high[k] < 1.0 - INSIDE),
+            "border": own.side if own else None,
+            "reach": _reach(f, own),
+        }
+    return found
+
+
+def _reach(factor, border):
+    """Level beyond the border at which the draws would have fallen off; None without one."""
+    if border is None:
+        return None
+    beyond = border.beyond * (factor.high - factor.low)
+    return factor.low - beyond if border.side == "low" else factor.high + beyond
+
+
+def _as_table(parameters):
+    rows = [
+        {"parameter": name, "mean": p["mean"], "sd": p["sd"], "left": p["left"]}
+        | {"low": p["interval"][0], "high": p["interval"][1], "bounded": p["bounded"]}
+        | {"border": p["border"], "reach": p["reach"]}
+        for name, p in parameters.items()
+    ]
+    return pd.DataFrame(rows)
+
+
+def _targets(config, whole, apart):
+    """A row a coefficient: what was measured, its error, what is predicted, pull and p by all
+    targets and by all others."""
+    rows = []
+    named = {name_of(t): (t, r) for t, r in zip(config.targets, whole.responses, strict=True)}
+    for pull in apart:
+        target, response = named[pull["response"]]
+        k = pull["coefficient"]
+        row = {"rig": target.rig, "metric": read_joint_target(config, target).metrics[k]}
+        row |= {"measured": pull["measured"], "error": float(np.sqrt(response.covariance[k, k]))}
+        shown = ("predicted", "pull", "p", "pull_others", "p_others")
+        rows.append(row | {key: pull[key] for key in shown})
+    return pd.DataFrame(rows)
+
+
+def _without_value(emulators, config):
+    """{target: runs of its rig that gave no value}."""
+    found = {}
+    for target in config.targets:
+        metrics = read_joint_target(config, target).metrics
+        has = np.isfinite(emulators.values(target.rig, metrics)).all(axis=1)
+        found[name_of(target)] = int((~has).sum())
+    return found

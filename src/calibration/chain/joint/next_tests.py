@@ -1,0 +1,108 @@
+"""What the draws of a joint posterior expect of every rig: which test to make next, and which
+parameter each metric owes its spread."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from calibration.chain.joint.emulators import Emulators
+from calibration.inference.joint.next_test import Candidate, rank
+from calibration.inference.joint.shares import pushed, shares
+from calibration.intake.tables import read_table
+from calibration.study.config.joint import read_joint_target
+from dem.experiments import experiments
+
+HOURS = Path(__file__).with_name("laboratory_hours.csv")
+LEVEL = 0.95
+
+
+def next_tests(config: Any, emulators: Emulators, draws: np.ndarray) -> pd.DataFrame:
+    """What each metric of each rig is expected to tell an hour, the best first; draws: u (k, d) of
+    the posterior. Raises ConfigError for a table of hours that cannot be read."""
+    machine, spread = config.joint.machine, _reading_sd(config)
+    wanted, candidates = None, []
+    for rig in config.rigs:
+        known = emulators.known(rig, metrics_of(config, rig))
+        if rig == machine:
+            wanted = next(iter(known.values()), None)
+            continue
+        hours, readings = hours_of(config, rig), config.joint.readings
+        candidates += [
+            Candidate(rig, metric, emulator, readings, hours, spread.get((rig, metric), 0.0))
+            for metric, emulator in known.items()
+        ]
+    told = rank(candidates, draws, wanted, config.seed)
+    return pd.DataFrame([_row(t, emulators.factors, spread) for t in told])
+
+
+def metrics_of(config: Any, rig: str) -> Sequence[str]:
+    """Metrics of a rig that are predicted and could be measured: those that its `metrics` name,
+    else its experiment's main one and those of its targets."""
+    own = config.rigs[rig]
+    main = experiments()[own.experiment].targets[:1]
+    targets = [t for t in config.targets if t.rig == rig]
+    measured = [m for t in targets for m in read_joint_target(config, t).metrics]
+    return tuple(dict.fromkeys(own.metrics or (*main, *measured)))
+
+
+def hours_of(config: Any, rig: str) -> float:
+    """Hours that a rig's readings take: the study's own, else the table's by its experiment.
+    Raises ConfigError."""
+    if rig in config.joint.hours:
+        return float(config.joint.hours[rig])
+    table = read_table(HOURS)
+    rows = {row["experiment"]: (line, row["hours"]) for line, row in table.rows}
+    line, hours = rows[config.rigs[rig].experiment]
+    return float(table.number(line, "hours", hours))
+
+
+def _reading_sd(config):
+    """{(rig, metric): standard deviation of a reading} of what was measured."""
+    found = {}
+    for target in config.targets:
+        measured = read_joint_target(config, target)
+        for metric, sd in zip(measured.metrics, measured.reading_sd, strict=True):
+            found[target.rig, metric] = float(sd)
+    return found
+
+
+def _row(told, factors, measured):
+    c = told.candidate
+    row = {"rig": c.rig, "metric": c.metric, "measured": (c.rig, c.metric) in measured}
+    row |= {"hours": c.hours, "nat": told.nat, "nat_per_hour": told.nat_per_hour}
+    row |= {"low": told.low, "high": told.high, "error": told.error}
+    row |= {f"{f.name} left": float(x) for f, x in zip(factors, told.left, strict=True)}
+    if told.prediction_left is not None:
+        row["prediction left"] = told.prediction_left
+    return row
+
+
+def predictions(config: Any, emulators: Emulators, draws: np.ndarray) -> pd.DataFrame:
+    """What the posterior expects of each metric of each rig, and which parameter it owes its
+    spread; draws: u (k, d)."""
+    rows = []
+    for rig in config.rigs:
+        for metric, emulator in emulators.known(rig, metrics_of(config, rig)).items():
+            row = {"rig": rig, "metric": metric}
+            rows.append(row | _prediction(emulator, emulators.factors, draws, config.seed))
+    return pd.DataFrame(rows)
+
+
+def _prediction(emulator, factors, draws, seed):
+    u, many, run = pushed(emulator, draws, seed)
+    mean = emulator.mean(u)[0]
+    first, alone = shares(mean, u)
+    row = {"mean": float(mean.mean())}
+    row |= dict(zip(("low", "high"), _tails(many), strict=True))
+    row |= dict(zip(("run_low", "run_high"), _tails(run), strict=True))
+    row |= {"sd_parameters": float(mean.std())}
+    row |= {f"{f.name} share": float(x) for f, x in zip(factors, first, strict=True)}
+    return row | {f"{f.name} alone": float(x) for f, x in zip(factors, alone, strict=True)}
+
+
+def _tails(values):
+    tail = 0.5 * (1.0 - LEVEL)
+    return [float(x) for x in np.quantile(values, [tail, 1.0 - tail])]

@@ -1,0 +1,107 @@
+"""What the joint posterior says, in sentences."""
+
+from calibration.figures import label, response_of
+
+TELLS = 0.9  # of today's standard deviation: a test that leaves more tells little
+
+
+def sentences(summary, response):
+    """What came out, for the report."""
+    said = [*_bounded(summary), *_borders(summary), *_contradictions(summary), *_targets(summary)]
+    return [*said, *_next(summary), *_doubts(summary)]
+
+
+def _bounded(summary):
+    kinds = {"bounded": [], "narrowed": [], "open": []}
+    for name, p in summary["parameters"].items():
+        kind = "bounded" if p["bounded"] else "narrowed" if p["left"] <= TELLS else "open"
+        ends = summary["box"][name] if kind == "open" else p["interval"]
+        if not p["border"]:
+            kinds[kind].append(f"{label(name)} {ends[0]:.3g} to {ends[1]:.3g}")
+    level = f"{100 * summary['level']:.0f} %"
+    heads = {
+        "bounded": f"With {level} probability, by all targets together",
+        "narrowed": "Narrowed, but not bounded within the levels",
+        "open": "All targets together do not narrow",
+    }
+    return [f"{heads[kind]}: {', '.join(said)}." for kind, said in kinds.items() if said]
+
+
+def _borders(summary):
+    return [
+        f"Move or widen the region: {label(name)} presses on its {p['border']} border, "
+        f"{summary['box'][name][0 if p['border'] == 'low' else 1]:.3g}; its draws are "
+        f"{p['interval'][0]:.3g} to {p['interval'][1]:.3g}, and fall off near {p['reach']:.3g}."
+        for name, p in summary["parameters"].items()
+        if p["border"]
+    ]
+
+
+def _contradictions(summary):
+    found = summary["agreement"]
+    if not found["contradicts"]:
+        return [f"One set of parameters meets all targets (p = {found['p']:.2g})."]
+    names, p = found["named"], f"p = {found['p']:.2g}"
+    if len(names) > 1:
+        return [
+            f"No parameters of the region meet all targets ({p}). They contradict each other: "
+            f"{', '.join(names)}. Without any one of these the others agree. A law may be missing, "
+            "or a measurement may be wrong: see the diagnosis."
+        ]
+    return [
+        f"No parameters of the region meet all targets ({p}). {names[0]} contradicts the others. "
+        "A law may be missing, or this measurement may be wrong: see the diagnosis."
+    ]
+
+
+def _targets(summary):
+    said = []
+    for target in summary["targets"]:
+        rig, _, metric = target["response"].partition(": ")
+        shown = response_of(metric)
+        said.append(
+            f"{_first(rig)}, {shown.name}: measured {shown.value(target['measured'])}, predicted "
+            f"by all targets {shown.value(target['predicted'])} (pull {target['pull']:+.1f}), by "
+            f"the others a pull of {target['pull_others']:+.1f} (p = {target['p_others']:.2g})."
+        )
+    return said
+
+
+def _first(name):
+    """A rig's name at the head of a sentence."""
+    words = label(name)
+    return words[:1].upper() + words[1:]
+
+
+def _next(summary):
+    rows = summary["next_test"]
+    if not rows:
+        return []
+    best = rows[0]
+    left = {k.removesuffix(" left"): v for k, v in best.items() if k.endswith(" left")}
+    name, share = min(left.items(), key=lambda pair: pair[1])
+    metric = response_of(best["metric"]).name
+    head = f"{label(best['rig'])}, {metric}, {summary['readings']} readings in {best['hours']:g} h"
+    of = "what is predicted" if name == "prediction" else label(name)
+    if share > TELLS:
+        return [f"No test is expected to tell much: the best, {head}, leaves {share:.0%} of {of}."]
+    return [
+        f"The test to make next: {head}, {best['nat_per_hour']:.2f} nat an hour. It is expected to "
+        f"leave {100 * share:.0f} % of the spread of {of}."
+    ]
+
+
+def _doubts(summary):
+    said = [
+        f"{count} runs of {name} gave no value; parameters at which that is likely are less "
+        "probable."
+        for name, count in summary["without_value"].items()
+        if count
+    ]
+    sampler = summary["sampler"]
+    if not sampler["converged"]:
+        said.append(
+            f"The sampler's chains are short: they are worth {sampler['effective']:.0f} "
+            "independent draws. The ends of the intervals are uncertain."
+        )
+    return said

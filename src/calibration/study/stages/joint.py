@@ -1,0 +1,21 @@
+"""One posterior over all tests of the laboratory: a way to spend runs beside the chain's."""
+
+from calibration.study.stages.stage import Figure, Plan, Stage
+
+STAGES = (
+    Stage(
+        name="joint",
+        title="All tests together",
+        place=5.3,
+        # the second plan has the runs that the first ones ask for
+        plans=(Plan("joint_first"), Plan("joint")),
+        figures=(Figure("pairs", ("draws.csv", "joint.json")),),
+        tables=(
+            ("parameters", "Parameters with their 95 % intervals, by all targets"),
+            ("targets", "Each target beside what the others expect of it"),
+            ("next", "What each further test is expected to tell"),
+            ("predictions", "What is expected of each rig, and from which parameter"),
+        ),
+        sentences="calibration.chain.joint.words:sentences",
+    ),
+)

@@ -1,0 +1,219 @@
+"""A joint study as the workflow runs it, on answers in closed form: plan, second wave, posterior,
+criticism, next test; and what is wrong with a laboratory, by line."""
+
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from calibration.chain.joint.words import sentences
+from calibration.chain.study import Study
+from calibration.errors import ConfigError
+from calibration.figures import ANGLE
+from calibration.runs.plans import read_plan, result_path
+from calibration.study.config import parse_config
+from dem.results import write_result
+from dem.spec import parse_spec
+from small_heap import RUN
+from workflow_rules import rules_of
+
+KEYS = {
+    "rolling": "contacts.particle_particle.rolling_friction",
+    "friction": "contacts.particle_particle.static_friction",
+    "wall": "contacts.particle_wall.static_friction",
+}
+ROWS = """experiment,quantity,value,unit,sd,n
+heap,angle_of_repose,30.2,deg,,
+heap,angle_of_repose,29.8,deg,,
+heap,angle_of_repose,30.4,deg,,
+heap,angle_of_repose,29.6,deg,,
+tilt,sliding_angle,20.0,deg,0.6,6
+"""
+TARGETS = [
+    {"rig": "pour", "metric": "angle_of_repose_deg"},
+    {"rig": "plane", "metric": "sliding_angle_deg"},
+]
+
+
+def laboratory(tmp_path, monkeypatch, rows=ROWS, targets=TARGETS, rigs=None, **joint):
+    """The configuration of a study with two tests and a hopper that nobody has measured."""
+    monkeypatch.chdir(tmp_path)
+    names = zip("ABC", KEYS.items(), strict=True)
+    table = [f"{c}\t{n}\t{k}\t0.1\t0.5" for c, (n, k) in names]
+    Path("factors.tsv").write_text("\n".join(["code\tname\tkey\tlow\thigh", *table]) + "\n")
+    Path("measured.csv").write_text(rows)
+    data = {
+        "name": "made-up", "seed": 7, "factors": "factors.tsv", "measurements": "measured.csv",
+        "target": {"metric": "angle_of_repose_deg"},
+        "run": {"materials": RUN["materials"], "contacts": RUN["contacts"],
+                "particles": {"count": 100, "diameter_mm": 2.0},
+                "geometry": {"generation_rate_per_s": 1000}},
+        "rigs": {"pour": {"experiment": "heap"}, "plane": {"experiment": "tilt"},
+                 "hopper": {"experiment": "discharge"}} | (rigs or {}),
+        "targets": targets,
+        "joint": {"runs": 32, "repeated": 10, "second_wave": 8} | joint,
+    }  # fmt: skip
+    Path("config.yaml").write_text(yaml.safe_dump(data, sort_keys=False))
+    return parse_config(data, files=["config.yaml"])
+
+
+def metrics_of(spec, rng):
+    """The heap goes with the sum of two frictions, the plane with the wall's, the hopper with the
+    difference."""
+    contacts = spec["contacts"]
+    rolling = contacts["particle_particle"]["rolling_friction"]
+    friction = contacts["particle_particle"]["static_friction"]
+    if spec["experiment"] == "heap":
+        angle = 15.0 + 25.0 * (rolling + friction) + 0.3 * rng.standard_normal()
+        return {"angle_of_repose_deg": angle}
+    if spec["experiment"] == "tilt":
+        return {"sliding_angle_deg": 50.0 * contacts["particle_wall"]["static_friction"] + 5.0}
+    flow = 60.0 + 80.0 * (rolling - friction) + rng.standard_normal()
+    return {"mass_flow_g_s": flow, "emptying_time_s": 240.0 / flow}
+
+
+def answer(plan):
+    for name, spec in read_plan(plan).items():
+        rng = np.random.default_rng(zlib.crc32(name.encode()))
+        found = metrics_of(spec, rng)
+        write_result(Path(result_path(name)).parent, parse_spec(spec), found, {}, files=())
+
+
+def calibrated(config):
+    """The stage as the workflow calls it; returns the study."""
+    study, rules = Study(config), rules_of(config.model_dump(mode="json"))
+    for name in ("plan_joint_first", "plan_joint", "joint"):
+        rules[name].call(study)
+        if rules[name].plan:
+            answer(rules[name].plan)
+    return study
+
+
+def test_two_tests_and_a_third_that_is_to_be_made(tmp_path, monkeypatch):
+    study = calibrated(laboratory(tmp_path, monkeypatch))
+    found = study.summary("joint")
+    design = study.table("joint", "design")
+    # 32 points and 10 of them again where runs scatter, and 8 more for each rig with a target
+    assert found["runs"] == {"pour": 50, "plane": 40, "hopper": 42}
+    assert len(read_plan("results/made-up/joint/plan.json")) == 16
+    pour = design[(design["rig"] == "pour")].head(32)
+    hopper = design[(design["rig"] == "hopper")].head(32)
+    assert np.allclose(pour[list(KEYS)], hopper[list(KEYS)])
+    # (20 - 5) / 50, and an error of 0.6 / sqrt(6) of 50 a unit
+    wall = found["parameters"]["wall"]
+    assert wall["mean"] == pytest.approx(0.3, abs=0.005)
+    assert wall["sd"] == pytest.approx(0.6 / np.sqrt(6) / 50, rel=0.6)
+    assert wall["bounded"]
+    assert not found["parameters"]["rolling"]["bounded"]
+    draws = study.table("joint", "draws")
+    assert (draws["rolling"] + draws["friction"]).mean() == pytest.approx(0.6, abs=0.02)
+    assert draws[["rolling", "friction"]].corr().iloc[0, 1] < -0.7
+    assert not found["agreement"]["contradicts"]
+    following = study.table("joint", "next")
+    assert tuple(following.loc[0, ["rig", "metric"]]) == ("hopper", "mass_flow_g_s")
+    assert following.loc[0, "rolling left"] < 0.5
+    said = " ".join(sentences(found, ANGLE))
+    assert "The test to make next: hopper" in said
+    assert "wall 0." in said
+    assert "<path" in Path("results/made-up/joint/pairs.svg").read_text()
+    shares = study.table("joint", "predictions").set_index("rig")
+    assert shares.loc["plane", "wall share"] > 0.9
+    assert shares.loc["hopper", "rolling share"] > 0.5
+
+
+def test_curves_count_as_coefficients_and_part_what_the_heap_leaves(tmp_path, monkeypatch):
+    """The heap tells the sum of two frictions, 0.6; five curves of a discharge of 68 g/s their
+    difference, (68 - 60) / 80."""
+    time = np.linspace(0.0, 5.0, 251)
+    rows = [
+        f"{flow},{t},{min(flow * t, 240.0)}" for flow in (66.5, 67.5, 68, 68.5, 69.5) for t in time
+    ]
+    (tmp_path / "curves.csv").write_text("\n".join(["curve,x (s),y (g)", *rows]) + "\n")
+    curve = {"rig": "hopper", "curve": "curves.csv", "shape": "mass over time"}
+    found = calibrated(laboratory(tmp_path, monkeypatch, targets=[*TARGETS, curve]))
+    parameters = found.summary("joint")["parameters"]
+    assert parameters["rolling"]["mean"] == pytest.approx(0.35, abs=0.02)
+    assert parameters["friction"]["mean"] == pytest.approx(0.25, abs=0.02)
+    assert parameters["rolling"]["bounded"]
+    told = found.table("joint", "targets")
+    assert list(told.loc[told["rig"] == "hopper", "metric"]) == ["mass_flow_g_s", "emptying_time_s"]
+    assert told.loc[told["metric"] == "mass_flow_g_s", "measured"].item() == pytest.approx(
+        68.0, abs=0.1
+    )
+
+
+def test_a_value_that_the_region_does_not_reach_moves_it(tmp_path, monkeypatch):
+    rows = ROWS.replace("20.0,deg,0.6", "29.6,deg,0.6")  # friction 0.492 on the wall, up to 0.5
+    found = calibrated(laboratory(tmp_path, monkeypatch, rows)).summary("joint")
+    assert found["parameters"]["wall"]["border"] == "high"
+    assert found["parameters"]["wall"]["reach"] > 0.5
+    said = " ".join(sentences(found, ANGLE))
+    assert "Move or widen the region: wall presses on its high border, 0.5" in said
+
+
+def test_targets_that_exclude_each_other_are_named(tmp_path, monkeypatch):
+    """A second plane, of the same friction, slides six degrees later."""
+    more = [*TARGETS, {"rig": "again", "metric": "sliding_angle_deg"}]
+    rows = ROWS.replace(
+        "experiment,quantity,value,unit,sd,n",
+        "experiment,quantity,value,unit,sd,n,particle_diameter_mm",
+    )
+    rows = rows.replace(",0.6,6", ",0.6,6,2.0").replace(",,\n", ",,,\n")
+    rows += "tilt,sliding_angle,26.0,deg,0.6,6,3.0\n"
+    rigs = {
+        "plane": {"experiment": "tilt", "run": {"particles": {"diameter_mm": 2.0}}},
+        "again": {"experiment": "tilt", "run": {"particles": {"diameter_mm": 3.0}}},
+    }
+    found = calibrated(laboratory(tmp_path, monkeypatch, rows, more, rigs)).summary("joint")
+    named = {"plane: sliding_angle_deg", "again: sliding_angle_deg"}
+    assert set(found["agreement"]["named"]) == named
+    assert "They contradict each other: " in " ".join(sentences(found, ANGLE))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"targets": [{"rig": "drum", "metric": "dynamic_angle_deg"}]},
+         ["config.yaml", "targets.0.rig", "'drum'", "pour, plane, hopper"]),
+        ({"targets": [{"rig": "pour", "metric": "sliding_angle_deg"}]},
+         ["targets.0.metric", "angle_of_repose_deg"]),
+        ({"targets": [{"metric": "sliding_angle_deg"}]}, ["targets.0.rig", "must be given"]),
+        ({"targets": [{"rig": "pour"}]}, ["targets.0", "either metric, or curve and shape"]),
+        ({"rows": ROWS.replace("0.6,6", ",")}, ["measured.csv", "line 6", "has no error"]),
+        ({"rows": ROWS + "tilt,sliding_angle,30.0,deg,0.6,6\n"}, ["line 7", "line 6"]),
+        ({"rows": ROWS.replace("20.0,deg", "20.0,kPa")}, ["line 6", "unit", "deg"]),
+        ({"priors": {"wall": {"mean": 0.3, "sd": 0.1}}}, ["joint.priors.wall.source"]),
+        ({"priors": {"wall": {"mean": 0.9, "sd": 0.1, "source": "a paper"}}},
+         ["joint.priors.wall.mean", "0.1 to 0.5"]),
+        ({"factors": ["rolling", "speed"]}, ["joint.factors", "speed"]),
+        ({"hours": {"silo": 2.0}}, ["joint.hours", "silo"]),
+        ({"repeated": 40}, ["joint.repeated", "32"]),
+    ],
+)  # fmt: skip
+def test_a_wrong_laboratory_is_refused_by_line(tmp_path, monkeypatch, changes, words):
+    with pytest.raises(ConfigError) as error:
+        laboratory(tmp_path, monkeypatch, **changes)
+    for word in words:
+        assert word in str(error.value)
+
+
+def test_two_batches_that_contradict_are_refused_and_others_pooled(tmp_path, monkeypatch):
+    rows = "experiment,quantity,value,unit,sd,n,batch\n" + "".join(
+        f"heap,angle_of_repose,{v},deg,,,\n" for v in (30, 31)
+    )
+    far = rows + "tilt,sliding_angle,20,deg,0.6,6,a\ntilt,sliding_angle,24,deg,0.6,6,b\n"
+    with pytest.raises(ConfigError) as error:
+        laboratory(tmp_path, monkeypatch, far)
+    assert "line 5" in str(error.value)
+    assert "contradicts line 4" in str(error.value)
+    near = far.replace("24,deg", "20.4,deg")
+    assert laboratory(tmp_path, monkeypatch, near).targets
+
+
+def test_a_single_reading_counts_with_a_stated_error(tmp_path, monkeypatch):
+    rows = ROWS.replace("0.6,6", ",")
+    targets = [TARGETS[0], TARGETS[1] | {"error": 0.5}]
+    config = laboratory(tmp_path, monkeypatch, rows, targets)
+    assert config.targets[1].error == 0.5

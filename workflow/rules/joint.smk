@@ -1,0 +1,127 @@
+# one posterior over all tests of the laboratory: a common design for all rigs, runs added where the
+# posterior is wide, the posterior itself
+
+
+checkpoint plan_joint_first:
+    input:
+        rigs=needs("rigs", "plan_joint_first"),
+        targets=needs("targets", "plan_joint_first"),
+        factors=FACTORS,
+        fixed=BENCH_VALUES,
+        again=again("plan_joint_first"),
+    output:
+        design=f"{STUDY}/joint_first/design.csv",
+        plan=f"{STUDY}/joint_first/plan.json",
+    log:
+        f"{STUDY}/logs/plan_joint_first.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **call(
+            "calibration.chain.joint.plans:plan_joint_first",
+            reads=["seed", "experiment", "fixed", "run", "factors", "joint", "rigs"],
+            seeds=7,
+        ),
+    message:
+        "plan a common design for all rigs of the laboratory"
+    script:
+        "../scripts/task.py"
+
+
+# its design has the first runs too, its plan those that are added
+checkpoint plan_joint:
+    input:
+        factors=FACTORS,
+        fixed=BENCH_VALUES,
+        measurements=MEASUREMENTS,
+        curves=[user_file(t.curve) for t in SETTINGS.targets if t.curve],
+        first=f"{STUDY}/joint_first/design.csv",
+        runs=runs_of("joint_first"),
+        again=again("plan_joint"),
+    output:
+        design=f"{STUDY}/joint/design.csv",
+        plan=f"{STUDY}/joint/plan.json",
+    log:
+        f"{STUDY}/logs/plan_joint.log",
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=60,
+    params:
+        **call(
+            "calibration.chain.joint.plans:plan_joint",
+            reads=[
+                "seed",
+                "experiment",
+                "fixed",
+                "run",
+                "factors",
+                "joint",
+                "rigs",
+                "targets",
+                "measurements",
+            ],
+            seeds=7,
+        ),
+    message:
+        "plan runs where the joint posterior is wide"
+    script:
+        "../scripts/task.py"
+
+
+rule joint:
+    input:
+        factors=FACTORS,
+        measurements=MEASUREMENTS,
+        curves=[user_file(t.curve) for t in SETTINGS.targets if t.curve],
+        design=f"{STUDY}/joint/design.csv",
+        runs=runs_of("joint"),
+        first_runs=runs_of("joint_first"),
+        again=again("joint"),
+    output:
+        summary=f"{STUDY}/joint/joint.json",
+        draws=f"{STUDY}/joint/draws.csv",
+        parameters=f"{STUDY}/joint/parameters.csv",
+        targets=f"{STUDY}/joint/targets.csv",
+        next=f"{STUDY}/joint/next.csv",
+        predictions=f"{STUDY}/joint/predictions.csv",
+        pairs=report(
+            f"{STUDY}/joint/pairs.svg",
+            caption="../report/joint_pairs.rst",
+            category="5 All tests together",
+        ),
+    log:
+        f"{STUDY}/logs/joint.log",
+    benchmark:
+        f"{STUDY}/logs/joint.tsv"
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+        runtime=60,
+    params:
+        **call(
+            "calibration.chain.joint.analysis:joint",
+            reads=[
+                "seed",
+                "experiment",
+                "run",
+                "factors",
+                "joint",
+                "rigs",
+                "targets",
+                "measurements",
+            ],
+        ),
+    message:
+        "joint: one posterior over all tests"
+    script:
+        "../scripts/task.py"
