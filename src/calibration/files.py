@@ -28,9 +28,22 @@ def replacing(path: str | Path) -> Iterator[Path]:
     partial = path.with_name(f".partial.{os.getpid()}.{path.name}")
     try:
         yield partial
+        _kept(partial)
         os.replace(partial, path)
+        _kept(path.parent)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def _kept(path):
+    """Wait until a file or a folder's list of names is on the disk: a power cut would leave an
+    empty file under the name. A file system that cannot do it (some of networks) goes without."""
+    with suppress(OSError):
+        number = os.open(path, os.O_RDONLY)
+        try:
+            os.fsync(number)
+        finally:
+            os.close(number)
 
 
 def sweep_abandoned(folder: str | Path) -> None:
@@ -71,10 +84,15 @@ def _no_formula(cell):
     if not isinstance(cell, str):
         return cell
     cell = cell.replace("\r", " ")  # pandas would let it begin a row of its own
-    if not cell.lstrip().startswith(FORMULA):
-        return cell
+    # a spreadsheet that parts cells by semicolons or tabs begins a new one behind each
+    return "".join(_as_text(part) for part in re.split(r"([;\t]\s*)", cell))
+
+
+def _as_text(part):
+    if not part.lstrip().startswith(FORMULA):
+        return part
     try:
-        float(cell)
+        float(part)
     except ValueError:
-        return f"'{cell}"
-    return cell
+        return f"'{part}"
+    return part

@@ -8,6 +8,8 @@ from tqdm import tqdm
 
 from dem.errors import DemError, StoppedError
 from dem.experiments import experiments
+from dem.tables.limits import check_file
+from dem.tables.meshes import check_meshes_of
 
 RUN = (
     "Run one experiment. One that was cut off goes on from its checkpoint, "
@@ -215,8 +217,10 @@ def _users_spec(path):
     """The `RunSpec` of a file that gives the whole material."""
     from dem.spec import load_spec, require_material
 
+    check_file(path, "configuration")
     spec = load_spec(path)
     require_material(spec, file=str(path))
+    check_meshes_of(spec)
     return spec
 
 

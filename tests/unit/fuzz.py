@@ -2,29 +2,47 @@
 100000 [SEED]`.
 
 A mutation is drawn from a seeded generator, so that each case can be made again: `mutated(text,
-seed)`.
+seed)`. Files of a structure are changed within it: a part of a workbook is packed again, a chunk of
+a picture gets its checksum, so that the readers behind the library's own checks are reached.
 """
 
+import io
 import random
+import struct
 import sys
 import tempfile
 import traceback
+import zipfile
+import zlib
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
+import openpyxl
+from PIL import Image
+from scipy.io import wavfile
 
+from calibration.engines.command import read_metrics
 from calibration.errors import CalibrationError
+from calibration.intake.curves import read_curves
 from calibration.intake.measurements import read_measured
+from calibration.intake.photo import measure_photo
+from calibration.intake.shear_tester import read_points
+from calibration.intake.sound import read_train
+from calibration.intake.tables import read_table
+from calibration.runs.store import RunStore
 from calibration.statistics.screening_design import screening_design
 from calibration.study.config.as_data import data_of
 from calibration.study.config.schema import ScreeningConfig
 from calibration.study.factors import read_factors
+from calibration.study.new.questions import sieve_curve
 from dem.errors import DemError
 from dem.io.clump import read_clump
 from dem.io.sieve import read_sizes
 from dem.io.stl import read_stl, write_stl
 from dem.spec import load_spec
+from dem.tables.meshes import check_mesh
 from diagnosis.settings import read_settings
 
 ROOT = Path(__file__).parents[2]
@@ -77,10 +95,14 @@ def _mesh():
         return Path(file.name).read_bytes()
 
 
-ASCII_MESH = b"solid s\n" + b"".join(
-    b"facet normal 0 0 1\nouter loop\n"
-    b"vertex %d 0 0\nvertex 1 %d 0\nvertex 0 1 1\nendloop\nendfacet\n" % (n, n + 2)
-    for n in range(4)
+ASCII_MESH = (
+    b"solid s\n"
+    + b"".join(
+        b"facet normal 0 0 1\nouter loop\n"
+        b"vertex %d 0 0\nvertex 1 %d 0\nvertex 0 1 1\nendloop\nendfacet\n" % (n, n + 2)
+        for n in range(4)
+    )
+    + b"endsolid s\n"
 )
 SPEC = b"""experiment: heap
 seed: 1
@@ -99,12 +121,128 @@ def _configuration(path):
         data_of(stream)
 
 
+def _index(path):
+    """The index of a store of runs, whose lines a power cut may have left half."""
+    (path.parent / "index.jsonl").write_bytes(path.read_bytes())
+    store = RunStore(path.parent)
+    store.known("heap-0123456789abcdef")
+    with suppress(DemError):
+        store.result("heap-0123456789abcdef")
+
+
 def _design(path):
     rules = ScreeningConfig(design=str(path))
     screening_design(read_factors(ROOT / "config" / "factors.tsv"), rules)
 
 
+def repacked(content, seed):
+    """A compressed file with one of its parts changed."""
+    rng, out = random.Random(seed), io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(content)) as source, zipfile.ZipFile(out, "w") as target:
+        parts = source.namelist()
+        # every other time a sheet: most parts say nothing about cells
+        sheets = [n for n in parts if "sheet" in n.lower() and n.endswith(".xml")]
+        chosen = rng.choice(sheets if rng.random() < 0.5 else parts)
+        for name in parts:
+            data = source.read(name)
+            target.writestr(name, mutated(data, seed) if name == chosen else data)
+    return out.getvalue()
+
+
+def rechunked(content, seed):
+    """A PNG with one of its chunks changed, and the chunk's checksum right again."""
+    rng, chunks, at = random.Random(seed), [], 8
+    while at < len(content):
+        (length,) = struct.unpack_from(">I", content, at)
+        chunks.append([content[at + 4 : at + 8], content[at + 8 : at + 8 + length]])
+        at += 12 + length
+    chosen = rng.choice(chunks)
+    if chosen[0] == b"IHDR" and rng.random() < 0.5:
+        sides = [rng.choice([0, 1, 3, 120, 5000, 10**6, 2**31 - 1]) for _ in range(2)]
+        chosen[1] = struct.pack(">II", *sides) + chosen[1][8:]
+    else:
+        chosen[1] = mutated(chosen[1], seed)
+    parts = [
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+        for kind, data in chunks
+    ]
+    return content[:8] + b"".join(parts)
+
+
+def with_other_head(content, seed):
+    """A WAV file with a number of its head changed, cut off, or its bytes changed."""
+    rng, data = random.Random(seed), bytearray(content)
+    if rng.random() < 0.2:
+        return bytes(data[: rng.randrange(len(data))])
+    if rng.random() < 0.3:
+        return mutated(content, seed)
+    at, form = rng.choice([(4, "<I"), (16, "<I"), (20, "<H"), (22, "<H"), (24, "<I"), (28, "<I"),
+                           (32, "<H"), (34, "<H"), (40, "<I")])  # fmt: skip
+    struct.pack_into(form, data, at, rng.choice([0, 1, 2, 3, 7, 8, 24, 32, 64, 44100, 65535]))
+    return bytes(data)
+
+
+def _workbook():
+    made = openpyxl.Workbook()
+    for row in (["Versuch 1"], ["Nr", "Winkel in °"], [1, 26.1], [2, "27,4"], ["x", "=A3+1"]):
+        made.active.append(row)
+    made.active.merge_cells("A1:B1")
+    out = io.BytesIO()
+    made.save(out)
+    return out.getvalue()
+
+
+def _picture():
+    y, x = np.mgrid[0:120, 0:160]
+    inside = (y < 100) & (100 - y < 0.5 * (60 - np.abs(x - 80)))
+    image = np.where(inside[..., None], [90, 60, 40], [205, 210, 220]).astype(np.uint8)
+    out = io.BytesIO()
+    Image.fromarray(image).save(out, "PNG", pnginfo=None, dpi=(72, 72))
+    return out.getvalue()
+
+
+def _sound():
+    t = np.arange(8000) / 8000
+    at = (0.1, 0.4, 0.6, 0.74)
+    sound = sum(np.where(t >= a, np.exp(-(t - a) / 0.003), 0.0) * np.sin(9e3 * t) for a in at)
+    out = io.BytesIO()
+    wavfile.write(out, 8000, (2e4 * sound / np.abs(sound).max()).astype(np.int16))
+    return out.getvalue()
+
+
+def _numbers(path):
+    for line, row in (table := read_table(path)).rows:
+        for column in table.header:
+            with suppress(CalibrationError):
+                table.number(line, column, row[column])
+
+
+def _mesh_of(path):
+    check_mesh(path)
+    return read_stl(path, closed=True)
+
+
+CHANGES = {"workbook": repacked, "photograph": rechunked, "sound": with_other_head}
+"""Reader: how its files are changed, where it is not by bytes alone."""
+ENDS = {"workbook": ".xlsx"}
+
 READERS = {
+    "workbook": (_workbook(), _numbers),
+    "photograph": (_picture(), measure_photo),
+    "sound": (_sound(), read_train),
+    "curves": (
+        b"curve,x [s],y [g]\n"
+        + b"".join(b"%d,%d,%d\n" % (c, k, 3 * k + c) for c in range(4) for k in range(9)),
+        lambda p: read_curves(p, "mass over time"),
+    ),
+    "shear tester": (b"normal_stress [kPa],shear_stress [kPa]\n1,0.8\n2,1.5\n4,2.9\n", read_points),
+    "index": (
+        b'{"run":"heap-0123456789abcdef","engine":"a","wall_time_s":1.0,"files":'
+        b'{"result.json":[1,2,3,4]}}\n',
+        lambda p: _index(p),
+    ),
+    "metrics of a program": (b'{"angle_of_repose_deg": 31.5, "height_mm": 12}', read_metrics),
+    "sieve": (b"diameter_mm,mass_percent\n1.0,20\n2.0,50\n3.0,30\n", sieve_curve),
     "measurements": ("data/paper/measurements.csv", read_measured),
     "readings": ("examples/soybean/measured.csv", read_measured),
     "factors": ("config/factors.tsv", read_factors),
@@ -117,8 +255,8 @@ READERS = {
         lambda p: read_sizes(p, "mass"),
     ),
     "clump": (b"x_mm,y_mm,z_mm,radius_mm\n0,0,0,1\n1.0,0.2,0,0.8\n-3e-1,0.9,0.5,0.6\n", read_clump),
-    "binary mesh": (_mesh(), read_stl),
-    "mesh": (ASCII_MESH, lambda p: read_stl(p, closed=True)),
+    "binary mesh": (_mesh(), _mesh_of),
+    "mesh": (ASCII_MESH, _mesh_of),
 }
 """Name: (a valid input or the path of one, what reads the path of such a file)."""
 
@@ -128,9 +266,9 @@ def faults(name, seeds, folder):
     in a sentence."""
     source, read = READERS[name]
     content = (ROOT / source).read_bytes() if isinstance(source, str) else source
-    path, found = Path(folder) / "input", []
+    path, found = Path(folder) / f"input{ENDS.get(name, '')}", []
     for seed in seeds:
-        path.write_bytes(mutated(content, seed))
+        path.write_bytes(CHANGES.get(name, mutated)(content, seed))
         try:
             read(path)
         except (CalibrationError, DemError) as error:

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from calibration.errors import ConfigError
 from calibration.intake.clump_from_mesh import cells_inside, fill_mesh, mesh_volume
 from calibration.interface.commands import main
 from dem.clump import shape_of
-from dem.errors import MeshError
 from dem.io.clump import read_clump
 from dem.io.stl import write_stl
 from dem.spec import parse_spec
@@ -95,7 +95,7 @@ def test_an_ellipsoid_is_filled_and_turns_as_it_does(tmp_path):
 def test_what_cannot_be_filled_gets_a_sentence(tmp_path, capsys):
     vertices, triangles = two_balls(1.0, 0.6)
     write_stl(tmp_path / "leaks.stl", vertices, triangles[1:])
-    with refused(MeshError, file="leaks.stl"):
+    with refused(ConfigError, path="leaks.stl"):
         fill_mesh(tmp_path / "leaks.stl", 8)
     write_stl(tmp_path / "grain.stl", vertices, triangles)
     assert main(["clump", str(tmp_path / "grain.stl"), "--spheres", "11"]) == 2

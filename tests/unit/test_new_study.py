@@ -233,7 +233,7 @@ def test_every_other_name_makes_a_study(name):
         (["--grain", "4 kg"], ["--grain 4 kg", "another kind", "mm"]),
         (["--orifice", "wide"], ["--orifice wide", "not a number"]),
         (["--measured", "0.46", "0.48"], ["--measured 0.46", "rad"]),
-        (["--measured", "26,1", "27,4"], ["--measured 26,1", "26.1"]),
+        (["--measured", "26,125", "27,4"], ["--measured 26,125", "26.125", "26125"]),
         (["--measured", "26.1"], ["one value", "two or more"]),
         (["--measured", "none.csv"], ["none.csv", "cannot be read"]),
         (["--material", "soybeen"], ["soybeen", "did you mean soybean"]),
@@ -286,14 +286,14 @@ def test_a_wrong_answer_is_asked_for_again_and_told_why(tmp_path, monkeypatch, c
     (tmp_path / "my angles.csv").write_text("angle [°]\n26.1\n28.4\n")
     given = Namespace(measured=None, material=None, density=None, grain="4mm", sieve=None,
                       orifice="25mm", plate="10cm", height=None, rate=None, rim=None)  # fmt: skip
-    told = iter(["26,1 28,4", "'no file.csv'", "my angles.csv", "1.35", "1.35 g/cm3",
+    told = iter(["26,125 28,4", "'no file.csv'", "my angles.csv", "1.35", "1.35 g/cm3",
                  "20 mm", "12 kg/s", "75 mm", "", "wheet", "wheat"])  # fmt: skip
     values, heap, factors, _ = answers(given, lambda text: next(told))
     assert (values, heap.discharge_height_mm, heap.mass_flow_g_s) == ([26.1, 28.4], 75, None)
     assert "Agrophysics" in factors[1].description
     said = capsys.readouterr().out.splitlines()
     reasons = [
-        "is it 26.1?",
+        "26.125 or 26125",
         "cannot be read",
         "did you mean 1.35 g/cm³",
         "would reach the orifice",

@@ -2,6 +2,8 @@
 
 import json
 import re
+import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -190,8 +192,56 @@ def test_it_starts_its_study_once_and_stops_it(server):
     assert "ended with status" in state["ended"]
 
 
-def test_what_it_started_ends_with_it(study, tmp_path):
-    """Also where it is terminated: nothing goes on unseen."""
+def test_two_at_once_start_one(server, monkeypatch):
+    """Requests come in threads. The check and the start are held apart here, as they may be."""
+    plain = type(server.job).running.fget
+    started, both = [], threading.Barrier(2)
+
+    def slow(job):
+        found = plain(job)
+        time.sleep(0.2)
+        return found
+
+    monkeypatch.setattr(type(server.job), "running", property(slow))
+
+    def post():
+        both.wait()
+        started.append(json.loads(ask(server, "/start", "POST")[2])["started"])
+
+    threads = [threading.Thread(target=post) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(started) == [False, True]
+
+
+@pytest.mark.parametrize("path", ["http://[", "http://[::1", "http://]/state"])
+def test_an_address_that_is_none_is_told_so(server, path, capfd):
+    """As bytes: a client of the library would not send it."""
+    with socket.create_connection(("127.0.0.1", server.server_port), timeout=30) as client:
+        client.sendall(f"GET {path} HTTP/1.0\r\n\r\n".encode())
+        assert b" 400 " in client.recv(1000).splitlines()[0]
+    assert ask(server, "/state", Origin="http://[")[0] == 400
+    assert "Traceback" not in capfd.readouterr().err
+
+
+def test_a_run_that_was_made_again_gets_its_new_picture(server, study):
+    (heap,) = json.loads(ask(server, "/state")[2])["heaps"]
+    before = ask(server, f"/heap/{heap['run']}")[2]
+    folder = Path("results/runs") / heap["run"]
+    with np.load(folder / "final.npz") as kept:
+        arrays = dict(kept)
+    arrays["position"] *= np.array([1.0, 1.0, 4.0])
+    np.savez(folder / "final.npz", **arrays)
+    spec = parse_spec(json.loads((folder / "result.json").read_text())["spec"])
+    write_result(folder, spec, {"angle_of_repose_deg": 40.0}, {"wall_time_s": 6.0})
+    assert ask(server, f"/heap/{heap['run']}")[2] != before
+
+
+@pytest.mark.parametrize("way", [signal.SIGTERM, signal.SIGHUP])
+def test_what_it_started_ends_with_it(study, tmp_path, way):
+    """Also where it is terminated, or its terminal is closed: nothing goes on unseen."""
     command = [sys.executable, "-m", "calibration.interface.commands", "serve", "two.yaml"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         address = re.search(r"(http://\S+)/\?token=(\S+)", process.stdout.readline())
@@ -199,7 +249,7 @@ def test_what_it_started_ends_with_it(study, tmp_path):
         assert urlopen(started).status == 200
         (child,) = psutil.Process(process.pid).children()
         assert "snakemake" in " ".join(child.cmdline())
-        process.terminate()
+        process.send_signal(way)
         process.wait(60)
     assert not child.is_running() or child.status() == psutil.STATUS_ZOMBIE
 

@@ -1,5 +1,6 @@
 """Restitution from the sound of a bouncing grain: recordings whose impacts are known."""
 
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -81,10 +82,10 @@ def test_what_is_no_train_of_one_grain_is_refused_in_words(tmp_path):
     with refused(CalibrationError, "WAV"):
         read_train(tmp_path / "text.wav")
     wavfile.write(tmp_path / "silence.wav", 8000, np.zeros(8000, np.int16))
-    with refused(CalibrationError, "silence.wav", "0 impacts", "4"):
+    with refused(CalibrationError, "silence.wav", "0 impacts", "3", "microphone"):
         read_train(tmp_path / "silence.wav")
-    recording(tmp_path / "few.wav", 0.7, impacts=3)
-    with refused(CalibrationError, "few.wav", "3 impacts", "4"):
+    recording(tmp_path / "few.wav", 0.7, impacts=2)
+    with refused(CalibrationError, "few.wav", "2 impacts", "3"):
         read_train(tmp_path / "few.wav")
     recording(tmp_path / "one.wav", 0.7)
     rate, sound = wavfile.read(tmp_path / "one.wav")
@@ -98,4 +99,52 @@ def test_the_command_tells_the_shipped_examples_restitution(capsys):
     assert main(["bounce", str(EXAMPLE)]) == 0
     assert "restitution 0.62" in capsys.readouterr().out
     assert main(["bounce", "none.wav"]) == 2
-    assert "there is no such file" in capsys.readouterr().err
+    assert "No such file" in capsys.readouterr().err
+
+
+def test_two_flights_are_taken_with_a_wider_interval_that_is_said_to_be_assumed(tmp_path):
+    """A grain of restitution 0.3 has no third flight that can be told."""
+    recording(tmp_path / "a.wav", 0.3, impacts=6, first_s=0.2)
+    train = read_train(tmp_path / "a.wav")
+    assert len(train.flights) == 2
+    assert train.restitution == pytest.approx([0.3], rel=0.02)
+    lines = measure_sounds([tmp_path / "a.wav"], tmp_path / "drops.csv")
+    assert "assumed" in lines[0]
+    assert "4.9 times as high" in lines[0]  # (40 ms / 0.3^2 / 200 ms)^2
+    (row,) = read_measured(str(tmp_path / "drops.csv")).of("drop", "rebound_height")
+    assert row.sd == pytest.approx(0.2 * row.value, rel=0.02)  # twice 10 % of the restitution
+
+
+def test_several_recordings_of_two_flights_show_their_scatter(tmp_path):
+    paths = [tmp_path / f"{n}.wav" for n in range(4)]
+    for n, (path, e) in enumerate(zip(paths, (0.28, 0.3, 0.32, 0.3), strict=True)):
+        recording(path, e, impacts=4, first_s=0.2 + 0.005 * n)
+    lines = measure_sounds(paths, tmp_path / "drops.csv")
+    assert not any("assumed" in line for line in lines)
+    rows = read_measured(str(tmp_path / "drops.csv")).of("drop", "rebound_height")
+    scatter = np.std([0.28, 0.3, 0.32, 0.3], ddof=1)
+    assert rows[1].sd / rows[1].value == pytest.approx(2 * scatter / 0.3, rel=0.1)
+
+
+def test_flights_that_are_too_short_ask_for_a_higher_drop(tmp_path):
+    recording(tmp_path / "low.wav", 0.6, impacts=6, first_s=0.038)
+    with refused(CalibrationError, "higher", "40 ms"):
+        read_train(tmp_path / "low.wav")
+
+
+def test_what_no_recorder_writes_is_refused(tmp_path):
+    def wav(rate, samples):
+        """A WAV file of 16 bits by hand: the library refuses to write such a rate."""
+        head = struct.pack("<IHHIIHH", 16, 1, 1, rate, 2 * rate, 2, 16)
+        data = b"WAVEfmt " + head + b"data" + struct.pack("<I", len(samples)) + samples
+        return b"RIFF" + struct.pack("<I", len(data)) + data
+
+    path = tmp_path / "a.wav"
+    for content, word in (
+        (wav(0, bytes(2000)), "rate"),
+        (wav(44100, b"\x01\x02" * 500)[:30], "WAV"),  # cut off: struct.error within scipy
+        (wav(4000, bytes(2 * 4000 * 301)), "300 s"),
+    ):
+        path.write_bytes(content)
+        with refused(CalibrationError, "a.wav", word):
+            read_train(path)

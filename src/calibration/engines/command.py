@@ -7,7 +7,6 @@ with status 0.
 
 import hashlib
 import json
-import math
 import shlex
 from pathlib import Path
 
@@ -48,6 +47,10 @@ def filled_in(command, spec, out, seed):
     return [word.format(spec=spec, out=out, seed=seed) for word in shlex.split(command)]
 
 
+LARGEST = 1e300
+"""Of a metric; neither infinity nor a number without end of digits is one."""
+
+
 def identity(settings):
     """Version and the content of the files that the numbers depend on. Raises EngineError for a
     missing file."""
@@ -81,7 +84,7 @@ def read_metrics(path):
     """{name: finite number} of a metrics file. Raises EngineError."""
     try:
         found = json.loads(Path(path).read_text())
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise EngineError(f"the program left no usable {Path(path).name}: {error}") from None
     if not isinstance(found, dict) or not found:
         raise EngineError(f"{Path(path).name} must map names of metrics to numbers")
@@ -89,7 +92,7 @@ def read_metrics(path):
         if (
             isinstance(value, bool)
             or not isinstance(value, int | float)
-            or not math.isfinite(value)
+            or not abs(value) <= LARGEST
         ):
             raise EngineError(f"{Path(path).name}: {name} = {value!r} is not a finite number")
     return found

@@ -15,9 +15,11 @@ from scipy.spatial import cKDTree
 
 from calibration.errors import CalibrationError
 from calibration.files import write_table
+from calibration.intake.guard import in_study
 from dem.clump import MAX_RATIO, MAX_SPHERES, fault, shape_of
 from dem.io.clump import COLUMNS
 from dem.io.stl import read_stl
+from dem.tables.meshes import check_mesh
 
 CELLS = 96  # along the longest side of the mesh
 MOST_TRIED = 4000  # places for a sphere's centre
@@ -27,8 +29,8 @@ def fill_mesh(path: str | Path, number: int, out: str | Path | None = None) -> l
     """Fill an STL file [mm] with at most `number` spheres; returns sentences for the screen.
 
     out: table to write, `<name>.csv` beside the file unless given. Raises CalibrationError for a
-    number that a clump cannot have or a table that exists, MeshError for a mesh that cannot be used
-    or leaks.
+    number that a clump cannot have or a table that exists, ConfigError for a mesh that cannot be
+    used or leaks.
     """
     path = Path(path)
     out = Path(out) if out else path.with_suffix(".csv")
@@ -36,7 +38,9 @@ def fill_mesh(path: str | Path, number: int, out: str | Path | None = None) -> l
         raise CalibrationError(f"--spheres {number}: allowed: 1 to {MAX_SPHERES}")
     if out.exists():
         raise CalibrationError(f"{out}: exists already; name another table by --out")
-    vertices, triangles = read_stl(path, closed=True)
+    with in_study():
+        check_mesh(path)
+        vertices, triangles = read_stl(path, closed=True)
     inside, origin, pitch = cells_inside(vertices, triangles)
     centre, radius, held = spheres_in(inside, number)
     centre, radius = origin + pitch * centre, pitch * radius

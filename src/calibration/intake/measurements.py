@@ -148,15 +148,17 @@ def raise_faults(faults):
         raise MeasurementErrors(faults)
 
 
-def read_measured(path, parameters=()):
+def read_measured(path, parameters=(), sheet=None):
     """`Measurements` of a table. Raises ConfigError naming file, line and column of every fault,
     one message a fault.
 
     parameters: factors whose values each row gives in a column of that name, for runs of another
-    code that take the place of measurements."""
+    code that take the place of measurements. sheet: of a workbook with several."""
     path = Path(path)
     faults, rows = [], []
-    table = read_table(path, lambda header, line: _check_header(path, header, line, parameters))
+    table = read_table(
+        path, lambda header, line: _check_header(path, header, line, parameters), sheet
+    )
     covariates = _covariates(table, parameters)
     for line, row in table.rows:
         own = []

@@ -1,5 +1,6 @@
 """Numbers of a user's tables: with a unit of their own or in the key's, and plausible there."""
 
+import re
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -66,3 +67,26 @@ def in_key_units(data: dict[str, Any], file: str | Path) -> dict[str, Any]:
     except UnitError as error:
         where = vars(error)  # `converted` notes the key and its value
         raise ConfigError(str(error), path=file, key=where["key"], value=where["value"]) from None
+
+
+_LEADING_COMMA = re.compile(r"([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)(?!\d)")
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+(?![\d,.])")
+
+
+def said_number(text: str, unit: str | None) -> float:
+    """Number of a text that a person typed, with or without a unit, in `unit`: `26.1`, `26,1`,
+    `1,32 g/cm3`. The same rule as in tables: a comma in a number is a decimal mark where no other
+    reading is left; `1,234` could be a thousand.
+
+    Raises UnitError for what is no number, has two readings or a unit of another kind.
+    """
+    text = str(text).strip()
+    if len(text) > 100:
+        raise UnitError("is not a number")
+    if grouped := _THOUSANDS.match(text):
+        point, without = grouped[0].replace(",", ".", 1), grouped[0].replace(",", "")
+        raise UnitError(f"can be read in two ways, {point} or {without}; allowed: one of these")
+    match = _LEADING_COMMA.match(text)
+    if match and "," not in text[match.end() :] and "." not in match[0]:
+        text = f"{match[1]}.{match[2]}{text[match.end() :]}"
+    return in_unit(text, unit)

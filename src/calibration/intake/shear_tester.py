@@ -59,15 +59,18 @@ class Interval:
 
 
 def measure_shear(
-    paths: Sequence[Path], chosen: Sequence[int] = (), out: Path | None = None
+    paths: Sequence[Path],
+    chosen: Sequence[int] = (),
+    out: Path | None = None,
+    sheet: str | None = None,
 ) -> list[str]:
     """Lines to print: each file's points and their yield locus. Writes the table `out` of shear
     stresses. Raises CalibrationError.
 
-    chosen: numbers of the intervals that are points, for exports."""
+    chosen: numbers of the intervals that are points, for exports; sheet: of workbooks."""
     if out is not None and out.exists():
         raise CalibrationError(f"{out}: exists already")
-    found = {path: read_points(path, chosen) for path in paths}
+    found = {path: read_points(path, chosen, sheet) for path in paths}
     lines = [line for path, points in found.items() for line in _said(path, points)]
     if out is not None:
         write_table(_table([p for points in found.values() for p in points]), out)
@@ -75,15 +78,15 @@ def measure_shear(
     return lines
 
 
-def read_points(path: Path, chosen: Sequence[int] = ()) -> list[Point]:
+def read_points(path: Path, chosen: Sequence[int] = (), sheet: str | None = None) -> list[Point]:
     """[Point] of a file. Raises ConfigError for a table without these columns or their units, and
     for an export of which it is not said which intervals are points."""
-    intervals = _intervals(path)
+    intervals = _intervals(path, sheet)
     if intervals:
         return _of_intervals(path, intervals, chosen)
     if chosen:
         raise ConfigError("has no intervals", path=path, allowed="--intervals for exports alone")
-    return _of_table(path)
+    return _of_table(path, sheet)
 
 
 def _said(path, points):
@@ -110,9 +113,9 @@ def _table(points):
     return pd.concat([p for p in parts if len(p)], ignore_index=True)
 
 
-def _of_table(path):
+def _of_table(path, sheet):
     """[Point] of a plain table, whatever unit of stress its columns are in."""
-    table = read_table(path)
+    table = read_table(path, sheet=sheet)
     columns = {_plain(name): name for name in table.header}
     if LOAD not in columns or not {PEAK, STEADY} & set(columns):
         allowed = f"{LOAD} and {PEAK} (the peak), {STEADY} or both, with units"
@@ -149,9 +152,9 @@ def _stress(table, line, column, row):
     return table.number(line, column, row[column], in_kpa)
 
 
-def _intervals(path):
+def _intervals(path, sheet):
     """[Interval] of an export; none for a table of another kind."""
-    rows, found, result = read_rows(path, INTERVAL), [], ""
+    rows, found, result = read_rows(path, INTERVAL, sheet=sheet), [], ""
     for k, (line, cells) in enumerate(rows):
         if cells[0].lower() == RESULT:
             result = " ".join(cells[1:]).strip()

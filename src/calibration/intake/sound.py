@@ -18,18 +18,28 @@ from scipy.io import wavfile
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import find_peaks
 
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, ConfigError
 from calibration.files import write_table
+from calibration.intake.guard import decoding, in_study
 from calibration.intake.measurements import readings_table
 from calibration.intake.quantities import LEVERS
 from dem.constants import GRAVITY
+from dem.tables.limits import LONGEST_SOUND_S, check_file
 
 LOWEST_MM = LEVERS["drop_height_mm"].least  # of a drop that a table may hold
 LOUD = 8.0  # times the recording's quiet level: an impact
 APART_S = 0.02  # between two impacts; a flight of 20 ms is half a millimetre high
 SMOOTH_S = 0.001
-LEAST = 4  # impacts: three flights, two restitutions
+LEAST = 3  # impacts: two flights, one restitution
+ENOUGH = 3  # restitutions of several recordings that show a scatter
 SHORT_S = 2.0 * APART_S  # flights from here on run into each other: the train ends before
+RATES = (4_000, 400_000)
+"""Samples a second of what records bounces."""
+ASSUMED_SCATTER = 0.1
+"""Of the restitution from bounce to bounce, where there are two flights and nothing else to tell
+it. It is assumed and said so; three recordings show it."""
+ONSET_S = 3e-4
+"""Error of the moment of an impact, as the tests hold it."""
 ONSET = 0.3  # of the peak at which an impact begins
 
 
@@ -61,12 +71,10 @@ def read_train(path: str | Path) -> Train:
     are not those of one grain coming to rest."""
     path = Path(path)
     rate, sound = _read(path)
-    train = Train(path, _clear(_impacts(rate, sound)))
+    heard = _impacts(rate, sound)
+    train = Train(path, _clear(heard))
     if len(train.times) < LEAST:
-        raise CalibrationError(
-            f"{path}: {len(train.times)} impacts are heard above the noise; allowed: at least "
-            f"{LEAST} of one grain that bounces on the spot"
-        )
+        raise CalibrationError(f"{path}: {_too_few(train, heard)}")
     growing = np.flatnonzero(train.restitution >= 1.0)
     if len(growing):
         k = int(growing[0])
@@ -77,6 +85,24 @@ def read_train(path: str | Path) -> Train:
             f"(cut the recording to them)"
         )
     return train
+
+
+def _too_few(train, heard):
+    """Why no restitution can be told, and what to do."""
+    number = len(train.times)
+    allowed = f"allowed: {LEAST} or more of one grain that bounces on the spot"
+    if len(heard) > number:
+        first = float(np.diff(heard).max())
+        height = 1e3 * GRAVITY * SHORT_S**2 / 8.0
+        return (
+            f"{number} impacts are clear, as the flights behind them are shorter than "
+            f"{1e3 * SHORT_S:g} ms ({height:.1f} mm high; the longest is {1e3 * first:.0f} ms); "
+            f"{allowed}. Drop the grain from higher: twice the height lengthens each flight by 41 %"
+        )
+    return (
+        f"{number} impacts are heard above the noise; {allowed}. Put the microphone closer, on a "
+        "quiet table, or drop the grain from higher"
+    )
 
 
 def _clear(times):
@@ -92,48 +118,85 @@ def measure_sounds(paths: Sequence[str | Path], out: Path | None = None) -> list
     if out is not None and out.exists():
         raise CalibrationError(f"{out}: exists already")
     trains, lines = [read_train(path) for path in paths], []
+    every = np.concatenate([t.restitution for t in trains])
     for train in trains:
-        lines.append(f"{train.path.name}: {len(train.times)} impacts, {_said(train.restitution)}")
+        alone = len(train.restitution) == 1 and len(every) < ENOUGH
+        told = f"{train.path.name}: {len(train.times)} impacts, {_said(train.restitution)}"
+        lines.append(f"{told}. {_single(train)}" if alone else told)
     if len(trains) > 1:
-        lines.append(f"together: {_said(np.concatenate([t.restitution for t in trains]))}")
+        lines.append(f"together: {_said(every)}")
     if out is not None:
-        write_table(pd.concat([_table(t) for t in trains], ignore_index=True), out)
+        write_table(pd.concat([_table(t, every) for t in trains], ignore_index=True), out)
         lines.append(f"wrote {out}: rows for the study's table of measured values")
     return lines
 
 
+def _single(train):
+    """How far two flights alone can be trusted, and the height that gives three."""
+    e, first = float(train.restitution[0]), float(train.flights[0])
+    factor = (SHORT_S / e**2 / first) ** 2  # the third flight is then clear
+    higher = f", or drop it from {factor:.1f} times as high for a third" if factor > 1.0 else ""
+    return (
+        f"Two flights show no scatter of their own: ± {_single_sd(train):.3f} is assumed "
+        f"({100 * ASSUMED_SCATTER:g} %). Give three recordings or more, which show it{higher}"
+    )
+
+
+def _single_sd(train):
+    """Standard deviation of the restitution of two flights: what is assumed of bounces, and the
+    moments of the three impacts."""
+    e, first = float(train.restitution[0]), float(train.flights[0])
+    heard = np.sqrt(2.0) * ONSET_S * np.sqrt(1.0 + e**2) / first
+    return float(np.hypot(ASSUMED_SCATTER * e, heard))
+
+
 def _said(ratios):
+    if len(ratios) == 1:
+        return f"restitution {ratios[0]:.3f} (1 impact between two flights)"
     return (
         f"restitution {ratios.mean():.3f} ± {ratios.std(ddof=1):.3f} ({len(ratios)} impacts "
         f"between two flights)"
     )
 
 
-def _table(train):
+def _table(train, every):
     """Rows of drops: a flight's height and that of the next one, with the spread that the
-    restitution has within the recording."""
+    restitution has within the recording, or where that has two flights in all of them (every)."""
     e, heights = train.restitution, train.heights_mm
     rises = heights[1::2]
     falls = heights[:-1:2][: len(rises)]
     notes = [f"{train.path.name}, flights {2 * k + 1} and {2 * k + 2}" for k in range(len(rises))]
-    spread = 2.0 * e.std(ddof=1) / e.mean() * rises
+    shown = e if len(e) > 1 else every
+    sd = shown.std(ddof=1) if len(e) > 1 or len(every) >= ENOUGH else _single_sd(train)
+    spread = 2.0 * sd / e.mean() * rises
     table = readings_table("drop", "rebound_height", rises.round(4), "mm", notes)
     table = table.assign(sd=spread.round(4), n=1, drop_height_mm=falls.round(4))
     return table[falls >= LOWEST_MM]
 
 
 def _read(path):
-    """(samples a second, one channel of the sound as floats)."""
-    try:
+    """(samples a second, one channel of the sound as floats). Raises ConfigError where a file is no
+    recording of a length that a grain's bounces have."""
+    with in_study(), decoding(path, "a WAV file: PCM or float"):
+        check_file(path, "sound")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", wavfile.WavFileWarning)  # further chunks of recorders
             rate, sound = wavfile.read(path)
-    except FileNotFoundError:
-        raise CalibrationError(f"{path}: there is no such file") from None
-    except (ValueError, OSError, EOFError) as error:
-        raise CalibrationError(f"{path}: is no WAV file ({error}); allowed: PCM or float") from None
-    sound = np.asarray(sound, float)
-    return rate, sound if sound.ndim == 1 else sound.mean(axis=1)
+        sound = np.asarray(sound)
+        if sound.ndim > 1:
+            sound = sound.mean(axis=1)
+        sound = np.asarray(sound, float)
+    if not RATES[0] <= rate <= RATES[1]:
+        raise ConfigError("has no rate of a recording", path=path, value=f"{rate} samples a second",
+                          allowed=f"{RATES[0]:,} to {RATES[1]:,}")  # fmt: skip
+    if len(sound) > LONGEST_SOUND_S * rate:
+        raise ConfigError("is too long", path=path, value=f"{len(sound) / rate:.0f} s",
+                          allowed=f"at most {LONGEST_SOUND_S:g} s: the bounces alone")  # fmt: skip
+    if not np.isfinite(sound).all():
+        raise ConfigError("holds samples that are no numbers", path=path,
+                          allowed="a WAV file: PCM or float")  # fmt: skip
+    largest = float(np.abs(sound).max(initial=0.0))
+    return rate, sound / largest if largest > 0.0 else sound
 
 
 def _impacts(rate, sound):

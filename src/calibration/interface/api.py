@@ -11,11 +11,13 @@ from pathlib import Path
 from calibration.chain import study
 from calibration.errors import CalibrationError, ConfigError
 from calibration.figures import response_of
+from calibration.intake.guard import in_study
 from calibration.runs.snakemake_command import LOGGER, call, snakemake_command
 from calibration.study.config import overlay, parse_config, stands_alone
 from calibration.study.stages import load_stages
 from calibration.telling.kept_results import sentences_of
 from dem.io.mapping import read_mapping
+from dem.tables.limits import check_file
 from dem.units import unit_of
 
 DEFAULT = Path("config/config.yaml")
@@ -145,6 +147,8 @@ def config_file(name):
     path = path / "config.yaml" if path.is_dir() else path
     if not path.is_file():
         raise ConfigError("is no study", path=name, allowed="a folder with config.yaml, or a file")
+    with in_study():
+        check_file(path, "configuration")
     _check_place(path)
     return path
 

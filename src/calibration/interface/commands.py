@@ -32,6 +32,7 @@ def _add_new(commands):
     new.add_argument(
         "--measured", nargs="+", metavar="X", help="angles, or a table, or photographs of heaps"
     )
+    new.add_argument("--sheet", help="of a workbook with several: the one with the angles")
     new.add_argument("--material", help="one with published values; wide ranges unless given")
     new.add_argument("--density", help="of the grain: 1.35g/cm3")
     new.add_argument("--grain", help="diameter of the grain: 4mm")
@@ -106,13 +107,33 @@ def _add_angle(commands):
         type=Path,
         help="folder for the pictures with the fit; beside each photo unless given",
     )
+    angle.add_argument(
+        "--camera",
+        metavar="DISTANCE/HEIGHT",
+        help="where the lens stood, from the heap's middle and above its base (600mm/150mm): what "
+        "a camera that looks down reads too flat is corrected",
+    )
+    angle.add_argument(
+        "--plumb",
+        metavar="X,Y/X,Y",
+        help="instead: two points of a plumb line beside the heap, in pixels of the photograph "
+        "from its upper left corner",
+    )
+    angle.add_argument(
+        "--focal",
+        metavar="LENGTH",
+        help="of the lens, as of 35 mm film (26mm for most phones), where the photograph does not "
+        "say it",
+    )
     angle.set_defaults(command=_angle)
 
 
 def _angle(args):
-    from calibration.intake.photo.table import measure_photos  # brings image libraries along
+    from calibration.intake.photo.camera import view_of  # brings image libraries along
+    from calibration.intake.photo.table import measure_photos
 
-    for line in measure_photos(args.photos, args.out, args.scale, args.shown):
+    view = view_of(args.camera, args.plumb, args.focal)
+    for line in measure_photos(args.photos, args.out, args.scale, args.shown, view):
         print(line)
 
 
@@ -152,13 +173,14 @@ def _add_shear(commands):
         help="of an export: those that are points of the yield locus, and no pre-shear",
     )
     shear.add_argument("--out", type=Path, help="table of shear stresses to write")
+    shear.add_argument("--sheet", help="of a workbook with several: the one with the stresses")
     shear.set_defaults(command=_shear)
 
 
 def _shear(args):
     from calibration.intake.shear_tester import measure_shear  # loads scipy
 
-    for line in measure_shear(args.tables, args.intervals, args.out):
+    for line in measure_shear(args.tables, args.intervals, args.out, args.sheet):
         print(line)
 
 

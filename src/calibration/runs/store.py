@@ -140,9 +140,20 @@ class RunStore:
         for line in whole.splitlines():
             try:
                 entry = json.loads(line)
-                self._known[entry["run"]] = entry
-            except (ValueError, KeyError, TypeError):
+            except (ValueError, RecursionError):
                 continue
+            if _is_entry(entry):
+                self._known[entry["run"]] = entry
+
+
+def _is_entry(entry):
+    """Whether a line of the index has what is asked of it: it may be cut off or of an old
+    version."""
+    if not isinstance(entry, dict) or not {"run", "engine", "wall_time_s", "files"} <= set(entry):
+        return False
+    files = entry["files"]
+    texts = [entry["run"], entry["engine"], *(files if isinstance(files, dict) else ())]
+    return isinstance(files, dict) and all(isinstance(x, str) and "\0" not in x for x in texts)
 
 
 def _state(path):

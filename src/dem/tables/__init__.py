@@ -9,8 +9,9 @@ from contextlib import contextmanager
 
 from dem.errors import InputError
 from dem.tables.table import Table, read_rows, read_table, table_of
+from dem.tables.workbook import SeveralSheetsError
 
-__all__ = ["Table", "named_by", "read_rows", "read_table", "table_of"]
+__all__ = ["SeveralSheetsError", "Table", "named_by", "read_rows", "read_table", "table_of"]
 
 
 @contextmanager

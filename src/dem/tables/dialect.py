@@ -39,6 +39,9 @@ def separator_of(lines, path, declared=None):
     """Separator of [(line, text)], the header first. Raises InputError where two fit or the rows
     do not."""
     if declared is not None:
+        if declared not in (*NAMES, "|"):
+            raise InputError("declares a separator that is none", path=path, line=1,
+                             value=f"sep={declared}", allowed="sep=; or tab, comma, |")  # fmt: skip
         return declared
     line, header = lines[0]
     found = [s for s in ("\t", ";", ",") if len(cells_of(header, s, path, line)) > 1]
@@ -80,8 +83,7 @@ def _check_single(lines, path):
 
 def _counts_up(texts):
     """Whether numbers count 1, 2, 3 as the rows of a table do."""
-    start = int(texts[0]) if texts[0].isdigit() else -1
-    return start in (0, 1) and texts == [str(start + k) for k in range(len(texts))]
+    return texts[0] in ("0", "1") and texts == [str(int(texts[0]) + k) for k in range(len(texts))]
 
 
 def decimal_of(rows, separator, path):

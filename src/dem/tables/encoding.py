@@ -7,6 +7,7 @@ import re
 import zipfile
 
 from dem.errors import InputError
+from dem.tables.limits import LONGEST_CELL, check_unpacked, read_limited
 
 WORKBOOK, TEXT = "workbook", "text"
 SAVE_AS = "CSV or tab-separated text, or a workbook .xlsx"
@@ -28,11 +29,9 @@ _MARKS = (
 
 
 def read_bytes(path):
-    """Content of a file. Raises InputError where it cannot be read or is empty."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", path=path) from None
+    """Content of a file. Raises InputError where it cannot be read, is empty or larger than a table
+    is."""
+    data = read_limited(path, "table")
     if not data.strip(b"\0 \t\r\n"):
         raise InputError("is empty", path=path, allowed="a line of headings and the values below")
     return data
@@ -50,7 +49,7 @@ def kind_of(data, path):
             reason = "is named as a workbook and is none"
             raise InputError(reason, path=path, allowed="a name ending in .csv where it is text")
         return TEXT
-    if not _is_workbook(data):
+    if not _is_workbook(data, path):
         reason = "is a compressed file and no workbook (OpenDocument, or a zip archive)"
         raise InputError(reason, path=path, allowed=SAVE_AS)
     if not named:
@@ -60,11 +59,17 @@ def kind_of(data, path):
     return WORKBOOK
 
 
-def _is_workbook(data):
+def _is_workbook(data, path):
     try:
-        return "xl/workbook.xml" in zipfile.ZipFile(io.BytesIO(data)).namelist()
-    except zipfile.BadZipFile:
+        with zipfile.ZipFile(io.BytesIO(data)) as packed:
+            if "xl/workbook.xml" not in packed.namelist():
+                return False
+            check_unpacked(packed, path)
+    except InputError:
+        raise
+    except Exception:  # its directory may be damaged in a dozen ways
         return False
+    return True
 
 
 def decode(data, path):
@@ -80,7 +85,22 @@ def decode(data, path):
         text = None
     if text is None or _unreadable(text):
         raise InputError("is not text", path=path, allowed="UTF-8, UTF-16 or cp1252")
+    _check_lengths(text, path)
     return text, encoding.removesuffix("-sig")
+
+
+def _check_lengths(text, path):
+    """Raise InputError for a line with a cell that is longer than any note: a file of another
+    kind."""
+    for number, line in enumerate(split_lines(text), 1):
+        if len(line) > LONGEST_CELL:
+            longest = max(re.split("[\t;,]", line), key=len)
+            if len(longest) > LONGEST_CELL:
+                raise InputError(
+                    "has a cell that is longer than any note", path=path, line=number,
+                    value=f"{longest[:40]}... ({len(longest):,} characters)",
+                    allowed=f"at most {LONGEST_CELL:,} characters",
+                )  # fmt: skip
 
 
 def _unmarked(data):

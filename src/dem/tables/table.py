@@ -11,10 +11,11 @@ from pathlib import Path
 from dem.errors import InputError
 from dem.tables import dialect as dialects
 from dem.tables.encoding import WORKBOOK, decode, kind_of, read_bytes, split_lines
+from dem.tables.headings import parted, words_alone
+from dem.tables.limits import LONGEST_CELL, check_cells
 from dem.tables.workbook import DATE, workbook_rows
 
 NEEDED = "a line of headings and the values below"
-_IN_BRACKETS = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*\Z")
 _DATE = re.compile(
     r"\d{4}-\d\d-\d\d|\d{1,2}\.\s?[^\W\d]{3,9}\.?|\d{1,2}-[A-Za-z]{3}|[A-Za-z]{3}-\d\d"
 )
@@ -86,16 +87,19 @@ def _nearest(name, names):
     return f"; did you mean {near[0]}?" if near else ""
 
 
-def read_rows(path, heading=""):
+def read_rows(path, heading="", sheet=None):
     """[(line, cells)] of a file as it is, for a table that is laid out in its own way: numbers have
     a decimal point, blank lines are left out. heading: how the first line begins that has all
-    columns, in small letters; those before it do not tell the separator. Raises InputError as
-    `read_table` does."""
+    columns, in small letters; those before it do not tell the separator; sheet: of a workbook.
+    Raises InputError as `read_table` does."""
     path = Path(path)
     data = read_bytes(path)
     if kind_of(data, path) == WORKBOOK:
-        return [(n, r) for n, r in workbook_rows(data, path) if any(r)]
+        return [(n, r) for n, r in workbook_rows(data, path, sheet) if any(r)]
+    _refuse_sheet(sheet, path)
     declared, lines = _lines(decode(data, path)[0])
+    if not lines:
+        raise InputError("is empty", path=path, allowed=NEEDED)
     first = next((k for k, (_, x) in enumerate(lines) if x.lower().startswith(heading)), 0)
     separator = dialects.separator_of(lines[first:], path, declared)
     rows = [(n, dialects.cells_of(x, separator, path, n)) for n, x in lines]
@@ -107,18 +111,29 @@ def _counts(cell):
     return bool(re.fullmatch(r"[+-]?[\d.,]+([eE][+-]?\d+)?", cell))
 
 
-def read_table(path, check=None):
+def _refuse_sheet(sheet, path):
+    """Raise InputError where a sheet is named of what has none."""
+    if sheet is not None:
+        reason = "has no sheets: it is text"
+        raise InputError(reason, path=path, value=sheet, allowed="--sheet for a workbook alone")
+
+
+def read_table(path, check=None, sheet=None):
     """`Table` of a CSV or tab-separated text or a workbook.
 
-    A line that begins with `#` is a comment. Blank lines do not count. Line numbers are those of
-    the file. check: called with the headings and their line before any row is read. Raises
+    A line that begins with `#` is a comment. Blank lines do not count, nor does a title line above
+    the headings. Line numbers are those of the file. check: called with the headings and their line
+    before any row is read; sheet: the one that is meant of a workbook with several. Raises
     InputError naming file, line and what is allowed.
     """
     path = Path(path)
     data = read_bytes(path)
     if kind_of(data, path) == WORKBOOK:
-        rows = [(n, r) for n, r in workbook_rows(data, path) if any(r) and not r[0].startswith("#")]
-        return _table(path, rows, None, "workbook", check)
+        rows = workbook_rows(data, path, sheet)
+        rows = [(n, r) for n, r in rows if any(r) and not r[0].startswith("#")]
+        how = "workbook" if sheet is None else f"workbook, sheet {sheet}"
+        return _table(path, rows, None, how, check)
+    _refuse_sheet(sheet, path)
     text, encoding = decode(data, path)
     return table_of(text, path, "" if encoding == "utf-8" else encoding, check)
 
@@ -128,10 +143,32 @@ def table_of(text, path="the table", encoding="", check=None):
     declared, lines = _lines(text)
     if not lines:
         raise InputError("is empty", path=path, allowed=NEEDED)
-    separator = dialects.separator_of(lines, path, declared)
+    separator = _below_title(lines, path) if declared is None else None
+    if separator is None:
+        separator = dialects.separator_of(lines, path, declared)
     rows = [(n, dialects.cells_of(x, separator, path, n)) for n, x in lines]
     how = ", ".join(w for w in (dialects.NAMES.get(separator, separator), encoding) if w)
     return _table(path, [(n, r) for n, r in rows if any(r)], separator, how, check)
+
+
+def _below_title(lines, path):
+    """Separator of the lines below the first one, where that may be a title; else None. Whether it
+    is one, the cells tell."""
+    if len(lines) < 3:
+        return None
+    try:
+        separator = dialects.separator_of(lines[1:], path)
+        first, second = (
+            [c for c in dialects.cells_of(text, separator, path, n) if c] for n, text in lines[:2]
+        )
+    except InputError:
+        return None
+    return separator if _is_title(first, second) else None
+
+
+def _is_title(first, second):
+    """Whether a row of one text stands above headings: two words or more, and no number."""
+    return len(first) == 1 and len(second) > 1 and words_alone(first) and words_alone(second)
 
 
 def _lines(text):
@@ -149,6 +186,9 @@ def _lines(text):
 def _table(path, rows, separator, how, check):
     if not rows:
         raise InputError("is empty", path=path, allowed=NEEDED)
+    check_cells(path, len(rows), max(len(r) for _, r in rows))
+    rows, title = _untitled(rows)
+    how += f", line {title} is a title" if title else ""
     line, cells = rows[0]
     header, units = _header(cells, path, line)
     if check:
@@ -160,19 +200,32 @@ def _table(path, rows, separator, how, check):
     return Table(path, tuple(h for h in header if h), line, kept, decimal, how, units)
 
 
+def _untitled(rows):
+    """(rows from the headings on, line of a title that stood above them or None)."""
+    filled = [[c for c in cells if c] for _, cells in rows[:3]]
+    titled = len(filled) > 2 and _is_title(*filled[:2])
+    if len(filled) > 2 and all(len(f) == 1 for f in filled) and words_alone(filled[0]):
+        # of a single column: what stands below the title is a heading with a unit
+        titled = bool(parted(filled[1][0])[1]) and not parted(filled[0][0])[1]
+    return (rows[1:], rows[0][0]) if titled else (rows, None)
+
+
 def _header(cells, path, line):
-    """(names, {name: unit in brackets behind it}). Raises InputError for a number among them."""
+    """(names, {name: unit that stands behind it}). Raises InputError for a number among them."""
     names, units = [], {}
     for cell in cells:
-        if _NUMBER.fullmatch(cell.replace(",", ".")):
+        if len(cell) > LONGEST_CELL or _NUMBER.fullmatch(cell.replace(",", ".")):
             reason = "is a number where a heading should stand"
-            raise InputError(reason, path=path, line=line, value=cell, allowed=NEEDED)
-        match = _IN_BRACKETS.search(cell)
-        name = (cell[: match.start()].strip() if match else cell) or cell
+            raise InputError(reason, path=path, line=line, value=cell[:60], allowed=NEEDED)
+        name, unit = parted(cell)
+        if unit == "grad":
+            reason = "has a unit that is read in two ways: degrees, or 400 grad to a full turn"
+            raise InputError(reason, path=path, line=line, column=name, value=unit,
+                             allowed="deg or ° for degrees, gon for the other")  # fmt: skip
         if name and name in names:
             raise InputError("stands twice", path=path, line=line, column=name)
-        if match and name != cell:
-            units[name] = match[1].strip()
+        if unit and name != cell:
+            units[name] = unit
         names.append(name)
     return names, units
 

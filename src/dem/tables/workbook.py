@@ -1,62 +1,115 @@
-"""Rows of a workbook's only sheet that holds anything, as texts."""
+"""Rows of a workbook's sheet, as texts: of the one that holds anything, or of the one that was
+named."""
 
 import datetime
 import io
+import math
+import warnings
 import zipfile
 
 from dem.errors import InputError
+from dem.tables.limits import check_cells
 
 DATE = "is a date: a spreadsheet turned a number such as 26.1 into one"
 
 
-def workbook_rows(data, path):
-    """[(row number, [text])] of the one sheet that holds anything.
+class SeveralSheetsError(InputError):
+    """A workbook of which it is not said which sheet is meant; `value` names them."""
 
-    Raises InputError for none, several, or a file that cannot be read.
+
+def workbook_rows(data, path, sheet=None):
+    """[(row number, [text])] of the one sheet that holds anything, or of the one of that name.
+
+    Raises InputError for none, for several of which none is named (SeveralSheetsError), for more
+    cells than a table has, or a file that cannot be read.
     """
+    values, formulas = _books(data, path)
+    filled = {s.title: found for s in values.worksheets if (found := _filled(s))}
+    if not filled:
+        raise InputError("is empty", path=path, allowed="a sheet with headings and values")
+    names = ", ".join(filled)
+    if sheet is not None and sheet not in filled:
+        raise InputError("has no such sheet with cells", path=path, value=sheet, allowed=names)
+    if sheet is None and len(filled) > 1:
+        allowed = "one sheet with cells, or the sheet named by --sheet where a command takes it"
+        raise SeveralSheetsError("has several sheets", path=path, value=names, allowed=allowed)
+    name = sheet or next(iter(filled))
+    cells = filled[name]
+    _check_formulas(formulas[name], cells, path)
+    rows, columns = (max(place) for place in zip(*cells, strict=True))
+    check_cells(path, rows, columns, rows)
+    cells = {place: _text(value) for place, value in cells.items()} | _merged(
+        values[name], cells, path
+    )
+    return [
+        (row, [cells.get((row, column), "") for column in range(1, columns + 1)])
+        for row in range(1, rows + 1)
+    ]
+
+
+def _books(data, path):
+    """The workbook with the results of its formulas, and with the formulas; one and the same where
+    there are none."""
     import openpyxl  # takes a quarter of a second, which a text table need not wait for
 
     try:
-        values, formulas = (
-            openpyxl.load_workbook(io.BytesIO(data), data_only=only) for only in (True, False)
-        )
-    except (ValueError, KeyError, OSError, SyntaxError, zipfile.BadZipFile) as error:
-        reason = f"cannot be read as a workbook ({str(error).splitlines()[0]})"
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of styles and extensions, which no cell needs
+            return _opened(openpyxl, data)
+    # a damaged part comes out of the library, or of those that unpack and parse for it, as an
+    # error of a dozen kinds
+    except Exception as error:
+        said = (str(error).splitlines() or [type(error).__name__])[0]
+        reason = f"cannot be read as a workbook ({said:.200})"
         raise InputError(reason, path=path, allowed="a workbook without password, or CSV") from None
-    filled = [s for s in values.worksheets if any(any(c is not None for c in r) for r in s.values)]
-    if not filled:
-        raise InputError("is empty", path=path, allowed="a sheet with headings and values")
-    if len(filled) > 1:
-        names = ", ".join(s.title for s in filled)
-        raise InputError(
-            "has several sheets", path=path, value=names, allowed="one sheet with cells"
-        )
-    return _rows(filled[0], formulas[filled[0].title], path)
 
 
-def _rows(sheet, formulas, path):
-    rows = []
-    for number, row in enumerate(sheet.iter_rows(values_only=True), 1):
-        cells = []
-        for column, value in enumerate(row, 1):
-            if value is None and formulas.cell(number, column).value is not None:
-                raise InputError(
-                    "is a formula without its result",
-                    path=path,
-                    line=number,
-                    value=str(formulas.cell(number, column).value),
-                    allowed="the workbook opened and saved once, or values",
-                )
-            cells.append(_text(value))
-        rows.append((number, cells))
-    return rows
+def _opened(openpyxl, data):
+    values = openpyxl.load_workbook(io.BytesIO(data), data_only=True)
+    with zipfile.ZipFile(io.BytesIO(data)) as packed:
+        sheets = [n for n in packed.namelist() if n.startswith("xl/worksheets/")]
+        formulas = any(b"<f" in packed.read(name) for name in sheets)
+    return values, openpyxl.load_workbook(io.BytesIO(data)) if formulas else values
+
+
+def _filled(sheet):
+    """{(row, column): value} of the cells that hold anything. Cells of a format alone do not count:
+    they may reach to the last row that a spreadsheet has. The library's own way to the rows would
+    make every cell up to the last one."""
+    return {place: c.value for place, c in sheet._cells.items() if c.value not in (None, "")}
+
+
+def _check_formulas(sheet, cells, path):
+    for (row, column), cell in sorted(sheet._cells.items()):
+        if cell.data_type == "f" and (row, column) not in cells:
+            raise InputError(
+                "is a formula without its result", path=path, line=row, column=cell.column_letter,
+                value=str(cell.value), allowed="the workbook opened and saved once, or values",
+            )  # fmt: skip
+
+
+def _merged(sheet, cells, path):
+    """{(row, column): text} of the cells that words stand for which are merged downwards. Raises
+    InputError for a number that is merged: one reading or several cannot be told."""
+    found = {}
+    for area in sheet.merged_cells.ranges:
+        value = cells.get((area.min_row, area.min_col))
+        if value is None or area.min_row == area.max_row:
+            continue
+        if isinstance(value, int | float):
+            raise InputError(
+                f"is merged down to line {area.max_row}: one reading or several?", path=path,
+                line=area.min_row, value=_text(value), allowed="a cell for each reading",
+            )  # fmt: skip
+        last = max(row for row, _ in cells)
+        rows = range(area.min_row + 1, min(area.max_row, last) + 1)
+        found |= {(row, area.min_col): _text(value) for row in rows}
+    return found
 
 
 def _text(value):
-    if value is None:
-        return ""
     if isinstance(value, datetime.date | datetime.time):
-        return f"{value:%Y-%m-%d}" if isinstance(value, datetime.date) else str(value)
-    if isinstance(value, float):
+        return value.isoformat()[:10] if isinstance(value, datetime.date) else str(value)
+    if isinstance(value, float) and math.isfinite(value):
         return f"{value:.15g}"  # as the sheet shows it: 27.4, not 27.399999999999999
     return str(value).strip()

@@ -1,21 +1,31 @@
 """From a photograph of a heap to its two flank angles, with the fit that the simulation's heaps are
 measured by."""
 
+import math
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from PIL import Image, ImageOps, UnidentifiedImageError
+from PIL import Image, ImageOps
 
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, ConfigError
+from calibration.intake.guard import decoding, in_study
+from calibration.intake.photo.camera import View, camera_of
 from calibration.intake.photo.outline import NoOutlineError, outline
+from dem.errors import InputError
 from dem.measure.heap import LOWER, UPPER, fit_flank
+from dem.tables.limits import MOST_PIXELS, check_file
 
+SMALLEST = 60  # px
 WIDEST = 1600  # px; finer pictures are reduced, an angle does not need more
+MOST_REDUCED = 5e6  # px in all, for a picture that is much taller than wide
 LOWEST = 0.2  # share of the columns on a side that are taken for its base
 LEAST_HEIGHT = 20  # px
 MOST_TILT = 15.0  # deg of the base line
 ROUGH = 0.04  # root mean square of outline less fitted line, over the height: more is no flank
+CARD = "a plain card behind the heap, of another colour"
+LEVEL = View()
 
 
 @dataclass(frozen=True)
@@ -24,7 +34,8 @@ class HeapPhoto:
     showing them.
 
     outline (n, 2): columns and rows; flanks: two pairs of points; base: a pair of points; height
-    [px].
+    [px]; pitch_deg: by how much the camera looked down, where it was told: the angles are then
+    corrected for it.
     """
 
     path: Path
@@ -36,6 +47,7 @@ class HeapPhoto:
     flanks: tuple
     base: tuple
     reduced: float
+    pitch_deg: float | None = None
 
     @property
     def angle_deg(self) -> float:
@@ -43,8 +55,9 @@ class HeapPhoto:
         return 0.5 * (self.left_deg + self.right_deg)
 
 
-def measure_photo(path: str | Path) -> HeapPhoto:
-    """`HeapPhoto` of a picture: one heap from the side, before a plain backdrop.
+def measure_photo(path: str | Path, view: View = LEVEL) -> HeapPhoto:
+    """`HeapPhoto` of a picture: one heap from the side, before a plain backdrop. view: how the
+    camera stood, a level one far away unless it is told.
 
     Raises CalibrationError naming the file where it is no picture, or shows no heap.
     """
@@ -53,44 +66,64 @@ def measure_photo(path: str | Path) -> HeapPhoto:
     try:
         rows = outline(picture)
     except NoOutlineError as error:
-        raise CalibrationError(
-            f"{path}: {error}; allowed: a heap before a plain backdrop"
-        ) from None
+        raise CalibrationError(f"{path}: {error}; allowed: {CARD}") from None
     columns = np.flatnonzero(np.isfinite(rows))
     points = np.column_stack([columns, rows[columns]]).astype(float)
-    return _fitted(path, points, reduced)
+    return _fitted(path, points, reduced, picture.shape[1::-1], view)
 
 
 def read_picture(path: str | Path) -> tuple[np.ndarray, float]:
-    """(rows, columns, 3) colours from 0 to 1, at most WIDEST wide, and by how much it was
-    reduced."""
-    try:
-        with Image.open(path) as opened:
-            image = ImageOps.exif_transpose(opened).convert("RGB")
-    except UnidentifiedImageError:
-        raise CalibrationError(f"{path}: is no picture; allowed: JPEG, PNG, TIFF, WebP") from None
-    except OSError as error:
-        reason = error.strerror or "is damaged"
-        raise CalibrationError(f"{path}: cannot be read ({reason})") from None
-    reduced = max(image.width / WIDEST, 1.0)
+    """(rows, columns, 3) colours from 0 to 1, at most WIDEST wide and MOST_REDUCED pixels in all,
+    and by how much the picture was reduced. Raises ConfigError where it is none."""
+    image = open_picture(path)
+    if min(image.size) < SMALLEST:
+        raise ConfigError(
+            "is too small a picture", path=path, value=f"{image.width} x {image.height} pixels",
+            allowed=f"{SMALLEST} or more each way",
+        )  # fmt: skip
+    area = image.width * image.height
+    reduced = max(image.width / WIDEST, math.sqrt(area / MOST_REDUCED), 1.0)
     if reduced > 1.0:
-        image = image.resize((WIDEST, round(image.height / reduced)), Image.Resampling.LANCZOS)
+        size = [max(round(s / reduced), 1) for s in image.size]
+        image = image.resize(size, Image.Resampling.LANCZOS)
     return np.asarray(image, float) / 255.0, reduced
 
 
-def _fitted(path, points, reduced):
+def open_picture(path: str | Path) -> Image.Image:
+    """The picture of a file, upright, in RGB. Raises ConfigError for what is none, is damaged, or
+    has more pixels than are read."""
+    with in_study(), decoding(path, "a picture: JPEG, PNG, TIFF or WebP"):
+        check_file(path, "photograph")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # a large picture, and odd tags: both are read
+            try:
+                with Image.open(path) as opened:
+                    if opened.width * opened.height > MOST_PIXELS:
+                        raise Image.DecompressionBombError
+                    return ImageOps.exif_transpose(opened).convert("RGB")
+            except Image.DecompressionBombError:
+                allowed = f"at most {MOST_PIXELS / 1e6:g} million: save it smaller"
+                raise InputError("has too many pixels", path=path, allowed=allowed) from None
+
+
+def _fitted(path, points, reduced, size, view):
     (x0, y0), tilt = _base(points)
     if abs(tilt) > np.radians(MOST_TILT):
-        raise CalibrationError(f"{path}: the base line is tilted by {np.degrees(tilt):.0f}°; "
-                               f"allowed: at most {MOST_TILT:g}°")  # fmt: skip
+        raise CalibrationError(
+            f"{path}: the feet of what stands out do not lie level, by {np.degrees(tilt):.0f}°; "
+            f"allowed: at most {MOST_TILT:g}°. Hold the camera level, with both feet of the heap "
+            f"in the picture and {CARD}"
+        )
     turn = np.array([[np.cos(tilt), np.sin(tilt)], [-np.sin(tilt), np.cos(tilt)]])
     along, up = turn @ np.array([points[:, 0] - x0, y0 - points[:, 1]])
     order = np.argsort(along)
     stations = np.arange(along.min(), along.max(), 1.0)
     height = np.interp(stations, along[order], up[order])
-    if height.max() < LEAST_HEIGHT:
-        raise CalibrationError(f"{path}: what stands out is {height.max():.0f} pixels high; "
-                               f"allowed: a heap of {LEAST_HEIGHT} or more")  # fmt: skip
+    if height.max(initial=0.0) < LEAST_HEIGHT:
+        raise CalibrationError(
+            f"{path}: what stands out is {height.max(initial=0.0):.0f} pixels high; allowed: "
+            f"{LEAST_HEIGHT} or more. Go nearer to the heap, or pour a larger one"
+        )
     crest = int(np.mean(np.flatnonzero(height > 0.97 * height.max())))
     back = lambda p: tuple(np.array([x0, y0]) + np.array([1, -1]) * (turn.T @ p))  # noqa: E731
     angles, lines = [], []
@@ -101,16 +134,22 @@ def _fitted(path, points, reduced):
         if not np.isfinite(angle):
             which = "left" if side < 0 else "right"
             raise CalibrationError(
-                f"{path}: the {which} flank is too short to fit; "
-                "allowed: a heap with both flanks in the picture"
+                f"{path}: the {which} flank is too short to fit; allowed: a heap with both flanks "
+                f"in the picture, and {CARD}"
             )
         angles.append(angle)
         ends = _line(distance, profile, angle)
         lines.append(tuple(back(np.array([stations[crest] + side * d, h])) for d, h in ends))
         _check_straight(path, distance, profile, ends)
     base = tuple(back(np.array([s, 0.0])) for s in (stations[0], stations[-1]))
+    pitch = None
+    if view.known:
+        below = np.array(back(np.array([stations[crest], 0.0])))
+        camera = camera_of(path, view, size, reduced, below, tilt)
+        angles = [camera.inclination(line, tilt) for line in lines]
+        pitch = camera.pitch_deg
     return HeapPhoto(path, *angles, float(np.degrees(tilt)), float(height.max()), points,
-                     tuple(lines), base, reduced)  # fmt: skip
+                     tuple(lines), base, reduced, pitch)  # fmt: skip
 
 
 def _check_straight(path, distance, height, ends):
@@ -120,22 +159,31 @@ def _check_straight(path, distance, height, ends):
     inside = (distance >= first) & (distance <= last)
     line = np.interp(distance[inside], [first, last], [high, low])
     off = float(np.sqrt(np.mean((height[inside] - line) ** 2))) if inside.any() else np.inf
+    if not np.isfinite(off):
+        raise CalibrationError(
+            f"{path}: no flank can be followed from the crest to the foot; allowed: {CARD}"
+        )
     if off > ROUGH * height.max():
         raise CalibrationError(
             f"{path}: the outline leaves the fitted flank by {100 * off / height.max():.0f} % of "
-            f"the height; allowed: {100 * ROUGH:g} %. A plainer backdrop of another colour helps"
+            f"the height; allowed: {100 * ROUGH:g} %. It may be that of something behind: {CARD}"
         )
 
 
 def _base(points):
     """A point of the base line and its angle [rad], counted as rising to the right: through the
-    lowest on each side."""
+    lowest on each side. Low and high are counted from the chord between the outline's ends, so that
+    a flat heap may be rolled by more than its own angle."""
     x, y = points.T
-    crest = x[np.argmin(y)]
+    few = max(len(x) // 50, 1)
+    ends = [(np.median(x[own]), np.median(y[own])) for own in (slice(few), slice(-few, None))]
+    (xa, ya), (xb, yb) = ends
+    rise = ya + (yb - ya) * (x - xa) / max(xb - xa, 1.0) - y
+    crest = x[np.argmax(rise)]
     lows = []
     for side in (x < crest, x >= crest):
-        own = np.flatnonzero(side)
-        lowest = own[np.argsort(-y[own])[: max(int(LOWEST * len(own)), 3)]]
+        own = np.flatnonzero(side) if side.any() else np.arange(len(x))
+        lowest = own[np.argsort(rise[own], kind="stable")[: max(int(LOWEST * len(own)), 3)]]
         lows.append((np.median(x[lowest]), np.median(y[lowest])))
     (xa, ya), (xb, yb) = lows
     return (xa, ya), float(np.arctan2(ya - yb, xb - xa))

@@ -2,19 +2,18 @@
 
 from pathlib import Path
 
-from PIL import Image, ImageDraw, ImageFont, ImageOps
+from PIL import ImageDraw, ImageFont
 
 from calibration.files import replacing
-from calibration.intake.photo.measure import HeapPhoto
+from calibration.intake.photo.measure import HeapPhoto, open_picture
 
 OUTLINE, FLANK, BASE = (255, 210, 0), (214, 40, 40), (30, 120, 220)
 
 
 def draw_fit(photo: HeapPhoto, out: str | Path) -> None:
     """Write the picture with outline, base line and flanks to `out`."""
-    with Image.open(photo.path) as opened:
-        image = ImageOps.exif_transpose(opened).convert("RGB")
-    image = image.resize([round(s / photo.reduced) for s in image.size])
+    image = open_picture(photo.path)
+    image = image.resize([max(round(s / photo.reduced), 1) for s in image.size])
     draw = ImageDraw.Draw(image)
     width = max(2, image.width // 400)
     draw.point([tuple(p) for p in photo.outline], fill=OUTLINE)

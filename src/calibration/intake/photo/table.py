@@ -9,10 +9,12 @@ import pandas as pd
 from calibration.errors import CalibrationError
 from calibration.files import write_table
 from calibration.intake.measurements import readings_table
-from calibration.intake.photo.measure import measure_photo
+from calibration.intake.numbers_with_units import said_number
+from calibration.intake.photo.camera import View, read_low
+from calibration.intake.photo.measure import LEVEL, measure_photo
 from calibration.intake.photo.show import draw_fit
 from calibration.intake.tables import summary
-from dem.units import UnitError, in_unit
+from dem.units import UnitError
 
 
 def measure_photos(
@@ -20,16 +22,18 @@ def measure_photos(
     out: Path | None = None,
     scale: str | None = None,
     shown: Path | None = None,
+    view: View = LEVEL,
 ) -> list[str]:
     """Lines to print: each photograph's angle, then all of them. Writes the table `out` and a
     picture a photo.
 
-    scale: a length over its pixels, `100mm/830`. Raises CalibrationError.
+    scale: a length over its pixels, `100mm/830`; view: how the camera stood, where it was told.
+    Raises CalibrationError.
     """
     if out is not None and out.exists():
         raise CalibrationError(f"{out}: exists already")
     per_pixel = _mm_per_pixel(scale) if scale else None
-    photos, lines, heights = [measure_photo(p) for p in paths], [], []
+    photos, lines, heights = [measure_photo(p, view) for p in paths], [], []
     for photo in photos:
         fit = (shown or photo.path.parent) / f"{photo.path.stem}.fit.png"
         draw_fit(photo, fit)
@@ -37,14 +41,33 @@ def measure_photos(
         tall = f", {height:.1f} mm high" if height else ""
         lines.append(
             f"{photo.path.name}: {photo.angle_deg:.2f}° (left {photo.left_deg:.2f}°, right "
-            f"{photo.right_deg:.2f}°, camera tilted by {photo.tilt_deg:.1f}°{tall}); see {fit}"
+            f"{photo.right_deg:.2f}°, camera tilted by {photo.tilt_deg:.1f}°{_looks(photo)}"
+            f"{tall}); see {fit}"
         )
         heights.append(height)
     lines.append(summary([p.angle_deg for p in photos], "°"))
+    if not view.known:
+        lines.append(_uncorrected(photos))
     if out is not None:
         write_table(_table(photos, heights), out)
         lines.append(f"wrote {out}; in a configuration: measurements: {out}")
     return lines
+
+
+def _looks(photo):
+    if photo.pitch_deg is None:
+        return ""
+    return f", looks down by {photo.pitch_deg:.1f}°, which is corrected"
+
+
+def _uncorrected(photos):
+    """What a camera that looks down would do to these heaps."""
+    mean = sum(p.angle_deg for p in photos) / len(photos)
+    low = " and ".join(f"{read_low(mean, pitch):.1f}° at {pitch}°" for pitch in (5, 10))
+    return (
+        "not corrected for a camera that looks down: far away it reads such a heap too flat by "
+        f"{low}; --camera DISTANCE/HEIGHT or --plumb corrects it"
+    )
 
 
 def _table(photos, heights):
@@ -61,7 +84,7 @@ def _table(photos, heights):
 def _mm_per_pixel(scale):
     length, _, pixels = scale.rpartition("/")
     try:
-        found = in_unit(length, "mm") / float(pixels)
+        found = said_number(length, "mm") / float(pixels)
     except (UnitError, ValueError, ZeroDivisionError):
         found = 0.0
     if not 0.0 < found < 1e3:

@@ -10,12 +10,18 @@ from dem import tables
 from dem.errors import InputError
 
 
+class SeveralSheetsError(ConfigError):
+    """A workbook of which it is not said which sheet is meant; `value` names them."""
+
+
 @contextmanager
 def _as_ours():
     try:
         yield
     except ConfigError:
         raise
+    except tables.SeveralSheetsError as error:
+        raise SeveralSheetsError(**vars(error)) from None
     except InputError as error:
         raise ConfigError(**vars(error)) from None
 
@@ -34,16 +40,18 @@ class Table(tables.Table):
             return super().number(*cell, **options)
 
 
-def read_rows(path: str | Path, *options: Any) -> list[tuple[int, list[str]]]:
+def read_rows(path: str | Path, *options: Any, **named: Any) -> list[tuple[int, list[str]]]:
     """`dem.tables.read_rows` that raises ConfigError."""
     with _as_ours():
-        return tables.read_rows(path, *options)
+        return tables.read_rows(path, *options, **named)
 
 
-def read_table(path: str | Path, check: Callable[..., None] | None = None) -> Table:
+def read_table(
+    path: str | Path, check: Callable[..., None] | None = None, sheet: str | None = None
+) -> Table:
     """`dem.tables.read_table` that raises ConfigError."""
     with _as_ours():
-        return Table(**vars(tables.read_table(path, check)))
+        return Table(**vars(tables.read_table(path, check, sheet)))
 
 
 def table_of(text: str, *options: Any) -> Table:

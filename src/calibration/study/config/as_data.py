@@ -11,6 +11,7 @@ from pathlib import Path
 from calibration.errors import ConfigError
 from dem.errors import SpecError
 from dem.io.mapping import parse_mapping
+from dem.tables.limits import KINDS
 
 OWN = {
     "__use_yte__": True,
@@ -21,6 +22,7 @@ OWN = {
 }
 """What the project's profiles ask for; snakemake may read a second one of them after the first."""
 
+MOST = KINDS["configuration"].most
 EVALUATED = ("__use_yte__", "__definitions__", "__variables__")
 
 
@@ -43,7 +45,10 @@ def data_of(source):
     that is not YAML."""
     name = getattr(source, "name", "configuration")
     try:
-        text = source if isinstance(source, str) else source.read()
+        text = source if isinstance(source, str) else source.read(MOST + 1)
+        if len(text) > MOST:
+            raise ConfigError("is too large for a configuration", path=Path(name),
+                              allowed=f"at most {MOST:,} characters")  # fmt: skip
         data, lines = parse_mapping(text, name)
     except SpecError as error:
         raise ConfigError(str(error)) from None

@@ -22,9 +22,10 @@ from calibration.study.config.schema import (
 from calibration.study.config.specs import SEEDS_A_STAGE, bench_run, point_spec
 from calibration.study.factors import Choice, read_factors, refuse_choices
 from calibration.study.matching import NotComparableError
-from dem.errors import SpecError
+from dem.errors import InputError, SpecError
 from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
+from dem.tables.meshes import check_meshes_of
 
 IN_LISTS = {"further_targets": FurtherTarget, "targets": JointTarget}
 _ROW = "a row a reading in the file that `measurements` names: experiment, quantity, value, unit"
@@ -356,7 +357,9 @@ def _check_run(config, factors, file):
     """Refuse a run spec that no run could be made of, and factors that set no number of it or leave
     its ranges."""
     try:
-        engines.check(parse_spec(point_spec(config.run, config.experiment, {}, 1)))
+        spec = parse_spec(point_spec(config.run, config.experiment, {}, 1))
+        engines.check(spec)
+        check_meshes_of(spec)
     except engines.EngineError as error:
         raise ConfigError(str(error), path=file, key="engine") from None
     except SpecError as error:
@@ -367,6 +370,8 @@ def _check_run(config, factors, file):
             value=error.value,
             allowed=error.allowed,
         ) from None
+    except InputError as error:
+        raise ConfigError(**vars(error)) from None
     for f in factors:
         for column in ("low", "high"):
             level = getattr(f, column)

@@ -40,6 +40,8 @@ def mastersizer_sizes(path: str | Path) -> tuple[list[float], list[float]] | Non
     shares = [_number(path, line, c) for c in cells[column + 1 : column + len(limits)]]
     classes = [(math.sqrt(a * b), s) for (a, b), s in zip(pairwise(limits), shares, strict=True)]
     kept = [(round(1e-3 * d, 6), s) for d, s in classes if s >= LEAST_SHARE]
+    if not kept:
+        raise ConfigError("has no share in any class", path=path, line=line)
     # what is left out is shared out among the rest; what was missing before stays missing
     rest = sum(shares) / sum(s for _, s in kept)
     return [d for d, _ in kept], [rest * s for _, s in kept]
@@ -61,6 +63,9 @@ def _one_sample(path, rows, header):
 
 def _number(path, line, cell):
     try:
-        return float(cell)
+        value = float(cell)
     except ValueError:
-        raise ConfigError("is no number", path=path, line=line, value=cell) from None
+        value = math.nan
+    if not math.isfinite(value) or value < 0.0:
+        raise ConfigError("is no number", path=path, line=line, value=cell, allowed="0 or more")
+    return value

@@ -9,15 +9,16 @@ from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
-from calibration.errors import CalibrationError
+from calibration.errors import CalibrationError, ConfigError
 from calibration.intake.measurements import read_measured
-from calibration.intake.tables import read_table, summary
+from calibration.intake.numbers_with_units import said_number
+from calibration.intake.tables import SeveralSheetsError, read_table, summary
 from calibration.study.factors import factor_of
 from calibration.study.new.heap import FEWEST, MOST, Heap
 from calibration.study.new.mastersizer import mastersizer_sizes
 from calibration.study.new.ranges import factors_of, materials
 from dem.errors import DemError
-from dem.units import UnitError, in_unit, question, unit_of
+from dem.units import UnitError, question, unit_of
 
 PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp")
 SOFTENED_PA = 3.0e6
@@ -53,7 +54,8 @@ def answers(args, ask=None):
 
     Raises CalibrationError for an option that is missing or cannot be.
     """
-    values = _answer(args.measured, ask, MEASURED, _measured)
+    sheet = getattr(args, "sheet", None)
+    values = _answer(args.measured, ask, MEASURED, partial(_of_sheet, ask=ask, sheet=sheet))
     sizes = sieve_curve(args.sieve) if args.sieve else None
 
     def number(q):
@@ -137,7 +139,7 @@ def _ask(text):
 
 def _number(text, q):
     try:
-        value = in_unit(str(text), unit_of(q.key))
+        value = said_number(text, unit_of(q.key))
     except UnitError as error:
         raise CalibrationError(f"--{q.option} {text}: {error}") from None
     asked = question(q.key, value)
@@ -168,13 +170,24 @@ def bulk_densities(texts, heap):
     return values
 
 
-def _measured(given):
+def _of_sheet(given, ask, sheet):
+    """`_measured`, of the sheet of a workbook; where several hold cells and none is named, a person
+    is asked."""
+    try:
+        return _measured(given, sheet)
+    except SeveralSheetsError as error:
+        if ask is None:
+            raise
+        return _measured(given, ask(f"Sheet with the angles ({error.value})"))
+
+
+def _measured(given, sheet=None):
     """Angles [deg] of an option's texts, or of one text that was typed or pasted: a name of a file
     that is there, else several words."""
     one = given if isinstance(given, str) else given[0] if len(given) == 1 else None
     if one is None:
-        return measured_angles(given)
-    return measured_angles([one] if Path(one).is_file() else _words(one))
+        return measured_angles(given, sheet)
+    return measured_angles([one] if Path(one).is_file() else _words(one), sheet)
 
 
 def _words(text):
@@ -185,15 +198,16 @@ def _words(text):
         return text.split()
 
 
-def measured_angles(texts):
-    """Angles [deg] from numbers, one table, or photographs. Raises CalibrationError."""
+def measured_angles(texts, sheet=None):
+    """Angles [deg] from numbers, one table (sheet: of a workbook), or photographs. Raises
+    CalibrationError."""
     paths = [Path(t) for t in texts]
     if all(p.suffix.lower() in PICTURES for p in paths):
         from calibration.intake.photo import measure_photo  # brings image libraries along
 
         return [round(measure_photo(p).angle_deg, 3) for p in paths]
     if len(paths) == 1 and (paths[0].suffix or paths[0].exists()) and not _is_number(texts[0]):
-        return _of_table(paths[0])
+        return _of_table(paths[0], sheet)
     values = [_angle(t.rstrip(";")) for t in texts]
     if len(values) < 2:
         raise CalibrationError("--measured: one value has no spread; allowed: two or more")
@@ -208,11 +222,8 @@ def _angle(text):
     if "±" in text or "+-" in text or "+/-" in text:
         allowed = "each reading for itself, such as 26.1 28.4 27.0"
         raise CalibrationError(f"--measured {text}: is a mean with its spread; allowed: {allowed}")
-    if "," in text:
-        point = text.replace(",", ".", 1)
-        raise CalibrationError(f"--measured {text}: is it {point}? allowed: decimal points")
     try:
-        value = in_unit(text, "°")
+        value = said_number(text, "°")
     except UnitError as error:
         raise CalibrationError(f"--measured {text}: {error}") from None
     asked = question("angle_of_repose_deg", value)
@@ -221,17 +232,17 @@ def _angle(text):
     return value
 
 
-def _of_table(path):
+def _of_table(path, sheet=None):
     from calibration.intake.numbers_with_units import plausible_numbers
 
-    table = read_table(path)
+    table = read_table(path, sheet=sheet)
     if "quantity" in table.header:
-        found = read_measured(path).of("heap", "angle_of_repose")
+        found = read_measured(path, sheet=sheet).of("heap", "angle_of_repose")
         if not found or not all(m.readings for m in found):
             allowed = "rows of heap, angle_of_repose without sd and n"
             raise CalibrationError(f"{path}: holds no angles; allowed: {allowed}")
         return [value for m in found for value in m.readings]
-    columns = [h for h in table.header if "ang" in h.lower() or table.units.get(h) in ("°", "deg")]
+    columns = [h for h in table.header if _of_angles(h) or table.units.get(h) in ("°", "deg")]
     columns = columns or list(table.header)
     if len(columns) != 1:
         raise CalibrationError(
@@ -242,6 +253,40 @@ def _of_table(path):
     if len(values) < 2:
         raise CalibrationError(f"{path}: needs at least two values to have a spread")
     return values
+
+
+def _of_angles(heading):
+    """Whether a heading names an angle: in English, French or German."""
+    return any(word in heading.lower() for word in ("ang", "talus", "winkel"))
+
+
+SIEVE_HEADINGS = {
+    "diameter_mm": {"diameter", "size", "sieve", "durchmesser", "siebweite", "maschenweite",
+                    "korngröße", "korngrösse", "diamètre", "diametre", "maille", "taille"},
+    "passing_percent": {"passing", "siebdurchgang", "durchgang", "passant", "tamisat"},
+    "mass_percent": {"mass", "masse", "massenanteil", "masseanteil", "anteil", "fraction massique"},
+}  # fmt: skip
+"""Column -> what laboratories call it, in small letters; the unit has to stand behind it."""
+SIEVE_UNITS = {"passing_percent": "%", "mass_percent": "%"}
+
+
+def _sieve_columns(table):
+    """{column as it is here: its heading in the table}. Raises CalibrationError for two headings
+    that mean one column, or a heading without the unit that it needs."""
+    found = {}
+    for heading in table.header:
+        known = (c for c, names in SIEVE_HEADINGS.items() if heading.lower() in names)
+        column = heading if heading in SIEVE_HEADINGS else next(known, None)
+        where = {"path": table.path, "line": table.header_line, "column": heading}
+        if column in found:
+            raise ConfigError(f"means the same as {found[column]}", **where, allowed="one of them")
+        if column and heading != column:
+            unit, needed = table.units.get(heading), SIEVE_UNITS.get(column)
+            if not unit or needed not in (None, unit):
+                allowed = f"{heading} in {needed or 'mm'}"
+                raise ConfigError("has no unit that tells what it is", **where, allowed=allowed)
+        found |= {column: heading} if column else {}
+    return found
 
 
 def sieve_curve(path):
@@ -266,11 +311,14 @@ def _sieved(path):
     from calibration.intake.numbers_with_units import plausible_numbers
 
     table = read_table(path)
-    passing = "passing_percent" in table.header
+    columns = _sieve_columns(table)
+    passing = "passing_percent" in columns
     share = "passing_percent" if passing else "mass_percent"
-    table.require("diameter_mm", share)
-    sizes = plausible_numbers(table, "diameter_mm", "diameter_mm")
-    shares = table.numbers(share)
+    for needed in ("diameter_mm", share):
+        if needed not in columns:
+            table.require(needed)
+    sizes = plausible_numbers(table, columns["diameter_mm"], "diameter_mm")
+    shares = table.numbers(columns[share])
     return _between_sieves(path, sizes, shares) if passing else (sizes, shares)
 
 

@@ -3,6 +3,7 @@
 import os
 import signal
 import subprocess
+import threading
 
 from calibration.runs.snakemake_command import snakemake_command
 
@@ -10,12 +11,12 @@ PATIENCE_S = 20.0
 
 
 class Job:
-    """One workflow at a time."""
+    """One workflow at a time, whoever asks: the requests of a server come in threads."""
 
     def __init__(self, study, cores):
         self._command = snakemake_command(study.files, f"-j{cores}")
         self.log = study.folder / "logs" / "serve.log"
-        self._process = None
+        self._process, self._lock = None, threading.Lock()
 
     @property
     def running(self):
@@ -31,24 +32,27 @@ class Job:
         return "finished" if code == 0 else f"ended with status {code}; its words are in {self.log}"
 
     def start(self):
-        """Start the workflow, unless it runs."""
-        if self.running:
-            return
-        self.log.parent.mkdir(parents=True, exist_ok=True)
-        with open(self.log, "w") as stream:
-            self._process = subprocess.Popen(
-                self._command, stdin=subprocess.DEVNULL, stdout=stream, stderr=stream,
-                start_new_session=True,
-            )  # fmt: skip
+        """Start the workflow; False where it runs already."""
+        with self._lock:
+            if self.running:
+                return False
+            self.log.parent.mkdir(parents=True, exist_ok=True)
+            with open(self.log, "w") as stream:
+                self._process = subprocess.Popen(
+                    self._command, stdin=subprocess.DEVNULL, stdout=stream, stderr=stream,
+                    start_new_session=True,
+                )  # fmt: skip
+            return True
 
     def stop(self):
         """End what was started here: its runs keep a checkpoint, and the next start goes on from
         there."""
-        for way in (signal.SIGTERM, signal.SIGKILL):
-            if not self.running:
-                return
-            os.killpg(self._process.pid, way)
-            try:
-                self._process.wait(PATIENCE_S)
-            except subprocess.TimeoutExpired:
-                continue
+        with self._lock:
+            for way in (signal.SIGTERM, signal.SIGKILL):
+                if not self.running:
+                    return
+                try:
+                    os.killpg(self._process.pid, way)
+                    self._process.wait(PATIENCE_S)
+                except (subprocess.TimeoutExpired, ProcessLookupError):
+                    continue

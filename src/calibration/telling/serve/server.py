@@ -19,9 +19,10 @@ from calibration.telling.serve.job import Job
 from calibration.telling.serve.state import State
 from dem.errors import DemError
 from dem.render import draw_run, read_run
-from dem.results import RUN_NAME
+from dem.results import RUN_NAME, read_result
 
 ADDRESS = "127.0.0.1"
+PATIENCE_S = 30.0
 WIDTH = 320  # of a heap's picture [px]
 POLICY = (
     "default-src 'none'; img-src 'self' data:; connect-src 'self'; base-uri 'none'; "
@@ -66,6 +67,7 @@ class Server(ThreadingHTTPServer):
 
 class _Handler(BaseHTTPRequestHandler):
     server_version, sys_version = "study", ""
+    timeout = PATIENCE_S  # for a request that is begun and not ended
 
     def do_GET(self):
         self._answer({"/": self._page, "/state": self._state, "/report": self._report})
@@ -77,8 +79,8 @@ class _Handler(BaseHTTPRequestHandler):
         """The terminal is for the study."""
 
     def _answer(self, routes):
-        asked = urlsplit(self.path)
         try:
+            asked = _address(self.path)
             self._check(asked)
             action = routes.get(asked.path)
             if action is None and self.command == "GET" and asked.path.startswith("/heap/"):
@@ -94,7 +96,7 @@ class _Handler(BaseHTTPRequestHandler):
         if self.headers.get("Host") not in self.server.hosts:
             raise Refusal(403, "this server answers to its own address alone")
         origin = self.headers.get("Origin")
-        if origin is not None and urlsplit(origin).netloc not in self.server.hosts:
+        if origin is not None and _address(origin).netloc not in self.server.hosts:
             raise Refusal(403, "another page asks")
         # what changes something takes the token in a header, which no other page can send
         given = self.headers.get("X-Token", "")
@@ -123,14 +125,16 @@ class _Handler(BaseHTTPRequestHandler):
     def _heap(self, name):
         if not RUN_NAME.fullmatch(name) or not self.server.state.planned(name):
             raise Refusal(404, "there is no such run in this study")
+        folder = Path(self.server.study.config.runs).resolve() / name
         try:
-            self._send(_picture(Path(self.server.study.config.runs).resolve() / name), "image/webp")
+            picture = _picture(folder, read_result(folder, files=False)["checksum"])
         except (DemError, OSError):
             raise Refusal(404, "the run has no heap to show") from None
+        self._send(picture, "image/webp")
 
     def _start(self):
-        self.server.job.start()
-        self._send(b"{}", "application/json")
+        started = self.server.job.start()
+        self._send(json.dumps({"started": started}).encode(), "application/json")
 
     def _stop(self):
         self.server.job.stop()
@@ -151,9 +155,17 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(content)
 
 
+def _address(text):
+    """Parts of an address. Raises Refusal for one that is none."""
+    try:
+        return urlsplit(text)
+    except ValueError:
+        raise Refusal(400, "the address is none") from None
+
+
 @lru_cache(maxsize=512)
-def _picture(folder):
-    """A finished run as WebP."""
+def _picture(folder, _checksum):
+    """A finished run as WebP; kept by the result's checksum, as a run may be made again."""
     kept = io.BytesIO()
     draw_run(read_run(folder), width=WIDTH).save(kept, "WEBP", quality=70)
     return kept.getvalue()
@@ -165,9 +177,10 @@ def _template():
 
 
 def serve(study, cores=2, port=0, say=print):
-    """Serve until interrupted or terminated; what the page started is stopped then, and goes on at
-    the next start."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    """Serve until interrupted or terminated, or until the terminal is closed; what the page started
+    is stopped then, and goes on at the next start."""
+    for way in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(way, signal.default_int_handler)
     with Server(study, cores, port) as server:
         say(f"{study.name}: {server.address} (Ctrl + C ends it)", flush=True)
         try:

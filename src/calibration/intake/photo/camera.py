@@ -1,0 +1,185 @@
+"""A camera that looks down on a heap, and the angle of a flank that it sees too flat.
+
+An edge of a cone's silhouette and the camera span a plane that touches the cone, and a plane that
+touches a cone of slope theta is inclined by theta. So a line of the picture gives the angle by the
+inclination of its plane (R. Hartley, A. Zisserman 2004, Multiple View Geometry, 2nd ed., section
+8.6 on the contour of a surface; pinhole, the principal point in the middle of the picture). For a
+camera far away this is tan(theta) = sqrt(m^2 + sin(pitch)^2) / cos(pitch) with the slope m in the
+picture.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from calibration.errors import CalibrationError
+from calibration.intake.guard import decoding
+from calibration.intake.numbers_with_units import said_number
+from dem.units import UnitError, in_unit
+
+FULL_FRAME_MM = math.hypot(36.0, 24.0)
+FOCAL_MM = (8.0, 300.0)
+"""Of a photograph, as of a camera of 35 mm film."""
+MOST_PITCH = 35.0
+OFF_MIDDLE = 0.1
+"""Of the picture's width, that a plumb line has to be away from its middle to tell anything."""
+EXIF_IFD, FOCAL_35 = 0x8769, 0xA405
+
+
+@dataclass(frozen=True)
+class View:
+    """How the camera stood, as it was told: its distance from the heap's axis and its height above
+    the base [mm], or two points (x, y) of a plumb line in pixels of the file; focal: length [mm] as
+    of 35 mm film, None for what the photograph says of itself."""
+
+    place: tuple[float, float] | None = None
+    plumb: tuple[tuple[float, float], tuple[float, float]] | None = None
+    focal: float | None = None
+
+    @property
+    def known(self) -> bool:
+        """Whether a correction was asked for."""
+        return self.place is not None or self.plumb is not None
+
+
+def view_of(camera: str | None, plumb: str | None, focal: str | None) -> View:
+    """`View` of the options' texts. Raises CalibrationError naming option, value and what is
+    allowed."""
+    if camera and plumb:
+        raise CalibrationError("--camera and --plumb: one of them tells how the camera stood")
+    if focal and not (camera or plumb):
+        raise CalibrationError(f"--focal {focal}: goes with --camera or --plumb")
+    place = _place(camera) if camera else None
+    return View(place, _plumb(plumb) if plumb else None, _focal(focal) if focal else None)
+
+
+def _place(text):
+    distance, _, height = text.replace("/", ";").partition(";")
+    try:
+        found = said_number(distance, "mm"), said_number(height, "mm")
+    except UnitError:
+        found = (0.0, 0.0)
+    if not (1.0 <= found[0] <= 1e5 and 0.0 <= found[1] <= 1e5):
+        raise CalibrationError(
+            f"--camera {text}: is no place; allowed: its distance from the heap's middle, then its "
+            "height above the base, such as 600mm/150mm"
+        )
+    return found
+
+
+def _plumb(text):
+    try:
+        points = tuple(
+            tuple(float(number) for number in point.split(",")) for point in text.split("/")
+        )
+        (xa, ya), (xb, yb) = points
+    except ValueError:
+        xa = xb = ya = yb = math.nan
+        points = ()
+    if not abs(yb - ya) >= max(100.0, 2.0 * abs(xb - xa)):
+        raise CalibrationError(
+            f"--plumb {text}: is no plumb line; allowed: two of its points in pixels from the "
+            "picture's upper left corner, 100 or more apart, such as 310,200/342,2400"
+        )
+    return points
+
+
+def _focal(text):
+    try:
+        found = in_unit(text, "mm")
+    except UnitError:
+        found = math.nan
+    if not FOCAL_MM[0] <= found <= FOCAL_MM[1]:
+        raise CalibrationError(
+            f"--focal {text}: is no focal length; allowed: {FOCAL_MM[0]:g} to {FOCAL_MM[1]:g} mm, "
+            "as of 35 mm film"
+        )
+    return found
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole: focal length [px], middle (x, y) [px], and by how much it looks down [deg]."""
+
+    focal: float
+    middle: tuple[float, float]
+    pitch_deg: float
+
+    def inclination(self, line: Sequence[Sequence[float]], tilt: float) -> float:
+        """Angle [deg] of the flank whose silhouette is the line through two points [px]; tilt
+        [rad]: the base line's in the picture, counted as rising to the right."""
+        rays = [np.array([*(np.array(p) - self.middle), self.focal]) for p in line]
+        normal = np.cross(rays[0], rays[1])
+        pitch = math.radians(self.pitch_deg)
+        flat = np.array([-math.sin(tilt), -math.cos(tilt)]) * math.cos(pitch)
+        up = np.array([*flat, -math.sin(pitch)])
+        return math.degrees(math.acos(min(abs(normal @ up) / np.linalg.norm(normal), 1.0)))
+
+
+def camera_of(
+    path: Path, view: View, size: tuple[int, int], reduced: float, base: np.ndarray, tilt: float
+) -> Camera:
+    """`Camera` of a photograph. size: of the reduced picture (columns, rows); base (2,): a point of
+    the base line below the heap's middle, tilt [rad]: of the base line. Raises CalibrationError
+    where the focal length is not known, or what was told does not go with the picture."""
+    focal_mm = view.focal or _stated_focal(path)
+    if focal_mm is None:
+        raise CalibrationError(
+            f"{path}: does not say its focal length; allowed: --focal, as of 35 mm film (26mm for "
+            "most phones)"
+        )
+    focal = focal_mm / FULL_FRAME_MM * math.hypot(*size)
+    middle = (0.5 * (size[0] - 1), 0.5 * (size[1] - 1))
+    across = np.array([math.cos(tilt), -math.sin(tilt)])
+    down = np.array([math.sin(tilt), math.cos(tilt)])
+    if view.place:
+        below = float((base - middle) @ down)
+        pitch = math.atan2(view.place[1], view.place[0]) - math.atan2(below, focal)
+    else:
+        pitch = _by_plumb(path, view.plumb, reduced, size, middle, across, down, focal)
+    if abs(math.degrees(pitch)) > MOST_PITCH:
+        raise CalibrationError(
+            f"{path}: the camera would look down by {math.degrees(pitch):.0f}°; allowed: at most "
+            f"{MOST_PITCH:g}°. Hold it lower, or check what was told of it"
+        )
+    return Camera(focal, middle, math.degrees(pitch))
+
+
+def _by_plumb(path, plumb, reduced, size, middle, across, down, focal):
+    """Pitch [rad]: where the plumb line meets the picture's middle column lies the point that all
+    plumb lines run to, at focal / tan(pitch) below the middle."""
+    (xa, ya), (xb, yb) = (
+        np.array([(p / reduced - middle) @ axis for axis in (across, down)])
+        for p in map(np.array, plumb)
+    )
+    if min(abs(xa), abs(xb)) < OFF_MIDDLE * size[0] or xa * xb < 0.0:
+        raise CalibrationError(
+            f"{path}: --plumb stands too near the picture's middle to tell anything; allowed: a "
+            f"line {100 * OFF_MIDDLE:g} % of the width or more beside it"
+        )
+    if xa == xb:
+        return 0.0
+    meets = ya - xa * (yb - ya) / (xb - xa)
+    return math.atan2(focal, abs(meets)) * math.copysign(1.0, meets)
+
+
+def _stated_focal(path):
+    """Focal length [mm] as of 35 mm film that a photograph states, or None."""
+    with decoding(path, "a picture"), Image.open(path) as opened:
+        found = opened.getexif().get_ifd(EXIF_IFD).get(FOCAL_35)
+    try:
+        focal = float(found)
+    except (TypeError, ValueError, ZeroDivisionError):
+        return None
+    return focal if FOCAL_MM[0] <= focal <= FOCAL_MM[1] else None
+
+
+def read_low(angle_deg: float, pitch_deg: float) -> float:
+    """By how many degrees a far camera that looks down by `pitch_deg` reads a heap too flat, of
+    which it shows `angle_deg`."""
+    slope, pitch = math.tan(math.radians(angle_deg)), math.radians(pitch_deg)
+    return math.degrees(math.atan(math.hypot(slope, math.sin(pitch)) / math.cos(pitch))) - angle_deg

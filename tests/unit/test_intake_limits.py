@@ -1,0 +1,199 @@
+"""What comes from outside ends in a value or in one sentence, whatever its size and form."""
+
+import io
+import os
+import zipfile
+
+import numpy as np
+import openpyxl
+import pytest
+from PIL import Image
+
+from calibration.errors import ConfigError
+from calibration.files import csv_text
+from calibration.intake.clump_from_mesh import fill_mesh
+from calibration.intake.photo import measure_photo
+from calibration.intake.tables import read_table
+from calibration.interface.commands import main
+from calibration.study.config.as_data import data_of
+from calibration.study.new.questions import measured_angles, sieve_curve
+from dem.errors import InputError
+from dem.tables.limits import KINDS, MOST_CELLS, MOST_PIXELS, MOST_UNPACKED
+from dem.tables.meshes import check_mesh
+from facts import refused
+
+FACET = (
+    "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex {} 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+)
+
+
+def book(path, *sheets, merge=()):
+    """A workbook; each sheet is a list of rows."""
+    made = openpyxl.Workbook()
+    made.remove(made.active)
+    for n, rows in enumerate(sheets):
+        sheet = made.create_sheet(f"sheet {n}")
+        for row in rows:
+            sheet.append(row)
+        for area in merge:
+            sheet.merge_cells(area)
+    made.save(path)
+    return path
+
+
+def test_a_cell_in_the_last_column_of_all_is_told(tmp_path):
+    path = book(tmp_path / "far.xlsx", [["value"], [1.0]])
+    made = openpyxl.load_workbook(path)
+    made.active["XFD1048576"] = 3.0
+    made.save(path)
+    with refused(ConfigError, "1048576 rows", "16384 columns", line=1048576):
+        read_table(path)
+
+
+def test_a_workbook_that_unpacks_to_more_than_a_table_is_not_unpacked(tmp_path):
+    source = zipfile.ZipFile(book(tmp_path / "a.xlsx", [["value"], [1.0]]))
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as target:
+        for part in source.infolist():
+            big = b" " * (MOST_UNPACKED + 1) if "sheet1" in part.filename else b""
+            target.writestr(part.filename, source.read(part) + big)
+    (tmp_path / "b.xlsx").write_bytes(packed.getvalue())
+    with refused(ConfigError, "24 MB", path="b.xlsx"):
+        read_table(tmp_path / "b.xlsx")
+
+
+def test_a_table_of_more_cells_than_any_is_refused(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("a,b,c,d,e\n" + "1,2,3,4,5\n" * (MOST_CELLS // 5))
+    with refused(ConfigError, "5 columns", path="a.csv"):
+        read_table(path)
+
+
+@pytest.mark.parametrize("kind", ["fifo", "large", "device"])
+def test_what_is_no_plain_file_of_a_readable_size_is_refused(tmp_path, kind):
+    path = tmp_path / "a.csv"
+    if kind == "fifo":
+        os.mkfifo(path)
+    elif kind == "device":
+        path = "/dev/zero"
+    else:
+        with open(path, "wb") as stream:
+            stream.truncate(KINDS["table"].most + 1)
+    with refused(ConfigError, "16 MB" if kind == "large" else "no plain file"):
+        read_table(path)
+
+
+def test_a_picture_of_more_pixels_than_are_read_is_not_decoded(tmp_path):
+    for name, side in (("a.png", 9000), ("b.png", 20000)):  # the second one stops the library
+        assert side * side > MOST_PIXELS
+        Image.new("1", (side, side)).save(tmp_path / name)
+        with refused(ConfigError, "64 million", path=name):
+            measure_photo(tmp_path / name)
+
+
+@pytest.mark.parametrize(("angle", "roll"), [(2.0, 3.0), (3.0, 8.0), (6.0, 8.0), (12.0, 9.0)])
+def test_a_flat_heap_on_a_rolled_photograph_is_read_or_refused_in_a_sentence(tmp_path, angle, roll):
+    y, x = np.mgrid[0:600, 0:900].astype(float)
+    t = np.radians(roll)
+    u = (x - 450) * np.cos(t) + (y - 450) * np.sin(t)
+    v = (y - 450) * np.cos(t) - (x - 450) * np.sin(t)
+    inside = (np.abs(u) < 300) & (v <= 0) & (-v < np.tan(np.radians(angle)) * (300 - np.abs(u)))
+    image = np.where(inside[..., None], [180, 60, 30], [225, 225, 230]).astype(np.uint8)
+    Image.fromarray(image).save(tmp_path / "a.png")
+    if angle < 5.0:
+        with refused(ConfigError.__mro__[1], "pixels", "20"):
+            measure_photo(tmp_path / "a.png")
+    else:
+        assert measure_photo(tmp_path / "a.png").angle_deg == pytest.approx(angle, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("solid s\n" + FACET.format("1_0") + "endsolid s\n", 5),
+        ("solid s\n" + FACET.format("nan") + "endsolid s\n", 5),
+        ("solid s\n" + FACET.format("1") + "facet normal 0 0 1\nendfacet\nendsolid\n", 10),
+        ("solid s\nvertex 0 0 0\nendsolid\n", 2),
+        ("solid s\n" + FACET.format("1"), 8),
+        ("solid s\n" + FACET.format("1e9") + "endsolid s\n", 2),
+    ],
+)
+def test_a_mesh_in_text_has_its_own_numbers_and_each_facet_its_corners(tmp_path, text, line):
+    path = tmp_path / "a.stl"
+    path.write_text(text)
+    with refused(InputError, line=line):
+        check_mesh(path)
+    with refused(ConfigError, line=line, path="a.stl"):
+        fill_mesh(path, 3)
+    path.write_text("solid s\n" + FACET.format("+1.5e0") + "endsolid s\n")
+    check_mesh(path)
+
+
+def test_a_configuration_without_end_is_not_read_to_its_end():
+    with refused(ConfigError, "262,144 characters"):
+        data_of(io.StringIO("a" * (1 << 20)))
+
+
+TITLED = [["Versuch Weizen"], ["Nr", "Winkel in °"], [1, 26.1], [2, 27.4]]
+
+
+def test_workbooks_as_people_have_them(tmp_path):
+    table = read_table(book(tmp_path / "a.xlsx", TITLED))
+    assert (table.header, table.header_line) == (("Nr", "Winkel"), 2)
+    assert table.units == {"Winkel": "°"}
+    assert "line 1 is a title" in table.how
+    assert measured_angles([str(tmp_path / "a.xlsx")]) == [26.1, 27.4]
+    rows = [["experiment", "value"], ["heap", 26.1], [None, 27.4], ["drop", 3.0]]
+    merged = read_table(book(tmp_path / "b.xlsx", rows, merge=["A2:A3"]))
+    assert [row["experiment"] for _, row in merged.rows] == ["heap", "heap", "drop"]
+    rows = [["experiment", "value"], ["heap", 26.1], ["heap", None]]
+    with refused(ConfigError, "26.1", line=2):
+        read_table(book(tmp_path / "c.xlsx", rows, merge=["B2:B3"]))
+    with refused(ConfigError, "grad", "gon"):
+        read_table(book(tmp_path / "d.xlsx", [["Nr", "Winkel in grad"], [1, 2]]))
+
+
+def test_a_title_above_a_text_table_is_left_out_and_no_reading_is(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("Weizen, 12 % feucht\nNr;Winkel / Grad\n1;26,1\n2;27,4\n")
+    assert measured_angles([str(path)]) == [26.1, 27.4]
+    path.write_text("angle\n26.1\nn/a\n27.4\n")
+    with refused(ConfigError, line=3):
+        measured_angles([str(path)])
+
+
+def test_a_sheet_is_named_where_there_are_several(tmp_path, capsys):
+    path = book(tmp_path / "a.xlsx", [["Tag"], ["Montag"]], TITLED)
+    with refused(ConfigError, "--sheet", value="sheet 0, sheet 1"):
+        measured_angles([str(path)])
+    assert measured_angles([str(path)], "sheet 1") == [26.1, 27.4]
+    with refused(ConfigError, value="sheet 7", allowed="sheet 0, sheet 1"):
+        measured_angles([str(path)], "sheet 7")
+    assert main(["shear", str(path), "--sheet", "sheet 1"]) == 2
+    assert "yield locus" in capsys.readouterr().err
+
+
+def test_sieve_tables_have_german_and_french_headings(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("diameter_mm,passing_percent\n1,0\n2,40\n4,100\n")
+    expected = sieve_curve(path)
+    path.write_text("Maschenweite [mm];Siebdurchgang [%]\n1;0\n2;40\n4;100\n")
+    assert sieve_curve(path) == expected
+    path.write_text("maille en mm;passant en %\n1;0\n2;40\n4;100\n")
+    assert sieve_curve(path) == expected
+    path.write_text("Maschenweite;Siebdurchgang [%]\n1;0\n2;40\n4;100\n")
+    with refused(ConfigError, "Maschenweite", "mm", line=1):
+        sieve_curve(path)
+
+
+def test_a_decimal_comma_is_one_rule_for_options_too():
+    assert measured_angles(["26,1", "27,4;", "28"]) == [26.1, 27.4, 28.0]
+    with refused(ConfigError.__mro__[1], "26.125", "26125"):
+        measured_angles(["26,125", "27,4"])
+
+
+def test_no_cell_is_a_formula_behind_a_semicolon():
+    import pandas as pd
+
+    text = csv_text(pd.DataFrame({"note": ["a;=1+1", "b;\t@x", "c; -0.5", "=2"]}))
+    assert text.splitlines()[1:] == ["a;'=1+1", "b;\t'@x", "c; -0.5", "'=2"]
