@@ -13,6 +13,7 @@ from scipy import stats
 from scipy.special import expit
 
 from calibration.errors import CalibrationError
+from calibration.figures import label
 from calibration.inference.chance_of_no_value import Chance
 from calibration.inference.information import expected_information, expected_spread
 from calibration.inference.posterior_sampling import (
@@ -379,6 +380,6 @@ def test_what_is_printed_is_what_the_reference_holds():
     left = {n: f"{100 * plate[f'{n} left']:.0f} %" for n in table.index}
     text = " ".join(results.read_text().split())
     [plates] = re.findall(r"grains on the plate, weighed: ([^;.]+)[;.]", text)
-    assert all(f"{share} of {n.replace('_', ' ')}" in plates for n, share in left.items())
+    assert all(f"{share} of {label(n)}" in plates for n, share in left.items())
     whole = json.loads((folder / "posterior.json").read_text())
     assert f"the {whole['trained_by']} runs near the optimum" in text

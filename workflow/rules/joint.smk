@@ -22,11 +22,10 @@ checkpoint plan_joint_first:
         mem_mb=1000,
         runtime=10,
     params:
-        **call(
-            "calibration.chain.joint.plans:plan_joint_first",
-            reads=["seed", "experiment", "fixed", "run", "factors", "joint", "rigs"],
-            seeds=7,
-        ),
+        function="calibration.chain.joint.plans:plan_joint_first",
+        reads=["seed", "experiment", "fixed", "run", "factors", "joint", "rigs"],
+        seeds=7,
+        made_from=made_from("plan_joint_first"),
     message:
         "plan a common design for all rigs of the laboratory"
     script:
@@ -55,21 +54,20 @@ checkpoint plan_joint:
         mem_mb=2000,
         runtime=60,
     params:
-        **call(
-            "calibration.chain.joint.plans:plan_joint",
-            reads=[
-                "seed",
-                "experiment",
-                "fixed",
-                "run",
-                "factors",
-                "joint",
-                "rigs",
-                "targets",
-                "measurements",
-            ],
-            seeds=7,
-        ),
+        function="calibration.chain.joint.plans:plan_joint",
+        reads=[
+            "seed",
+            "experiment",
+            "fixed",
+            "run",
+            "factors",
+            "joint",
+            "rigs",
+            "targets",
+            "measurements",
+        ],
+        seeds=7,
+        made_from=made_from("plan_joint"),
     message:
         "plan runs where the joint posterior is wide"
     script:
@@ -108,19 +106,18 @@ rule joint:
         mem_mb=2000,
         runtime=60,
     params:
-        **call(
-            "calibration.chain.joint.analysis:joint",
-            reads=[
-                "seed",
-                "experiment",
-                "run",
-                "factors",
-                "joint",
-                "rigs",
-                "targets",
-                "measurements",
-            ],
-        ),
+        function="calibration.chain.joint.analysis:joint",
+        reads=[
+            "seed",
+            "experiment",
+            "run",
+            "factors",
+            "joint",
+            "rigs",
+            "targets",
+            "measurements",
+        ],
+        made_from=made_from("joint"),
     message:
         "joint: one posterior over all tests"
     script:
