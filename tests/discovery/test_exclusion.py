@@ -7,7 +7,7 @@ from scipy.stats import binom
 from calibration.intake.measurements import Measurement
 from diagnosis import exclusion
 from diagnosis.laws.readings import readings_of
-from diagnosis.table_model.curve import slope_limits
+from diagnosis.table_model.limits import slope_limits
 from diagnosis.table_model.selection import blocks_of
 
 HEIGHTS, SIZES = (50.0, 80.0, 120.0, 180.0, 250.0), (1.5, 2.0, 3.0, 4.0)

@@ -15,7 +15,7 @@ from diagnosis.laws.readings import readings_of
 from diagnosis.table_model import found as found_module
 from diagnosis.table_model.block import LEVEL_SD
 from diagnosis.table_model.found import discover
-from diagnosis.table_model.selection import _with, blocks_of
+from diagnosis.table_model.selection import blocks_of, with_terms
 from diagnosis.withdrawal import withdraw_refuted
 from facts import tells
 
@@ -102,6 +102,76 @@ def test_a_strong_law_is_found_where_a_weak_one_is(power):
     assert "power" in said.laws[0]["forms"]
     held = said.laws[0]["held_out"]
     assert held["after"] < held["before"] or held["before"] < 3.0
+
+
+@pytest.mark.parametrize("power", [-0.3, -0.6, -0.9])
+def test_a_strong_law_of_three_settings_is_told_beside_scatter(power):
+    """Three heights of one size: a law, and an error of each setting, both meet the readings."""
+    said = found(drops(lambda h, d: 0.5 * speed(h) ** power, (50.0, 150.0, 400.0), (2.0,)))
+    assert places(said) == [("drop", "restitution", ("speed",))]
+    assert said.verdict == "ambiguous"
+    assert "power" in said.laws[0]["forms"]
+    assert said.next_setting["levers"]["drop_height_mm"] not in (50.0, 150.0, 400.0)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_scatter_from_setting_to_setting_is_an_error_of_a_size(seed):
+    rng = np.random.default_rng([41, seed])
+    sizes, scatter = (1.0, 1.4, 2.0, 2.8, 4.0), 0.1
+    said = found(drops(lambda h, d: 0.6 * np.exp(0.5 * scatter * rng.standard_normal()),
+                       sizes=sizes, seed=seed))  # fmt: skip
+    assert said.misfit["p"] < 0.01
+    assert (said.verdict, said.laws) == ("error", [])
+    assert [e["of"] for e in said.errors] == ["settings"]
+    # twenty settings know a standard deviation to a sixth
+    assert said.errors[0]["sd"] == pytest.approx(scatter, rel=0.5)
+
+
+def shears(stress, loads, sizes, seed=0):
+    settings = [{"normal_stress_kPa": s, "particle_diameter_mm": d} for s in loads for d in sizes]
+    return rows("shear", settings, lambda at: stress(*at.values()), seed)
+
+
+def test_a_friction_over_the_inertial_number_is_one_law_of_two_levers():
+    """mu = a + b I with I ~ d / sqrt(load) at one rate of shear (GDR MiDi 2004)."""
+    said = found(shears(lambda s, d: s * (0.4 + 0.1 * d / s**0.5),
+                        (0.5, 1.0, 2.0, 4.0), (1.0, 2.0, 4.0)))  # fmt: skip
+    assert places(said) == [("shear", "friction", ("size over root of load",))]
+    assert said.verdict == "discovered"
+
+
+def test_an_intercept_of_a_locus_has_five_causes():
+    said = found(shears(lambda s, d: 0.5 * s + 0.3, (0.5, 1.0, 2.0, 4.0, 8.0), (2.0,)))
+    assert places(said) == [("shear", "attraction", ())]
+    same = {(s["slot"], tuple(s["state"])) for s in said.laws[0]["same"]}
+    assert same == {(slot, ()) for slot in ("load", "mass", "reading", "wall friction")}
+
+
+def test_a_slide_seen_after_a_share_of_the_diameter_is_a_law_of_the_froude_number():
+    """Slip of one diameter d at a rate w: late by (6 d cos(a) w^2 / g)^(1/3)."""
+
+    def angle(r, d):
+        w = np.radians(r)
+        return 30.0 + np.degrees(np.cbrt(6e-3 * d * np.cos(np.radians(30.0)) * w**2 / 9.81))
+
+    said = found(slides(angle, rates=(2.0, 5.0, 12.0, 30.0), sizes=(1.0, 2.0, 4.0, 8.0)))
+    assert places(said) == [("tilt", "reading", ("Froude number",))]
+
+
+def test_a_pull_on_grains_that_carry_a_mass_has_the_form_of_both():
+    """Pull ~ d over the weight of the grain and of a mass that each carries."""
+    sizes = (0.5, 0.8, 1.2, 2.0, 3.0, 5.0)
+    middle = (0.5 * 5.0) ** 0.5
+
+    def angle(r, d):
+        pull = 2.0 * d / (d**3 + middle**3)
+        return np.degrees(np.arctan(0.4 * (1.0 + pull)))
+
+    said = found(slides(angle, rates=(2.0, 5.0, 10.0), sizes=sizes))
+    assert said.laws[0]["experiment"] == "tilt"
+    assert (said.laws[0]["slot"], said.laws[0]["state"]) == ("mass", ["size"])
+    assert said.laws[0]["forms"][0] == "force ~ d, with a mass of 1 middle grains"
+    assert {s["slot"] for s in said.laws[0]["same"]} == {"friction", "attraction"}
 
 
 def test_with_four_heights_a_power_is_no_error_of_the_set_up():
@@ -299,7 +369,7 @@ def test_the_judge_tells_a_law_that_fits_from_one_that_does_not():
         [block] = blocks_of([readings_of(drops(curve, FINER), "drop")], None).values()
         power = tuple(s for s in block.terms[key].shapes if s.name == "power")
         block.terms[key] = replace(block.terms[key], shapes=power)
-        held = _with({"drop": block}, "drop", [key])["drop"]
+        held = with_terms({"drop": block}, "drop", [key])["drop"]
         judged = found_module.judged(held, key)
         assert (judged["after"] < 2.0) == fits
         assert (judged["after"] < 0.5 * judged["before"]) == fits

@@ -56,18 +56,29 @@ THRESHOLD = Form(
     "{c} constant up to {k:.3g} x {m}, then falling as {s}^(-1/4)",
 )
 
+
+def _carried(ratio):
+    """What a mass that each grain carries leaves of a share of the weight, as a function of the
+    logarithm of the size over the middle one; ratio: this mass over that of a middle grain."""
+    return lambda t: (1.0 + ratio) / (1.0 + ratio * np.exp(-3.0 * t))
+
+
 ADDS = {
     ("attraction", "drop"): {"work ~ d^2": 0.0, "work ~ d^(4/3)": -2 / 3, "work ~ d": -1.0},
     ("attraction", "tilt"): {"force ~ d^2": 0.0, "force ~ d": -1.0,
     "force alike for all sizes": -2.0},
+    ("mass", "tilt"): {f"force ~ d, with a mass of {r:g} middle grains": _carried(r)
+    for r in (0.3, 1.0, 3.0)},
     ("attraction", "shear"): {"stress ~ 1/d": 0.0, "stress ~ 1/d^2": -1.0},
     ("reading", "size"): {"a share of the diameter": 0.0, "diameter squared": 1.0,
     "root of the diameter": -0.5},
     ("reading", "interval"): {"square of the interval": 0.0, "the interval": -1.0},
+    ("reading", "Froude number"): {"slip of a share of the diameter": 0.0},
     ("reading", "rate"): {"rate^(2/3)": 0.0, "a fixed delay": 1 / 3, "rate^2": 4 / 3},
     ("drag", "size"): {"C_D constant": 0.0, "C_D ~ Re^(-1/2)": -0.5, "C_D ~ 1/Re": -1.0},
 }  # fmt: skip
-"""(slot, experiment or last state) -> powers of the state beyond the weight of the slot."""
+"""(slot, experiment or last state) -> what stands beside the weight of the slot: a power of the
+state, or a function of its logarithm."""
 
 
 def forms_of(law, readings, centre):
@@ -109,12 +120,18 @@ def _strengths(form, u):
     return np.concatenate([-LADDER[::-1], LADDER]) / slope
 
 
-def powers_of(law):
-    """{name of a form: power of the state beyond the weight of the slot} of a law that adds."""
+def factors_of(law):
+    """{name of a form: function of the logarithm of the state over the middle one, that stands
+    beside the weight of the slot} of a law that adds."""
     if law.coordinate is None:
-        return {"the same at all settings": 0.0}
+        return {"the same at all settings": _power(0.0)}
     last = law.state[-1] if law.state else ""
-    return ADDS.get((law.slot, law.experiment)) or ADDS.get((law.slot, last)) or {"simplest": 0.0}
+    own = ADDS.get((law.slot, law.experiment)) or ADDS.get((law.slot, last)) or {"simplest": 0.0}
+    return {name: p if callable(p) else _power(p) for name, p in own.items()}
+
+
+def _power(power):
+    return lambda t: np.exp(power * np.asarray(t))
 
 
 def _added(law, readings, centre):
@@ -122,8 +139,8 @@ def _added(law, readings, centre):
     weight = law.weight(levers, centre)
     x, _, half = scaled(law, levers) if law.coordinate else (np.zeros(len(centre)), 0, 0)
     out = {}
-    for name, power in powers_of(law).items():
-        term = weight * np.exp(power * x * half)
+    for name, factor in factors_of(law).items():
+        term = weight * factor(x * half)
         ks = law.sign * LADDER if law.sign else np.concatenate([-LADDER[::-1], LADDER])
         # a reading is never negative
         ks = ks[(ks[:, None] * term > -0.95).all(1)]

@@ -174,12 +174,11 @@ class Block:
         """Places of the grid without an error from setting to setting."""
         return [g for g, c in enumerate(self.sds) if "settings" not in c]
 
-    def chi_square(self, y):
-        """(b,) sum of squared residuals of data sets (b, n) in the readings' own errors and those
-        of batches and instruments, at the likeliest size of the latter."""
-        bare = self.bare()
-        z, p = y - self.mean, self.precision[bare]
-        value = self.base(y)[bare]
+    def chi_square(self, y, places):
+        """(b,) sum of squared residuals of data sets (b, n) in the errors at the likeliest of some
+        places of the grid: of `bare`, the readings' own and those of batches and instruments."""
+        z, p = y - self.mean, self.precision[places]
+        value = self.base(y)[places]
         quadratic = (z * (z @ p)).sum(-1)
         return np.take_along_axis(quadratic, value.argmax(0)[None], 0)[0]
 

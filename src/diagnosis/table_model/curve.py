@@ -1,7 +1,7 @@
-"""The curve of a law with a band that holds it, and the limits of laws that are not there.
+"""The curve of a law with a band that holds it.
 
-Both are paid for by the errors that the readings may share: beside the law each level of its lever
-may have an error of its own, as large as the data leave possible.
+It is paid for by the errors that the readings may share: beside the law each level of its lever may
+have an error of its own, as large as the data leave possible.
 """
 
 from dataclasses import replace
@@ -10,25 +10,22 @@ import numpy as np
 from scipy.special import logsumexp
 
 from calibration.statistics.numbers import NORMAL_95
-from diagnosis.laws.forms import LADDER, powers_of
+from diagnosis.laws.forms import factors_of
 from diagnosis.laws.readings import IN_AIR, SHAPE
 from diagnosis.laws.slots import coordinates, scaled
 from diagnosis.table_model.block import LEVEL_SD, Block
-from diagnosis.table_model.term import curve_shape
 from diagnosis.table_model.terms.laws import BENDS, FREE, SIZES, bend
 
 POINTS, DRAWS = 25, 2000
 BAND = 0.95
-LIMIT = 0.95
-SLOPES = 161
 LEAST_SHARE = 2e-3  # probability of a place of the grid below which it takes no part
 
 
-def paid(block, law):
-    """The block with an error of its own for each level of the levers that the law depends on."""
+def paid(block, levers):
+    """The block with an error of its own for each level of these levers."""
     readings = block.readings
     codes = {}
-    for name in law.needs if law else ():
+    for name in levers:
         levels = readings.folds.get(name, ())
         if 1 < len(levels) < len(readings.log):
             code = np.empty(len(readings.log), int)
@@ -51,7 +48,7 @@ def curve(block, key):
     """[{state, value, low, high}] along the state of a held law, and the range {state: [low, high]}
     that the settings cover. The band holds the whole curve in 95 % of cases."""
     law = block.terms[key].law
-    rest = paid(block.without(key), law)
+    rest = paid(block.without(key), law.needs if law else ())
     if law.weight is None:
         return _multiplied(rest, law)
     return _added(rest, block.terms[key], law)
@@ -137,13 +134,13 @@ def _added(rest, term, law):
         state = np.exp(middle + half * at)
     else:
         at, half, state = np.zeros(1), 0.0, np.ones(1)
-    rng, powers = np.random.default_rng(5), powers_of(law)
+    rng, factors = np.random.default_rng(5), factors_of(law)
     curves = []
     for i in rng.choice(len(share), DRAWS, p=share):
         shape, k = places[i]
         step = np.gradient(shape.label)[k] if len(shape.label) > 1 else 0.0
         strength = shape.label[k] + step * rng.uniform(-0.5, 0.5)
-        curves.append(strength * np.exp(powers[shape.name] * half * at))
+        curves.append(strength * factors[shape.name](half * at))
     curves = np.array(curves)
     told = told_in(law, rest.readings, state)
     rows = _rows(
@@ -167,51 +164,3 @@ def told_in(law, readings, state):
     # a law of the simplest kind adds a power of its state
     power = np.log(one[most] / one[least]) / np.log(here[most] / here[least])
     return lambda k, z: float(one[most] * (state[k] / here[most]) ** power) * z
-
-
-def slope_limits(block, law, probability=LIMIT):
-    """(low, high): ends below and above which the change of a coefficient over the plan's states is
-    excluded, as shares, of a straight line over the logarithm of the state; None for an end that
-    the slopes that are tried do not hold. All slopes are alike probable beforehand."""
-    x = scaled(law, coordinates(block.readings))[0]
-    key = next((k for k, h in block.held.items() if h.term.law is law), None)
-    rest = paid(block.without(key) if key else block, law)
-    power = IN_AIR if law.experiment == "drop" else 1.0
-    ends = np.linspace(-LADDER[-1], LADDER[-1], SLOPES)
-    fine = _near(rest, power * x, ends[-1])
-    ends = np.sort(np.unique(np.concatenate([ends, fine])))
-    shape = curve_shape("line", ends, power * ends[:, None] * x)
-    shape = replace(shape, root=0.0 * shape.root)
-    low, high = _quantiles(rest, shape, ends, probability)
-    return tuple(None if e is None else float(np.expm1(2.0 * e)) for e in (low, high))
-
-
-def _near(rest, x, most):
-    """Slopes (k,) about the likeliest, closer than the grid."""
-    weight = 1.0 / rest.readings.error**2
-    own = x - (weight * x).sum() / weight.sum()
-    size = (weight * own**2).sum()
-    best = (weight * own * (rest.readings.log - rest.mean)).sum() / size
-    step = np.concatenate([np.linspace(-6.0, 6.0, 61), np.linspace(-40.0, 40.0, 81)]) / np.sqrt(
-        size
-    )
-    return np.clip(best + step, -most, most)
-
-
-def strength_limits(block, term, shape, probability=LIMIT):
-    """(low, high) of a mechanism's coded strength, as `slope_limits` has them."""
-    rest = paid(block.without(term.key) if term.key in block.held else block, term.law)
-    return _quantiles(rest, shape, np.asarray(shape.label), probability)
-
-
-def _quantiles(rest, shape, at, probability):
-    y = rest.readings.log[None]
-    value = logsumexp(rest.gains(shape, y, rest.base(y))[:, :, 0], axis=0)
-    density = np.exp(value - value.max())
-    mass = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(at))])
-    mass /= mass[-1]
-    low, high = np.interp([1.0 - probability, probability], mass, at)
-    edge = 1e-3 * (at[-1] - at[0])
-    open_low = density[0] > 0.05 or low < at[0] + edge
-    open_high = density[-1] > 0.05 or high > at[-1] - edge
-    return None if open_low else float(low), None if open_high else float(high)

@@ -9,9 +9,10 @@ from diagnosis.chance import share_above
 from diagnosis.laws.readings import FREE, from_log, readings_of
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.table_model import selection as chosen
-from diagnosis.table_model.curve import BAND, curve, slope_limits, strength_limits, unit_of
+from diagnosis.table_model.curve import BAND, curve, unit_of
 from diagnosis.table_model.left_out import judged, without_row
-from diagnosis.table_model.naming import named
+from diagnosis.table_model.limits import slope_limits, strength_limits
+from diagnosis.table_model.naming import UNIT, named
 from diagnosis.table_model.next_setting import propose, words_of
 from diagnosis.table_model.single_readings import set_aside
 from diagnosis.table_model.term import ERROR, LAW, ROW
@@ -25,7 +26,7 @@ which no mechanism is named and no formula told: none that was tried fits."""
 
 SURE = 0.95  # probability that an error of a declared batch or instrument is there, to be told
 LEAST_ROWS = 3
-UNIT = {"speed": "m/s", "size": "mm", "rate": "°/s", "load": "kPa", "interval": "s", "height": "mm"}
+SCATTER = {"of": "settings", "what": "settings", "words": "error from setting to setting"}
 WORDS = {
     "adequate": "constant coefficients meet the readings within their own errors",
     "identified": "one mechanism of the catalogue fits in each place, and no other form does",
@@ -38,7 +39,10 @@ WORDS = {
 
 @dataclass
 class Found:
-    """The parts of verdict.json that the model gives; see docs/verdict-schema.md."""
+    """The parts of verdict.json that the model gives; see docs/verdict-schema.md.
+
+    left: the misfit of what was found; scattered: the same with errors from setting to setting,
+    where it does not pass without."""
 
     verdict: str
     causes: list
@@ -54,6 +58,7 @@ class Found:
     selection: object = field(repr=False)
     start: dict = field(repr=False)
     names: dict = field(default_factory=dict, repr=False)
+    scattered: dict | None = None
 
     @property
     def p(self):
@@ -88,6 +93,8 @@ def discover(measurements, known=None, alpha=0.05, seed=0, defaults=None, chance
         out.errors += _declared(kind, block)
     if left["p"] < MISFIT:
         out.errors += [e for b in found.blocks.values() for e in _settings(b, left["p"])]
+        out.scattered = chosen.misfit(found.blocks, seed, chance[-1], scatter=True)
+        _in_question(out, measurements)
     for rows, by in (
         (out.laws, "evidence"),
         (out.errors, "evidence"),
@@ -135,6 +142,29 @@ def _instead(out, measurements, block, key, near):
     row |= {"evidence": chosen.strength_of(other, law), "p": out.selection.p}
     row["rivals"] = [_rival(measurements, block, k, b) for k, b in [(key, 0.0), *near] if k != law]
     out.laws.append(row | _law(other, law, out))
+
+
+def _in_question(out, measurements):
+    """The best law that chance alone could have made, where nothing else is placed, a misfit is
+    left, and the law is not told from an error from setting to setting either: by odds, or because
+    the settings are few."""
+    stopped, said = out.selection.stopped, [e for e in out.errors if e["what"] != "declared"]
+    if stopped is None or out.laws or out.rows or any(e["what"] != "settings" for e in said):
+        return
+    block = out.selection.blocks[stopped.experiment]
+    few = len(block.readings.log) < LEAST_SETTINGS
+    least = chosen.LEAST if few else chosen.ODDS
+    if block.terms[stopped.key].kind != LAW or stopped.evidence < least:
+        return
+    held = chosen.with_terms(out.selection.blocks, stopped.experiment, [stopped.key])[
+        stopped.experiment
+    ]
+    near = chosen.rivals(held, stopped.key)
+    row = {"experiment": stopped.experiment, "key": stopped.key, "evidence": stopped.evidence}
+    row |= {"p": stopped.p, "instead_of": f"{stopped.experiment}:settings"}
+    row["rivals"] = [SCATTER | {"experiment": stopped.experiment, "behind": -stopped.evidence}]
+    row["rivals"] += [_rival(measurements, held, k, b) for k, b in near]
+    out.laws.append(row | _law(held, stopped.key, out))
 
 
 def _rival(measurements, block, key, behind):
@@ -337,7 +367,7 @@ def _judge(out):
     if not placed and out.misfit["p"] >= MISFIT and not errors:
         out.verdict = "adequate"
     elif not placed:
-        out.verdict = "unexplained"
+        out.verdict = "error" if errors and out.scattered["p"] >= MISFIT else "unexplained"
     elif any(_open(r) for r in (*out.laws, *errors)):
         out.verdict = "ambiguous"
     elif not out.laws:
@@ -375,6 +405,8 @@ def _few(out):
                 f"a law would rest on {count} settings; of fewer than {LEAST_SETTINGS} an error "
                 "from one setting to the next is not told from a law"
             )
+            rival = SCATTER | {"experiment": law["experiment"], "behind": law["evidence"]}
+            law["rivals"] = [*law["rivals"], rival]
 
 
 def _next(out):
@@ -383,7 +415,8 @@ def _next(out):
         if row["rivals"]:
             block = out.selection.blocks[row["experiment"]]
             near = [k for k, _ in chosen.rivals(block, row["key"])]
-            found = propose(block, row["key"], near)
+            scatter = [None] * any(r.get("of") == "settings" for r in row["rivals"])
+            found = propose(block, row["key"], scatter + near)
             if found:
                 return found
     return None

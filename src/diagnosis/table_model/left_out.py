@@ -74,8 +74,3 @@ def without_row(block, place):
     shared = rest.sd_of("settings", y) ** 2
     sd = np.sqrt(block.readings.error[place] ** 2 + variance[place] + shared)
     return float((y[place] - mean[place]) / sd), float(mean[place])
-
-
-def terms_replaced(block, terms):
-    """The block with other terms to be added."""
-    return replace(block, terms=terms)

@@ -19,7 +19,15 @@ from diagnosis.table_model.terms.laws import FREE
 SAME = 0.5
 """Standard errors of a reading; curves that stay closer are one."""
 
-UNIT = {"speed": "m/s", "size": "mm", "rate": "°/s", "load": "kPa", "interval": "s"}
+UNIT = {
+    "speed": "m/s",
+    "size": "mm",
+    "rate": "°/s",
+    "load": "kPa",
+    "interval": "s",
+    "size over root of load": "mm/kPa^(1/2)",
+}
+"""Units of states; others are numbers."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,9 @@ MOST_SETTINGS = 30
 
 
 def words_of(term):
-    """What a term says, in a few words."""
+    """What a term says, in a few words; None: what scatters from setting to setting."""
+    if term is None:
+        return "error from setting to setting"
     if term.kind == LAW:
         slot, state = term.place
         return f"{slot} of {' and '.join(state) or 'all settings alike'}"
@@ -37,9 +39,10 @@ def words_of(term):
 
 def propose(block, key, others):
     """{experiment, levers, information_bits, predictions, text} for a held term and the keys of
-    others that are not told from it; None where none of them says what it expects elsewhere."""
-    keys = [k for k in (key, *others) if block.terms[k].kind in (LAW, ERROR)][:MOST]
-    keys = [k for k in keys if block.terms[k].free]
+    others that are not told from it, None for errors from setting to setting; None where none of
+    them says what it expects elsewhere."""
+    told = {k: block.terms.get(k) for k in (key, *others)}
+    keys = [k for k, t in told.items() if t is None or (t.kind in (LAW, ERROR) and t.free)][:MOST]
     if len(keys) < 2:
         return None
     readings = block.readings
@@ -61,7 +64,7 @@ def propose(block, key, others):
     for i, rival in enumerate(keys):
         logs = means[i, best] + sds[i, best] * np.array([0.0, -1.0, 1.0])
         ends = [float(from_log(readings.experiment, np.array([v]), at)[0]) for v in logs]
-        predictions[words_of(block.terms[rival])] = {
+        predictions[words_of(told[rival])] = {
             "value": ends[0],
             "sd": 0.5 * (ends[2] - ends[1]),
         }
@@ -75,7 +78,8 @@ def propose(block, key, others):
 
 
 def _expected(wider, terms, block, key, rival):
-    """Mean and sd of the logarithm at the last setting, by a rival in the place of a term."""
+    """Mean and sd of the logarithm at the last setting, by a rival in the place of a term; None as
+    the rival: by nothing in its place."""
     y = wider.log
     model = Block(wider, terms, {})
     for k in (*(k for k in block.held if k != key), rival):
@@ -110,7 +114,12 @@ def _settings(readings):
 
 def _text(block, keys, levers):
     """What to measure, in words."""
-    terms = [block.terms[k] for k in keys]
+    terms = [block.terms[k] for k in keys if k is not None]
+    if None in keys:
+        return (
+            "Measure there, and at further settings between those of the table: a law says what is "
+            "read there, an error from setting to setting comes out anew."
+        )
     errors = [t for t in terms if t.kind == ERROR and t.of in LEVERS]
     if not errors:
         return ""

@@ -103,7 +103,7 @@ def select(blocks, alpha=0.05, seed=0, chance=CHANCE, most=8):
             stopped = step
             break
         steps += [replace(step, key=k) for k in keys]
-        blocks = _with(blocks, kind, keys)
+        blocks = with_terms(blocks, kind, keys)
         blocks = blocks | {kind: exchanged(blocks[kind])}
     return Selection(blocks, steps, stopped, p, gain, threshold, first)
 
@@ -112,19 +112,21 @@ def _y(block):
     return block.readings.log
 
 
-def misfit(blocks, seed=0, count=CHANCE[0]):
+def misfit(blocks, seed=0, count=CHANCE[0], scatter=False):
     """{chi_square, freedom, p} of blocks as they are, by the readings' own errors and those of
-    declared batches and instruments; few replicates do not know their spread, so p is simulated."""
+    declared batches and instruments, with `scatter` also those from setting to setting; few
+    replicates do not know their spread, so p is simulated."""
     chi, null, freedom = 0.0, np.zeros(count), 0.0
     for place, block in enumerate(blocks.values()):
         y = _y(block)
-        chi += float(block.chi_square(y[None])[0])
-        share = block.shares(y) * np.isin(np.arange(len(block.sds)), block.bare())
+        places = np.arange(len(block.sds)) if scatter else block.bare()
+        chi += float(block.chi_square(y[None], places)[0])
+        share = block.shares(y) * np.isin(np.arange(len(block.sds)), places)
         if not share.sum() > 0.0:
-            share = np.isin(np.arange(len(block.sds)), block.bare()).astype(float)
+            share = np.isin(np.arange(len(block.sds)), places).astype(float)
         rng = np.random.default_rng([seed, 21, place])
         made = block.draw(y, count, rng, share / share.sum())
-        null += block.chi_square(made)
+        null += block.chi_square(made, places)
         freedom += len(y) - 1
     return {"chi_square": chi, "freedom": max(freedom, 1.0), "p": share_above(null, chi)}
 
@@ -139,9 +141,10 @@ def _best(blocks):
             continue
         key = max(free, key=free.get)
         own = (kind, [key], free[key])
-        for several, lead in ((_rows_together(block), CLEAR), (_pair(block, key), ODDS)):
-            if several and several[1] > own[2] + lead:
-                own = (kind, *several)
+        together = _rows_together(block)
+        if together and together[1] > own[2] + CLEAR:
+            own = (kind, *together)
+        own = (kind, *(_pair(block, key, own[2]) or own[1:]))
         if found is None or own[2] > found[2]:
             found = own
     return found
@@ -175,7 +178,8 @@ def replace_terms(block, keys):
     return replace(block, terms={k: block.terms[k] for k in keys})
 
 
-def _with(blocks, kind, keys):
+def with_terms(blocks, kind, keys):
+    """The blocks {experiment: Block} with further terms held in one, each at its likeliest."""
     block = blocks[kind]
     for key in keys:
         held = block.hold(block.terms[key], _y(block))
@@ -244,9 +248,10 @@ def rivals(block, key):
 # --- several terms at once ---------------------------------------------------------------------
 
 
-def _pair(block, single):
+def _pair(block, single, least):
     """(keys, evidence) of the two laws or errors, or of one and a row, that together explain most,
-    or None where they explain no more than a single one.
+    or None where they do not clearly explain more than the best single term and than evidence
+    `least`.
 
     A law of two states at once is nearer to both than either law alone. A row that is far off bends
     a law that is fitted with it, and without the law all rows look off: alone neither leads."""
@@ -260,7 +265,7 @@ def _pair(block, single):
     def with_term(now, key):
         return now.with_held(now.held | {key: now.hold(now.terms[key], y)})
 
-    alone, best = with_term(block, single).score(y), None
+    alone, best = max(with_term(block, single).score(y), start + least), None
     for first in free:
         now = with_term(block, first)
         others = [k for k in (*free, *rows) if k != first]

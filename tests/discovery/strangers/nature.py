@@ -192,7 +192,7 @@ LAWS = (
     # the pull ~ d over the weight ~ d^3 (JKR), with and without a mass that each grain carries
     Law("pull of the plate, slides", "tilt", OF_SIZE, 0.15, lambda x, k: 1.0 + k / size(x) ** 2,
         names=("wall_adhesion",)),
-    Law("pull, and an added mass", "tilt", OF_SIZE, 0.3,
+    Law("pull, and an added mass", "tilt", (*OF_SIZE, ("mass", ("size",))), 0.3,
         lambda x, k: 1.0 + k * size(x) / (size(x) ** 3 + 4.0)),
     Law("humidity, slides", "tilt", of_column("humidity_percent"), 0.15,
         lambda x, k: 1.0 + k * (x["humidity_percent"] - 30.0) / 50.0),

@@ -48,7 +48,8 @@ def terms(readings, known):
             ),
             None,
         )
-        out.append(Term(readings.experiment, LAW, key, tuple(shapes), law=law, place=place))
+        odds = law.odds if law else 0.0
+        out.append(Term(readings.experiment, LAW, key, tuple(shapes), odds, law=law, place=place))
     return out
 
 
