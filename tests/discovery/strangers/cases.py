@@ -555,7 +555,7 @@ def campaign() -> list[Case]:
     """Every case, fixed beforehand; each prefix is a fair sample of what the figures count.
 
     Laws at ten standard errors (two seeds), at five and twenty (one); rows at 15; faults at five
-    and ten; nulls with four seeds, those of two levels with eight.
+    and ten; nulls with twelve seeds, those of two levels with 32, so that a rate of 5 % shows.
     """
     asked = {
         "law": [(10.0, 0), (10.0, 1), (20.0, 2), (5.0, 3)],
@@ -566,17 +566,18 @@ def campaign() -> list[Case]:
         "fault": [(10.0, 0), (5.0, 1), (10.0, 2)],
         "two-level error": [(10.0, 0), (5.0, 1), (10.0, 2), (5.0, 3)],
         "declared": [(10.0, 0), (5.0, 1), (10.0, 2)],
-        "null": [(0.0, s) for s in range(4)],
-        "two-level null": [(0.0, s) for s in range(8)],
+        "null": [(0.0, s) for s in range(12)],
+        "two-level null": [(0.0, s) for s in range(32)],
     }
+    rounds = 4
+    each = {group: -(-len(of) // rounds) for group, of in asked.items()}
     all_of = [
-        (k, Case(name, size, FIRST_SEED + seed))
+        (k // each[kind.group], Case(name, size, FIRST_SEED + seed))
         for name, kind in KINDS.items()
         for k, (size, seed) in enumerate(asked[kind.group])
     ]
-    # the first round has each kind once, in an order that mixes the groups
-    mixed = {name: zlib.crc32(name.encode()) for name in KINDS}
-    return [case for _, case in sorted(all_of, key=lambda c: (c[0], mixed[c[1].kind]))]
+    # each round has a like share of every group, in an order that mixes the groups
+    return [c for _, c in sorted(all_of, key=lambda c: (c[0], zlib.crc32(c[1].name.encode())))]
 
 
 FIXED = tuple(
