@@ -17,6 +17,9 @@ from diagnosis.table_model.terms import all_terms
 
 BEYOND = 2.0
 DIGITS = 3
+TYPICAL = 0.6
+"""Restitution or friction of an experiment of which nothing was fitted."""
+
 DECIDED = 2.0
 """Differences of squared misses, in squared errors, from which held-out rows decide."""
 
@@ -32,11 +35,12 @@ def of_contacts(verdict, measurements, found, engine, held_out=()):
     if not placed:
         return _again(verdict) if verdict["rows"] else _constant(found, verdict)
     row = placed[0]
-    own = _elsewhere(row, verdict, measurements, engine) or _beyond(row, found)
+    own, decided = _elsewhere(row, verdict, measurements, engine, held_out)
+    own = own or _beyond(row, found)
     if own is None:
         return None
-    decided = _decided(measurements, found, held_out)
-    own |= {"cause": row["key"], **decided}
+    rows = decided or _here(measurements, found, held_out)
+    own |= {"cause": row["key"], "outcome": _outcome(rows), "rows": rows}
     own["text"] = _text(own)
     return own
 
@@ -77,49 +81,87 @@ def _constant(found, verdict):
     return own
 
 
-def _elsewhere(row, verdict, measurements, engine):
+def _elsewhere(row, verdict, measurements, engine, held_out):
     """The prediction in another experiment that the named mechanism shows in and that the rig has,
-    by the engine; None without one."""
+    by the engine, and the misses of the rows held out there; (None, []) without one."""
     name = row.get("single") or next(iter(row.get("names", ())), None)
     if name is None or verdict["verdict"] not in ("identified", "discovered", "ambiguous"):
-        return None
+        return None, []
     mechanism = engine.catalogue[name]
     strength = row.get("strengths", {}).get(name)
     if strength is None or mechanism.observe is not None:
-        return None
+        return None, []
     for kind in mechanism.experiments:
         if kind == row["experiment"] or kind not in COEFFICIENT:
             continue
         if kind not in engine.rig.settings.experiments:
             continue
-        return _by_engine(kind, mechanism, strength, measurements, engine)
-    return None
+        switched = _Switched(kind, mechanism, strength, measurements, engine)
+        return _by_engine(switched, measurements), _there(switched, measurements, held_out)
+    return None, []
 
 
-def _by_engine(kind, mechanism, strength, measurements, engine):
+class _Switched:
+    """What the engine's one contact reads in an experiment with a mechanism and without."""
+
+    def __init__(self, kind, mechanism, strength, measurements, engine):
+        coefficient, low, high = COEFFICIENT[kind]
+        self.kind, self.spec_of, value = kind, engine.spec_of, TYPICAL
+        own = [m for m in measurements if m.experiment == kind]
+        if own:
+            power = IN_AIR if kind == "drop" else 1.0
+            centre = readings_of(own, kind, {}).centre[0]
+            value = float(np.clip(np.exp(centre / power), low, high))
+        self.plain = lambda spec: with_coefficient(spec, coefficient, value)
+        self.with_cause = lambda spec: mechanism.apply(self.plain(spec), strength)
+
+    def logs(self, readings):
+        """(on, off), each (n,) logarithms of the readings over their shape."""
+        return tuple(contact_logs(f, readings, self.spec_of) for f in (self.with_cause, self.plain))
+
+
+def _by_engine(switched, measurements):
     """On and off in another experiment, at the size at which they differ most."""
-    coefficient, low, high = COEFFICIENT[kind]
-    own = [m for m in measurements if m.experiment == kind]
-    value = 0.6
-    if own:
-        readings = readings_of(own, kind, {})
-        power = IN_AIR if kind == "drop" else 1.0
-        value = float(np.clip(np.exp(readings.centre[0] / power), low, high))
+    kind = switched.kind
     sizes = sorted({m.levers.get("particle_diameter_mm") for m in measurements} - {None})
-    levers = {"particle_diameter_mm": sizes[0]} if sizes else {}
-    levers |= {"drop_height_mm": 50.0} if kind == "drop" else {"tilt_rate_deg_s": 5.0}
-    at = _Setting(kind, {k: np.array([v]) for k, v in levers.items()})
-
-    def plain(spec):
-        return with_coefficient(spec, coefficient, value)
-
-    on = contact_logs(lambda s: mechanism.apply(plain(s), strength), at, engine.spec_of)
-    off = contact_logs(plain, at, engine.spec_of)
-    if not np.isfinite([on[0], off[0]]).all():
+    fixed = {"drop_height_mm": 50.0} if kind == "drop" else {"tilt_rate_deg_s": 5.0}
+    best = None
+    for size in sizes or [None]:
+        levers = ({} if size is None else {"particle_diameter_mm": size}) | fixed
+        at = _Setting(kind, {k: np.array([v]) for k, v in levers.items()})
+        on, off = switched.logs(at)
+        apart = abs(on[0] - off[0])
+        if np.isfinite(apart) and (best is None or apart > best[0]):
+            told = [float(from_log(kind, v, at.levers)[0]) for v in (on, off)]
+            best = apart, levers, told
+    if best is None:
         return None
-    told = [float(from_log(kind, v, at.levers)[0]) for v in (on, off)]
+    _, levers, told = best
     return {"experiment": kind, "levers": levers, "with_cause": told[0], "without_cause": told[1],
             "sd": None, "by": "engine"}  # fmt: skip
+
+
+def _there(switched, measurements, held_out):
+    """[{line, miss_with, miss_without}] of the rows held out in another experiment. The constant of
+    each comes from the rows that were fitted there, or where there are none from those held out: of
+    these the differences alone decide."""
+    kind = switched.kind
+    own = [m for m in held_out if m.experiment == kind]
+    fitted = [m for m in measurements if m.experiment == kind]
+    if not own or (not fitted and len(own) < 2):
+        return []
+    readings = readings_of(fitted + own, kind, {})
+    used = np.arange(len(fitted)) if fitted else np.arange(len(own))
+    weight = 1.0 / readings.error[used] ** 2
+    out = [{"line": m.line} for m in own]
+    for label, logs in zip(("miss_with", "miss_without"), switched.logs(readings), strict=True):
+        left = readings.log - logs
+        left -= (weight * left[used]).sum() / weight.sum()
+        sd = np.hypot(readings.error, weight.sum() ** -0.5) if fitted else readings.error
+        for row, miss in zip(out, (left / sd)[-len(own) :], strict=True):
+            row[label] = float(miss)
+    finite = [r for r in out if np.isfinite([r["miss_with"], r["miss_without"]]).all()]
+    return finite if len(finite) == len(out) else []
 
 
 class _Setting:
@@ -174,8 +216,9 @@ def _settings(block):
     return out
 
 
-def _decided(measurements, found, held_out):
-    """{outcome, rows}: what rows that were held out say, each with its misses in errors."""
+def _here(measurements, found, held_out):
+    """[{line, miss_with, miss_without}] of the rows held out of experiments in which something was
+    found, in errors of reading and prediction together."""
     rows = []
     for kind, block in found.selection.blocks.items():
         own = [m for m in held_out if m.experiment == kind]
@@ -191,15 +234,17 @@ def _decided(measurements, found, held_out):
                 "miss_with": float((m.value - with_cause[i]) / np.hypot(error[i], sd[i])),
                 "miss_without": float((m.value - without[i]) / np.hypot(error[i], other[i])),
             })  # fmt: skip
+    return rows
+
+
+def _outcome(rows):
+    """What rows that were held out decide."""
     if not rows:
-        return {"outcome": "open", "rows": []}
+        return "open"
     square = [sum(r[k] ** 2 for r in rows) for k in ("miss_with", "miss_without")]
-    outcome = "undecided"
     if square[1] - square[0] > DECIDED:
-        outcome = "confirmed"
-    elif square[0] - square[1] > DECIDED:
-        outcome = "refuted"
-    return {"outcome": outcome, "rows": rows}
+        return "confirmed"
+    return "refuted" if square[0] - square[1] > DECIDED else "undecided"
 
 
 def _text(test):

@@ -153,6 +153,16 @@ def test_the_second_sentence_is_the_cause_and_none_contradicts_it(ball, verdict,
     assert ("What to measure next" in text) == (verdict != "adequate")
 
 
+def test_scatter_from_setting_to_setting_is_told_with_its_size_first(ball):
+    error = {"experiment": "drop", "of": "settings", "what": "settings", "sd": 0.051, "p": 1e-3,
+             "rivals": [], "sentence": "scatter"}  # fmt: skip
+    changed = {"verdict": "error", "causes": [], "laws": [], "rows": [], "errors": [error]}
+    first, second, third = first_lines(ball | changed | {"gain": None, "next_measurement": None})
+    assert tells(first, "rebound", "from setting to setting", "5.1 %")
+    assert tells(second, "no law")
+    assert "again" in third
+
+
 def test_tests_without_a_value_come_first_where_they_are_off_most(ball):
     outcome = {"experiment": "heap", "levers": {"particle_diameter_mm": 7.0}, "tests": 3}
     outcome |= {"failed": 2, "before": 0.01, "after": None}

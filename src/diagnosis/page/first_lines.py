@@ -26,7 +26,7 @@ def _wrong(verdict):
             f"constant coefficients meet the {len(rows)} settings within their errors: {chance(p)} "
             "of data without any fault look as bad"
         )
-    ended = _ended(verdict)
+    ended = _ended(verdict) or _scattered(verdict)
     if ended:
         return ended
     kind = _worst(rows)
@@ -54,6 +54,19 @@ def _ended(verdict):
         f"{setting(worst['levers'])} ended without a value, where the calibrated model expects it "
         f"of {chance(worst['before'])}"
     )
+
+
+def _scattered(verdict):
+    """How large an error from setting to setting is, where nothing else explains the misfit."""
+    errors = [e for e in verdict.get("errors") or [] if e.get("what") != "declared"]
+    only = verdict["verdict"] == "error" and not verdict.get("rows")
+    if not only or any(e.get("what") != "settings" for e in errors):
+        return None
+    told = [
+        f"the {quantity(e['experiment'])} scatters from setting to setting by {100 * e['sd']:.2g} %"
+        for e in errors
+    ]
+    return " and ".join(told) + ", more than its readings' own errors say" if told else None
 
 
 def _misfit(verdict):
@@ -113,6 +126,8 @@ def _cause(verdict):
         best = verdict.get("best_tried")
         tried = f"; the best of those tried, {_names(best)}, does not fit" if best else ""
         return f"nothing that was tried explains it{tried}"
+    if said == "error" and _scattered(verdict):
+        return "no law and no single row explains it: each setting has an error of its own"
     if said == "error":
         rows = [*errors, *(verdict.get("rows") or [])]
         found = [row["sentence"] for row in rows if row.get("sentence")]
@@ -181,6 +196,8 @@ def _open(verdict):
 def _next(verdict):
     """The measurement that tells most."""
     n = verdict.get("next_measurement")
+    if _scattered(verdict):
+        return "measure some settings again, each set up anew: if they differ, it is the set-up"
     if not n or verdict["verdict"] in WITHOUT:
         return None
     return f"measure next the {quantity(n['experiment'])} at {setting(n['levers'])}"

@@ -1,0 +1,75 @@
+"""A cause that was found in one experiment is confirmed or refuted by rows of another one that no
+fit has used. Tables and law are closed forms; the mechanism is one of a study's own folder."""
+
+import numpy as np
+import pytest
+from strangers.ask import study
+
+from calibration.intake.measurements import Measurement
+from diagnosis.catalogue import Mechanism, Strength
+from diagnosis.contacts import told
+from diagnosis.laws.known import with_coefficient
+
+POWER, SIZES = 0.15, (1.0, 1.4, 2.0, 2.8, 4.0)
+
+
+def coating(spec, strength):
+    """A coat that is thinner on large grains: friction and restitution fall as a power of size."""
+    name = {"tilt": "static_friction", "drop": "restitution"}[spec["experiment"]]
+    factor = (spec["particles"]["diameter_mm"] / 2.0) ** -strength
+    return with_coefficient(spec, name, factor * spec["contacts"]["particle_wall"][name])
+
+
+CATALOGUE = {
+    "coating": Mechanism("coating", "a coat", "none", ("tilt", "drop"), ("particle_diameter_mm",),
+                         Strength("exponent", "1", 0.0, 0.4), coating,
+                         law=("friction", ("size",))),
+}  # fmt: skip
+
+
+def reading(kind, value, error, line, rng, **levers):
+    read = value + error * rng.standard_normal(5)
+    return Measurement(kind, read.mean(), read.std(ddof=1), 5, levers, line=line)
+
+
+def slides(rng):
+    angle = {d: np.degrees(np.arctan(0.5 * (d / 2.0) ** -POWER)) for d in SIZES}
+    settings = [(r, d) for r in (2.0, 5.0, 10.0) for d in SIZES]
+    return [reading("tilt", angle[d], 0.4, k + 2, rng, tilt_rate_deg_s=r, particle_diameter_mm=d)
+            for k, (r, d) in enumerate(settings)]  # fmt: skip
+
+
+def rebounds(rng, power, heights, first):
+    settings = [(h, d) for h in heights for d in SIZES[::2]]
+    true = [h * (0.6 * (d / 2.0) ** -power) ** 2 for h, d in settings]
+    return [reading("drop", v, 0.02 * v, first + k, rng, drop_height_mm=h, particle_diameter_mm=d)
+            for k, (v, (h, d)) in enumerate(zip(true, settings, strict=True))]  # fmt: skip
+
+
+@pytest.mark.parametrize(("power", "outcome"), [(POWER, "confirmed"), (0.0, "refuted")])
+def test_rows_of_another_experiment_decide_a_cause(power, outcome):
+    rng = np.random.default_rng(8)
+    table, held = slides(rng), rebounds(rng, power, (80.0, 160.0), 90)
+    said = told(table, study()[0], CATALOGUE, held)
+    assert said["laws"][0]["names"] == ["coating"]
+    test = said["test"]
+    assert (test["experiment"], test["by"], test["outcome"]) == ("drop", "engine", outcome)
+    assert [r["line"] for r in test["rows"]] == list(range(90, 96))
+    # the smallest and the largest grain differ most from the constant: 2^(+-0.3)
+    ratio = test["with_cause"] / test["without_cause"]
+    assert abs(np.log(ratio)) == pytest.approx(2.0 * POWER * np.log(2.0), rel=0.15)
+    right = "miss_with" if outcome == "confirmed" else "miss_without"
+    assert np.sqrt(np.mean([r[right] ** 2 for r in test["rows"]])) < 2.0
+
+
+def test_without_rows_of_another_experiment_the_prediction_is_open():
+    rng = np.random.default_rng(8)
+    test = told(slides(rng), study()[0], CATALOGUE)["test"]
+    assert (test["experiment"], test["outcome"], test["rows"]) == ("drop", "open", [])
+
+
+def test_one_row_alone_says_nothing_where_nothing_was_fitted_there():
+    rng = np.random.default_rng(8)
+    [row] = rebounds(rng, 0.0, (80.0,), 90)[:1]
+    test = told(slides(rng), study()[0], CATALOGUE, [row])["test"]
+    assert (test["outcome"], test["rows"]) == ("open", [])
