@@ -10,6 +10,7 @@ project.
     python -m strangers show CASE         its table and what is true of it
     python -m strangers try CASE|KIND ..  asks the diagnosis; prints what it says and the marks
     python -m strangers engine CASE ..    asks the engine as well, and prints the laws' gains
+    python -m strangers gains             asks the engine as well, of 24 cases fixed beforehand
     python -m strangers run [PART PARTS]  the cases that the kept file lacks
     python -m strangers score [FILE]      its rates, and the cases that count against them
     python -m strangers table             writes the rates into the documentation

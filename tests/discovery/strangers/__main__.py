@@ -15,6 +15,11 @@ from . import cases, score
 
 ROOT = Path(__file__).parents[3]
 KEPT = Path(os.environ.get("STRANGERS", ROOT / "results/reference/discovery/strangers.csv"))
+GAINS = KEPT.with_name("strangers_gains.csv")
+MOST_GAINS = 24
+"""Cases of which the engine is asked as well: the first of the campaign at ten standard errors
+whose law the catalogue has."""
+
 PAGE, MARK = ROOT / "docs/diagnosis-benchmark.md", "strangers"
 
 
@@ -76,6 +81,34 @@ def engine(words):
         print(case.name, f"{row['name_loses']=} {row['seconds']=} {row['reason']}", flush=True)
 
 
+def of_gains():
+    """The cases of GAINS, fixed beforehand."""
+    own = [
+        c
+        for c in cases.campaign()
+        if c.group in ("law", "two laws")
+        and c.strength == 10.0
+        and all(law.names for law in c.draw().laws)
+    ]
+    return own[:MOST_GAINS]
+
+
+def gains(words):
+    """Ask the engine of the cases of GAINS that it lacks."""
+    rows = kept_rates.fresh(read(GAINS))
+    known = set() if rows.empty else set(rows["case"])
+    for case in of_gains():
+        if case.name in known:
+            continue
+        row, said = diagnosed(case, engine=True)
+        ends = [(law["gain"] or {}).get("held_out_rmse_difference_interval") or (None, None)
+                for law in said.get("laws", [])]  # fmt: skip
+        row["gains"] = "; ".join(f"{a:.2f} to {b:.2f}" for a, b in ends if a is not None)
+        row["withdrawn"] = "; ".join(n for law in said["laws"] for n in law.get("withdrawn", []))
+        pd.DataFrame([row]).to_csv(GAINS, mode="a", header=not GAINS.exists(), index=False)
+        print(row["case"], row["verdict"], row["names"], row["gains"], row["seconds"], flush=True)
+
+
 def run(words):
     """Every PARTS-th case that the kept file lacks, among the campaign's first LIMIT."""
     part, parts = (int(w) for w in (*words, 0, 1)[:2]) if len(words) >= 2 else (0, 1)
@@ -109,13 +142,18 @@ def tell(words):
     print(score.missed(rows)[columns].to_string(index=False, float_format="%.2g"))
 
 
-def table(rows):
-    """Markdown of the rates of fresh rows; a sentence where there is none."""
+def table(rows, gains=None):
+    """Markdown of the rates of fresh rows; a sentence where there is none.
+
+    gains: rows of cases of which the engine was asked as well: of its word those count."""
     first = kept_rates.dated(rows, len(cases.campaign()), "python -m strangers run")
     if rows.empty:
         return first
     lines = [first, "| | share (95 % interval) | asked |", "|---|---|---|"]
-    for r in score.rates(rows).itertuples():
+    rates = score.rates(rows).set_index("figure", drop=False)
+    if gains is not None and len(gains):
+        rates.loc[score.LOSES] = score.rates(gains).set_index("figure", drop=False).loc[score.LOSES]
+    for r in rates.itertuples():
         asked = "" if pd.isna(r.asked) else f"{'at most ' * r.most}{r.asked:.0%}"
         share = f"{r.hits} of {r.of} ({r.low:.0%} to {r.high:.0%})" if r.of else "not drawn"
         lines.append(f"| {r.figure} | {share} | {asked} |")
@@ -124,7 +162,7 @@ def table(rows):
 
 def kept_table():
     """`table` of what is kept and fresh."""
-    return table(kept_rates.fresh(read(KEPT)))
+    return table(*(kept_rates.fresh(read(path)) for path in (KEPT, GAINS)))
 
 
 def write(words):
@@ -144,6 +182,7 @@ if __name__ == "__main__":
         "show": show,
         "try": attempt,
         "engine": engine,
+        "gains": gains,
         "run": run,
         "score": tell,
         "table": write,

@@ -255,6 +255,7 @@ class Figure:
     strength: float | None = None
 
 
+LOSES = "a name with a gain below zero"
 ALL_NULLS = ("null", "two-level null", "declared", "fault", "two-level error")
 FIGURES = (
     Figure("leading place right", ("law", "two laws", "two-level law"), "leads", 0.85, False, 10.0),
@@ -264,7 +265,7 @@ FIGURES = (
     Figure("two-level nulls: a law claimed", ("two-level null", "two-level error"), "claimed", 0.05,
            True),
     Figure("nulls of every kind: no law", ALL_NULLS, "silent", 0.95),
-    Figure("a name with a gain below zero", (), "name_loses", 0.0, True),
+    Figure(LOSES, (), "name_loses", 0.0, True),
     Figure("a faulty row or level pointed at", ("row", "level"), "pointed", 0.80),
     Figure("the laboratory's error told", ("fault", "two-level error"), "fault", np.nan, False,
            10.0),
