@@ -47,7 +47,7 @@ def test_a_template_does_not_overwrite(heap, capsys):
     ("arguments", "word"),
     [
         (["check", "{folder}/none.yaml"], "none.yaml"),
-        (["check", "{folder}"], "readable file"),
+        (["check", "{folder}"], "directory"),
         (["run", "{folder}/bad.yaml", "--out", "{folder}/o"], "line 2: seed = 'x'"),
         (["run", "{heap}", "--out", "{folder}/o", "--seed", "-1"], "seed = -1"),
         (["run", "{heap}", "--out", "{folder}/o", "--frames", "0"], "output.frame_interval_s"),

@@ -229,11 +229,13 @@ POLISH = Stage(
 
 
 def test_no_two_stages_have_the_same_seeds():
-    """The first runs at the candidate and those that they ask for are one stage's."""
+    """The first runs at the candidate and those that they ask for are one stage's, and so are the
+    first joint runs and those that are added."""
     found = {}
     for name, rule in rules_of(ROOT / "config/config.yaml", ROOT / "Snakefile", ROOT).items():
         found.setdefault(rule.seeds, set()).add(name)
     assert found.pop(3) == {"plan_candidate_first", "plan_candidate"}
+    assert found.pop(7) == {"plan_joint_first", "plan_joint"}
     assert found.pop(None)
     assert sorted(found) == [0, 1, 2, 4, 5, 6]
     assert all(len(names) == 1 for names in found.values())

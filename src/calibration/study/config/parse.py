@@ -371,7 +371,7 @@ def _check_run(config, factors, file):
             allowed=error.allowed,
         ) from None
     except InputError as error:
-        raise ConfigError(**vars(error)) from None
+        raise ConfigError(**vars(error) | {"key": f"run.{error.key}"}) from None
     for f in factors:
         for column in ("low", "high"):
             level = getattr(f, column)
