@@ -1,6 +1,8 @@
 """Kept diagnoses count for the engine and the rules that made them. A page shows no rates of
 others.
 
+The engine is what it compiles: single contacts run no experiment of it.
+
 The rules are the code of the diagnosis that a verdict on single contacts runs before the engine's
 gains: the model of the table, the laws and the catalogue's curves, without comments, docstrings and
 layout.
@@ -13,7 +15,7 @@ from pathlib import Path
 import pandas as pd
 
 from calibration.digests import SOURCES
-from dem.fingerprint import code_of, engine_fingerprint
+from dem.fingerprint import code_of, kernel_fingerprint
 
 DECIDE = (
     "table_model/*.py",
@@ -33,8 +35,8 @@ TOLD = {"next_setting.py", "engine_gain.py", "in_engine.py"}
 
 @cache
 def present() -> dict[str, str]:
-    """Digests of the engine and of the rules as they are."""
-    return {"engine": engine_fingerprint(), "rules": rules()}
+    """Digests of what the engine compiles, which are its contacts, and of the rules as they are."""
+    return {"engine": kernel_fingerprint(), "rules": rules()}
 
 
 def rules(sources: Path = SOURCES) -> str:

@@ -380,7 +380,7 @@ def run(spec, context):
     share = left / spec.particles.count
     if share > MOST_LEFT:
         _refuse_clogged(spec, sim, rig)
-    moved = setup.rest_energy(sim)
+    moved = phases.motion(sim)  # a grain that spins about its contacts moves no heap
     if moved >= spec.numerics.rest_energy_ratio:
         phases.refuse("pouring", sim.time, moved, math.nan, spec.numerics.rest_energy_ratio)
     where = sim.position - [0.0, 0.0, rig.plate_rim]
