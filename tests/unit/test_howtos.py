@@ -44,9 +44,9 @@ def test_a_stage_added_as_the_page_says_runs(staged):
 def test_its_seeds_are_no_other_stages(staged):
     folder, _ = staged
     plan = json.loads((folder / "results/drops/repeat/plan.json").read_text())
-    assert {spec["seed"] // 1000 for spec in plan.values()} == {7}
+    assert {spec["seed"] // 1000 for spec in plan.values()} == {8}
     others = "".join(p.read_text() for p in (ROOT / "workflow").rglob("*.smk"))
-    assert "seeds=7" not in others
+    assert "seeds=8" not in others
 
 
 @pytest.mark.slow
