@@ -16,7 +16,7 @@ from calibration.runs.cost import (
     memory_mb,
     seconds_of,
 )
-from calibration.study.config import Config, bench_run, machine_run, overlay, point_spec
+from calibration.study.config import Config, bench_run, machine_run, overlay, point_spec, states
 from calibration.study.factors import read_factors
 from calibration.study.sweeps import SWEEPS
 from dem.errors import DemError, SpecError
@@ -76,7 +76,7 @@ def _check_held(config, factors):
     if config.screening.at_least >= len(factors) and not bench:
         return  # all of them go on
     for factor in factors:
-        if not (factor.name in config.fixed or _gives(config.run, factor.key)):
+        if not (factor.name in config.fixed or states(config.run, factor.key)):
             raise ConfigError(
                 "must be given: the factor's level while it is not varied, as for all runs after a "
                 "screening that does not send it on",
@@ -102,15 +102,6 @@ def _check_blocks(config, factors):
                 key="response_surface.block_size",
                 value=rules.block_size,
             ) from None
-
-
-def _gives(run, key):
-    """Whether a run spec (a mapping) has the dotted key."""
-    for name in key.split("."):
-        if not isinstance(run, dict) or name not in run:
-            return False
-        run = run[name]
-    return True
 
 
 def cost_ahead(config: Config) -> str:

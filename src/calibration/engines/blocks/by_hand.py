@@ -61,6 +61,20 @@ class Expected:
         )
 
 
+def page(
+    title: str,
+    about: Sequence[str],
+    expected: Expected | None,
+    said: Sequence[str],
+    sections: Sequence[str],
+) -> str:
+    """Markdown of a page; about: lines of provenance; said: what the reader must know before the
+    sections."""
+    head = [f"# {title}: the calibrated model, to type in", *about]
+    told = [expected.sentence] if expected else []
+    return "\n\n".join([*head, *told, *said, *sections]) + "\n"
+
+
 def table(rows: Sequence[Row], known: Mapping[str, Mapping] | None = None) -> str:
     """Markdown table of rows; known: {key: entry of calibrated.yaml}, or None where nothing of it
     was calibrated."""

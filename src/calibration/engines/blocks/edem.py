@@ -17,6 +17,7 @@ from calibration.engines.blocks.by_hand import (
     contact_rows,
     material_rows,
     notes,
+    page,
     shape,
     table,
 )
@@ -48,9 +49,6 @@ def block(
     known = known or {}
     law = conversion.export("rolling", CODE)
     said = [*dispensed(material.spec, CODE), *law.notes(material.grain_grain), *notes(known)]
-    head = ["# EDEM: the calibrated model, to type in", *about]
-    head += [expected.sentence] if expected else []
-    head += said
     sections = [
         _bulk_material(material, known),
         _equipment_material(material, known),
@@ -60,7 +58,7 @@ def block(
         f"## 6. Environment\n\nGravity: 0, 0, {-GRAVITY:.6g} m/s2.",
         _simulator(material),
     ]
-    return "\n\n".join([*head, *sections]) + "\n"
+    return page("EDEM", about, expected, said, sections)
 
 
 def _bulk_material(material, known):

@@ -16,6 +16,7 @@ from calibration.engines.blocks.by_hand import (
     contact_rows,
     material_rows,
     notes,
+    page,
     shape,
     table,
 )
@@ -47,8 +48,6 @@ def block(
     known = known or {}
     spec = material.spec
     said = [*_rolling_notes(spec), *dispensed(spec, CODE), SLIP, *notes(known)]
-    head = ["# Rocky: the calibrated model, to type in", *about]
-    head += [expected.sentence] if expected else []
     materials = [table(material_rows(material, wall), known) for wall in (False, True)]
     pairs = [table(_contact(material, wall), known) for wall in (False, True)]
     sections = [
@@ -73,7 +72,7 @@ def block(
         table([Row("Time step of these runs", material.time_step, "s"),
                *simulation_time(spec)]),
     ]  # fmt: skip
-    return "\n\n".join([*head, *said, *sections]) + "\n"
+    return page("Rocky", about, expected, said, sections)
 
 
 def _physics(spec, conversion):

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from calibration.errors import ConfigError
+from calibration.intake.guard import in_study
 from dem import tables
-from dem.errors import InputError
 
 
 class SeveralSheetsError(ConfigError):
@@ -16,14 +16,11 @@ class SeveralSheetsError(ConfigError):
 
 @contextmanager
 def _as_ours():
-    try:
-        yield
-    except ConfigError:
-        raise
-    except tables.SeveralSheetsError as error:
-        raise SeveralSheetsError(**vars(error)) from None
-    except InputError as error:
-        raise ConfigError(**vars(error)) from None
+    with in_study():
+        try:
+            yield
+        except tables.SeveralSheetsError as error:
+            raise SeveralSheetsError(**vars(error)) from None
 
 
 class Table(tables.Table):

@@ -16,6 +16,7 @@ from calibration.study.config.specs import (
     numbers_of,
     overlay,
     point_spec,
+    states,
     with_levels,
 )
 
@@ -36,6 +37,7 @@ __all__ = [
     "read_target",
     "section_of",
     "stands_alone",
+    "states",
     "with_engine",
     "with_levels",
 ]

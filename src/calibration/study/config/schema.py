@@ -319,8 +319,8 @@ class PourRateConfig(_Part):
     )
 
 
-class PushConfig(_Part):
-    """A machine that is simulated with draws of the posterior."""
+class _Simulated(_Part):
+    """A test or a machine and the run spec that stands for it."""
 
     experiment: Literal[tuple(METRICS)] = Field(description="virtual experiment that stands for it")
     run: dict = Field(
@@ -328,6 +328,11 @@ class PushConfig(_Part):
         description="grains, geometry and numerics, laid over the study's run where it is of the "
         "same experiment, else over its materials and laws",
     )
+
+
+class PushConfig(_Simulated):
+    """A machine that is simulated with draws of the posterior."""
+
     metrics: list[str] = Field(
         [], description="metrics that are reported; all of the experiment unless given"
     )
@@ -337,15 +342,9 @@ class PushConfig(_Part):
     )
 
 
-class RigConfig(_Part):
+class RigConfig(_Simulated):
     """A test of the laboratory, or a machine, as it is simulated."""
 
-    experiment: Literal[tuple(METRICS)] = Field(description="virtual experiment")
-    run: dict = Field(
-        {},
-        description="grains, geometry and numerics, laid over the study's run where it is of the "
-        "same experiment, else over its materials and laws",
-    )
     metrics: list[str] = Field(
         [],
         description="metrics that could be measured next and are predicted; the experiment's "

@@ -21,6 +21,15 @@ def with_levels(base, levels):
     return spec
 
 
+def states(run, key):
+    """Whether a run spec (a mapping) has the dotted key."""
+    for name in key.split("."):
+        if not isinstance(run, dict) or name not in run:
+            return False
+        run = run[name]
+    return True
+
+
 def bench_run(config, changes):
     """Run spec of a bench test: the study's materials and laws with `changes` (the test's rig and
     grains) laid over."""

@@ -5,6 +5,7 @@ import yaml
 
 from calibration.intake.tables import read_table
 from calibration.statistics.surface import parameter_interval
+from calibration.study.config import states
 from dem.spec import RunSpec
 from dem.units import in_ascii, unit_of
 
@@ -73,7 +74,7 @@ def entries(spec, run, calibrated, fixed, published, names):
                 entry["unit"] = in_ascii(unit_of(key))
             if note:
                 entry["description"] = note
-            source = "the configuration's run spec" if _given(run, key) else "default of the engine"
+            source = "the configuration's run spec" if states(run, key) else "default of the engine"
             entry |= {"source": source} | (calibrated.get(key) or fixed.get(key) or {})
             if entry["source"] != "calibrated":
                 entry |= _printed(value, (entry.get("factor"), names.get(key)), published)
@@ -100,14 +101,6 @@ def _leaves(part, field, prefix):
         return
     for name, below in fields.items():
         yield from _leaves(getattr(part, name), below, f"{prefix}.{name}")
-
-
-def _given(run, key):
-    for name in key.split("."):
-        if not isinstance(run, dict) or name not in run:
-            return False
-        run = run[name]
-    return True
 
 
 class _Dumper(yaml.SafeDumper):
