@@ -33,7 +33,8 @@ def motion(sim):
     may spin on."""
     mass, velocity = sim.mass, sim.velocity
     energy = 0.5 * float((mass * (velocity * velocity).sum(1)).sum())
-    return energy / (GRAVITY * float((mass * sim.radius).sum()))
+    lift = GRAVITY * float((mass * sim.radius).sum())
+    return energy / lift if lift else 0.0  # no grain moves where all have spilled
 
 
 def carried(sim, impulse, duration):
