@@ -1,11 +1,17 @@
 """Designs for screening and surfaces have the properties that define them."""
 
+import json
 from itertools import combinations
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
+import yaml
 
-from calibration.chain.screening import _aliased, sentences
+from calibration.chain.screening import _aliased, plan_screening, screening, sentences
+from calibration.chain.study import Study
 from calibration.errors import CalibrationError
 from calibration.figures import ANGLE
 from calibration.statistics.composite import (
@@ -24,9 +30,13 @@ from calibration.statistics.two_level import (
     generators,
     resolution_iv,
 )
+from calibration.study.config import parse_config
 from calibration.study.config.schema import SurfaceConfig
 from calibration.study.factors import Factor
 from facts import refused
+from stage_files import PlanFiles
+
+ROOT = Path(__file__).parents[2]
 
 
 def factors(k):
@@ -73,6 +83,49 @@ def test_the_screening_says_which_interactions_its_runs_do_not_part():
     assert "f0 (+1.5°, p = 0.003)" in first
     assert "AB = CE = FG" in second
     assert len(sentences(summary | {"aliased": []}, ANGLE)) == 1
+
+
+def test_the_paper_s_rows_do_not_part_what_their_foldover_parts():
+    table = pd.read_csv(ROOT / "data/paper/table06_plackett_burman.csv", comment="#")
+    levels, codes = table[list("ABCDEFG")].to_numpy(float), list("ABCDEFG")
+    groups = {frozenset(map("".join, g)) for g in alias_groups(levels, codes) if len(g) > 1}
+    assert {"AG", "BD", "CE"} in groups
+    # by hand: with the main effects, one of a group explains what another does
+    mains = np.column_stack([np.ones(12), levels])
+    pair = {p: levels[:, ord(p[0]) - 65] * levels[:, ord(p[1]) - 65] for p in ("AG", "BD", "CE")}
+    y = pair["AG"] + 0.3 * levels[:, 2]
+    for other in ("BD", "CE"):
+        x = np.column_stack([mains, pair[other]])
+        assert y - x @ np.linalg.lstsq(x, y, rcond=None)[0] == pytest.approx(0.0, abs=1e-12)
+    assert all(len(g) == 1 for g in alias_groups(np.vstack([levels, -levels]), codes))
+
+
+def test_a_folded_screening_tells_both_halves(tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    config = parse_config(yaml.safe_load(Path("config/config.yaml").read_text()))
+    study = Study(config)
+    plan_screening(study, None, PlanFiles.of(tmp_path))
+    names = "runs effects anova half_normal pareto summary"
+    output = SimpleNamespace(further={}, **{n: tmp_path / f"{n}.svg" for n in names.split()})
+    noise = np.random.default_rng(3)
+
+    def responses(table, _):  # an effect of 16 of G, and an interaction
+        y = 40 + 8 * table["G"] + 2 * table["A"] * table["G"] + noise.normal(0, 0.3, len(table))
+        return table.assign(response=y)
+
+    monkeypatch.setattr("calibration.chain.screening.with_responses", responses)
+    screening(study, SimpleNamespace(design=tmp_path / "design.csv"), output)
+    summary = json.loads(output.summary.read_text())
+    folded = summary["with_foldover"]
+    assert {"AG", "BD", "CE"} in [set(g.split(" = ")) for g in summary["aliased"]]
+    assert (folded["runs"], folded["aliased"], set(map(len, folded["aliases"].values()))) == (
+        24, [], {0},
+    )  # fmt: skip
+    # the interaction leans on the effects of B to F in the paper's half alone
+    g, c = "salt_salt_rolling_friction", "salt_steel_rolling_friction"
+    assert folded["effects"][g] == pytest.approx(16.0, abs=0.5)
+    assert abs(summary["effects"][c]) > 1.0 > 2 * abs(folded["effects"][c])
+    assert "With the foldover, 24 runs in all" in " ".join(sentences(summary, ANGLE))
 
 
 def test_a_foldover_turns_resolution_iii_into_iv():

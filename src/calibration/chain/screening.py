@@ -86,8 +86,14 @@ def screening(study, source, output):
     }
     if rules.foldover:
         both = _screened(config, factors, every)["response"]
-        also = significant(both, rules.alpha, at_least=0)
-        summary["with_foldover"] = _numbers(both, names) | {"significant": [names[c] for c in also]}
+        summary["with_foldover"] = {
+            **_numbers(both, names),
+            "significant": [names[c] for c in significant(both, rules.alpha, at_least=0)],
+            "method": both.method,
+            "runs": len(with_value(every, "response")),
+            "aliased": _aliased(factors, with_value(every, "response")),
+            **aliasing(every, [f.code for f in factors]),
+        }
     write_json(output.summary, summary)
 
 
@@ -181,14 +187,13 @@ def _write_further(result, names, target, alpha, path, figure):
 def sentences(summary, response):
     """What came out, for the report."""
     every = summary.get("p_of_all_targets")
-    found = [
-        f"{figures.label(n)} (p = {every[n]:.2g} for the target that it moves most)"
-        if every
-        else f"{figures.label(n)} ({signed(summary['effects'][n])}{response.unit}, "
-        f"p = {summary['p'][n]:.2g})"
-        for n in summary["significant"]
-    ]
-    found = ", ".join(found) or "none"
+    found = _effects_in_words(summary, response)
+    if every:
+        found = ", ".join(
+            f"{figures.label(n)} (p = {every[n]:.2g} for the target that it moves most)"
+            for n in summary["significant"]
+        )
+    found = found or "none"
     going = ", ".join(figures.label(n) for n in summary["factors"])
     texts = [f"Significant at p < {summary['alpha']:g}: {found}. On to the ascent go: {going}."]
     if summary.get("method") == PURE_ERROR:
@@ -196,17 +201,34 @@ def sentences(summary, response):
     if summary.get("aliased"):
         pairs = ", ".join(summary["aliased"])
         texts.append(f"These runs do not tell apart (codes as in the table of effects): {pairs}.")
-    return texts + _aliasing_in_words(summary, response)
+    folded = summary.get("with_foldover")
+    texts += _aliasing_in_words(summary, response, bool(folded))
+    if folded:
+        found = _effects_in_words(folded, response) or "none"
+        texts.append(f"With the foldover, {folded['runs']} runs in all, significant are: {found}.")
+        texts += _aliasing_in_words(folded, response, True)
+    return texts
 
 
-def _aliasing_in_words(summary, response):
-    """Sentences on what the effects carry of interactions, and on the lack of fit."""
+def _effects_in_words(numbers, response):
+    """The significant effects with their sizes and p, of a summary or its foldover."""
+    return ", ".join(
+        f"{figures.label(n)} ({signed(numbers['effects'][n])}{response.unit}, "
+        f"p = {numbers['p'][n]:.2g})"
+        for n in numbers["significant"]
+    )
+
+
+def _aliasing_in_words(summary, response, folded):
+    """Sentences on what the effects carry of interactions, and on the lack of fit; folded: whether
+    the runs with all signs changed were made."""
     texts, carried = [], [pairs for pairs in (summary.get("aliases") or {}).values() if pairs]
     if carried:
         shares = [abs(share) for pairs in carried for share in pairs.values()]
+        parted = "the foldover parts" if folded else "a foldover would part"
         texts.append(
             f"An effect carries {min(shares):.2f} to {max(shares):.2f} of each of up to "
-            f"{max(map(len, carried))} interactions of two other factors; a foldover would part "
+            f"{max(map(len, carried))} interactions of two other factors; {parted} "
             "them (screening.foldover)."
         )
     lack = summary.get("lack_of_fit")

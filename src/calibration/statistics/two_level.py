@@ -1,5 +1,6 @@
 """Two-level designs of resolution IV, their foldovers and what is aliased with what."""
 
+import math
 from collections.abc import Sequence
 from itertools import combinations
 
@@ -66,20 +67,26 @@ def foldover(design: pd.DataFrame, factors: Sequence[CodedFactor]) -> pd.DataFra
 
 
 def alias_groups(levels: npt.ArrayLike, codes: Sequence[str]) -> list[list[str]]:
-    """Two-factor interactions of coded levels (n, factors) that no run of the design parts.
+    """Two-factor interactions of coded levels (n, factors) that these runs do not part.
 
-    Returns a list of groups of pairs of codes. Pairs in a group differ at most in sign. A pair that
-    is aliased with a main effect, or with the mean, stands in the group of that code, or of 'mean'.
+    Returns a list of groups of pairs of codes. A pair that is aliased with a main effect, or with
+    the mean, stands in the group of that code, or of 'mean'. Pairs of one group differ at most in
+    sign and scale once the mean and the main effects are taken off both: a model of main effects
+    and one of them fits as well as with another, as in Plackett and Burman's twelve runs.
     """
     x = np.asarray(levels, float)
     found = [("mean", np.ones(len(x)))] + [(c, x[:, i]) for i, c in enumerate(codes)]
     groups = [([name], column) for name, column in found]
+    mains = np.column_stack([column for _, column in found])
     for i, j in combinations(range(len(codes)), 2):
-        column = x[:, i] * x[:, j]
+        pair, column = (codes[i], codes[j]), x[:, i] * x[:, j]
+        own = column - mains @ np.linalg.lstsq(mains, column, rcond=None)[0]
+        size = np.linalg.norm(own)
+        column = own / size if size > 1e-6 * math.sqrt(len(x)) else column
         for members, other in groups:
             if np.allclose(column, other) or np.allclose(column, -other):
-                members.append((codes[i], codes[j]))
+                members.append(pair)
                 break
         else:
-            groups.append(([(codes[i], codes[j])], column))
+            groups.append(([pair], column))
     return [members for members, _ in groups if len(members) > 1 or isinstance(members[0], tuple)]

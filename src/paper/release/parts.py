@@ -65,7 +65,7 @@ PARTS = (
     ),
     Part(
         "salt-slow",
-        "the study in a rig that never packs",
+        "the study in a slower pour",
         ((*STUDY, "config/rigs/slow.yaml"),),
         keep=("salt-slow",),
         heaps=("salt-slow",),
@@ -86,6 +86,11 @@ PARTS = (
         tuple(_seed(seed) for seed in (2, 3, 4)),
         keep=("salt-2", "salt-3", "salt-4"),
         heaps=("salt-2", "salt-3", "salt-4"),
+    ),
+    Part(
+        "beside the paper",
+        "the paper's tables beside all of these studies, which the first did not have yet",
+        ((*SNAKEMAKE, "reproduction"), (PYTHON, "-m", "paper.reference", "results/salt")),
     ),
     Part(
         "numerics",

@@ -4,6 +4,9 @@ The paper's points, terms and optimum can be compared one by one only with a stu
 three factors. The first study whose screening sent these on is taken.
 """
 
+import math
+from collections import Counter
+
 import numpy as np
 import pandas as pd
 from scipy import stats
@@ -85,13 +88,14 @@ def _ascent(paper, study):
         if here.empty:
             yield absent(place, text.text, NOT_COMPARABLE, "our path does not pass this point")
         else:
-            yield _single(place, text, float(here["response"].iloc[0]), paper, study)
+            yield _beside_one(place, text, here["response"], paper, study)
 
 
-def _single(place, text, value, paper, study):
-    """A single run of ours at a point of the paper's table."""
-    own, _, theirs = spread(paper, study)
-    return point(place, text, value, own, 1, theirs)
+def _beside_one(place, text, values, paper, study):
+    """The mean of our runs (n,) at a point beside the one run of the paper's table there."""
+    (own, _, theirs), values = spread(paper, study), values.dropna()
+    mean = float(values.mean()) if len(values) else math.nan
+    return point(place, text, mean, own, len(values), theirs)
 
 
 def _runs_at(runs, point):
@@ -120,21 +124,26 @@ def _coding(paper, study):
 
 def _box_behnken(paper, study):
     coding = paper.numbers("table11_coding", "low", "centre", "high")
-    levels = paper.numbers("table11_box_behnken", *NAMES)
-    runs, used = study.table("response_surface", "runs"), {}
-    for k, text in enumerate(paper.printed("table11_box_behnken", "angle_deg")):
+    table = paper.numbers("table11_box_behnken", *NAMES)
+    runs, used = study.table("response_surface", "runs"), Counter()
+    half = coding["high"] - coding["centre"]
+    points = [
+        {name: coding["centre"][i] + row[letter] * half[i] for i, (letter, name) in
+            enumerate(NAMES.items())}
+        for row in table.to_dict("records")
+    ]  # fmt: skip
+    printed = Counter(tuple(p.values()) for p in points)
+    texts = paper.printed("table11_box_behnken", "angle_deg")
+    for k, (levels, text) in enumerate(zip(points, texts, strict=True)):
         place = Place("Table 11", f"table11.run{k + 1}", f"angle of run {k + 1}", "deg", study.name)
-        point = {
-            name: coding["centre"][i]
-            + levels[letter][k] * (coding["high"][i] - coding["centre"][i])
-            for i, (letter, name) in enumerate(NAMES.items())
-        }
-        here, key = _runs_at(runs, point), tuple(point.values())
-        n = used[key] = used.get(key, -1) + 1
-        if n >= len(here):
+        key = tuple(levels.values())
+        # our runs at a point are shared out among the rows that the paper has there
+        here = _runs_at(runs, levels).iloc[used[key] :: printed[key]]
+        used[key] += 1
+        if here.empty:
             yield absent(place, text.text, NOT_COMPARABLE, "not a point of our design")
         else:
-            yield _single(place, text, float(here["response"].iloc[n]), paper, study)
+            yield _beside_one(place, text, here["response"], paper, study)
 
 
 def _surfaces(paper, study):
@@ -170,7 +179,8 @@ def _equation(paper, study):
 
 
 def _statistics(paper, study):
-    """Fit statistics of our surface, whatever its factors, with intervals drawn from the fit."""
+    """Fit statistics of our surface, whatever its factors, with intervals drawn from the fit. Where
+    the design was repeated, each repeat is fitted alone, as the paper's, and the mean is shown."""
     runs, region = (
         study.table("response_surface", "runs"),
         study.summary("response_surface", "region"),
@@ -186,10 +196,13 @@ def _statistics(paper, study):
         )
         return
     runs, codes = with_value(runs, "response"), [f["code"] for f in region]
-    ours = fit_surface(runs, codes, runs["response"])
+    repeats = [r for _, r in runs.groupby(runs.get("replicate", pd.Series(1, runs.index)))]
+    ours = [fit_surface(r, codes, r["response"]) for r in repeats]
     levels = paper.numbers("table11_box_behnken", *NAMES, "angle_deg")
     theirs = fit_surface(levels, list(NAMES), levels["angle_deg"])
-    draws, their_draws = _drawn(runs, codes, ours), _drawn(levels, list(NAMES), theirs)
+    pairs = zip(repeats, ours, strict=True)
+    draws = [_drawn(r, codes, fit, seed) for seed, (r, fit) in enumerate(pairs, 1)]
+    their_draws = _drawn(levels, list(NAMES), theirs)
     names = {"R2": "R²", "R2_adj": "adjusted R²", "R2_pred": "predicted R²", "CV_percent": "CV"}
     for key in STATISTICS:
         unit = "%" if key == "CV_percent" else "1"
@@ -197,13 +210,15 @@ def _statistics(paper, study):
             "Table 12", f"table12.{key}", names.get(key, "adequate "
             "precision"), unit, study.name, key != "R2_adj"
         )  # fmt: skip
-        reach, their_reach = (
-            _reach(d[key], s.summary[key]) for d, s in ((draws, ours), (their_draws, theirs))
-        )
+        value = float(np.mean([fit.summary[key] for fit in ours]))
+        reach = _reach(np.mean([d[key] for d in draws], axis=0), value)
+        their_reach = _reach(their_draws[key], theirs.summary[key])
         basis = "90 % interval, both sides drawn from their fits and residuals"
-        value = printed_of(printed[key])
-        margin = margins.R2 if key.startswith("R2") else margins.SCATTER_SHARE * value.value
-        yield within(place, value, ours.summary[key], reach, basis, margin, len(runs), their_reach)
+        if len(ours) > 1:
+            basis += f"; mean of {len(ours)} repeats of the design, each fitted alone"
+        said = printed_of(printed[key])
+        margin = margins.R2 if key.startswith("R2") else margins.SCATTER_SHARE * said.value
+        yield within(place, said, value, reach, basis, margin, len(runs), their_reach)
 
 
 def _reach(drawn, value):
@@ -212,9 +227,9 @@ def _reach(drawn, value):
     return value - low, high - value
 
 
-def _drawn(runs, codes, surface):
+def _drawn(runs, codes, surface, seed=1):
     """Statistics (DRAWS,) each of surfaces fitted to responses drawn about `surface`."""
-    rng, fitted = np.random.default_rng(1), surface.predict(runs[codes].to_numpy(float))
+    rng, fitted = np.random.default_rng(seed), surface.predict(runs[codes].to_numpy(float))
     sd = float(np.sqrt(surface.sigma2))
     found = [
         fit_surface(runs, codes, fitted + rng.normal(0.0, sd, len(fitted))).summary

@@ -39,10 +39,17 @@ def rows(paper, study, repeats=()):
                 Place(item, f"{item.lower().replace(' ', '0')}", what), None, NOT_RUN, "screening"
             )
         return
-    more = [s.table("screening", "runs") for s in repeats]
+    more = [own_half(s.table("screening", "runs")) for s in repeats]
+    runs = own_half(runs)
     every = [runs, *(t for t in more if t is not None and _alike(t, runs))]
     yield from _runs(paper, study, every)
     yield from _effects(paper, study, every)
+
+
+def own_half(runs):
+    """The runs of the configured table, without those of a foldover, which the paper has not; None
+    for None."""
+    return runs if runs is None or "fold" not in runs else runs[runs["fold"] == 1]
 
 
 def _alike(runs, first):
@@ -74,7 +81,7 @@ def _runs(paper, study, every):
         if not _alike(every[0], table):
             yield absent(place, text.text, NOT_COMPARABLE, "this study ran another design")
             continue
-        values = np.array([t["response"][k] for t in every], float)
+        values = np.array([t["response"].iloc[k] for t in every], float)
         values = values[np.isfinite(values)]
         mean = float(values.mean()) if len(values) else math.nan
         yield point(place, text, mean, own, len(values), theirs)
