@@ -9,7 +9,6 @@ from tqdm import tqdm
 from dem.errors import DemError, StoppedError
 from dem.experiments import experiments
 from dem.tables.limits import check_file
-from dem.tables.meshes import check_meshes_of
 
 RUN = (
     "Run one experiment. One that was cut off goes on from its checkpoint, "
@@ -215,6 +214,7 @@ def _check(args):
 
 def _users_spec(path):
     """The `RunSpec` of a file that gives the whole material."""
+    from dem.experiments.mesh import check_meshes_of
     from dem.spec import load_spec, require_material
 
     check_file(path, "configuration")

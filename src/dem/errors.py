@@ -35,12 +35,16 @@ class InputError(DemError):
         super().__init__(text)
 
 
-class MeshError(DemError):
+class MeshError(InputError):
     """A triangle mesh that cannot be used as a wall."""
 
-    def __init__(self, file, reason):
-        self.file = file
-        super().__init__(f"{file}: {reason}")
+    def __init__(self, file, reason, **facts):
+        super().__init__(reason, path=file, **facts)
+
+    @property
+    def file(self):
+        """The mesh's file."""
+        return self.path
 
 
 class ResultError(DemError):

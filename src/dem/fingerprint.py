@@ -14,6 +14,7 @@ OUTSIDE = {
     "cli.py",
     "template.py",
     "advice.py",
+    "energy.py",
     "kernel_cache.py",
     "export.py",
     "benchmark",

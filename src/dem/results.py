@@ -21,6 +21,21 @@ RUN_NAME = re.compile(r"[a-z_]+-[0-9a-f]{16}")
 
 OTHER = "other: "
 
+MANIFEST = {"run": str, "inputs": dict, "software": dict, "files": dict}
+SHAPES = {
+    RESULT: {
+        "experiment": str,
+        "seed": int,
+        "spec": dict,
+        "engine": str,
+        "metrics": dict,
+        "numerics": dict,
+        "manifest": dict,
+    },
+    FAILED: {"engine": str, "error": str, "kind": str, "manifest": dict},
+}
+"""File -> kind of value of each key that it must hold, at least."""
+
 
 def engine_of(spec):
     """What makes a `RunSpec`'s run: this engine's fingerprint, or the name of another engine."""
@@ -101,12 +116,34 @@ def _read(folder, name, files):
         raise ResultError(path, "has no manifest: it was written by an old version or by hand")
     if not is_sealed(result):
         raise ResultError(path, "has changed since it was written: its checksum does not fit")
+    _check_shape(path, result, SHAPES[name])
+    _check_shape(path, result["manifest"], MANIFEST, "manifest.")
+    _check_values(path, result)
     run = result["manifest"]["run"]
     if RUN_NAME.fullmatch(folder.name) and folder.name != run:
         raise ResultError(path, f"is the result of another run, {run}")
     for file, digest in result["manifest"]["files"].items() if files else ():
         _check_file(folder / file, digest)
     return result
+
+
+def _check_shape(path, found, wanted, within=""):
+    for key, kind in wanted.items():
+        value = found.get(key)
+        if not isinstance(value, kind) or isinstance(value, bool):
+            said = f"{within}{key} is {value!r:.80}, not of the kind {kind.__name__}"
+            raise ResultError(path, f"is not as a run is written: {said}")
+
+
+def _check_values(path, result):
+    """Metrics are numbers or None; files are named without a folder and have a digest as text."""
+    for key, value in (result["metrics"] or {}).items():
+        if value is not None and type(value) not in (int, float):
+            raise ResultError(path, f"is not as a run is written: metrics.{key} is {value!r:.80}")
+    for file, digest in result["manifest"]["files"].items():
+        if Path(file).name != file or not isinstance(digest, str):
+            said = f"manifest.files.{file:.80} is {digest!r:.80}"
+            raise ResultError(path, f"is not as a run is written: {said}")
 
 
 def _check_file(path, digest):

@@ -42,7 +42,6 @@ from dem.io.clump import read_clump
 from dem.io.sieve import read_sizes
 from dem.io.stl import read_stl, write_stl
 from dem.spec import load_spec
-from dem.tables.meshes import check_mesh
 from diagnosis.settings import read_settings
 
 ROOT = Path(__file__).parents[2]
@@ -218,7 +217,6 @@ def _numbers(path):
 
 
 def _mesh_of(path):
-    check_mesh(path)
     return read_stl(path, closed=True)
 
 

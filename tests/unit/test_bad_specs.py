@@ -185,15 +185,25 @@ TETRAHEDRON = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
 FACES = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
 
 
+def facet(second, third=b"0 1 0"):
+    """An ASCII STL file of one triangle; its corners on lines 4 to 6."""
+    corners = b"".join(b"vertex %b\n" % c for c in (b"0 0 0", second, third))
+    loop = b"facet normal 0 0 1\nouter loop\n%bendloop\nendfacet\n" % corners
+    return b"solid s\n" + loop + b"endsolid s\n"
+
+
 @pytest.mark.parametrize(
     ("content", "word"),
     [
         (b"not a mesh", "STL"),
         (b"solid s\nendsolid s\n", "no triangles"),
-        (b"solid s\nvertex 0 0 0\nvertex 1 0 0\n", "2 vertices"),
-        (b"solid s\nvertex 0 0 0\nvertex 1 0 x\nvertex 0 1 0\n", "line 3"),
-        (b"solid s\nvertex 0 0 0\nvertex 1 0 0\nvertex 2 0 0\n", "area"),
-        (b"solid s\nvertex 0 0 0\nvertex nan 0 0\nvertex 0 1 0\n", "finite"),
+        (b"solid s\nvertex 0 0 0\nvertex 1 0 0\n", "line 2"),
+        (facet(b"1 0 x"), "line 5"),
+        (facet(b"1_0 0 0"), "1_0 0 0"),
+        (facet(b"nan 0 0"), "line 5"),
+        (facet(b"1e400 0 0"), "inf"),
+        (facet(b"0.5 0 0", b"1 0 0"), "area"),
+        (facet(b"1 0 0") + facet(b"1 0 0")[: -len(b"endsolid s\n")], "ends before"),
     ],
 )
 def test_an_unusable_mesh_says_why(tmp_path, content, word):

@@ -17,9 +17,9 @@ from calibration.intake.tables import read_table
 from calibration.interface.commands import main
 from calibration.study.config.as_data import data_of
 from calibration.study.new.questions import measured_angles, sieve_curve
-from dem.errors import InputError
+from dem.errors import MeshError
+from dem.io.stl import read_stl
 from dem.tables.limits import KINDS, MOST_CELLS, MOST_PIXELS, MOST_UNPACKED
-from dem.tables.meshes import check_mesh
 from facts import refused
 
 FACET = (
@@ -121,12 +121,12 @@ def test_a_flat_heap_on_a_rolled_photograph_is_read_or_refused_in_a_sentence(tmp
 def test_a_mesh_in_text_has_its_own_numbers_and_each_facet_its_corners(tmp_path, text, line):
     path = tmp_path / "a.stl"
     path.write_text(text)
-    with refused(InputError, line=line):
-        check_mesh(path)
+    with refused(MeshError, line=line):
+        read_stl(path)
     with refused(ConfigError, line=line, path="a.stl"):
         fill_mesh(path, 3)
     path.write_text("solid s\n" + FACET.format("+1.5e0") + "endsolid s\n")
-    check_mesh(path)
+    assert len(read_stl(path)[1]) == 1
 
 
 def test_a_configuration_without_end_is_not_read_to_its_end():

@@ -1,15 +1,23 @@
 """Files: written whole or not at all, meshes in both STL dialects, frames that ParaView opens."""
 
+import errno
 import json
+import os
+import stat
 
 import numpy as np
 import pytest
 import pyvista as pv
 
+from dem.errors import MeshError, SpecError
 from dem.experiments.heap import HeapGeometry, Rig
+from dem.io import files
 from dem.io.files import write_arrays, write_json
+from dem.io.mapping import read_mapping
 from dem.io.stl import read_stl, write_stl
 from dem.io.vtk import POINTS, read_grains, write_frame, write_grains, write_walls
+from dem.tables.limits import FARTHEST_MM, KINDS, MOST_TRIANGLES
+from facts import refused
 
 
 class Grains:
@@ -44,6 +52,78 @@ def test_arrays_that_cannot_be_written_leave_the_old_file(tmp_path, monkeypatch)
     with np.load(path) as saved:
         assert saved["x"].tolist() == [0, 1, 2]
     assert [p.name for p in path.parent.iterdir()] == ["state.npz"]
+
+
+def test_names_are_on_the_disk_when_a_file_is_in_its_place(tmp_path, monkeypatch):
+    """Bytes first, then the name, then each folder that has a new name: what a power cut asks."""
+    done, inode = [], {}
+    fsync, replace = files.os.fsync, files.os.replace
+
+    def synced(handle):
+        done.append(("sync", os.fstat(handle).st_ino))
+        fsync(handle)
+
+    def replaced(source, target):
+        inode["file"] = os.stat(source).st_ino
+        done.append(("rename", inode["file"]))
+        replace(source, target)
+
+    monkeypatch.setattr(files.os, "fsync", synced)
+    monkeypatch.setattr(files.os, "replace", replaced)
+    write_json(tmp_path / "a" / "b" / "x.json", {})
+    folders = [p.stat().st_ino for p in (tmp_path / "a" / "b", tmp_path / "a", tmp_path)]
+    assert done[:2] == [("sync", inode["file"]), ("rename", inode["file"])]
+    assert [n for _, n in done[2:]] == folders
+
+
+def test_a_folder_that_no_system_syncs_is_no_fault(tmp_path, monkeypatch):
+    fsync = files.os.fsync
+
+    def refuse(handle):
+        if stat.S_ISDIR(os.fstat(handle).st_mode):
+            raise OSError(errno.EINVAL, "Invalid argument")
+        fsync(handle)
+
+    monkeypatch.setattr(files.os, "fsync", refuse)
+    write_json(tmp_path / "x.json", {"a": 1})
+    assert json.loads((tmp_path / "x.json").read_text()) == {"a": 1}
+
+
+def test_a_mapping_larger_than_a_configuration_is_not_read(tmp_path):
+    path, most = tmp_path / "a.yaml", KINDS["configuration"].most
+    path.write_text("a: 1\n" + "#" * (most - 5))
+    assert read_mapping(path) == ({"a": 1}, {"a": 1})
+    path.write_text("a: 1\n" + "#" * most)
+    with refused(SpecError, "0.25 MB", key="(file)", file="a.yaml"):
+        read_mapping(path)
+    with refused(SpecError, "No such file", key="(file)", file="none.yaml"):
+        read_mapping(tmp_path / "none.yaml")
+
+
+def binary(corners):
+    """Bytes of an STL file with these corners (t, 3, 3), as the format has it."""
+    record = np.zeros(len(corners), [("v", "<f4", (4, 3)), ("a", "<u2")])
+    record["v"][:, 1:] = corners
+    return b" " * 80 + np.uint32(len(corners)).tobytes() + record.tobytes()
+
+
+def test_a_binary_mesh_beyond_any_rig_is_refused_by_the_triangle(tmp_path):
+    path, corners = tmp_path / "a.stl", np.tile(np.eye(3), (3, 1, 1))
+    for value in (2.0 * FARTHEST_MM, np.nan):
+        corners[1, 2, 2] = value
+        path.write_bytes(binary(corners))
+        with refused(MeshError, "triangle 2", file="a.stl"):
+            read_stl(path)
+    path.write_bytes(binary(np.tile(np.eye(3), (MOST_TRIANGLES + 1, 1, 1))))
+    with refused(MeshError, "300,000", value=MOST_TRIANGLES + 1):
+        read_stl(path)
+    path.write_bytes(binary(corners)[:-1])
+    with refused(MeshError, "cut off", file="a.stl"):
+        read_stl(path)
+    with open(path, "wb") as stream:
+        stream.truncate(KINDS["mesh"].most + 1)
+    with refused(MeshError, "16 MB", file="a.stl"):
+        read_stl(path)
 
 
 def ring(radius, height, n=24):

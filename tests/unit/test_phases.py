@@ -89,6 +89,28 @@ def test_rest_ends_when_the_plate_carries_the_weight():
     assert sim.time < 0.5
 
 
+def test_pressed_grains_move_against_their_weight_and_the_load_on_them():
+    """By hand: half a squared speed over g r and, under a free lid that weighs as much as the grain
+    and carries four times its weight more, over six times that. A lid that hangs presses nothing;
+    one that slides up a slope of 60 degrees presses with the part of its weight along it."""
+    grain, speed = 4 / 3 * math.pi * RADIUS**3 * 1210.0, 0.01
+    alone = 0.5 * speed**2 / (9.80665 * RADIUS)
+    slope = (0.0, math.cos(math.radians(60.0)), math.sin(math.radians(60.0)))
+    for axis, mass, load, pressed in (
+        ((0, 0, 1), grain, -4.0 * grain * 9.80665, 5.0),
+        ((0, 0, -1), grain, 4.0 * grain * 9.80665, 5.0),
+        ((0, 0, 1), grain, 2.0 * grain * 9.80665, 0.0),
+        (slope, grain, 0.0, 0.75),
+    ):
+        free = {"mass": mass, "axis": axis, "load": load}
+        walls = WallSet().body("lid", material="w", origin=(0, 0, 0.05), free=free).disc(0.02)
+        sim = simulation(walls)
+        sim.add_particles([[0.0, 0.0, RADIUS]], RADIUS, velocity=[[speed, 0.0, 0.0]])
+        assert phases.motion(sim) == pytest.approx(alone / (1.0 + pressed), rel=1e-3)
+        sim.wall_state.mass[0] = 0.0
+        assert phases.motion(sim) == pytest.approx(alone, rel=1e-3)
+
+
 def test_a_free_lid_too_light_for_its_contacts_is_refused_and_a_heavy_one_rests():
     """Leapfrog bears a frequency of 2 / dt: S dt^2 < 4 M for a lid on springs of stiffness S."""
     for share, refused in ((1e-3, True), (2.0, False)):

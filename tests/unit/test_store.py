@@ -27,6 +27,7 @@ from calibration.runs.store import RunStore
 from calibration.runs.verify import MISSING, before_planning, faults_of, hold, plan_faults
 from calibration.study.config import parse_config
 from dem.errors import BlowUpError, MeasureError
+from dem.io.checked import sealed
 from dem.io.stl import write_stl
 from dem.results import write_failure, write_result
 from dem.spec import parse_spec
@@ -93,6 +94,21 @@ def without_manifest(path):
     path.write_text(json.dumps({"metrics": {"rebound_height_mm": 2.5}, "engine": "0" * 16}))
 
 
+def of_another_shape(**changed):
+    """A result whose checksum fits and in which something stands that no run writes."""
+
+    def damage(path):
+        path.write_text(json.dumps(sealed(json.loads(path.read_text()) | changed)))
+
+    return damage
+
+
+def with_a_file_elsewhere(path):
+    data = json.loads(path.read_text())
+    data["manifest"]["files"] = {"../../x": "0"}
+    path.write_text(json.dumps(sealed(data)))
+
+
 DAMAGE = {
     "truncated result": truncated,
     "empty result": lambda p: p.write_bytes(b""),
@@ -103,6 +119,12 @@ DAMAGE = {
     "another run's result": of_another_run,
     "another run's folder": whole_folder_of_another_run,
     "no manifest": without_manifest,
+    "sealed metrics that are a list": of_another_shape(metrics=[1.0]),
+    "a sealed metric that is text": of_another_shape(metrics={"rebound_height_mm": "2.5"}),
+    "a sealed manifest that is text": of_another_shape(manifest="none"),
+    "a sealed manifest without files": of_another_shape(manifest={"run": "drop"}),
+    "a sealed seed that is true": of_another_shape(seed=True),
+    "a sealed file in another folder": with_a_file_elsewhere,
     "state deleted": lambda p: (p.parent / "final.npz").unlink(),
     "state truncated": lambda p: truncated(p.parent / "final.npz"),
 }

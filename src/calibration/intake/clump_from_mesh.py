@@ -19,7 +19,6 @@ from calibration.intake.guard import in_study
 from dem.clump import MAX_RATIO, MAX_SPHERES, fault, shape_of
 from dem.io.clump import COLUMNS
 from dem.io.stl import read_stl
-from dem.tables.meshes import check_mesh
 
 CELLS = 96  # along the longest side of the mesh
 MOST_TRIED = 4000  # places for a sphere's centre
@@ -39,7 +38,6 @@ def fill_mesh(path: str | Path, number: int, out: str | Path | None = None) -> l
     if out.exists():
         raise CalibrationError(f"{out}: exists already; name another table by --out")
     with in_study():
-        check_mesh(path)
         vertices, triangles = read_stl(path, closed=True)
     inside, origin, pitch = cells_inside(vertices, triangles)
     centre, radius, held = spheres_in(inside, number)

@@ -11,20 +11,18 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from calibration.errors import CalibrationError, ConfigError
-from dem.errors import InputError, MeshError
+from dem.errors import InputError
 
 
 @contextmanager
 def in_study() -> Iterator[None]:
-    """An InputError or MeshError of the engine's readers becomes a ConfigError."""
+    """An InputError of the engine's readers becomes a ConfigError."""
     try:
         yield
     except ConfigError:
         raise
     except InputError as error:
         raise ConfigError(**vars(error)) from None
-    except MeshError as error:
-        raise ConfigError(str(error).removeprefix(f"{error.file}: "), path=error.file) from None
 
 
 @contextmanager

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from dem.errors import MeshError
+from dem.errors import InputError, MeshError
 from dem.flow import LOOSE
 from dem.grains import grain_volume, smallest_radius
 from dem.io.stl import free_edges, read_stl
@@ -44,6 +44,17 @@ def read_mesh(spec, key, may_end=None):
             f"({x:.4g}, {y:.4g}, {z:.4g}) mm; close the mesh there",
         )
     return Mesh(spec, path, vertices, triangles)
+
+
+def check_meshes_of(spec):
+    """Raise InputError, with the key, for a mesh that the geometry of a `RunSpec` names and that
+    cannot be read."""
+    for key, name in spec.geometry.model_dump(mode="json").items():
+        if key.endswith("_stl") and name is not None:
+            try:
+                read_stl(name)
+            except MeshError as error:
+                raise InputError(**vars(error) | {"key": f"geometry.{key}"}) from None
 
 
 class Mesh:

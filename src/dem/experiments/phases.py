@@ -29,12 +29,27 @@ def look(spec):
 
 
 def motion(sim):
-    """Energy of motion, spins left out, over what lifts every grain by its radius [-]: loose grains
-    may spin on."""
+    """Energy of motion, spins left out, over what lifts every grain, and what presses on them, by
+    the grains' radius [-].
+
+    Loose grains may spin on. Pressed grains rest against the load, of which their weight is a small
+    part.
+    """
     mass, velocity = sim.mass, sim.velocity
     energy = 0.5 * float((mass * (velocity * velocity).sum(1)).sum())
     lift = GRAVITY * float((mass * sim.radius).sum())
-    return energy / lift if lift else 0.0  # no grain moves where all have spilled
+    if not lift:
+        return 0.0  # no grain moves where all have spilled
+    return energy / lift / (1.0 + pressing(sim) / float(mass.sum()))
+
+
+def pressing(sim):
+    """Mass whose weight is the load on the grains [kg]: of the free walls, and of what presses on
+    them; none where they are held up."""
+    walls = sim.wall_state
+    free = walls.mass > 0.0
+    down = (walls.axis * sim.gravity).sum(1) / max(float(length(sim.gravity)), 1e-300)
+    return max(float((down * down * walls.mass + down * walls.load / GRAVITY)[free].sum()), 0.0)
 
 
 def carried(sim, impulse, duration):
@@ -58,11 +73,11 @@ def pressed(sim):
     return sim.wall_state.impulse.sum(0)
 
 
-def rest(sim, spec, limit, phase, calm=CALM, energy=motion):
+def rest(sim, spec, limit, phase, calm=CALM):
     """Wait until the grains rest. Raises RefusedStateError where they do not within `limit` [s].
 
-    phase: what ends, for the sentence; calm: largest `energy(sim)` [-] at which they rest. A state
-    that moves no more but is not carried yet is waited for.
+    phase: what ends, for the sentence; calm: largest `motion` [-] at which they rest. A state that
+    moves no more but is not carried yet is waited for.
     """
     start, pause = sim.time, look(spec)
     moved = load = np.nan
@@ -71,7 +86,7 @@ def rest(sim, spec, limit, phase, calm=CALM, energy=motion):
         sim.advance(max(round(pause / sim.time_step), 1))
         if sim.time - start <= SOONEST * pause:
             continue
-        moved = energy(sim)
+        moved = motion(sim)
         if moved >= calm:
             continue
         load = carried(sim, before, sim.time - begin)

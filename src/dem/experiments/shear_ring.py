@@ -206,15 +206,7 @@ class Ring:
     def rest(self, limit, phase):
         """Wait until the grains rest, `limit` fall times at most. Raises RefusedStateError where
         they do not."""
-        phases.rest(self.sim, self.spec, limit * self.fall_time, phase, energy=self.motion)
-
-    def motion(self, sim):
-        """Energy of motion, spins left out, over what lifts every grain and the load on the lid by
-        a radius [-]: pressed grains rest against the load, of which their weight is a small
-        part."""
-        lid, walls = sim.walls.index("lid"), sim.wall_state
-        pressing = walls.mass[lid] - walls.load[lid] / GRAVITY  # [kg]
-        return phases.motion(sim) / (1.0 + pressing / float(sim.mass.sum()))
+        phases.rest(self.sim, self.spec, limit * self.fall_time, phase)
 
     def shear(self, path):
         """Turn the trough so that the mean radius travels `path` [m]; returns shear stress

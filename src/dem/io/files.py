@@ -1,5 +1,6 @@
 """Writing files so that a killed run leaves nothing that looks finished."""
 
+import errno
 import json
 import os
 from pathlib import Path
@@ -9,8 +10,9 @@ import numpy as np
 
 def replace_file(path, write):
     """Write a file by write(stream) under another name and put it in the place of `path`, all or
-    nothing."""
+    nothing, through a power cut as well: file and folder are on the disk when this returns."""
     path = Path(path)
+    new = [folder for folder in path.parents if not folder.exists()]
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
@@ -21,6 +23,24 @@ def replace_file(path, write):
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)
+    for folder in (path.parent, *(made.parent for made in new)):
+        sync_folder(folder)
+
+
+def sync_folder(folder):
+    """Put a folder's names on the disk, where the system can: a file that was renamed keeps its old
+    name through a power cut until then."""
+    try:
+        handle = os.open(folder, os.O_RDONLY)
+    except OSError:  # Windows opens no folders
+        return
+    try:
+        os.fsync(handle)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # some shared file systems sync none
+            raise
+    finally:
+        os.close(handle)
 
 
 def sweep_partial(folder):

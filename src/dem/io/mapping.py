@@ -1,10 +1,9 @@
 """YAML files as mappings, with the line of each key, so that an error can say where it is."""
 
-from pathlib import Path
-
 import yaml
 
-from dem.errors import SpecError
+from dem.errors import InputError, SpecError
+from dem.tables.limits import read_limited
 
 LARGEST = 100_000  # values of a file, those that it repeats by aliases counted each time
 
@@ -12,13 +11,15 @@ LARGEST = 100_000  # values of a file, those that it repeats by aliases counted 
 def read_mapping(path):
     """(data, lines): content of a YAML file and {dotted key: line number, from 1}.
 
-    Raises SpecError for a file that cannot be read, is not YAML, gives a key twice (YAML would keep
+    Raises SpecError for a file that cannot be read, is larger than a configuration
+    (`dem.tables.limits`), is not YAML, gives a key twice (YAML would keep
     the last in silence), or multiplies by aliases.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8")
-    except OSError as error:
-        raise SpecError("(file)", str(path), f"a readable file ({error.strerror})") from None
+        text = read_limited(path, "configuration").decode("utf-8")
+    except InputError as error:
+        value, allowed = error.value or error.reason, error.allowed or "a readable file"
+        raise SpecError("(file)", value, allowed, path) from None
     except ValueError:
         raise SpecError("(file)", "bytes that are no text", "UTF-8", path) from None
     return parse_mapping(text, path)

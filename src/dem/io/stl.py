@@ -1,36 +1,51 @@
-"""Triangle meshes from STL files, ASCII or binary."""
+"""Triangle meshes from STL files, ASCII or binary.
 
+A file is taken as the format has it or not at all: each facet with its three corners and an end,
+numbers in ASCII digits. Python's `float` takes `1_0` for ten, and a facet without corners would be
+a hole in a wall.
+"""
+
+import re
 import struct
 from pathlib import Path
 
 import numpy as np
 
-from dem.errors import MeshError
+from dem.errors import InputError, MeshError
 from dem.linear import length
+from dem.tables.limits import FARTHEST_MM, MOST_TRIANGLES, read_limited
 
 WELD = 1e-6  # of the mesh's size: vertices this close are one
+NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_POINT = rf"\s+({NUMBER})\s+({NUMBER})\s+({NUMBER})"
+_LINES = {
+    "facet": re.compile(rf"facet\s+normal{_POINT}", re.ASCII),
+    "outer": re.compile(r"outer\s+loop", re.ASCII),
+    "vertex": re.compile(rf"vertex{_POINT}", re.ASCII),
+    "endloop": re.compile("endloop"),
+    "endfacet": re.compile("endfacet"),
+}
+_FACET = ("facet", "outer", "vertex", "vertex", "vertex", "endloop", "endfacet")
+_FORMS = {
+    "facet": "facet normal X Y Z",
+    "outer": "outer loop",
+    "vertex": "vertex X Y Z, three numbers such as 1.5 or -2e-3",
+}
+HEADER, RECORD = 84, 50
+_BINARY = [("v", "<f4", (4, 3)), ("a", "<u2")]
+SMALLEST_MM = 1e-6
 
 
 def read_stl(path, scale=1.0, closed=False):
     """Vertices (v, 3) [m] and triangles (t, 3) of an STL file.
 
     scale: metres per unit of the file; closed: demand that every edge has two triangles.
-    Raises MeshError for a file that is not STL, not finite, has a triangle without area, or is open
-    where it must not be.
+    Raises MeshError, with the line or the number of the triangle, for a file that is missing, too
+    large or not as the format has it, for coordinates that are no place in a rig, for a triangle
+    without area, and for a mesh that is open where it must not be.
     """
     path = Path(path)
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise MeshError(path, f"cannot be read ({error.strerror})") from None
-    corners = _parse(path, data)
-    if not len(corners):
-        raise MeshError(path, "holds no triangles")
-    if not np.isfinite(corners).all():
-        raise MeshError(
-            path, f"triangle {int(np.argwhere(~np.isfinite(corners))[0, 0]) + 1} is not finite"
-        )
-    vertices, triangles = _weld(corners * scale)
+    vertices, triangles = _weld(_corners(path) * scale)
     _check_area(path, vertices, triangles)
     if closed:
         _check_closed(path, triangles)
@@ -42,7 +57,7 @@ def write_stl(path, vertices, triangles):
     points = np.asarray(vertices, float)[np.asarray(triangles)]
     normal = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0])
     normal /= length(normal)[:, None]
-    record = np.zeros(len(points), dtype=[("v", "<f4", (4, 3)), ("a", "<u2")])
+    record = np.zeros(len(points), dtype=_BINARY)
     record["v"][:, 0], record["v"][:, 1:] = normal, points
     with open(path, "wb") as stream:
         stream.write(b"triangle mesh".ljust(80))
@@ -50,30 +65,83 @@ def write_stl(path, vertices, triangles):
         stream.write(record.tobytes())
 
 
-def _parse(path, data):
-    if len(data) >= 84:
-        count = struct.unpack_from("<I", data, 80)[0]
-        if len(data) == 84 + 50 * count:
-            record = np.frombuffer(data, dtype=[("v", "<f4", (4, 3)), ("a", "<u2")], offset=84)
-            return record["v"][:, 1:].astype(float)
-    if not data.lstrip().startswith(b"solid"):
+def _corners(path):
+    """Corners (t, 3, 3) of the triangles, in units of the file."""
+    try:
+        data = read_limited(path, "mesh")
+    except InputError as error:
+        facts = {k: v for k, v in vars(error).items() if k not in ("path", "reason")}
+        raise MeshError(path, error.reason, **facts) from None
+    count = struct.unpack_from("<I", data, HEADER - 4)[0] if len(data) >= HEADER else 0
+    if count and len(data) == HEADER + RECORD * count:
+        corners = np.frombuffer(data, _BINARY, offset=HEADER)["v"][:, 1:].astype(float)
+        lines = None
+    else:
+        corners, lines = _from_text(path, data)
+    _check_corners(path, corners.reshape(-1, 9), lines)
+    return corners
+
+
+def _from_text(path, data):
+    """(corners (t, 3, 3), lines (t) of the facets) of an ASCII file."""
+    try:
+        text = data.decode("ascii")
+    except UnicodeDecodeError:
+        text = ""
+    if not text.lstrip().startswith("solid"):
         raise MeshError(
-            path, "is not an STL file (neither 'solid' nor a whole number of binary triangles)"
-        )
-    numbers = []
-    for number, line in enumerate(data.decode("ascii", "replace").splitlines(), 1):
-        words = line.split()
-        if words[:1] != ["vertex"]:
+            path, "is no STL file, or one that was cut off",
+            allowed="text that begins with solid, or 50 bytes for each triangle that its head "
+            "names, after 84",
+        )  # fmt: skip
+    rows = [(n, row.strip()) for n, row in enumerate(text.splitlines(), 1) if row.strip()]
+    corners, lines, at, inside = [], [], 0, False
+    for line, row in rows:
+        if at == 0 and row.split()[0] == ("endsolid" if inside else "solid"):
+            inside = not inside
             continue
-        try:
-            numbers.append([float(w) for w in words[1:4]])
-        except ValueError:
-            raise MeshError(path, f"line {number}: not three numbers: {line.strip()!r}") from None
-        if len(numbers[-1]) != 3:
-            raise MeshError(path, f"line {number}: not three numbers: {line.strip()!r}")
-    if len(numbers) % 3:
-        raise MeshError(path, f"{len(numbers)} vertices do not make whole triangles")
-    return np.array(numbers, float).reshape(-1, 3, 3)
+        expected = _FACET[at]
+        match = _LINES[expected].fullmatch(row) if inside else None
+        if not match:
+            _refuse_row(path, line, row, expected if inside else "solid", at == 0 and inside)
+        if expected == "facet":
+            lines.append(line)
+        if expected == "vertex":
+            corners += [float(x) for x in match.groups()]
+        at = (at + 1) % len(_FACET)
+    if inside:
+        line, row = rows[-1]
+        raise MeshError(path, "ends before its end", line=line, value=row,
+                        allowed="endsolid as the last line")  # fmt: skip
+    return np.array(corners, float).reshape(-1, 3, 3), lines
+
+
+def _refuse_row(path, line, row, expected, may_end):
+    allowed = _FORMS.get(expected, expected) + (" or endsolid" if may_end else "")
+    raise MeshError(path, "is not as an STL file has it", line=line, value=row, allowed=allowed)
+
+
+def _check_corners(path, corners, lines):
+    """corners (t, 9) in units of the file; lines (t) of the facets, None in a binary file."""
+    if not len(corners):
+        raise MeshError(path, "holds no triangles", allowed="one or more")
+    if len(corners) > MOST_TRIANGLES:
+        raise MeshError(path, "has too many triangles", value=len(corners),
+                        allowed=f"at most {MOST_TRIANGLES:,}")  # fmt: skip
+    near = np.abs(corners) <= FARTHEST_MM  # nan is not
+    wrong = np.flatnonzero(~near.all(axis=1))
+    if len(wrong):
+        k = wrong[0]
+        which = f"triangle {k + 1} " if lines is None else ""
+        raise MeshError(
+            path, f"{which}has a corner that is no place in a rig",
+            line=None if lines is None else lines[k], value=float(corners[k][np.argmin(near[k])]),
+            allowed=f"coordinates of at most {FARTHEST_MM:g} mm",
+        )  # fmt: skip
+    size = np.ptp(corners.reshape(-1, 3), axis=0).max()
+    if size < SMALLEST_MM:
+        raise MeshError(path, "has no size", value=f"{size:.3g} mm across",
+                        allowed=f"{SMALLEST_MM:g} mm or more; lengths are mm")  # fmt: skip
 
 
 def _weld(corners):

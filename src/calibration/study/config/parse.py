@@ -23,9 +23,9 @@ from calibration.study.config.specs import SEEDS_A_STAGE, bench_run, point_spec
 from calibration.study.factors import Choice, read_factors, refuse_choices
 from calibration.study.matching import NotComparableError
 from dem.errors import InputError, SpecError
+from dem.experiments.mesh import check_meshes_of
 from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
-from dem.tables.meshes import check_meshes_of
 
 IN_LISTS = {"further_targets": FurtherTarget, "targets": JointTarget}
 _ROW = "a row a reading in the file that `measurements` names: experiment, quantity, value, unit"
