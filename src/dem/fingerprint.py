@@ -15,6 +15,7 @@ OUTSIDE = {
     "template.py",
     "advice.py",
     "energy.py",
+    "fingerprint.py",
     "kernel_cache.py",
     "export.py",
     "benchmark",
