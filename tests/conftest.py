@@ -1,5 +1,7 @@
 """Options of the whole test suite."""
 
+import os
+
 import pytest
 
 
@@ -21,3 +23,14 @@ def pytest_configure(config):
     recording = config.getoption("--record") or config.getoption("--record-peers")
     if recording and config.getoption("numprocesses", None):
         raise pytest.UsageError("records are gathered in one process: add -n 0")
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _own_settings(tmp_path_factory):
+    """The user's folder of settings: no test reads what the user has allowed, nor allows more."""
+    before = os.environ.get("XDG_CONFIG_HOME")
+    os.environ["XDG_CONFIG_HOME"] = str(tmp_path_factory.mktemp("settings"))
+    yield
+    os.environ.pop("XDG_CONFIG_HOME")
+    if before is not None:
+        os.environ["XDG_CONFIG_HOME"] = before

@@ -7,6 +7,7 @@ import shutil
 import sys
 import textwrap
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from calibration.engines.rig import Drop, Pour
 from calibration.engines.rigs import experiments_of
 from calibration.engines.table import read_row
 from calibration.errors import ConfigError
+from calibration.intake.started_code import permit
 from calibration.runs.plans import run_id
 from calibration.runs.store import RunStore
 from dem.constants import GRAVITY
@@ -45,7 +47,7 @@ OWN = {
 
 
 def program(tmp_path, text, **settings):
-    """Engine entry of a Python program with this text, and its path."""
+    """Engine entry of a Python program with this text, which may be started, and its path."""
     path = tmp_path / "solver.py"
     path.write_text(textwrap.dedent(text))
     chosen = {
@@ -54,6 +56,7 @@ def program(tmp_path, text, **settings):
         "version": "1",
         "files": [str(path)],
     }
+    permit(SimpleNamespace(engine=chosen, diagnosis={}))
     return engines.entry_of(chosen | settings), path
 
 

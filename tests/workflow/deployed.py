@@ -7,6 +7,11 @@ import sys
 import sysconfig
 from pathlib import Path
 
+import yaml
+
+from calibration.intake.started_code import allow
+from calibration.study.config.schema import Config
+
 ROOT = Path(__file__).parents[2]
 
 FACTORS = """code\tname\tkey\tlow\thigh\tdescription
@@ -42,15 +47,17 @@ runs_per_job: 4
 """
 
 
-def write_study(folder, name="drops"):
-    """A study of eight drops that a formula answers, for a workflow that runs in the folder above;
-    returns its configuration file."""
+def write_study(folder, name="drops", may_start=True):
+    """A study of eight drops that a formula answers, for a workflow that runs in the folder above,
+    where its program may start; returns its configuration file."""
     folder.mkdir(parents=True)
     (folder / "factors.tsv").write_text(FACTORS)
     (folder / "measured.csv").write_text(MEASURED)
     (folder / "solver.py").write_text(SOLVER)
     text = STUDY.format(name=name, folder=folder.name, python=sys.executable)
     (folder / "config.yaml").write_text(text)
+    if may_start:
+        allow(Config.model_validate(yaml.safe_load(text)), folder.parent)
     return folder / "config.yaml"
 
 

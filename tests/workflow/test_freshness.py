@@ -12,8 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from deployed import FACTORS
 
+from calibration.intake.started_code import allow
+from calibration.study.config.schema import Config
 from dem.io.stl import write_stl
 
 pytestmark = pytest.mark.slow
@@ -54,6 +57,11 @@ def mesh(path, size):
     write_stl(path, corners, np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]))
 
 
+def allow_engine(folder):
+    """Let the study of a folder start its program there."""
+    allow(Config.model_validate(yaml.safe_load((folder / "study.yaml").read_text())), folder)
+
+
 def snakemake(folder, *arguments):
     """What the workflow of the folder's own sources says; it must end well."""
     command = [sys.executable, "-m", "snakemake", "-j2", "--configfile", "study.yaml"]
@@ -91,6 +99,7 @@ def finished(tmp_path_factory):
     (folder / "solver.py").write_text(SOLVER)
     (folder / "study.yaml").write_text(STUDY.format(python=sys.executable, here=folder))
     mesh(folder / "plate.stl", 100.0)
+    allow_engine(folder)
     snakemake(folder)
     # a job of its own leaves the time that it took
     assert len(list((folder / "results/runs").glob("heap-*/benchmark.tsv"))) == 8
@@ -100,7 +109,9 @@ def finished(tmp_path_factory):
 @pytest.fixture
 def study(finished, tmp_path):
     """A copy of it with the times of its files."""
-    return Path(shutil.copytree(finished, tmp_path / "study", symlinks=True))
+    copy = Path(shutil.copytree(finished, tmp_path / "study", symlinks=True))
+    allow_engine(copy)
+    return copy
 
 
 def first_run(study):

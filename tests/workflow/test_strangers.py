@@ -1,14 +1,20 @@
 """A configuration from elsewhere runs nothing, not even in a dry run."""
 
+import json
+import re
+import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+import yaml
+from deployed import done, write_study
 
 from calibration.errors import ConfigError
-from calibration.study.config.as_data import data_of, refuse_unasked_code
-from calibration.study.config.schema import Config
+from calibration.study.config.as_data import data_of
+from facts import tells
 
 ROOT = Path(__file__).parents[2]
 
@@ -71,18 +77,45 @@ def test_a_catalogue_in_a_configuration_file_is_not_run(tmp_path):
         tmp_path, "--configfile", "config/config.yaml", "study.yaml", "--", "diagnose"
     )
     assert done.returncode != 0
-    assert "--config 'diagnosis={catalogue: theirs}'" in shown
+    assert "--config 'diagnosis={catalogue: \"theirs\"}'" in shown
     assert not (tmp_path / "created").exists()
 
 
-def test_a_catalogue_is_run_where_the_command_line_says_so():
-    study = {"name": "s", "factors": "f", "measurements": "m", "target": {"metric": "a"}}
-    study["diagnosis"] = {"catalogue": "mine"}
-    config = Config.model_validate(study)
-    refuse_unasked_code(config, {"diagnosis": {"catalogue": "mine"}})
-    for other in (None, {}, {"diagnosis": {"catalogue": "theirs"}}, {"diagnosis": "mine"}):
-        with pytest.raises(ConfigError, match="command line"):
-            refuse_unasked_code(config, other)
+def test_an_engine_s_command_is_not_run_until_it_is_allowed(tmp_path):
+    """Refused with what to type; what is typed is remembered for this folder and this command."""
+    study = write_study(tmp_path / "bounce", may_start=False)
+    planned = [sys.executable, "-m", "snakemake", "-n", "-j1", "-s", ROOT / "workflow/Snakefile"]
+    planned += ["--configfile", "bounce/config.yaml"]
+
+    def status(*more, cwd=tmp_path):
+        words = [str(word) for word in (*planned, *more, "--", "screening")]
+        done = subprocess.run(words, cwd=cwd, capture_output=True, text=True, check=False)
+        assert "Traceback" not in done.stderr
+        return done.returncode, done.stdout + done.stderr
+
+    code, shown = status()
+    assert code != 0
+    assert tells(shown, "engine.command", "calibration allow bounce/config.yaml", "--config")
+    typed = re.search(r"--config '.*?}'", shown)
+    flag = shlex.split(typed[0])
+    assert status(*flag)[0] == 0
+    assert status()[0] != 0  # the flag was for that one call
+    done(sys.executable, "-m", "calibration.interface.cli", "allow", "bounce", cwd=tmp_path)
+    assert status()[0] == 0
+    shutil.copytree(study.parent, tmp_path / "elsewhere" / "bounce")
+    assert status(cwd=tmp_path / "elsewhere")[0] != 0
+    study.write_text(study.read_text().replace("{spec}", "{spec} more"))
+    assert status()[0] != 0
+
+
+def test_the_command_line_s_own_command_runs_a_study(tmp_path):
+    """Braces and quotation marks reach the jobs as they were typed."""
+    config = yaml.safe_load(write_study(tmp_path / "bounce", may_start=False).read_text())
+    value = json.dumps({"command": config["engine"]["command"]})
+    made = [sys.executable, "-m", "snakemake", "-j1", "-s", ROOT / "workflow/Snakefile"]
+    made += ["--configfile", "bounce/config.yaml", "--config", f"engine={value}"]
+    done(*made, "--", "plan_screening", cwd=tmp_path)
+    assert (tmp_path / "results/drops/screening/plan.json").is_file()
 
 
 @pytest.mark.parametrize("text", CODE.values(), ids=CODE)

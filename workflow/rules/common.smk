@@ -11,8 +11,8 @@ from pathlib import Path
 from snakemake.io import is_flagged
 
 from calibration.study.config import Config, given, parse_config, stands_alone
-from calibration.study.config.as_data import refuse_unasked_code
 from calibration.errors import CalibrationError, in_words
+from calibration.intake.started_code import refuse_unasked
 from calibration.digests import digest, digest_with
 from calibration.runs.records import made_again
 from calibration.study.stages import load_stages
@@ -47,7 +47,8 @@ PLANS = {plan.folder: plan for stage in STAGES.values() for plan in stage.plans}
 try:
     STUDY_OBJECT = Study(parse_config(config, files=CONFIG_FILES, stages=STAGES))
     if workflow.is_main_process:
-        refuse_unasked_code(STUDY_OBJECT.config, asked=workflow.config_settings.config)
+        asked = workflow.config_settings.config
+        refuse_unasked(STUDY_OBJECT.config, asked, CONFIG_FILES)
 except (CalibrationError, DemError) as error:
     raise WorkflowError(str(error))
 except OSError as error:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError, in_words, of_the_machine
+from calibration.intake.started_code import permit
 from calibration.runs.records import record
 from calibration.runs.store import keep_runs_in
 from calibration.study.config import Config, with_engine
@@ -45,6 +46,7 @@ def work_for(config):
     """Let this process work for the study of a checked configuration (a mapping); returns the
     study."""
     study = study_of(config)
+    permit(study.config)
     keep_runs_in(study.config.runs)
     return study
 

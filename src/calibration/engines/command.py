@@ -15,6 +15,7 @@ from pydantic import Field, field_validator
 
 from calibration.engines import Engine, EngineError, Settings
 from calibration.engines.program import run
+from calibration.intake.started_code import refusal
 
 
 class CommandSettings(Settings):
@@ -66,8 +67,11 @@ def refuse(spec):
 
 
 def simulate(spec, folder, entry):
-    """Run the command in `folder`; returns (metrics, {})."""
+    """Run the command in `folder`; returns (metrics, {}). Raises EngineError, also for a command
+    that nobody has allowed."""
     settings = entry["settings"]
+    if unasked := refusal("engine.command", settings["command"]):
+        raise EngineError(unasked)
     (folder / "spec.yaml").write_text(yaml.safe_dump(spec.model_dump(mode="json")))
     (folder / "metrics.json").unlink(missing_ok=True)
     words = filled_in(settings["command"], folder / "spec.yaml", folder, spec.seed)

@@ -23,6 +23,10 @@ COMPARE = (
     "Set two studies side by side: parameters with their intervals, effects, surfaces, validation "
     "and cost."
 )
+ALLOW = (
+    "Let a study start what its configuration names: the command of its engine, a folder of "
+    "mechanisms. It is remembered for the current folder and for these very values."
+)
 
 
 def main(argv=None):
@@ -55,6 +59,14 @@ def _parser():
         help="of snakemake: -n for a dry run, -j4 for four cores, names of stages",
     )
     run.set_defaults(command=_run)
+    consent = commands.add_parser("allow", help="let a study start code", description=ALLOW)
+    consent.add_argument(
+        "study",
+        nargs="+",
+        metavar="STUDY",
+        help="folder with config.yaml, or configuration files",
+    )
+    consent.set_defaults(command=_allow)
     side = commands.add_parser("compare", help="two studies side by side", description=COMPARE)
     side.add_argument("first", type=Path, metavar="A", help="folder of results: results/salt")
     side.add_argument("second", type=Path, metavar="B", help="the other one")
@@ -77,6 +89,19 @@ def _run(args):
         return call(command).returncode
     except KeyboardInterrupt:
         return 130  # as a shell says it
+
+
+def _allow(args):
+    from calibration.intake.started_code import allow
+    from calibration.interface.api import Study  # loads pandas
+
+    study = Study(*args.study)
+    found = allow(study.config, Path.cwd())
+    for key, value in found.items():
+        print(f"{study.name}: {key} = {value} is allowed in {Path.cwd()}")
+    if not found:
+        print(f"{study.name}: names nothing that starts code")
+    return 0
 
 
 def _compare(args):

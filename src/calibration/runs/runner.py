@@ -13,6 +13,7 @@ import yaml
 
 from calibration import engines
 from calibration.errors import in_words, of_the_machine
+from calibration.intake.started_code import permit
 from calibration.runs.plans import REFUSED, points_of
 from calibration.runs.progress import REPEAT, cores, progress
 from calibration.runs.store import RunStore
@@ -39,8 +40,9 @@ def run_logged(spec: dict[str, Any], out: str | Path, log: str | Path, config: A
     A failed run says which points of which designs need it, why it failed, the likely cause and
     where its log is. It keeps its spec beside the log, and ends the job with status 1.
     """
-    store = RunStore(Path(out).parent)
-    if _fault(spec, Path(out).name, log, Config.model_validate(config), store):
+    store, config = RunStore(Path(out).parent), Config.model_validate(config)
+    permit(config)
+    if _fault(spec, Path(out).name, log, config, store):
         sys.exit(1)
 
 
@@ -55,6 +57,7 @@ def run_each(
     A run that fails does not stop the others, but ends the job with status 1 after them; where the
     machine refuses, or the job is to stop, no further run begins."""
     config, store, failed = Config.model_validate(config), RunStore(root), 0
+    permit(config)
     Path(log).parent.mkdir(parents=True, exist_ok=True)
     with open(log, "w", buffering=1) as stream:
         for name, spec in specs.items():

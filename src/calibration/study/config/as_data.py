@@ -78,23 +78,3 @@ def _refuse_code(data, lines, path, prefix=""):
             )
         if isinstance(value, dict | list):
             _refuse_code(value, lines, path, f"{place}.")
-
-
-def refuse_unasked_code(config, asked):
-    """Raise ConfigError where a configuration names a folder whose Python would be run, unless the
-    command line does.
-
-    config: a `Config`; asked: the mapping that `--config` gave on the command line.
-    """
-    folder = config.diagnosis.get("catalogue")
-    given = (asked or {}).get("diagnosis")
-    if (
-        folder is not None
-        and (given.get("catalogue") if isinstance(given, dict) else None) != folder
-    ):
-        raise ConfigError(
-            "names Python files that would be run; a configuration file may not ask for that",
-            key="diagnosis.catalogue",
-            value=folder,
-            allowed=f"on the command line: --config 'diagnosis={{catalogue: {folder}}}'",
-        )
