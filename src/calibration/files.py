@@ -9,6 +9,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from dem.errors import InputError
+
 if TYPE_CHECKING:  # pandas takes a while to load, and most of who write a file need none of it
     import pandas as pd
 
@@ -56,9 +58,19 @@ def sweep_abandoned(folder: str | Path) -> None:
                 partial.unlink()
 
 
+class DamagedError(InputError, ValueError):
+    """A file that the project wrote and that is no longer what it was."""
+
+
 def read_json(path: str | Path) -> Any:
-    """Content of a JSON file that a stage wrote."""
-    return json.loads(Path(path).read_text())
+    """Content of a JSON file that a stage wrote. Raises OSError, and DamagedError for what is no
+    JSON."""
+    try:
+        return json.loads(Path(path).read_text("utf-8"))
+    except (ValueError, RecursionError) as error:
+        line = getattr(error, "lineno", None)
+        again = "the file as it was written; delete it, and the next start makes it again"
+        raise DamagedError("is damaged: no JSON", path=path, line=line, allowed=again) from None
 
 
 def write_text(text: str, path: str | Path) -> None:

@@ -6,7 +6,10 @@ seed)`. Files of a structure are changed within it: a part of a workbook is pack
 a picture gets its checksum, so that the readers behind the library's own checks are reached.
 """
 
+import hashlib
 import io
+import json
+import os
 import random
 import struct
 import sys
@@ -20,6 +23,7 @@ from pathlib import Path
 
 import numpy as np
 import openpyxl
+import yaml
 from PIL import Image
 from scipy.io import wavfile
 
@@ -30,18 +34,26 @@ from calibration.intake.measurements import read_measured
 from calibration.intake.photo import measure_photo
 from calibration.intake.shear_tester import read_points
 from calibration.intake.sound import read_train
+from calibration.intake.started_code import remembered
 from calibration.intake.tables import read_table
+from calibration.runs.all_runs import planned
+from calibration.runs.plans import read_metric
+from calibration.runs.records import FOLDER, altered, changed_inputs, made_again, recorded
 from calibration.runs.store import RunStore
+from calibration.runs.verify import faults_of, forget_batches, plan_faults
 from calibration.statistics.screening_design import screening_design
 from calibration.study.config.as_data import data_of
 from calibration.study.config.schema import ScreeningConfig
 from calibration.study.factors import read_factors
 from calibration.study.new.questions import sieve_curve
 from dem.errors import DemError
+from dem.io.checked import DIGEST, sealed, write_checked_arrays
 from dem.io.clump import read_clump
 from dem.io.sieve import read_sizes
 from dem.io.stl import read_stl, write_stl
-from dem.spec import load_spec
+from dem.results import FAILED, RESULT
+from dem.run import RunContext
+from dem.spec import load_spec, parse_spec
 from diagnosis.settings import read_settings
 
 ROOT = Path(__file__).parents[2]
@@ -129,6 +141,141 @@ def _index(path):
         store.result("heap-0123456789abcdef")
 
 
+def _sealed_file(*parts):
+    """A JSON file of the project's own, whose checksum fits."""
+    return json.dumps(sealed({k: v for part in parts for k, v in part.items()}), indent=2).encode()
+
+
+RUN = "heap-0123456789abcdef"
+MADE = {"engine": "0123456789abcdef", "metrics": {"angle_of_repose_deg": 31.5}}
+MANIFEST = {"manifest": {"run": RUN, "inputs": {}, "software": {"numba": "0"}, "files": {}}}
+ABOUT = {"experiment": "heap", "seed": 1, "spec": {"seed": 1}, "numerics": {"wall_time_s": 1.0}}
+
+
+def resealed(content, seed):
+    """A JSON file with one of its values, or its text, changed; two times of three its checksum
+    fits again, so that what stands behind the check is reached."""
+    rng = random.Random(seed)
+    if rng.random() < 0.3:
+        return mutated(content, seed)
+    data = json.loads(content)
+    places = list(_places(data))
+    for holder, key in rng.sample(places, rng.randint(1, 2)):
+        with suppress(KeyError, IndexError, TypeError):
+            if rng.random() < 0.2:
+                del holder[key]
+            else:
+                holder[key] = _odd(rng)
+    if "checksum" in data and rng.random() < 0.8:
+        data = sealed({k: v for k, v in data.items() if k != "checksum"})
+    return json.dumps(data).encode()
+
+
+def _places(data):
+    """(holder, key) of each value inside a mapping or a list, at whatever depth."""
+    for key in list(data) if isinstance(data, dict) else range(len(data)):
+        yield data, key
+        if isinstance(data[key], dict | list):
+            yield from _places(data[key])
+
+
+def _odd(rng):
+    odd = [None, True, -1, 0, 1e300, float("nan"), 10**30, "", "\0", "../..", "=1+1", "x" * 5000,
+           [], [[]], [1, "a"], {}, {"": None}, {"../x": {}}]  # fmt: skip
+    return rng.choice(odd)
+
+
+def rechecked(content, seed):
+    """A checkpoint with one of its arrays, or its bytes, changed; most times its checksum fits."""
+    rng = random.Random(seed)
+    inside = content[:-DIGEST]
+    if rng.random() < 0.3:
+        return mutated(content, seed)
+    if rng.random() < 0.5:
+        inside = mutated(inside, seed)
+    else:
+        with suppress(ValueError, KeyError, zipfile.BadZipFile):
+            inside = repacked(inside, seed)
+    return inside + hashlib.sha256(inside).digest()
+
+
+def _checkpoint():
+    arrays = {"particles_position": np.zeros((3, 3)), "meta": np.array('{"key": [], "frames": 0}')}
+    with tempfile.NamedTemporaryFile(suffix=".npz") as file:
+        write_checked_arrays(file.name, arrays)
+        return Path(file.name).read_bytes()
+
+
+def _resume(path):
+    """A checkpoint is used or left, and never ends a run."""
+    path.replace(path.parent / "checkpoint.npz")
+    RunContext(parse_spec(yaml.safe_load(SPEC)), path.parent).resume()
+
+
+def _run_of(path, file):
+    """A run's files below a store, read by all that reads them."""
+    store = RunStore(path.parent / "runs")
+    store.folder(RUN).mkdir(parents=True, exist_ok=True)
+    (store.root / "index.jsonl").unlink(missing_ok=True)
+    for old in (RESULT, FAILED):
+        (store.folder(RUN) / old).unlink(missing_ok=True)
+    (store.folder(RUN) / file).write_bytes(path.read_bytes())
+    store.current(RUN)
+    store.failure(RUN)
+    store.known(RUN)
+    for fault in faults_of(path.parent):
+        str(fault)
+    with suppress(DemError):
+        store.entry(RUN, full=True)
+    with suppress(CalibrationError, DemError):
+        read_metric([RUN], "angle_of_repose_deg")
+
+
+def _plan(path):
+    """A plan, as the start of the workflow and `verify` read it."""
+    folder = path.parent / "study" / "screening"
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "plan.json").write_bytes(path.read_bytes())
+    list(plan_faults(folder))
+    for fault in faults_of(path.parent):
+        str(fault)
+    with suppress(ValueError):
+        planned(path.parent / "study")
+
+
+def _record(path):
+    """A stamp: the record of what a rule has left."""
+    folder = path.parent / "study"
+    (folder / FOLDER).mkdir(parents=True, exist_ok=True)
+    (folder / FOLDER / "screening.json").write_bytes(path.read_bytes())
+    list(altered(folder))
+    list(changed_inputs(folder))
+    recorded(folder, folder / "x.csv")
+    made_again(folder, "screening", [path], "abc")
+
+
+def _batch(path):
+    """The mark of a batch of runs."""
+    folder = path.parent / "study" / "screening"
+    (folder / "batches").mkdir(parents=True, exist_ok=True)
+    (folder / "batches" / "0.json").write_bytes(path.read_bytes())
+    forget_batches(folder, RunStore(path.parent / "runs"))
+
+
+def _consents(path):
+    """What the user has allowed."""
+    place = path.parent / "granular-calibration" / "allowed.json"
+    place.parent.mkdir(exist_ok=True)
+    place.write_bytes(path.read_bytes())
+    before = os.environ.get("XDG_CONFIG_HOME")
+    os.environ["XDG_CONFIG_HOME"] = str(path.parent)
+    try:
+        remembered("/work")
+    finally:
+        os.environ.pop("XDG_CONFIG_HOME")
+        os.environ.update({"XDG_CONFIG_HOME": before} if before else {})
+
+
 def _design(path):
     rules = ScreeningConfig(design=str(path))
     screening_design(read_factors(ROOT / "config" / "factors.tsv"), rules)
@@ -141,7 +288,7 @@ def repacked(content, seed):
         parts = source.namelist()
         # every other time a sheet: most parts say nothing about cells
         sheets = [n for n in parts if "sheet" in n.lower() and n.endswith(".xml")]
-        chosen = rng.choice(sheets if rng.random() < 0.5 else parts)
+        chosen = rng.choice(sheets if sheets and rng.random() < 0.5 else parts)
         for name in parts:
             data = source.read(name)
             target.writestr(name, mutated(data, seed) if name == chosen else data)
@@ -220,7 +367,9 @@ def _mesh_of(path):
     return read_stl(path, closed=True)
 
 
-CHANGES = {"workbook": repacked, "photograph": rechunked, "sound": with_other_head}
+INTERNAL = ("result", "failure", "plan", "record", "batch", "consents")
+CHANGES = dict.fromkeys(INTERNAL, resealed) | {"checkpoint": rechecked}
+CHANGES |= {"workbook": repacked, "photograph": rechunked, "sound": with_other_head}
 """Reader: how its files are changed, where it is not by bytes alone."""
 ENDS = {"workbook": ".xlsx"}
 
@@ -239,6 +388,22 @@ READERS = {
         b'{"result.json":[1,2,3,4]}}\n',
         lambda p: _index(p),
     ),
+    "result": (
+        _sealed_file(ABOUT, MADE, MANIFEST),
+        lambda p: _run_of(p, RESULT),
+    ),
+    "failure": (
+        _sealed_file(MADE, MANIFEST, {"error": "x", "kind": "DemError"}),
+        lambda p: _run_of(p, FAILED),
+    ),
+    "checkpoint": (_checkpoint(), _resume),
+    "plan": (json.dumps({RUN: yaml.safe_load(SPEC)}).encode(), _plan),
+    "record": (
+        _sealed_file({"made_from": "abc", "files": {"x.csv": "0"}, "inputs": {"y": "1"}}),
+        _record,
+    ),
+    "batch": (json.dumps({"runs": [RUN], "failed": []}).encode(), _batch),
+    "consents": (json.dumps({"/work": {"engine.command": "x"}}).encode(), _consents),
     "metrics of a program": (b'{"angle_of_repose_deg": 31.5, "height_mm": 12}', read_metrics),
     "sieve": (b"diameter_mm,mass_percent\n1.0,20\n2.0,50\n3.0,30\n", sieve_curve),
     "measurements": ("data/paper/measurements.csv", read_measured),

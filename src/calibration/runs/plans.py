@@ -5,6 +5,7 @@ is a table: the design's columns, `seed`, `experiment`, `run_id`; the specs stan
 plan.json.
 """
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
@@ -24,6 +25,9 @@ from dem.errors import ResultError
 from dem.io.files import write_json
 from dem.results import RESULT, is_current, run_name
 from dem.spec import parse_spec
+
+NAME = re.compile(r"\w[\w.-]*")
+"""Of a planned run: one folder below the store's."""
 
 
 def run_id(spec: Mapping[str, Any]) -> str:
@@ -97,6 +101,8 @@ def _read_plan(path, _changed):
     found = read_json(path)
     if not (isinstance(found, dict) and all(isinstance(s, dict) for s in found.values())):
         raise ValueError(f"{path}: holds no plan, which is {{name of a run: its spec}}")
+    if odd := next((name for name in found if not NAME.fullmatch(name)), None):
+        raise ValueError(f"{path}: {odd!r:.80} is no name of a run")  # it would be a path
     return found
 
 

@@ -46,10 +46,17 @@ def read_record(path: str | Path) -> dict[str, Any] | None:
     missing or damaged."""
     try:
         found = read_json(path)
-        whole = is_sealed(found) and {"made_from", "files", "inputs"} <= set(found)
+        whole = is_sealed(found) and isinstance(found.get("made_from"), str)
     except (OSError, ValueError):
         return None
-    return found if whole else None
+    return found if whole and all(_digests(found.get(k)) for k in ("files", "inputs")) else None
+
+
+def _digests(found):
+    """Whether something is a mapping of paths to checksums."""
+    return isinstance(found, dict) and all(
+        isinstance(v, str) and "\0" not in k for k, v in found.items()
+    )
 
 
 def records(folder: str | Path) -> Iterator[tuple[str, dict[str, Any]]]:

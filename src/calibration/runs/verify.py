@@ -141,8 +141,8 @@ def _one_of_each_rig(specs):
     name changes those of the same."""
     seen = {}
     for name, spec in specs.items():
-        grains = spec.get("particles") or {}
-        tables = [grains.get("sizes"), grains.get("clump")]
+        grains = spec.get("particles")
+        tables = [grains.get(k) for k in ("sizes", "clump")] if isinstance(grains, dict) else grains
         reads = json.dumps([spec.get("geometry"), tables], sort_keys=True)
         seen.setdefault(reads, (name, spec))
     return seen.values()
@@ -230,7 +230,7 @@ def before_planning(config, dry_run, results="results"):
             if not dry_run:
                 store.set_aside(fault.run)
     for plan in (Path(results) / config.name).glob("**/plan.json"):
-        _forget_batches(plan.parent, store)
+        forget_batches(plan.parent, store)
         missing = [name for name in _specs(plan) if not _there(store, name)]
         if missing:
             _note(plan.with_name(MISSING), missing)
@@ -273,14 +273,15 @@ def _date_back(results):
                 os.utime(path, (now, now))
 
 
-def _forget_batches(folder, store):
+def forget_batches(folder, store):
     """Delete the marks of batches in a stage's folder that lack a run which they name."""
     for mark in sorted(folder.glob("batches/*.json")):
         try:
             named = read_json(mark)["runs"]
         except (OSError, ValueError, KeyError, TypeError):
-            named = [""]
-        if not all(_there(store, name) for name in named):
+            named = None
+        names = isinstance(named, list) and all(isinstance(n, str) for n in named)
+        if not (names and all(_there(store, name) for name in named)):
             mark.unlink()
 
 
