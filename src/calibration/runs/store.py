@@ -45,7 +45,7 @@ class RunStore:
     def result(self, name: str) -> dict[str, Any]:
         """Content of a run's result.json, checked, of whatever engine."""
         known = self._unchanged(name)
-        result = read_result(self.folder(name), files=known is None)
+        result = _whole(read_result, self.folder(name), files=known is None)
         if known is None:
             self._add(name, result)
         return result
@@ -54,7 +54,7 @@ class RunStore:
         """What the index holds of a finished run: `engine`, `wall_time_s`. `full` checks all of it
         again."""
         known = None if full else self._unchanged(name)
-        return known or self._add(name, read_result(self.folder(name)))
+        return known or self._add(name, _whole(read_result, self.folder(name)))
 
     def current(self, name: str) -> dict[str, Any] | None:
         """Content of a run's result where it can be trusted and is of this engine, else None."""
@@ -68,10 +68,14 @@ class RunStore:
         """Content of a run's failed.json where it can be trusted and is of this engine, else
         None."""
         try:
-            failure = read_failure(self.folder(name))
+            failure = self.kept_failure(name)
         except ResultError:
             return None
         return failure if is_current(failure["engine"]) else None
+
+    def kept_failure(self, name: str) -> dict[str, Any]:
+        """Content of a run's failed.json, of whatever engine. Raises ResultError."""
+        return _whole(read_failure, self.folder(name))
 
     def known(self, name: str) -> dict[str, Any] | None:
         """The entry of a finished run as the index has it, without a look at the run itself unless
@@ -144,6 +148,15 @@ class RunStore:
                 continue
             if _is_entry(entry):
                 self._known[entry["run"]] = entry
+
+
+def _whole(read, folder, **keys):
+    """What `read` finds in the folder of a run. Raises ResultError, also for a file whose checksum
+    fits and whose content is that of no run: it was made by hand, or by another program."""
+    try:
+        return read(folder, **keys)
+    except (KeyError, TypeError, AttributeError, ValueError):
+        raise ResultError(folder, "is not as a run is written") from None
 
 
 def _is_entry(entry):

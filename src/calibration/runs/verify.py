@@ -22,7 +22,7 @@ from calibration.runs.records import FOLDER, altered, changed_inputs, note, reco
 from calibration.runs.store import RunStore
 from dem.errors import DemError, ResultError
 from dem.io.files import sweep_partial
-from dem.results import FAILED, RESULT, is_current, read_failure
+from dem.results import FAILED, RESULT, is_current
 
 _held = {}  # locks that are held until this process ends, however it ends
 HELD = "CALIBRATION_HELD"
@@ -83,7 +83,7 @@ def _run_faults(store, full):
                 elif changed := engines.changed(engine, name, store):
                     yield Fault(changed, name)
             elif (folder / FAILED).exists():
-                read_failure(folder)
+                store.kept_failure(name)
         except ResultError as error:
             yield Fault(str(error), name)
 
