@@ -82,8 +82,9 @@ def _run(args):
 
     _check_stages(args.arguments)
     _check_settings(args.arguments)
-    # a folder's own workflow may have no profile that names it
-    told = [] if "--logger" in args.arguments else ["--logger", LOGGER]
+    # a folder's own workflow may have no profile that names it; `=` keeps snakemake from taking a
+    # stage that follows for a second logger
+    told = [] if "--logger" in args.arguments else [f"--logger={LOGGER}"]
     command = snakemake_command([config_file(args.study)], *told, *args.arguments)
     try:
         return call(command).returncode

@@ -21,62 +21,40 @@ def main(argv=None):
 
 
 def _add_new(commands):
+    from calibration.study.new.options import add_options
+
     new = commands.add_parser(
         "new",
         help="begin a study: asks what it is not told",
         description="Write a study of your material and rig into a new folder. Values carry their "
-        "unit. What no "
-        "option tells is asked for at a terminal.",
+        "unit. What no option tells of a funnel's heap is asked for at a terminal. An option of a "
+        "test takes its readings, then key=value for the rest: --drop 78mm 81mm height=300mm.",
     )
     new.add_argument("folder", type=Path, help="folder to write; its name becomes the study's")
-    new.add_argument(
-        "--measured", nargs="+", metavar="X", help="angles, or a table, or photographs of heaps"
-    )
     new.add_argument("--sheet", help="of a workbook with several: the one with the angles")
-    new.add_argument("--material", help="one with published values; wide ranges unless given")
-    new.add_argument("--density", help="of the grain: 1.35g/cm3")
-    new.add_argument("--grain", help="diameter of the grain: 4mm")
-    new.add_argument(
-        "--sieve",
-        type=Path,
-        help="table with the columns diameter_mm and mass_percent of each size, or passing_percent "
-        "of each sieve",
-    )
-    new.add_argument("--orifice", help="diameter of the funnel's orifice: 25mm")
-    new.add_argument("--plate", help="diameter of the base plate: 100mm")
-    new.add_argument(
-        "--height",
-        help="orifice above the plate: 75mm. Where pouring ended as the heap touched the funnel "
-        "(a fixed funnel), a little above the heap",
-    )
-    new.add_argument("--rim", help="of the plate, where it has one: 3mm")
-    new.add_argument("--rate", help="mass poured in a second, where it was measured: 12g/s")
     new.add_argument(
         "--grains",
         type=int,
         help="to simulate at most; larger ones of the same volume are poured where your rig takes "
         "more. 10,000 unless given",
     )
-    new.add_argument(
-        "--bulk-density",
-        nargs="+",
-        metavar="X",
-        help="poured, where it was measured: 0.76g/cm3; no target, but what the calibrated grains "
-        "are tried on at the end",
-    )
-    new.add_argument(
-        "--no-pilot", action="store_true", help="pour no coarse heaps to try the ranges"
-    )
+    new.add_argument("--no-pilot", action="store_true", help="make no runs to try ranges and rigs")
+    add_options(new)
     new.set_defaults(command=_new)
 
 
 def _new(args):
-    from calibration.study.new import questions, study  # load pandas and the schemas
+    from calibration.study.new import options, questions, study  # load pandas and the schemas
 
     study.check_folder(args.folder)
+    if options.tells_a_laboratory(args):
+        _laboratory(args, options.raws_of(args))
+        return
     values, heap, factors, sizes = questions.answers(args, questions.at_terminal())
     print(questions.said_back(values))
-    bulk = questions.bulk_densities(args.bulk_density or (), heap)
+    bulk = questions.bulk_densities(
+        [text for words in getattr(args, "method_bulk-density") for text in words], heap
+    )
     most = questions.most_grains(args.grains)
     for sentence in study.write_study(args.folder, values, heap, factors, sizes, bulk, most):
         print(sentence)
@@ -85,6 +63,24 @@ def _new(args):
 
         try_study(args.folder, print)
     print(f"wrote {args.folder}; next: calibration run '{args.folder}'")
+
+
+def _laboratory(args, raws):
+    """A study of all tests that were told."""
+    from calibration.runs.feasibility import check_ahead
+    from calibration.study.new.answers import read_entries
+    from calibration.study.new.laboratory import laboratory_of, write_laboratory
+    from calibration.study.new.questions import most_grains
+
+    most = most_grains(args.grains) if args.grains else None
+    laboratory = laboratory_of(args.folder, read_entries(raws), most)
+    for sentence in write_laboratory(laboratory, check_ahead):
+        print(sentence)
+    if not args.no_pilot:
+        from calibration.study.new.trial import try_rigs  # compiles the engine
+
+        try_rigs(args.folder, print)
+    print(f"wrote {args.folder}; next: calibration run '{args.folder}' joint")
 
 
 def _add_angle(commands):

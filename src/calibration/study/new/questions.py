@@ -16,6 +16,7 @@ from calibration.intake.tables import SeveralSheetsError, read_table, summary
 from calibration.study.factors import factor_of
 from calibration.study.new.heap import FEWEST, MOST, Heap
 from calibration.study.new.mastersizer import mastersizer_sizes
+from calibration.study.new.methods import methods
 from calibration.study.new.ranges import factors_of, materials
 from dem.errors import DemError
 from dem.units import UnitError, question, unit_of
@@ -25,26 +26,29 @@ SOFTENED_PA = 3.0e6
 
 
 @dataclass(frozen=True)
-class Question:
-    """An option, the key whose unit its answer has, and how it is asked."""
+class Asked:
+    """A declared question as it is asked at the terminal: its option, the key whose unit its answer
+    has, and its words."""
 
     option: str
     key: str
     text: str
 
 
-DENSITY = Question("density", "density_kg_m3", "Density of the grain, such as 1.35 g/cm3")
-GRAIN = Question("grain", "diameter_mm", "Diameter of the grain, such as 4 mm")
-RIG = (
-    Question("orifice", "orifice_diameter_mm", "Diameter of the funnel's orifice, such as 25 mm"),
-    Question("plate", "plate_diameter_mm", "Diameter of the base plate, such as 100 mm"),
-    Question("height", "discharge_height_mm", "Orifice above the plate, such as 75 mm"),
-)
-MEASURED = Question("measured", "", "Measured angles, or the file or photographs that hold them")
-RATE = Question("rate", "mass_flow_g_s", "Mass poured in a second, such as 12 g/s (or empty)")
+def _asked(method, key):
+    """`Asked` of a question that a method declares."""
+    q = methods()[method].question(key)
+    example = f", such as {q.example}" if q.example else ""
+    return Asked(q.option, q.unit, f"{q.text[0].upper()}{q.text[1:]}{example}")
+
+
+DENSITY, GRAIN = _asked("grain", "density"), _asked("grain", "diameter")
+RIG = tuple(_asked("funnel", key) for key in ("orifice", "plate", "height"))
+MEASURED = _asked("funnel", "measured")
+RATE = _asked("funnel", "rate")
 """The one that may stay open: the funnel is then fed safely below what its orifice passes."""
-BULK = Question("bulk-density", "poured_density_kg_m3", "")
-RIM = Question("rim", "plate_rim_height_mm", "")
+BULK = Asked("bulk-density", "poured_density_kg_m3", "")
+RIM = _asked("funnel", "rim")
 """Never asked: options alone."""
 
 
@@ -66,7 +70,9 @@ def answers(args, ask=None):
     grain |= {"angle_deg": sum(values) / len(values), "shear_modulus_Pa": SOFTENED_PA}
     while True:
         rig = {q.key: number(q) for q in RIG}
-        rig[RATE.key] = _open_answer(args.rate, ask, RATE.text, partial(_number, q=RATE))
+        rig[RATE.key] = _open_answer(
+            args.rate, ask, f"{RATE.text} (or empty)", partial(_number, q=RATE)
+        )
         rig[RIM.key] = _number(args.rim, RIM) if args.rim else 0.0
         heap = Heap(**grain, **rig)
         try:
@@ -101,7 +107,7 @@ def _open_answer(given, ask, text, read):
     """The same of what may stay open: None then."""
     if given or not ask:
         return read(given) if given else None
-    return _answer(None, ask, Question("", "", text), lambda said: read(said) if said else None)
+    return _answer(None, ask, Asked("", "", text), lambda said: read(said) if said else None)
 
 
 def _check_rig(heap):
@@ -295,7 +301,16 @@ def sieve_curve(path):
 
     Raises CalibrationError where they do not make 100 %.
     """
-    sizes, shares = mastersizer_sizes(path) or _sieved(path)
+    return _distribution(path, *(mastersizer_sizes(path) or _sieved(path)))
+
+
+def size_distribution(sieves, passing, where):
+    """`particles.sizes` of what passes each sieve [mm, %]; where: for messages. Raises
+    CalibrationError."""
+    return _distribution(where, *_between_sieves(where, sieves, passing))
+
+
+def _distribution(path, sizes, shares):
     total = sum(shares)
     if abs(total - 100) > 1 or min(shares) < 0:
         near = "; are they shares of 1?" if abs(total - 1) < 0.01 else ""

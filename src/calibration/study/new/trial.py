@@ -1,14 +1,23 @@
-"""The pilot of a study on disk: coarse heaps, then narrower ranges in its factor table."""
+"""The pilot of a study on disk: coarse heaps, then narrower ranges in its factor table; of a joint
+study a run of each rig."""
 
+import tempfile
+import time
 from pathlib import Path
 
 import yaml
 
-from calibration.study.config import parse_config, read_target
+from calibration.intake.quantities import quantity_name
+from calibration.study.config import machine_run, parse_config, point_spec, read_target
+from calibration.study.config.joint import read_joint_target
 from calibration.study.factors import read_factors
 from calibration.study.new.pilot import advice, corners, cost, pilot, shrunk
 from calibration.study.new.reach import reach
 from calibration.study.new.study import write_factors
+from dem.errors import DemError, StoppedError
+from dem.experiments import experiments
+from dem.spec import parse_spec
+from dem.units import behind, unit_of
 
 
 def try_study(folder, show=print):
@@ -38,3 +47,58 @@ def try_study(folder, show=print):
         show(sentence)
     if said := cost(config, trials):
         show(said)
+
+
+def try_rigs(folder, show=print):
+    """Run each rig of a joint study once, in the quick profile and in the middle of the ranges, and
+    say what it gives beside what was measured, or why it gives nothing, and what the stage will
+    take."""
+    path = Path(folder) / "config.yaml"
+    data = yaml.safe_load(path.read_text("utf-8")) | {"resolution": "quick"}
+    config = parse_config(data, files=[path])
+    show("pilot, in the quick profile: the engine is compiled first, which takes a minute once")
+    factors = read_factors(config.factors)
+    seconds = 0.0
+    for rig in config.rigs:
+        words, lasted = _one_run(config, factors, rig)
+        show(f"{rig}: {words} ({lasted:.0f} s)")
+        seconds += lasted * _runs_of(config, rig)
+    show(f"the stage joint takes about {_duration(seconds / 2)} on two cores in the quick profile")
+
+
+def _one_run(config, factors, rig):
+    """(what a rig gives in words, seconds that it took)."""
+    from dem.run import run  # compiles the engine
+
+    own = config.rigs[rig]
+    levels = {f.key: f.centre for f in factors}
+    spec = parse_spec(point_spec(machine_run(config, own), own.experiment, levels, config.seed))
+    targets = [t for t in config.targets if t.rig == rig]
+    begun = time.perf_counter()
+    try:
+        with tempfile.TemporaryDirectory() as work:
+            found = run(spec, Path(work) / "run")["metrics"]
+    except StoppedError:
+        raise
+    except DemError as error:
+        return f"no value in the middle of the ranges: {error}", time.perf_counter() - begun
+    told = [_beside(config, t, found) for t in targets]
+    return ", ".join(told) or "runs; no target", time.perf_counter() - begun
+
+
+def _beside(config, target, found):
+    measured = float(read_joint_target(config, target).mean[0])
+    unit = behind(unit_of(target.metric))
+    name = quantity_name(target.metric).replace("_", " ")
+    return f"{name} {found[target.metric]:.4g}{unit}, measured {measured:.4g}{unit}"
+
+
+def _runs_of(config, rig):
+    rules, scatters = config.joint, experiments()[config.rigs[rig].experiment].poured
+    second = rules.second_wave if any(t.rig == rig for t in config.targets) else 0
+    return rules.runs + (rules.repeated if scatters else 0) + second
+
+
+def _duration(seconds):
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"

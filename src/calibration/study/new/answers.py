@@ -1,0 +1,216 @@
+"""What a laboratory answered, in options, a workbook or a form: checked entries, or every fault at
+once with its place."""
+
+import difflib
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calibration.errors import CalibrationError
+from calibration.study.new.methods import Answer, Entry, Method, methods
+from calibration.study.new.methods.declare import spread_of
+
+LINE = ("shear-cell", "wall-friction")
+"""Methods whose single readings at three loads or more scatter about a line, which is their
+spread."""
+ON_A_LINE = 3
+
+
+@dataclass(frozen=True)
+class Raw:
+    """Answers as they were given: the method's name, {question's key: [(text, place)]} and the
+    place of the whole."""
+
+    method: str
+    answers: Mapping[str, Sequence[tuple[str, str]]]
+    place: str
+
+
+class Faults(CalibrationError):
+    """All faults of what was answered, one a line."""
+
+    def __init__(self, faults: Sequence[str]):
+        self.faults = list(faults)
+        super().__init__("\n".join(self.faults))
+
+
+def read_entries(raws: Iterable[Raw]) -> list[Entry]:
+    """[Entry] of all that was answered. Raises `Faults`."""
+    faults: list[str] = []
+    entries = [_entry(raw, faults) for raw in raws]
+    found = _with_lines([e for e in entries if e])
+    for entry in found:
+        faults += _spread_faults(entry)
+    faults += _twice(found)
+    if faults:
+        raise Faults(faults)
+    return found
+
+
+def _entry(raw, faults):
+    method = methods().get(raw.method)
+    if method is None:
+        known = ", ".join(methods())
+        faults.append(f"{raw.place}: {raw.method} is no test method; allowed: {known}")
+        return None
+    answers = {
+        k: own for k, texts in raw.answers.items() if (own := _read(method, k, texts, raw, faults))
+    }
+    for q in method.questions:
+        if q.needed and not raw.answers.get(q.key):
+            faults.append(
+                f"{raw.place}: {q.key} is missing; allowed: {q.text} ({q.allowed}), such as "
+                f"{q.example}"
+            )
+    faults += _uneven(method, answers, raw)
+    return Entry(method, answers)
+
+
+def _read(method, key, texts, raw, faults):
+    """[Answer] of a question's texts; what cannot be read goes to `faults`."""
+    q = _question(method, key, raw.answers)
+    if q is None:
+        near = difflib.get_close_matches(key, [q.key for q in method.asked], n=1)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        known = ", ".join(q.key for q in method.asked)
+        faults.append(
+            f"{texts[0][1]}: {key} is no question of {method.name}{hint}; allowed: {known}"
+        )
+        return []
+    found = []
+    for text, place in texts:
+        try:
+            found.append(Answer(text.strip(), q.read(text), place))
+        except CalibrationError as error:
+            faults.append(f"{place}: {error}")
+    if len(found) > 1 and not q.reading:
+        faults.append(f"{found[1].place}: {key} is answered twice; allowed: one answer")
+    return found
+
+
+def _question(method, key, answers):
+    """The question of a key; a stated spread has the unit of the reading that was answered."""
+    read = next((q for q in method.questions if q.reading and answers.get(q.key)), None)
+    if method.spread and key in ("sd", "n") and read:
+        return dict(zip(("sd", "n"), spread_of(read), strict=True))[key]
+    return method.question(key)
+
+
+def _uneven(method, answers, raw):
+    """A fault where a method's columns of one row are not all there: axes, sieves."""
+    together = [] if method.becomes else [q.key for q in method.readings]
+    counts = {key: len(answers.get(key, ())) for key in together}
+    if len(together) > 1 and len(set(counts.values())) > 1:
+        told = ", ".join(f"{n} of {key}" for key, n in counts.items())
+        return [f"{raw.place}: {told}; allowed: as many of each"]
+    return []
+
+
+def _readings(entry):
+    return next((entry.answers[q.key] for q in entry.method.readings if q.key in entry.answers), [])
+
+
+def _spread_faults(entry):
+    """A single reading says nothing of its error, and several say it themselves."""
+    if not entry.method.spread:
+        return []
+    read, sd, n = _readings(entry), entry.values("sd"), entry.values("n")
+    if len(read) == 1 and not sd:
+        return [
+            f"{read[0].place}: {read[0].text} is one reading without a spread; allowed: a second "
+            f"reading, or sd (standard deviation of one reading) and, where it is a mean, n"
+        ]
+    if len(read) > 1 and (sd or n):
+        return [
+            f"{entry.place('sd' if sd else 'n')}: {len(read)} readings have their own spread; "
+            "allowed: readings alone, or one mean with sd and n"
+        ]
+    return []
+
+
+def _with_lines(entries):
+    """Entries of a method in LINE, each with one reading: they get the spread about their line."""
+    out = list(entries)
+    for name in LINE:
+        own = [k for k, e in enumerate(out) if e.method.name == name and _alone(e)]
+        if len({out[k].value("load") for k in own}) < ON_A_LINE:
+            continue
+        load = np.array([out[k].value("load") for k in own], float)
+        stress = np.array([out[k].value("stress") for k in own], float)
+        line = np.polynomial.Polynomial.fit(load, stress, 1)
+        sd = float(np.sqrt(np.sum((stress - line(load)) ** 2) / (len(own) - 2)))
+        text = f"scatter about the line through {len(own)} loads"
+        for k in own:
+            # no reading is better than a hundredth of itself
+            least = 0.01 * float(out[k].value("stress"))
+            answer = Answer(text, max(sd, least), text)
+            out[k] = Entry(out[k].method, dict(out[k].answers) | {"sd": [answer]})
+    return out
+
+
+def _alone(entry):
+    stress = entry.values("stress")
+    return len(stress) == 1 and not entry.values("sd") and entry.value("load") is not None
+
+
+def _twice(entries):
+    """Faults of a method that was answered twice in the same rig."""
+    seen, faults = {}, []
+    for entry in entries:
+        own = entry.method.name, entry.value("load")
+        if own in seen and not (entry.method.name in LINE and own[1] is None):
+            first = next(iter(seen[own].answers.values()))[0].place
+            here = next(iter(entry.answers.values()), [Answer("", "", entry.method.title)])[0].place
+            faults.append(
+                f"{here}: {entry.method.name} stands at {first} already"
+                f"{f', under {own[1]:g} kPa' if own[1] is not None else ''}; allowed: one test, "
+                "with all its readings"
+            )
+        seen[own] = entry
+    return faults
+
+
+_PARTS = re.compile(r"\s*[x×*]\s*")
+
+
+def words_of(method: Method, words: Iterable[str], place: str) -> Raw:
+    """`Raw` of a method's words, as options and forms give them: readings, and `key=value`.
+
+    Several columns of a row stand in one word: 6.2x3.3x2.9mm.
+    """
+    answers: dict[str, list[tuple[str, str]]] = {}
+    # the columns of a grain's row belong together; of a test, the first is what is read
+    readings = method.readings[:1] if method.becomes else method.readings
+    for word in words:
+        key, mark, text = word.partition("=")
+        if mark and re.fullmatch(r"[a-z_]+", key.strip()):
+            for one in separate(text):
+                answers.setdefault(key.strip(), []).append((one, f"{place} {word}"))
+        else:
+            for one in separate(word):
+                _row(readings, one, f"{place} {word}", answers)
+    return Raw(method.name, answers, place)
+
+
+def _row(readings, word, place, answers):
+    """Put the columns of one row where they belong; a unit behind the last counts for all."""
+    parts = _PARTS.split(word) if len(readings) > 1 else [word]
+    unit = re.sub(r"^[\d.,\s+-]+", "", parts[-1])
+    for q, part in zip(readings, parts, strict=False):
+        bare = not re.search(r"[A-Za-zµ%°]", part)
+        text = f"{part} {unit}" if bare and unit and q.unit else part
+        answers.setdefault(q.key, []).append((text, place))
+
+
+def separate(text: str) -> list[str]:
+    """Words of one text that are numbers side by side: `26.1,27.4`, `26,1;27,4`. One comma between
+    digits alone is a decimal mark, as in tables."""
+    if ";" in text:
+        return [t for part in text.split(";") if (t := part.strip())]
+    parts = text.split(",")
+    if len(parts) > 2 or (len(parts) == 2 and any("." in p for p in parts)):
+        thousands = all(re.fullmatch(r"\d{3}", p) for p in parts[1:])
+        return [text] if thousands else [t for p in parts if (t := p.strip())]
+    return [text]

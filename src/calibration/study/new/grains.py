@@ -1,0 +1,167 @@
+"""The grains of a study as a laboratory described them: size, shape as a clump, and whether they
+stick."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from calibration.errors import CalibrationError
+from dem.clump import MAX_SPHERES, shape_of
+
+FINE_MM = 0.1
+"""Below it adhesion outweighs a grain: Geldart's group C ends near 0.03 mm, and his group A, whose
+beds stick a little, near 0.1 mm (Geldart 1973, Powder Technology 7:285)."""
+
+ROUND = 1.1  # longest over shortest axis below which a grain is a sphere
+FLAT = 1.3  # width over thickness above which a grain is a disc of spheres
+STEP = 1.45  # radii between the middles of neighbouring spheres, at most
+NARROW_END = 0.6  # least radius of a rod's end spheres over that of its middle ones
+BISECTIONS = 10
+RING = 6  # spheres around the middle one of a disc
+FLATTEST = 3.0  # length over thickness: beyond, the ring does not touch the middle sphere
+
+
+@dataclass(frozen=True)
+class Grains:
+    """Grains of a study; lengths [mm], density [kg/m3].
+
+    diameter_mm: that of the sphere of the mean grain's volume; sizes: `particles.sizes`, or None;
+    spheres: [(x, y, z, radius)] of a clump, or None; clump_file: the table that holds them; moist:
+    as stated, None where not.
+    """
+
+    diameter_mm: float
+    density_kg_m3: float
+    sizes: dict | None = None
+    spheres: tuple | None = None
+    clump_file: str = ""
+    moist: bool | None = None
+    common_mm: float | None = None
+    """Diameter of the grains in all rigs, where they stick: what holds them together holds for one
+    size alone."""
+    shear_modulus_Pa: float = 3.0e6
+    least_restitution: float = 0.2
+    most: int = 4000
+    """Grains that are simulated at most in the rig that leads."""
+
+    @property
+    def fine(self) -> bool:
+        """Whether grains of this size stick when dry."""
+        return self.diameter_mm < FINE_MM
+
+    @property
+    def sticky(self) -> bool:
+        """Whether the study needs a law of cohesion."""
+        return bool(self.moist) or self.fine
+
+    @property
+    def longest(self) -> float:
+        """Length of the longest grain over the mean diameter."""
+        if self.sizes:
+            return max(self.sizes["diameters_mm"]) / self.diameter_mm
+        return shape_of(self.spheres).reach if self.spheres else 1.0
+
+    @property
+    def smallest(self) -> float:
+        """Diameter of the smallest sphere over the mean grain's."""
+        if self.sizes:
+            return min(self.sizes["diameters_mm"]) / self.diameter_mm
+        return shape_of(self.spheres).smallest if self.spheres else 1.0
+
+    def particles(self, count: float, diameter_mm: float) -> dict:
+        """Section `particles` of a run spec of `count` grains whose mean has the diameter."""
+        found: dict = {"count": round(count)}
+        if self.sizes:
+            found["sizes"] = self.sizes
+            if diameter_mm != self.diameter_mm:
+                found["scale_factor"] = round(diameter_mm / self.diameter_mm, 6)
+        else:
+            found["diameter_mm"] = round(diameter_mm, 4)
+        return found | ({"clump": {"file": self.clump_file}} if self.spheres else {})
+
+    def size(self, wanted_mm: float) -> float:
+        """Diameter of the grains of a rig that would take grains of `wanted_mm`."""
+        return self.common_mm or max(wanted_mm, self.diameter_mm)
+
+    def enlarged(self, diameter_mm: float) -> str:
+        """Words for grains that are larger than the laboratory's; empty for its own."""
+        ratio = diameter_mm / self.diameter_mm
+        return f"{diameter_mm:.3g} mm, {ratio:.3g} times as large as yours" if ratio > 1.01 else ""
+
+    def single(self) -> dict:
+        """Section `particles` of a test of single grains, which are spheres there."""
+        return {"diameter_mm": round(self.diameter_mm, 4)}
+
+
+def volume_mm3(diameter_mm: float) -> float:
+    """Of a sphere."""
+    return math.pi / 6.0 * diameter_mm**3
+
+
+def filling(volume: float, diameter_mm: float, packing: float = 0.6) -> float:
+    """Grains that fill a volume [mm3]."""
+    return packing * volume / volume_mm3(diameter_mm)
+
+
+def clump_of_axes(length: float, width: float, thickness: float) -> tuple | None:
+    """[(x, y, z, radius)] of a grain with three axes, None for one that is nearly a sphere.
+
+    A long grain is a rod of spheres along its length, as thick as the mean of width and thickness;
+    a flat one a sphere in the middle of a ring. Raises CalibrationError for a grain that no such
+    clump resembles.
+    """
+    a, b, c = sorted((length, width, thickness), reverse=True)
+    if a < ROUND * c:
+        return None
+    if b > FLAT * c:
+        return _disc(a, b, c)
+    return _rod(a, math.sqrt(b * c))
+
+
+def _rod(length, across):
+    """Spheres along a line; those at its ends are so wide that the rod has the volume of the
+    ellipsoid with the same length and thickness."""
+    radius = 0.5 * across
+    number = 1 + 2 * math.ceil((0.5 * length - NARROW_END * radius) / (STEP * radius))
+    if number > MAX_SPHERES:
+        raise CalibrationError(
+            f"a grain {length / across:.1f} times as long as wide takes {number} spheres; allowed: "
+            f"{MAX_SPHERES}. A mesh of it can be tried by dem clump, with spheres further apart"
+        )
+    wanted = 0.5 * (length * across**2) ** (1.0 / 3.0)  # radius of the sphere of its volume
+    low, high = NARROW_END * radius, radius
+    for _ in range(BISECTIONS):
+        end = 0.5 * (low + high)
+        less = shape_of(_line(length, radius, end, number)).scale < wanted
+        low, high = (end, high) if less else (low, end)
+    return _line(length, radius, end, number)
+
+
+def _line(length, radius, end, number):
+    reach = 0.5 * length - end  # of the end spheres' middles
+    places = [reach * (2.0 * k / (number - 1) - 1.0) for k in range(number)]
+    radii = [end if k in (0, number - 1) else radius for k in range(number)]
+    return tuple((round(x, 5), 0.0, 0.0, round(r, 5)) for x, r in zip(places, radii, strict=True))
+
+
+def _disc(a, b, c):
+    radius = 0.5 * c
+    if a > FLATTEST * c:
+        raise CalibrationError(
+            f"a flake of {a:g} x {b:g} x {c:g} mm is {a / c:.1f} times as long as thick; allowed: "
+            f"{FLATTEST:g}. Measure it as a mesh (STL) and fill that by dem clump"
+        )
+    turns = (2.0 * math.pi * k / RING for k in range(RING))
+    ring = [(0.5 * (a - c) * math.cos(t), 0.5 * (b - c) * math.sin(t)) for t in turns]
+    return ((0.0, 0.0, 0.0, radius), *((round(x, 5), round(y, 5), 0.0, radius) for x, y in ring))
+
+
+def mean_axes(
+    lengths: Sequence[float], widths: Sequence[float], thicknesses: Sequence[float]
+) -> tuple[float, float, float, float]:
+    """(mean length, width, thickness, diameter of the sphere of the mean volume) of grains, each
+    an ellipsoid."""
+    volumes = [x * y * z for x, y, z in zip(lengths, widths, thicknesses, strict=True)]
+    number = len(volumes)
+    means = [sum(v) / number for v in (lengths, widths, thicknesses)]
+    return means[0], means[1], means[2], (sum(volumes) / number) ** (1.0 / 3.0)

@@ -1,0 +1,454 @@
+"""A study of all that a laboratory measured: which rigs, targets, laws and ranges its answers
+become, and where each of them went."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pandas as pd
+import yaml
+
+from calibration.errors import CalibrationError
+from calibration.files import write_table, write_text
+from calibration.study.config import Config, parse_config
+from calibration.study.factors import Factor, factor_of
+from calibration.study.new.answers import Faults
+from calibration.study.new.grains import Grains, clump_of_axes, mean_axes, volume_mm3
+from calibration.study.new.heap import RAYLEIGH, STEEL
+from calibration.study.new.methods import Entry, LaboratoryTest
+from calibration.study.new.questions import sieve_curve, size_distribution
+from calibration.study.new.ranges import factors_of
+from calibration.study.new.study import LAWS, MEASURED, check_folder, write_factors
+from dem.advice import TREMBLES, bed_pressure, pressed_step
+from dem.constants import GRAVITY
+from dem.contact.registry import ContactParameters, Laws, Material
+from dem.errors import DemError
+from dem.experiments import experiments
+from dem.timescales import rayleigh_time
+
+SOFTENED_PA = 3.0e6
+DEEPEST = 0.08  # overlap over radius under the largest load, by Hertz; the engine stops at 0.3
+BONDS = (0.5, 50.0)
+"""Pull-off force of two simulated grains over a grain's weight: the range of cohesion. It holds
+from a little moisture to a powder that stands as a wall; a choice of this project, no source."""
+COHESION = "law_parameters.surface_energy_J_m2"
+WALL_COHESION = "law_parameters.wall_surface_energy_J_m2"
+GIVEN, CLUMP, PAGE = "given.csv", "clump.csv", "README.md"
+MARGINS = {"angle_of_repose_deg": 1.0}
+MARGIN = 0.02  # of any other target: a difference that does not matter
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """All that a study is made of."""
+
+    name: str
+    folder: Path
+    grains: Grains
+    tests: list[LaboratoryTest]
+    factors: list[Factor]
+    given: list[dict]
+    said: list[str]
+
+    @property
+    def leading(self) -> LaboratoryTest:
+        """The test whose target the chain is calibrated to."""
+        return self.tests[0]
+
+
+def laboratory_of(folder: Path, entries: Sequence[Entry], most: int | None = None) -> Laboratory:
+    """`Laboratory` of a new folder. Raises CalibrationError for what no study can be made of, all
+    faults at once."""
+    name = check_folder(folder)
+    grain, shape, said = _grains(folder, entries, most)
+    tested = sorted((e for e in entries if e.method.becomes), key=lambda e: e.method.rank)
+    _refuse_without_lead(tested)
+    material = next((e.value("material") for e in entries if e.values("material")), None)
+    factors = factors_of(material)
+    bounce = factor_of(factors, "contacts.particle_particle.restitution")
+    modulus = stiff_enough(tested)
+    grain = replace(grain, least_restitution=bounce.low, shear_modulus_Pa=modulus)
+    tests, grain = _tests(tested, grain)
+    _refuse_two_walls(tests, tested)
+    measured = {key: own for t in tests for key, own in t.ranges.items()}
+    factors = [_ranged(f, measured, grain) for f in factors] + _cohesion(grain, tests)
+    if modulus > SOFTENED_PA:
+        said.append(f"shear modulus {modulus:.1e} Pa, so that your largest load dents no grain by "
+                    f"more than {DEEPEST:.0%} of its radius (Hertz)")  # fmt: skip
+    given = [row for e in entries for row in _went(e, tests, tested, shape)]
+    said += [s for t in tests for s in t.said] + _sticky(grain)
+    return Laboratory(name, folder, grain, tests, factors, given, list(dict.fromkeys(said)))
+
+
+def _grains(folder, entries, most):
+    """(`Grains`, {question's key: where it went}, sentences) of the entries that describe the
+    grain."""
+    own = {e.method.name: e for e in entries if not e.method.becomes}
+    if "grain" not in own or not own["grain"].values("density"):
+        raise CalibrationError(
+            "the density of a grain is missing; allowed: --density, such as 1.32 g/cm3, or the "
+            "sheet grain"
+        )
+    grain = own["grain"]
+    sized = [n for n in ("axes", "sieve") if n in own] + (
+        ["diameter"] if grain.values("diameter") else []
+    )
+    if len(sized) != 1:
+        told = ", ".join(sized) or "none"
+        raise CalibrationError(
+            f"the size of a grain is told by {told}; allowed: one of its diameter, its three axes "
+            "or a sieve analysis"
+        )
+    density = grain.value("density")
+    moist = grain.value("moisture")
+    shared = {"density_kg_m3": density, "moist": None if moist is None else moist == "moist"}
+    shared |= {} if most is None else {"most": most}
+    if "sieve" in own:
+        return _of_sieves(own["sieve"], shared)
+    if "axes" in own:
+        return _of_axes(folder, own["axes"], shared)
+    return Grains(grain.value("diameter"), **shared), {"diameter": "the grains' diameter"}, []
+
+
+def _of_sieves(entry, shared):
+    if bool(entry.values("file")) == bool(entry.values("size")):
+        raise CalibrationError("a sieve analysis is a table, or sizes and what passes: one of them")
+    sizes = (
+        sieve_curve(Path(entry.value("file")))
+        if entry.values("file")
+        else size_distribution(entry.values("size"), entry.values("passing"), entry.place("size"))
+    )
+    low, high = min(sizes["diameters_mm"]), max(sizes["diameters_mm"])
+    by_number = [f / d**3 for f, d in zip(sizes["fractions"], sizes["diameters_mm"], strict=True)]
+    mean = (1.0 / sum(by_number)) ** (1 / 3)
+    went = dict.fromkeys(("size", "passing", "file"), "the grains' size distribution")
+    said = [f"sieve analysis: {len(sizes['fractions'])} classes of {low:g} to {high:g} mm; the "
+            f"grain of mean volume has {mean:.3g} mm"]  # fmt: skip
+    return Grains(mean, sizes=sizes, **shared), went, said
+
+
+def _of_axes(folder, entry, shared):
+    *axes, diameter = mean_axes(*(entry.values(k) for k in ("length", "width", "thickness")))
+    spheres = clump_of_axes(*axes)
+    shape = f"a clump of {len(spheres)} spheres ({CLUMP})" if spheres else "a sphere"
+    number, mean = len(entry.values("length")), " x ".join(f"{x:.3g}" for x in axes)
+    said = [
+        f"three axes of {number} {'grain' if number == 1 else 'grains'}: {mean} mm, {shape} "
+        f"with the volume of one of {diameter:.3g} mm"
+    ]
+    went = dict.fromkeys(("length", "width", "thickness"), f"the grains' size and shape: {shape}")
+    file = (folder / CLUMP).as_posix()
+    grains = Grains(diameter, spheres=spheres, clump_file=file if spheres else "", **shared)
+    if spheres:
+        said[0] += f", {grains.longest * diameter:.3g} mm long"
+    return grains, went, said
+
+
+def _refuse_without_lead(tested):
+    if not any(e.method.leads for e in tested):
+        told = ", ".join(e.method.title for e in tested) or "no test"
+        raise CalibrationError(
+            f"nothing of grains upon grains was measured ({told}): friction and rolling between "
+            "grains would stay open; allowed: an angle of repose (funnel, lifted cylinder), a bulk "
+            "density, a discharge, a shear cell or wall friction beside"
+        )
+
+
+def _tests(tested, grains):
+    """([LaboratoryTest], `Grains`): the leading one first, then all others at its grains' size
+    where grains stick. Raises `Faults` of all that cannot be represented."""
+    lead = next(e for e in tested if e.method.leads)
+    ordered = [lead, *(e for e in tested if e is not lead)]
+    found, faults = [], []
+    for entry in ordered:
+        try:
+            test = entry.method.becomes(entry, grains)
+        except CalibrationError as error:
+            faults.append(str(error))
+            continue
+        found.append(replace(test, run=steady(test, grains)))
+        if entry is lead and grains.sticky:
+            particles = test.run["particles"]
+            scale = particles.get("scale_factor", 1.0)
+            size = particles.get("diameter_mm", grains.diameter_mm) * scale
+            grains = replace(grains, common_mm=size)
+    if faults:
+        raise Faults(faults)
+    return found, grains
+
+
+def steady(test: LaboratoryTest, grains: Grains) -> dict:
+    """A test's run spec with a time step at which its pressed grains come to rest, where that of
+    its experiment is longer; a run that states its own keeps it."""
+    experiment = experiments()[test.experiment]
+    numerics = dict(test.run.get("numerics", {}))
+    if not experiment.poured or "rayleigh_fraction" in numerics:
+        return test.run
+    particles, modulus = test.run["particles"], grains.shear_modulus_Pa
+    diameter = 1e-3 * particles.get("diameter_mm", grains.diameter_mm)
+    diameter *= particles.get("scale_factor", 1.0)
+    radius = 0.5 * diameter * grains.smallest
+    material = Material(grains.density_kg_m3, modulus, 0.25)
+    pressure = bed_pressure(particles["count"], diameter, grains.density_kg_m3)
+    stress = max((1e3 * v for k, v in test.run["geometry"].items() if k.endswith("stress_kPa")),
+                 default=0.0)  # fmt: skip
+    contact = ContactParameters(grains.least_restitution, 0.0)
+    step = TREMBLES * pressed_step(radius, material, contact, max(pressure, stress), Laws())
+    rayleigh = rayleigh_time(radius, grains.density_kg_m3, modulus, material.poisson_ratio)
+    usual = experiment.defaults.get("numerics", {}).get("rayleigh_fraction", RAYLEIGH)
+    fraction = min(usual, math.floor(100 * step / rayleigh) / 100)
+    return test.run | {"numerics": numerics | {"rayleigh_fraction": fraction}}
+
+
+def stiff_enough(tested: Sequence[Entry]) -> float:
+    """Shear modulus [Pa] at which the largest load dents a grain by DEEPEST of its radius at most.
+
+    By Hertz, with a grain bearing the load on the square about it: overlap/R =
+    (3 sqrt(2) p / E*)^(2/3), E* = G / (1 - nu) of two alike grains.
+    """
+    loads = [e.value(k) for e in tested for k in ("load", "preshear") if e.values(k)]
+    largest = 1e3 * max(loads, default=0.0)
+    needed = 3.0 * math.sqrt(2.0) * largest / DEEPEST**1.5 * (1.0 - 0.25)
+    return max(SOFTENED_PA, float(f"{needed:.1e}"))
+
+
+def _refuse_two_walls(tests, tested):
+    """One wall's friction and restitution stand for all rigs."""
+    named = {t.wall: t.rig for t in tests if t.wall}
+    if len(named) > 1:
+        told = ", ".join(f"{rig} on {wall}" for wall, rig in named.items())
+        raise CalibrationError(
+            f"tests on several walls ({told}), and a study has one wall's friction and "
+            "restitution; allowed: tests on one of them, or a study for each"
+        )
+
+
+def _ranged(factor, measured, grains):
+    """A factor with the range that a bench test measured; a clump rolls by its own shape, so that
+    its rolling friction may be nil."""
+    if factor.key in measured:
+        low, high, source = measured[factor.key]
+        return replace(factor, low=low, high=high, description=source)
+    if grains.spheres and factor.key == "contacts.particle_particle.rolling_friction":
+        note = f"{factor.description}; from 0, as the clump's shape hinders rolling by itself"
+        return replace(factor, low=0.0, description=note)
+    return factor
+
+
+def _cohesion(grains, tests):
+    """Factors of a sticky material: surface energies at which two simulated grains hold BONDS
+    times their weight. JKR's pull-off is 3 pi g R*, with R* = R / 2."""
+    if not grains.sticky:
+        return []
+    radius = 0.5e-3 * grains.common_mm
+    weight = 1e-9 * volume_mm3(grains.common_mm) * grains.density_kg_m3 * GRAVITY
+    low, high = (float(f"{b * weight / (1.5 * math.pi * radius):.3g}") for b in BONDS)
+    source = (
+        f"wide: two grains of {grains.common_mm:.3g} mm pull by {BONDS[0]:g} to {BONDS[1]:g} of "
+        "their weight"
+    )
+    found = [Factor("H", "grain_grain_surface_energy", COHESION, low, high, source)]
+    if any(t.experiment == "wall_friction" for t in tests):
+        found.append(Factor("J", "grain_wall_surface_energy", WALL_COHESION, low, high, source))
+    return found
+
+
+def _sticky(grains):
+    if not grains.sticky:
+        return []
+    why = (
+        "moist"
+        if grains.moist
+        else f"finer than dry grains that do not stick ({grains.diameter_mm:g} mm)"
+    )
+    ratio = grains.common_mm / grains.diameter_mm
+    found = [
+        f"your material is {why}: grains stick by the law jkr, and their surface energy is a "
+        "factor. It stands for whatever holds them together, water or adhesion"
+    ]
+    if ratio > 1.01:
+        found.append(
+            f"all rigs have grains of {grains.common_mm:.3g} mm, {ratio:.0f} times as large as "
+            "yours: coarse grains, each a parcel of yours. Friction and surface energy hold for "
+            "this size alone; a yield locus or a bulk density under load tells whether they stand "
+            "for the powder"
+        )
+    return found
+
+
+def _went(entry, tests, tested, shape):
+    """Rows of GIVEN: every answer of an entry and where it went."""
+    went = _places(entry, tests, tested, shape)
+    return [
+        {"test": entry.method.title, "question": key, "value": answer.text, "from": answer.place,
+         "became": went[key]}
+        for key, answers in entry.answers.items() for answer in answers
+    ]  # fmt: skip
+
+
+def _places(entry, tests, tested, shape):
+    shared = {"sd": "its spread, in measured.csv", "n": "its spread, in measured.csv"}
+    if entry.method.becomes:
+        lead = next(e for e in tested if e.method.leads)
+        test = tests[[lead, *(e for e in tested if e is not lead)].index(entry)]
+        return shared | {k: f"rig {test.rig}: {w}" for k, w in test.went.items()}
+    own = {
+        "density": "run.materials.particle.density_kg_m3",
+        "moisture": "the law of cohesion",
+        "material": "the ranges of factors.tsv that no test measured",
+    }
+    return shared | own | shape
+
+
+def write_laboratory(
+    laboratory: Laboratory, check: Callable[[Config], None] | None = None
+) -> list[str]:
+    """Write the study's files into its new folder and check them; check: a further check of the
+    configuration. Returns sentences: what was chosen. Raises CalibrationError, with nothing
+    left."""
+    folder, lab = laboratory.folder, laboratory
+    folder.mkdir(parents=True)
+    try:
+        write_table(_measured(lab.tests), folder / MEASURED)
+        write_table(pd.DataFrame(lab.given), folder / GIVEN)
+        if lab.grains.spheres:
+            columns = ["x_mm", "y_mm", "z_mm", "radius_mm"]
+            write_table(pd.DataFrame(lab.grains.spheres, columns=columns), folder / CLUMP)
+        write_factors(folder / "factors.tsv", lab.factors)
+        text = configuration(lab)
+        write_text(text, folder / "config.yaml")
+        write_text(page(lab), folder / PAGE)
+        config = parse_config(yaml.safe_load(text), files=[folder / "config.yaml"])
+        if check:
+            check(config)
+    except (CalibrationError, DemError):
+        for path in folder.iterdir():
+            path.unlink()
+        folder.rmdir()
+        raise
+    return lab.said
+
+
+def _measured(tests):
+    columns = ["experiment", "quantity", "value", "unit", "sd", "n"]
+    table = pd.DataFrame([row for t in tests for row in t.rows])
+    levers = [c for c in table.columns if c not in (*columns, "role", "note")]
+    order = [*columns, *levers, *(c for c in ("role", "note") if c in table.columns)]
+    table = table.reindex(columns=order)
+    return (
+        table.astype({"n": "Int64"})
+        if table["n"].notna().any()
+        else table.drop(columns=["sd", "n"])
+    )
+
+
+def _yaml(data, indent=0):
+    text = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=1000)
+    return "".join(f"{' ' * indent}{line}\n" for line in text.splitlines())
+
+
+def configuration(lab: Laboratory) -> str:
+    """The text of the study's config.yaml."""
+    lead, path = lab.leading, lab.folder.as_posix()
+    quoted = yaml.safe_dump(path, allow_unicode=True, width=1000).splitlines()[0]
+    fixed = {f.name: float(f"{f.centre:.4g}") for f in lab.factors}
+    metric = lead.metrics[0]
+    margin = MARGINS.get(metric) or float(f"{MARGIN * lead.rows[0]['value']:.3g}")
+    laws = dict(LAWS) | ({"cohesion": "jkr"} if lab.grains.sticky else {})
+    run = {
+        "materials": {
+            "particle": {
+                "density_kg_m3": lab.grains.density_kg_m3,
+                "shear_modulus_Pa": lab.grains.shear_modulus_Pa,
+            },
+            "wall": {
+                "density_kg_m3": STEEL.density,
+                "shear_modulus_Pa": STEEL.shear_modulus,
+                "poisson_ratio": STEEL.poisson_ratio,
+            },
+        },
+        "laws": laws,
+        **_energies(lab),
+    } | lead.run
+    return f"""\
+# A study of {lab.folder.name}. From the folder that {quoted} lies in:
+#   calibration run {quoted} joint    all tests together
+#   calibration run {quoted}          the chain as well, and results/{lab.name}/report.html
+#   --config resolution=quick beside it: a quarter of the grains of {lead.rig}, for a first look
+# README.md beside this file says where each value that you gave went.
+name: {lab.name}
+factors: {yaml.safe_dump(f"{path}/factors.tsv", allow_unicode=True, width=1000).splitlines()[0]}
+measurements: {yaml.safe_dump(f"{path}/{MEASURED}", allow_unicode=True, width=1000).splitlines()[0]}
+experiment: {lead.experiment}
+target: {{ metric: {metric} }}
+supplements: [joint] # the report waits for it: one posterior over all tests
+
+fixed: # a factor's level while it is not varied: the middle of its range
+{_yaml(fixed, 2)}
+# what all runs share; the shear modulus is softened, for longer time steps; walls are as stiff as
+# steel
+run:
+{_yaml(run, 2)}
+rigs: # each test as it is simulated; {lead.rig} is the study's own run
+{_yaml(_rigs(lab), 2)}
+targets:
+{_yaml(_targets(lab.tests), 2)}
+screening: {{ at_least: 3, at_most: 3 }}
+ascent: {{ rule: effects, steps: 5 }}
+# margin: a difference that does not matter, in the unit of {metric}
+validation: {{ groups: 2, replicates: 5, margin: {margin:g} }}
+"""
+
+
+def _energies(lab):
+    """The constants of the law of cohesion, in the middle of their ranges."""
+    own = {f.key.removeprefix("law_parameters."): f.centre for f in lab.factors
+           if f.key.startswith("law_parameters.")}  # fmt: skip
+    return {"law_parameters": {k: float(f"{v:.4g}") for k, v in own.items()}} if own else {}
+
+
+def _rigs(lab):
+    own = {lab.leading.rig: {"experiment": lab.leading.experiment}}
+    return own | {t.rig: {"experiment": t.experiment, "run": t.run} for t in lab.tests[1:]}
+
+
+def _targets(tests):
+    return [
+        {"rig": t.rig, "metric": metric}
+        | ({"discrepancy": t.discrepancy[metric]} if metric in t.discrepancy else {})
+        for t in tests
+        for metric in t.metrics
+    ]
+
+
+def page(lab: Laboratory) -> str:
+    """The text of the study's README.md: what was chosen, and where each given value went."""
+    rows = "\n".join(
+        f"| {r['test']} | {r['question']} | {r['value']} | {r['became']} |" for r in lab.given
+    )
+    chosen = "\n".join(f"- {s[0].upper()}{s[1:]}." for s in lab.said)
+    ranges = "\n".join(
+        f"| {f.name} | {f.low:g} | {f.high:g} | {f.description} |" for f in lab.factors
+    )
+    return f"""\
+# {lab.folder.name}
+
+`calibration run {lab.folder.as_posix()} joint` calibrates to all tests together.
+
+## Where each value went
+
+| test | question | value | became |
+|---|---|---|---|
+{rows}
+
+## What was chosen
+
+{chosen or "- Nothing beyond what was given."}
+
+## Ranges
+
+| factor | low | high | source |
+|---|---|---|---|
+{ranges}
+"""

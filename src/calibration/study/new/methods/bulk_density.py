@@ -1,0 +1,71 @@
+"""Bulk density of grains that were poured into a vessel."""
+
+import math
+
+from calibration.errors import CalibrationError
+from calibration.study.new.grains import Grains, filling
+from calibration.study.new.methods.declare import Entry, LaboratoryTest, Method, Question, rows_of
+
+WIDE = 10.0  # grains across the vessel
+LEAST = 7.0  # of the longest grain
+DEEP = 0.9  # of the vessel's width is filled
+
+
+def vessel(entry: Entry, grains: Grains) -> tuple[dict, str, float]:
+    """(run spec without taps, where the vessel's width went, depth of the bed [mm]): the
+    laboratory's own vessel where it is no wider than the simulated one has to be."""
+    diameter = grains.size(grains.diameter_mm)
+    needed = max(WIDE, LEAST * grains.longest) * diameter
+    own = entry.value("vessel", math.inf)
+    wide = own if LEAST * grains.longest * diameter <= own < needed else needed
+    count = filling(math.pi / 4 * wide**2 * DEEP * wide, diameter)
+    run = {
+        "particles": grains.particles(count, diameter),
+        "geometry": {"vessel_diameter_mm": round(wide, 4)},
+    }
+    went = (
+        "as given"
+        if wide == own
+        else f"not the rig's: it is {wide:.3g} mm, {wide / diameter:.0f} grains wide, of which the "
+        "density is taken to be that of a wider one"
+    )
+    return run, went, DEEP * wide
+
+
+def refuse_denser(entry: Entry, key: str, grains: Grains) -> None:
+    """Raise CalibrationError for a bed that is no lighter than its grains."""
+    for answer in entry.answers[key]:
+        if answer.value >= grains.density_kg_m3:
+            raise CalibrationError(
+                f"{answer.place}: {answer.text} is not below that of a grain; allowed: less than "
+                f"{grains.density_kg_m3:g} kg/m3 (the grain's density)"
+            )
+
+
+def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
+    """The experiment `bulk_density` without taps."""
+    refuse_denser(entry, "density", grains)
+    run, went, deep = vessel(entry, grains)
+    run["geometry"]["taps"] = 0
+    rows = rows_of(entry, "density", "bulk_density", "poured_density", "kg/m3")
+    places = {"density": "a target"} | ({"vessel": went} if entry.values("vessel") else {})
+    return LaboratoryTest(
+        "vessel", "bulk_density", run, rows, ("poured_density_kg_m3",), places,
+        lasts_s=0.5 + math.sqrt(2e-3 * deep / 9.81),
+    )  # fmt: skip
+
+
+METHOD = Method(
+    name="bulk-density",
+    title="Bulk density, poured",
+    about="Grains are poured into a vessel, struck off and weighed.",
+    questions=(
+        Question("density", "mass over volume, each reading", "poured_density_kg_m3",
+                 reading=True, needed=True, example="765 kg/m3"),
+        Question("vessel", "inner diameter of the vessel", "inner_diameter_mm", example="100 mm"),
+    ),
+    rank=20,
+    becomes=becomes,
+    spread=True,
+    leads=True,
+)  # fmt: skip

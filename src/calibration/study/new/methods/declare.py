@@ -1,0 +1,225 @@
+"""What a test method declares of itself: its questions, and what the answers become in a study.
+
+Each file of this folder holds one `METHOD`. The options of `dem new`, the workbook and the form of
+`dem serve` are made from these declarations, and nothing else lists the methods.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from calibration.errors import CalibrationError
+from calibration.intake.numbers_with_units import said_number
+from dem.units import UNITS, UnitError, has_unit, in_ascii, question, unit_of
+
+WALLS = ("steel", "aluminium", "glass", "acrylic", "wood")
+"""What a test's plate, cylinder or vessel may be of: hard against the softened grains, so that
+steel's elasticity stands for all. Rubber is not."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """One question of a method.
+
+    key: its name in options and its column in a workbook; text: how it is asked; unit: a key whose
+    ending is the answer's unit and whose plausible values are known (`drop_height_mm`), empty for a
+    number without a unit; words: the answers that are allowed, in place of a number; free: any
+    text; reading: whether it is what was read, of which there may be several; needed: whether the
+    method says nothing without it; least (not itself unless `whole`), most: of the number; whole: a
+    count; option: its own option of `dem new`, where it has one; example: an answer.
+    """
+
+    key: str
+    text: str
+    unit: str = ""
+    words: tuple[str, ...] = ()
+    free: bool = False
+    reading: bool = False
+    needed: bool = False
+    least: float = 0.0
+    most: float = math.inf
+    whole: bool = False
+    option: str = ""
+    example: str = ""
+
+    @property
+    def allowed(self) -> str:
+        """In words."""
+        if self.words:
+            return ", ".join(self.words)
+        if self.free:
+            return "text"
+        kind = "a whole number" if self.whole else "a number"
+        unit = in_ascii(unit_of(self.unit)) if self.unit else ""
+        limits = f", {self.least:g} to {self.most:g}" if self.most < math.inf else ""
+        return f"{kind}{f' in {unit}' if unit else ''}{limits}"
+
+    def read(self, text: str) -> float | str:
+        """The value of an answer. Raises CalibrationError for what cannot be one or is doubtful."""
+        text = text.strip()
+        if self.words:
+            word = text.casefold()
+            if word not in self.words:
+                raise CalibrationError(f"{text}: is not known; allowed: {self.allowed}")
+            return word
+        return text if self.free else self._number(text)
+
+    def _number(self, text):
+        try:
+            value = said_number(text, unit_of(self.unit) if self.unit else None)
+        except UnitError as error:
+            raise CalibrationError(f"{text}: {error}") from None
+        asked = None if has_unit(text.replace(",", ".")) else question(self.unit, value)
+        if asked:
+            raise CalibrationError(f"{text}: is doubtful: {asked}; its unit behind it settles it")
+        low = value >= self.least if self.whole else value > self.least
+        if not (low and value <= self.most) or (self.whole and value != round(value)):
+            least = "" if self.whole else "more than "
+            most = f" to {self.most:g}" if self.most < math.inf else ""
+            raise CalibrationError(
+                f"{text}: is out of range; allowed: {least}{self.least:g}{most}"
+                f"{', a whole number' if self.whole else ''}"
+            )
+        return value
+
+
+@dataclass(frozen=True)
+class Answer:
+    """An answer as it was given, its value, and where it stands: an option, a cell, a field."""
+
+    text: str
+    value: Any  # a number [the question's unit], or a word
+    place: str
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One test: its method and the answers {question's key: [Answer]}."""
+
+    method: "Method"
+    answers: Mapping[str, list[Answer]]
+
+    def values(self, key: str) -> list[Any]:
+        """All values of a question, none where it was not answered."""
+        return [a.value for a in self.answers.get(key, ())]
+
+    def value(self, key: str, otherwise: Any = None) -> Any:
+        """The value of a question with one answer; `otherwise` where there is none."""
+        return next(iter(self.values(key)), otherwise)
+
+    def place(self, key: str) -> str:
+        """Where a question was answered."""
+        return next((a.place for a in self.answers.get(key, ())), f"{self.method.title}, {key}")
+
+
+@dataclass(frozen=True)
+class LaboratoryTest:
+    """What an entry becomes in a study.
+
+    rig: name of the rig; experiment and run: how it is simulated; rows: rows of the table of
+    measured values; metrics: those of its rig that the joint study is calibrated to; discrepancy:
+    {metric: standard deviation} by which the rig may be wrong; ranges: {key of a run spec: (low,
+    high, source)} of factors that it measures; went: {question's key: where its answer went};
+    said: sentences for the screen; lasts_s: simulated time of a run, estimated; wall: what the
+    wall is of, where the test touches one.
+    """
+
+    rig: str
+    experiment: str
+    run: dict
+    rows: list[dict]
+    metrics: tuple[str, ...]
+    went: dict[str, str]
+    discrepancy: dict[str, float] = field(default_factory=dict)
+    ranges: dict[str, tuple[float, float, str]] = field(default_factory=dict)
+    said: tuple[str, ...] = ()
+    lasts_s: float = 1.0
+    wall: str | None = None
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to measure.
+
+    name: its option and its sheet; title: for a heading; about: what is done, in a sentence;
+    questions; becomes: becomes(entry, grains) -> `LaboratoryTest`, None where the answers describe
+    the grain; spread: whether a single reading needs a stated spread; own_options: whether each
+    question is an option of `dem new` by itself; rank: the order in which methods are asked, and
+    the lowest rank that was measured is what the study's chain is calibrated to; leads: whether it
+    can be.
+    """
+
+    name: str
+    title: str
+    about: str
+    questions: tuple[Question, ...]
+    rank: int
+    becomes: Callable[..., LaboratoryTest] | None = None
+    spread: bool = False
+    own_options: bool = False
+    leads: bool = False
+
+    @property
+    def readings(self) -> tuple[Question, ...]:
+        """The questions that are read, several times where the laboratory did."""
+        return tuple(q for q in self.asked if q.reading)
+
+    @property
+    def asked(self) -> tuple[Question, ...]:
+        """All questions, those of a stated spread among them."""
+        if not self.spread:
+            return self.questions
+        first = next(q for q in self.questions if q.reading)
+        return (*self.questions, *spread_of(first))
+
+    def question(self, key: str) -> Question | None:
+        """The question of a key, None where there is none."""
+        return next((q for q in self.asked if q.key == key), None)
+
+
+def spread_of(reading: Question) -> tuple[Question, Question]:
+    """The questions of a stated spread: standard deviation of one reading, and of how many the
+    value is the mean."""
+    return (
+        Question("sd", "standard deviation of one reading, where the value is a mean or the only "
+                 "one", unit=_plain(reading.unit)),
+        Question("n", "of how many readings the value is the mean", whole=True, least=1, most=1e6),
+    )  # fmt: skip
+
+
+def _plain(unit_key):
+    """The key's unit alone: a spread may be smaller than any plausible value."""
+    return next((f"spread{ending}" for ending in UNITS if unit_key.endswith(ending)), "")
+
+
+def rows_of(
+    entry: Entry, key: str, experiment: str, quantity: str, unit: str, **levers: float
+) -> list[dict]:
+    """Rows of the table of measured values: one a reading, or one mean with its spread."""
+    shared = {"experiment": experiment, "quantity": quantity, "unit": unit} | levers
+    values, sd = entry.values(key), entry.value("sd")
+    if sd is None:
+        return [shared | {"value": a.value, "note": a.place} for a in entry.answers[key]]
+    shared["note"] = entry.place(key)
+    return [shared | {"value": values[0], "sd": sd, "n": int(entry.value("n", 1))}]
+
+
+BAND_ERRORS, BAND_LEAST = 4.0, 0.2  # of a measured value
+
+
+def around(value: float, error: float) -> tuple[float, float]:
+    """(low, high) about a measured value: BAND_ERRORS of its standard errors to either side, and
+    BAND_LEAST of itself at least, so that the range does not decide what the data say."""
+    half = max(BAND_ERRORS * error, BAND_LEAST * value)
+    return round(max(value - half, 0.25 * value), 4), round(value + half, 4)
+
+
+def mean_and_error(rows: list[dict]) -> tuple[float, float]:
+    """Mean of rows and its standard error."""
+    values = [row["value"] for row in rows]
+    mean = sum(values) / len(values)
+    if len(values) == 1:
+        return mean, rows[0]["sd"] / math.sqrt(rows[0]["n"])
+    square = sum((v - mean) ** 2 for v in values) / (len(values) - 1)
+    return mean, math.sqrt(square / len(values))

@@ -1,0 +1,117 @@
+"""Grains that run out of a silo through an orifice."""
+
+import math
+
+from calibration.errors import CalibrationError
+from calibration.study.new.grains import Grains, filling
+from calibration.study.new.methods.declare import (
+    WALLS,
+    Answer,
+    Entry,
+    LaboratoryTest,
+    Method,
+    Question,
+    rows_of,
+)
+from dem.experiments.discharge import LEAST_WALL
+from dem.flow import FREE_FLOW_RATIO
+
+DEEP = 2.4  # bed over orifice; at 2 the flow begins to go with the depth
+
+
+def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
+    """The experiment `discharge` through the laboratory's own orifice; a time of a mass counts as
+    its mean flow."""
+    orifice = entry.value("orifice")
+    diameter = _size(entry, grains, orifice)
+    least = LEAST_WALL * orifice
+    own = entry.value("silo", least)
+    if own < least:
+        raise CalibrationError(
+            f"{entry.place('silo')}: {own:g} mm is less than {LEAST_WALL:g} orifices, so that its "
+            f"wall sets the flow; allowed: {least:g} mm or more"
+        )
+    count = filling(math.pi / 4 * least**2 * DEEP * orifice, diameter, 0.55)
+    geometry = {"orifice_diameter_mm": orifice, "silo_diameter_mm": round(least, 4)}
+    if entry.values("half_angle"):
+        geometry["hopper_half_angle_deg"] = entry.value("half_angle")
+    rows, flow = _rows(entry, orifice)
+    went = {k: "as given" for k in ("orifice", "half_angle") if entry.values(k)}
+    went |= {k: "a target, as mass flow" for k in ("flow", "time") if entry.values(k)}
+    if entry.values("mass"):
+        went["mass"] = "over the time: the mass flow. The rig's own mass is smaller"
+    if entry.values("silo"):
+        went["silo"] = f"not the rig's: it is {least:.3g} mm, {LEAST_WALL:g} orifices wide"
+    if entry.values("wall"):
+        went["wall"] = "the wall that friction and restitution are of"
+    lasts = count * grains.density_kg_m3 * 1e-6 * math.pi / 6 * diameter**3 / flow
+    return LaboratoryTest(
+        "silo", "discharge",
+        {"particles": grains.particles(count, diameter), "geometry": geometry,
+         "numerics": {"max_time_s": round(max(10.0, 3.0 * lasts), 1)}},
+        rows, ("mass_flow_g_s",), went, said=_said(grains, diameter), lasts_s=lasts + 0.5,
+        wall=entry.value("wall"),
+    )  # fmt: skip
+
+
+def _size(entry, grains, orifice):
+    diameter = grains.size(grains.diameter_mm)
+    length = grains.longest * diameter
+    if orifice < FREE_FLOW_RATIO * length:
+        raise CalibrationError(
+            f"{entry.place('orifice')}: {orifice:g} mm is {orifice / length:.1f} of the longest "
+            f"simulated grain ({length:.3g} mm): arches stop the flow; allowed: "
+            f"{FREE_FLOW_RATIO * length:.3g} mm or more. A wider orifice in the laboratory helps"
+        )
+    return diameter
+
+
+def _rows(entry, orifice):
+    """(rows, mean flow [g/s]) of flows, or of the time of a mass."""
+    if bool(entry.values("flow")) == bool(entry.values("time")):
+        raise CalibrationError(
+            f"{entry.place('orifice')}: a discharge needs its flow, or its time and mass; allowed: "
+            "one of the two"
+        )
+    if not entry.values("flow"):
+        mass = entry.value("mass")
+        if mass is None:
+            raise CalibrationError(f"{entry.place('time')}: needs the mass that ran out (mass)")
+        flows = [Answer(a.text, 1e3 * mass / a.value, a.place) for a in entry.answers["time"]]
+        answers = dict(entry.answers) | {"flow": flows}
+        if entry.values("sd"):
+            share = entry.value("sd") / entry.value("time")
+            answers["sd"] = [Answer("", share * flows[0].value, entry.place("sd"))]
+        entry = Entry(entry.method, answers)
+    rows = rows_of(entry, "flow", "discharge", "mass_flow", "g/s", orifice_diameter_mm=orifice)
+    flows = entry.values("flow")
+    return rows, sum(flows) / len(flows)
+
+
+def _said(grains, diameter):
+    larger = grains.enlarged(diameter)
+    return (f"the silo's grains are {larger}: its flow is that of larger grains",) if larger else ()
+
+
+METHOD = Method(
+    name="discharge",
+    title="Discharge through an orifice",
+    about="A silo or hopper runs empty, and the mass over time is read.",
+    questions=(
+        Question("flow", "mass in a second, each reading", "mass_flow_g_s", reading=True,
+                 example="45 g/s"),
+        Question("time", "or the time in which a mass ran out", "emptying_time_s", reading=True,
+                 example=""),
+        Question("mass", "the mass that ran out in that time", "mass_kg", example=""),
+        Question("orifice", "diameter of the orifice", "orifice_diameter_mm", needed=True,
+                 example="35 mm"),
+        Question("silo", "inner diameter of the silo", "inner_diameter_mm", example="150 mm"),
+        Question("half_angle", "hopper's wall from the vertical; 90 is a flat bottom",
+                 "hopper_half_angle_deg", most=90.0, example="90"),
+        Question("wall", "what the silo is of", words=WALLS, example="steel"),
+    ),
+    rank=30,
+    becomes=becomes,
+    spread=True,
+    leads=True,
+)  # fmt: skip

@@ -1,0 +1,79 @@
+"""A grain dropped on a plate: how high it rebounds."""
+
+import math
+
+from calibration.errors import CalibrationError
+from calibration.study.new.grains import Grains
+from calibration.study.new.methods.declare import (
+    WALLS,
+    Entry,
+    LaboratoryTest,
+    Method,
+    Question,
+    around,
+    mean_and_error,
+    rows_of,
+)
+
+KEY = "contacts.particle_wall.restitution"
+SMALLEST_MM = 0.3
+"""Diameter below which drag decides a fall: a grain of 0.3 mm and 2.5 g/cm3 sinks in air at no
+more than 2 m/s."""
+
+
+def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
+    """The experiment `drop` at the laboratory's height; its restitution is the root of rebound
+    over height, as falls of millimetre grains are (no drag)."""
+    height = entry.value("height")
+    for answer in entry.answers["rebound"]:
+        if answer.value >= height:
+            raise CalibrationError(
+                f"{answer.place}: a rebound of {answer.value:g} mm is not below the drop from "
+                f"{height:g} mm"
+            )
+    if grains.diameter_mm < SMALLEST_MM:
+        raise CalibrationError(
+            f"{entry.place('rebound')}: grains of {grains.diameter_mm:g} mm do not bounce as in a "
+            f"vacuum; allowed: {SMALLEST_MM:g} mm or more. Leave the drop out; a discharge tells "
+            "what grains lose"
+        )
+    rows = rows_of(entry, "rebound", "drop", "rebound_height", "mm", drop_height_mm=height)
+    mean, error = mean_and_error(rows)
+    restitution = math.sqrt(mean / height)
+    spread = 0.5 * restitution * error / mean
+    source = (
+        f"measured: a rebound of {mean:.4g} mm from {height:g} mm is a restitution of "
+        f"{restitution:.3f} ± {spread:.3f}"
+    )
+    went = {"rebound": f"a target, and the range of restitution on the wall ({restitution:.3f})"}
+    went["height"] = "as given"
+    if entry.values("wall"):
+        went["wall"] = "the wall that friction and restitution are of"
+    said = [source]
+    if grains.spheres:
+        said.append(
+            "the dropped grain is a sphere of your grain's volume: one that is long loses part of "
+            "its rebound to spin, so that the restitution may come out low"
+        )
+    return LaboratoryTest(
+        "drop", "drop",
+        {"particles": {"count": 1} | grains.single(), "geometry": {"drop_height_mm": height}},
+        rows, ("rebound_height_mm",), went, ranges={KEY: (*around(restitution, spread), source)},
+        said=tuple(said), lasts_s=0.0, wall=entry.value("wall"),
+    )  # fmt: skip
+
+
+METHOD = Method(
+    name="drop",
+    title="Drop test",
+    about="A grain falls on a plate, and the height of its rebound is read.",
+    questions=(
+        Question("rebound", "height of the rebound, each reading", "rebound_height_mm",
+                 reading=True, needed=True, example="78 mm"),
+        Question("height", "height of the drop", "drop_height_mm", needed=True, example="300 mm"),
+        Question("wall", "what the plate is of", words=WALLS, example="steel"),
+    ),
+    rank=40,
+    becomes=becomes,
+    spread=True,
+)  # fmt: skip

@@ -1,0 +1,158 @@
+"""A heap poured through a funnel onto a plate: its angle of repose."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from calibration.errors import CalibrationError
+from calibration.study.new.grains import Grains
+from calibration.study.new.methods.declare import (
+    WALLS,
+    Entry,
+    LaboratoryTest,
+    Method,
+    Question,
+    rows_of,
+)
+from dem.experiments.heap import MIN_ORIFICE_RATIO
+
+if TYPE_CHECKING:  # the options are made from this file, and most commands need no more of it
+    from calibration.study.new.heap import Heap
+
+NARROW = 5.0  # simulated grains across the orifice, below which it may clog
+
+
+def heap_of(entry: Entry, grains: Grains) -> "Heap":
+    """`Heap` of the answers. Raises CalibrationError for a rig in which no heap can be poured."""
+    from calibration.study.new.heap import Heap
+
+    angles = entry.values("measured")
+    heap = Heap(
+        diameter_mm=grains.diameter_mm,
+        density_kg_m3=grains.density_kg_m3,
+        orifice_diameter_mm=entry.value("orifice"),
+        plate_diameter_mm=entry.value("plate"),
+        discharge_height_mm=entry.value("height"),
+        angle_deg=sum(angles) / len(angles),
+        shear_modulus_Pa=grains.shear_modulus_Pa,
+        mass_flow_g_s=entry.value("rate"),
+        plate_rim_height_mm=entry.value("rim", 0.0),
+        least_restitution=grains.least_restitution,
+    )
+    _check(entry, heap, grains)
+    return heap
+
+
+def _check(entry, heap, grains):
+    """Refuse a rig that no grain passes, or that a heap of the measured angle would touch."""
+    length = grains.longest * grains.diameter_mm
+    across = heap.orifice_diameter_mm / length
+    if across < NARROW:
+        clogs = "any funnel clogs" if across < MIN_ORIFICE_RATIO else "most runs would clog"
+        raise CalibrationError(
+            f"{entry.place('orifice')}: {heap.orifice_diameter_mm:g} mm is {across:.1f} of the "
+            f"longest grain ({length:.3g} mm): {clogs}; allowed: {NARROW * length:.3g} mm or more, "
+            "or a lifted cylinder in its place"
+        )
+    if heap.plate_diameter_mm <= heap.orifice_diameter_mm:
+        raise CalibrationError(
+            f"{entry.place('plate')}: {heap.plate_diameter_mm:g} mm is no wider than the orifice; "
+            f"allowed: more than {heap.orifice_diameter_mm:g} mm"
+        )
+    if heap.discharge_height_mm <= heap.apex_mm:
+        raise CalibrationError(
+            f"{entry.place('height')}: a heap of {heap.angle_deg:.1f}° on the plate stands "
+            f"{heap.apex_mm:.3g} mm high and would reach the orifice at "
+            f"{heap.discharge_height_mm:g} mm; allowed: more than that"
+        )
+    if heap.mass_flow_g_s is not None and heap.feed_share >= 1.0:
+        raise CalibrationError(
+            f"{entry.place('rate')}: the orifice passes about "
+            f"{heap.mass_flow_g_s / heap.feed_share:.3g} g/s (Beverloo 1961); allowed: less"
+        )
+
+
+def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
+    """The experiment `heap` in the laboratory's own funnel."""
+    heap = heap_of(entry, grains)
+    longest = heap.orifice_diameter_mm / (NARROW * grains.longest)
+    simulated = heap.of_at_most(grains.most)
+    diameter = grains.size(min(simulated.diameter_mm, longest))
+    simulated = replace(heap, diameter_mm=round(diameter, 4))
+    mouth = max(heap.plate_diameter_mm, 2 * heap.orifice_diameter_mm)
+    geometry = {
+        "orifice_diameter_mm": heap.orifice_diameter_mm,
+        "plate_diameter_mm": heap.plate_diameter_mm,
+        "discharge_height_mm": heap.discharge_height_mm,
+        "funnel_top_diameter_mm": mouth,
+        "generation_rate_per_s": round(simulated.feed_per_s),
+    }
+    if heap.plate_rim_height_mm:
+        geometry["plate_rim_height_mm"] = heap.plate_rim_height_mm
+    lasts = simulated.pouring_s + 1.5
+    run = {
+        "particles": grains.particles(simulated.count, diameter),
+        "geometry": geometry,
+        "numerics": {
+            "max_time_s": round(max(12.0, 2 * simulated.pouring_s + 5), 1),
+            "rayleigh_fraction": simulated.rayleigh_fraction,
+        },
+    }
+    rows = rows_of(entry, "measured", "heap", "angle_of_repose", "deg")
+    own = ("orifice", "plate", "height", "rim")
+    went = {k: "as given" for k in own if entry.values(k)}
+    went["measured"] = "a target"
+    if entry.values("rate"):
+        went["rate"] = f"grains made: {simulated.feed_per_s:.0f} a second, the same mass"
+    if entry.values("wall"):
+        went["wall"] = "the wall that friction and restitution are of"
+    return LaboratoryTest(
+        "heap", "heap", run, rows, ("angle_of_repose_deg",), went,
+        said=_said(entry, simulated, grains, diameter), lasts_s=lasts, wall=entry.value("wall"),
+    )  # fmt: skip
+
+
+def _said(entry, heap, grains, diameter):
+    from calibration.study.config.schema import COARSER
+
+    fed = "as given" if entry.values("rate") else "assumed"
+    covers = (
+        f"{heap.count:,} grains cover the plate; the funnel is fed {heap.feed_share:.0%} of what "
+        f"its orifice passes (Beverloo 1961; {fed})"
+    )
+    larger = grains.enlarged(diameter)
+    across = heap.orifice_diameter_mm / (grains.longest * diameter * COARSER["quick"] ** (1 / 3))
+    narrow = (
+        f"the quick profile's larger grains may clog the orifice ({across:.1f} of them across)"
+        if across < NARROW
+        else ""
+    )
+    return tuple(s for s in (covers, f"its grains are {larger}" if larger else "", narrow) if s)
+
+
+METHOD = Method(
+    name="funnel",
+    title="Funnel heap",
+    about="Grains run through a funnel onto a plate, and the angle of the heap is read.",
+    questions=(
+        Question("measured", "measured angles of repose, each reading; in an option also the table "
+                 "or photographs that hold them", "angle_of_repose_deg", reading=True,
+                 needed=True, most=89.0, option="measured", example="26.1"),
+        Question("orifice", "diameter of the funnel's orifice", "orifice_diameter_mm",
+                 needed=True, option="orifice", example="25 mm"),
+        Question("plate", "diameter of the base plate", "plate_diameter_mm", needed=True,
+                 option="plate", example="100 mm"),
+        Question("height", "orifice above the plate; where pouring ended as the heap "
+                 "touched the funnel (a fixed funnel), a little above the heap",
+                 "discharge_height_mm", needed=True, option="height", example="75 mm"),
+        Question("rim", "height of the plate's rim, where it has one", "plate_rim_height_mm",
+                 option="rim", example=""),
+        Question("rate", "mass poured in a second, where it was measured", "mass_flow_g_s",
+                 option="rate", example=""),
+        Question("wall", "what the plate is of", words=WALLS, option="plate-of", example="steel"),
+    ),
+    rank=10,
+    becomes=becomes,
+    spread=True,
+    own_options=True,
+    leads=True,
+)  # fmt: skip

@@ -1,0 +1,120 @@
+"""A heap that an open cylinder leaves when it is lifted: its angle of repose."""
+
+import math
+
+from calibration.errors import CalibrationError
+from calibration.study.new.grains import Grains, filling, volume_mm3
+from calibration.study.new.methods.declare import (
+    WALLS,
+    Entry,
+    LaboratoryTest,
+    Method,
+    Question,
+    rows_of,
+)
+
+ACROSS = 10.0  # longest grains across a cylinder that is assumed
+LEAST = 5.0  # of them across any cylinder
+DEEP = 1.5  # depth of the grains over the cylinder's width, assumed
+SPEED = 20.0  # mm/s, assumed: slow enough that the grains follow the rim
+ROOM = 1.6  # of the plate over the width of a cone of the measured angle
+RIG_ASSUMED = 2.0
+"""Standard deviation [deg] by which the angle may be off where the cylinder's width is assumed:
+the rig moves it by degrees. A choice of this project, no source."""
+
+
+def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
+    """The experiment `lifted_cylinder`, as wide and as full as was told."""
+    longest = grains.longest * grains.size(grains.diameter_mm)
+    wide = entry.value("cylinder", ACROSS * longest)
+    deep = entry.value("depth", DEEP * wide)
+    diameter = _size(entry, grains, wide, deep)
+    count = filling(math.pi / 4 * wide**2 * deep, diameter)
+    angles = entry.values("angle")
+    plate = entry.value("plate", _plate(count * volume_mm3(diameter) / 0.6, angles, wide))
+    run = {
+        "particles": grains.particles(count, diameter),
+        "geometry": {
+            "cylinder_diameter_mm": round(wide, 3),
+            "plate_diameter_mm": round(plate, 3),
+            "lift_speed_mm_s": entry.value("speed", SPEED),
+        },
+        "numerics": {"max_time_s": 5.0},
+    }
+    rows = rows_of(entry, "angle", "lifted_cylinder", "angle_of_repose", "deg")
+    assumed = not entry.values("cylinder")
+    went = {k: "as given" for k in ("cylinder", "plate", "speed") if entry.values(k)}
+    went["angle"] = "a target"
+    if entry.values("depth"):
+        went["depth"] = f"{count:.0f} grains of {diameter:.3g} mm, as deep"
+    if entry.values("wall"):
+        went["wall"] = "the wall that friction and restitution are of"
+    return LaboratoryTest(
+        "cylinder", "lifted_cylinder", run, rows, ("angle_of_repose_deg",), went,
+        discrepancy={"angle_of_repose_deg": RIG_ASSUMED} if assumed else {},
+        said=_said(entry, grains, diameter, wide, deep, count),
+        lasts_s=1.2 * deep / entry.value("speed", SPEED) + 1.0, wall=entry.value("wall"),
+    )  # fmt: skip
+
+
+def _size(entry, grains, wide, deep):
+    """Diameter of the simulated grains [mm]: at most `grains.most` fill the cylinder, and LEAST
+    fit across it. Raises CalibrationError for a cylinder that is too narrow for the laboratory's
+    own."""
+    limit = wide / (LEAST * grains.longest)
+    if grains.size(grains.diameter_mm) > limit:
+        length = grains.longest * grains.size(grains.diameter_mm)
+        raise CalibrationError(
+            f"{entry.place('cylinder')}: {wide:g} mm is {wide / length:.1f} of the longest "
+            f"simulated grain ({length:.3g} mm); allowed: {LEAST:g} or more"
+        )
+    own = filling(math.pi / 4 * wide**2 * deep, grains.diameter_mm)
+    wanted = grains.diameter_mm * max(own / grains.most, 1.0) ** (1 / 3)
+    return grains.size(min(wanted, limit))
+
+
+def _plate(bulk, angles, wide):
+    """Width [mm] of a plate that a heap of `bulk` [mm3] at the measured angle does not cover."""
+    slope = math.tan(math.radians(sum(angles) / len(angles)))
+    cone = 2.0 * (3.0 * bulk / (math.pi * slope)) ** (1.0 / 3.0)
+    return math.ceil(max(ROOM * cone, 2.0 * wide))
+
+
+def _said(entry, grains, diameter, wide, deep, count):
+    found = []
+    assumed = [k for k in ("cylinder", "depth", "speed") if not entry.values(k)]
+    if assumed:
+        words = {"cylinder": f"{wide:.3g} mm wide", "depth": f"filled {deep:.3g} mm deep",
+                 "speed": f"lifted at {SPEED:g} mm/s"}  # fmt: skip
+        found.append(
+            f"assumed of the cylinder, as it was not told: {', '.join(words[k] for k in assumed)}. "
+            f"The rig moves the angle by degrees: give {', '.join(f'{k}=' for k in assumed)}"
+        )
+        if "cylinder" in assumed:
+            found.append(
+                f"until then the angle counts with ± {RIG_ASSUMED:g}° beside its own error"
+            )
+    larger = grains.enlarged(diameter)
+    return (*found, f"{count:.0f} grains fill the cylinder" + (f", of {larger}" if larger else ""))
+
+
+METHOD = Method(
+    name="lifted-cylinder",
+    title="Lifted cylinder",
+    about="An open cylinder on a plate is filled and lifted, and the angle of the heap is read.",
+    questions=(
+        Question("angle", "angle of repose, each reading", "angle_of_repose_deg", reading=True,
+                 needed=True, most=89.0, example="26.1"),
+        Question("cylinder", "inner diameter of the cylinder", "inner_diameter_mm",
+                 example="60 mm"),
+        Question("depth", "depth of the grains in it before the lift", "depth_mm",
+                 example="90 mm"),
+        Question("speed", "speed of the lift", "lift_speed_mm_s", example="20 mm/s"),
+        Question("plate", "diameter of the base plate", "plate_diameter_mm", example=""),
+        Question("wall", "what cylinder and plate are of", words=WALLS, example="steel"),
+    ),
+    rank=11,
+    becomes=becomes,
+    spread=True,
+    leads=True,
+)  # fmt: skip

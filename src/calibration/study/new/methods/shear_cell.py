@@ -1,0 +1,57 @@
+"""Points of a yield locus: shear stress under a load in a shear cell."""
+
+from calibration.study.new.grains import Grains
+from calibration.study.new.methods.declare import Entry, LaboratoryTest, Method, Question, rows_of
+
+INNER, OUTER, COUNT = 10.0, 22.0, 1300
+"""Walls of the ring in longest grains, and the grains in it: the salt's ring, in which they lie
+four deep."""
+
+
+def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
+    """The experiment `shear` under the entry's load, in a ring that is as wide as the grains
+    need."""
+    load = entry.value("load")
+    diameter = grains.size(grains.diameter_mm)
+    length = grains.longest * diameter
+    geometry = {
+        "normal_stress_kPa": load,
+        "inner_diameter_mm": round(INNER * length, 4),
+        "outer_diameter_mm": round(OUTER * length, 4),
+        "shear_speed_mm_s": round(15.0 * length, 4),
+        "preshear_displacement_mm": round(2.0 * length, 4),
+        "shear_displacement_mm": round(3.0 * length, 4),
+    }
+    if entry.values("preshear"):
+        geometry["preshear_normal_stress_kPa"] = entry.value("preshear")
+    rows = rows_of(entry, "stress", "shear", "shear_stress", "kPa", normal_stress_kPa=load)
+    went = {k: "as given" for k in ("load", "preshear") if entry.values(k)}
+    went["stress"] = "a target"
+    count = COUNT * grains.longest**3
+    return LaboratoryTest(
+        f"shear_{load:g}_kPa".replace(".", "_"), "shear",
+        {"particles": grains.particles(count, diameter), "geometry": geometry},
+        rows, ("shear_stress_kPa",), went, lasts_s=0.7,
+        said=() if diameter == grains.diameter_mm else
+        (f"the ring's grains are {grains.enlarged(diameter)}",),
+    )  # fmt: skip
+
+
+METHOD = Method(
+    name="shear-cell",
+    title="Shear cell",
+    about="Grains are sheared under a load, and the peak of the shear stress is read; a test a "
+    "load.",
+    questions=(
+        Question("stress", "peak of the shear stress, each reading", "shear_stress_kPa",
+                 reading=True, needed=True, example="1.9 kPa"),
+        Question("load", "normal stress under which it was sheared", "normal_stress_kPa",
+                 needed=True, example="2 kPa"),
+        Question("preshear", "normal stress of the pre-shear", "preshear_normal_stress_kPa",
+                 example="6 kPa"),
+    ),
+    rank=31,
+    becomes=becomes,
+    spread=True,
+    leads=True,
+)  # fmt: skip

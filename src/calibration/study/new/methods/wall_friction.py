@@ -1,0 +1,66 @@
+"""Friction of a bed on a plate under a load (Jenike)."""
+
+from calibration.errors import CalibrationError
+from calibration.study.new.grains import Grains
+from calibration.study.new.methods.declare import (
+    WALLS,
+    Entry,
+    LaboratoryTest,
+    Method,
+    Question,
+    rows_of,
+)
+
+ACROSS, COUNT = 12.0, 800
+"""Longest grains across the ring, and the grains in it: the experiment's own."""
+
+
+def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
+    """The experiment `wall_friction` under the entry's load."""
+    if bool(entry.values("stress")) == bool(entry.values("angle")):
+        raise CalibrationError(
+            f"{entry.place('load')}: wall friction needs the shear stress or its angle; allowed: "
+            "one of the two"
+        )
+    load = entry.value("load")
+    diameter = grains.size(grains.diameter_mm)
+    length = grains.longest * diameter
+    geometry = {
+        "normal_stress_kPa": load,
+        "ring_diameter_mm": round(ACROSS * length, 4),
+        "slide_speed_mm_s": round(10.0 * length, 4),
+        "slide_mm": round(2.0 * length, 4),
+    }
+    key, quantity, unit, metric = (
+        ("stress", "wall_shear_stress", "kPa", "wall_shear_stress_kPa")
+        if entry.values("stress")
+        else ("angle", "wall_friction_angle", "deg", "wall_friction_angle_deg")
+    )
+    rows = rows_of(entry, key, "wall_friction", quantity, unit, normal_stress_kPa=load)
+    went = {key: "a target", "load": "as given"}
+    if entry.values("wall"):
+        went["wall"] = "the wall that friction and restitution are of"
+    return LaboratoryTest(
+        f"wall_{load:g}_kPa".replace(".", "_"), "wall_friction",
+        {"particles": grains.particles(COUNT * grains.longest**2, diameter), "geometry": geometry},
+        rows, (metric,), went, lasts_s=0.6, wall=entry.value("wall"),
+    )  # fmt: skip
+
+
+METHOD = Method(
+    name="wall-friction",
+    title="Wall friction",
+    about="A bed under a load slides on a plate; a test a load.",
+    questions=(
+        Question("stress", "shear stress on the plate, each reading", "wall_shear_stress_kPa",
+                 reading=True, example="0.6 kPa"),
+        Question("angle", "or the angle of wall friction", "wall_friction_angle_deg",
+                 reading=True, most=89.0, example=""),
+        Question("load", "normal stress", "normal_stress_kPa", needed=True, example="2 kPa"),
+        Question("wall", "what the plate is of", words=WALLS, example="steel"),
+    ),
+    rank=32,
+    becomes=becomes,
+    spread=True,
+    leads=True,
+)  # fmt: skip

@@ -1,0 +1,112 @@
+"""The methods' questions as options of `dem new`, and the options' words as answers."""
+
+import argparse
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from calibration.study.new.answers import Raw, words_of
+from calibration.study.new.grains import FINE_MM
+from calibration.study.new.methods import Question, methods
+
+MANY = ("measured",)
+"""Options of a single question that take several words."""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add an option for each question that has one by itself, and for each other method one that
+    takes its readings and key=value."""
+    for method in methods().values():
+        group = parser.add_argument_group(method.title, method.about)
+        for q in (q for q in method.questions if q.option):
+            shape: dict[str, Any] = {"nargs": "+", "metavar": "X"} if q.option in MANY else {}
+            group.add_argument(f"--{q.option}", dest=_dest(q), help=_help(q), **shape)
+        if _has_words(method):
+            group.add_argument(
+                f"--{method.name}", nargs="+", action="append", default=[], metavar="X",
+                dest=f"method_{method.name}", help=_words_help(method),
+            )  # fmt: skip
+
+
+def _dest(q):
+    return q.option.replace("-", "_")
+
+
+def _has_words(method):
+    return bool(method.becomes or not method.own_options)
+
+
+def _help(q):
+    example = f": {q.example}" if q.example else ""
+    return f"{q.text}{example}".replace("%", "%%")
+
+
+def _words_help(method):
+    first = method.readings[0]
+    rest = [q for q in method.asked if q not in method.readings[:1]]
+    if not method.becomes:
+        columns = " x ".join(q.key for q in method.readings)
+        return f"{columns}, a word a grain: " + "x".join(q.example for q in method.readings)
+    keys = "; ".join(f"{q.key}= {q.text}" for q in rest)
+    return f"{first.text}: {first.example}; beside it {keys}".replace("%", "%%")
+
+
+def tells_a_laboratory(args: argparse.Namespace) -> bool:
+    """Whether the options tell more than a funnel's heap of dry, coarse grains, beside which a bulk
+    density alone may stand."""
+    told = [name for name in methods() if getattr(args, f"method_{name}", None)]
+    if told and told != ["bulk-density"]:
+        return True
+    funnel = args.measured or args.orifice
+    return bool((told and not funnel) or args.moisture or args.plate_of or _is_fine(args.grain))
+
+
+def _is_fine(text):
+    """Whether a diameter is that of grains that stick; what cannot be read is told later."""
+    from calibration.intake.numbers_with_units import said_number
+    from dem.units import UnitError, has_unit, question
+
+    try:
+        value = said_number(text, "mm") if text else FINE_MM
+    except UnitError:
+        return False
+    return value < FINE_MM and (has_unit(text) or not question("diameter_mm", value))
+
+
+def raws_of(args: argparse.Namespace) -> list[Raw]:
+    """[Raw] of all that the options tell. Raises CalibrationError for angles in a table or in
+    photographs that cannot be read."""
+    found = []
+    for method in methods().values():
+        single = _single(method, args)
+        entries = getattr(args, f"method_{method.name}", None) or ([[]] if single else [])
+        for k, words in enumerate(entries):
+            raw = words_of(method, words, f"option --{method.name}")
+            answers = dict(raw.answers) | (single if k == 0 else {})
+            found.append(Raw(method.name, answers, raw.place))
+    return found
+
+
+def _single(method, args):
+    """{key: [(text, place)]} of a method's questions that have options by themselves."""
+    return {
+        q.key: list(_texts(q, args))
+        for q in method.questions
+        if q.option and getattr(args, _dest(q), None)
+    }
+
+
+def _texts(q: Question, args: argparse.Namespace) -> Iterator[tuple[str, str]]:
+    given = getattr(args, _dest(q))
+    place = f"option --{q.option}"
+    if q.option == "measured":
+        for value in _angles(given, args):
+            yield f"{value:.6g}", place
+    else:
+        yield str(given), place
+
+
+def _angles(given: Sequence[str], args: argparse.Namespace) -> list[float]:
+    """Angles [deg] of numbers, of a table or of photographs."""
+    from calibration.study.new.questions import measured_angles
+
+    return measured_angles(list(given), getattr(args, "sheet", None))

@@ -1,0 +1,290 @@
+"""`dem new` from all tests of a laboratory: what the answers become, and that none is dropped.
+Expected numbers are worked out by hand or from closed forms."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+from calibration.errors import CalibrationError
+from calibration.interface.commands import main
+from calibration.runs.feasibility import check_ahead
+from calibration.study.config import parse_config
+from calibration.study.config.joint import read_joint_target
+from calibration.study.factors import read_factors
+from calibration.study.new.answers import separate
+from calibration.study.new.grains import clump_of_axes
+from calibration.study.new.methods import methods
+from dem.clump import fault, shape_of
+
+WHEAT = (
+    "--lifted-cylinder 26.1,27.4,28.0,26.8,27.9 --bulk-density 765kg/m3 sd=6kg/m3 n=5 "
+    "--drop 78mm sd=4mm n=10 height=300mm wall=steel --tilted-plane 21 sd=1 n=5 wall=steel "
+    "--axes 6.2x3.3x2.9mm --density 1.32g/cm3"
+).split()
+POWDER = (
+    "--lifted-cylinder 51 52 53 cylinder=50mm depth=60mm speed=20mm/s --moisture moist "
+    "--bulk-density 0.9g/cm3 0.91g/cm3 --density 2.7g/cm3 --grain 0.05mm "
+    "--shear-cell 1.9kPa load=2kPa --shear-cell 3.4kPa load=4kPa "
+    "--shear-cell 4.8kPa load=6kPa --shear-cell 6.4kPa load=8kPa"
+).split()
+SIEVE = "Siebweite [mm];Durchgang [%]\n16;100\n8;60\n4;20\n2;0\n"
+GRAVEL = (
+    "--funnel 36 37 38 orifice=120mm plate=400mm height=250mm --density 2650kg/m3 "
+    "--sieve sieve.csv --bulk-density 1500kg/m3 1520kg/m3"
+).split()
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "sieve.csv").write_text(SIEVE)
+    return tmp_path
+
+
+def begun(name, options):
+    assert main(["new", name, *options, "--no-pilot"]) == 0
+    return parse_config(
+        yaml.safe_load(Path(name, "config.yaml").read_text()), files=[f"{name}/config.yaml"]
+    )
+
+
+def measured(config):
+    return {(t.rig, t.metric): read_joint_target(config, t) for t in config.targets}
+
+
+def test_wheat_becomes_four_rigs_on_one_calibration(here, capsys):
+    config = begun("wheat", WHEAT)
+    rigs = {name: rig.experiment for name, rig in config.rigs.items()}
+    assert rigs == {"cylinder": "lifted_cylinder", "vessel": "bulk_density", "drop": "drop",
+                    "plane": "tilt"}  # fmt: skip
+    found = measured(config)
+    angle = found["cylinder", "angle_of_repose_deg"]
+    values = [26.1, 27.4, 28.0, 26.8, 27.9]
+    assert angle.mean[0] == pytest.approx(np.mean(values))
+    assert angle.covariance[0, 0] == pytest.approx(np.var(values, ddof=1) / 5)
+    rebound = found["drop", "rebound_height_mm"]
+    assert (rebound.mean[0], rebound.covariance[0, 0]) == pytest.approx((78.0, 16.0 / 10))
+    assert config.rigs["drop"].run["geometry"]["drop_height_mm"] == 300
+    # (6.2 * 3.3 * 2.9) ** (1/3) = 3.900 mm
+    assert config.rigs["drop"].run["particles"]["diameter_mm"] == pytest.approx(3.900, abs=5e-4)
+    factors = {f.key: f for f in read_factors(config.factors)}
+    wall = factors["contacts.particle_wall.restitution"]
+    assert wall.centre == pytest.approx(math.sqrt(78 / 300), abs=1e-3)
+    assert "78 mm" in wall.description
+    friction = factors["contacts.particle_wall.static_friction"]
+    assert friction.centre == pytest.approx(math.tan(math.radians(21)), abs=1e-3)
+    assert config.run["particles"]["clump"]["file"] == "wheat/clump.csv"
+    assert config.target.metric == "angle_of_repose_deg"
+    check_ahead(config)
+    said = capsys.readouterr().out
+    assert "assumed of the cylinder" in said
+    assert config.targets[0].discrepancy > 0.0
+
+
+def test_a_cylinder_that_is_told_counts_without_doubt(here, capsys):
+    told = ["cylinder=60mm", "depth=80mm", "speed=15mm/s"]
+    config = begun("wheat", [WHEAT[0], WHEAT[1], *told, *WHEAT[2:]])
+    assert "assumed of the cylinder" not in capsys.readouterr().out
+    assert config.targets[0].discrepancy == 0.0
+    geometry = config.run["geometry"]
+    assert (geometry["cylinder_diameter_mm"], geometry["lift_speed_mm_s"]) == (60.0, 15.0)
+
+
+@pytest.mark.parametrize("options", [WHEAT, POWDER, GRAVEL], ids=["wheat", "powder", "gravel"])
+def test_no_value_that_was_given_is_dropped(here, options):
+    begun("own", options)
+    given = pd.read_csv("own/given.csv", dtype=str)
+    assert given["became"].notna().all()
+    page = Path("own/README.md").read_text()
+    values = [
+        v
+        for word in options
+        if not word.startswith("--")
+        for v in separate(word.split("=")[-1])
+        if "x" not in v
+    ]
+    told = list(given["value"])
+    for value in values:
+        assert value in told, value
+        told.remove(value)
+        assert f"| {value} |" in page
+
+
+def test_a_moist_powder_sticks_and_is_said_to_be_coarse(here, capsys):
+    config = begun("lime", POWDER)
+    assert config.run["laws"]["cohesion"] == "jkr"
+    factors = {f.key: f for f in read_factors(config.factors)}
+    energy = factors["law_parameters.surface_energy_J_m2"]
+    diameter = config.run["particles"]["diameter_mm"]
+    # 3 pi g R/2 over the weight of a grain
+    weight = math.pi / 6 * (1e-3 * diameter) ** 3 * 2700 * 9.81
+    pulls = [1.5 * math.pi * g * 0.5e-3 * diameter / weight for g in (energy.low, energy.high)]
+    assert pulls == pytest.approx([0.5, 50.0], rel=1e-2)
+    sizes = {
+        rig.run["particles"]["diameter_mm"] for n, rig in config.rigs.items() if n != "cylinder"
+    }
+    assert sizes == {diameter}
+    said = capsys.readouterr().out
+    assert "jkr" in said
+    assert "coarse grains" in said
+    loads = sorted(
+        r.run["geometry"]["normal_stress_kPa"]
+        for r in config.rigs.values()
+        if r.experiment == "shear"
+    )
+    assert loads == [2, 4, 6, 8]
+    # the points scatter about their line by what four of them leave
+    line = np.polyfit([2, 4, 6, 8], [1.9, 3.4, 4.8, 6.4], 1, full=True)
+    sd = math.sqrt(line[1][0] / 2)
+    found = measured(config)["shear_2_kPa", "shear_stress_kPa"]
+    assert math.sqrt(found.covariance[0, 0]) == pytest.approx(sd)
+    check_ahead(config)
+
+
+def test_fine_grains_stick_though_nobody_said_moist(here, capsys):
+    fine = "--funnel 40 41 orifice=10mm plate=40mm height=40mm --density 2.7g/cm3".split()
+    config = begun("flour", [*fine, "--grain", "0.05mm"])
+    assert config.run["laws"]["cohesion"] == "jkr"
+    flat = "--measured 40 41 --orifice 10mm --plate 40mm --height 40mm --density 2.7g/cm3".split()
+    config = begun("flour2", [*flat, "--grain", "0.05mm"])
+    assert config.run["laws"]["cohesion"] == "jkr"
+
+
+def test_gravel_keeps_its_sieve_curve(here):
+    config = begun("gravel", GRAVEL)
+    sizes = config.run["particles"]["sizes"]
+    assert sizes["fractions"] == [0.2, 0.4, 0.4]
+    assert sizes["diameters_mm"] == pytest.approx([math.sqrt(x) for x in (8, 32, 128)], abs=1e-4)
+    check_ahead(config)
+
+
+def test_a_load_is_borne_without_deep_dents(here):
+    """By Hertz: a grain of radius R under F = p (2 R)^2 is dented by (3 F / (4 E* sqrt(R*)))^(2/3),
+    of which half is its own."""
+    config = begun("lime", [w.replace("load=8kPa", "load=200kPa") for w in POWDER])
+    modulus = config.run["materials"]["particle"]["shear_modulus_Pa"]
+    assert modulus > 3e6
+    radius, effective = 1.0, modulus / (2 * (1 - 0.25))
+    force = 2e5 * (2 * radius) ** 2
+    dent = (3 * force / (4 * effective * math.sqrt(radius / 2))) ** (2 / 3)
+    assert 0.5 * dent <= 0.081 * radius
+
+
+@pytest.mark.parametrize(
+    ("axes", "spheres"),
+    [((4, 3.9, 3.8), None), ((6.2, 3.3, 2.9), 3), ((10, 3, 3), 5), ((9, 8, 4), 7)],
+)
+def test_axes_become_a_clump_of_their_length_and_thickness(axes, spheres):
+    """A rod has the volume of the ellipsoid, pi/6 L W T."""
+    found = clump_of_axes(*axes)
+    assert (found and len(found)) == spheres
+    if found:
+        assert fault(list(found)) is None
+        low, high = (np.array([[c - s * r for c in xyz] for *xyz, r in found]) for s in (1, -1))
+        extent = high.max(axis=0) - low.min(axis=0)
+        if spheres < 7:
+            assert 2 * shape_of(found).scale == pytest.approx(math.prod(axes) ** (1 / 3), rel=2e-2)
+        assert extent[0] == pytest.approx(axes[0], rel=2e-2)
+        assert axes[2] <= extent[2] * 1.001 <= axes[1] * 1.002
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("--bulk-density 765kg/m3", ["765kg/m3", "one reading without a spread", "sd"]),
+        ("--bulk-density 765kg/m3 760kg/m3 sd=6kg/m3", ["2 readings have their own spread"]),
+        ("--bulk-density 1.4g/cm3 1.5g/cm3", ["1.4g/cm3", "less than 1320 kg/m3"]),
+        ("--bulk-density 0.765 0.77", ["0.765", "0.765 g/cm³"]),
+        ("--drop 320mm 310mm height=300mm", ["320 mm is not below the drop from 300 mm"]),
+        ("--drop 78mm 79mm", ["height is missing", "such as 300 mm"]),
+        ("--drop 78mm 79mm hight=300mm", ["hight", "did you mean height"]),
+        ("--drop 78s 79mm height=300mm", ["78s", "another kind"]),
+        ("--drop 78mm 79mm height=300mm wall=gold", ["gold", "steel"]),
+        ("--drop 78mm 79mm height=300mm wall=wood", ["drop on wood", "plane on steel"]),
+        ("--axes 6.2x3.3mm", ["as many of each"]),
+        ("--axes 40x3x3mm", ["13.3 times as long as wide", "dem clump"]),
+        ("--axes 12x11x2mm", ["6.0 times as long as thick", "dem clump"]),
+        ("--grain 4mm", ["axes, diameter", "one of its diameter"]),
+        ("--discharge 45g/s 46g/s orifice=12mm", ["12 mm is 1.9", "arches", "31 mm"]),
+        ("--discharge 45g/s 46g/s time=3s orifice=60mm", ["one of the two"]),
+        ("--shear-cell 2kPa 3kPa load=5kPa --shear-cell 2kPa 2.5kPa load=5kPa",
+         ["stands at", "under 5 kPa"]),
+        ("--funnel 27 28 orifice=19mm plate=100mm height=60mm",
+         ["19 mm is 3.1 of the longest grain", "31 mm", "lifted cylinder"]),
+        ("--wall-friction 1.1kPa 1.2kPa angle=15 load=4kPa", ["one of the two"]),
+        ("--tilted-plane 21,125 22", ["21.125 or 21125"]),
+    ],
+)  # fmt: skip
+def test_a_wrong_answer_gets_a_sentence_and_leaves_nothing(here, capsys, change, words):
+    option = change.split()[0]
+    kept, skip = [], False
+    for word in WHEAT:
+        skip = word == option if word.startswith("--") else skip
+        kept += [] if skip else [word]
+    assert main(["new", "wheat", *kept, *change.split(), "--no-pilot"]) == 2
+    said = capsys.readouterr().err
+    for word in words:
+        assert word in said
+    assert not (here / "wheat").exists()
+
+
+def test_all_faults_are_told_at_once(here, capsys):
+    bad = ["--drop", "78mm", "--tilted-plane", "21", "--bulk-density", "765", "--density", "1.32"]
+    assert main(["new", "wheat", *bad, "--lifted-cylinder", "26.1"]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    for words in ("--drop", "--tilted-plane", "--bulk-density", "--density", "--lifted-cylinder"):
+        assert any(words in line for line in lines), words
+
+
+def test_single_grains_alone_are_no_study(here, capsys):
+    assert main(["new", "x", "--drop", "78mm", "80mm", "height=300mm", "--density", "1.3g/cm3",
+                 "--grain", "4mm"]) == 2  # fmt: skip
+    said = capsys.readouterr().err
+    assert "nothing of grains upon grains" in said
+    assert "angle of repose" in said
+
+
+def test_taps_that_are_too_many_are_kept_and_no_target(here, capsys):
+    tapped = ["--tapped-density", "810kg/m3", "812kg/m3", "taps=1250"]
+    config = begun("wheat", [*WHEAT, *tapped])
+    assert not [t for t in config.targets if t.rig == "tapped"]
+    table = pd.read_csv(config.measurements)
+    assert list(table[table.quantity == "tapped_density"].role) == ["hold out"] * 2
+    assert "1250 taps are not simulated" in capsys.readouterr().out
+    config = begun("oats", [*WHEAT, *tapped[:-1], "taps=20"])
+    assert [t.metric for t in config.targets if t.rig == "tapped"] == ["tapped_density_kg_m3"]
+    assert config.rigs["tapped"].run["geometry"]["taps"] == 20
+
+
+def test_a_time_of_a_mass_is_a_flow(here):
+    timed = "--discharge time=20s time=22s mass=1kg orifice=60mm".split()
+    config = begun("wheat", [*WHEAT, *timed])
+    found = measured(config)["silo", "mass_flow_g_s"]
+    assert found.mean[0] == pytest.approx((1000 / 20 + 1000 / 22) / 2)
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [("26.1,27.4", ["26.1", "27.4"]), ("26,1", ["26,1"]), ("26,1;27,4", ["26,1", "27,4"]),
+     ("26,27,28", ["26", "27", "28"]), ("1,234,567", ["1,234,567"]), ("1,32g/cm3", ["1,32g/cm3"])],
+)  # fmt: skip
+def test_commas_part_readings_or_are_decimal_marks(text, found):
+    assert separate(text) == found
+
+
+def test_each_method_declares_questions_that_read_their_own_examples():
+    for method in methods().values():
+        keys = [q.key for q in method.asked]
+        assert len(keys) == len(set(keys))
+        for q in method.questions:
+            assert q.text
+            if q.example:
+                q.read(q.example)
+        if method.becomes:
+            assert method.readings
+    with pytest.raises(CalibrationError, match="doubtful"):
+        methods()["drop"].question("height").read("0.3")
