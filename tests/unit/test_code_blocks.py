@@ -50,7 +50,18 @@ EXECUTED = {
 """Page -> the test that executes its blocks."""
 
 OWN_EXPERIMENTS = {"throw"}  # that docs/howto-experiment.md adds
-MADE = ("peas/", "my_", "heap", "throw", "small", "wrong", "quick.yaml", "five.yaml", "results/")
+MADE = (
+    "peas/",
+    "wheat",
+    "my_",
+    "heap",
+    "throw",
+    "small",
+    "wrong",
+    "quick.yaml",
+    "five.yaml",
+    "results/",
+)
 """Beginnings of the names of files that a page's reader makes."""
 
 SHELL = {"cat", "cd", "export", "grep", "head", "rm", "sed", "source"}

@@ -111,7 +111,7 @@ def test_no_value_that_was_given_is_dropped(here, options):
     for value in values:
         assert value in told, value
         told.remove(value)
-        assert f"| {value} |" in page
+        assert f"| {value} " in page
 
 
 def test_a_moist_powder_sticks_and_is_said_to_be_coarse(here, capsys):

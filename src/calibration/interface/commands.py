@@ -30,7 +30,22 @@ def _add_new(commands):
         "unit. What no option tells of a funnel's heap is asked for at a terminal. An option of a "
         "test takes its readings, then key=value for the rest: --drop 78mm 81mm height=300mm.",
     )
-    new.add_argument("folder", type=Path, help="folder to write; its name becomes the study's")
+    new.add_argument(
+        "folder", type=Path, nargs="?", help="folder to write; its name becomes the study's"
+    )
+    new.add_argument(
+        "--workbook",
+        type=Path,
+        metavar="XLSX",
+        help="write an empty workbook with a sheet a test, to be filled in, and nothing else",
+    )
+    new.add_argument(
+        "--from",
+        type=Path,
+        metavar="XLSX",
+        dest="workbook_filled",
+        help="begin the study from such a workbook",
+    )
     new.add_argument("--sheet", help="of a workbook with several: the one with the angles")
     new.add_argument(
         "--grains",
@@ -46,7 +61,19 @@ def _add_new(commands):
 def _new(args):
     from calibration.study.new import options, questions, study  # load pandas and the schemas
 
+    if args.workbook:
+        from calibration.study.new.workbook import write_workbook  # loads openpyxl
+
+        print(write_workbook(args.workbook))
+        return
+    if args.folder is None:
+        raise CalibrationError("the folder is missing; allowed: dem new FOLDER, or --workbook XLSX")
     study.check_folder(args.folder)
+    if args.workbook_filled:
+        from calibration.study.new.workbook import read_workbook
+
+        _laboratory(args, [*read_workbook(args.workbook_filled), *options.raws_of(args)])
+        return
     if options.tells_a_laboratory(args):
         _laboratory(args, options.raws_of(args))
         return

@@ -26,6 +26,7 @@ from dem.contact.registry import ContactParameters, Laws, Material
 from dem.errors import DemError
 from dem.experiments import experiments
 from dem.timescales import rayleigh_time
+from dem.units import has_unit, unit_of
 
 SOFTENED_PA = 3.0e6
 DEEPEST = 0.08  # overlap over radius under the largest load, by Hertz; the engine stops at 0.3
@@ -281,10 +282,18 @@ def _went(entry, tests, tested, shape):
     """Rows of GIVEN: every answer of an entry and where it went."""
     went = _places(entry, tests, tested, shape)
     return [
-        {"test": entry.method.title, "question": key, "value": answer.text, "from": answer.place,
-         "became": went[key]}
+        {"test": entry.method.title, "question": key, "value": answer.text,
+         "unit": _unit_of(entry, key, answer), "from": answer.place, "became": went[key]}
         for key, answers in entry.answers.items() for answer in answers
     ]  # fmt: skip
+
+
+def _unit_of(entry, key, answer):
+    """Unit that a bare number was taken to have; empty where it bears its own."""
+    q = entry.method.question(key)
+    if q is None or not q.unit or has_unit(answer.text.replace(",", ".")):
+        return ""
+    return unit_of(q.unit)
 
 
 def _places(entry, tests, tested, shape):
@@ -295,7 +304,7 @@ def _places(entry, tests, tested, shape):
         return shared | {k: f"rig {test.rig}: {w}" for k, w in test.went.items()}
     own = {
         "density": "run.materials.particle.density_kg_m3",
-        "moisture": "the law of cohesion",
+        "moisture": "the choice of the law of cohesion",
         "material": "the ranges of factors.tsv that no test measured",
     }
     return shared | own | shape
@@ -424,9 +433,9 @@ def _targets(tests):
 
 def page(lab: Laboratory) -> str:
     """The text of the study's README.md: what was chosen, and where each given value went."""
-    rows = "\n".join(
-        f"| {r['test']} | {r['question']} | {r['value']} | {r['became']} |" for r in lab.given
-    )
+    lines = ([r["test"], r["question"], f"{r['value']} {r['unit']}".strip(), r["became"]]
+             for r in lab.given)  # fmt: skip
+    rows = "\n".join(f"| {' | '.join(line)} |" for line in lines)
     chosen = "\n".join(f"- {s[0].upper()}{s[1:]}." for s in lab.said)
     ranges = "\n".join(
         f"| {f.name} | {f.low:g} | {f.high:g} | {f.description} |" for f in lab.factors
