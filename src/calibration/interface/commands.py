@@ -238,7 +238,11 @@ def _add_serve(commands):
         "a token; nobody without it is answered.",
     )
     server.add_argument(
-        "study", nargs="+", metavar="STUDY", help="folder with config.yaml, or configuration files"
+        "study",
+        nargs="*",
+        metavar="STUDY",
+        help="folder with config.yaml, or configuration files; without any the page is a form of "
+        "all test methods, which writes a new study into the current folder",
     )
     server.add_argument("--cores", type=int, default=2, help="that the study may use")
     server.add_argument("--port", type=int, default=0, help="a free one unless given")
@@ -249,7 +253,7 @@ def _serve(args):
     from calibration.interface.api import Study  # loads pandas and the schemas
     from calibration.telling.serve import serve
 
-    serve(Study(*args.study), args.cores, args.port)
+    serve(Study(*args.study) if args.study else None, args.cores, args.port, opened=Study)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
-"""A local page of a study while it runs: progress, heaps as they finish, failures, start, stop."""
+"""A local page of a study while it runs: progress, heaps, failures, start, stop; or of a new one: a
+form."""
 
 from calibration.telling.serve.server import Server, serve
 

@@ -1,6 +1,8 @@
 """The server of a running study's page: on the loopback alone, behind a token, for one study.
 
-Everything is read but for two requests, which start and stop the study's own workflow.
+Without a study it shows the form of a new one, builds it in the folder that it was started in, and
+is its page from then on. Everything else is read but for two requests, which start and stop the
+study's own workflow.
 """
 
 import hmac
@@ -8,6 +10,7 @@ import io
 import json
 import secrets
 import signal
+import threading
 from functools import lru_cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -15,6 +18,8 @@ from urllib.parse import parse_qs, urlsplit
 
 from jinja2 import Environment, PackageLoader
 
+from calibration.errors import CalibrationError
+from calibration.telling.serve import form
 from calibration.telling.serve.job import Job
 from calibration.telling.serve.state import State
 from dem.errors import DemError
@@ -47,11 +52,20 @@ class Server(ThreadingHTTPServer):
 
     daemon_threads = True
 
-    def __init__(self, study, cores=2, port=0):
-        """study: `calibration.interface.api.Study`; port: a free one unless given."""
-        self.study, self.token = study, secrets.token_urlsafe(24)
-        self.state, self.job = State(study, cores), Job(study, cores)
+    def __init__(self, study=None, cores=2, port=0, opened=None):
+        """study: `calibration.interface.api.Study`, None for the form of a new one; port: a free
+        one unless given; opened: opened(folder) -> study, of what the form built."""
+        self.token, self.cores, self.opened = secrets.token_urlsafe(24), cores, opened
+        self.building = threading.Lock()
+        self.study = self.state = self.job = None
+        if study is not None:
+            self.take(study)
         super().__init__((ADDRESS, port), _Handler)
+
+    def take(self, study):
+        """Be the page of a study."""
+        self.state, self.job = State(study, self.cores), Job(study, self.cores)
+        self.study = study
 
     @property
     def hosts(self):
@@ -70,10 +84,18 @@ class _Handler(BaseHTTPRequestHandler):
     timeout = PATIENCE_S  # for a request that is begun and not ended
 
     def do_GET(self):
-        self._answer({"/": self._page, "/state": self._state, "/report": self._report})
+        self._answer(
+            {"/": self._page, "/state": self._state, "/report": self._report}
+            if self.server.study
+            else {"/": self._form}
+        )
 
     def do_POST(self):
-        self._answer({"/start": self._start, "/stop": self._stop})
+        self._answer(
+            {"/start": self._start, "/stop": self._stop}
+            if self.server.study
+            else {"/build": self._build}
+        )
 
     def log_message(self, *_):
         """The terminal is for the study."""
@@ -83,7 +105,8 @@ class _Handler(BaseHTTPRequestHandler):
             asked = _address(self.path)
             self._check(asked)
             action = routes.get(asked.path)
-            if action is None and self.command == "GET" and asked.path.startswith("/heap/"):
+            shown = self.server.study and self.command == "GET"
+            if action is None and shown and asked.path.startswith("/heap/"):
                 action = lambda: self._heap(asked.path.removeprefix("/heap/"))  # noqa: E731
             if action is None:
                 raise Refusal(404, "there is no such page")
@@ -106,8 +129,14 @@ class _Handler(BaseHTTPRequestHandler):
             raise Refusal(403, "the token is missing or wrong: open the address dem serve told")
 
     def _page(self):
+        self._html("page.html.j2", name=self.server.study.name)
+
+    def _form(self):
+        self._html("form.html.j2", methods=form.form())
+
+    def _html(self, template, **what):
         nonce = secrets.token_urlsafe(12)
-        text = _template().render(name=self.server.study.name, nonce=nonce)
+        text = _template(template).render(nonce=nonce, **what)
         policy = f"{POLICY}; style-src 'nonce-{nonce}'; script-src 'nonce-{nonce}'"
         self._send(text.encode(), "text/html; charset=utf-8", policy)
 
@@ -131,6 +160,33 @@ class _Handler(BaseHTTPRequestHandler):
         except (DemError, OSError):
             raise Refusal(404, "the run has no heap to show") from None
         self._send(picture, "image/webp")
+
+    def _build(self):
+        """Write the study of a filled form, and be its page."""
+        body = self._body()
+        with self.server.building:
+            if self.server.study:
+                raise Refusal(409, "the study is written already")
+            try:
+                laboratory, said = form.build(body, Path.cwd())
+                self.server.take(self.server.opened(laboratory.folder))
+            except (CalibrationError, DemError) as error:
+                answer, status = {"faults": str(error).splitlines()}, 422
+            else:
+                given, status = laboratory.given, 200
+                answer = {"folder": laboratory.folder.as_posix(), "said": said, "given": given}
+        self._send(json.dumps(answer).encode(), "application/json", status=status)
+
+    def _body(self):
+        """What a request brings, of a stated length that a form may have."""
+        length = self.headers.get("Content-Length", "")
+        if not length.isascii() or not length.isdigit():
+            raise Refusal(411, "the request does not say how long it is")
+        if int(length) > form.MOST_BYTES:
+            raise Refusal(413, f"a form has {form.MOST_BYTES} bytes at most")
+        if self.headers.get("Content-Type", "").split(";")[0].strip() != "application/json":
+            raise Refusal(415, "a form is sent as application/json")
+        return self.rfile.read(int(length))
 
     def _start(self):
         started = self.server.job.start()
@@ -171,21 +227,24 @@ def _picture(folder, _checksum):
     return kept.getvalue()
 
 
-def _template():
+def _template(name):
     loader = PackageLoader("calibration.telling.serve", ".")
-    return Environment(loader=loader, autoescape=True).get_template("page.html.j2")
+    return Environment(loader=loader, autoescape=True).get_template(name)
 
 
-def serve(study, cores=2, port=0, say=print):
-    """Serve until interrupted or terminated, or until the terminal is closed; what the page started
-    is stopped then, and goes on at the next start."""
+def serve(study=None, cores=2, port=0, say=print, opened=None):
+    """Serve a study, or the form of a new one that `opened` opens, until interrupted or terminated,
+    or until the terminal is closed; what the page started is stopped then, and goes on at the next
+    start."""
     for way in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(way, signal.default_int_handler)
-    with Server(study, cores, port) as server:
-        say(f"{study.name}: {server.address} (Ctrl + C ends it)", flush=True)
+    with Server(study, cores, port, opened) as server:
+        name = study.name if study else "a new study"
+        say(f"{name}: {server.address} (Ctrl + C ends it)", flush=True)
         try:
             server.serve_forever()
         except KeyboardInterrupt:
             pass
         finally:
-            server.job.stop()
+            if server.job:
+                server.job.stop()

@@ -52,7 +52,7 @@ class Question:
             return "text"
         kind = "a whole number" if self.whole else "a number"
         unit = in_ascii(unit_of(self.unit)) if self.unit else ""
-        limits = f", {self.least:g} to {self.most:g}" if self.most < math.inf else ""
+        limits = f", {max(self.least, 0):,.9g} to {self.most:,.9g}" if self.most < math.inf else ""
         return f"{kind}{f' in {unit}' if unit else ''}{limits}"
 
     def read(self, text: str) -> float | str:
