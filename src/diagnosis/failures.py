@@ -2,7 +2,8 @@
 the runs (`calibration.inference.chance_of_no_value`), and what the measurements say of them.
 
 The runs' failures are not told apart: a funnel that clogs, an arch and a heap that does not form
-all give no value. A run that blew up is none of them.
+all give no value. A run that blew up, or whose grains were still moving when it ended, is none of
+them.
 """
 
 from collections import defaultdict

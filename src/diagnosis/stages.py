@@ -9,7 +9,7 @@ import pandas as pd
 
 from calibration import figures as common
 from calibration.files import read_json, write_table, write_text
-from calibration.runs.simulated import blown_up, simulate
+from calibration.runs.simulated import simulate, untested
 from calibration.telling.report.plain import write_page
 from dem.io.files import write_json
 from diagnosis import (
@@ -88,7 +88,7 @@ def train_all(settings, factors, source, output):
 
 def _train(settings, factors, design, metrics, emulators_file, errors_file):
     emulators, table = train(design, metrics, settings, factors)
-    faults = blown_up(name for name, found in metrics.items() if found is None)
+    faults = untested(name for name, found in metrics.items() if found is None)
     failures = train_failures(design, metrics, settings, factors, faults)
     write_emulators(emulators_file, emulators, failures)
     write_json(errors_file, table)

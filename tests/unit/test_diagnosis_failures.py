@@ -131,7 +131,7 @@ def test_runs_that_blow_up_are_no_tests(tmp_path, monkeypatch):
     assert (part.failed, part.runs) == (len(large[2::4]), 200 - len(large[::4]))
     # the stage asks the kept failures which runs these are
     monkeypatch.setattr(stages, "train", lambda *_: ({}, []))
-    monkeypatch.setattr(stages, "blown_up", set)
+    monkeypatch.setattr(stages, "untested", set)
     written = {}
     monkeypatch.setattr(
         stages, "write_emulators", lambda path, own, failing: written.update(failing)

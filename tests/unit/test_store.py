@@ -22,11 +22,12 @@ from calibration.interface.cli import main
 from calibration.runs import store as store_module
 from calibration.runs.plans import read_metric, read_plan, run_id, write_plan
 from calibration.runs.records import FOLDER, record
-from calibration.runs.simulated import blown_up, simulate
+from calibration.runs.simulated import simulate, untested
 from calibration.runs.store import RunStore
 from calibration.runs.verify import MISSING, before_planning, faults_of, hold, plan_faults
 from calibration.study.config import parse_config
-from dem.errors import BlowUpError, MeasureError
+from dem.errors import BlowUpError, MeasureError, RefusedStateError
+from dem.experiments import heap, phases
 from dem.io.checked import sealed
 from dem.io.stl import write_stl
 from dem.results import write_failure, write_result
@@ -228,14 +229,36 @@ def test_a_passing_fault_of_the_machine_is_not_kept(tmp_path, monkeypatch, fault
     assert set(simulate(specs)) == {first, second}
 
 
+def refusal(refuse, *args):
+    """What the engine raises of a state that it refuses."""
+    with pytest.raises(RefusedStateError) as caught:
+        refuse(*args)
+    return caught.value
+
+
+def of_a_funnel(refuse):
+    """The same of a funnel, closed or clogged, after a second."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(heap, "grains_above", lambda *_: 5)
+        patch.setattr(heap.setup, "rest_energy", lambda *_: 0.5)
+        state = SimpleNamespace(time=1.0, orifice_height=0.0)
+        spec = parse_spec({"experiment": "heap", "seed": 1})
+        return refusal(refuse, spec, state, *[state] * (refuse is heap._refuse_clogged))
+
+
 @pytest.mark.parametrize(
-    "error",
+    ("error", "no_test"),
     [
-        MeasureError("no heap"),
-        BlowUpError(particle=1, time=0.1, reason="overlap", hint="the time step"),
+        (MeasureError("no heap"), False),
+        (BlowUpError(particle=1, time=0.1, reason="overlap", hint="the time step"), True),
+        (refusal(phases.refuse, "pouring", 1.0, 0.5, np.nan), True),
+        (refusal(phases.refuse, "pouring", 1.0, 0.0, 0.5), True),
+        (refusal(phases.refuse, "pouring", 1.0, np.nan, np.nan), True),
+        (of_a_funnel(heap._refuse_restless), True),
+        (of_a_funnel(heap._refuse_clogged), False),
     ],
 )
-def test_a_physical_failure_is_kept(tmp_path, monkeypatch, error):
+def test_a_physical_failure_is_kept(tmp_path, monkeypatch, error, no_test):
     monkeypatch.chdir(tmp_path)
     name, calls = run_id(drop(0)), []
 
@@ -247,7 +270,7 @@ def test_a_physical_failure_is_kept(tmp_path, monkeypatch, error):
     for _ in range(2):
         assert simulate({name: drop(0)}) == {name: None}
     assert len(calls) == 1
-    assert blown_up([name, "heap-0"]) == ({name} if isinstance(error, BlowUpError) else set())
+    assert untested([name, "heap-0"]) == ({name} if no_test else set())
     failed = Path("results/runs") / name / "failed.json"
     failed.write_text(failed.read_text().replace("0", "1"))
     simulate({name: drop(0)})

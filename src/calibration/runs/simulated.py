@@ -11,7 +11,7 @@ from calibration import engines
 from calibration.errors import CalibrationError
 from calibration.runs.plans import run_id
 from calibration.runs.store import RunStore
-from dem.errors import PHYSICAL, BlowUpError, StoppedError
+from dem.errors import PHYSICAL, BlowUpError, RefusedStateError, StoppedError
 from dem.results import write_failure
 from dem.spec import parse_spec
 
@@ -41,12 +41,24 @@ def simulate(
     return found
 
 
-def blown_up(names: Iterable[str], root: str | Path | None = None) -> set[str]:
-    """The set of those runs that ended because the simulation became unphysical, as the kept
-    failures say: no test that ends without a value, but a fault of the step or the stiffness."""
+RESTLESS = ("are not at rest", "was never opened")
+"""What the engine says of grains that never came to rest."""
+
+
+def untested(names: Iterable[str], root: str | Path | None = None) -> set[str]:
+    """The set of those runs that are no test which ended without a value, as the kept failures say:
+    the simulation became unphysical, for its step or its stiffness, or was cut off before its
+    grains rested."""
     store = RunStore(root)
-    kinds = {name: (store.failure(name) or {}).get("kind") for name in names}
-    return {name for name, kind in kinds.items() if kind == BlowUpError.__name__}
+    return {name for name in names if _no_test(store.failure(name) or {})}
+
+
+def _no_test(failure):
+    """Whether a failure says nothing of the grains."""
+    if failure.get("kind") == BlowUpError.__name__:
+        return True
+    said = failure.get("error", "")
+    return failure.get("kind") == RefusedStateError.__name__ and any(w in said for w in RESTLESS)
 
 
 def named(specs: Iterable[dict[str, Any]]) -> dict[str, dict[str, Any]]:
