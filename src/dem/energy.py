@@ -13,7 +13,10 @@ there, and the power of a force with the mean of the velocities before and after
 some ten times the run.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
@@ -24,10 +27,15 @@ from dem.contact.row import properties_of
 from dem.lanes import WIDTH
 from dem.vectors import cross, dot
 
+if TYPE_CHECKING:
+    from dem.simulation import Simulation
+
+
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(24)
 SMALL = 1e-9
 """Slip [m] and turn [rad] by which the stiffness of a spring is tried."""
 ENDLESS = 1e30  # N: a limit that no spring meets
+CONTACT_RADIUS = 6  # in a contact's history; zero where nothing touches
 
 
 @dataclass(frozen=True)
@@ -48,22 +56,27 @@ class Energies:
     source: float
 
     @property
-    def held(self):
+    def held(self) -> float:
         """Kinetic, potential and elastic energy [J]."""
         return self.kinetic + self.potential + self.elastic
 
 
 class Ledger:
-    """Follows a `Simulation`, which is advanced by `advance` alone."""
+    """Follows a `Simulation`, which is advanced by `advance` alone.
 
-    def __init__(self, simulation):
+    One that is begun among contacts takes what their springs hold after the first step for what
+    they held before it.
+    """
+
+    def __init__(self, simulation: Simulation) -> None:
         self.sim = simulation
         self._elastic = self._dissipated = self._walls = self._source = 0.0
         self._turned_over = 0.0
         self._begin = self._last = self._held()
+        self._springs_unknown = self._begun_among_contacts()
 
     @property
-    def energies(self):
+    def energies(self) -> Energies:
         """The `Energies` of now."""
         kinetic, potential = motion_and_height(self.sim)
         return Energies(
@@ -71,13 +84,13 @@ class Ledger:
         )
 
     @property
-    def error(self):
+    def error(self) -> float:
         """Energy that the ledger does not account for, over all that it has booked [-]."""
         e = self.energies
         missing = e.held + e.dissipated - e.walls - e.source - self._begin
         return missing / max(self._turned_over, 1e-300)
 
-    def advance(self, steps):
+    def advance(self, steps: int) -> None:
         """Advance the simulation by a number of steps and book each."""
         given = self._held() - self._last
         self._source += given
@@ -85,6 +98,12 @@ class Ledger:
         for _ in range(int(steps)):
             self._step()
         self._last = self._held()
+
+    def _begun_among_contacts(self):
+        sim = self.sim
+        pairs = sim._pairs.history[: sim._pair_count // WIDTH, CONTACT_RADIUS]
+        walls = sim._walls_list.history[: sim._wall_count, CONTACT_RADIUS]
+        return bool(pairs.any() or walls.any())
 
     def _held(self):
         return sum(motion_and_height(self.sim)) + self._elastic
@@ -98,6 +117,10 @@ class Ledger:
         done = _Done(sim, begin)
         taken, elastic = done.pairs()
         more, stored, given = done.walls()
+        if self._springs_unknown:
+            self._elastic = elastic + stored
+            self._begin += self._elastic
+            self._springs_unknown = False
         lost = done.resisted() + done.dragged() + done.braked()
         released = taken + more + (self._elastic - elastic - stored)
         self._elastic = elastic + stored
@@ -106,7 +129,7 @@ class Ledger:
         self._turned_over += abs(taken) + abs(more) + abs(given) + abs(lost)
 
 
-def motion_and_height(sim):
+def motion_and_height(sim: Simulation) -> tuple[float, float]:
     """(kinetic, potential) energy [J] of grains and free walls, both half a step ago."""
     walls = sim.wall_state
     free = walls.mass > 0.0
@@ -148,7 +171,7 @@ class _Done:
         self.mean = 0.5 * (begin.kinetic + self.after)
         self.force = np.zeros_like(self.mean)
 
-    def pairs(self):
+    def pairs(self) -> tuple[float, float]:
         """(energy taken up in the step, elastic energy now) of the contacts of grains [J]."""
         sim, begin = self.sim, self.begin
         return _pairs(
@@ -157,7 +180,7 @@ class _Done:
             self.mean, self.force,
         )  # fmt: skip
 
-    def walls(self):
+    def walls(self) -> tuple[float, float, float]:
         """(energy taken up, elastic energy now, work of the walls) of the contacts with walls
         [J]."""
         sim, begin, state, held = self.sim, self.begin, self.sim.wall_state, self.sim._walls_list
@@ -184,7 +207,7 @@ class _Done:
         )  # fmt: skip
         return -(on_grains + on_walls), stored, given
 
-    def resisted(self):
+    def resisted(self) -> float:
         """Energy [J] that the torque on grains' own spin takes."""
         sim, dt = self.sim, self.sim.time_step
         rows = np.flatnonzero(
@@ -207,7 +230,7 @@ class _Done:
         spin = self.mean[rows[c.start[:-1]], 3:6]
         return float((taken * spin)[resisted].sum())
 
-    def dragged(self):
+    def dragged(self) -> float:
         """Energy [J] that the air takes."""
         sim = self.sim
         if sim.model.air[0] == 0.0:
@@ -215,7 +238,7 @@ class _Done:
         drag = sim.particles.force[: sim.n, :3].astype(float) - self.force[: sim.n, :3]
         return -sim.time_step * float((drag * self.mean[: sim.n, :3]).sum())
 
-    def braked(self):
+    def braked(self) -> float:
         """Energy [J] that the drag of free walls takes."""
         state, begin = self.sim.wall_state, self.begin
         mean = 0.5 * (begin.velocity + state.velocity)

@@ -144,6 +144,25 @@ def test_a_ball_that_comes_to_roll_has_lost_two_sevenths():
     assert ledger.energies.dissipated == pytest.approx(lost, rel=0.01)
 
 
+def test_a_ledger_that_is_begun_among_contacts_books_as_one_from_the_start():
+    """What two ledgers book of the same steps is the same, but for the springs of one step."""
+    sims = [simulation(cup(**STIRRED), Laws(), precision="double") for _ in range(2)]
+    for sim in sims:
+        thrown(sim)
+    whole = Ledger(sims[0])
+    whole.advance(700)
+    before = whole.energies
+    sims[1].advance(700)
+    late = Ledger(sims[1])
+    for ledger in (whole, late):
+        ledger.advance(300)
+    spent = whole.energies.dissipated - before.dissipated
+    assert before.elastic > 1e-4 * spent
+    assert late.energies.dissipated == pytest.approx(spent, abs=0.05 * before.elastic)
+    assert late.energies.elastic == pytest.approx(whole.energies.elastic, rel=1e-9)
+    assert abs(late.error) < CLOSED
+
+
 def test_what_is_added_set_or_taken_away_is_source():
     sim = simulation(cup(), Laws(), precision="double")
     ledger = Ledger(sim)
