@@ -1,6 +1,9 @@
 """What a valid spec should still be warned about before it runs."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 from dem import sphere
 from dem.constants import GRAVITY
@@ -14,12 +17,17 @@ from dem.materials import PARTICLE, contact_parameters, laws_of, material_of
 from dem.timescales import hertz_contact_time
 from dem.units import question
 
+if TYPE_CHECKING:
+    from dem.contact.registry import ContactParameters, Laws, Material
+    from dem.spec import RunSpec
+
+
 TREMBLES = 1.25
 """Of `pressed_step`. Salt of restitution 0.15 in a closed funnel rests at 1.22 and at 1.02 of it
 and less, and not at 1.43 and 1.64 (docs/theory.md)."""
 
 
-def limits_of(spec):
+def limits_of(spec: RunSpec) -> list[str]:
     """Sentences on what a calibration with the laws of a `RunSpec` does not hold for. The list is
     empty if they hold in motion too."""
     if spec.contacts.particle_particle.rolling_friction == 0.0:
@@ -34,7 +42,7 @@ def limits_of(spec):
     ]
 
 
-def warnings_of(spec):
+def warnings_of(spec: RunSpec) -> list[str]:
     """Sentences, each with the setting to change, about a valid `RunSpec`; an empty list when all
     is well."""
     experiment = experiment_of(spec)
@@ -147,7 +155,7 @@ def _dragged(spec):
     ]
 
 
-def pressure_of(spec):
+def pressure_of(spec: RunSpec) -> float:
     """Pressure on the lowest grains [Pa]: of the bed, or of the lid."""
     particles, density = spec.particles, spec.materials.particle.density_kg_m3
     bed = bed_pressure(particles.count, 1e-3 * particles.diameter_mm, density)
@@ -155,14 +163,16 @@ def pressure_of(spec):
     return max(bed, *(1e3 * stress for stress in stresses if stress), 0.0)
 
 
-def bed_pressure(count, diameter, density):
+def bed_pressure(count: int, diameter: float, density: float) -> float:
     """Pressure [Pa] under a bed as deep as the cube that the grains fill; diameter [m], density of
     the grain [kg/m3]."""
     depth = (count * math.pi / 6.0 / PACKING) ** (1.0 / 3.0) * diameter
     return PACKING * density * GRAVITY * depth
 
 
-def pressed_step(radius, material, contact, pressure, laws):
+def pressed_step(
+    radius: float, material: Material, contact: ContactParameters, pressure: float, laws: Laws
+) -> float:
     """Longest time step [s] at which the spin of grains under a pressure [Pa] dies out.
 
     radius [m]; material: `Material`; contact: `ContactParameters` of two grains; laws: `Laws`. In a

@@ -2,7 +2,9 @@
 
 import argparse
 import sys
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 from tqdm import tqdm
 
@@ -19,7 +21,7 @@ RUN = (
 COLOURS = ("auto", "size", "speed", "order", "height")
 
 
-def main(argv=None, more=()):
+def main(argv: Sequence[str] | None = None, more: Iterable[Callable[[Any], object]] = ()) -> int:
     """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input or a
     failed run, or 130 when interrupted, or 143 when ended by SIGTERM. more: functions that add
     commands of packages above the engine to the parser's commands."""

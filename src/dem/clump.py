@@ -7,9 +7,12 @@ result: volume and moments are right to 4e-5 (`tests/unit/test_clump.py`). Sums,
 alone take part, in a fixed order, so that every machine finds the same bits.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,17 +38,17 @@ class Shape(NamedTuple):
     """Radius of a sphere with the volume of the spheres as they were given."""
 
     @property
-    def smallest(self):
+    def smallest(self) -> float:
         """Radius of the smallest sphere."""
         return float(self.radius.min())
 
     @property
-    def reach(self):
+    def reach(self) -> float:
         """Distance of the furthest point from the centre of mass."""
         return float((length(self.offset) + self.radius).max())
 
 
-def fault(spheres):
+def fault(spheres: Sequence[tuple[float, float, float, float]]) -> tuple[int, Any, str] | None:
     """What is wrong with spheres [(x, y, z, radius)] [mm]: (index, value, what is allowed); None
     where nothing is."""
     if len(spheres) > MAX_SPHERES:
@@ -98,7 +101,7 @@ def _joined(touching):
 
 
 @lru_cache
-def shape_of(spheres):
+def shape_of(spheres: tuple[tuple[float, float, float, float], ...]) -> Shape:
     """`Shape` of spheres ((x, y, z, radius), ...) in any unit of length."""
     centre, radius = _arrays(spheres)
     if len(radius) == 1:  # the sphere itself, to the bit
@@ -112,7 +115,7 @@ def _ball_inertia():
     return 0.4 * 4.0 / 3.0 * math.pi * np.eye(3)
 
 
-def union(centre, radius):
+def union(centre: np.ndarray, radius: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """Volume, centre of mass (3,) and inertia (3, 3) about it, at density 1, of the union of
     spheres: centre (m, 3), radius (m,)."""
     low, high = (centre - radius[:, None]).min(0), (centre + radius[:, None]).max(0)
@@ -153,7 +156,7 @@ def _pieces(centre, radius, x, y):
     return out
 
 
-def random_turns(count, rng):
+def random_turns(count: int, rng: np.random.Generator) -> np.ndarray:
     """(count, 3, 3) rotations, all orientations equally likely: unit quaternions evenly over their
     sphere."""
     q = rng.normal(size=(count, 4))
@@ -166,7 +169,7 @@ def random_turns(count, rng):
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def turned(turn, shape):
+def turned(turn: np.ndarray, shape: Shape) -> tuple[np.ndarray, np.ndarray]:
     """Offsets (k, m, 3) and inertias (k, 3, 3) of a `Shape` after rotations turn (k, 3, 3)."""
     offset = (turn[:, None] * shape.offset[None, :, None, :]).sum(-1)
     half = (turn[:, :, :, None] * shape.inertia[None, None]).sum(2)

@@ -1,12 +1,28 @@
 """Mass, inertia and frame of rigid clusters, worked out once when they are added."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dem.linear import into_axes, principal_axes
 from dem.state import Clusters
 
+if TYPE_CHECKING:
+    from dem.state import Particles
 
-def build_clusters(clusters, particles, n, shape, velocity, mass=None, inertia=None, centre=None):
+
+def build_clusters(
+    clusters: Clusters,
+    particles: Particles,
+    n: int,
+    shape: tuple[int, int],
+    velocity: np.ndarray,
+    mass: np.ndarray | None = None,
+    inertia: np.ndarray | None = None,
+    centre: np.ndarray | None = None,
+) -> Clusters:
     """Clusters with k more of m spheres each, shape (k, m): the last k m of the n particles, body
     after body.
 
@@ -24,7 +40,7 @@ def build_clusters(clusters, particles, n, shape, velocity, mass=None, inertia=N
     arm = position - centre[:, None]
     if mass is None:
         mass, inertia = _sum_of_spheres(own, radius, arm)
-    moments, axes = principal_axes(inertia)
+    moments, axes = principal_axes(inertia)  # type: ignore[arg-type]
     body = len(clusters.mass) + np.repeat(np.arange(k), m)
     particles.cluster[rows] = body
     particles.kinetic[rows, 7] = np.repeat(mass, m)
@@ -51,7 +67,7 @@ def _sum_of_spheres(mass, radius, arm):
     return mass.sum(1), round_part[:, None, None] * np.eye(3) - tensor
 
 
-def drop_clusters(clusters, keep):
+def drop_clusters(clusters: Clusters, keep: np.ndarray) -> Clusters:
     """Clusters without those where keep (k,) is false."""
     size = np.diff(clusters.start)
     held = np.repeat(keep, size)

@@ -23,7 +23,7 @@ def resistance(density, viscosity, diameter, speed):
     return 3.0 * math.pi * viscosity * diameter * over_stokes
 
 
-def terminal_speed(weight, diameter, density, viscosity):
+def terminal_speed(weight: float, diameter: float, density: float, viscosity: float) -> float:
     """Speed [m/s] at which the drag on a sphere of `diameter` [m] bears its weight [N]."""
     low, high = 0.0, weight / (3.0 * math.pi * viscosity * diameter)  # Stokes' drag alone is less
     for _ in range(60):

@@ -7,11 +7,12 @@ from -h to a. Volume and moments are integrals of its slices, discs of squared r
 """
 
 import math
+from typing import Any
 
 MAX_ELONGATION = 2.0
 
 
-def sphere_radius(radius, elongation):
+def sphere_radius(radius: Any, elongation: float) -> Any:
     """Radius a [m] of the two spheres of a grain with the volume of one sphere of `radius` [m].
 
     V = (4/3) pi a^3 (1 + 3/2 e - 1/2 e^3), e = elongation - 1 = h / a.
@@ -20,7 +21,7 @@ def sphere_radius(radius, elongation):
     return radius / (1.0 + 1.5 * e - 0.5 * e**3) ** (1.0 / 3.0)
 
 
-def moments(radius, elongation, density):
+def moments(radius: Any, elongation: float, density: float) -> tuple[Any, Any]:
     """Moments of inertia (about the axis, across it) [kg m2] of spheres of `radius` a [m] and
     `density` [kg/m3].
 

@@ -1,6 +1,13 @@
 """Errors that a user of the engine can meet; each says what was wrong, where, and what is
 allowed."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
 
 class DemError(Exception):
     """Base class: anything the command line shows as one line without a traceback."""
@@ -10,7 +17,9 @@ class SpecError(DemError):
     """A run spec that cannot be run: dotted key, value, what is allowed, and the file where
     known."""
 
-    def __init__(self, key, value, allowed, file=None):
+    def __init__(
+        self, key: str, value: object, allowed: str, file: str | Path | None = None
+    ) -> None:
         self.key, self.value, self.allowed, self.file = key, value, allowed, file
         where = f"{file}: " if file else ""
         super().__init__(f"{where}{key} = {value!r:.200}; allowed: {allowed}")
@@ -20,8 +29,16 @@ class InputError(DemError):
     """A file that a user gives and that cannot be used: where, what is wrong, what is allowed."""
 
     def __init__(
-        self, reason, *, path=None, line=None, column=None, key=None, value=None, allowed=None
-    ):
+        self,
+        reason: str,
+        *,
+        path: str | Path | None = None,
+        line: int | None = None,
+        column: str | int | None = None,
+        key: str | None = None,
+        value: object = None,
+        allowed: str | None = None,
+    ) -> None:
         self.path, self.line, self.column, self.key = path, line, column, key
         self.reason, self.value, self.allowed = reason, value, allowed
         where = [str(path)] if path else []
@@ -38,11 +55,11 @@ class InputError(DemError):
 class MeshError(InputError):
     """A triangle mesh that cannot be used as a wall."""
 
-    def __init__(self, file, reason, **facts):
+    def __init__(self, file: str | Path, reason: str, **facts: Any) -> None:
         super().__init__(reason, path=file, **facts)
 
     @property
-    def file(self):
+    def file(self) -> str | Path | None:
         """The mesh's file."""
         return self.path
 
@@ -50,7 +67,7 @@ class MeshError(InputError):
 class ResultError(DemError):
     """A run's result that is missing or cannot be trusted; `missing` where there is none at all."""
 
-    def __init__(self, file, reason, missing=False):
+    def __init__(self, file: str | Path, reason: str, missing: bool = False) -> None:
         self.file, self.reason, self.missing = file, reason, missing
         super().__init__(f"{file}: {reason}")
 
@@ -74,7 +91,7 @@ class RefusedStateError(MeasureError):
     `uncovered` (the plate is not covered).
     """
 
-    def __init__(self, kind, message):
+    def __init__(self, kind: str, message: str) -> None:
         self.kind = kind
         super().__init__(message)
 
@@ -87,7 +104,7 @@ class LightBodyError(DemError):
 class BlowUpError(DemError):
     """A run that became unphysical."""
 
-    def __init__(self, *, particle, time, reason, hint):
+    def __init__(self, *, particle: int, time: float, reason: str, hint: str) -> None:
         self.particle, self.time = particle, time
         super().__init__(f"particle {particle} at {time:.6g} s: {reason}; likely cause: {hint}")
 

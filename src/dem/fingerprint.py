@@ -52,13 +52,13 @@ TYPED = {("arg", "annotation"), ("FunctionDef", "returns"), ("AsyncFunctionDef",
 """Where types stand that decide nothing; those of a class's fields do, as pydantic reads them."""
 
 
-def engine_sources():
+def engine_sources() -> list[Path]:
     """Paths of the sources that a run's result depends on, in order."""
     return [p for p in sorted(ROOT.rglob("*.py")) if not OUTSIDE & set(p.relative_to(ROOT).parts)]
 
 
 @cache
-def engine_fingerprint():
+def engine_fingerprint() -> str:
     """First 16 hex digits of the SHA-256 over the syntax trees of `engine_sources`: comments,
     docstrings, types of arguments and returns, the layout of the code and what a law says (SAID) do
     not count."""
@@ -66,7 +66,7 @@ def engine_fingerprint():
 
 
 @cache
-def kernel_fingerprint():
+def kernel_fingerprint() -> str:
     """The same over what is compiled, or seen by what is compiled: another experiment compiles
     nothing anew."""
     return _digest(p for p in engine_sources() if not UNCOMPILED & set(p.relative_to(ROOT).parts))
@@ -80,7 +80,7 @@ def _digest(paths):
     return digest.hexdigest()[:16]
 
 
-def code_of(source):
+def code_of(source: str | bytes) -> str:
     """Text of a module's syntax tree, without docstrings, positions, and types of arguments and
     returns with their imports; alike in all versions of Python that read the code alike."""
     return _text(ast.parse(source))
@@ -120,7 +120,7 @@ def _has_docstring(node):
 
 
 @cache
-def software():
+def software() -> dict[str, str]:
     """{name: version} of what compiles the engine and computes with it: numba, llvmlite, numpy and
     Python."""
     found = {}
@@ -132,7 +132,7 @@ def software():
     return found | {"python": platform.python_version()}
 
 
-def stack_digest():
+def stack_digest() -> str:
     """First 12 hex digits of a hash of `software` and of the processor that numba is told to
     compile for."""
     parts = sorted(software().items())
@@ -141,7 +141,7 @@ def stack_digest():
 
 
 @cache
-def cpu_target():
+def cpu_target() -> str:
     """Name of the processor that numba compiles for: the host's unless NUMBA_CPU_NAME gives
     another."""
     from llvmlite.binding import get_host_cpu_name  # loads LLVM, which only who runs needs

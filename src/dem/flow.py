@@ -14,7 +14,7 @@ Physical Review E 71:051303)."""
 LOOSE = 0.5  # solid fraction of grains that have just been poured, at the least
 
 
-def beverloo(density, opening, diameter):
+def beverloo(density: float, opening: float, diameter: float) -> float:
     """rho_b sqrt(g) (D - k d)^(5/2): mass per second [kg/s] through a circular opening, over C.
 
     density: of the bulk [kg/m3], or its solid fraction for a volume per second; opening D and mean

@@ -1,6 +1,10 @@
 """Forces of the pairs: the fast path on lanes and the float64 reference path, both around
 `pair_contact`."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numba import njit, types
 from numba.extending import overload
@@ -18,6 +22,12 @@ from dem.lanes import (
     scatter_add,
     store_block,
 )
+
+if TYPE_CHECKING:
+    from dem.contact.properties import LawCodes
+    from dem.state import Pairs, Particles
+    from dem.team import Share
+
 
 NEARLY = 1.0 + 1e-9
 """Of the squared sum of the radii: closer spheres get the exact test, whatever this one rounds."""
@@ -92,7 +102,15 @@ def _pair_forces_plain(codes, table, dt, particles, pairs, share, overlap_limit)
     return excess
 
 
-def pair_forces(codes, table, dt, particles, pairs, share, overlap_limit):
+def pair_forces(
+    codes: LawCodes,
+    table: np.ndarray,
+    dt: float,
+    particles: Particles,
+    pairs: Pairs,
+    share: Share,
+    overlap_limit: float,
+) -> int:
     """Add the forces of a thread's pairs to the particles and update the contacts' history.
 
     Returns a pair (its block's first in the fast path) whose overlap exceeds overlap_limit *

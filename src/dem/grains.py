@@ -1,6 +1,9 @@
 """The sizes of a run spec's grains, in SI unless the name says otherwise."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,8 +11,12 @@ from dem.clump import shape_of
 from dem.constants import GRAVITY
 from dem.dumbbell import sphere_radius
 
+if TYPE_CHECKING:
+    from dem.clump import Shape
+    from dem.spec import Clump, RunSpec, Sizes
 
-def classes(sizes):
+
+def classes(sizes: Sizes) -> tuple[np.ndarray, np.ndarray]:
     """Least and largest diameter (k,) [mm] of each class; the same of a class that is one size."""
     low = np.array(sizes.diameters_mm, float)
     return low, low if sizes.upper_diameters_mm is None else np.array(sizes.upper_diameters_mm)
@@ -30,7 +37,7 @@ def _mean_power(sizes, power):
     return integral(own + power) / integral(own)
 
 
-def number_fractions(sizes):
+def number_fractions(sizes: Sizes) -> np.ndarray:
     """Share of each class by number; fractions by mass are divided by the mean cube of the
     class."""
     share = np.array(sizes.fractions, float)
@@ -39,7 +46,7 @@ def number_fractions(sizes):
     return share / share.sum()
 
 
-def mean_radius(spec):
+def mean_radius(spec: RunSpec) -> float:
     """Radius [m] of the mean grain: by number of the size distribution, after the scale factor."""
     sizes = spec.particles.sizes
     scale = 0.5e-3 * spec.particles.scale_factor
@@ -48,13 +55,13 @@ def mean_radius(spec):
     return scale * float((_mean_power(sizes, 1) * number_fractions(sizes)).sum())
 
 
-def fall_time(spec):
+def fall_time(spec: RunSpec) -> float:
     """sqrt(r / g) [s] of the mean grain, in which it falls by half its radius. The unit of an
     experiment's own times: grains and rig enlarged alike then give the same."""
     return math.sqrt(mean_radius(spec) / GRAVITY)
 
 
-def draw_radii(spec, count, rng):
+def draw_radii(spec: RunSpec, count: int, rng: np.random.Generator) -> np.ndarray:
     """(count,) radii [m]; a size distribution is met as exactly as whole grains allow, in random
     order."""
     p = spec.particles
@@ -79,18 +86,18 @@ def _spread(low, high, count, by):
     return 1.0 / np.sqrt(low**-2.0 + share * (high**-2.0 - low**-2.0))
 
 
-def spheres_in(clump):
+def spheres_in(clump: Clump) -> tuple[tuple[float, float, float, float], ...]:
     """((x, y, z, radius), ...) of a spec's clump [mm]."""
     return tuple(zip(clump.x_mm, clump.y_mm, clump.z_mm, clump.radius_mm, strict=True))
 
 
-def clump_shape(spec):
+def clump_shape(spec: RunSpec) -> Shape | None:
     """`dem.clump.Shape` of the grains; None where they are spheres or pairs."""
     clump = spec.particles.clump
     return None if clump is None else shape_of(spheres_in(clump))
 
 
-def smallest_radius(spec):
+def smallest_radius(spec: RunSpec) -> float:
     """Radius [m] of the smallest sphere that a grain is or is made of."""
     p, shape = spec.particles, clump_shape(spec)
     d = p.diameter_mm if p.sizes is None else min(p.sizes.diameters_mm)
@@ -98,7 +105,7 @@ def smallest_radius(spec):
     return sphere_radius(radius, p.elongation) if shape is None else shape.smallest * radius
 
 
-def largest_reach(spec):
+def largest_reach(spec: RunSpec) -> float:
     """Half the length [m] of the largest grain, its radius where grains are spheres; of a clump the
     distance of its furthest point from its centre."""
     p, shape = spec.particles, clump_shape(spec)
@@ -109,12 +116,12 @@ def largest_reach(spec):
     return p.elongation * sphere_radius(radius, p.elongation)
 
 
-def longest_mm(spec):
+def longest_mm(spec: RunSpec) -> float:
     """Length [mm] of the largest grain."""
     return 2e3 * largest_reach(spec)
 
 
-def grain_volume(spec):
+def grain_volume(spec: RunSpec) -> float:
     """Mean volume [m3] of a grain, by number."""
     p = spec.particles
     if p.sizes is None:

@@ -12,13 +12,21 @@ step. What rounding leaves over is carried to the next step (Kahan 1965, Communi
 The torque of rolling resistance on the own spin acts last and as dry friction: it takes at most the
 spin that is there."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 from numba import njit, types
 from numba.extending import overload
 
 from dem.arithmetic import where
 from dem.lanes import angular_square, linear_lanes, load_row, move_row, spread, store_row
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from dem.state import Particles
 
 
 @njit(error_model="numpy", fastmath={"contract", "nsz"})
@@ -98,7 +106,7 @@ def _advance_plain(n, particles, gravity, dt):
     return stale
 
 
-def advance_particles(n, particles, gravity, dt):
+def advance_particles(n: int, particles: Particles, gravity: np.ndarray, dt: float) -> bool:
     """Kick and drift all free particles; True when one has left its skin."""
     raise NotImplementedError("compiled code only")
 

@@ -1,6 +1,8 @@
 """The decorator of a force law. Nothing is compiled before something compiled calls the law."""
 
 import functools
+from collections.abc import Callable
+from typing import Any
 
 OPTIONS = {"forceinline": True, "error_model": "numpy", "fastmath": {"contract", "nsz"}}
 
@@ -9,18 +11,18 @@ class Kernel:
     """A function of a law: compiled for floats or lanes when something compiled calls it, and
     inlined there."""
 
-    def __init__(self, function):
+    def __init__(self, function: Callable) -> None:
         functools.update_wrapper(self, function)
         self.py_func = function
 
     @functools.cached_property
-    def compiled(self):
+    def compiled(self) -> Any:
         """The numba function."""
         from numba import njit
 
         import dem.lanes  # noqa: F401  # gives `dem.arithmetic` its compiled form
 
-        return njit(**OPTIONS)(self.py_func)
+        return njit(**OPTIONS)(self.py_func)  # type: ignore[call-overload]
 
     @property
     def _numba_type_(self):

@@ -18,7 +18,7 @@ from dem.fingerprint import kernel_fingerprint, stack_digest
 NAME = re.compile(r"engine-[0-9a-f]{16}-[0-9a-f]{12}")
 
 
-def use_kernel_cache():
+def use_kernel_cache() -> None:
     """Let numba keep compiled code in `kernel_cache`; to be called before the first kernel is
     defined."""
     os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())
@@ -26,7 +26,7 @@ def use_kernel_cache():
         sys.modules["numba"].config.reload_config()
 
 
-def kernel_cache():
+def kernel_cache() -> Path:
     """Folder of this engine's compiled code, below NUMBA_CACHE_DIR where that is set, else below
     the user's cache or, where that cannot be written, below a private temporary folder."""
     chosen = os.environ.get("NUMBA_CACHE_DIR")

@@ -10,6 +10,7 @@ that meets lanes is broadcast.
 
 import math
 import operator
+from typing import Any
 
 from llvmlite import ir
 from numba import njit, types
@@ -55,7 +56,7 @@ class _LaneModel(models.PrimitiveModel):
         super().__init__(manager, fe_type, fe_type.vector)
 
 
-def broadcast(builder, value, lane_type):
+def broadcast(builder: Any, value: Any, lane_type: Any) -> Any:
     """Return `value` as a vector of `lane_type`; a scalar float fills every lane."""
     if isinstance(value.type, ir.VectorType):
         return value

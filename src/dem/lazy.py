@@ -1,17 +1,23 @@
 """Modules that are loaded when something of them is first used: a schema must not wait a second for
 the engine."""
 
+from __future__ import annotations
+
 import importlib.util
 import sys
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from types import ModuleType
 
 
-def lazily(name):
+def lazily(name: str) -> ModuleType:
     """The module `name`; its code runs at the first access to one of its attributes."""
     if name in sys.modules:
         return sys.modules[name]
     found = importlib.util.find_spec(name)
-    found.loader = importlib.util.LazyLoader(found.loader)
-    module = importlib.util.module_from_spec(found)
+    found.loader = importlib.util.LazyLoader(found.loader)  # type: ignore[union-attr,arg-type]
+    module = importlib.util.module_from_spec(found)  # type: ignore[arg-type]
     sys.modules[name] = module
-    found.loader.exec_module(module)
+    found.loader.exec_module(module)  # type: ignore[union-attr]
     return module

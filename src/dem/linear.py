@@ -6,7 +6,10 @@ make another heap out of the last bit. Nothing that a run's result depends on ma
 `np.linalg`, `@`, `np.dot`, `np.einsum`, `np.convolve` and `np.polyfit` do.
 """
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 ALIKE = 1e-6  # moments that differ by less than this share of the largest count as equal
 SWEEPS = 12  # Jacobi's error squares in each; five are enough for a double
@@ -14,24 +17,24 @@ NOTHING = 1e-20  # of the largest element: no longer turned to zero
 _TURNS = ((0, 1), (0, 2), (1, 2))
 
 
-def length(vectors):
+def length(vectors: ArrayLike) -> Any:
     """Euclidean length of vectors (..., 3)."""
     x, y, z = np.moveaxis(np.asarray(vectors, float), -1, 0)
     return np.sqrt(x * x + y * y + z * z)
 
 
-def into_axes(axes, vectors):
+def into_axes(axes: np.ndarray, vectors: ArrayLike) -> np.ndarray:
     """Components of vectors (..., 3) along the columns of axes (..., 3, 3): axes.T @ vector."""
     return (axes * np.asarray(vectors, float)[..., :, None]).sum(-2)
 
 
-def slope(x, y):
+def slope(x: np.ndarray, y: np.ndarray) -> float:
     """Slope of the least-squares line through the points x, y (m,)."""
     dx, dy = x - x.mean(), y - y.mean()
     return float((dx * dy).sum() / (dx * dx).sum())
 
 
-def principal_axes(tensors):
+def principal_axes(tensors: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Principal moments (k, 3), ascending, and right-handed axes (k, 3, 3) in columns of symmetric
     tensors (k, 3, 3).
 

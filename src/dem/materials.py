@@ -1,23 +1,31 @@
 """Materials, laws and contact parameters of a run spec, in SI units."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 from dem.contact.law import Grain
 from dem.contact.registry import ContactParameters, Laws, Material
 from dem.grains import mean_radius
 
+if TYPE_CHECKING:
+    from dem.spec import RunSpec
+
+
 PARTICLE, WALL = "particle", "wall"
 
 
-def laws_of(spec):
+def laws_of(spec: RunSpec) -> Laws:
     """`Laws` of a `RunSpec`."""
     return Laws(**spec.laws.model_dump())
 
 
-def material_of(entry):
+def material_of(entry: Any) -> Material:
     """`Material` from a spec's material."""
     return Material(entry.density_kg_m3, entry.shear_modulus_Pa, entry.poisson_ratio)
 
 
-def contact_parameters(spec):
+def contact_parameters(spec: RunSpec) -> dict[tuple[str, str], ContactParameters]:
     """{pair of materials: ContactParameters}; what a law needs is given for grain on grain and
     grain on wall."""
     given, chosen = spec.law_parameters, laws_of(spec).chosen()

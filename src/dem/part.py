@@ -1,5 +1,7 @@
 """What every part of a run spec is made of: a frozen pydantic model that takes no unknown key."""
 
+from typing import Any
+
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 from pydantic_core import PydanticCustomError
 
@@ -19,12 +21,12 @@ class Part(BaseModel):
         return value
 
 
-def field(default, description, **limits):
+def field(default: Any, description: str, **limits: Any) -> Any:
     """A key with its default, its meaning and pydantic's limits (gt, ge, lt, le)."""
     return Field(default, description=description, **limits)
 
 
-def mesh_field(description):
+def mesh_field(description: str) -> Any:
     """A key that names a STL file in place of a rig's own walls. A spec without one is written, and
     named, as if there were no such key."""
     return Field(None, description=description, exclude_if=lambda value: value is None)

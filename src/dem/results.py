@@ -5,15 +5,23 @@ it is, what was computed with, and the checksums of the files beside it; a check
 stands at its end.
 """
 
+from __future__ import annotations
+
 import json
 import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from dem.errors import ResultError
 from dem.fingerprint import cpu_target, engine_fingerprint, software
 from dem.io.checked import digest_of, is_sealed, sealed
 from dem.io.files import write_json
 from dem.spec import content_hash, input_digests
+
+if TYPE_CHECKING:
+    from dem.spec import RunSpec
+
 
 RESULT, FAILED, STATE = "result.json", "failed.json", "final.npz"
 RUN_NAME = re.compile(r"[a-z_]+-[0-9a-f]{16}")
@@ -37,23 +45,29 @@ SHAPES = {
 """File -> kind of value of each key that it must hold, at least."""
 
 
-def engine_of(spec):
+def engine_of(spec: RunSpec) -> str:
     """What makes a `RunSpec`'s run: this engine's fingerprint, or the name of another engine."""
     return engine_fingerprint() if spec.engine is None else OTHER + spec.engine.name
 
 
-def is_current(engine):
+def is_current(engine: str) -> bool:
     """Whether what `engine_of` named still stands: this engine as it is now, or another one, whose
     version is part of the run's name."""
     return engine == engine_fingerprint() or engine.startswith(OTHER)
 
 
-def run_name(spec):
+def run_name(spec: RunSpec) -> str:
     """Name of a run: experiment and content hash of its `RunSpec`."""
     return f"{spec.experiment}-{content_hash(spec)}"
 
 
-def write_result(folder, spec, metrics, numerics, files=(STATE,)):
+def write_result(
+    folder: str | Path,
+    spec: RunSpec,
+    metrics: Mapping[str, Any],
+    numerics: Mapping[str, Any],
+    files: Sequence[str] = (STATE,),
+) -> dict[str, Any]:
     """Write result.json for a `RunSpec`, sealed; `files` of the folder become part of it. Returns
     its content."""
     folder = Path(folder)
@@ -71,7 +85,7 @@ def write_result(folder, spec, metrics, numerics, files=(STATE,)):
     return result
 
 
-def write_failure(folder, spec, error):
+def write_failure(folder: str | Path, spec: RunSpec, error: BaseException) -> None:
     """Write failed.json: a physical failure, which the same spec would meet again."""
     failure = {
         "engine": engine_of(spec),
@@ -91,13 +105,13 @@ def _manifest(spec):
     }
 
 
-def read_result(folder, files=True):
+def read_result(folder: str | Path, files: bool = True) -> dict[str, Any]:
     """Content of a folder's result.json. Raises ResultError where it is missing, damaged or of
     another run; `files`: check those that belong to it as well."""
     return _read(Path(folder), RESULT, files)
 
 
-def read_failure(folder):
+def read_failure(folder: str | Path) -> dict[str, Any]:
     """Content of a folder's failed.json. Raises ResultError as `read_result`."""
     return _read(Path(folder), FAILED, True)
 

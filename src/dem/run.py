@@ -4,12 +4,16 @@ A run is made by one process at a time, which holds the lock in its folder. The 
 process, however that ends.
 """
 
+from __future__ import annotations
+
 import json
 import signal
 import threading
 import time
+from collections.abc import Callable
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from filelock import FileLock, Timeout
@@ -31,30 +35,41 @@ from dem.results import (
 )
 from dem.spec import canonical
 
+if TYPE_CHECKING:
+    from dem.simulation import Simulation
+    from dem.spec import RunSpec
+    from dem.walls.state import Walls
+
 
 class RunContext:
     """What an experiment may ask of its surroundings: progress, frames, checkpoints and the last
     state."""
 
-    def __init__(self, spec, out, progress=None, stop=None):
+    def __init__(
+        self,
+        spec: RunSpec,
+        out: str | Path,
+        progress: Callable[[float, str], object] | None = None,
+        stop: threading.Event | None = None,
+    ) -> None:
         self.spec, self.out = spec, Path(out)
         self._progress = progress or (lambda fraction, text: None)
         self._stop = stop or threading.Event()
         self._fraction, self._stopping = 0.0, False
         self._saved = time.monotonic()
         self._frames = 0
-        self.summary, self.notes = {}, []
+        self.summary, self.notes = {}, []  # type: dict[str, Any], list[str]
 
-    def note(self, sentence):
+    def note(self, sentence: str) -> None:
         """Keep what the reader of the result must know beside its numbers."""
         self.notes.append(sentence)
 
     @property
-    def checkpoint_path(self):
+    def checkpoint_path(self) -> Path:
         """Where the state of an unfinished run is kept."""
         return self.out / "checkpoint.npz"
 
-    def progress(self, fraction, text):
+    def progress(self, fraction: float, text: str) -> None:
         """Tell how far the run is, 0 to 1. Raises StoppedError where the run was asked to stop and
         has come here twice since without a checkpoint between."""
         self._fraction = fraction
@@ -66,7 +81,7 @@ class RunContext:
             )
         self._stopping = self._stop.is_set()
 
-    def resume(self):
+    def resume(self) -> tuple[dict[str, np.ndarray], dict[str, Any]] | None:
         """(arrays, meta) of a checkpoint of this very spec and engine, or None; one that is damaged
         is told of."""
         try:
@@ -83,7 +98,7 @@ class RunContext:
             return None
         return arrays, meta
 
-    def checkpoint(self, make):
+    def checkpoint(self, make: Callable[[], tuple[dict[str, np.ndarray], dict[str, Any]]]) -> None:
         """Save make() -> (arrays, meta) when the interval since the last time has passed, or when
         the run is asked to stop, which it then does: raises StoppedError."""
         stopping = self._stop.is_set()
@@ -92,7 +107,7 @@ class RunContext:
             return
         arrays, meta = make()
         _refuse_not_finite(arrays)
-        meta = json.dumps(meta | {"key": self._key(), "frames": self._frames})
+        meta = json.dumps(meta | {"key": self._key(), "frames": self._frames})  # type: ignore[assignment]
         write_checked_arrays(self.checkpoint_path, arrays | {"meta": np.array(meta)})
         self._saved = time.monotonic()
         if stopping:
@@ -105,7 +120,7 @@ class RunContext:
     def _key(self):
         return [canonical(self.spec), engine_fingerprint()]
 
-    def frame(self, sim):
+    def frame(self, sim: Simulation) -> None:
         """Write a VTK frame when one is due."""
         interval = self.spec.output.frame_interval_s
         if interval and sim.time >= self._frames * interval:
@@ -116,7 +131,7 @@ class RunContext:
             write_frame(self.out / "frames" / f"grains_{self._frames:05d}.vtp", sim)
             self._frames += 1
 
-    def finish(self, sim):
+    def finish(self, sim: Simulation) -> None:
         """Keep the last state and what the numerics came to."""
         write_arrays(
             self.out / STATE,
@@ -150,7 +165,7 @@ def _restitution(spec):
     return {"restitution_error": error, "restitution_error_speed_m_s": speed}
 
 
-def wall_arrays(walls):
+def wall_arrays(walls: Walls) -> dict[str, np.ndarray]:
     """{name: array} of wall elements as they stand, of `Walls`: kind (e,), parameters (e, 9), and
     origin (e, 3) [m] and rotation (e, 3, 3) of the body of each."""
     return {
@@ -168,7 +183,15 @@ def _refuse_not_finite(arrays):
             raise ValueError(f"{name} holds values that are not finite")
 
 
-def run(spec, out, progress=None, *, again=True, wait=True, maker=None):
+def run(
+    spec: RunSpec,
+    out: str | Path,
+    progress: Callable[[float, str], object] | None = None,
+    *,
+    again: bool = True,
+    wait: bool = True,
+    maker: Callable[[RunSpec, RunContext], dict[str, Any]] | None = None,
+) -> dict[str, Any]:
     """Run a `RunSpec` into folder `out`; progress(fraction, text) is called along the way.
 
     again: make the run even where its result is there, by this engine and undamaged. wait: wait for
@@ -192,7 +215,7 @@ def run(spec, out, progress=None, *, again=True, wait=True, maker=None):
         return result
 
 
-def finished(out):
+def finished(out: str | Path) -> dict[str, Any] | None:
     """Content of a folder's result.json where it is whole and of this engine, else None."""
     try:
         result = read_result(out)

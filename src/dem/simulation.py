@@ -1,11 +1,16 @@
 """A simulation as Python sees it: particles, walls, laws, and time."""
 
+from __future__ import annotations
+
 import math
 import time
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from dem import neighbours as nb
 from dem import sphere
@@ -32,6 +37,10 @@ from dem.step import DONE, OVERLAP, WALL_OVERLAP, Model, advance
 from dem.team import new_board, plan_shares, shares_of, threads_chosen
 from dem.walls.builder import WallSet
 from dem.walls.contacts import find_wall_contacts
+
+if TYPE_CHECKING:
+    from dem.contact.registry import ContactParameters, Material
+
 
 CHECK_INTERVAL = 2000  # steps between searches for NaN
 LEAPFROG = 4.0
@@ -82,19 +91,19 @@ class Simulation:
 
     def __init__(
         self,
-        materials,
-        contacts,
+        materials: Mapping[str, Material],
+        contacts: Mapping[tuple[str, str], ContactParameters],
         *,
-        laws=None,
-        time_step,
-        gravity=DOWN,
-        precision="mixed",
-        walls=None,
-        air=None,
-        overlap_limit=0.2,
-        skin=None,
-        threads=None,
-    ):
+        laws: Laws | None = None,
+        time_step: float,
+        gravity: ArrayLike = DOWN,
+        precision: str = "mixed",
+        walls: WallSet | None = None,
+        air: Air | None = None,
+        overlap_limit: float = 0.2,
+        skin: SkinPolicy | None = None,
+        threads: int | str | None = None,
+    ) -> None:
         self.threads = threads_chosen(threads)
         self.laws = laws or Laws()
         self.materials = dict(materials)
@@ -166,15 +175,25 @@ class Simulation:
                 )
 
     @property
-    def time(self):
+    def time(self) -> float:
         """Simulated time [s]."""
         return self.steps * self.time_step
 
-    def add_particles(self, position, radius, *, velocity=0.0, spin=0.0, material=None):
+    def add_particles(
+        self,
+        position: ArrayLike,
+        radius: ArrayLike,
+        *,
+        velocity: ArrayLike = 0.0,
+        spin: ArrayLike = 0.0,
+        material: str | None = None,
+    ) -> np.ndarray:
         """Add spheres.
 
         position (m, 3) [m]; radius (m,) or scalar [m]; velocity, spin (m, 3) or scalar [m/s],
-        [rad/s]; material: a name, the first one by default. Returns their tags (m,).
+        [rad/s]; material: a name, the first one by default. Returns their tags (m,). Raises
+        ValueError for a radius of 0 or less, and for a material that can meet another without a
+        pair of parameters.
         """
         position = np.atleast_2d(np.asarray(position, float))
         m = len(position)
@@ -206,14 +225,22 @@ class Simulation:
         return tags
 
     def add_clusters(
-        self, position, radius, *, velocity=0.0, mass=None, inertia=None, centre=None, material=None
-    ):
+        self,
+        position: ArrayLike,
+        radius: ArrayLike,
+        *,
+        velocity: ArrayLike = 0.0,
+        mass: np.ndarray | None = None,
+        inertia: np.ndarray | None = None,
+        centre: np.ndarray | None = None,
+        material: str | None = None,
+    ) -> np.ndarray:
         """Add rigid bodies of bonded spheres.
 
         position (k, m, 3) [m]; radius (k, m) or scalar [m]; velocity (k, 3) or scalar [m/s]. Mass,
         inertia and centre of mass of a body are the sums over its spheres, an overlap counted once
         per sphere; or give mass (k,) [kg], inertia (k, 3, 3) about the centre of mass [kg m2] and
-        centre (k, 3) [m]. Returns the tags (k, m).
+        centre (k, 3) [m]. Returns the tags (k, m). Raises ValueError as `add_particles`.
         """
         position = np.asarray(position, float)
         k, m = shape = position.shape[:2]
@@ -231,9 +258,9 @@ class Simulation:
         )
         return tags.reshape(shape)
 
-    def remove(self, tags):
+    def remove(self, tags: np.ndarray) -> int:
         """Take grains out of the simulation, a cluster whole with any of its members; returns their
-        number."""
+        number. tags (m,)."""
         if not len(tags):  # at most moments nothing leaves
             return 0
         gone = np.isin(self.particles.tag[: self.n], tags)
@@ -300,7 +327,7 @@ class Simulation:
 
     # --- the lists --------------------------------------------------------------------------------
 
-    def rebuild_lists(self):
+    def rebuild_lists(self) -> None:
         """Sort the particles in space and list the pairs and wall contacts that may touch."""
         begin = time.perf_counter()
         p, n, w = self.particles, self.n, self.wall_state
@@ -422,7 +449,7 @@ class Simulation:
 
     # --- time -------------------------------------------------------------------------------------
 
-    def advance(self, steps):
+    def advance(self, steps: int) -> None:
         """Advance by a number of steps. Raises BlowUpError when the run has become unphysical."""
         left, begin = int(steps), time.perf_counter()
         while left > 0:
@@ -519,32 +546,32 @@ class Simulation:
         return np.asarray(array[: self.n], float)[np.argsort(self.particles.tag[: self.n])]
 
     @property
-    def tag(self):
+    def tag(self) -> np.ndarray:
         """(n,) tags in ascending order: the order of all arrays below."""
         return np.sort(self.particles.tag[: self.n])
 
     @property
-    def position(self):
+    def position(self) -> np.ndarray:
         """(n, 3) [m]."""
         return self._by_tag(self.particles.position)[:, :3]
 
     @property
-    def velocity(self):
+    def velocity(self) -> np.ndarray:
         """(n, 3) [m/s], half a step behind the position."""
         return self._by_tag(self.particles.kinetic)[:, :3]
 
     @property
-    def spin(self):
+    def spin(self) -> np.ndarray:
         """(n, 3) angular velocity [rad/s], half a step behind the position."""
         return self._by_tag(self.particles.kinetic)[:, 3:6]
 
     @property
-    def radius(self):
+    def radius(self) -> np.ndarray:
         """(n,) [m]."""
         return self._by_tag(self.particles.kinetic)[:, 6]
 
     @property
-    def mass(self):
+    def mass(self) -> np.ndarray:
         """(n,) [kg]; the members of a cluster share its mass as their volumes."""
         mass = self._by_tag(self.particles.kinetic)[:, 7]
         if len(self.clusters.mass):
@@ -554,7 +581,7 @@ class Simulation:
         return mass
 
     @property
-    def cubed_radius(self):
+    def cubed_radius(self) -> np.ndarray:
         """(n,) cube of the radius of a sphere as large as each sphere's share of its grain [m3]."""
         cube = self.radius**3
         if not len(self.clusters.mass):
@@ -566,7 +593,7 @@ class Simulation:
         return np.where(bonded, self.mass / (4.0 / 3.0 * math.pi * density), cube)
 
     @property
-    def grain(self):
+    def grain(self) -> np.ndarray:
         """(n,) number of the grain that each sphere is part of: the lowest tag among those bonded
         together."""
         rows = np.argsort(self.particles.tag[: self.n])
@@ -575,11 +602,11 @@ class Simulation:
         return np.where(cluster < 0, tag, first[cluster])
 
     @property
-    def grain_count(self):
+    def grain_count(self) -> int:
         """Number of grains, a cluster counted once."""
         return self.n - len(self.clusters.member) + len(self.clusters.mass)
 
-    def kinetic_energy(self):
+    def kinetic_energy(self) -> float:
         """Energy of motion and spin of all loose particles and clusters [J]."""
         k, c = self.particles.kinetic[: self.n].astype(float), self.clusters
         k = k[self.particles.cluster[: self.n] < 0]
@@ -589,7 +616,7 @@ class Simulation:
         bonded = (c.mass * (c.velocity**2).sum(1)).sum() + (turning**2 / c.inertia).sum()
         return 0.5 * float(loose + bonded)
 
-    def contacts(self):
+    def contacts(self) -> tuple[np.ndarray, np.ndarray]:
         """Sphere contacts that transmit force: (m, 2) tags and (m, 3) tangential spring force on
         the first [N]."""
         blocks = self._pair_count // WIDTH
@@ -601,27 +628,34 @@ class Simulation:
         return ends, np.asarray(spring, float)
 
     @property
-    def candidate_pairs(self):
+    def candidate_pairs(self) -> int:
         """Number of pairs that the list holds, touching or not."""
         return self._pair_count
 
-    def wall_force(self, name):
+    def wall_force(self, name: str) -> np.ndarray:
         """Force of the particles on a wall body at the last step (3,) [N]."""
         return self.wall_state.force[self.walls.index(name)].copy()
 
-    def wall_impulse(self, name):
+    def wall_impulse(self, name: str) -> np.ndarray:
         """Time integral of that force since the start (3,) [N s]; differences give mean forces."""
         return self.wall_state.impulse[self.walls.index(name)].copy()
 
-    def wall_angular_impulse(self, name):
+    def wall_angular_impulse(self, name: str) -> np.ndarray:
         """Time integral of their torque about the body's origin since the start (3,) [N m s]."""
         return self.wall_state.angular_impulse[self.walls.index(name)].copy()
 
-    def wall_origin(self, name):
+    def wall_origin(self, name: str) -> np.ndarray:
         """Position of a wall body's origin (3,) [m]."""
         return self.wall_state.origin[self.walls.index(name)].copy()
 
-    def move_wall(self, name, *, velocity=None, spin=None, load=None):
+    def move_wall(
+        self,
+        name: str,
+        *,
+        velocity: ArrayLike | None = None,
+        spin: ArrayLike | None = None,
+        load: float | None = None,
+    ) -> None:
         """Change a wall body's prescribed velocity (3,) [m/s], spin (3,) [rad/s] or load along its
         free axis [N]."""
         b, w = self.walls.index(name), self.wall_state
@@ -635,7 +669,7 @@ class Simulation:
 
     # --- checkpoint -------------------------------------------------------------------------------
 
-    def state_dict(self):
+    def state_dict(self) -> dict[str, np.ndarray]:
         """Everything that determines the future, as arrays for `numpy.savez`; see `restore`."""
         out = {f"particles_{k}": np.array(v[: self.n]) for k, v in self.particles._asdict().items()}
         out |= {f"walls_{k}": v.copy() for k, v in self.wall_state._asdict().items()}
@@ -660,7 +694,7 @@ class Simulation:
         )
         return out
 
-    def restore(self, saved):
+    def restore(self, saved: Mapping[str, np.ndarray]) -> None:
         """Continue from `state_dict` of a simulation that was set up alike; the future is the same
         to the bit."""
         self.steps, self.rebuilds, self._next_tag, pair_count, wall_count, stale = (

@@ -8,7 +8,7 @@ import hashlib
 import json
 import math
 from pathlib import Path
-from typing import Annotated, Literal, Union
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union
 
 from pydantic import BaseModel, Field, ValidationError, create_model, model_validator
 
@@ -92,7 +92,20 @@ class _Laws(Part):
         return given | completed(given) if named else given  # the fields refuse what is no name
 
 
-LawsSpec = create_model(
+if TYPE_CHECKING:
+
+    class LawsSpec(_Laws):
+        """As below; this one is for type checkers."""
+
+        def __getattr__(self, slot: str) -> str: ...
+
+    class LawParameters(Part):
+        """As below; this one is for type checkers."""
+
+        def __getattr__(self, key: str) -> float | None: ...
+
+
+LawsSpec = create_model(  # type: ignore[misc,call-overload]
     "LawsSpec",
     __base__=_Laws,
     __doc__="One law in each slot of the contact.",
@@ -118,9 +131,9 @@ def _parameters():
     return found
 
 
-LawParameters = create_model(
+LawParameters = create_model(  # type: ignore[misc]
     "LawParameters",
-    __base__=Part,
+    __base__=Part,  # type: ignore[arg-type]
     __doc__="Constants that the chosen laws need beyond the materials and contacts.",
     **_parameters(),
 )
@@ -223,14 +236,14 @@ class OtherEngine(Part):
 class RunSpec(Part):
     """One run."""
 
-    experiment: Literal[tuple(GEOMETRY)]
+    experiment: Literal[tuple(GEOMETRY)]  # type: ignore[valid-type]
     seed: int = field(1, "seed of all random draws", ge=0, lt=2**63)
     materials: Materials = Materials()
     contacts: Contacts = Contacts()
     laws: LawsSpec = LawsSpec()
     law_parameters: LawParameters = LawParameters()
     particles: Particles = Particles()
-    geometry: Union[tuple(GEOMETRY.values())]  # noqa: UP007
+    geometry: Union[tuple(GEOMETRY.values())]  # type: ignore[valid-type]  # noqa: UP007
     numerics: Numerics = Numerics()
     output: Output = Output()
     engine: OtherEngine | None = field(
@@ -238,21 +251,21 @@ class RunSpec(Part):
     )
 
 
-def parse_spec(data, file=None):
+def parse_spec(data: Any, file: str | Path | None = None) -> "RunSpec":
     """`RunSpec` from a mapping. Raises SpecError for the first thing that is wrong."""
     if not isinstance(data, dict):
         raise SpecError("(top level)", data, "a mapping of keys", file)
     try:
         data = converted(data)
     except UnitError as error:
-        raise SpecError(error.key, error.value, str(error), file) from None
+        raise SpecError(error.key, error.value, str(error), file) from None  # type: ignore[attr-defined]
     _expand_sizes(data, file)
     _expand_clump(data)
     kind = data.get("experiment")
     if not isinstance(kind, str) or kind not in GEOMETRY:
         raise SpecError("experiment", kind, ", ".join(GEOMETRY), file)
     try:
-        geometry = GEOMETRY[kind].model_validate(data.get("geometry") or {})
+        geometry = GEOMETRY[kind].model_validate(data.get("geometry") or {})  # type: ignore[attr-defined]
     except ValidationError as error:
         raise _first_error(error, file, GEOMETRY[kind], "geometry") from None
     data["geometry"] = geometry
@@ -276,7 +289,7 @@ def parse_spec(data, file=None):
     return spec
 
 
-def require_material(spec, file=None):
+def require_material(spec: "RunSpec", file: str | Path | None = None) -> None:
     """Raise SpecError where a spec, as read, leaves a number of the grains' material, size or
     contacts to the schema: what stands there is an example's, and no material is like another.
     Grain on grain counts where grains are poured, and the wall's own material is steel unless
@@ -295,7 +308,7 @@ def require_material(spec, file=None):
                 raise SpecError(f"{name}.{key}", None, "this key must be given", file)
 
 
-def load_spec(path):
+def load_spec(path: str | Path) -> "RunSpec":
     """`RunSpec` from a YAML file. Raises SpecError; the file's name and the line of the key are
     part of the message."""
     data, lines = read_mapping(path)
@@ -485,7 +498,7 @@ def _check_law_step(spec, dt, limit, file):
             raise SpecError("numerics.rayleigh_fraction", fraction, allowed, file)
 
 
-def canonical(spec):
+def canonical(spec: "RunSpec") -> str:
     """Canonical JSON of what determines the run's result: not `output`; of a mesh the content, not
     the path; whether meshes may be open only where there is one."""
     data = spec.model_dump(mode="json", exclude={"output"})
@@ -507,7 +520,7 @@ def canonical(spec):
     return json.dumps(data, sort_keys=True, separators=(",", ":"))
 
 
-def input_digests(spec):
+def input_digests(spec: "RunSpec") -> dict[str, str | None]:
     """{key of the geometry: SHA-256 of the file that it names, None where there is no such
     file}."""
     return {
@@ -521,6 +534,6 @@ def _input_files(spec):
     return {k: v for k, v in geometry.items() if k.endswith("_stl") and v is not None}
 
 
-def content_hash(spec):
+def content_hash(spec: "RunSpec") -> str:
     """First 16 hex digits of the SHA-256 of `canonical`."""
     return hashlib.sha256(canonical(spec).encode()).hexdigest()[:16]

@@ -6,9 +6,12 @@ contact needs of a particle. Rows are kept in spatial order; `tag` says which pa
 to. Two rows beyond the last are ghosts, far from everything, that fill up the last vector of pairs.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 from dem.lanes import FIELDS, WIDTH
 
@@ -115,7 +118,7 @@ class Clusters(NamedTuple):
     """(k, 3) float64 principal moments [kg m2]."""
 
 
-def aligned(shape, dtype):
+def aligned(shape: tuple[int, ...], dtype: DTypeLike) -> np.ndarray:
     """Zeroed array whose data starts on a 64-byte boundary, so that a row is a cache line."""
     size = int(np.prod(shape)) * np.dtype(dtype).itemsize
     raw = np.zeros(size + 64, np.uint8)
@@ -123,7 +126,7 @@ def aligned(shape, dtype):
     return raw[start : start + size].view(dtype).reshape(shape)
 
 
-def new_particles(n, precision):
+def new_particles(n: int, precision: str) -> Particles:
     """Particles for n rows and the ghosts; precision is 'mixed' or 'double'."""
     rows = n + GHOSTS
     if precision == "mixed":
@@ -132,7 +135,7 @@ def new_particles(n, precision):
         position = buffer[:, :4]
         kinetic = buffer.view(np.float32)[:, 8:]
     else:
-        real = np.float64
+        real = np.float64  # type: ignore[assignment]
         position, kinetic = aligned((rows, 4), np.float64), aligned((rows, 8), np.float64)
     particles = Particles(
         position,
@@ -149,7 +152,7 @@ def new_particles(n, precision):
     return particles
 
 
-def place_ghosts(particles, n):
+def place_ghosts(particles: Particles, n: int) -> None:
     """Put the two ghosts behind row n - 1; they touch nothing and not each other."""
     for k in range(GHOSTS):
         particles.position[n + k, :3] = FAR * (k + 1)
@@ -160,7 +163,7 @@ def place_ghosts(particles, n):
         particles.force[n + k] = 0.0
 
 
-def new_pairs(capacity, precision):
+def new_pairs(capacity: int, precision: str) -> Pairs:
     """Room for `capacity` pairs, rounded up to whole blocks."""
     real = np.float32 if precision == "mixed" else np.float64
     blocks = -(-capacity // WIDTH)
@@ -172,14 +175,14 @@ def new_pairs(capacity, precision):
     )
 
 
-def new_wall_contacts(capacity):
+def new_wall_contacts(capacity: int) -> WallContacts:
     """Room for `capacity` candidate wall contacts."""
     return WallContacts(
         np.zeros(capacity, np.int32), np.zeros(capacity, np.int32), np.zeros((capacity, FIELDS))
     )
 
 
-def new_wall_scratch(capacity, precision):
+def new_wall_scratch(capacity: int, precision: str) -> WallScratch:
     """Scratch for `capacity` candidate wall contacts."""
     return WallScratch(
         np.zeros((capacity, 3)),
@@ -193,7 +196,7 @@ def new_wall_scratch(capacity, precision):
     )
 
 
-def new_stage(precision):
+def new_stage(precision: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """`stage`, `staged` and `rows` of `WallScratch`: what each thread needs for itself, in cache
     lines of its own."""
     real = np.float32 if precision == "mixed" else np.float64
@@ -204,7 +207,7 @@ def new_stage(precision):
     )
 
 
-def no_clusters():
+def no_clusters() -> Clusters:
     """Clusters without any."""
     return Clusters(
         np.zeros(1, np.int64),

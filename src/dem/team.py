@@ -7,8 +7,10 @@ forces are kept in rows of their own, which the grain's thread adds afterwards i
 list. Each grain's sum is therefore made in the same order as by one thread.
 """
 
+from __future__ import annotations
+
 import os
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from llvmlite import ir
@@ -19,6 +21,10 @@ from numba.extending import intrinsic
 from dem.errors import DemError
 from dem.lanes import WIDTH, inlined
 from dem.state import GHOSTS, Particles, WallContacts, WallScratch, aligned, new_stage
+
+if TYPE_CHECKING:
+    from dem.state import Pairs
+
 
 VARIABLE = "DEM_THREADS"
 LEAST = 500  # grains of a thread: with fewer it waits for the others more than it works
@@ -63,7 +69,7 @@ class Share(NamedTuple):
     """(LINE,) int64, shared: how many threads have arrived, and how often all have."""
 
 
-def threads_chosen(text=None):
+def threads_chosen(text: str | int | None = None) -> int:
     """Number of threads of a run: that of the environment variable unless given, else 1.
 
     Raises DemError for what is no positive number."""
@@ -75,7 +81,7 @@ def threads_chosen(text=None):
     return int(text)
 
 
-def use_threads(number):
+def use_threads(number: int | str) -> None:
     """Give every run of this process and its children a number of threads. Raises DemError."""
     os.environ[VARIABLE] = str(threads_chosen(number))
 
@@ -99,7 +105,9 @@ class Plan(NamedTuple):
     """(q, 3) int32 thread, kept row and grain, in the list's order."""
 
 
-def plan_shares(threads, n, pairs, count, contacts, contact_count):
+def plan_shares(
+    threads: int, n: int, pairs: Pairs, count: int, contacts: WallContacts, contact_count: int
+) -> Plan:
     """`Plan` for up to `threads` threads, fewer where there are few grains, of n grains, `count`
     pairs and the wall contacts."""
     size, blocks = max(1, min(threads, n // LEAST)), count // WIDTH
@@ -137,14 +145,16 @@ class Board(NamedTuple):
     """What of the walls' scratch no two threads share, for each."""
 
 
-def new_board(size, precision):
+def new_board(size: int, precision: str) -> Board:
     """`Board` for `size` threads."""
     # a cache line for each: two threads that write to one wait for each other
     found, gate = aligned((size, LINE), np.int64), aligned((LINE,), np.int64)
     return Board(found, gate, [new_stage(precision) for _ in range(size)])
 
 
-def shares_of(plan, particles, contacts, scratch, board):
+def shares_of(
+    plan: Plan, particles: Particles, contacts: WallContacts, scratch: WallScratch, board: Board
+) -> list[Share]:
     """The `Share` of each thread of a plan, whose number is that of the board."""
     size, shares = len(board.stages), []
     for k, own in enumerate(board.stages):

@@ -5,7 +5,7 @@ from pydantic import BaseModel
 from dem.spec import RunSpec, parse_spec
 
 
-def template(experiment):
+def template(experiment: str) -> str:
     """YAML text of a complete spec for an experiment, every key with its description and
     default."""
     spec = parse_spec({"experiment": experiment})  # some defaults depend on the experiment

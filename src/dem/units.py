@@ -7,8 +7,10 @@ is in the key's unit and must be plausible there: a slip of the unit moves it by
 """
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 UNITS = {
     "_kg_m3": "kg/m³",
@@ -45,29 +47,29 @@ class UnitError(ValueError):
     allowed."""
 
 
-def unit_of(key):
+def unit_of(key: str) -> str | None:
     """Unit that a key ends in (`density_kg_m3` -> `kg/m³`; `diameters_mm` too), None where it ends
     in none."""
     return next((unit for ending, unit in UNITS.items() if key.endswith(ending)), None)
 
 
-def without_unit(key):
+def without_unit(key: str) -> str:
     """A key without the unit at its end (`angle_of_repose_deg` -> `angle_of_repose`)."""
     ending = next((ending for ending in UNITS if key.endswith(ending)), "")
     return key.removesuffix(ending)
 
 
-def behind(unit):
+def behind(unit: str | None) -> str:
     """A unit as it is written behind a number: `°` without a space, nothing for None or ""."""
     return unit if unit == "°" else f" {unit}" if unit else ""
 
 
-def in_ascii(unit):
+def in_ascii(unit: str | None) -> str:
     """A unit as files for other programs have it: `kg/m3`, `deg`, `Pa s`; `1` for None."""
     return (unit or "1").translate(_ON_THE_LINE).replace("·", " ").replace("°", "deg")
 
 
-def in_unit(text, unit):
+def in_unit(text: str | float, unit: str | None) -> float:
     """Number of `text`, with or without a unit of its own, in `unit` (None: a number without one).
 
     Raises UnitError where it is no number, its unit is unknown or of another kind.
@@ -85,13 +87,13 @@ def in_unit(text, unit):
     return _convert(number, own, unit)
 
 
-def has_unit(value):
+def has_unit(value: object) -> bool:
     """Whether a value is a text of a number and a unit."""
     match = _WITH_UNIT.match(value) if isinstance(value, str) else None
     return bool(match and match[2] and _SPELLED.fullmatch(match[2]))
 
 
-def converted(data, prefix=""):
+def converted(data: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """A copy of nested mappings and lists in which each text of a number and a unit is a number in
     its key's unit.
 
@@ -181,7 +183,7 @@ BANDS = (
 """(key, band): values outside are asked about. The bands hold every grain from silt to boulders."""
 
 
-def question(key, value):
+def question(key: str, value: object) -> str | None:
     """The question that a bare number gets back which no material or rig has, else None.
 
     Of the units written by mistake it names those under which the number would be plausible.

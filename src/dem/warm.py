@@ -5,7 +5,7 @@ from dem.simulation import Simulation
 from dem.walls.builder import WallSet
 
 
-def compile_engine(precision="mixed"):
+def compile_engine(precision: str = "mixed") -> None:
     """Run a few steps of two grains on a plate, which compiles everything that a run needs."""
     material = Material(1200.0, 1e7, 0.25)
     contact = ContactParameters(0.5, 0.5, 0.1)

@@ -67,7 +67,7 @@ def measurable(experiment: str) -> dict[str, Measurable]:
         if not metric.target:
             continue
         name, unit = quantity_name(metric.name), unit_of(metric.name) or ""
-        limits = unit, metric.least, metric.most, None
+        limits = unit, metric.least, metric.most, None  # type: tuple[str, float, float, str | None]
         if own and own.name == name:
             limits = own.unit, own.least, own.most, own.below
         found[name] = Measurable(metric.name, *limits)

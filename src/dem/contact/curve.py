@@ -8,19 +8,29 @@ the least and the largest of them, so that it stays positive; beyond the five st
 Five equal shares are the law without a curve, to the bit.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Mapping
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 from dem.arithmetic import maximum, minimum, sqrt
 from dem.contact.law import Parameter
 from dem.kernel import law
+
+if TYPE_CHECKING:
+    from dem.contact.registry import ContactParameters
+
 
 POINTS = 5
 STEPS = POINTS - 1.0
 TINY = 1e-30  # a state of nothing, as the load of a contact without force, has a logarithm
 
 
-def parameters(key, what, powers):
+def parameters(
+    key: str, what: str, powers: Mapping[tuple[str, str], float]
+) -> tuple[Parameter, ...]:
     """The `Parameter`s of a curve of `what`; powers: state with its unit -> its power unless
     given."""
     shares = [
@@ -67,13 +77,18 @@ def parameters(key, what, powers):
     )
 
 
-def constants(key, powers):
+def constants(key: str, powers: Mapping[tuple[str, str], float]) -> tuple[str, ...]:
     """Names of what the kernels read: see `values`."""
     own = [f"{key}_d{k}" for k in range(POINTS)] + [f"{key}_least", f"{key}_most", f"{key}_start"]
     return (*own, *(f"{key}_{state}" for state, _ in powers))
 
 
-def values(key, powers, contact, coefficient):
+def values(
+    key: str,
+    powers: Mapping[tuple[str, str], float],
+    contact: ContactParameters,
+    coefficient: Callable[[float], float],
+) -> dict[str, float]:
     """{name: constant} of a curve; coefficient: share -> value of the coefficient there.
 
     key_d0 to key_d4: Newton's divided differences of the values over steps of 1; least, most: the

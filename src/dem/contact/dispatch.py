@@ -8,6 +8,7 @@ in the order of `catalogue`.
 
 import sys
 from inspect import signature
+from typing import TYPE_CHECKING, Any
 
 from dem.contact.catalogue import CODES, LAWS
 from dem.contact.law import ROLES
@@ -42,7 +43,7 @@ def _call(kernel):
     return f"{kernel.__name__}({', '.join(signature(kernel.py_func).parameters)})"
 
 
-def source_of(role):
+def source_of(role: str) -> str:
     """Python source of the function that chooses among the laws with a role."""
     lines, players = [f"def {role}(codes, {ROLES[role]}):"], _players(role)
     for k, (slot, code, call) in enumerate(players):
@@ -74,5 +75,17 @@ def _compiled():
         exec(compile(text, "<dispatch>", "exec"), scope)
     return {name: law(scope[name]) for name in (*ROLES, "spans_gap")}
 
+
+if TYPE_CHECKING:
+    attraction: Any
+    damped: Any
+    limit: Any
+    normal: Any
+    reach: Any
+    resistance: Any
+    rolling: Any
+    spans_gap: Any
+    tangential: Any
+    torsion: Any
 
 globals().update(_compiled())

@@ -28,7 +28,7 @@ class Pair:
     contact: object
 
     @property
-    def contact_radius(self):
+    def contact_radius(self) -> float:
         """Radius a [m] of a Hertz contact under `load`: a^3 = 3 F R*/(4 E*) (Johnson 1985,
         4.22)."""
         return (0.75 * self.load * self.radius / self.young) ** (1 / 3)

@@ -1,15 +1,37 @@
 """What a force law may know of the two materials in contact, and the choice of laws; both are fixed
 for a run."""
 
+from __future__ import annotations
+
 from collections import namedtuple
+from typing import TYPE_CHECKING
 
 from dem.contact.catalogue import SLOTS, every_law
 
-LawCodes = namedtuple("LawCodes", SLOTS, module=__name__)
+if TYPE_CHECKING:
+
+    class LawCodes(tuple[int, ...]):
+        """As below; this one is for type checkers."""
+
+        _fields: tuple[str, ...]
+
+        def __new__(cls, *codes: int) -> LawCodes: ...
+        def __getattr__(self, slot: str) -> int: ...
+
+    class PairProperties(tuple[float, ...]):
+        """As below; this one is for type checkers."""
+
+        _fields: tuple[str, ...]
+
+        def __new__(cls, **constants: float) -> PairProperties: ...
+        def __getattr__(self, name: str) -> float: ...
+
+
+LawCodes = namedtuple("LawCodes", SLOTS, module=__name__)  # type: ignore[misc,no-redef]
 LawCodes.__doc__ = "Number of the law in each slot, as `dem.contact.catalogue.CODES` has it."
 
 BASE = ("young", "shear", "friction", "rolling")
-PairProperties = namedtuple(
+PairProperties = namedtuple(  # type: ignore[misc,no-redef]
     "PairProperties",
     (*BASE, *dict.fromkeys(name for one in every_law() for name in one.constants)),
     module=__name__,

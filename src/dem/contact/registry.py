@@ -1,9 +1,15 @@
 """The choice of laws of a run, its materials, and what is compiled of them for the kernels."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field, make_dataclass
+from typing import TYPE_CHECKING
 
 from dem.contact.catalogue import CODES, DEFAULTS, LAWS, SLOTS, completed, every_law
 from dem.contact.properties import LawCodes, PairProperties
+
+if TYPE_CHECKING:
+    from dem.contact.law import Law
 
 
 class _Choice:
@@ -15,14 +21,14 @@ class _Choice:
         for slot, name in completed(named).items():
             object.__setattr__(self, slot, name)
 
-    def codes(self):
+    def codes(self) -> LawCodes:
         """Integer codes for the kernels. Raises ValueError on an unknown name or a pair that cannot
         be combined."""
         for clash in self.clashes():
             raise ValueError("{0} {1} goes with {2} {4}, not {3}".format(*clash))
         return LawCodes(*(CODES[slot][getattr(self, slot)] for slot in SLOTS))
 
-    def chosen(self):
+    def chosen(self) -> list[Law]:
         """The `Law`s, slot by slot. Raises ValueError on an unknown name."""
         for slot in SLOTS:
             name = getattr(self, slot)
@@ -30,7 +36,7 @@ class _Choice:
                 raise ValueError(f"{slot}: unknown law {name!r}; known: {', '.join(LAWS[slot])}")
         return [LAWS[slot][getattr(self, slot)] for slot in SLOTS]
 
-    def clashes(self):
+    def clashes(self) -> list[tuple[str, str, str, str, str]]:
         """(slot, name, other slot, its name, what it may be) of laws that cannot be combined."""
         return [
             (one.slot, one.name, other, getattr(self, other), " or ".join(allowed))
@@ -46,7 +52,28 @@ class _Choice:
             yield slot, [name for name in LAWS[slot] if name not in refused]
 
 
-Laws = make_dataclass(
+if TYPE_CHECKING:
+
+    class Laws(_Choice):
+        """As below; this one is for type checkers."""
+
+        def __init__(self, **slots: str | None) -> None: ...
+        def __getattr__(self, slot: str) -> str: ...
+
+    class ContactParameters:
+        """As below; this one is for type checkers."""
+
+        def __init__(
+            self,
+            restitution: float,
+            static_friction: float,
+            rolling_friction: float = 0.0,
+            **of_laws: float,
+        ) -> None: ...
+        def __getattr__(self, name: str) -> float: ...
+
+
+Laws = make_dataclass(  # type: ignore[misc,assignment]
     "Laws",
     [(slot, str | None, None) for slot in SLOTS],
     bases=(_Choice,),
@@ -64,7 +91,7 @@ class Material:
     poisson_ratio: float
 
     @property
-    def young_modulus(self):
+    def young_modulus(self) -> float:
         """E = 2 G (1 + nu) [Pa]."""
         return 2.0 * self.shear_modulus * (1.0 + self.poisson_ratio)
 
@@ -84,7 +111,7 @@ def _law_fields():
     return list(fields.values())
 
 
-ContactParameters = make_dataclass(
+ContactParameters = make_dataclass(  # type: ignore[misc,assignment]
     "ContactParameters",
     [
         ("restitution", float),
@@ -102,7 +129,9 @@ ContactParameters = make_dataclass(
 )
 
 
-def pair_properties(laws, a, b, contact):
+def pair_properties(
+    laws: Laws, a: Material, b: Material, contact: ContactParameters
+) -> PairProperties:
     """Compile two `Material`s and their `ContactParameters` into `PairProperties` for the chosen
     `Laws`. Raises ValueError for a restitution outside 0 to 1."""
     if not 0.0 <= contact.restitution <= 1.0:
@@ -124,7 +153,7 @@ def pair_properties(laws, a, b, contact):
     return PairProperties(**values)
 
 
-def attraction_reach(laws, properties, radius):
+def attraction_reach(laws: Laws, properties: PairProperties, radius: float) -> float:
     """Largest gap [m] at which this pair of materials still attracts, for grains up to radius
     [m]."""
     return max(

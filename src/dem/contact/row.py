@@ -4,6 +4,8 @@
 that are not chosen cost nothing, however many they are.
 """
 
+from typing import Any
+
 from llvmlite import ir
 from numba import types
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
@@ -32,7 +34,7 @@ class _RowModel(models.PrimitiveModel):
 class _RowAttributes(AttributeTemplate):
     key = PropertyRow
 
-    def generic_resolve(self, row, name):
+    def generic_resolve(self, row: Any, name: str) -> Any:  # type: ignore[override]
         return types.float64 if name in PairProperties._fields else None
 
 

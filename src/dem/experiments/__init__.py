@@ -4,6 +4,8 @@ nothing else lists them.
 Folders of further files are named in the environment variable DEM_EXPERIMENTS, with the system's
 separator of paths."""
 
+from __future__ import annotations
+
 import importlib
 import importlib.util
 import os
@@ -11,16 +13,21 @@ import pkgutil
 import sys
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from dem.errors import DemError
 from dem.experiments.declare import Experiment
+
+if TYPE_CHECKING:
+    from dem.spec import RunSpec
+
 
 HELPERS = ("bed", "declare", "mesh", "outflow", "phases", "setup")
 FOLDERS = "DEM_EXPERIMENTS"
 
 
 @cache
-def experiments():
+def experiments() -> dict[str, Experiment]:
     """{name: Experiment} of every file beside this one and in the folders of DEM_EXPERIMENTS, in
     order of names.
 
@@ -37,12 +44,12 @@ def experiments():
     return dict(sorted(table.items()))
 
 
-def experiment_of(spec):
+def experiment_of(spec: RunSpec) -> Experiment:
     """`Experiment` of a `RunSpec`."""
     return experiments()[spec.experiment]
 
 
-def outside_files():
+def outside_files() -> list[Path]:
     """Paths of the files in the folders of DEM_EXPERIMENTS. Raises DemError for a folder that is
     not there."""
     files = []
@@ -54,7 +61,7 @@ def outside_files():
 
 
 @cache
-def source_outside(name):
+def source_outside(name: str) -> Path | None:
     """Path of the file outside the package that declares an experiment; None for one of the
     package's own."""
     for path in outside_files():

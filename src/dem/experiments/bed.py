@@ -1,6 +1,10 @@
 """Beds of grains for the experiments: filled in layers, thrown about, and read. All in SI."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,16 +14,22 @@ from dem.experiments.setup import add_grains, build_simulation
 from dem.grains import largest_reach
 from dem.linear import slope
 
+if TYPE_CHECKING:
+    from dem.simulation import Simulation
+    from dem.spec import RunSpec
+    from dem.walls.builder import WallSet
+
+
 SHAKE = 3.0  # speed of the grains when they are made, of sqrt(g reach): it breaks the lattice
 PITCH = 2.15  # between grains when they are made, in reaches
 
 
-def shake(reach):
+def shake(reach: float) -> float:
     """Greatest speed [m/s] along an axis of new grains of half length `reach` [m]."""
     return SHAKE * math.sqrt(GRAVITY * reach)
 
 
-def sites_in_circle(radius, reach, rng):
+def sites_in_circle(radius: float, reach: float, rng: np.random.Generator) -> np.ndarray:
     """Places (k, 2) within a circle where grains of half length `reach` do not touch, in random
     order."""
     line = np.arange(-radius + reach, radius, PITCH * reach)
@@ -28,7 +38,9 @@ def sites_in_circle(radius, reach, rng):
     return rng.permutation(np.column_stack([x[inside], y[inside]]))
 
 
-def sites_in_rectangle(low, high, reach, rng):
+def sites_in_rectangle(
+    low: Sequence[float], high: Sequence[float], reach: float, rng: np.random.Generator
+) -> np.ndarray:
     """The same within low..high, both (2,)."""
     lines = [
         np.arange(a + 1.05 * reach, b - 1.04 * reach, PITCH * reach)
@@ -38,7 +50,16 @@ def sites_in_rectangle(low, high, reach, rng):
     return rng.permutation(np.column_stack([x, y]))
 
 
-def fill(sim, spec, radii, sites, bottom, reach, rng, order=(0, 1, 2)):
+def fill(
+    sim: Simulation,
+    spec: RunSpec,
+    radii: np.ndarray,
+    sites: np.ndarray,
+    bottom: float,
+    reach: float,
+    rng: np.random.Generator,
+    order: tuple[int, int, int] = (0, 1, 2),
+) -> None:
     """Make grains of `radii` (n,) at the sites, layer on layer above `bottom`, and throw them
     about.
 
@@ -54,13 +75,21 @@ def fill(sim, spec, radii, sites, bottom, reach, rng, order=(0, 1, 2)):
     add_grains(sim, spec, position, radii, velocity, rng)
 
 
-def highest_site(count, sites, bottom, reach):
-    """Height above which no grain of `fill` reaches, however it was thrown."""
+def highest_site(count: int, sites: np.ndarray, bottom: float, reach: float) -> float:
+    """Height [m] above which no grain of `fill` reaches, however it was thrown; sites (k, 2),
+    bottom and reach [m]."""
     hop = shake(reach) ** 2 / (2.0 * GRAVITY)
     return bottom + (2.2 + PITCH * ((count - 1) // len(sites))) * reach + 1.5 * hop
 
 
-def poured(spec, walls, radii, sites, floor, rng):
+def poured(
+    spec: RunSpec,
+    walls: Callable[[float], WallSet],
+    radii: np.ndarray,
+    sites: np.ndarray,
+    floor: float,
+    rng: np.random.Generator,
+) -> Simulation:
     """Simulation of grains that were poured above `floor` [m] and rest.
 
     walls: height of the highest site [m] -> WallSet; radii (n,) [m] in the order of pouring; sites
@@ -73,7 +102,7 @@ def poured(spec, walls, radii, sites, floor, rng):
     return sim
 
 
-def advance_for(sim, duration):
+def advance_for(sim: Simulation, duration: float) -> None:
     """Advance by about `duration`, one step at least."""
     sim.advance(max(round(duration / sim.time_step), 1))
 
@@ -88,12 +117,15 @@ def _ball(across):
 BALL = _ball(8)
 
 
-def solid_fraction(position, radius, cube, core, low, high):
+def solid_fraction(
+    position: np.ndarray, radius: np.ndarray, cube: np.ndarray, core: float, low: float, high: float
+) -> float:
     """Share of the volume of a core, a cylinder of radius `core` about z between two heights, that
     grains fill; cube (n,): `Simulation.cubed_radius`.
 
     A sphere that crosses the border counts by its part inside: grains lie in layers at walls, and
-    whole grains would count a layer more or less.
+    whole grains would count a layer more or less. position (n, 3), radius (n,) and the core's
+    measures [m].
     """
     out = np.hypot(position[:, 0], position[:, 1])
     depth = np.minimum(core - out, np.minimum(position[:, 2] - low, high - position[:, 2]))
@@ -105,9 +137,11 @@ def solid_fraction(position, radius, cube, core, low, high):
     return volume / (math.pi * core**2 * (high - low))
 
 
-def surface_profile(along, height, radius, low, high, bins):
+def surface_profile(
+    along: np.ndarray, height: np.ndarray, radius: np.ndarray, low: float, high: float, bins: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Middles (bins,) of strips of low..high, and the highest top of a grain in each; nan where
-    there is none."""
+    there is none. along, height and radius (n,) of the grains [m]."""
     edges = np.linspace(low, high, bins + 1)
     strip = np.digitize(along, edges) - 1
     top = np.full(bins, np.nan)
@@ -118,8 +152,9 @@ def surface_profile(along, height, radius, low, high, bins):
     return 0.5 * (edges[1:] + edges[:-1]), top
 
 
-def profile_angle(along, top):
-    """Slope [deg] of the line through a profile, nan left out; nan with fewer than three points."""
+def profile_angle(along: np.ndarray, top: np.ndarray) -> float:
+    """Slope [deg] of the line through a profile, nan left out; nan with fewer than three points.
+    along, top (m,) [m]."""
     good = np.isfinite(top)
     if good.sum() < 3:
         return math.nan

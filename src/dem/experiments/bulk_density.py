@@ -6,6 +6,7 @@ volume to there, as a vessel that is struck off flat gives them. The solid fract
 core, without the order at walls and floor."""
 
 import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +24,12 @@ from dem.experiments.mesh import at_rims, read_mesh
 from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
 from dem.lazy import lazily
 from dem.part import Part, field, mesh_field
+
+if TYPE_CHECKING:
+    from dem.run import RunContext
+    from dem.spec import RunSpec
+    from dem.walls.builder import WallSet
+
 
 bed = lazily("dem.experiments.bed")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
@@ -48,7 +55,7 @@ class BulkDensityGeometry(Part):
     )
 
 
-def check(spec):
+def check(spec: "RunSpec") -> None:
     """The vessel must be wide enough for grains to lie at random and the bed deep enough for a
     core."""
     g, largest = spec.geometry, longest_mm(spec)
@@ -74,7 +81,7 @@ class _Vessel:
             self.mesh.in_place("its floor", floor, 0.0)
             self.mesh.take(spec)
 
-    def walls(self, top):
+    def walls(self, top: float) -> "WallSet":
         """Vessel, open at `top`; a mesh goes on as a cylinder above its rim while grains are
         filled in."""
         walls = builder.WallSet().body("vessel", material=setup.WALL)
@@ -82,14 +89,14 @@ class _Vessel:
             return walls.disc(self.radius).cylinder(self.radius, 0.0, top)
         return self.mesh.extended(walls, top)
 
-    def volume(self, level):
+    def volume(self, level: float) -> float:
         """Volume below a level [m3]."""
         if self.mesh is None:
             return math.pi * self.radius**2 * level
         return self.mesh.volume(level)
 
 
-def run(spec, context):
+def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Fill, tap, and measure before and after."""
     g, rng = spec.geometry, np.random.default_rng(spec.seed)
     vessel, reach = _Vessel(spec), largest_reach(spec)

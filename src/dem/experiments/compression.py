@@ -7,7 +7,7 @@ nil for grains that do not attract each other.
 """
 
 import math
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -26,6 +26,11 @@ from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, smal
 from dem.lazy import lazily
 from dem.linear import slope
 from dem.part import Part, field, mesh_field
+
+if TYPE_CHECKING:
+    from dem.run import RunContext
+    from dem.spec import RunSpec
+
 
 bed = lazily("dem.experiments.bed")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
@@ -59,7 +64,7 @@ class CompressionGeometry(Part):
     )
 
 
-def check(spec):
+def check(spec: "RunSpec") -> None:
     """Grains must lie side by side, the box must take them and the lid must reach them."""
     g = spec.geometry
     refuse_narrow("box_width_mm", spec, LEAST_WIDTH)
@@ -91,7 +96,7 @@ def _check_lattice(spec):
         )
 
 
-def run(spec, context):
+def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Fill, compress, take the walls away, press on; returns the metrics."""
     g, area = spec.geometry, (1e-3 * spec.geometry.box_width_mm) ** 2
     sim = _filled(spec, np.random.default_rng(spec.seed))
@@ -201,7 +206,7 @@ class _Press:
         bed.advance_for(sim, self.look)
         return (sim.wall_impulse("lid")[2] - before) / (sim.time - start) / self.area
 
-    def down_to(self, load, lowest):
+    def down_to(self, load: float, lowest: float) -> tuple[np.ndarray, np.ndarray]:
         """Heights [m] of the lid, in the middle of each look, and stresses [Pa] until it carries
         `load`."""
         heights, stresses = [], [0.0]
@@ -218,12 +223,12 @@ class _Press:
                 )
         return np.array(heights), np.array(stresses[1:])
 
-    def relieve(self):
+    def relieve(self) -> None:
         """Raise the lid until it carries nothing."""
         while self._step(self.speed) > 0.0:
             pass
 
-    def strongest(self, path):
+    def strongest(self, path: float) -> float:
         """Largest stress [Pa] on the way down by `path` [m], as a mean over some looks."""
         looks = max(round(path / (self.speed * self.look)), MEAN)
         found = np.cumsum([0.0] + [self._step(-self.speed) for _ in range(looks)])

@@ -6,13 +6,20 @@ the command's templates and checks, the figures' labels and the reference pages.
 the experiments.
 """
 
-from collections.abc import Callable
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dem.errors import MeasureError, SpecError
 from dem.grains import longest_mm
+
+if TYPE_CHECKING:
+    from dem.run import RunContext
+    from dem.spec import RunSpec
 
 
 @dataclass(frozen=True)
@@ -33,23 +40,24 @@ class Metric:
 class Plain:
     """A quantity that is emulated as it is."""
 
-    def forward(self, value, levers):
-        """Transformed value; levers a mapping of floats or arrays."""
+    def forward(self, value: np.ndarray, levers: Mapping[str, Any]) -> np.ndarray:
+        """Transformed value; value (n,) in the quantity's unit, levers a mapping of floats or
+        arrays (n,)."""
         return np.asarray(value, float)
 
-    def inverse(self, z, levers):
-        """Value and its derivative by z."""
+    def inverse(self, z: np.ndarray, levers: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+        """Value and its derivative by z, each (n,); z (n,) as `forward` gives it."""
         return z, np.ones_like(z)
 
 
 class Tangent(Plain):
     """An angle [deg] of which the tangent is a friction."""
 
-    def forward(self, value, levers):
+    def forward(self, value: np.ndarray, levers: Mapping[str, Any]) -> np.ndarray:
         """Tangent of the angle."""
         return np.tan(np.radians(np.minimum(value, 89.0)))
 
-    def inverse(self, z, levers):
+    def inverse(self, z: np.ndarray, levers: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Angle and its derivative."""
         return np.degrees(np.arctan(z)), np.degrees(1.0 / (1.0 + z * z))
 
@@ -60,11 +68,11 @@ class Share(Plain):
 
     lever: str
 
-    def forward(self, value, levers):
+    def forward(self, value: np.ndarray, levers: Mapping[str, Any]) -> np.ndarray:
         """Value over the lever."""
         return value / levers[self.lever]
 
-    def inverse(self, z, levers):
+    def inverse(self, z: np.ndarray, levers: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Value and its derivative."""
         slope = levers[self.lever]
         return slope * z, slope + 0.0 * z
@@ -78,11 +86,11 @@ class LogShare(Plain):
     lever: str
     least: float
 
-    def forward(self, value, levers):
+    def forward(self, value: np.ndarray, levers: Mapping[str, Any]) -> np.ndarray:
         """Logarithm of value over lever; `least` for what has none."""
         return np.log(np.maximum(value / levers[self.lever], self.least))
 
-    def inverse(self, z, levers):
+    def inverse(self, z: np.ndarray, levers: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
         """Value and its derivative."""
         value = levers[self.lever] * np.exp(np.minimum(z, 0.0))
         return value, value
@@ -128,7 +136,7 @@ COUNT = {"particle_count": Lever(1.0, 5e6, "number of grains", "", ("particles",
 """The lever of experiments in which a volume of grains lies."""
 
 
-def nothing(spec):
+def nothing(spec: RunSpec) -> list[str]:
     """No sentence: what `advice` is where nothing is risky."""
     return []
 
@@ -185,11 +193,11 @@ class Experiment:
     mechanisms: tuple = ()
 
     @property
-    def targets(self):
+    def targets(self) -> tuple[str, ...]:
         """Names of the metrics that a study can be calibrated to."""
         return tuple(m.name for m in self.metrics if m.target)
 
-    def perform(self, spec, context):
+    def perform(self, spec: RunSpec, context: RunContext) -> dict[str, Any]:
         """The metrics of a run. Raises MeasureError for one that is missing or physically
         impossible."""
         found = self.run(spec, context)
@@ -208,12 +216,12 @@ class Experiment:
         return found
 
 
-def refuse(key, spec, allowed):
+def refuse(key: str, spec: RunSpec, allowed: str) -> None:
     """Raise SpecError for the geometry's key."""
     raise SpecError(f"geometry.{key}", getattr(spec.geometry, key), allowed)
 
 
-def refuse_narrow(key, spec, ratio, why=""):
+def refuse_narrow(key: str, spec: RunSpec, ratio: float, why: str = "") -> None:
     """Raise SpecError where a length of the geometry [mm] is less than `ratio` of the largest
     grain; why: what the message adds."""
     largest = longest_mm(spec)

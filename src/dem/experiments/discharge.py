@@ -7,6 +7,7 @@ Science 15:260).
 """
 
 import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +25,13 @@ from dem.grains import draw_radii, grain_volume, largest_reach, mean_radius
 from dem.io.stl import read_stl
 from dem.lazy import lazily
 from dem.part import Part, field
+
+if TYPE_CHECKING:
+    from dem.run import RunContext
+    from dem.simulation import Simulation
+    from dem.spec import RunSpec
+    from dem.walls.builder import WallSet
+
 
 bed, outflow = lazily("dem.experiments.bed"), lazily("dem.experiments.outflow")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
@@ -48,7 +56,7 @@ class DischargeGeometry(Part):
     )
 
 
-def check(spec):
+def check(spec: "RunSpec") -> None:
     """Grains must pass the orifice, the silo must be wider than what flows, and full enough."""
     g = spec.geometry
     refuse_narrow("orifice_diameter_mm", spec, FREE_FLOW_RATIO, "arches stop a narrower flow")
@@ -67,7 +75,7 @@ def check(spec):
 class Silo:
     """Dimensions in SI; the orifice lies at z = 0."""
 
-    def __init__(self, geometry):
+    def __init__(self, geometry: "DischargeGeometry") -> None:
         self.radius = 0.5e-3 * geometry.silo_diameter_mm
         self.orifice = 0.5e-3 * geometry.orifice_diameter_mm
         self.stl = geometry.bottom_stl
@@ -78,7 +86,7 @@ class Silo:
             self.mesh = read_stl(self.stl, 1e-3, False)
             self.shoulder = float(self.mesh[0][:, 2].max())
 
-    def walls(self, top):
+    def walls(self, top: float) -> "WallSet":
         """Shell up to `top`, bottom and gate."""
         walls = builder.WallSet().body("silo", material=setup.WALL)
         if self.stl:
@@ -89,7 +97,7 @@ class Silo:
         return walls.body("gate", material=setup.WALL).disc(self.orifice)
 
 
-def run(spec, context):
+def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Fill, open, weigh; returns the metrics."""
     silo, rng = Silo(spec.geometry), np.random.default_rng(spec.seed)
     sim = _filled(spec, silo, rng)
@@ -132,7 +140,7 @@ def _filled(spec, silo, rng):
     return bed.poured(spec, silo.walls, radii, sites, silo.shoulder, rng)
 
 
-def bulk_density(sim, spec, silo):
+def bulk_density(sim: "Simulation", spec: "RunSpec", silo: "Silo") -> float:
     """Density of the bed's core above the shoulder and below the surface [kg/m3]."""
     position, edge = sim.position, 3.0 * mean_radius(spec)
     low = silo.shoulder + edge
@@ -155,7 +163,7 @@ def _volume(silo, height):
     return frustum + math.pi * silo.radius**2 * max(height - silo.shoulder, 0.0)
 
 
-def is_arched(sim, silo, spec):
+def is_arched(sim: "Simulation", silo: "Silo", spec: "RunSpec") -> bool:
     """Whether grains stand over the orifice: what hangs there would fall if no arch held it."""
     if not sim.n:
         return False
@@ -165,7 +173,7 @@ def is_arched(sim, silo, spec):
     return bool(over.any())
 
 
-def drained_angle(sim, silo, spec):
+def drained_angle(sim: "Simulation", silo: "Silo", spec: "RunSpec") -> float:
     """Slope [deg] of what stays on a flat bottom, from ring to ring; 0 where nothing does."""
     if not silo.flat or not sim.n:
         return 0.0

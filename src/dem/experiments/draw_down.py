@@ -7,6 +7,7 @@ Technology 343:803). Both boxes are read along x; front and back plates bound th
 """
 
 import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,6 +33,12 @@ from dem.grains import (
 from dem.lazy import lazily
 from dem.part import Part, field, mesh_field
 
+if TYPE_CHECKING:
+    from dem.run import RunContext
+    from dem.spec import RunSpec
+    from dem.walls.builder import WallSet
+
+
 bed, outflow = lazily("dem.experiments.bed"), lazily("dem.experiments.outflow")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 phases = lazily("dem.experiments.phases")
@@ -55,7 +62,7 @@ class DrawDownGeometry(Part):
     )
 
 
-def check(spec):
+def check(spec: "RunSpec") -> None:
     """Grains must pass slot and plates, slopes must stay above, and the heap must fit below."""
     g, largest = spec.geometry, longest_mm(spec)
     refuse_narrow("slot_width_mm", spec, FREE_FLOW_RATIO, "arches stop a narrower flow")
@@ -110,7 +117,7 @@ class _Boxes:
         floor = mesh.covering(below, "its lower floor", below=0.5 * self.floor)
         mesh.in_place("the lower floor", floor, 0.0)
 
-    def walls(self, top):
+    def walls(self, top: float) -> "WallSet":
         """Two floors, four sides, front and back up to `top`, and the gate over the slot."""
         walls = builder.WallSet().body("boxes", material=setup.WALL)
         if self.mesh is None:
@@ -144,7 +151,7 @@ class _Boxes:
             walls.rectangle((0.0, side * self.deep, 0.5 * top), wide * out, 0.5 * top * up)
 
 
-def run(spec, context):
+def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Fill the upper box, open the slot, and read both slopes when all rest."""
     boxes, rng = _Boxes(spec), np.random.default_rng(spec.seed)
     sim = _filled(spec, boxes, rng)
@@ -171,7 +178,7 @@ def run(spec, context):
     stays = boxes.slot + edge, boxes.upper - edge
     return {
         "shear_angle_deg": _flanks(position[above], radius[above], *stays, boxes.floor),
-        "angle_of_repose_deg": -_flanks(position[~above], radius[~above], *_heap(boxes, edge), 0.0),
+        "angle_of_repose_deg": -_flanks(position[~above], radius[~above], *_heap(boxes, edge), 0.0),  # type: ignore[call-arg]
         "mass_flow_g_s": 1e3 * outflow.steady_flow(times, masses),
         "discharged_share": float(masses[-1] / total),
         "emptying_time_s": outflow.ended(times, masses),

@@ -7,7 +7,7 @@ those of the lowest point above the plate, as on the bench.
 """
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,11 @@ from dem.grains import mean_radius
 from dem.lazy import lazily
 from dem.part import Part, field, mesh_field
 from dem.timescales import hertz_contact_time
+
+if TYPE_CHECKING:
+    from dem.run import RunContext
+    from dem.spec import RunSpec
+
 
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 drag = lazily("dem.drag")
@@ -42,12 +47,12 @@ class DropGeometry(Part):
     )
 
 
-def impact_speed(spec):
+def impact_speed(spec: "RunSpec") -> float:
     """Speed [m/s] of a fall in a vacuum."""
     return math.sqrt(2.0 * GRAVITY * 1e-3 * spec.geometry.drop_height_mm)
 
 
-def run(spec, context):
+def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Drop the grains described by `spec`; returns the metrics of docs/architecture.md."""
     g = spec.geometry
     radius, height = mean_radius(spec), 1e-3 * g.drop_height_mm

@@ -7,6 +7,7 @@ g decides the regime (Mellmann 2001, Powder Technology 118:251).
 """
 
 import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +18,12 @@ from dem.experiments.mesh import circle, read_mesh
 from dem.grains import draw_radii, grain_volume, largest_reach, longest_mm, mean_radius
 from dem.lazy import lazily
 from dem.part import Part, field, mesh_field
+
+if TYPE_CHECKING:
+    from dem.run import RunContext
+    from dem.spec import RunSpec
+    from dem.walls.builder import WallSet
+
 
 bed = lazily("dem.experiments.bed")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
@@ -54,9 +61,9 @@ def _filling(spec):
     return spec.particles.count * grain_volume(spec) / PACKING / drum
 
 
-def check(spec):
+def check(spec: "RunSpec") -> None:
     """Grains must lie at random between wall and ends, in one layer at least, and leave room to
-    flow."""
+    flow. Raises SpecError."""
     g, largest = spec.geometry, longest_mm(spec)
     refuse_narrow("drum_diameter_mm", spec, LEAST_DIAMETER)
     refuse_narrow("drum_width_mm", spec, LEAST_WIDTH)
@@ -72,7 +79,7 @@ def check(spec):
         raise SpecError("particles.count", spec.particles.count, allowed)
 
 
-def advice(spec):
+def advice(spec: "RunSpec") -> list[str]:
     """A drum that throws its grains about or carries them round."""
     froude = _froude(spec)
     if froude < 0.1:
@@ -117,7 +124,7 @@ class _Drum:
                 mesh.refuse(f"has no end plate on its {what} side along z")
             mesh.in_place(f"its end plate on the {what} side", side * beyond, wanted)
 
-    def walls(self):
+    def walls(self) -> "WallSet":
         """The body that turns."""
         walls = builder.WallSet().body(SHELL, material=setup.WALL)
         if self.mesh:
@@ -126,7 +133,7 @@ class _Drum:
         return walls.disc(self.radius, 0.0).disc(self.radius, self.width)
 
 
-def run(spec, context):
+def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Fill, turn, and read the surface."""
     g, rng = spec.geometry, np.random.default_rng(spec.seed)
     drum, reach = _Drum(spec), largest_reach(spec)

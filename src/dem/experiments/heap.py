@@ -6,7 +6,8 @@ passes the rim of the plate falls away. The run ends when the heap is at rest.
 """
 
 import math
-from typing import Literal
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -27,6 +28,13 @@ from dem.io.stl import read_stl
 from dem.lazy import lazily
 from dem.measure.heap import coverage, measure_heap, readings_apart
 from dem.part import Part, field
+
+if TYPE_CHECKING:
+    from dem.run import RunContext
+    from dem.simulation import Simulation
+    from dem.spec import RunSpec
+    from dem.walls.builder import WallSet
+
 
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 phases = lazily("dem.experiments.phases")
@@ -74,8 +82,9 @@ class HeapGeometry(Part):
     )
 
 
-def check(spec):
-    """Grains must pass the funnel and find a plate, and the time must suffice to make them."""
+def check(spec: "RunSpec") -> None:
+    """Grains must pass the funnel and find a plate, and the time must suffice to make them. Raises
+    SpecError."""
     g = spec.geometry
     refuse_narrow("orifice_diameter_mm", spec, MIN_ORIFICE_RATIO)
     if g.funnel_top_diameter_mm <= g.orifice_diameter_mm:
@@ -109,12 +118,12 @@ def _check_fill(spec):
         raise SpecError("particles.count", spec.particles.count, allowed)
 
 
-def impact_speed(spec):
+def impact_speed(spec: "RunSpec") -> float:
     """Speed [m/s] of a fall from the orifice to the plate."""
     return math.sqrt(2.0 * GRAVITY * 1e-3 * spec.geometry.discharge_height_mm)
 
 
-def capacity(spec):
+def capacity(spec: "RunSpec") -> float:
     """Grains per second that the orifice passes, by Beverloo: C rho_b sqrt(g) (D - k d)^(5/2) over
     a grain's mass.
 
@@ -124,13 +133,13 @@ def capacity(spec):
     return solid_rate(orifice, 2.0 * mean_radius(spec)) / grain_volume(spec)
 
 
-def solid_rate(orifice, diameter):
+def solid_rate(orifice: float, diameter: float) -> float:
     """Volume of grains per second [m3/s] that an orifice [m] passes, by Beverloo; diameter of the
     mean grain [m]."""
     return C_BEVERLOO * beverloo(PACKING, orifice, diameter)
 
 
-def advice(spec):
+def advice(spec: "RunSpec") -> list[str]:
     """An orifice at which grains arch, and a feed at which the funnel fills up or not by chance."""
     g, found = spec.geometry, []
     ratio = 0.5e-3 * g.orifice_diameter_mm / largest_reach(spec)
@@ -155,7 +164,7 @@ def advice(spec):
 class Rig:
     """Dimensions of the rig in SI, from the spec's geometry."""
 
-    def __init__(self, geometry):
+    def __init__(self, geometry: "HeapGeometry") -> None:
         g = geometry
         self.orifice_radius = 0.5e-3 * g.orifice_diameter_mm
         self.plate_radius = 0.5e-3 * g.plate_diameter_mm
@@ -172,7 +181,7 @@ class Rig:
         self.funnel_stl, self.plate_stl = g.funnel_stl, g.plate_stl
         self.closed_meshes = g.meshes == "closed"
 
-    def walls(self):
+    def walls(self) -> "WallSet":
         """Plate and funnel, as analytic surfaces or as the meshes that the spec names [mm in the
         file]."""
         walls = builder.WallSet().body("plate", material=setup.WALL)
@@ -200,7 +209,7 @@ class Rig:
 class Source:
     """Makes grains layer by layer in the mouth of the funnel."""
 
-    def __init__(self, spec, rig, rng):
+    def __init__(self, spec: "RunSpec", rig: "Rig", rng: np.random.Generator) -> None:
         self.spec = spec
         self.radii = draw_radii(spec, spec.particles.count, rng)
         self.made = 0
@@ -221,10 +230,11 @@ class Source:
         self.interval = max(self.interval, self.per_layer / spec.geometry.generation_rate_per_s)
 
     @property
-    def exhausted(self):
+    def exhausted(self) -> bool:
+        """Whether all grains are made."""
         return self.made == len(self.radii)
 
-    def free_sites(self, sim):
+    def free_sites(self, sim: "Simulation") -> np.ndarray:
         """Where grains can be made (m, 2) [m]: those places that no grain stands in. A funnel that
         grains run out of is full when half of them are taken, and waits; in a closed one the rest
         of the mouth is filled all the same."""
@@ -237,7 +247,7 @@ class Source:
         full = not self.opened and len(free) < FULL * len(self.sites)
         return self.sites[:0] if full else free
 
-    def make_layer(self, sim):
+    def make_layer(self, sim: "Simulation") -> bool:
         """Add one layer where grains do not stand in its way; True when one was made."""
         sites = self.free_sites(sim)
         count = min(self.per_layer, len(self.radii) - self.made, len(sites))
@@ -253,13 +263,13 @@ class Source:
         return True
 
 
-def remove_spilled(sim, rig):
+def remove_spilled(sim: "Simulation", rig: "Rig") -> int:
     """Take out grains that have fallen past the plate; returns their number."""
     position = sim.particles.position[: sim.n]
     return sim.remove(sim.particles.tag[: sim.n][position[:, 2] < rig.lost_height])
 
 
-def grains_above(sim, height):
+def grains_above(sim: "Simulation", height: float) -> int:
     """Number of grains of which a sphere's centre is above `height` [m]."""
     high = sim.particles.position[: sim.n, 2] > height
     cluster = sim.particles.cluster[: sim.n][high]
@@ -269,14 +279,14 @@ def grains_above(sim, height):
 class Flow:
     """How many grains stand in the funnel over time, and what that says of the discharge."""
 
-    def __init__(self, record=()):
+    def __init__(self, record: Iterable[Sequence[float]] = ()) -> None:
         self.record = [list(row) for row in record]
 
-    def note(self, sim, rig, made):
+    def note(self, sim: "Simulation", rig: "Rig", made: int) -> None:
         """Keep time [s], grains made so far and grains above the orifice."""
         self.record.append([sim.time, made, grains_above(sim, rig.orifice_height)])
 
-    def metrics(self):
+    def metrics(self) -> dict[str, Any]:
         """Most grains in the funnel at once, time of the last that left it [s], and the mean rate
         [1/s] at which the middle four fifths of those that left did so."""
         time, made, held = np.array(self.record, float).T
@@ -294,7 +304,7 @@ class Flow:
         }
 
 
-def pour(spec, context):
+def pour(spec: "RunSpec", context: "RunContext") -> "tuple[Simulation, Rig, int, Flow]":
     """Build the heap described by `spec` and let it come to rest. Returns the simulation, the rig,
     the grains spilled and the `Flow`."""
     rig = Rig(spec.geometry)
@@ -327,7 +337,7 @@ def pour(spec, context):
         )
         context.frame(sim)
         context.checkpoint(
-            lambda lost=spilled, shut=closed: (
+            lambda lost=spilled, shut=closed: (  # type: ignore[misc]
                 sim.state_dict(),
                 {
                     "rng": rng.bit_generator.state,
@@ -369,7 +379,7 @@ def _refuse_clogged(spec, sim, rig, unmade=0):
     )
 
 
-def run(spec, context):
+def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Pour the heap described by `spec` and measure it; returns the metrics of `EXPERIMENT`.
 
     Raises RefusedStateError where the funnel is clogged or never opened or the plate is not

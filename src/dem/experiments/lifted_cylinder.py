@@ -6,6 +6,7 @@ lost.
 """
 
 import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +24,12 @@ from dem.grains import draw_radii, largest_reach, longest_mm
 from dem.lazy import lazily
 from dem.measure.heap import coverage, measure_heap, readings_apart
 from dem.part import Part, field, mesh_field
+
+if TYPE_CHECKING:
+    from dem.run import RunContext
+    from dem.spec import RunSpec
+    from dem.walls.builder import WallSet
+
 
 bed = lazily("dem.experiments.bed")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
@@ -45,7 +52,7 @@ class LiftedCylinderGeometry(Part):
     )
 
 
-def check(spec):
+def check(spec: "RunSpec") -> None:
     """Grains must pass each other in the cylinder, and find room outside it."""
     g, largest = spec.geometry, longest_mm(spec)
     refuse_narrow("cylinder_diameter_mm", spec, LEAST_WIDTH)
@@ -60,7 +67,7 @@ def check(spec):
 class Rig:
     """Cylinder, or a mesh in its place, and plate; `radius` is that of the narrowest part [m]."""
 
-    def __init__(self, spec):
+    def __init__(self, spec: "RunSpec") -> None:
         self.radius = 0.5e-3 * spec.geometry.cylinder_diameter_mm
         self.plate = 0.5e-3 * spec.geometry.plate_diameter_mm
         self.mesh = read_mesh(spec, "cylinder_stl", at_rims(low=True))
@@ -78,7 +85,7 @@ class Rig:
             mesh.refuse("is wider than the plate; widen geometry.plate_diameter_mm")
         mesh.take(mesh.spec)
 
-    def walls(self, top):
+    def walls(self, top: float) -> "WallSet":
         """Plate, and cylinder up to `top` [m]."""
         walls = builder.WallSet().body("plate", material=setup.WALL).disc(self.plate)
         walls.body("cylinder", material=setup.WALL)
@@ -87,7 +94,7 @@ class Rig:
         return self.mesh.extended(walls, top)
 
 
-def run(spec, context):
+def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Fill, lift, and measure the heap. Raises MeasureError where none stands."""
     rng, rig, reach = np.random.default_rng(spec.seed), Rig(spec), largest_reach(spec)
     plate = rig.plate
@@ -134,8 +141,8 @@ def _lift(sim, spec, context, depth, lowest):
     phases.refuse("lifting", sim.time - start - clear, phases.motion(sim), math.nan, CALM)
 
 
-def base_radius(position, plate):
-    """Radius [m] within which 95 % of the grains on the plate lie."""
+def base_radius(position: np.ndarray, plate: float) -> float:
+    """Radius [m] within which 95 % of the grains on the plate lie. position (n, 3), plate [m]."""
     out = np.sort(np.hypot(position[:, 0], position[:, 1]))
     return min(float(out[int(0.95 * len(out)) - 1]), plate)
 

@@ -1,7 +1,11 @@
 """Meshes that a rig's geometry names in place of its own walls: read, measured, and refused where
 grains would leak or where the mesh is not what the other keys say. Lengths in SI."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,6 +13,13 @@ from dem.errors import InputError, MeshError
 from dem.flow import LOOSE
 from dem.grains import grain_volume, smallest_radius
 from dem.io.stl import free_edges, read_stl
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from dem.spec import RunSpec
+    from dem.walls.builder import WallSet
+
 
 AGREES = 0.05
 """Share by which a mesh's size may differ from the key that tells it; a circle of 10 sides is 4.9 %
@@ -22,7 +33,9 @@ RAYS = 97  # on which a ring is measured, a prime number
 GRID = 25  # points along a side at which a plate is measured
 
 
-def read_mesh(spec, key, may_end=None):
+def read_mesh(
+    spec: RunSpec, key: str, may_end: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
+) -> Mesh | None:
     """`Mesh` that geometry.`key` names [mm in the file]; None where it names none.
 
     may_end(ends (k, 2, 3), vertices) -> (k,) bool: which free edges the mesh may have, as at the
@@ -46,7 +59,7 @@ def read_mesh(spec, key, may_end=None):
     return Mesh(spec, path, vertices, triangles)
 
 
-def check_meshes_of(spec):
+def check_meshes_of(spec: RunSpec) -> None:
     """Raise InputError, with the key, for a mesh that the geometry of a `RunSpec` names and that
     cannot be read."""
     for key, name in spec.geometry.model_dump(mode="json").items():
@@ -60,22 +73,24 @@ def check_meshes_of(spec):
 class Mesh:
     """A mesh with its measures; vertices (v, 3) [m], triangles (t, 3) vertex numbers."""
 
-    def __init__(self, spec, path, vertices, triangles):
+    def __init__(
+        self, spec: RunSpec, path: str | Path, vertices: np.ndarray, triangles: np.ndarray
+    ) -> None:
         self.spec, self.path = spec, path
         self.vertices, self.triangles = vertices, triangles
         self.slack = SLACK * smallest_radius(spec)
 
     @property
-    def low(self):
+    def low(self) -> float:
         """Lowest height [m]."""
         return float(self.vertices[:, 2].min())
 
     @property
-    def high(self):
+    def high(self) -> float:
         """Greatest height [m]."""
         return float(self.vertices[:, 2].max())
 
-    def heights(self, points):
+    def heights(self, points: np.ndarray) -> np.ndarray:
         """Heights (n, t) [m] at which the vertical through each of points (n, 2) meets each
         triangle; nan where it does not."""
         a, b, c = np.moveaxis(self.vertices[self.triangles], 1, 0)
@@ -89,7 +104,7 @@ class Mesh:
         inside = (v > -ROUND) & (w > -ROUND) & (v + w < 1.0 + ROUND)
         return np.where(inside, a[:, 2] + v * ab[:, 2] + w * ac[:, 2], np.nan)
 
-    def section(self, height):
+    def section(self, height: float) -> tuple[np.ndarray, np.ndarray]:
         """Ends (k, 2), (k, 2) [m] of the lines in which the plane at a height cuts the mesh."""
         p = self.vertices[self.triangles]
         above = p[:, :, 2] > height
@@ -106,7 +121,7 @@ class Mesh:
             ends.append(alone[:, :2] + share[:, None] * (other - alone)[:, :2])
         return ends[0], ends[1]
 
-    def around(self, height):
+    def around(self, height: float) -> tuple[np.ndarray, float]:
         """Distance (TURNS,) [m] from the z axis to the mesh in all directions at a height, and the
         least one there is. Raises MeshError where a direction meets nothing."""
         a, b = self.section(height)
@@ -124,28 +139,28 @@ class Mesh:
         closest = a + np.nan_to_num(near)[:, None] * e
         return found, float(np.hypot(*closest.T).min())
 
-    def area(self, height):
+    def area(self, height: float) -> float:
         """Area [m2] around the z axis that the mesh encloses at a height."""
         return float((self.around(height)[0] ** 2).mean()) * math.pi
 
-    def volume(self, level):
+    def volume(self, level: float) -> float:
         """Volume [m3] that it encloses from z = 0 to a level."""
         middle = level * (np.arange(LEVELS) + 0.5) / LEVELS
         return level * float(np.mean([self.area(z) for z in middle]))
 
-    def narrowest(self, low, high):
+    def narrowest(self, low: float, high: float) -> float:
         """Least distance [m] of the mesh from the z axis between two heights, read at LEVELS."""
         middle = low + (high - low) * (np.arange(LEVELS) + 0.5) / LEVELS
         return min(self.around(z)[1] for z in middle)
 
-    def take(self, spec):
+    def take(self, spec: RunSpec) -> None:
         """Refuse a vessel that does not take the spec's grains, loosely poured, below its rim."""
         share = LOOSE * self.volume(self.high) / (spec.particles.count * grain_volume(spec))
         if share < 1.0:
             most = int(share * spec.particles.count)
             self.refuse(f"is too small: loosely poured, it takes {most} grains below its rim")
 
-    def extended(self, walls, top):
+    def extended(self, walls: WallSet, top: float) -> WallSet:
         """Add the mesh to the last body of a `WallSet`, with a cylinder from its rim up to `top`
         [m], within which grains are made. Returns the set."""
         walls.mesh(self.vertices, self.triangles)
@@ -153,7 +168,7 @@ class Mesh:
             walls.cylinder(self.around((1.0 - 1e-6) * self.high)[1], self.high, top)
         return walls
 
-    def four_sided(self, what, height, half_x, half_y):
+    def four_sided(self, what: str, height: float, half_x: float, half_y: float) -> None:
         """Refuse a mesh that is no rectangle of these half widths [m] about the z axis at a
         height."""
         turn = 2.0 * math.pi * (np.arange(TURNS) + 0.5) / TURNS
@@ -167,7 +182,7 @@ class Mesh:
                 f"{1e3 * half_y:.4g} mm"
             )
 
-    def agree(self, what, found, key):
+    def agree(self, what: str, found: float, key: str) -> None:
         """Refuse a length `found` [m] that is not what geometry.`key` says [mm]."""
         given = getattr(self.spec.geometry, key)
         if abs(1e3 * found - given) > AGREES * given:
@@ -176,7 +191,7 @@ class Mesh:
                 f"{AGREES:.0%}"
             )
 
-    def in_place(self, what, heights, wanted):
+    def in_place(self, what: str, heights: np.ndarray, wanted: float) -> None:
         """Refuse a surface of which not all heights (n,) [m] are `wanted`."""
         wrong = heights[np.argmax(np.abs(heights - wanted))]
         if abs(wrong - wanted) > self.slack:
@@ -185,16 +200,20 @@ class Mesh:
                 f"{1e3 * self.slack:.2g} mm"
             )
 
-    def surface(self, low, high, what, side=1.0):
+    def surface(
+        self, low: np.ndarray, high: np.ndarray, what: str, side: float = 1.0
+    ) -> np.ndarray:
         """Heights (GRID * GRID,) [m] of the mesh from above (side 1) or from below (-1) over the
         rectangle low..high, both (2,). Refuses a mesh that does not cover it."""
         return self.covering(rectangle(low, high), what, side)
 
-    def floor(self, radius, what):
+    def floor(self, radius: float, what: str) -> np.ndarray:
         """The same from above over a circle of `radius` [m] about the z axis."""
         return self.covering(circle(radius), what)
 
-    def covering(self, points, what, side=1.0, below=np.inf):
+    def covering(
+        self, points: np.ndarray, what: str, side: float = 1.0, below: float = np.inf
+    ) -> np.ndarray:
         """The same over points (n, 2), of what lies below a height [m]."""
         heights = self.heights(points)
         found = np.where(heights < below, side * heights, -np.inf).max(axis=1)
@@ -203,7 +222,9 @@ class Mesh:
             self.refuse(f"is too small or lies elsewhere: {what} misses ({x:.4g}, {y:.4g}) mm")
         return side * found
 
-    def tip(self, low, high, surface, side=1.0):
+    def tip(
+        self, low: np.ndarray, high: np.ndarray, surface: np.ndarray, side: float = 1.0
+    ) -> float:
         """Height [m] of the highest point (side 1) or the lowest (-1) over that rectangle.
 
         surface: of the same arguments. The mesh is made of triangles, so that its highest point is
@@ -226,24 +247,24 @@ class Mesh:
         met = enter <= leave
         return start[met, 2] + np.stack([enter, leave])[:, met] * along[met, 2]
 
-    def refuse(self, reason):
+    def refuse(self, reason: str) -> None:
         """Raise MeshError."""
         raise MeshError(self.path, reason)
 
 
-def rectangle(low, high):
+def rectangle(low: Sequence[float] | np.ndarray, high: Sequence[float] | np.ndarray) -> np.ndarray:
     """Points (k, 2) of a grid over the rectangle low..high, both (2,)."""
     lines = [np.linspace(a, b, GRID) for a, b in zip(low, high, strict=True)]
     return np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
-def circle(radius):
+def circle(radius: float) -> np.ndarray:
     """Points (k, 2) of a grid within a circle."""
     points = rectangle((-radius, -radius), (radius, radius))
     return points[np.hypot(*points.T) <= radius]
 
 
-def annulus(inner, outer):
+def annulus(inner: float, outer: float) -> np.ndarray:
     """Points (k, 2) between two circles, on rays from the axis, of which few meet evenly turned
     vanes."""
     turn = 2.0 * math.pi * (np.arange(RAYS) + 0.5) / RAYS
@@ -251,7 +272,7 @@ def annulus(inner, outer):
     return np.stack([out * np.cos(turn), out * np.sin(turn)], axis=-1).reshape(-1, 2)
 
 
-def at_rims(low=False):
+def at_rims(low: bool = False) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
     """`may_end` of vessels: at the upper rim, and with `low` at the lower one too."""
 
     def may_end(ends, vertices):
@@ -262,7 +283,9 @@ def at_rims(low=False):
     return may_end
 
 
-def outside(low, high):
+def outside(
+    low: Sequence[float] | np.ndarray, high: Sequence[float] | np.ndarray
+) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
     """`may_end` of plates: outside the rectangle low..high, both (2,) [m], in which grains are."""
 
     def may_end(ends, vertices):

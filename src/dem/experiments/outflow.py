@@ -1,16 +1,32 @@
 """What leaves a vessel through an opening: mass over time, and the steady flow. All in SI."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dem.errors import MeasureError
 from dem.experiments import bed, phases
 from dem.linear import slope
 
+if TYPE_CHECKING:
+    from dem.simulation import Simulation
+    from dem.spec import RunSpec
+
+
 STEADY = 0.1, 0.4  # shares of the mass that leaves, between which the flow is read
 QUIET = 15  # looks without a grain leaving: the flow has ended
 
 
-def watch(sim, spec, leave, limit, look):
+def watch(
+    sim: Simulation,
+    spec: RunSpec,
+    leave: Callable[[], float],
+    limit: float,
+    look: Callable[[float], object],
+) -> tuple[np.ndarray, np.ndarray]:
     """Times [s] from now on and the mass [kg] that has left by then, until nothing leaves any more.
 
     leave: leave() -> mass [kg] that has left since the last call; look: look(mass so far) at each.
@@ -32,10 +48,11 @@ def watch(sim, spec, leave, limit, look):
     return np.array(times), np.array(masses)
 
 
-def steady_flow(times, masses):
+def steady_flow(times: np.ndarray, masses: np.ndarray) -> float:
     """Flow [kg/s] between the shares STEADY of the mass that leaves; 0 where nothing does.
 
-    What leaves in a few looks is its mass over its time."""
+    What leaves in a few looks is its mass over its time. times (m,) [s], masses (m,) [kg].
+    """
     if masses[-1] <= 0.0:
         return 0.0
     share = masses / masses[-1]
@@ -45,6 +62,7 @@ def steady_flow(times, masses):
     return float(masses[-1] / ended(times, masses))
 
 
-def ended(times, masses):
-    """Time [s] of the first look at which all that leaves has left."""
+def ended(times: np.ndarray, masses: np.ndarray) -> float:
+    """Time [s] of the first look at which all that leaves has left. times (m,) [s], masses (m,)
+    [kg]."""
     return float(times[int(np.argmax(masses >= masses[-1]))])

@@ -6,12 +6,21 @@ needed. Grains at the top of their flight are slow, and grains that jam in a fal
 nothing. All in SI.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from dem.constants import GRAVITY
 from dem.errors import RefusedStateError
 from dem.grains import fall_time
 from dem.linear import length
+
+if TYPE_CHECKING:
+    from dem.simulation import Simulation
+    from dem.spec import RunSpec
+
 
 LOOK = 1.0  # between looks at the grains, in fall times of the mean grain
 SOONEST = 5.0  # looks before grains may count as at rest: thrown grains are slow at their highest
@@ -23,12 +32,12 @@ CARRIED = 0.05
 falls or packs is off by the acceleration of its grains over g."""
 
 
-def look(spec):
+def look(spec: RunSpec) -> float:
     """Time [s] between two looks at the grains."""
     return LOOK * fall_time(spec)
 
 
-def motion(sim):
+def motion(sim: Simulation) -> float:
     """Energy of motion, spins left out, over what lifts every grain, and what presses on them, by
     the grains' radius [-].
 
@@ -43,7 +52,7 @@ def motion(sim):
     return energy / lift / (1.0 + pressing(sim) / float(mass.sum()))
 
 
-def pressing(sim):
+def pressing(sim: Simulation) -> float:
     """Mass whose weight is the load on the grains [kg]: of the free walls, and of what presses on
     them; none where they are held up."""
     walls = sim.wall_state
@@ -52,15 +61,15 @@ def pressing(sim):
     return max(float((down * down * walls.mass + down * walls.load / GRAVITY)[free].sum()), 0.0)
 
 
-def carried(sim, impulse, duration):
+def carried(sim: Simulation, impulse: np.ndarray, duration: float) -> float:
     """Mean force of the grains on all walls along gravity, over their weight [-]: 1 at rest.
 
     impulse: `pressed` a `duration` [s] ago [N s].
     """
-    return over_weight(sim, (pressed(sim) - impulse) / duration)
+    return over_weight(sim, (pressed(sim) - impulse) / duration)  # type: ignore[return-value]
 
 
-def over_weight(sim, force):
+def over_weight(sim: Simulation, force: np.ndarray) -> float | None:
     """Part of a force (3,) [N] along gravity over the weight of all grains [-]; None without grains
     or gravity."""
     strength = float(length(sim.gravity))
@@ -68,12 +77,12 @@ def over_weight(sim, force):
     return float((force * sim.gravity).sum()) / (weight * strength) if weight else None
 
 
-def pressed(sim):
+def pressed(sim: Simulation) -> np.ndarray:
     """Time integral of the force of the grains on all walls together since the start (3,) [N s]."""
     return sim.wall_state.impulse.sum(0)
 
 
-def rest(sim, spec, limit, phase, calm=CALM):
+def rest(sim: Simulation, spec: RunSpec, limit: float, phase: str, calm: float = CALM) -> None:
     """Wait until the grains rest. Raises RefusedStateError where they do not within `limit` [s].
 
     phase: what ends, for the sentence; calm: largest `motion` [-] at which they rest. A state that
@@ -95,7 +104,7 @@ def rest(sim, spec, limit, phase, calm=CALM):
     refuse(phase, sim.time - start, moved, load, calm)
 
 
-def refuse(phase, waited, moved, load, calm=CALM):
+def refuse(phase: str, waited: float, moved: float, load: float, calm: float = CALM) -> None:
     """Raise RefusedStateError for a phase whose grains do not rest."""
     if np.isnan(moved):
         found = f"{waited:.3g} s are too short to tell"

@@ -1,7 +1,12 @@
 """From a run spec to a simulation: materials, laws, time step and grain sizes. Units become SI
 here."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from dem import sphere
 from dem.clump import random_turns, turned
@@ -13,10 +18,22 @@ from dem.materials import PARTICLE, WALL, contact_parameters, laws_of, material_
 from dem.simulation import Air, Simulation, SkinPolicy
 from dem.timescales import rayleigh_time
 
+if TYPE_CHECKING:
+    from dem.spec import RunSpec
+    from dem.walls.builder import WallSet
+
+
 FAR = -1e3  # height at which a wall that was taken away meets nothing [m]
 
 
-def add_grains(sim, spec, position, radius, velocity, rng):
+def add_grains(
+    sim: Simulation,
+    spec: RunSpec,
+    position: np.ndarray,
+    radius: np.ndarray,
+    velocity: np.ndarray,
+    rng: np.random.Generator,
+) -> None:
     """Add grains with the volume of spheres of `radius` (k,) [m]: these, or bonded pairs or clumps
     turned at random.
 
@@ -63,7 +80,7 @@ def _add_pairs(sim, spec, elongation, position, radius, velocity, rng):
     )
 
 
-def time_step_of(spec):
+def time_step_of(spec: RunSpec) -> float:
     """Time step [s]: as given, or the chosen fraction of the Rayleigh time of the smallest
     grain."""
     if spec.numerics.time_step_s is not None:
@@ -75,7 +92,7 @@ def time_step_of(spec):
     return spec.numerics.rayleigh_fraction * rayleigh
 
 
-def build_simulation(spec, walls, gravity=DOWN):
+def build_simulation(spec: RunSpec, walls: WallSet, gravity: ArrayLike = DOWN) -> Simulation:
     """A `Simulation` with the spec's materials, laws and numerics, the given walls and no
     particles."""
     numerics, contacts = spec.numerics, contact_parameters(spec)
@@ -95,13 +112,13 @@ def build_simulation(spec, walls, gravity=DOWN):
     )
 
 
-def take_away(sim, name):
+def take_away(sim: Simulation, name: str) -> None:
     """Remove a wall at once: far below, where no grain falls."""
     sim.wall_state.origin[sim.walls.index(name), 2] = FAR
     sim.move_wall(name)
 
 
-def rest_energy(sim):
+def rest_energy(sim: Simulation) -> float:
     """Kinetic energy in units of the energy that lifts every grain by its radius [-]."""
     radius, mass = sim.radius, sim.mass
     return sim.kinetic_energy() / max(float((mass * radius).sum()) * GRAVITY, 1e-300)

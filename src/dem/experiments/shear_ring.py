@@ -10,6 +10,7 @@ peak is the point of the yield locus.
 """
 
 import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -20,6 +21,12 @@ from dem.experiments.mesh import annulus, read_mesh
 from dem.grains import draw_radii, fall_time, largest_reach, longest_mm, smallest_radius
 from dem.lazy import lazily
 from dem.part import Part, field, mesh_field
+
+if TYPE_CHECKING:
+    from dem.run import RunContext
+    from dem.spec import RunSpec
+    from dem.walls.builder import WallSet
+
 
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 phases = lazily("dem.experiments.phases")
@@ -54,7 +61,7 @@ class ShearGeometry(Part):
     )
 
 
-def check(spec):
+def check(spec: "RunSpec") -> None:
     """The ring must be wide enough for grains to pass each other."""
     g, largest = spec.geometry, longest_mm(spec)
     needed = g.inner_diameter_mm + 4.0 * largest
@@ -63,7 +70,7 @@ def check(spec):
         refuse("outer_diameter_mm", spec, allowed)
 
 
-def run(spec, context):
+def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Shear at one normal stress; returns the metrics of docs/architecture.md."""
     g = spec.geometry
     cell = Ring(spec, np.random.default_rng(spec.seed))
@@ -115,7 +122,7 @@ def _meshes(spec):
 class Ring:
     """Trough, lid and grains."""
 
-    def __init__(self, spec, rng):
+    def __init__(self, spec: "RunSpec", rng: np.random.Generator) -> None:
         self.spec, g = spec, spec.geometry
         self.inner, self.outer = 0.5e-3 * g.inner_diameter_mm, 0.5e-3 * g.outer_diameter_mm
         self.area = math.pi * (self.outer**2 - self.inner**2)
@@ -133,7 +140,7 @@ class Ring:
         # the lid follows the grains but does not bounce on them
         walls.drag[lid] = walls.mass[lid] / self.fall_time
 
-    def build_walls(self, spec, r):
+    def build_walls(self, spec: "RunSpec", r: float) -> "WallSet":
         """`WallSet` of trough and lid for grains that reach `r` [m]."""
         lid, floor = _meshes(spec)
         walls = builder.WallSet().body("trough", material=setup.WALL)
@@ -162,9 +169,9 @@ class Ring:
             centre = middle * out + (0.0, 0.0, 0.5 * (low + high))
             walls.rectangle(centre, 0.999 * half * out, (0.0, 0.0, 0.5 * (high - low)))
 
-    def fill(self, spec, radii, r, rng):
+    def fill(self, spec: "RunSpec", radii: np.ndarray, r: float, rng: np.random.Generator) -> float:
         """Rings of grains, layer on layer, above the floor's vanes; returns the height of the lid
-        [m]."""
+        [m]. radii (n,), r: largest reach [m]."""
         lid, _ = _meshes(spec)
         site = self._sites(r)
         place = np.arange(len(radii)) % len(site)
@@ -189,11 +196,11 @@ class Ring:
         layer = np.arange(spec.particles.count) // len(self._sites(r))
         return (floor.high + 1.1 * r if floor else 3.1 * r) + PITCH * r * layer
 
-    def height(self, spec, r):
+    def height(self, spec: "RunSpec", r: float) -> float:
         """Height of the walls, which no grain reaches however it was thrown [m]."""
         return self._heights(spec, r).max() + (SHAKE**2 + 4.0) * r
 
-    def load(self, stress_kPa):
+    def load(self, stress_kPa: float) -> None:
         """Put the lid under a normal stress; its own weight counts."""
         lid = self.sim.walls.index("lid")
         weight = self.sim.wall_state.mass[lid] * GRAVITY
@@ -203,12 +210,12 @@ class Ring:
             self.sim.move_wall("lid", load=now + part * (wanted - now))
             self.sim.advance(max(round(RAMP / 20 * self.fall_time / self.sim.time_step), 1))
 
-    def rest(self, limit, phase):
+    def rest(self, limit: float, phase: str) -> None:
         """Wait until the grains rest, `limit` fall times at most. Raises RefusedStateError where
         they do not."""
         phases.rest(self.sim, self.spec, limit * self.fall_time, phase)
 
-    def shear(self, path):
+    def shear(self, path: float) -> tuple[np.ndarray, float]:
         """Turn the trough so that the mean radius travels `path` [m]; returns shear stress
         (STRETCHES,) and normal stress [kPa]."""
         sim, speed = self.sim, self.rate * 0.5 * (self.inner + self.outer)
@@ -225,7 +232,7 @@ class Ring:
         sim.move_wall("trough", spin=(0.0, 0.0, 0.0))
         return np.array(stress), normal
 
-    def bulk_density(self):
+    def bulk_density(self) -> float:
         """Mass of grains over the volume between floor and lid [kg/m3]."""
         return float(self.sim.mass.sum()) / (self.sim.wall_origin("lid")[2] * self.area)
 

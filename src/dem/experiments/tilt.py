@@ -6,6 +6,7 @@ The angle is read at that moment.
 """
 
 import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +17,11 @@ from dem.grains import fall_time, longest_mm, mean_radius
 from dem.lazy import lazily
 from dem.linear import into_axes
 from dem.part import Part, field, mesh_field
+
+if TYPE_CHECKING:
+    from dem.run import RunContext
+    from dem.spec import RunSpec
+
 
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
 phases = lazily("dem.experiments.phases")
@@ -41,7 +47,7 @@ class TiltGeometry(Part):
     trials: int = field(5, "trials with the cluster turned at random", ge=1, le=100)
 
 
-def check(spec):
+def check(spec: "RunSpec") -> None:
     """The bonded cluster must lie on the tilting plate however it is turned."""
     g, largest = spec.geometry, longest_mm(spec)
     half_distance = 0.5 * largest if g.spacing_mm is None else g.spacing_mm
@@ -51,7 +57,7 @@ def check(spec):
             refuse(key, spec, f"at least {needed:.4g}, the size of the bonded cluster")
 
 
-def advice(spec):
+def advice(spec: "RunSpec") -> list[str]:
     """A cluster that may tip before it slides."""
     # tangent of the least tilt at which the weight leaves the square on which the cluster of four
     # stands
@@ -78,10 +84,10 @@ def _walls(spec):
     return walls.mesh(mesh.vertices, mesh.triangles)
 
 
-def run(spec, context):
+def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Tilt until the cluster slides; returns the metrics of docs/architecture.md."""
     g = spec.geometry
-    angles = []
+    angles = []  # type: Any
     for trial in range(g.trials):
         angles.append(_slide(spec, np.random.default_rng([spec.seed, trial]), context))
         context.progress((trial + 1) / g.trials, f"trial {trial + 1} of {g.trials}")

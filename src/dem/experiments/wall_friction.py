@@ -7,6 +7,7 @@ Powders and Bulk Solids, section 4.3; ASTM D6128).
 """
 
 import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,6 +26,11 @@ from dem.experiments.mesh import outside, read_mesh
 from dem.grains import draw_radii, fall_time, largest_reach, longest_mm, smallest_radius
 from dem.lazy import lazily
 from dem.part import Part, field, mesh_field
+
+if TYPE_CHECKING:
+    from dem.run import RunContext
+    from dem.spec import RunSpec
+
 
 bed = lazily("dem.experiments.bed")
 setup, builder = lazily("dem.experiments.setup"), lazily("dem.walls.builder")
@@ -50,7 +56,7 @@ class WallFrictionGeometry(Part):
     )
 
 
-def check(spec):
+def check(spec: "RunSpec") -> None:
     """The ring must hold grains side by side, and the bed must reach the lid with two layers at
     least."""
     g, largest = spec.geometry, longest_mm(spec)
@@ -64,7 +70,7 @@ def check(spec):
         refuse("ring_diameter_mm", spec, allowed)
 
 
-def run(spec, context):
+def run(spec: "RunSpec", context: "RunContext") -> dict[str, Any]:
     """Fill, load, slide; returns the metrics."""
     g, rng = spec.geometry, np.random.default_rng(spec.seed)
     radius, reach = 0.5e-3 * g.ring_diameter_mm, largest_reach(spec)

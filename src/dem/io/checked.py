@@ -1,18 +1,26 @@
 """Checksums: of files, and of data that carry their own."""
 
+from __future__ import annotations
+
 import hashlib
 import json
 import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dem.io.files import replace_file
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
 DIGEST = 32  # bytes of a SHA-256
 CHUNK = 1 << 20
 
 
-def digest_of(path, end=None):
+def digest_of(path: str | Path, end: int | None = None) -> str:
     """SHA-256 of a file's first `end` bytes, of all unless given, as hex digits. Raises OSError."""
     digest = hashlib.sha256()
     with open(path, "rb") as stream:
@@ -23,12 +31,12 @@ def digest_of(path, end=None):
     return digest.hexdigest()
 
 
-def sealed(data):
+def sealed(data: dict[str, Any]) -> dict[str, Any]:
     """A mapping with the checksum of its content beside it; the order of keys does not count."""
     return data | {"checksum": _checksum(data)}
 
 
-def is_sealed(data):
+def is_sealed(data: object) -> bool:
     """Whether a mapping carries the checksum of its content."""
     return isinstance(data, dict) and data.get("checksum") == _checksum(data)
 
@@ -39,7 +47,7 @@ def _checksum(data):
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def write_checked_arrays(path, arrays):
+def write_checked_arrays(path: str | Path, arrays: Mapping[str, Any]) -> None:
     """Write a mapping of arrays as .npz with its checksum behind, atomically."""
 
     def write(stream):
@@ -50,7 +58,7 @@ def write_checked_arrays(path, arrays):
     replace_file(path, write)
 
 
-def read_checked_arrays(path):
+def read_checked_arrays(path: str | Path) -> dict[str, np.ndarray]:
     """{name: array} of a file that `write_checked_arrays` wrote. Raises OSError, and ValueError for
     a file that is not as it was written."""
     size = os.stat(path).st_size - DIGEST

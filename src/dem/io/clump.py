@@ -1,15 +1,23 @@
 """The spheres of a grain from a table: the columns `x_mm`, `y_mm`, `z_mm` and
 `radius_mm`, one sphere a row."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from dem.clump import fault
 from dem.errors import SpecError
 from dem.tables import named_by, read_table
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
 
 KEY = "particles.clump.file"
 COLUMNS = ("x_mm", "y_mm", "z_mm", "radius_mm")
 
 
-def read_clump(path):
+def read_clump(path: str | Path) -> dict[str, list[float]]:
     """{column: values (m,) [mm]} of a table. Raises InputError or SpecError naming line, value and
     what is allowed."""
     with named_by(KEY):

@@ -3,12 +3,14 @@
 import errno
 import json
 import os
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 
-def replace_file(path, write):
+def replace_file(path: str | Path, write: Callable[[Any], object]) -> None:
     """Write a file by write(stream) under another name and put it in the place of `path`, all or
     nothing, through a power cut as well: file and folder are on the disk when this returns."""
     path = Path(path)
@@ -27,7 +29,7 @@ def replace_file(path, write):
         sync_folder(folder)
 
 
-def sync_folder(folder):
+def sync_folder(folder: str | Path) -> None:
     """Put a folder's names on the disk, where the system can: a file that was renamed keeps its old
     name through a power cut until then."""
     try:
@@ -43,18 +45,18 @@ def sync_folder(folder):
         os.close(handle)
 
 
-def sweep_partial(folder):
+def sweep_partial(folder: str | Path) -> None:
     """Delete what writers that were killed have left in a folder; nobody may be writing into it."""
     for partial in Path(folder).glob(".*.partial"):
         partial.unlink(missing_ok=True)
 
 
-def write_json(path, data):
+def write_json(path: str | Path, data: Mapping[str, Any]) -> None:
     """Write a mapping as JSON, atomically; NaN is refused."""
     text = json.dumps(data, indent=2, allow_nan=False) + "\n"
     replace_file(path, lambda stream: stream.write(text.encode()))
 
 
-def write_arrays(path, arrays):
+def write_arrays(path: str | Path, arrays: Mapping[str, Any]) -> None:
     """Write a mapping of arrays as .npz, atomically."""
     replace_file(path, lambda stream: np.savez(stream, **arrays))

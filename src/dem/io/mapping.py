@@ -1,14 +1,23 @@
 """YAML files as mappings, with the line of each key, so that an error can say where it is."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
 import yaml
 
 from dem.errors import InputError, SpecError
 from dem.tables.limits import read_limited
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
 LARGEST = 100_000  # values of a file, those that it repeats by aliases counted each time
 
 
-def read_mapping(path):
+def read_mapping(path: str | Path) -> tuple[Any, dict[str, int]]:
     """(data, lines): content of a YAML file and {dotted key: line number, from 1}.
 
     Raises SpecError for a file that cannot be read, is larger than a configuration
@@ -25,8 +34,8 @@ def read_mapping(path):
     return parse_mapping(text, path)
 
 
-def parse_mapping(text, path):
-    """As `read_mapping`, of a text; `path` is named in errors."""
+def parse_mapping(text: str, path: str | Path) -> tuple[Any, dict[str, int]]:
+    """As `read_mapping`, of a text; `path` is named in errors. Raises SpecError."""
     try:
         loader = yaml.SafeLoader(text)
         node = loader.get_single_node()
@@ -34,7 +43,7 @@ def parse_mapping(text, path):
             return None, {}
         if _size(node, {}, set()) > LARGEST:
             raise SpecError("(file)", "aliases", f"at most {LARGEST} values in all", path)
-        lines = {}
+        lines = {}  # type: dict[str, int]
         _collect(path, node, "", lines, set())
         return loader.construct_document(node), lines
     # a tag such as !!bool on a value that is none comes out of PyYAML as one of the others
@@ -67,7 +76,7 @@ def _size(node, known, above):
     return known[id(node)]
 
 
-def line_of(key, lines):
+def line_of(key: str, lines: Mapping[str, int]) -> int | None:
     """Line of a dotted key, or of the nearest key above it that the file holds. None if it holds
     none."""
     parts = key.split(".")

@@ -6,16 +6,23 @@ share that passes each sieve (from 0 to 100, ascending), or `fraction`, the shar
 exactly that size.
 """
 
+from __future__ import annotations
+
 from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 from dem.errors import SpecError
 from dem.tables import named_by, read_table
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
 
 KEY = "particles.sizes.file"
 DIAMETER, PASSING, FRACTION = "diameter_mm", "passing_percent", "fraction"
 
 
-def read_sizes(path, by):
+def read_sizes(path: str | Path, by: str) -> dict[str, Any]:
     """{by, diameters_mm, fractions} and for a sieve curve `upper_diameters_mm` of a table; by:
     number or mass.
 

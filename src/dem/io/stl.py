@@ -10,6 +10,7 @@ import struct
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from dem.errors import InputError, MeshError
 from dem.linear import length
@@ -36,7 +37,9 @@ _BINARY = [("v", "<f4", (4, 3)), ("a", "<u2")]
 SMALLEST_MM = 1e-6
 
 
-def read_stl(path, scale=1.0, closed=False):
+def read_stl(
+    path: str | Path, scale: float = 1.0, closed: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (v, 3) [m] and triangles (t, 3) of an STL file.
 
     scale: metres per unit of the file; closed: demand that every edge has two triangles.
@@ -52,7 +55,7 @@ def read_stl(path, scale=1.0, closed=False):
     return vertices, triangles
 
 
-def write_stl(path, vertices, triangles):
+def write_stl(path: str | Path, vertices: ArrayLike, triangles: ArrayLike) -> None:
     """Write a binary STL file."""
     points = np.asarray(vertices, float)[np.asarray(triangles)]
     normal = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0])
@@ -162,7 +165,7 @@ def _check_area(path, vertices, triangles):
         raise MeshError(path, f"triangle {int(flat[0]) + 1} has no area")
 
 
-def free_edges(triangles):
+def free_edges(triangles: np.ndarray) -> np.ndarray:
     """Edges (k, 2), as vertex numbers, that do not have two triangles."""
     edges = np.sort(
         np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), 1

@@ -4,16 +4,26 @@ The files are XML PolyData, arrays within them in base64, each in one block of z
 Formats, Kitware).
 """
 
+from __future__ import annotations
+
 import base64
 import zlib
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from dem.io.files import replace_file
 from dem.linear import into_axes, length
 from dem.walls.geometry import PLANE, RECTANGLE, REVOLVED, TRIANGLE
+
+if TYPE_CHECKING:
+    from dem.simulation import Simulation
+    from dem.walls.builder import WallSet
+
 
 RESOLUTION = 64  # facets of a surface of revolution
 TYPES = {"f8": "Float64", "i8": "Int64"}
@@ -21,7 +31,9 @@ POINTS = "Points"
 """Name of the array of the points themselves."""
 
 
-def write_grains(path, position, radius, velocity, tag):
+def write_grains(
+    path: str | Path, position: ArrayLike, radius: ArrayLike, velocity: ArrayLike, tag: ArrayLike
+) -> None:
     """Write grains to a .vtp file, atomically: position [m], velocity [m/s] (n, 3); radius [m] and
     tag (n,). Glyph by `radius` to see spheres."""
     velocity = np.asarray(velocity, float).reshape(-1, 3)
@@ -35,26 +47,31 @@ def write_grains(path, position, radius, velocity, tag):
     _write(path, np.asarray(position, float).reshape(-1, 3), verts=list(each), fields=fields)
 
 
-def read_grains(path):
+def read_grains(path: str | Path) -> dict[str, np.ndarray]:
     """{name: array} of a file of `write_grains`, the positions (n, 3) as `POINTS`."""
     [piece] = ElementTree.parse(path).getroot().iter("Piece")
-    arrays = [*piece.find("PointData"), *piece.find(POINTS)]
+    arrays = [*piece.find("PointData"), *piece.find(POINTS)]  # type: ignore[misc]
     return {a.get("Name"): _decoded(a) for a in arrays}
 
 
-def write_frame(path, sim):
+def write_frame(path: str | Path, sim: Simulation) -> None:
     """Write the grains of a simulation to a .vtp file, atomically."""
     write_grains(path, sim.position, sim.radius, sim.velocity, sim.tag)
 
 
-def write_walls(path, walls, grains=()):
-    """Write the walls of a `WallSet`, where they start, as `write_surfaces` does."""
+def write_walls(path: str | Path, walls: WallSet, grains: np.ndarray | tuple[()] = ()) -> bool:
+    """Write the walls of a `WallSet`, where they start, as `write_surfaces` does. grains (n, 3)
+    [m]."""
     origins = {b["name"]: np.asarray(b["origin"], float) for b in walls.bodies}
     elements = [(k, p, origins[b], np.eye(3)) for k, p, b in walls.elements]
     return write_surfaces(path, elements, grains)
 
 
-def write_surfaces(path, elements, grains=()):
+def write_surfaces(
+    path: str | Path,
+    elements: Iterable[tuple[int, Sequence[float] | np.ndarray, np.ndarray, np.ndarray]],
+    grains: np.ndarray | tuple[()] = (),
+) -> bool:
     """Write wall elements, each (kind, parameters, origin (3,), rotation (3, 3)) of its body, to
     one .vtp file; False when there is nothing to draw.
 
@@ -90,7 +107,7 @@ def _square(plane, points):
     return [*centre, *u, *np.cross(normal, u)]
 
 
-def wall_surface(kind, p):
+def wall_surface(kind: int, p: Sequence[float] | np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
     """Corners (n, 3) [m] of a bounded wall element in its body's frame, and its polygons, each the
     numbers of its corners."""
     if kind == REVOLVED:

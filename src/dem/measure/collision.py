@@ -2,7 +2,10 @@
 less the same at a step that is FINE times shorter. It needs no asked value, so it holds under every
 law."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +16,10 @@ from dem.experiments.setup import build_simulation, time_step_of
 from dem.grains import smallest_radius
 from dem.walls.builder import WallSet
 
+if TYPE_CHECKING:
+    from dem.spec import RunSpec
+
+
 PAIRS = 16
 """Pairs that collide at once, each begun at another moment within a step: what the step does to one
 collision depends on it."""
@@ -22,7 +29,7 @@ FALL = 10.0  # radii of the fall whose speed is taken where the experiment has n
 MOST_STEPS = 20_000  # at the step in use
 
 
-def usual_speed(spec):
+def usual_speed(spec: RunSpec) -> float:
     """Speed [m/s] of the experiment's impact, or of a fall by FALL radii of the smallest grain."""
     impact = experiment_of(spec).impact_speed
     if impact is not None:
@@ -30,7 +37,7 @@ def usual_speed(spec):
     return math.sqrt(2.0 * GRAVITY * FALL * smallest_radius(spec))
 
 
-def restitution_error(spec, speed):
+def restitution_error(spec: RunSpec, speed: float) -> float | None:
     """Restitution [-] of two of the smallest grains that meet at `speed` [m/s] at the time step of
     a `RunSpec`, less that at a step FINE times shorter; None where they do not part."""
     step = time_step_of(spec)
@@ -38,7 +45,7 @@ def restitution_error(spec, speed):
     return None if used is None or true is None else used - true
 
 
-def restitution(spec, speed, step):
+def restitution(spec: RunSpec, speed: float, step: float) -> float | None:
     """Mean speed of parting over that of meeting of PAIRS pairs [-]; None where some do not part
     or blow up."""
     numerics = spec.numerics.model_copy(update={"time_step_s": step})

@@ -7,7 +7,11 @@ and one line along its flank. Both lines are least-squares fits over the part of
 left out.
 """
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from dem.errors import MeasureError
 from dem.linear import length, slope
@@ -24,7 +28,13 @@ both alike to half a degree (docs/verification.md), a ridge or a heap off the ax
 MIN_HEIGHT = 1.5  # mean diameters of the spheres: less is a layer, not a heap
 
 
-def measure_heap(position, radius, velocity, plate_radius, grain=None):
+def measure_heap(
+    position: ArrayLike,
+    radius: ArrayLike,
+    velocity: ArrayLike,
+    plate_radius: float,
+    grain: np.ndarray | None = None,
+) -> dict[str, Any]:
     """Metrics of a heap; position, velocity (n, 3) [m], [m/s], radius (n,) [m], plate_radius [m].
 
     grain (n,): which grain each sphere is part of; each is one unless given. Angles and height are
@@ -55,7 +65,7 @@ def measure_heap(position, radius, velocity, plate_radius, grain=None):
     }
 
 
-def readings_apart(metrics):
+def readings_apart(metrics: Mapping[str, float]) -> str | None:
     """A sentence where the two readings of a heap, keys of `measure_heap`, differ by more than
     APART_DEG; None where they agree."""
     flanks, radial = metrics["angle_of_repose_deg"], metrics["radial_angle_deg"]
@@ -79,7 +89,7 @@ def _supported(position, radius, candidate):
     return keep
 
 
-def fit_flank(distance, height, limit):
+def fit_flank(distance: np.ndarray, height: np.ndarray, limit: float) -> float:
     """Slope angle [deg] of the flank of a profile height(distance), both (m,) [m], or nan where
     there is no flank.
 
@@ -97,7 +107,9 @@ def fit_flank(distance, height, limit):
     return float(np.degrees(np.arctan(-rise)))
 
 
-def outline(across, z, radius, stations):
+def outline(
+    across: np.ndarray, z: np.ndarray, radius: np.ndarray, stations: np.ndarray
+) -> np.ndarray:
     """Height (m,) of the outline of discs at `across`, z, radius (n,), at stations (m,); 0 where
     there is none. [m]"""
     height = np.zeros(len(stations))
@@ -112,9 +124,9 @@ def outline(across, z, radius, stations):
     return height
 
 
-def silhouette_angles(position, radius, plate_radius):
+def silhouette_angles(position: np.ndarray, radius: np.ndarray, plate_radius: float) -> np.ndarray:
     """Flank angles (2 * VIEWS,) [deg], two from each view. Raises MeasureError when fewer than half
-    have a flank."""
+    have a flank. position (n, 3), radius (n,), plate_radius [m]."""
     step = 0.25 * float(np.mean(radius))
     stations = np.arange(0.0, plate_radius, step)
     angles = []
@@ -131,8 +143,11 @@ def _clear_of_rim(plate_radius, radius):
     return plate_radius - float(np.mean(radius))
 
 
-def surface(position, radius, plate_radius):
-    """Stations (m,) and surface heights (AZIMUTHS, m) on rays from the axis [m]."""
+def surface(
+    position: np.ndarray, radius: np.ndarray, plate_radius: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Stations (m,) and surface heights (AZIMUTHS, m) on rays from the axis [m]. position (n, 3),
+    radius (n,), plate_radius [m]."""
     step = 0.5 * float(np.mean(radius))
     stations = np.arange(0.5 * step, plate_radius, step)
     height = np.zeros((AZIMUTHS, len(stations)))
@@ -145,19 +160,21 @@ def surface(position, radius, plate_radius):
     return stations, height
 
 
-def coverage(position, radius, plate_radius):
+def coverage(position: np.ndarray, radius: np.ndarray, plate_radius: float) -> float:
     """Share of the plate that lies under grains whose centre is above it and at most four radii
     high or in the heap.
 
     From the surface on `AZIMUTHS` rays, each station weighted by its distance from the axis.
+    position (n, 3), radius (n,), plate_radius [m].
     """
     low = (position[:, 2] > 0.0) & _supported(position, radius, position[:, 2] > 0.0)
     stations, height = surface(position[low], radius[low], plate_radius)
     return float(((height > 0.0) * stations).sum() / (AZIMUTHS * stations.sum()))
 
 
-def radial_angle(position, radius, plate_radius):
-    """Angle [deg] of the flank of the surface averaged over the azimuth."""
+def radial_angle(position: np.ndarray, radius: np.ndarray, plate_radius: float) -> float:
+    """Angle [deg] of the flank of the surface averaged over the azimuth. position (n, 3), radius
+    (n,), plate_radius [m]. Raises MeasureError where it has no flank."""
     stations, height = surface(position, radius, plate_radius)
     angle = fit_flank(stations, height.mean(axis=0), _clear_of_rim(plate_radius, radius))
     if not np.isfinite(angle):
@@ -165,8 +182,9 @@ def radial_angle(position, radius, plate_radius):
     return angle
 
 
-def radial_angles(position, radius, plate_radius):
-    """Angles [deg] of the surface averaged over each of SECTORS sectors that have a flank."""
+def radial_angles(position: np.ndarray, radius: np.ndarray, plate_radius: float) -> np.ndarray:
+    """Angles [deg] of the surface averaged over each of SECTORS sectors that have a flank. position
+    (n, 3), radius (n,), plate_radius [m]."""
     stations, height = surface(position, radius, plate_radius)
     sectors = height.reshape(SECTORS, -1, len(stations)).mean(axis=1)
     limit = _clear_of_rim(plate_radius, radius)

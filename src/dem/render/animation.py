@@ -1,5 +1,10 @@
 """The pour as an animation, from the frames that `dem run --frames` wrote."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
 import numpy as np
 from PIL import Image, ImageDraw
 
@@ -8,6 +13,12 @@ from dem.experiments.heap import HeapGeometry, Rig
 from dem.io.vtk import POINTS, read_grains
 from dem.render.colour import colour_by, colours_of, draw_bar, values_of
 from dem.render.image import GROUND, INK, OVERSAMPLING, STEEL, font_of, frame, paint, pixel
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from dem.render.files import FinishedRun
+
 
 ELEVATION = 14.0
 COLOURS, PALETTE_PICTURES = 160, 6  # of a GIF
@@ -19,7 +30,14 @@ FORMATS = {
 RING = np.radians(np.arange(0.0, 361.0, 5.0))
 
 
-def animate(run, path, width=480, colour="auto", frames_per_s=20.0, progress=None):
+def animate(
+    run: FinishedRun,
+    path: Path,
+    width: int = 480,
+    colour: str = "auto",
+    frames_per_s: float = 20.0,
+    progress: Callable[[float], object] | None = None,
+) -> None:
     """Write the pour of a `FinishedRun` of a heap to `path` (.gif, .webp or .png), atomically.
 
     width: [px]; progress: called with the share that is done. Raises DemError without frames or for
@@ -28,9 +46,9 @@ def animate(run, path, width=480, colour="auto", frames_per_s=20.0, progress=Non
         raise DemError(
             f"{path}: is no animation that can be written; allowed: {', '.join(FORMATS)}"
         )
-    if not isinstance(run.spec.geometry, HeapGeometry):
+    if not isinstance(run.spec.geometry, HeapGeometry):  # type: ignore[attr-defined]
         raise DemError(
-            f"{run.folder}: a {run.spec.experiment} is not poured; only a heap is animated"
+            f"{run.folder}: a {run.spec.experiment} is not poured; only a heap is animated"  # type: ignore[attr-defined]
         )
     files = run.frames
     if len(files) < 2:

@@ -1,5 +1,7 @@
 """What the colour of a grain tells, and the bar that explains it."""
 
+from typing import Any
+
 import matplotlib as mpl
 import numpy as np
 
@@ -11,9 +13,9 @@ LABELS = {
 }
 
 
-def colour_by(choice, radius, velocity):
+def colour_by(choice: str, radius: np.ndarray, velocity: np.ndarray) -> str:
     """The quantity that `choice` comes to: auto is size where sizes differ, speed where grains
-    move, else order."""
+    move, else order. radius (n,) [m], velocity (n, 3) [m/s]."""
     if choice != "auto":
         return choice
     if np.ptp(radius) > 1e-6 * radius.max():
@@ -21,8 +23,11 @@ def colour_by(choice, radius, velocity):
     return "speed" if np.linalg.norm(velocity, axis=1).max() > 0.1 else "order"
 
 
-def values_of(quantity, position, radius, velocity, tag):
-    """Values (n,) of a quantity, in the unit of its label."""
+def values_of(
+    quantity: str, position: np.ndarray, radius: np.ndarray, velocity: np.ndarray, tag: np.ndarray
+) -> np.ndarray:
+    """Values (n,) of a quantity, in the unit of its label. position (n, 3), radius (n,) [m],
+    velocity (n, 3) [m/s], tag (n,)."""
     return {
         "size": lambda: 2e3 * radius,
         "speed": lambda: np.linalg.norm(velocity, axis=1),
@@ -31,14 +36,22 @@ def values_of(quantity, position, radius, velocity, tag):
     }[quantity]()
 
 
-def colours_of(quantity, values, limits):
+def colours_of(quantity: str, values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
     """Colours (n, 3) in 0..1 of values between limits (low, high)."""
     low, high = limits
     share = np.clip((values - low) / (high - low), 0.0, 1.0) if high > low else 0.5 + 0.0 * values
     return mpl.colormaps[LABELS[quantity][1]](share)[:, :3]
 
 
-def draw_bar(draw, quantity, limits, at, size, font, ink):
+def draw_bar(
+    draw: Any,
+    quantity: str,
+    limits: tuple[float, float],
+    at: tuple[float, float],
+    size: tuple[int, int],
+    font: Any,
+    ink: Any,
+) -> None:
     """Draw the colour bar with its label and its ends at (x, y) [px], `size` (width, height)
     [px]."""
     (x, y), (width, height) = at, size

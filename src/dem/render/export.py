@@ -1,13 +1,19 @@
 """A run's last state as files that ParaView opens."""
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from dem.experiments import experiment_of
 from dem.experiments.setup import FAR
 from dem.io.vtk import write_grains, write_surfaces, write_walls
 
+if TYPE_CHECKING:
+    from dem.render.files import FinishedRun
 
-def export_vtk(run, path=None):
+
+def export_vtk(run: FinishedRun, path: str | Path | None = None) -> list[Path]:
     """Write the last state of a `FinishedRun` as points with radius, velocity, speed and id (glyph
     them by `radius`).
 

@@ -1,5 +1,7 @@
 """What a run left in its folder, for drawing."""
 
+from __future__ import annotations
+
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,12 +34,12 @@ class FinishedRun:
     walls: tuple = ()
 
     @property
-    def frames(self):
+    def frames(self) -> list[Path]:
         """Paths of the frames that `dem run --frames` wrote, in order of time."""
         return sorted((self.folder / "frames").glob("grains_*.vtp"))
 
 
-def read_run(folder):
+def read_run(folder: str | Path) -> FinishedRun:
     """`FinishedRun` of a folder that `dem run` wrote. Raises DemError when the run is not finished
     or not whole."""
     folder = Path(folder)

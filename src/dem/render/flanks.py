@@ -1,6 +1,8 @@
 """The lines that the angle of repose was read from, as segments that can be drawn over the
 silhouette."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,19 +22,25 @@ class Flank:
     end: tuple
 
 
-def heap_grains(position, radius, velocity, plate_radius):
-    """Which grains (n,) belong to the heap, as the measurement takes them."""
+def heap_grains(
+    position: np.ndarray, radius: np.ndarray, velocity: np.ndarray, plate_radius: float
+) -> np.ndarray:
+    """Which grains (n,) belong to the heap, as the measurement takes them. position (n, 3), radius
+    (n,) [m], velocity (n, 3) [m/s]."""
     slow = np.linalg.norm(velocity, axis=1) < FLYING
     on_plate = slow & (np.hypot(position[:, 0], position[:, 1]) < plate_radius + radius)
     on_plate &= position[:, 2] > 0.0
     return on_plate & _supported(position, radius, on_plate)
 
 
-def fitted_flanks(position, radius, plate_radius, azimuth):
+def fitted_flanks(
+    position: np.ndarray, radius: np.ndarray, plate_radius: float, azimuth: float
+) -> list[Flank | None]:
     """The flanks left and right, each a `Flank` or None, of the silhouette seen at `azimuth` [deg].
 
     Both angles are `dem.measure.heap.fit_flank`'s; the line runs through the mean of the points it
-    was fitted to."""
+    was fitted to. position (n, 3), radius (n,) [m].
+    """
     turn = np.radians(azimuth)
     across = position[:, 0] * np.cos(turn) + position[:, 1] * np.sin(turn)
     stations = np.arange(0.0, plate_radius, 0.25 * float(np.mean(radius)))

@@ -1,6 +1,9 @@
 """The image of a finished run; a heap with the lines that its angle of repose was read from."""
 
+from __future__ import annotations
+
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -10,6 +13,13 @@ from dem.experiments import experiment_of
 from dem.render.colour import colour_by, colours_of, draw_bar, values_of
 from dem.render.flanks import VIEWS, fitted_flanks, heap_grains
 from dem.render.raster import View, shade
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from dem.render.files import FinishedRun
+    from dem.spec import RunSpec
+
 
 GROUND, INK, LINE, STEEL = (240, 242, 245), (29, 36, 48), (209, 60, 31), (120, 128, 140)
 OVERSAMPLING = 2
@@ -21,14 +31,20 @@ FORMATS = {
 }
 
 
-def draw_run(run, width=800, colour="auto", azimuth=None, elevation=0.0):
+def draw_run(
+    run: FinishedRun,
+    width: int = 800,
+    colour: str = "auto",
+    azimuth: float | None = None,
+    elevation: float = 0.0,
+) -> Any:
     """`PIL.Image` of a `FinishedRun`, `width` [px] wide; angles of the view [deg].
 
     A heap with an angle seen from the side (elevation 0) has its fitted flanks drawn; unless
     `azimuth` is given it is seen from where its two flanks come nearest to the run's angle of
     repose.
     """
-    plate = plate_of(run.spec)
+    plate = plate_of(run.spec)  # type: ignore[arg-type]
     heap = plate is not None and "angle_of_repose_deg" in run.metrics
     if azimuth is None:
         azimuth = _telling_view(run, plate) if heap else 0.0
@@ -49,13 +65,19 @@ def draw_run(run, width=800, colour="auto", azimuth=None, elevation=0.0):
     return image.resize((width, view.height // OVERSAMPLING), Image.Resampling.LANCZOS)
 
 
-def plate_of(spec):
+def plate_of(spec: RunSpec) -> float | None:
     """Radius [m] of the disc that a run's heap stands on; None where its last state is no heap."""
     find = experiment_of(spec).heap_plate
     return find(spec) if find else None
 
 
-def paint(view, position, radius, colour, plate_radius=None):
+def paint(
+    view: View,
+    position: np.ndarray,
+    radius: np.ndarray,
+    colour: np.ndarray,
+    plate_radius: float | None = None,
+) -> Any:
     """`PIL.Image` of grains, colour (n, 3), and of a plate; positions and radii [m]."""
     lit, covered = shade(view, position, radius, colour, plate_radius)
     ground = np.array(GROUND) / 255.0
@@ -68,7 +90,7 @@ def paint(view, position, radius, colour, plate_radius=None):
     return image
 
 
-def pixel(view, across, height, toward=0.0):
+def pixel(view: View, across: float, height: float, toward: float = 0.0) -> tuple[float, float]:
     """Column and row of the point at signed distances from the axis [m] across the view and towards
     the viewer."""
     right, _, _ = view.axes
@@ -77,24 +99,32 @@ def pixel(view, across, height, toward=0.0):
     return float(column[0]), float(row[0])
 
 
-def font_of(width):
+def font_of(width: float) -> Any:
     """Font for an image of `width` [px]."""
     return ImageFont.load_default(size=0.027 * width)
 
 
-def save_image(image, path):
+def save_image(image: Any, path: Path) -> None:
     """Write an image to `path`, atomically. Raises DemError for a suffix that is none of
     FORMATS."""
     if path.suffix not in FORMATS:
         raise DemError(f"{path}: is no image that can be written; allowed: {', '.join(FORMATS)}")
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".partial.{path.name}")
-    image.save(partial, **FORMATS[path.suffix])
+    image.save(partial, **FORMATS[path.suffix])  # type: ignore[arg-type]
     partial.replace(path)
 
 
-def frame(position, radius, plate, width, azimuth, elevation):
-    """A view that holds the grains, and the plate where there is one, with room for the labels."""
+def frame(
+    position: np.ndarray,
+    radius: np.ndarray,
+    plate: float | None,
+    width: int,
+    azimuth: float,
+    elevation: float,
+) -> View:
+    """A view that holds the grains, and the plate where there is one, with room for the labels.
+    position (n, 3), radius (n,), plate [m]; width [px]; angles [deg]."""
     view = View(azimuth, elevation, 1.0, (0.0, 0.0, 0.0), 0, 0)
     corners = np.vstack([position - radius[:, None], position + radius[:, None]])
     if plate:

@@ -5,6 +5,8 @@ without display, driver or Mesa. Rows of pixels run downwards; depth grows towar
 pixels.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,28 +32,28 @@ class View:
     height: int
 
     @property
-    def axes(self):
+    def axes(self) -> np.ndarray:
         """Unit vectors (3, 3): to the right, upwards, towards the viewer."""
         a, e = np.radians([self.azimuth, self.elevation])
         right = np.array([np.cos(a), np.sin(a), 0.0])
         toward = np.array([np.cos(e) * np.sin(a), -np.cos(e) * np.cos(a), np.sin(e)])
         return np.array([right, np.cross(toward, right), toward])
 
-    def project(self, position):
+    def project(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Columns, rows and depths, each (n,) [px], of points (n, 3) [m]."""
         x, y, z = self.scale * self.axes @ (np.atleast_2d(position) - self.centre).T
         return 0.5 * self.width + x, 0.5 * self.height - y, z
 
-    def points(self, depth):
+    def points(self, depth: np.ndarray) -> np.ndarray:
         """Points (height, width, 3) [m] that lie at `depth` (height, width) behind each pixel."""
         row, column = np.mgrid[: self.height, : self.width]
         seen = np.stack([column - 0.5 * self.width, 0.5 * self.height - row, depth], axis=-1)
         return seen / self.scale @ self.axes + self.centre
 
 
-def cover(view, position, radius):
+def cover(view: View, position: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Depth (height, width) [px], -inf where there is nothing, and the index of the sphere that is
-    seen."""
+    seen. position (n, 3), radius (n,) [m]."""
     column, row, z = view.project(position)
     r = view.scale * np.asarray(radius)
     depth = np.full((view.height, view.width), -np.inf)
@@ -71,11 +73,18 @@ def cover(view, position, radius):
     return depth, owner
 
 
-def shade(view, position, radius, colour, plate_radius=None):
+def shade(
+    view: View,
+    position: np.ndarray,
+    radius: np.ndarray,
+    colour: np.ndarray,
+    plate_radius: float | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
     """Lit spheres, and the disc z = 0 of `plate_radius` [m] where one is given.
 
     colour (n, 3) in 0..1. Returns colours (height, width, 3) and the covered share (height, width)
-    of each pixel."""
+    of each pixel. position (n, 3), radius (n,) [m].
+    """
     depth, owner = cover(view, position, radius)
     normal, albedo = np.zeros((*depth.shape, 3)), np.ones((*depth.shape, 3))
     hit = owner != NOBODY

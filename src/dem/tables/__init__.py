@@ -5,6 +5,7 @@ decimal mark, reads workbooks, and refuses what can be read in two ways. `read_r
 of a table that is laid out in its own way.
 """
 
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from dem.errors import InputError
@@ -15,7 +16,7 @@ __all__ = ["SeveralSheetsError", "Table", "named_by", "read_rows", "read_table",
 
 
 @contextmanager
-def named_by(key):
+def named_by(key: str) -> Iterator[None]:
     """What is wrong with a table that a run spec names is said with the spec's key."""
     try:
         yield

@@ -5,10 +5,18 @@ A separator counts where it gives every row the header's number of cells. A comm
 decimal mark if no other reading is left. `1,234` alone could be a thousand.
 """
 
+from __future__ import annotations
+
 import csv
 import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from dem.errors import InputError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
 
 NAMES = {
     "\t": "tab-separated",
@@ -25,7 +33,7 @@ _ENGLISH = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+\.\d+")
 _LEADING = re.compile(r"\s*([+-]?[\d.,]*\d(?:[eE][+-]?\d+)?)")
 
 
-def cells_of(text, separator, path, line):
+def cells_of(text: str, separator: str, path: str | Path, line: int) -> list[str]:
     """Cells of one line, stripped. Raises InputError where a quotation mark is not closed."""
     try:
         (cells,) = csv.reader([text], delimiter=separator or "\t", strict=True)
@@ -35,7 +43,9 @@ def cells_of(text, separator, path, line):
     return [c.strip() for c in cells]
 
 
-def separator_of(lines, path, declared=None):
+def separator_of(
+    lines: Sequence[tuple[int, str]], path: str | Path, declared: str | None = None
+) -> str:
     """Separator of [(line, text)], the header first. Raises InputError where two fit or the rows
     do not."""
     if declared is not None:
@@ -86,7 +96,7 @@ def _counts_up(texts):
     return texts[0] in ("0", "1") and texts == [str(int(texts[0]) + k) for k in range(len(texts))]
 
 
-def decimal_of(rows, separator, path):
+def decimal_of(rows: Sequence[tuple[int, list[str]]], separator: str, path: str | Path) -> str:
     """Decimal mark of [(line, cells)]. Raises InputError for a mixture, or where thousands fit."""
     cells = [(line, number) for line, row in rows for cell in row if (number := _number_in(cell))]
     commas = [(n, c) for n, c in cells if _COMMA.fullmatch(c) or _GERMAN.fullmatch(c)]
@@ -143,7 +153,7 @@ def _name(mark):
     return "comma" if mark == "," else "point"
 
 
-def plain(text, decimal):
+def plain(text: str, decimal: str) -> str:
     """A number's text with a decimal point and without marks between thousands."""
     return text.replace(".", "").replace(",", ".") if decimal == "," else _without_groups(text)
 

@@ -1,13 +1,20 @@
 """From the bytes of a file to lines of text: what kind of file it is, and how its letters are
 written."""
 
+from __future__ import annotations
+
 import codecs
 import io
 import re
 import zipfile
+from typing import TYPE_CHECKING
 
 from dem.errors import InputError
 from dem.tables.limits import LONGEST_CELL, check_unpacked, read_limited
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
 
 WORKBOOK, TEXT = "workbook", "text"
 SAVE_AS = "CSV or tab-separated text, or a workbook .xlsx"
@@ -28,7 +35,7 @@ _MARKS = (
 )
 
 
-def read_bytes(path):
+def read_bytes(path: str | Path) -> bytes:
     """Content of a file. Raises InputError where it cannot be read, is empty or larger than a table
     is."""
     data = read_limited(path, "table")
@@ -37,7 +44,7 @@ def read_bytes(path):
     return data
 
 
-def kind_of(data, path):
+def kind_of(data: bytes, path: Path) -> str:
     """WORKBOOK or TEXT, by content. Raises InputError where the name says otherwise, or for a file
     of another kind."""
     found = next((what for start, what in _OTHERS if data.startswith(start)), None)
@@ -72,7 +79,7 @@ def _is_workbook(data, path):
     return True
 
 
-def decode(data, path):
+def decode(data: bytes, path: str | Path) -> tuple[str, str]:
     """(text, encoding) of a text file: by its byte order mark, else UTF-8, else Windows' cp1252.
 
     Raises InputError where it is none of these.
@@ -122,6 +129,6 @@ def _unreadable(text):
     return bool(re.search(r"[\x00-\x08\x0e-\x1f\x7f\ufffd]", text))
 
 
-def split_lines(text):
+def split_lines(text: str) -> list[str]:
     """Lines as every editor counts them: ended by LF, CR LF or CR alone."""
     return re.split(r"\r\n|\r|\n", text)

@@ -2,6 +2,7 @@
 `Masse / g`."""
 
 import re
+from collections.abc import Iterable
 
 UNITS = {
     "°", "deg", "rad", "grad", "m", "cm", "mm", "µm", "μm", "um", "g", "kg", "mg", "t", "s", "ms",
@@ -20,7 +21,7 @@ _BEHIND = re.compile(r"(.*\S)(?:\s+in\s+|\s+en\s+|\s*,\s+|\s+/\s+)(\S{1,12})")
 _BEGINS_AS_NUMBER = re.compile(r"[+-]?[.,]?\d")
 
 
-def parted(cell):
+def parted(cell: str) -> tuple[str, str]:
     """(name, unit) of a heading; the unit is empty where none stands behind the name."""
     cell = cell.strip()
     opening = max(cell.rfind("["), cell.rfind("("))
@@ -33,6 +34,6 @@ def parted(cell):
     return cell, ""
 
 
-def words_alone(cells):
+def words_alone(cells: Iterable[str]) -> bool:
     """Whether no cell is a number or begins as one does."""
     return not any(_BEGINS_AS_NUMBER.match(c) for c in cells)

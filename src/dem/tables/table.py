@@ -1,9 +1,12 @@
 """A table as it was read: its headings, its cells as texts with their lines, and how it was
 recognised."""
 
+from __future__ import annotations
+
 import difflib
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -35,12 +38,12 @@ class Table:
     how: str
     units: dict
 
-    def texts(self, column):
+    def texts(self, column: str) -> list[tuple[int, str]]:
         """[(line, text)] of a column. Raises InputError where there is none of this name."""
         self.require(column)
         return [(line, row[column]) for line, row in self.rows]
 
-    def require(self, *columns):
+    def require(self, *columns: str) -> None:
         """Raise InputError for the first of the columns that is missing, with the nearest name
         that is there."""
         for column in columns:
@@ -53,14 +56,21 @@ class Table:
                     allowed=f"a heading of this name; there are {', '.join(self.header)}",
                 )
 
-    def number(self, line, column, text, convert=None, finite=True):
+    def number(
+        self,
+        line: int,
+        column: str,
+        text: str,
+        convert: Callable[[str], float] | None = None,
+        finite: bool = True,
+    ) -> float:
         """Number of a cell, a finite one unless said otherwise.
 
         convert: takes a text with a decimal point, where cells may carry a unit.
 
         Raises InputError naming line, column and value.
         """
-        where = {"path": self.path, "line": line, "column": column}
+        where = {"path": self.path, "line": line, "column": column}  # type: dict
         if not text:
             raise InputError("is empty", **where, allowed="a number")
         if _DATE.fullmatch(text):
@@ -77,7 +87,7 @@ class Table:
             raise InputError("is not finite", **where, value=text, allowed="a number")
         return value
 
-    def numbers(self, column, convert=None):
+    def numbers(self, column: str, convert: Callable[[str], float] | None = None) -> list[float]:
         """[number] of a column. Raises InputError as `number` does."""
         return [self.number(line, column, text, convert) for line, text in self.texts(column)]
 
@@ -87,7 +97,9 @@ def _nearest(name, names):
     return f"; did you mean {near[0]}?" if near else ""
 
 
-def read_rows(path, heading="", sheet=None):
+def read_rows(
+    path: str | Path, heading: str = "", sheet: str | None = None
+) -> list[tuple[int, list[str]]]:
     """[(line, cells)] of a file as it is, for a table that is laid out in its own way: numbers have
     a decimal point, blank lines are left out. heading: how the first line begins that has all
     columns, in small letters; those before it do not tell the separator; sheet: of a workbook.
@@ -118,7 +130,9 @@ def _refuse_sheet(sheet, path):
         raise InputError(reason, path=path, value=sheet, allowed="--sheet for a workbook alone")
 
 
-def read_table(path, check=None, sheet=None):
+def read_table(
+    path: str | Path, check: Callable[..., object] | None = None, sheet: str | None = None
+) -> Table:
     """`Table` of a CSV or tab-separated text or a workbook.
 
     A line that begins with `#` is a comment. Blank lines do not count, nor does a title line above
@@ -138,7 +152,12 @@ def read_table(path, check=None, sheet=None):
     return table_of(text, path, "" if encoding == "utf-8" else encoding, check)
 
 
-def table_of(text, path="the table", encoding="", check=None):
+def table_of(
+    text: str,
+    path: str | Path = "the table",
+    encoding: str = "",
+    check: Callable[..., object] | None = None,
+) -> Table:
     """`Table` of a text, as one that was pasted. Raises InputError as `read_table` does."""
     declared, lines = _lines(text)
     if not lines:

@@ -1,14 +1,21 @@
 """Rows of a workbook's sheet, as texts: of the one that holds anything, or of the one that was
 named."""
 
+from __future__ import annotations
+
 import datetime
 import io
 import math
 import warnings
 import zipfile
+from typing import TYPE_CHECKING
 
 from dem.errors import InputError
 from dem.tables.limits import check_cells
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
 
 DATE = "is a date: a spreadsheet turned a number such as 26.1 into one"
 
@@ -17,7 +24,9 @@ class SeveralSheetsError(InputError):
     """A workbook of which it is not said which sheet is meant; `value` names them."""
 
 
-def workbook_rows(data, path, sheet=None):
+def workbook_rows(
+    data: bytes, path: str | Path, sheet: str | None = None
+) -> list[tuple[int, list[str]]]:
     """[(row number, [text])] of the one sheet that holds anything, or of the one of that name.
 
     Raises InputError for none, for several of which none is named (SeveralSheetsError), for more

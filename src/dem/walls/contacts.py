@@ -1,6 +1,9 @@
 """Contacts of particles with walls: the candidate list and the forces."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit, types
@@ -28,6 +31,9 @@ from dem.walls.geometry import (
     out_of_body,
 )
 from dem.walls.joints import resolve_joints
+
+if TYPE_CHECKING:
+    from dem.contact.properties import LawCodes, PairProperties
 
 
 @inlined
@@ -313,7 +319,16 @@ def _staged_forces_plain(codes, p, dt, stage, rows, waiting, kinetic, force):
             stage[4, f, lane] = history[f]
 
 
-def staged_forces(codes, p, dt, stage, rows, waiting, kinetic, force):
+def staged_forces(
+    codes: LawCodes,
+    p: PairProperties,
+    dt: float,
+    stage: np.ndarray,
+    rows: np.ndarray,
+    waiting: int,
+    kinetic: np.ndarray,
+    force: np.ndarray,
+) -> None:
     """Contact law of the staged contacts: blocks 0-2 of the stage in, force columns (3), history
     (4) and the torque of rolling and torsion (1) out; adds the forces to the particles of these
     rows."""

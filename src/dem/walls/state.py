@@ -1,5 +1,7 @@
 """Arrays of the walls: rigid bodies and the elements that they are made of."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
@@ -53,7 +55,7 @@ class Walls(NamedTuple):
     particles."""
 
 
-def new_walls(elements, bodies):
+def new_walls(elements: int, bodies: int) -> Walls:
     """Zeroed arrays for a number of elements and bodies, unrotated."""
     vector = (bodies, 3)
     return Walls(

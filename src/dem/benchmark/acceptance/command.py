@@ -1,16 +1,22 @@
 """`dem accept`: both engines make the trials side by side, a line tells how far they are, and a
 table the verdicts."""
 
+from __future__ import annotations
+
 import math
 import sys
 import time
+from typing import TYPE_CHECKING, Any
 
 from dem.benchmark.acceptance.judge import DIFFERENT, judge
 from dem.benchmark.acceptance.runs import Engine, closed_forms
 from dem.benchmark.acceptance.trials import TRIALS
 
+if TYPE_CHECKING:
+    from pathlib import Path
 
-def accept(old, new, out, seeds):
+
+def accept(old: str, new: str, out: Path, seeds: int) -> bool:
     """Compare two engines, each a checkout or a git revision; runs are kept in `out`, where a
     comparison that was cut off goes on. Returns whether NEW may take OLD's place."""
     engines = [Engine(given, out) for given in (old, new)]
@@ -26,7 +32,7 @@ def accept(old, new, out, seeds):
     hold, said = closed_forms(engines[1], names[1], out)
     print(f"closed forms (tests/verification of {new}): {'hold' if hold else 'FAIL'}: {said}")
     verdicts = {
-        trial.name: judge(*values[trial.name], trial.margin, trial.relative, len(TRIALS))
+        trial.name: judge(*values[trial.name], trial.margin, trial.relative, len(TRIALS))  # type: ignore[call-arg]
         for trial in TRIALS
     }
     print(table(verdicts, seeds))
@@ -64,7 +70,7 @@ def _values(engines, seeds):
     return values, seconds
 
 
-def table(verdicts, seeds):
+def table(verdicts: Any, seeds: int) -> str:
     """The verdicts as lines of text."""
     head = ("trial", "pairs", "old", "new", "difference", "margin", "verdict")
     rows = [head]

@@ -1,9 +1,12 @@
 """The verdict on one trial: the mean difference of paired runs, its interval, and the margin."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import stats
 
 LEVEL = 0.95
@@ -35,12 +38,12 @@ class Verdict:
     outcome: str
 
     @property
-    def accepted(self):
+    def accepted(self) -> bool:
         """Whether the engines may count as one by this trial."""
         return self.outcome in (SAME, ALIKE)
 
 
-def judge(old, new, margin, relative, trials):
+def judge(old: ArrayLike, new: ArrayLike, margin: float, relative: bool, trials: int) -> Verdict:
     """`Verdict` of the values (n,) of both engines, nan where a run has none, seed by seed.
 
     The interval is Student's of the paired differences at 1 - (1 - LEVEL) / trials.

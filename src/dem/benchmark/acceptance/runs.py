@@ -1,13 +1,17 @@
 """The runs of one engine, in a process of its own that imports nothing but that engine."""
 
+from __future__ import annotations
+
 import hashlib
 import json
 import os
 import subprocess
 import sys
 import tarfile
+from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 from dem.errors import DemError
 
@@ -38,7 +42,7 @@ for line in sys.stdin:
 class Engine:
     """A checkout and the worker that makes its runs, which are kept below `out`."""
 
-    def __init__(self, given, out):
+    def __init__(self, given: str, out: Path) -> None:
         self.given, self.folder = given, checkout(given, Path(out) / "checkouts")
         self.process = subprocess.Popen(
             [sys.executable, "-c", WORKER, str(Path(out) / "runs")],
@@ -49,20 +53,20 @@ class Engine:
         )
 
     @property
-    def environment(self):
+    def environment(self) -> dict[str, str]:
         """Environment of a process in which this checkout's packages are imported."""
         return os.environ | {"PYTHONPATH": str(self.folder / "src")}
 
-    def fingerprint(self):
+    def fingerprint(self) -> str:
         """The engine's, once it is compiled."""
         return self._answer()["engine"]
 
-    def ask(self, name, spec, metric):
+    def ask(self, name: str, spec: Mapping[str, Any], metric: str) -> None:
         """Have a run made; `answer` waits for it."""
         print(json.dumps({"name": name, "spec": spec, "metric": metric}), file=self.process.stdin,
               flush=True)  # fmt: skip
 
-    def answer(self):
+    def answer(self) -> dict[str, Any]:
         """What the run that was asked for first came to: {name, value, seconds} or {name, lost}."""
         return self._answer()
 
@@ -72,13 +76,13 @@ class Engine:
             raise DemError(f"{self.given}: its engine ended with an error (above)")
         return json.loads(line)
 
-    def close(self):
+    def close(self) -> None:
         """End the worker."""
-        self.process.stdin.close()
+        self.process.stdin.close()  # type: ignore[union-attr]
         self.process.wait()
 
 
-def checkout(given, folder):
+def checkout(given: str, folder: Path) -> Path:
     """Path of a checkout: `given` itself where it is one, else the git revision of that name,
     written below `folder`. Raises DemError where it is neither."""
     path = Path(given)
@@ -103,10 +107,11 @@ def checkout(given, folder):
     return target
 
 
-def closed_forms(engine, fingerprint, out):
+def closed_forms(engine: Engine, fingerprint: str, out: Path) -> tuple[bool, str]:
     """Run the verification tests of a checkout that need no other program and no minutes. Returns
     (whether they hold, the last line of their output). What has passed stands in `out` under the
-    content of engine and tests, and is not run again."""
+    content of engine and tests, and is not run again. Raises DemError where the tests cannot be
+    run."""
     tests = engine.folder / "tests" / "verification"
     if not tests.is_dir():
         raise DemError(f"{engine.given}: has no tests/verification")

@@ -7,6 +7,7 @@ single grains hardly scatter: they see a small change of a law that a heap hides
 
 import copy
 from dataclasses import dataclass
+from typing import Any
 
 CONTACT = {"restitution": 0.5, "static_friction": 0.6, "rolling_friction": 0.2}
 PAIRS = ("particle_particle", "particle_wall")
@@ -63,12 +64,12 @@ class Trial:
     relative: bool
     parts: tuple
 
-    def spec(self, seed):
+    def spec(self, seed: int) -> dict[str, Any]:
         """The run spec (a mapping) of a seed."""
         out = {"experiment": self.experiment, "seed": seed, **copy.deepcopy(BASE)}
         for part in self.parts:
             for key, values in part.items():
-                out[key] = {**out.get(key, {}), **values}
+                out[key] = {**out.get(key, {}), **values}  # type: ignore[dict-item]
         return out
 
 

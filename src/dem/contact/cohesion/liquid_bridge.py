@@ -7,14 +7,20 @@ Journal of Colloid and Interface Science 161:138. The volume is a share of the g
 (4/3) pi r^3, r the radius of the sphere on a wall and the harmonic mean radius of two spheres.
 """
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 from dem.arithmetic import maximum, sqrt
 from dem.contact.law import Law, Parameter
 from dem.kernel import law
 
+if TYPE_CHECKING:
+    from dem.contact.registry import ContactParameters
 
-def reach(liquid, contact_angle):
+
+def reach(liquid: float, contact_angle: float) -> float:
     """Rupture distance over the radius of the grain [-]; contact_angle [rad]."""
     return (1.0 + contact_angle / 2.0) * (4.0 / 3.0 * math.pi * liquid) ** (1.0 / 3.0)
 
@@ -35,7 +41,7 @@ def span(p, r_eff, grain):
     return grain * p.bridge_reach
 
 
-def values(contact):
+def values(contact: ContactParameters) -> dict[str, float]:
     """Constants of `ContactParameters`; a dry pair has a volume that divides nothing by zero, and
     no tension."""
     wet = contact.liquid_volume_fraction > 0.0

@@ -12,7 +12,7 @@ from dem.contact.law import Law
 from dem.kernel import law
 
 
-def factor(restitution):
+def factor(restitution: float) -> float:
     """Dashpot factor 2 beta for a coefficient of restitution in [0, 1]."""
     if restitution <= 0.0:
         return 2.0

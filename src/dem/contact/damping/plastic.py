@@ -7,7 +7,10 @@ force so far.
 Thornton (1997), Journal of Applied Mechanics 64:383. Below yield the dashpot of `tsuji` gives the
 base restitution."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 from dem import sphere
 from dem.arithmetic import maximum, sqrt, where
@@ -15,8 +18,11 @@ from dem.contact.damping.tsuji import factor
 from dem.contact.law import Law, Parameter
 from dem.kernel import law
 
+if TYPE_CHECKING:
+    from dem.contact.registry import Material
 
-def yield_pressure(yield_speed, material, radius):
+
+def yield_pressure(yield_speed: float, material: Material, radius: float) -> float:
     """p_y [Pa] of a material of which a sphere of radius [m] yields on a rigid flat from
     yield_speed [m/s] up.
 

@@ -13,7 +13,7 @@ from dem.contact.law import Law
 from dem.kernel import law
 
 
-def restitution_of(dashpot):
+def restitution_of(dashpot: float) -> float:
     """Restitution of x'' = -max(0, x^(3/2) + dashpot sqrt(3/2) x^(1/4) x'), x(0) = 0, x'(0) = 1.
 
     With force k x^(3/2), S_n = (3/2) k sqrt(x), so the dashpot of the module's equation has this
@@ -29,14 +29,14 @@ def restitution_of(dashpot):
     def parted(_, y):
         return y[0]
 
-    parted.terminal, parted.direction = True, -1
+    parted.terminal, parted.direction = True, -1  # type: ignore[attr-defined]
     # start a hair inside the contact so that the event does not fire at once
     end = solve_ivp(motion, (0, 1e3), (1e-9, 1.0), events=parted, rtol=1e-9, atol=1e-12)
     return -end.y[1, -1]
 
 
 @lru_cache(maxsize=64)
-def factor(restitution):
+def factor(restitution: float) -> float:
     """Dashpot factor for a coefficient of restitution in (0.02, 1]."""
     from scipy.optimize import brentq
 

@@ -16,7 +16,7 @@ from dem.contact.law import Law
 from dem.kernel import law
 
 
-def factor(restitution):
+def factor(restitution: float) -> float:
     """Dashpot factor 2 sqrt(5/6) beta for a coefficient of restitution in [0, 1]."""
     if restitution <= 0.0:
         return 2.0 * math.sqrt(5.0 / 6.0)

@@ -17,11 +17,18 @@ pull-off force is 0; a reload in the third branch goes back along it, where the 
 up in parallel to the second. Other codes may take another radius for the patch.
 """
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 from dem.arithmetic import maximum, minimum, sqrt
 from dem.contact.law import Law, Parameter
 from dem.kernel import law
+
+if TYPE_CHECKING:
+    from dem.contact.registry import ContactParameters
+
 
 TINY = 1e-30
 
@@ -47,7 +54,7 @@ def normal(p, overlap, r_eff, deepest):
     return force, 2.0 * p.young * radius, radius, deepest, adhesion
 
 
-def values(contact):
+def values(contact: ContactParameters) -> dict[str, float]:
     """Constants of `ContactParameters`."""
     return {
         "plasticity": contact.plasticity,

@@ -18,7 +18,7 @@ STIFFNESS = Parameter(
 )
 
 
-def step_of(stiffness, mass):
+def step_of(stiffness: float, mass: float) -> float:
     """Longest time step [s]: a contact of two grains, pi sqrt(m/2k), then takes eleven."""
     return 0.2 * math.sqrt(mass / stiffness)
 

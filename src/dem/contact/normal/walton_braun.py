@@ -5,10 +5,17 @@ Loading F = k overlap; unloading and reloading F = k/e^2 (overlap - rest), with 
 back, so that e = sqrt(k/k_unload). Walton, Braun (1986), Journal of Rheology 30:949.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from dem.arithmetic import maximum, minimum, sqrt
 from dem.contact.law import Law
 from dem.contact.normal.linear import STIFFNESS, step_of
 from dem.kernel import law
+
+if TYPE_CHECKING:
+    from dem.contact.registry import ContactParameters
 
 
 @law
@@ -22,7 +29,7 @@ def normal(p, overlap, r_eff, deepest):
     return force, p.normal_stiffness + 0.0 * r_eff, sqrt(r_eff * pressed), deepest, 0.0 * r_eff
 
 
-def values(contact):
+def values(contact: ContactParameters) -> dict[str, float]:
     """Constants of `ContactParameters`."""
     return {
         "normal_stiffness": contact.normal_stiffness,

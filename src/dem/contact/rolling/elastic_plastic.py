@@ -15,7 +15,10 @@ a grain among its neighbours would be stiffer than leapfrog bears, and the grain
 There k_r is held at `limit` I/dt^2. The largest torque stays as it is.
 """
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 from dem.arithmetic import maximum, minimum, sqrt, where
 from dem.contact.export import Export
@@ -23,6 +26,10 @@ from dem.contact.law import Law, Parameter
 from dem.contact.tangential.mindlin import MERCURY
 from dem.kernel import law
 from dem.vectors import dot, reject, scale, subtract
+
+if TYPE_CHECKING:
+    from dem.contact.export import Pair
+
 
 LEAST = 1e-35  # N m: keeps a contact without load from dividing by zero
 CONTACT_POINT = (
@@ -33,7 +40,7 @@ NEIGHBOURS = 8
 6."""
 
 
-def limit(damping_ratio):
+def limit(damping_ratio: float) -> float:
     """Largest k_r dt^2/I of one contact, I reduced about the centres [-].
 
     A spin against those of Z equal neighbours has the frequency w^2 = Z k_r/I and the damping ratio
@@ -75,25 +82,25 @@ CONSTANT = (
 )
 
 
-def spring_of(pair):
+def spring_of(pair: Pair) -> float:
     """Rotational stiffness k_r [N m] of a `Pair` under its load: factor S_n (mu_r R*)^2, S_n = 2 E*
     a."""
     normal = 2.0 * pair.young * pair.contact_radius
     return (
-        pair.contact.rolling_stiffness * normal * (pair.contact.rolling_friction * pair.radius) ** 2
+        pair.contact.rolling_stiffness * normal * (pair.contact.rolling_friction * pair.radius) ** 2  # type: ignore[attr-defined]
     )
 
 
-def mercury_spring(pair):
+def mercury_spring(pair: Pair) -> float:
     """Rotational stiffness [N m] in MercuryDPM under the load of a `Pair`: 8 G a (2 R*)^2, G its
     own shear modulus."""
     return 8.0 * pair.shear / MERCURY * pair.contact_radius * (2.0 * pair.radius) ** 2
 
 
-def dashpot_of(pair, spring):
+def dashpot_of(pair: Pair, spring: float) -> float:
     """Coefficient of the rolling dashpot [N m s] of a `Pair` beside a spring [N m]: 2 ratio sqrt(I
     k_r)."""
-    return 2.0 * pair.contact.rolling_damping * math.sqrt(pair.inertia * spring)
+    return 2.0 * pair.contact.rolling_damping * math.sqrt(pair.inertia * spring)  # type: ignore[attr-defined]
 
 
 def _in_edem(factor):
