@@ -8,6 +8,7 @@ from calibration import engines
 from calibration.chain import responses
 from calibration.errors import CalibrationError
 from calibration.runs import runner
+from calibration.runs.progress import Plan, Progress
 from calibration.runs.store import RunStore
 from dem.errors import BlowUpError, MeasureError, RefusedStateError
 from dem.results import run_name
@@ -43,11 +44,18 @@ def test_a_run_that_cannot_be_measured_is_kept_without_metrics(
     said = runner._made(SPEC, tmp_path, None, None)
     result = RunStore(tmp_path.parent).result(tmp_path.name)
     assert result["metrics"] == {}
+    assert RunStore(tmp_path.parent).known(tmp_path.name)["refused"]
     assert result["numerics"]["refused"] == {"kind": kind, "reason": str(error)}
     shown = capsys.readouterr().err
     assert f"gives no value: {error}" in shown
     assert tells(shown, "screening", "run 3 of 12")
     assert str(error) in said
+
+
+def test_the_progress_counts_runs_without_a_value():
+    plans = Plan("screening", 12, 12, valueless=9), Plan("surface", 0, 17, planned=False)
+    said = Progress(plans, None, None).sentence(2)
+    assert said.startswith("12 of 29 runs done, 9 of them without a value, none failed")
 
 
 def test_any_other_failure_stays_one(tmp_path, monkeypatch):

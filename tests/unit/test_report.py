@@ -298,6 +298,27 @@ def test_grains_that_form_no_heap_have_a_picture(tmp_path, monkeypatch):
         assert len(picture.convert("RGB").getcolors(1 << 20)) > 100  # grains, not bare ground
 
 
+def test_a_run_without_a_value_has_a_picture_with_the_reason(tmp_path, monkeypatch):
+    """The same words on the top of both pictures, of grains that form no heap and of none."""
+    monkeypatch.chdir(tmp_path)
+    names = [make_run(tmp_path, seed, 0.004, stands=seed == 1) for seed in (1, 2, 3)]
+    bare = tmp_path / "results" / "runs" / names[2]
+    none = {k: np.zeros((0, 3) if k in ("position", "velocity") else 0)
+            for k in ("position", "radius", "velocity", "tag")}  # fmt: skip
+    np.savez(bare / "final.npz", **none)
+    refused = {"refused": {"kind": "unmeasured", "reason": "no heap"}}
+    write_result(bare, parse_spec({"experiment": "heap", "seed": 3}), {}, refused)
+    pd.DataFrame({"run_id": names}).to_csv("design.csv", index=False)
+    heaps(None, SimpleNamespace(design=Path("design.csv")), ["heaps"])
+    tops = []
+    for name in names:
+        with Image.open(tmp_path / "heaps" / f"{name}.webp") as picture:
+            tops.append(np.asarray(picture.convert("L"), float)[:24, : PICTURE // 2])
+    assert (tops[2] < 100).sum() > 50  # nothing else is dark where no grain is
+    assert np.abs(tops[1] - tops[2]).mean() < 5.0
+    assert np.abs(tops[0] - tops[2]).mean() > 10.0
+
+
 def test_a_run_without_a_value_has_no_time_and_a_row(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = [make_run(tmp_path, 1, 0.004), make_run(tmp_path, 2, 0.004, stands=False)]

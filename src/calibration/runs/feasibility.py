@@ -5,7 +5,7 @@ A level that no run can have would otherwise be met hours later, when its stage 
 """
 
 from itertools import combinations, product
-from math import prod
+from math import exp, prod
 
 from calibration.errors import CalibrationError, ConfigError
 from calibration.runs.cost import (
@@ -21,6 +21,7 @@ from calibration.study.factors import read_factors
 from calibration.study.sweeps import SWEEPS
 from dem.errors import DemError, SpecError
 from dem.experiments import experiment_of
+from dem.grains import mean_radius
 from dem.spec import RunSpec, input_digests, parse_spec, require_material
 
 RESERVED = ("runs", "reference")
@@ -46,6 +47,7 @@ def check_ahead(config: Config) -> None:
         except SpecError as error:
             raise ConfigError(f"{error}", key=where) from None
         _check_given(where, parsed)
+        _check_flow(where, parsed)
         first = first or parsed
         _check_files(where, parsed, tried)
     assert first is not None  # every study has runs
@@ -67,6 +69,40 @@ def _check_given(where, spec):
     except SpecError as error:
         why = f"must be given, by `run` or a factor, for the runs of {where}"
         raise ConfigError(why, key=error.key) from None
+
+
+ARCHES, ARCH_EXPONENT, FREE = 9900.0, 6.9, 4.94
+"""Mean number of grains between two arches over an orifice of R grains: ARCHES / (FREE - R) to the
+power ARCH_EXPONENT (Zuriguel et al. 2005, Physical Review E 71:051303, arXiv cond-mat/0407761:
+spheres of glass, lead and others, whose material does not matter). The abstract was read; the three
+numbers are from memory."""
+PASS = 0.5  # chance that a funnel runs empty, below which most runs would have no value
+
+
+def chance_to_empty(across: float, count: float) -> float:
+    """Chance that `count` grains leave an orifice that is `across` mean grains wide before an arch
+    stands: arches come at random, one in so many grains."""
+    if across >= FREE:
+        return 1.0
+    return exp(-count * (FREE - across) ** ARCH_EXPONENT / ARCHES)
+
+
+def _check_flow(where, spec):
+    """Refuse a funnel in which most runs would clog: they have no value, and no stage goes on."""
+    if spec.experiment != "heap":
+        return
+    across = 0.5e-3 * spec.geometry.orifice_diameter_mm / mean_radius(spec)
+    chance = chance_to_empty(across, spec.particles.count)
+    if chance < PASS:
+        raise ConfigError(
+            f"the funnel's orifice is {across:.1f} grains wide: by the arches of Zuriguel et al. "
+            f"(2005) about {chance:.0%} of the runs of {where} would empty it, the others have no "
+            f"value",
+            key="run.geometry.orifice_diameter_mm",
+            value=spec.geometry.orifice_diameter_mm,
+            allowed=f"{2e3 * FREE * mean_radius(spec):.3g} mm or more, or finer grains than "
+            f"{2e3 * mean_radius(spec):.3g} mm (a finer `resolution`), or a lifted cylinder",
+        )
 
 
 def _check_held(config, factors):

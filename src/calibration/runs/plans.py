@@ -17,7 +17,7 @@ import pandas as pd
 from calibration.errors import CalibrationError
 from calibration.files import read_json, write_table
 from calibration.intake.tables import read_written
-from calibration.runs.store import RunStore
+from calibration.runs.store import REFUSED, RunStore
 from calibration.study.config import point_spec
 from calibration.study.config.specs import SEEDS_A_STAGE
 from calibration.study.factors import read_factors
@@ -129,10 +129,6 @@ def _sorted(data):
 def result_path(name: str) -> Path:
     """Where a run's result is."""
     return RunStore().folder(name) / RESULT
-
-
-REFUSED = "refused"
-"""Where a result without metrics says why it has none: {kind, reason}."""
 
 
 def read_metric(run_ids: Iterable[str], metric: str) -> list[float]:

@@ -6,7 +6,7 @@ from math import ceil
 
 from calibration.runs.cost import duration, run_seconds
 from calibration.runs.plans import plans_of
-from calibration.runs.store import RunStore
+from calibration.runs.store import REFUSED, RunStore
 from calibration.study.config import Config, point_spec
 from calibration.study.stages import planning
 from dem.results import FAILED, is_current
@@ -18,7 +18,8 @@ REPEAT = "failed.yaml"
 @dataclass(frozen=True)
 class Plan:
     """Runs of one plan: how many are done of how many, and the names of those that failed. planned
-    is false where the number is only expected; short: runs of seconds, which share processes;
+    is false where the number is only expected; valueless: of those done, how many have no value, as
+    a heap that did not form; short: runs of seconds, which share processes;
     above: of a stage of another layer, as the diagnosis."""
 
     name: str
@@ -26,6 +27,7 @@ class Plan:
     total: int
     failed: tuple = ()
     planned: bool = True
+    valueless: int = 0
     short: bool = False
     above: bool = False
 
@@ -78,7 +80,7 @@ class Progress:
         cores'."""
         done, total = (sum(getattr(p, key) for p in self.chain) for key in ("done", "total"))
         failed = f"{len(self.failed)} failed" if self.failed else "none failed"
-        parts = [f"{done} of {total} runs done, {failed}"]
+        parts = [f"{done} of {total} runs done, {self._without()}{failed}"]
         under_way = [p for p in self.plans if p.planned and p.left]
         if under_way:  # several can be planned: what has runs has begun
             parts.append(f"now {max(under_way, key=lambda p: p.done > 0).words}")
@@ -88,6 +90,11 @@ class Progress:
             unit = "core" if cores == 1 else "cores"
             parts.append(f"about {duration(left)} left on {cores} {unit}{guess}")
         return "; ".join(parts)
+
+    def _without(self):
+        """'3 of them without a value, '; nothing where all have one."""
+        number = sum(plan.valueless for plan in self.chain)
+        return f"{number} of them without a value, " if number else ""
 
 
 def progress(config: Config, store: RunStore | None = None) -> Progress:
@@ -103,7 +110,9 @@ def progress(config: Config, store: RunStore | None = None) -> Progress:
         failed = tuple(n for n in names if n not in over and _failed(store, n))
         total = len(names) or declared.expected(config)
         short = bool(declared and declared.batches)  # a share of a process each
-        plan = Plan(name, len(over), total, failed, bool(names), short, above=declared is None)
+        none = sum(bool(entry.get(REFUSED)) for entry in ended)
+        above = declared is None
+        plan = Plan(name, len(over), total, failed, bool(names), none, short, above)
         plans.append(plan)
         if plan.counted:
             walls += [e["wall_time_s"] for e in ended if e["wall_time_s"] is not None]

@@ -14,9 +14,9 @@ import yaml
 from calibration import engines
 from calibration.errors import in_words, of_the_machine
 from calibration.intake.started_code import permit
-from calibration.runs.plans import REFUSED, points_of
+from calibration.runs.plans import points_of
 from calibration.runs.progress import REPEAT, cores, progress
-from calibration.runs.store import RunStore
+from calibration.runs.store import REFUSED, RunStore
 from calibration.study.config import Config
 from dem.errors import DemError, MeasureError, StoppedError
 from dem.io.files import replace_file, write_arrays

@@ -14,6 +14,9 @@ from typing import Any
 from dem.errors import ResultError
 from dem.results import FAILED, RESULT, RUN_NAME, is_current, read_failure, read_result
 
+REFUSED = "refused"
+"""Where a result without metrics says why it has none: {kind, reason}."""
+
 _place = {"root": Path("results/runs")}
 
 
@@ -51,7 +54,8 @@ class RunStore:
         return result
 
     def entry(self, name: str, full: bool = False) -> dict[str, Any]:
-        """What the index holds of a finished run: `engine`, `wall_time_s`. `full` checks all of it
+        """What the index holds of a finished run: `engine`, `wall_time_s`, `refused` of one
+        without a value. `full` checks all of it
         again."""
         known = None if full else self._unchanged(name)
         return known or self._add(name, _whole(read_result, self.folder(name)))
@@ -115,6 +119,8 @@ class RunStore:
             "wall_time_s": result["numerics"].get("wall_time_s"),
             "files": self._states(name, files),
         }
+        if REFUSED in result["numerics"]:
+            entry[REFUSED] = True
         self._known[name] = entry
         line = json.dumps(entry, separators=(",", ":")) + "\n"
         try:
