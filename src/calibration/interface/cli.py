@@ -27,6 +27,11 @@ ALLOW = (
     "Let a study start what its configuration names: the command of its engine, a folder of "
     "mechanisms. It is remembered for the current folder and for these very values."
 )
+KEEP = (
+    "Add the ranges that a study's measurements bound to materials.csv in the current folder. "
+    "`dem new --material` offers them beside the published ones."
+)
+COPY = "Copy a study's folder under another name. Its runs are shared until something is changed."
 
 
 def main(argv=None):
@@ -74,6 +79,17 @@ def _parser():
         "--out", type=Path, help="page to write (Markdown); the terminal unless given"
     )
     side.set_defaults(command=_compare)
+    keep = commands.add_parser("keep", help="keep a study's material", description=KEEP)
+    keep.add_argument("study", type=Path, help="folder with config.yaml, or a configuration file")
+    keep.add_argument(
+        "--results", type=Path, help="of the study, where a profile made them: results/wheat-quick"
+    )
+    keep.add_argument("--as", dest="name", help="name of the material; the study's unless given")
+    keep.set_defaults(command=_keep)
+    copy = commands.add_parser("copy", help="a study under another name", description=COPY)
+    copy.add_argument("study", type=Path, help="folder with config.yaml")
+    copy.add_argument("folder", type=Path, help="folder to write; its name becomes the copy's")
+    copy.set_defaults(command=_copy)
     return parser
 
 
@@ -114,6 +130,23 @@ def _compare(args):
         print(text, end="")
     else:
         write_text(text, args.out)
+    return 0
+
+
+def _keep(args):
+    from calibration.interface.api import Study  # loads pandas
+    from calibration.telling.own_material import keep_material
+
+    for sentence in keep_material(Study(args.study), args.results, args.name):
+        print(sentence)
+    return 0
+
+
+def _copy(args):
+    from calibration.study.new.copy import copy_study  # loads pandas
+
+    for sentence in copy_study(args.study, args.folder):
+        print(sentence)
     return 0
 
 

@@ -3,9 +3,10 @@ has."""
 
 import difflib
 from importlib.resources import files
+from pathlib import Path
 
 from calibration.errors import CalibrationError
-from calibration.intake.tables import table_of
+from calibration.intake.tables import read_table, table_of
 from calibration.study.factors import Factor
 
 WIDE = {
@@ -27,13 +28,16 @@ NAMES = (
     "grain_grain_rolling_friction",
     "grain_poisson_ratio",
 )
+OWN = Path("materials.csv")
+"""Library of one's own materials in the current folder: what `calibration keep` wrote there, with
+the columns of the published table."""
 BAND = 0.3  # of a single published value, to either side
 UNPUBLISHED = "wide: holds most dry grains"
 
 
 def materials() -> list[str]:
-    """Names of the materials with published ranges."""
-    return sorted({row["material"] for _, row in _published().rows})
+    """Names of the materials with published ranges, and of one's own."""
+    return sorted({row["material"] for table in _tables() for _, row in table.rows})
 
 
 def factors_of(material: str | None = None) -> list[Factor]:
@@ -48,12 +52,16 @@ def factors_of(material: str | None = None) -> list[Factor]:
         near = difflib.get_close_matches(material, known, n=1)
         hint = f" (did you mean {near[0]}?)" if near else ""
         raise CalibrationError(
-            f"no published values of {material!r}{hint}; allowed: {', '.join(known)}, or none"
+            f"no values of {material!r}{hint}; allowed: {', '.join(known)}, or none"
         )
-    table = _published()
-    found = {row["key"]: (line, row) for line, row in table.rows if row["material"] == material}
+    found = {
+        row["key"]: (table, line, row)
+        for table in _tables()
+        for line, row in table.rows
+        if row["material"] == material
+    }
     return [
-        _factor(code, name, key, found.get(key), table)
+        _factor(code, name, key, found.get(key))
         for code, name, key in zip("ABCDEFG", NAMES, WIDE, strict=True)
     ]
 
@@ -70,14 +78,23 @@ def most_published(key: str) -> tuple[float, str] | None:
     return max(found, default=None)
 
 
-def _factor(code, name, key, published, table):
-    if published is None:
+def _factor(code, name, key, known):
+    if known is None:
         return Factor(code, name, key, *WIDE[key], UNPUBLISHED)
-    line, row = published
+    table, line, row = known
     low, high = (table.number(line, c, row[c]) for c in ("low", "high"))
     if low == high:
         low, high = round((1 - BAND) * low, 4), round((1 + BAND) * high, 4)
     return Factor(code, name, key, low, high, row["source"])
+
+
+def _tables():
+    """The published table, and one's own where the folder has one. Raises ConfigError for one
+    whose headings are others."""
+    own = [read_table(OWN)] if OWN.is_file() else []
+    for table in own:
+        table.require("material", "key", "low", "high", "source")
+    return [_published(), *own]
 
 
 def _published():
