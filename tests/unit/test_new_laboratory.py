@@ -15,6 +15,7 @@ from calibration.runs.feasibility import check_ahead
 from calibration.study.config import parse_config
 from calibration.study.config.joint import read_joint_target
 from calibration.study.factors import read_factors
+from calibration.study.new import questions
 from calibration.study.new.answers import separate
 from calibration.study.new.grains import clump_of_axes
 from calibration.study.new.methods import methods
@@ -152,6 +153,22 @@ def test_fine_grains_stick_though_nobody_said_moist(here, capsys):
     flat = "--measured 40 41 --orifice 10mm --plate 40mm --height 40mm --density 2.7g/cm3".split()
     config = begun("flour2", [*flat, "--grain", "0.05mm"])
     assert config.run["laws"]["cohesion"] == "jkr"
+
+
+def test_fine_grains_that_are_told_at_the_terminal_stick_too(here, monkeypatch):
+    told = {"Measured": "40 41", "Density": "2.7 g/cm3", "Diameter of the grain": "0.05 mm",
+            "Diameter of the base": "4 cm", "Orifice above": "40 mm", "Material": "salt",
+            "Mass poured": "", "Diameter of the funnel": "10 mm"}  # fmt: skip
+    ask = lambda text: next(v for k, v in told.items() if text.startswith(k))  # noqa: E731
+    monkeypatch.setattr(questions, "at_terminal", lambda: ask)
+    config = begun("flour", [])
+    assert config.run["laws"]["cohesion"] == "jkr"
+    assert set(pd.read_csv("flour/given.csv").question) >= {
+        "measured",
+        "orifice",
+        "density",
+        "material",
+    }
 
 
 def test_gravel_keeps_its_sieve_curve(here):

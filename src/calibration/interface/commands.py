@@ -60,6 +60,7 @@ def _add_new(commands):
 
 def _new(args):
     from calibration.study.new import options, questions, study  # load pandas and the schemas
+    from calibration.study.new.grains import FINE_MM
 
     if args.workbook:
         from calibration.study.new.workbook import write_workbook  # loads openpyxl
@@ -78,10 +79,12 @@ def _new(args):
         _laboratory(args, options.raws_of(args))
         return
     values, heap, factors, sizes = questions.answers(args, questions.at_terminal())
+    told = [text for words in getattr(args, "method_bulk-density") for text in words]
+    if heap.diameter_mm < FINE_MM:  # it sticks, whoever was asked at the terminal
+        _laboratory(args, options.raws_of_heap(values, heap, told, args.material))
+        return
     print(questions.said_back(values))
-    bulk = questions.bulk_densities(
-        [text for words in getattr(args, "method_bulk-density") for text in words], heap
-    )
+    bulk = questions.bulk_densities(told, heap)
     most = questions.most_grains(args.grains)
     for sentence in study.write_study(args.folder, values, heap, factors, sizes, bulk, most):
         print(sentence)

@@ -110,3 +110,29 @@ def _angles(given: Sequence[str], args: argparse.Namespace) -> list[float]:
     from calibration.study.new.questions import measured_angles
 
     return measured_angles(list(given), getattr(args, "sheet", None))
+
+
+def raws_of_heap(
+    values: Sequence[float], heap: Any, bulk: Sequence[str], material: str | None
+) -> list[Raw]:
+    """[Raw] of a funnel's heap that was asked for at the terminal; heap: `Heap`."""
+    funnel = {
+        "measured": [f"{v:.6g}" for v in values],
+        "orifice": [f"{heap.orifice_diameter_mm:g} mm"],
+        "plate": [f"{heap.plate_diameter_mm:g} mm"],
+        "height": [f"{heap.discharge_height_mm:g} mm"],
+    }
+    if heap.plate_rim_height_mm:
+        funnel["rim"] = [f"{heap.plate_rim_height_mm:g} mm"]
+    if heap.mass_flow_g_s is not None:
+        funnel["rate"] = [f"{heap.mass_flow_g_s:g} g/s"]
+    grain = {"density": [f"{heap.density_kg_m3:g} kg/m3"], "diameter": [f"{heap.diameter_mm:g} mm"]}
+    if material:
+        grain["material"] = [material]
+    told = {"grain": grain, "funnel": funnel} | (
+        {"bulk-density": {"density": bulk}} if bulk else {}
+    )
+    return [
+        Raw(name, {k: [(t, f"answer {k}") for t in texts] for k, texts in answers.items()}, name)
+        for name, answers in told.items()
+    ]

@@ -83,9 +83,16 @@ def answers(args, ask=None):
                 raise
             print(error)
     known = f"Material ({', '.join(materials())}, or empty)"
-    factors = _open_answer(args.material, ask, known, factors_of) or factors_of(None)
+    factors = _open_answer(args.material, ask, known, partial(_material, args)) or factors_of(None)
     bounce = factor_of(factors, "contacts.particle_particle.restitution")
     return values, replace(heap, least_restitution=bounce.low), factors, sizes
+
+
+def _material(args, said):
+    """Factors of a material, whose name counts as if an option had told it."""
+    factors = factors_of(said)
+    args.material = said
+    return factors
 
 
 def _answer(given, ask, q, read):
