@@ -6,14 +6,22 @@ the study. Comments, docstrings and layout do not count. Runs are not among thes
 and the engine name them.
 """
 
+from __future__ import annotations
+
 import ast
 import hashlib
 import json
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from dem.fingerprint import SAID, code_of
 from dem.io.checked import digest_of
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
 
 SOURCES = Path(__file__).parents[1]
 PACKAGES = ("calibration", "dem", "diagnosis", "paper")
@@ -27,7 +35,9 @@ FINDS_BY_ITSELF = {
 OWN = Path(__file__).name  # where these words stand and nothing is found
 
 
-def digest(config, sections, names, sources=SOURCES):
+def digest(
+    config: BaseModel, sections: Iterable[str], names: Iterable[str], sources: str | Path = SOURCES
+) -> str:
     """First 12 hex digits of a hash of sections of a `Config` and of the code that importing the
     modules `names` brings in; sources: the folder of the packages."""
     values = config.model_dump(mode="json", include=set(sections))
@@ -35,7 +45,7 @@ def digest(config, sections, names, sources=SOURCES):
     return _hash([json.dumps(values, sort_keys=True)], files)
 
 
-def code_digest(name, packages, sources=SOURCES):
+def code_digest(name: str, packages: Iterable[str], sources: Path = SOURCES) -> str:
     """First 12 hex digits of a hash of the code of `packages` that importing a module brings in."""
     roots = [sources.joinpath(*package.split(".")) for package in packages]
     files = {p for p in modules(name, sources) if any(root in p.parents for root in roots)}
@@ -47,14 +57,14 @@ def _hash(parts, files):
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:12]
 
 
-def digest_with(code, files):
+def digest_with(code: str, files: Iterable[str | Path]) -> str:
     """A `digest` and what files hold; one that is missing counts as such."""
     parts = [code, *(digest_of(f) if Path(f).is_file() else "" for f in files)]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:12]
 
 
 @cache
-def modules(name, sources=SOURCES):
+def modules(name: str, sources: Path = SOURCES) -> set[Path]:
     """Files that importing the module `name` of the project brings in, itself among them, and the
     data files of their packages."""
     found, left = set(), [_file(name, sources)]

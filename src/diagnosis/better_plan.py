@@ -9,7 +9,9 @@ alone.
 """
 
 import itertools
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +29,9 @@ GOLDEN = 0.6180339887498949
 SHARED = TIMES[0]  # standard deviation of an error that a level shares, over that of a setting
 
 
-def plans(measurements, defaults=None):
+def plans(
+    measurements: Sequence[Measurement], defaults: Mapping[str, Mapping[str, float]] | None = None
+) -> list[list[Measurement]]:
     """Lists of `Measurement`, each a plan of as many settings in each experiment: levers chosen,
     values those of the plan's mean coefficient, with its median share of spread. First the
     D-optimal one, then one whose settings all stand at levels of their own."""
@@ -37,13 +41,17 @@ def plans(measurements, defaults=None):
     ]
 
 
-def best(measurements, power, defaults=None):
+def best(
+    measurements: list[Measurement],
+    power: Callable[[list[Measurement]], list[dict[str, Any]]],
+    defaults: Mapping[str, Mapping[str, float]] | None = None,
+) -> tuple[list[dict[str, Any]], list[Measurement], list[dict[str, Any]]]:
     """(plan, its rows) of the plan that shows more than the others and the given one, or ([], [])
     where none does; power: function of measurements, `diagnosis.power.power`.
 
     A new plan has no batches or instruments yet, so the given one is compared without them too."""
     bare = [replace(m, batch="", instrument="") for m in measurements]
-    own, found = power(measurements), ([], [])
+    own, found = power(measurements), ([], [])  # type: ignore[var-annotated]
     least = own if bare == measurements else power(bare)
     for plan in plans(measurements, defaults):
         rows = power(plan)
@@ -89,7 +97,9 @@ def _spread(kind, measurements, defaults):
     return [_setting(kind, own, readings, at) for at in zip(*columns, strict=True)]
 
 
-def exchange(start, candidates, informed):
+def exchange(
+    start: list[Any], candidates: Sequence[Any], informed: Callable[[list[Any]], float]
+) -> list[Any]:
     """The list of settings that no single exchange improves; informed: settings -> criterion."""
     plan, best = list(start), informed(start)
     for _ in range(ROUNDS):
@@ -155,7 +165,7 @@ def _setting(kind, own, readings, at):
     return Measurement(kind, value, share * value, n, levers, lever_sd=lever_sd)
 
 
-def shows_more(rows, better):
+def shows_more(rows: Sequence[Mapping[str, Any]], better: Sequence[Mapping[str, Any]]) -> bool:
     """Whether a plan shows weaker laws than another, both rows of `diagnosis.power.power`: more of
     them, or as many and weaker ones in the mean of the logarithms."""
     own, other = ({(r["experiment"], r["law"]): r["detectable"] for r in p} for p in (rows, better))
@@ -166,7 +176,7 @@ def shows_more(rows, better):
     return sum(np.log(abs(other[k] / own[k])) for k in both) < 0.0
 
 
-def page(measurements):
+def page(measurements: Sequence[Measurement]) -> str:
     """The settings in Markdown, one row for settings that are alike."""
     lines = ["## A plan of as many settings that tells more", ""]
     for kind in dict.fromkeys(m.experiment for m in measurements):
@@ -174,7 +184,7 @@ def page(measurements):
         names = list(dict.fromkeys(n for m in own for n in m.levers))
         head = " | ".join(f"{LEVERS[n].words} [{LEVERS[n].unit or 1}]" for n in names)
         lines += [f"| {kind}: {head} | settings |", "|---" * (len(names) + 1) + "|"]
-        counts = {}
+        counts = {}  # type: ignore[var-annotated]
         for m in own:
             at = tuple(m.levers.get(n) for n in names)
             counts[at] = counts.get(at, 0) + 1

@@ -5,9 +5,13 @@ The fall and the rise are free flights, so only the contact is stepped through, 
 size at many speeds at once. The same engine, laws and time step as in a run of the experiment:
 nothing is trained and nothing interpolated."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from dem.constants import DOWN, GRAVITY
 from dem.drag import apply_drag
@@ -19,6 +23,10 @@ from dem.spec import parse_spec
 from dem.state import new_particles
 from dem.timescales import hertz_contact_time
 from dem.walls.builder import WallSet
+
+if TYPE_CHECKING:
+    from dem.spec import RunSpec
+
 
 STEP = {"rayleigh_fraction": 0.01, "precision": "double"}
 COARSE = {"rayleigh_fraction": 0.2, "precision": "double"}
@@ -33,13 +41,13 @@ SETTLE, SLIP_SPEED, LOOK, LOOKS = 20.0, 0.2, 5, 400
 force, and looks."""
 
 
-def rebounds(spec, heights, finer=1.0):
+def rebounds(spec: dict[str, Any], heights: ArrayLike, finer: float = 1.0) -> np.ndarray:
     """Rebound heights (k,) [mm] of the grain of a drop's run spec (a mapping) from heights (k,)
     [mm], the time step over `finer`."""
     return _rebounds(spec, heights, _step(STEP, finer), 0.0)
 
 
-def coarse_rebounds(spec, height, fraction):
+def coarse_rebounds(spec: dict[str, Any], height: float, fraction: float) -> tuple[float, float]:
     """Mean and standard deviation [mm] of the rebounds from a height [mm] at a time step that is a
     fraction of Rayleigh's: a contact of few steps depends on where in a step it begins."""
     numerics = STEP | {"rayleigh_fraction": fraction, "overlap_limit": 1.0}
@@ -138,7 +146,7 @@ def _rise(spec, radius, speed, air):
     return height
 
 
-def sliding_angles(spec, rates, finer=1.0):
+def sliding_angles(spec: dict[str, Any], rates: ArrayLike, finer: float = 1.0) -> np.ndarray:
     """Sliding angles (k,) [deg] of the grain of a tilt's run spec (a mapping) at tilt rates (k,)
     [degrees/s], the time step over `finer`.
 
@@ -155,7 +163,7 @@ def sliding_angles(spec, rates, finer=1.0):
     return np.degrees(angle + late)
 
 
-def friction(spec, angle):
+def friction(spec: RunSpec, angle: float) -> float:
     """Tangential over normal weight at which a grain on a plate tilted by `angle` [rad] slips."""
     radius = mean_radius(spec)
     down = GRAVITY * math.cos(angle)

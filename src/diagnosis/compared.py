@@ -7,12 +7,22 @@ following it and not). So a row that was read in another way does not hide what 
 Such rows are named by line.
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 from scipy.special import logsumexp
 from scipy.stats import chi2, f, norm
 
 from calibration.intake.quantities import QUANTITIES, measurable
 from diagnosis.chance import CLOSE, share_above
+
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from diagnosis.other_code import Cause
+
 
 REPLICATES = 299
 FLOOR = 1e-6  # scatter below which two simulations are the same, as a share or in the unit
@@ -23,15 +33,23 @@ SCATTERS = np.geomspace(1e-3, 1.0, 29)
 """Of rows that follow a cause, over that of all about ours as it is; these are tried."""
 
 
-def compare(runs, ours, causes, alpha=0.05, seed=0, spread=None):
+def compare(
+    runs: Sequence[Measurement],
+    ours: np.ndarray,
+    causes: Sequence[Cause],
+    alpha: float = 0.05,
+    seed: int = 0,
+    spread: float | None = None,
+) -> dict[str, Any]:
     """A mapping: experiment, runs, scatter before and after, verdict, ranking and a sentence.
 
     spread: standard deviation of the difference of two runs, theirs and ours, that differ by
     nothing but their seeds, in the quantity's unit; that of the table's own rows unless given.
     p_left, of a cause: chance of what it leaves, from its own spread, where it has one, or that,
-    and from its own noise, where known.
-    verdict: `agree` where the differences are no larger than that, `identified`, `ambiguous`, or
-    `unexplained` where no cause that was tried predicts left-out runs better than chance."""
+    and from its own noise, where known. verdict: `agree` where the differences are no larger than
+    that, `identified`, `ambiguous`, or `unexplained` where no cause that was tried predicts
+    left-out runs better than chance. ours: (n,) values of our runs, in the quantity's unit.
+    """
     words, unit, share = _quantity(runs[0])
     theirs, base = _both(runs, ours, share)
     tables = {c.name: (_scaled(c.values, share), _noise(c, share)) for c in causes}
@@ -60,7 +78,7 @@ def compare(runs, ours, causes, alpha=0.05, seed=0, spread=None):
     return out | {"sentence": sentence_of(out)}
 
 
-def in_part(runs, ours, values):
+def in_part(runs: Sequence[Measurement], ours: np.ndarray, values: np.ndarray) -> dict[str, Any]:
     """A mapping of a cause whose values (k, n) are NaN where its runs have none: how many `runs`
     those are, and of the `others` the scatter before and after, at the strength that leaves
     least."""
@@ -206,7 +224,7 @@ def _fitted(theirs, base, values, noise):
     return best // len(SCATTERS), 1.0 - np.exp(np.log(ASIDE) + plain[0] - density[best])
 
 
-def sentence_of(found):
+def sentence_of(found: Mapping[str, Any]) -> str:
     """What was found, in words."""
     best = found["ranking"][0]
     before, after = (told(found[k] if k in found else best[k], found["unit"])
@@ -240,6 +258,6 @@ def sentence_of(found):
     return f"{text}, no more than the runs' own scatter ({chance})."
 
 
-def told(value, unit):
+def told(value: float, unit: str) -> str:
     """A scatter in words."""
     return f"{100 * value:.2g} %" if unit == "share" else f"{value:.2g} {unit}"

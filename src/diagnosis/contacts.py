@@ -4,6 +4,11 @@ nothing is trained.
 The base model is a constant restitution and a constant friction. What it misses is looked for by
 `diagnosis.laws`."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from calibration.figures import parameter_words
@@ -23,6 +28,14 @@ from diagnosis.table_model.block import LEVEL_SD
 from diagnosis.table_model.found import discover, limits, table_misfit
 from diagnosis.withdrawal import withdraw_refuted
 
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from calibration.study.factors import Factor
+    from diagnosis.catalogue import Mechanism
+    from diagnosis.rig import Rig
+    from diagnosis.settings import Settings
+    from diagnosis.table_model.found import Found
+
 
 def _known(rig, catalogue):
     """The catalogue's curves, as `diagnosis.table_model.selection.blocks_of` takes them."""
@@ -33,14 +46,18 @@ def _known(rig, catalogue):
     return known_curves(catalogue, spec_of)
 
 
-def power_of(measurements, rig, catalogue):
+def power_of(
+    measurements: list[Measurement], rig: Rig, catalogue: Mapping[str, Mechanism]
+) -> list[dict[str, Any]]:
     """Rows of `diagnosis.power.power` for a plan."""
     settings, kinds = rig.settings, {m.experiment for m in measurements}
     known, defaults = _known(rig, catalogue), defaults_of(settings, kinds)
     return power(measurements, known, catalogue, settings.alpha, settings.seed, defaults)
 
 
-def discovered(measurements, rig, catalogue):
+def discovered(
+    measurements: list[Measurement], rig: Rig, catalogue: Mapping[str, Mechanism]
+) -> Found | None:
     """`diagnosis.table_model.found.Found` of the drops, slides and shear tests among the
     measurements, or None."""
     settings = rig.settings
@@ -53,7 +70,12 @@ def discovered(measurements, rig, catalogue):
     )
 
 
-def told(measurements, rig, catalogue, held_out=()):
+def told(
+    measurements: list[Measurement],
+    rig: Rig,
+    catalogue: Mapping[str, Mechanism],
+    held_out: Sequence[Measurement] = (),
+) -> dict[str, Any]:
     """What verdict.json says of a table of single contacts but for its residuals and calibration,
     the engine's word included: see docs/verdict-schema.md.
 
@@ -62,7 +84,7 @@ def told(measurements, rig, catalogue, held_out=()):
     return with_engine(of_found(found), measurements, found, rig, catalogue, held_out)
 
 
-def of_found(found):
+def of_found(found: Found) -> dict[str, Any]:
     """The keys of verdict.json that a `Found` gives, the gain left open."""
     return {
         "verdict": found.verdict,
@@ -78,7 +100,14 @@ def of_found(found):
     }
 
 
-def with_engine(verdict, measurements, found, rig, catalogue, held_out=()):
+def with_engine(
+    verdict: dict[str, Any],
+    measurements: list[Measurement],
+    found: Found,
+    rig: Rig,
+    catalogue: Mapping[str, Mechanism],
+    held_out: Sequence[Measurement] = (),
+) -> dict[str, Any]:
     """The same after the engine's word: gains of each law and of all, names that they leave, limits
     and the prediction that can fail."""
     engine = Engine(rig, catalogue)
@@ -108,7 +137,7 @@ def with_engine(verdict, measurements, found, rig, catalogue, held_out=()):
     return verdict
 
 
-def defaults_of(settings, experiments):
+def defaults_of(settings: Settings, experiments: Iterable[str]) -> dict[str, dict[str, float]]:
     """{experiment: {lever: value}} of the levers that rows may leave empty."""
     return {kind: _defaults(settings, kind) for kind in set(experiments) & set(FREE)}
 
@@ -124,7 +153,9 @@ def _defaults(settings, kind):
     return {name: found[name] for name in own if found[name] is not None}
 
 
-def findings(measurements, found, settings, factors):
+def findings(
+    measurements: list[Measurement], found: Found, settings: Settings, factors: Sequence[Factor]
+) -> dict[str, Any]:
     """The mapping of verdict.json from a `Found`, the engine's word left open."""
     return base(measurements, settings, factors, found) | of_found(found) | {
         "family_p": found.p,
@@ -135,7 +166,12 @@ def findings(measurements, found, settings, factors):
     }  # fmt: skip
 
 
-def base(measurements, settings, factors, found=None):
+def base(
+    measurements: list[Measurement],
+    settings: Settings,
+    factors: Sequence[Factor],
+    found: Found | None = None,
+) -> dict[str, Any]:
     """The constants fitted to the measurements: calibration, lack_of_fit, patterns and residuals.
 
     found: the `Found` of the measurements, whose single rows then do not count; None before
@@ -159,13 +195,13 @@ def base(measurements, settings, factors, found=None):
     return out | {"lack_of_fit": fit}
 
 
-def misfit_of(measurements, settings):
+def misfit_of(measurements: list[Measurement], settings: Settings) -> dict[str, float]:
     """{chi_square, freedom, p} of a constant for each experiment."""
     defaults = defaults_of(settings, _kinds(measurements))
     return table_misfit(measurements, defaults, settings.seed, settings.replicates)
 
 
-def half_step(measurements, rig):
+def half_step(measurements: list[Measurement], rig: Rig) -> list[dict[str, Any]]:
     """Rows of `diagnosis.time_step.row_of`: the integrated contacts at half their time step."""
     out = []
     for i in time_step.middles(measurements):
@@ -181,7 +217,7 @@ def half_step(measurements, rig):
     return out
 
 
-def integrated(spec, measurement, finer=1.0):
+def integrated(spec: dict[str, Any], measurement: Measurement, finer: float = 1.0) -> float:
     """The reading of one condition by the engine's contact, its time step divided by `finer`."""
     if measurement.experiment == "drop":
         return float(rebounds(spec, [measurement.levers["drop_height_mm"]], finer)[0])
@@ -189,7 +225,7 @@ def integrated(spec, measurement, finer=1.0):
     return float(sliding_angles(spec, [rate], finer)[0])
 
 
-def with_law(measurements, found):
+def with_law(measurements: list[Measurement], found: Found) -> np.ndarray | None:
     """Values (n,) that the laws found predict, or None without one; those of the constant where
     they say nothing."""
     if not found.laws:

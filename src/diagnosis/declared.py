@@ -1,9 +1,16 @@
 """The stages of the diagnosis and of its benchmark, as `calibration.study.stages` describes
 them."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 from calibration.study.stages import Plan, Stage
+
+if TYPE_CHECKING:
+    from calibration.chain.study import Study
+    from calibration.study.config import Config
+
 
 SHARDS = 8
 """Parts of the benchmark's cases."""
@@ -12,7 +19,7 @@ WAVES = 2
 workflow/rules/diagnosis.smk."""
 
 
-def batches(study: Any) -> int:
+def batches(study: Study) -> int:
     """Jobs that the emulators' runs of a diagnosis are divided into."""
     from diagnosis.measurements import need_emulators
     from diagnosis.settings import study_settings  # loads the catalogue
@@ -21,7 +28,7 @@ def batches(study: Any) -> int:
     return study_settings(study.config.diagnosis).batches if asked else 1
 
 
-def trained(config: Any, file: str) -> str | list[str]:
+def trained(config: Config, file: str) -> str | list[str]:
     """A file that the emulators or their waves leave, as an input; none where single contacts are
     integrated, so that none of the rules that train them is run."""
     from diagnosis.measurements import need_emulators
@@ -29,7 +36,7 @@ def trained(config: Any, file: str) -> str | list[str]:
     return file if need_emulators(config.measurements) else []
 
 
-def batches_of_the_benchmark(study: Any) -> int:
+def batches_of_the_benchmark(study: Study) -> int:
     """Jobs that the emulators' runs of the benchmark are divided into."""
     from diagnosis.settings import read_settings
 

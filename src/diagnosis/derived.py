@@ -5,6 +5,11 @@ Nothing is guessed. What follows from none of these is a fault that names the li
 measurement and the key to give.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import yaml
 
 from calibration.errors import ConfigError
@@ -15,6 +20,15 @@ from calibration.study.config.specs import with_levels
 from calibration.study.factors import Choice
 from diagnosis.measurements import CONTACTS
 from diagnosis.settings import Experiment
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from calibration.intake.measurements import Measurement
+    from calibration.study.config import Config
+    from calibration.study.factors import Factor
+    from diagnosis.settings import Settings
+
 
 RUNS, MORE_RUNS = 80, 40
 """Runs of a diagnosis with one emulated experiment, and of each further one, unless the settings
@@ -56,7 +70,13 @@ SINGLE = {
 """Single contacts: the one coefficient that each depends on, and how it is simulated."""
 
 
-def completed(settings, config, factors, measurements, path):
+def completed(
+    settings: Settings,
+    config: Config,
+    factors: Sequence[Factor | Choice],
+    measurements: Sequence[Measurement],
+    path: str | Path,
+) -> Settings:
     """`Settings` in which every experiment of the measurements is described in full.
 
     settings: `Settings` as they were given; config: the study's `Config`; factors: its `Factor`s;
@@ -79,7 +99,7 @@ def completed(settings, config, factors, measurements, path):
     emulated = [k for k in kinds if k not in CONTACTS]
     changes = {"experiments": found}
     if settings.runs is None and emulated:
-        changes["runs"] = RUNS + MORE_RUNS * (len(kinds) - 1)
+        changes["runs"] = RUNS + MORE_RUNS * (len(kinds) - 1)  # type: ignore[assignment]
     return settings.model_copy(update=changes)
 
 
@@ -87,7 +107,7 @@ WRITTEN = "settings.yaml"
 """File beside the plan that holds the settings in full."""
 
 
-def as_file(settings):
+def as_file(settings: Settings) -> str:
     """Text of a YAML file with all of `Settings`, which a study may name as `diagnosis.settings`
     and edit."""
     head = (
@@ -99,7 +119,7 @@ def as_file(settings):
     return head + yaml.safe_dump(data, sort_keys=False, allow_unicode=True)
 
 
-def announced(settings, planned, file):
+def announced(settings: Settings, planned: int, file: str | Path) -> str:
     """A sentence on the runs that a diagnosis will make, before the first of them."""
     if settings.runs is None:
         return f"diagnosis: {planned} runs train the emulators ({file})"

@@ -1,8 +1,12 @@
 """Runs that train the emulators: a Latin hypercube over parameters, levers and strength for each
 experiment and law."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.stats import qmc
@@ -14,11 +18,20 @@ from dem.errors import SpecError
 from diagnosis.catalogue import Strength
 from diagnosis.settings import BASE, log_span
 
+if TYPE_CHECKING:
+    from calibration.study.factors import Factor
+    from diagnosis.catalogue import Mechanism
+    from diagnosis.rig import Rig
+    from diagnosis.settings import Settings
+
+
 REPEAT = 100_000  # between the seeds of runs that repeat a point
 WIDENED = 1.15  # the emulators reach a little beyond the factors' range, so that a fit may
 
 
-def wanted(settings, catalogue, experiments):
+def wanted(
+    settings: Settings, catalogue: Mapping[str, Mechanism], experiments: Collection[str]
+) -> list[tuple[str, str]]:
     """[(experiment, mechanism name or BASE)] that need runs of their own."""
     pairs = [(e, BASE) for e in experiments]
     for m in catalogue.values():
@@ -29,7 +42,9 @@ def wanted(settings, catalogue, experiments):
     return pairs
 
 
-def possible(rig, catalogue, experiments):
+def possible(
+    rig: Rig, catalogue: Mapping[str, Mechanism], experiments: Collection[str]
+) -> list[tuple[str, str]]:
     """The pairs of `wanted` that the study's engine can represent."""
     return [
         (e, name)
@@ -47,12 +62,14 @@ OF_A_MECHANISM = (6, 3)
 base model."""
 
 
-def budgeted(settings, factors, pairs):
+def budgeted(
+    settings: Settings, factors: Sequence[Factor], pairs: Sequence[tuple[str, str]]
+) -> dict[tuple[str, str], int]:
     """{(experiment, mechanism): runs} of the first training within `settings.runs`; empty without a
     budget. Raises ConfigError for one that is too small, with the least that is enough."""
     if settings.runs is None:
         return {}
-    counts, least = {}, 0
+    counts, least = {}, 0  # type: ignore[var-annotated]
     kinds = list(dict.fromkeys(e for e, _ in pairs))
     own = int(TRAIN * settings.runs / max(len(kinds), 1))
     for kind in kinds:
@@ -74,7 +91,7 @@ def budgeted(settings, factors, pairs):
     return counts
 
 
-def left_of(settings, refined):
+def left_of(settings: Settings, refined: Iterable[int]) -> int | None:
     """Runs of the budget that are left for the gain, after waves of `refined` runs each; None
     without a budget."""
     if settings.runs is None:
@@ -82,12 +99,14 @@ def left_of(settings, refined):
     return settings.runs - int(TRAIN * settings.runs) - sum(refined)
 
 
-def inputs_of(settings, factors, experiment, mechanism):
+def inputs_of(
+    settings: Settings, factors: Sequence[Factor], experiment: str, mechanism: str
+) -> list[str]:
     """Names of an emulator's inputs: parameters, levers, and `strength` unless it is the base
     model's."""
     own = settings.experiments[experiment].parameters
-    names = [f.name for f in factors if f.key in own] + list(
-        settings.experiments[experiment].levers
+    names = [f.name for f in factors if f.key in own] + list(  # type: ignore[operator]  # `derived` fills it in
+        settings.experiments[experiment].levers  # type: ignore[arg-type]  # `derived` fills it in
     )
     return names if mechanism == BASE else [*names, "strength"]
 
@@ -101,31 +120,33 @@ class MultipliedLever:
     span: float
     strength: Strength
 
-    def moved(self, x):
+    def moved(self, x: np.ndarray) -> np.ndarray:
         """Inputs (k, d) of the base model from those (k, d + 1) of the mechanism, the coded
         strength last."""
         out = x[:, :-1].copy()
         out[:, self.column] += np.log(self.strength.natural(x[:, -1])) / self.span
         return out
 
-    def slope(self, x):
+    def slope(self, x: np.ndarray) -> np.ndarray:
         """Derivative (k,) of the moved input by the coded strength."""
         return self.strength.slope(x[:, -1]) / self.strength.natural(x[:, -1]) / self.span
 
 
-def multiplied(settings, factors, experiment, mechanism):
+def multiplied(
+    settings: Settings, factors: Sequence[Factor], experiment: str, mechanism: Mechanism | None
+) -> MultipliedLever | None:
     """`MultipliedLever` of a mechanism in an experiment, None where it has none or the lever is not
     all that changes.
 
     A rig is filled with a volume of grains unless their number is a lever, too: then another size
     is another number."""
     levers = settings.experiments[experiment].levers
-    if mechanism is None or mechanism.multiplies not in levers:
+    if mechanism is None or mechanism.multiplies not in levers:  # type: ignore[operator]  # `derived` fills it in
         return None
-    if experiment in POURED and "particle_count" not in levers:
+    if experiment in POURED and "particle_count" not in levers:  # type: ignore[operator]  # `derived` fills it in
         return None
-    low, high = levers[mechanism.multiplies]
-    column = inputs_of(settings, factors, experiment, BASE).index(mechanism.multiplies)
+    low, high = levers[mechanism.multiplies]  # type: ignore[index]  # `derived` fills it in
+    column = inputs_of(settings, factors, experiment, BASE).index(mechanism.multiplies)  # type: ignore[arg-type]
     return MultipliedLever(column, math.log(high / low), mechanism.strength)
 
 
@@ -134,7 +155,9 @@ REFUSED = 0.5
 as the largest grains at the narrowest orifice, which nobody measured."""
 
 
-def plan(rig, catalogue, experiments):
+def plan(
+    rig: Rig, catalogue: Mapping[str, Mechanism], experiments: Collection[str]
+) -> tuple[list[dict[str, Any]], dict[str, dict[str, Any]]]:
     """Rows [{experiment, mechanism, inputs in [0, 1], run_ids}], a point each, and {run id: spec}
     of all emulator runs.
 
@@ -145,7 +168,7 @@ def plan(rig, catalogue, experiments):
     re-uses the runs. Runs that repeat a point differ in their seed, so a larger number of them
     re-uses the first.
     """
-    rows, specs, settings, factors = [], {}, rig.settings, rig.factors
+    rows, specs, settings, factors = [], {}, rig.settings, rig.factors  # type: ignore[var-annotated]
     pairs = possible(rig, catalogue, experiments)
     counts = budgeted(settings, factors, pairs)
     for experiment, mechanism in pairs:
@@ -179,7 +202,15 @@ def _mostly_refused(experiment, refused, points):
     )
 
 
-def row_of(rig, experiment, names, x, mechanism, seed, lever=None):
+def row_of(
+    rig: Rig,
+    experiment: str,
+    names: Sequence[str],
+    x: np.ndarray,
+    mechanism: Mechanism | None,
+    seed: int,
+    lever: MultipliedLever | None = None,
+) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
     """A row of a design, a mapping, and {run id: spec} of its runs at inputs x (d,) in [0, 1].
 
     mechanism: a `Mechanism`, None for the base model; lever: its `MultipliedLever`, if it has
@@ -238,12 +269,12 @@ def _spec(rig, experiment, names, x, mechanism, seed):
     return mechanism.apply(spec, round(mechanism.strength.natural(float(at["strength"])), 12))
 
 
-def coded_factor(share):
+def coded_factor(share: Any) -> Any:
     """Coded level of a factor, -1 to 1 over its range, from a share in [0, 1] of the widened
     range."""
     return WIDENED * (2.0 * share - 1.0)
 
 
-def factor_share(coded):
+def factor_share(coded: Any) -> Any:
     """Share in [0, 1] of the widened range from a coded level."""
     return 0.5 * (coded / WIDENED + 1.0)

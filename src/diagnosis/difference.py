@@ -50,7 +50,7 @@ class Difference:
         phi, _ = _terms(x, off)
         prior = base.spread * _prior(x.shape[1] - 1, off)
         expected, _, variance = base.with_slope(x[:, :-1], [])
-        noise = variance + base.scatter**2 / runs + (RESOLVED * base.spread) ** 2
+        noise = variance + base.scatter**2 / runs + (RESOLVED * base.spread) ** 2  # type: ignore[operator]
         weighted = phi / noise[:, None]
         covariance = np.linalg.inv(np.diag(prior**-2.0) + phi.T @ weighted)
         rest = z - expected

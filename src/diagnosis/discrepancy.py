@@ -8,6 +8,8 @@ the process is least known in units of a measurement's error.
 """
 
 import itertools
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +24,7 @@ POINTS = 9
 DECIMALS = 3  # of a setting that is proposed, significant
 
 
-def curves(rows):
+def curves(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """[{experiment, lever, unit, at, value, low, high}] of the rows of `residuals`, along each
     lever that varies, the others at their medians; the band holds each point with 95 %.
 
@@ -48,7 +50,9 @@ def curves(rows):
     return out
 
 
-def least_known(rows, ranges=None):
+def least_known(
+    rows: Sequence[Mapping[str, Any]], ranges: Mapping[str, Mapping[str, Any]] | None = None
+) -> dict[str, Any] | None:
     """The setting where the discrepancy is least known, as a `next_measurement`; None where no
     lever varies.
 
@@ -153,7 +157,7 @@ def _kernel(x, y, size, length):
     return size**2 * (1.0 + np.exp(-0.5 * square / length**2))
 
 
-def sentences(found):
+def sentences(found: Sequence[Mapping[str, Any]]) -> list[str]:
     """A sentence for each curve that leaves its band."""
     out = []
     for c in found:

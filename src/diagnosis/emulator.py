@@ -6,8 +6,12 @@ rest: log(rebound / height) is 2 log e, tan(sliding angle) is mu, shear stress o
 a friction.
 """
 
+from __future__ import annotations
+
 from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,13 +22,18 @@ from diagnosis.difference import Difference
 from diagnosis.scale import scale_of
 from diagnosis.settings import BASE, catalogue_of, log_span
 
+if TYPE_CHECKING:
+    from calibration.study.factors import Factor
+    from diagnosis.catalogue import Strength
+    from diagnosis.settings import Settings
 
-def forward(experiment, value, levers):
+
+def forward(experiment: str, value: Any, levers: Mapping[str, Any]) -> Any:
     """Transformed response; value in the quantity's unit, levers a mapping of floats or arrays."""
     return scale_of(experiment).forward(value, levers)
 
 
-def inverse(experiment, z, levers):
+def inverse(experiment: str, z: Any, levers: Mapping[str, Any]) -> tuple[Any, Any]:
     """Value in the quantity's unit and its derivative by z."""
     return scale_of(experiment).inverse(z, levers)
 
@@ -37,9 +46,11 @@ class Multiplied:
     base: Emulator
     lever: MultipliedLever
 
-    def with_slope(self, x, columns, error=True):
+    def with_slope(
+        self, x: np.ndarray, columns: Sequence[int], error: bool = True
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         """As `Emulator.with_slope`; the last input is the coded strength, last among the columns if
-        it is there."""
+        it is there. x: (k, d + 1)."""
         others = [c for c in columns if c != x.shape[1] - 1]
         z, slope, variance = self.base.with_slope(
             self.lever.moved(x), [*others, self.lever.column], error
@@ -47,19 +58,24 @@ class Multiplied:
         slope[:, -1] *= self.lever.slope(x)
         return z, slope[:, : len(columns)], variance
 
-    def correlation(self, x):
-        """As `Emulator.correlation`."""
+    def correlation(self, x: np.ndarray) -> np.ndarray:
+        """As `Emulator.correlation`. x: (k, d + 1)."""
         return self.base.correlation(self.lever.moved(x))
 
 
-def train(rows, metrics, settings, factors):
+def train(
+    rows: Sequence[dict[str, Any]],
+    metrics: Mapping[str, Mapping[str, float] | None],
+    settings: Settings,
+    factors: Sequence[Factor],
+) -> tuple[dict[tuple[str, str], Any], list[dict[str, Any]]]:
     """{(experiment, mechanism): Emulator} and a table of their errors.
 
     rows: of `design.plan`; metrics: {run id: metrics or None}. A run that failed trains nothing
     and is counted. Runs of the base model train a mechanism too, at the strength at which it does
     nothing. One that multiplies a lever has no emulator but the base model's.
     """
-    emulators, table = {}, []
+    emulators, table = {}, []  # type: ignore[var-annotated]
     known = catalogue_of(settings, list(settings.experiments))
     finished, planned = _finished(rows, metrics)
     for key, own in finished.items():
@@ -70,16 +86,16 @@ def train(rows, metrics, settings, factors):
             continue
         off = None if key[1] == BASE else coded_off(known[key[1]].strength)
         own_alone = off is None or settings.runs is not None
-        more = [] if own_alone else rows_at_strength(off, finished[key[0], BASE])
+        more = [] if own_alone else rows_at_strength(off, finished[key[0], BASE])  # type: ignore[arg-type]
         names = inputs_of(settings, factors, *key)
         found = _responses(key[0], own + more, metrics, settings, names)
         few = settings.runs is not None and key[1] != BASE
         if few and (key[0], BASE) not in emulators:
             continue  # most of the base model's runs failed, which the table says
         emulators[key] = (
-            Difference.trained(emulators[key[0], BASE], *found[:2], off, found[2])
+            Difference.trained(emulators[key[0], BASE], *found[:2], off, found[2])  # type: ignore[arg-type, call-arg]
             if few
-            else Emulator(*found[:2], len(own), key[0] in POURED, found[2])
+            else Emulator(*found[:2], len(own), key[0] in POURED, found[2])  # type: ignore[call-arg]
         )
         table.append(
             {
@@ -95,7 +111,7 @@ def train(rows, metrics, settings, factors):
     for experiment, name in wanted(settings, known, dict.fromkeys(e for e, _ in finished)):
         lever = multiplied(settings, factors, experiment, known.get(name))
         if lever and (experiment, BASE) in emulators:
-            emulators[experiment, name] = Multiplied(emulators[experiment, BASE], lever)
+            emulators[experiment, name] = Multiplied(emulators[experiment, BASE], lever)  # type: ignore[arg-type, assignment]
     return emulators, table
 
 
@@ -111,14 +127,14 @@ def _finished(rows, metrics):
     return finished, planned
 
 
-def rows_at_strength(coded, base):
+def rows_at_strength(coded: float, base: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     """Rows of the base model as rows of a mechanism at a coded strength. Rows at levers beyond the
     range are left out."""
     inside = [r for r in base if 0.0 <= min(r["inputs"]) and max(r["inputs"]) <= 1.0]
     return [r | {"inputs": [*r["inputs"], coded]} for r in inside]
 
 
-def coded_off(strength):
+def coded_off(strength: Strength) -> float | None:
     """Coded strength at which a mechanism does nothing; None where its range does not reach so
     far."""
     if strength.off is not None:

@@ -2,8 +2,10 @@
 it is executed."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,10 +21,14 @@ KINDS = {"value": Emulator, "failure": Chance}
 """What an emulator of the file tells of a test."""
 
 
-def write_emulators(path, emulators, failures=None):
+def write_emulators(
+    path: str | Path,
+    emulators: Mapping[tuple[str, str], Any],
+    failures: Mapping[tuple[str, str], Any] | None = None,
+) -> None:
     """Write {(experiment, mechanism): Emulator or Multiplied}, and of `Chance` in their place the
     failures, atomically and with a checksum."""
-    arrays, structure = {}, []
+    arrays, structure = {}, []  # type: ignore[var-annotated]
     for of, group in (("value", emulators), ("failure", failures or {})):
         for key, emulator in group.items():
             if isinstance(emulator, Multiplied):
@@ -47,7 +53,9 @@ def _plain(value):
     return value.item() if isinstance(value, np.generic) else value
 
 
-def read_emulators(path):
+def read_emulators(
+    path: str | Path,
+) -> tuple[dict[tuple[str, str], Any], dict[tuple[str, str], Any]]:
     """The emulators and the failures that `write_emulators` wrote. Raises CalibrationError for a
     file that is not as it was written."""
     try:
@@ -55,7 +63,7 @@ def read_emulators(path):
         structure = json.loads(str(arrays["structure"]))
     except (OSError, ValueError, KeyError) as error:
         raise CalibrationError(f"{path}: holds no emulators ({error})") from None
-    groups = {of: {} for of in KINDS}
+    groups = {of: {} for of in KINDS}  # type: ignore[var-annotated]
     for number, part in enumerate(structure):
         try:
             groups[part["of"]][tuple(part["key"])] = _entry(part, number, arrays, groups)

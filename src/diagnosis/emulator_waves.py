@@ -8,7 +8,11 @@ Bayesian Anal. 5:619). The number of waves and of runs in each is capped by the 
 verdict says what is left.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.stats import norm, qmc
@@ -17,6 +21,13 @@ from dem.errors import SpecError
 from diagnosis.design import REFINE, factor_share, inputs_of, multiplied, row_of
 from diagnosis.fit import data_of, evidence, fit
 from diagnosis.settings import BASE, lever_values
+
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from diagnosis.fit import Fit
+    from diagnosis.model import Emulated, Model
+    from diagnosis.rig import Rig
+
 
 SHARE = 0.5
 """Error of an emulator over that of the measurement at which it is good enough."""
@@ -30,7 +41,7 @@ REACH = 1.5  # standard deviations of the posterior over which one of the draws 
 SEEDS = 10_000  # between the seeds of two waves
 
 
-def modes(emulated, measurements):
+def modes(emulated: Emulated, measurements: Sequence[Measurement]) -> dict[str, tuple[Model, Fit]]:
     """{name: (`Model`, `Fit`)} of the base model and of the mechanisms still in play, best first.
 
     One whose emulator is too rough to be judged by its score stays in play."""
@@ -51,7 +62,11 @@ def _rough(model, fitted, data):
     return np.sqrt(np.mean((error / data.error[0]) ** 2)) > SHARE
 
 
-def left(emulated, measurements, play=None):
+def left(
+    emulated: Emulated,
+    measurements: Sequence[Measurement],
+    play: Mapping[str, tuple[Model, Fit]] | None = None,
+) -> list[dict[str, Any]]:
     """[{experiment, mechanism, error, enough}] of all models in play, of `modes` unless given: the
     emulator's error at the mode over the measurement's, root mean square over an experiment's
     settings."""
@@ -70,9 +85,11 @@ def left(emulated, measurements, play=None):
     return out
 
 
-def plan_wave(emulated, measurements, rig, wave):
+def plan_wave(
+    emulated: Emulated, measurements: Sequence[Measurement], rig: Rig, wave: int
+) -> tuple[list[dict[str, Any]], dict[str, dict[str, Any]], list[dict[str, Any]]]:
     """Rows of a design, {run id: spec}, and what is left before these runs, of wave 1, 2, ..."""
-    play, rows, specs = modes(emulated, measurements), [], {}
+    play, rows, specs = modes(emulated, measurements), [], {}  # type: ignore[var-annotated]
     found = left(emulated, measurements, play)
     if wave > rig.settings.waves:
         return rows, specs, found

@@ -1,7 +1,11 @@
 """The gain of the extended model, measured with the real engine on settings that it was not fitted
 to."""
 
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,11 +15,20 @@ from dem.errors import SpecError
 from diagnosis.fit import data_of, fit, spread_unit
 from diagnosis.shared_errors import covariance_of
 
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from diagnosis.catalogue import Mechanism
+    from diagnosis.fit import Data
+    from diagnosis.model import Model
+    from diagnosis.rig import Rig
+    from diagnosis.settings import Settings
+
+
 RESAMPLES = 4000
 LEAST_RUNS = 2  # at a setting: one does not tell how much runs scatter
 
 
-def held_out_points(model, data):
+def held_out_points(model: Model, data: Data) -> np.ndarray:
     """(n, p) posterior modes, each fitted to one set of `Data` without one of its n readings. The
     tests without a value stay, as they stand in the fit to all."""
     n = data.value.shape[1]
@@ -26,7 +39,9 @@ def held_out_points(model, data):
     return fit(model, replace(data, value=value, error=error, failed=failed)).theta
 
 
-def within(budget, models, measurements, most):
+def within(
+    budget: int | None, models: int, measurements: Sequence[Measurement], most: int
+) -> tuple[int, list[int]]:
     """(runs at each setting, places of the settings that are run) of `models` models within a
     budget of runs; all settings with `most` runs without one (None).
 
@@ -46,7 +61,14 @@ def within(budget, models, measurements, most):
     return runs, sorted(places[i] for i in chosen)
 
 
-def extension_plan(rig, models, measurements, data, seed=90_000, places=None):
+def extension_plan(
+    rig: Rig,
+    models: Mapping[str, Model],
+    measurements: Sequence[Measurement],
+    data: Data,
+    seed: int = 90_000,
+    places: Collection[int] | None = None,
+) -> tuple[list[dict[str, Any]], dict[str, dict[str, Any]]]:
     """`gain_runs` runs of each model at the parameters fitted without each setting, at that
     setting; at those in `places` alone where it is given, and at none where a model cannot
     be run.
@@ -55,7 +77,7 @@ def extension_plan(rig, models, measurements, data, seed=90_000, places=None):
     Returns rows [{label, setting, theta, run_ids, reads}] and {run id: spec}; reads: {mechanism of
     the reading: strength}.
     """
-    rows, specs, refused = [], {}, set()
+    rows, specs, refused = [], {}, set()  # type: ignore[var-annotated]
     for label, model in models.items():
         for i, theta in enumerate(held_out_points(model, data)):
             if places is not None and i not in places:
@@ -80,7 +102,9 @@ def extension_plan(rig, models, measurements, data, seed=90_000, places=None):
     return rows, {name: specs[name] for row in rows for name in row["run_ids"]}
 
 
-def real_spec(rig, model, measurement, theta, seed):
+def real_spec(
+    rig: Rig, model: Model, measurement: Measurement, theta: np.ndarray, seed: int
+) -> dict[str, Any]:
     """Run spec of a condition at theta (p,), the engine's laws of the model's mechanisms switched
     on."""
     values = {f.name: f.natural(float(t)) for f, t in zip(model.factors, theta, strict=False)}
@@ -100,7 +124,13 @@ def _reads(model, measurement, theta):
     }
 
 
-def real_values(settings, catalogue, measurements, rows, metrics):
+def real_values(
+    settings: Settings,
+    catalogue: Mapping[str, Mechanism],
+    measurements: Sequence[Measurement],
+    rows: Sequence[Mapping[str, Any]],
+    metrics: Mapping[str, Mapping[str, float] | None],
+) -> dict[str, np.ndarray]:
     """{label: values (n, r)} of the runs of rows as the n measurements would have read them; nan
     where a run failed or there is none."""
     shape = len(measurements), max(len(row["run_ids"]) for row in rows)
@@ -109,14 +139,14 @@ def real_values(settings, catalogue, measurements, rows, metrics):
         m = measurements[row["setting"]]
         for r, name in enumerate(row["run_ids"]):
             if metrics[name] is not None:
-                value = metrics[name][settings.experiments[m.experiment].metric]
+                value = metrics[name][settings.experiments[m.experiment].metric]  # type: ignore[index]
                 for mechanism, strength in row["reads"].items():
-                    value = catalogue[mechanism].observe(value, m.levers, strength)
+                    value = catalogue[mechanism].observe(value, m.levers, strength)  # type: ignore[misc]
                 out[row["label"]][row["setting"], r] = value
     return out
 
 
-def run_scatter(measurements, values):
+def run_scatter(measurements: Sequence[Measurement], values: np.ndarray) -> np.ndarray:
     """Standard errors (n,) of the means of `values` (n, r): pooled over the settings of an
     experiment.
 
@@ -135,7 +165,13 @@ def run_scatter(measurements, values):
     return out * unit
 
 
-def gain(measurements, before, after, seed=0, shared=None):
+def gain(
+    measurements: Sequence[Measurement],
+    before: np.ndarray,
+    after: np.ndarray,
+    seed: int = 0,
+    shared: Mapping[tuple[str, str], float] | None = None,
+) -> dict[str, Any] | None:
     """Error on left-out settings before and after, with 95 % bootstrap intervals; None where no
     setting could be run.
 

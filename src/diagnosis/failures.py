@@ -6,8 +6,12 @@ all give no value. A run that blew up, or whose grains were still moving when it
 them.
 """
 
+from __future__ import annotations
+
 from collections import defaultdict
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,8 +21,19 @@ from diagnosis.design import multiplied, wanted
 from diagnosis.emulator import Multiplied, coded_off, rows_at_strength
 from diagnosis.settings import BASE, catalogue_of
 
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from calibration.study.factors import Factor
+    from diagnosis.settings import Settings
 
-def train_failures(rows, metrics, settings, factors, faults=()):
+
+def train_failures(
+    rows: Sequence[dict[str, Any]],
+    metrics: Mapping[str, Mapping[str, float] | None],
+    settings: Settings,
+    factors: Sequence[Factor],
+    faults: Collection[str] = (),
+) -> dict[tuple[str, str], Chance | Multiplied]:
     """{(experiment, mechanism): Chance or Multiplied}, as `diagnosis.emulator.train` its emulators;
     of the experiments of which a run gave no value.
 
@@ -41,8 +56,8 @@ def train_failures(rows, metrics, settings, factors, faults=()):
     for experiment, name in wanted(settings, known, failing):
         lever = multiplied(settings, factors, experiment, known.get(name))
         if lever:
-            out[experiment, name] = Multiplied(out[experiment, BASE], lever)
-    return out
+            out[experiment, name] = Multiplied(out[experiment, BASE], lever)  # type: ignore[arg-type, assignment]
+    return out  # type: ignore[return-value]
 
 
 def _failed(row, metrics):
@@ -59,7 +74,9 @@ class Outcomes:
     tests: np.ndarray
 
 
-def outcomes_of(measurements, failures):
+def outcomes_of(
+    measurements: Sequence[Measurement], failures: Collection[tuple[str, str]]
+) -> Outcomes | None:
     """`Outcomes` of the experiments of which a row has an outcome, or None without one.
 
     Readings count as tests that gave a value, but only beside outcomes of their experiment: a table
@@ -67,7 +84,7 @@ def outcomes_of(measurements, failures):
     trained = {experiment for experiment, _ in failures}
     valued = {m.experiment for m in measurements if not m.outcome}
     kinds = {m.experiment for m in measurements if m.outcome} & trained & valued
-    counts = {}
+    counts = {}  # type: ignore[var-annotated]
     for m in measurements:
         if m.experiment in kinds:
             levers = {k: v for k, v in m.levers.items() if LEVERS[k].place}
@@ -76,5 +93,5 @@ def outcomes_of(measurements, failures):
             row[1] += m.n
     if not counts:
         return None
-    failed, tests = np.array(list(counts.values()), float).T
+    failed, tests = np.array(list(counts.values()), float).T  # type: ignore[type-var]
     return Outcomes([(kind, dict(levers)) for kind, levers in counts], failed, tests)

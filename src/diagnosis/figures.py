@@ -1,12 +1,19 @@
 """Figures of the diagnosis; each returns a matplotlib Figure."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 from textwrap import fill
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib import ticker
 
 from calibration.figures import BLUE, GREY, ORANGE, label, subplots
 from calibration.intake.quantities import LEVERS, QUANTITIES
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def _panels(rows):
@@ -49,7 +56,7 @@ def _tick(row):
     return fill(_name(row), 9)
 
 
-def residual_figure(rows):
+def residual_figure(rows: Sequence[Mapping[str, Any]]) -> Figure:
     """Standardised residuals of the base model along every lever that varies."""
     figure, drawn = _draw_axes(_panels(rows))
     for axis, (kind, lever, own) in drawn:
@@ -67,7 +74,9 @@ def residual_figure(rows):
     return figure
 
 
-def prediction_figure(rows, extended, name):
+def prediction_figure(
+    rows: Sequence[Mapping[str, Any]], extended: np.ndarray | None, name: str
+) -> Figure:
     """Measured values over the predictions of the base model (rows) and of the extended one
     (values, or None)."""
     predicted = {} if extended is None else dict(zip(map(id, rows), extended, strict=True))
@@ -92,7 +101,7 @@ def prediction_figure(rows, extended, name):
     return figure
 
 
-def gain_figure(gain):
+def gain_figure(gain: Mapping[str, Any] | None) -> Figure:
     """Miss at each setting when it was left out: base and extended model, run with the real engine.
 
     gain: the mapping of `extend.gain`, or None where no model was extended.
@@ -120,7 +129,7 @@ def _setting(point):
     return ", ".join([_name(point), *levers])
 
 
-def ranking_figure(verdict):
+def ranking_figure(verdict: Mapping[str, Any]) -> Figure:
     """Gain of each mechanism in held-out log density, with its own null threshold and that of the
     best."""
     rows = [r for r in verdict["ranking"] if "p" in r][::-1]

@@ -17,7 +17,11 @@ out: the readings then have a covariance, and a setting is left out of that (Ras
 descent, as the spread is.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import expit, logsumexp, xlogy
@@ -27,6 +31,12 @@ from calibration.inference.chance_of_no_value import log_likelihood
 from calibration.intake.quantities import QUANTITIES
 from diagnosis.failures import outcomes_of
 from diagnosis.shared_errors import Shared, shared_of
+
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from diagnosis.failures import Outcomes
+    from diagnosis.model import Emulated, Model
+
 
 STARTS = (0.2, 0.7)
 DESCENTS = 2
@@ -54,7 +64,7 @@ class Data:
     group: np.ndarray | None = None
     scale: np.ndarray | float = 1.0
 
-    def of(self, rows):
+    def of(self, rows: np.ndarray) -> Data:
         """The data sets `rows` (m,)."""
         failed = None if self.failed is None else self.failed[rows]
         return replace(self, value=self.value[rows], error=self.error[rows], failed=failed)
@@ -114,32 +124,32 @@ class Fit:
     sizes: np.ndarray
 
     @property
-    def expected(self):
+    def expected(self) -> np.ndarray:
         """What readings would be (b, n) without an error of their own: `predicted` and `common`."""
         return self.predicted + self.common
 
-    def shared_errors(self, data):
+    def shared_errors(self, data: Data) -> dict[tuple[str, str], float]:
         """{(experiment, label): standard deviation} of the errors that readings of the first data
         set share, as far as they are likely."""
         return data.shared.at(self.place) if data.shared else {}
 
     @property
-    def place(self):
+    def place(self) -> int:
         """Index of the likeliest size of shared errors, of the first data set."""
         return int(self.sizes[0].argmax())
 
     @property
-    def misfit(self):
+    def misfit(self) -> np.ndarray:
         """Chi-square and deviances (b,) together."""
         return self.chi_square + self.deviances.sum(1)
 
     @property
-    def score(self):
+    def score(self) -> np.ndarray:
         """Sum of the held-out log densities (b,)."""
         return self.pointwise.sum(1)
 
 
-def fit(model, data, starts=STARTS):
+def fit(model: Model, data: Data, starts: Sequence[float] = STARTS) -> Fit:
     """`Fit` of the model to each of the data sets, the best from several coded strengths to start
     from."""
     k, modes = len(model.mechanisms), []
@@ -163,7 +173,7 @@ def _sd(data, emulator):
     return np.sqrt(data.error**2 + emulator**2) * data.scale
 
 
-def misfit(model, data, theta):
+def misfit(model: Model, data: Data, theta: np.ndarray) -> np.ndarray:
     """Twice the negative log posterior (b,), up to a constant, with the spread at theta itself."""
     value, emulator = model.predict(theta)
     sd = _sd(data, emulator)
@@ -364,21 +374,21 @@ def _of_tests(model, data, theta, r, leverage):
     return score, 2.0 * (best - at_mode)
 
 
-def held_out(mean, variance, data):
+def held_out(mean: np.ndarray, variance: np.ndarray, data: Data) -> np.ndarray:
     """Log probability (b, c) of what the tests ended with, their odds' logarithms normal with mean
     and variance (b, c)."""
     at, weight = np.polynomial.hermite_e.hermegauss(NODES)
     odds = mean[..., None] + np.sqrt(variance)[..., None] * at
-    value = log_likelihood(odds, data.failed[..., None], data.tests[:, None])
+    value = log_likelihood(odds, data.failed[..., None], data.tests[:, None])  # type: ignore[index]
     return logsumexp(value, axis=-1, b=weight / weight.sum())
 
 
-def spread_unit(measurements):
+def spread_unit(measurements: Sequence[Measurement]) -> np.ndarray:
     """(n,) what spreads are compared in: the value where they go with it, else 1."""
     return np.array([m.value if QUANTITIES[m.experiment].relative else 1.0 for m in measurements])
 
 
-def moderated_sd(measurements, own=None):
+def moderated_sd(measurements: Sequence[Measurement], own: np.ndarray | None = None) -> np.ndarray:
     """(..., n) standard deviations of a replicate, drawn towards the median of their experiment.
 
     own: (..., n) spreads of the replicates, those of the measurements unless given.
@@ -409,7 +419,12 @@ def _moderated(own, common, freedom):
     return np.sqrt((PRIOR * common**2 + freedom * own**2) / (PRIOR + freedom))
 
 
-def redrawn_error(measurements, error, replicates, rng):
+def redrawn_error(
+    measurements: Sequence[Measurement],
+    error: np.ndarray,
+    replicates: int,
+    rng: np.random.Generator,
+) -> np.ndarray:
     """Standard errors (replicates, n) that laboratories would state of readings whose true ones are
     `error` (n,): the spreads of their replicates drawn anew and moderated."""
     n = np.array([m.n for m in measurements], float)
@@ -417,7 +432,7 @@ def redrawn_error(measurements, error, replicates, rng):
     return moderated_sd(measurements, error * np.sqrt(n) * found) / np.sqrt(n)
 
 
-def redrawn_share(n, replicates, rng):
+def redrawn_share(n: np.ndarray, replicates: int, rng: np.random.Generator) -> np.ndarray:
     """The same over the true ones, of one experiment's settings with n (k,) replicates whose
     spreads are alike."""
     found = _found_spread(n, replicates, rng)
@@ -432,7 +447,7 @@ def _found_spread(n, replicates, rng):
     return np.where(n > 1, np.sqrt(draws), 1.0)
 
 
-def data_of(measurements, tests=None):
+def data_of(measurements: Sequence[Measurement], tests: Outcomes | None = None) -> Data:
     """`Data` of one set of measurements, and of `diagnosis.failures.Outcomes` beside them."""
     n = np.array([m.n for m in measurements], float)
     value = np.array([m.value for m in measurements])
@@ -446,7 +461,9 @@ def data_of(measurements, tests=None):
     return replace(found, failed=tests.failed[None], tests=tests.tests)
 
 
-def evidence(emulated, measurements):
+def evidence(
+    emulated: Emulated, measurements: Sequence[Measurement]
+) -> tuple[list[Measurement], Sequence[tuple[str, dict]], Data]:
     """What a fit of an `Emulated` to measurements takes, tests without a value among them: the
     measurements with a value, the conditions of the tests, and the `Data` of both."""
     tests = outcomes_of(measurements, emulated.failures)

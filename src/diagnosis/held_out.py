@@ -1,5 +1,10 @@
 """Rows of a table that were held out of the fit, beside what was predicted of them."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from diagnosis.fit import data_of, spread_unit
@@ -9,8 +14,20 @@ from diagnosis.table_model.block import Block
 from diagnosis.table_model.term import ROW
 from diagnosis.table_model.terms import all_terms
 
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from diagnosis.fit import Data, Fit
+    from diagnosis.model import Emulated
+    from diagnosis.table_model.found import Found
 
-def by_emulators(emulated, measurements, held_out, fits, data):
+
+def by_emulators(
+    emulated: Emulated,
+    measurements: list[Measurement],
+    held_out: list[Measurement],
+    fits: Mapping[str, tuple[Sequence[str], Fit]],
+    data: Data,
+) -> list[dict[str, Any]]:
     """Rows (see `_rows`) of conditions held out, from {label: (names of mechanisms, Fit)} of the
     `Data` of the measurements.
 
@@ -43,7 +60,12 @@ def _shared(measurements, held_out, fitted, data):
     return cross @ (fitted.residual[0] / fitted.sd[0]), np.maximum(np.diag(left), 0.0)
 
 
-def by_contacts(measurements, held_out, found, defaults):
+def by_contacts(
+    measurements: list[Measurement],
+    held_out: Sequence[Measurement],
+    found: Found,
+    defaults: Mapping[str, Mapping[str, float]],
+) -> list[dict[str, Any]]:
     """The same of single contacts: by a constant, and by the terms of a `Found`."""
     if not held_out:
         return []
@@ -62,9 +84,15 @@ def by_contacts(measurements, held_out, found, defaults):
     return _rows(held_out, {"before": before} | ({"after": after} if extended else {}))
 
 
-def predicted(rows, known, kind, held, defaults=None):
+def predicted(
+    rows: Sequence[Measurement],
+    known: int,
+    kind: str,
+    held: Iterable[str],
+    defaults: Mapping[str, float] | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
     """Values and errors of the readings from number `known` on, by the others and what is `held`
-    {key: Held} in a block of them alone."""
+    {key: Held} in a block of them alone. Both (m,), in the quantity's unit."""
     readings = readings_of(rows, kind, defaults)
     readings = unknown(readings, np.arange(known, len(rows)))
     terms = {t.key: t for t in all_terms(readings, {})}

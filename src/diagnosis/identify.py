@@ -7,8 +7,12 @@ The null distribution is that of the best gain of all mechanisms on data simulat
 base model (parametric bootstrap). This keeps the chance of a false alarm over the whole catalogue.
 It is shared with the lack-of-fit test as Simes' test shares it."""
 
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.special import expit
@@ -19,6 +23,14 @@ from diagnosis.chance import CLOSE, share_above
 from diagnosis.fit import Data, evidence, fit, moderated_sd, redrawn_error
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.settings import BASE
+
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from calibration.intake.quantities import Condition
+    from diagnosis.catalogue import Mechanism
+    from diagnosis.fit import Fit
+    from diagnosis.model import Emulated, Model
+
 
 CARRIED = 0.25  # variance left of the prior's, along a direction of the parameters, at most
 MISFIT = 0.01  # a cause whose extended model fits worse than this share of its own data is none
@@ -40,12 +52,12 @@ class Identification:
     threshold: float
     fits: dict = field(repr=False)
     models: dict = field(repr=False)
-    data: Data = field(default=None, repr=False)
+    data: Data = field(default=None, repr=False)  # type: ignore[assignment]
     reason: str = ""
     tried: int = 0
 
 
-def key_of(names):
+def key_of(names: Iterable[str]) -> str:
     """Name of a set of mechanisms."""
     return " + ".join(names) if names else BASE
 
@@ -69,22 +81,34 @@ class Scores:
     seed: int
 
     @property
-    def conditions(self):
+    def conditions(self) -> list[Condition]:
         """The `Condition` of each measurement."""
         return [m.condition for m in self.measurements]
 
     @property
-    def lack_p(self):
+    def lack_p(self) -> float:
         """Share of data of the base model that it misses as badly as the measurements."""
         return share_above(self.null["misfit"], float(self.fits[BASE].misfit[0]))
 
 
-def identify(emulated, measurements, alpha=0.05, replicates=300, seed=0):
+def identify(
+    emulated: Emulated,
+    measurements: Sequence[Measurement],
+    alpha: float = 0.05,
+    replicates: int = 300,
+    seed: int = 0,
+) -> Identification:
     """`Identification` of the measurements, tests without a value among them."""
     return decide(weigh(emulated, measurements, replicates, seed), alpha)
 
 
-def weigh(emulated, measurements, replicates=300, seed=0, names=None):
+def weigh(
+    emulated: Emulated,
+    measurements: Sequence[Measurement],
+    replicates: int = 300,
+    seed: int = 0,
+    names: Iterable[str] | None = None,
+) -> Scores:
     """`Scores` of the base model and of the mechanisms in `names`, the whole catalogue unless
     given."""
     measurements, tried, data = evidence(emulated, measurements)
@@ -98,12 +122,12 @@ def weigh(emulated, measurements, replicates=300, seed=0, names=None):
     return Scores(emulated, measurements, data, models, fits, null, replicates, seed)
 
 
-def decide(scores, alpha=0.05, without=()):
+def decide(scores: Scores, alpha: float = 0.05, without: Collection[str] = ()) -> Identification:
     """`Identification` from the scores; mechanisms in `without` count as not in the catalogue."""
     fits, null = scores.fits, scores.null
     singles = [n for n in scores.models if n != BASE and n not in without]
     gains = {name: float((fits[name].score - fits[BASE].score)[0]) for name in singles}
-    best = max(gains, key=gains.get)
+    best = max(gains, key=gains.get)  # type: ignore[arg-type]
     null_best = np.max([null[n] for n in singles], axis=0)
     lack_p = scores.lack_p
     family_p = share_above(null_best, gains[best])
@@ -120,7 +144,7 @@ def decide(scores, alpha=0.05, without=()):
             "p_family": share_above(null_best, gains[name]),
             "strength": strength_of(scores.models[name], fits[name], 0),
         }
-        for name in sorted(gains, key=gains.get, reverse=True)
+        for name in sorted(gains, key=gains.get, reverse=True)  # type: ignore[arg-type]
     ]
     out = Identification(
         "", [], ranking, lack_p, family_p, level, threshold, dict(fits), dict(scores.models),
@@ -140,7 +164,7 @@ def decide(scores, alpha=0.05, without=()):
     return out
 
 
-def lack_of_fit(fitted, p):
+def lack_of_fit(fitted: Fit, p: float) -> dict[str, float]:
     """The mapping of verdict.json of the base model's fit, with the chance p of such a misfit: the
     chi-square of the readings, and beside it the deviance of tests without a value."""
     out = {"chi_square": float(fitted.chi_square[0]), "freedom": float(fitted.freedom[0])}
@@ -149,7 +173,7 @@ def lack_of_fit(fitted, p):
     return out | {"p": p}
 
 
-def carried(model, fitted):
+def carried(model: Model, fitted: Fit) -> int:
     """Number of coefficients that the data carry: directions of the parameters along which their
     Fisher information leaves at most a quarter of the prior's variance, half its standard
     deviation."""
@@ -157,7 +181,7 @@ def carried(model, fitted):
     return int((np.linalg.eigvalsh(left) <= CARRIED).sum())
 
 
-def significant(first, second, alpha):
+def significant(first: float, second: float, alpha: float) -> tuple[bool, bool]:
     """Which of two p-values of one null hypothesis are significant: both below alpha, or one below
     half of it.
 
@@ -167,13 +191,20 @@ def significant(first, second, alpha):
     return first < level_beside(second, alpha), second < level_beside(first, alpha)
 
 
-def level_beside(other, alpha):
+def level_beside(other: float, alpha: float) -> float:
     """What a p-value must be below to be significant beside another one: alpha where that is below
     it, else half."""
     return alpha if other < alpha else 0.5 * alpha
 
 
-def simulate_data(model, fitted, measurements, data, replicates, rng):
+def simulate_data(
+    model: Model,
+    fitted: Fit,
+    measurements: Sequence[Measurement],
+    data: Data,
+    replicates: int,
+    rng: np.random.Generator,
+) -> Data:
     """`Data` of `replicates` sets from a fit: noise as measured and the emulators' error, both
     scaled by the misfit.
 
@@ -195,7 +226,7 @@ def simulate_data(model, fitted, measurements, data, replicates, rng):
     if data.failed is None:
         return replace(data, value=value, error=drawn)
     odds, _ = model.odds(fitted.theta[:1], slope=False)
-    failed = rng.binomial(data.tests.astype(int), expit(odds[0]), (replicates, len(data.tests)))
+    failed = rng.binomial(data.tests.astype(int), expit(odds[0]), (replicates, len(data.tests)))  # type: ignore[arg-type, union-attr]
     return replace(data, value=value, error=drawn, failed=failed.astype(float))
 
 
@@ -243,7 +274,14 @@ def _fits_well(out, name, scores, rng):
     return share_above(null, float(fitted.misfit[0])) >= MISFIT
 
 
-def null_of(models, fitted, measurements, data, replicates, rng):
+def null_of(
+    models: Mapping[str, Model],
+    fitted: Fit,
+    measurements: Sequence[Measurement],
+    data: Data,
+    replicates: int,
+    rng: np.random.Generator,
+) -> dict[str, np.ndarray]:
     """Null gains (replicates,) of each mechanism over the base model, and the misfit of the base
     model."""
     simulated = simulate_data(models[BASE], fitted, measurements, data, replicates, rng)
@@ -298,13 +336,13 @@ def _settle(out, scores, singles):
     _doubt(out, scores, best)
 
 
-def one_place(mechanisms):
+def one_place(mechanisms: Sequence[Mechanism]) -> bool:
     """Whether mechanisms are cases of one law: of one slot, and its states those of one of them."""
     laws = [m.law for m in mechanisms]
-    if None in laws or len({slot for slot, _ in laws}) > 1:
+    if None in laws or len({slot for slot, _ in laws}) > 1:  # type: ignore[misc]
         return False
-    most = max((set(state) for _, state in laws), key=len)
-    return all(set(state) <= most for _, state in laws)
+    most = max((set(state) for _, state in laws), key=len)  # type: ignore[misc]
+    return all(set(state) <= most for _, state in laws)  # type: ignore[misc]
 
 
 def _doubt(out, scores, name):
@@ -431,7 +469,7 @@ def _null_of_pairs(out, scores, single, ordered, rng):
     return np.max(together, axis=0) - alone
 
 
-def strength_of(model, fitted, row):
+def strength_of(model: Model, fitted: Fit, row: int) -> dict[str, dict[str, Any]]:
     """{name, unit, value, low, high} of each mechanism's strength: mode and 95 % interval, cut at
     its range."""
     out = {}

@@ -6,8 +6,12 @@ runs it without a curve. Each law is a straight line of a coefficient over the l
 its strength is the change from the least to the largest value of the lever.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +23,12 @@ from dem.units import without_unit
 from diagnosis.catalogue import Mechanism, Strength
 from diagnosis.design import WIDENED, inputs_of
 from diagnosis.settings import BASE
+
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from calibration.study.factors import Factor
+    from diagnosis.settings import Settings
+
 
 LEAST_LEVELS = 3
 """Levels of a lever along which a law is tried: two are no curve."""
@@ -42,7 +52,7 @@ class Moved:
     slope: float
 
     @property
-    def scatter(self):
+    def scatter(self) -> float:
         """As `Emulator.scatter`."""
         return self.base.scatter
 
@@ -55,8 +65,10 @@ class Moved:
         out[:, self.column] += change * place
         return out, 2.0 * place / WIDENED, change * self.slope
 
-    def with_slope(self, x, columns, error=True):
-        """As `Emulator.with_slope`; the last input is the coded strength."""
+    def with_slope(
+        self, x: np.ndarray, columns: Sequence[int], error: bool = True
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+        """As `Emulator.with_slope`; the last input is the coded strength. x: (k, d + 1)."""
         last = x.shape[1] - 1
         at, by_strength, by_lever = self._moved(x)
         own = [c for c in columns if c != last]
@@ -71,12 +83,14 @@ class Moved:
                 out[:, k] += coefficient * by_lever if c == self.lever else 0.0
         return z, out, variance
 
-    def correlation(self, x):
-        """As `Emulator.correlation`."""
+    def correlation(self, x: np.ndarray) -> np.ndarray:
+        """As `Emulator.correlation`. x: (k, d + 1)."""
         return self.base.correlation(self._moved(x)[0])
 
 
-def lever_laws(settings, factors, measurements):
+def lever_laws(
+    settings: Settings, factors: Sequence[Factor], measurements: Sequence[Measurement]
+) -> dict[str, Mechanism]:
     """{name: `Mechanism`} of the laws that are tried: of each calibrated coefficient along each
     emulated lever that was measured at `LEAST_LEVELS` levels or more in an experiment of both."""
     found = {}
@@ -85,8 +99,8 @@ def lever_laws(settings, factors, measurements):
             kinds = [
                 kind
                 for kind in dict.fromkeys(m.experiment for m in measurements)
-                if factor.key in settings.experiments[kind].parameters
-                and lever in settings.experiments[kind].levers
+                if factor.key in settings.experiments[kind].parameters  # type: ignore[operator]  # `derived` fills it in
+                and lever in settings.experiments[kind].levers  # type: ignore[operator]  # `derived` fills it in
                 and _levels(measurements, kind, lever) >= LEAST_LEVELS
             ]
             if kinds:
@@ -95,11 +109,16 @@ def lever_laws(settings, factors, measurements):
     return found
 
 
-def with_laws(emulators, settings, factors, laws):
+def with_laws(
+    emulators: Mapping[tuple[str, str], Any],
+    settings: Settings,
+    factors: Sequence[Factor],
+    laws: Mapping[str, Mechanism],
+) -> dict[tuple[str, str], Any]:
     """The emulators {(experiment, mechanism): ...} with those of `lever_laws` beside them."""
     out = dict(emulators)
     for law in laws.values():
-        factor = next(f for f in factors if f.key == law.changes[0])
+        factor = next(f for f in factors if f.key == law.changes[0])  # type: ignore[index]
         for kind in law.experiments:
             if (kind, BASE) in emulators:
                 names = inputs_of(settings, factors, kind, BASE)
@@ -174,15 +193,15 @@ def _told(verdict, law):
     return f"{text}: {law.strength.name}."
 
 
-def as_laws(verdict, laws):
+def as_laws(verdict: dict[str, Any], laws: Mapping[str, Mechanism]) -> dict[str, Any]:
     """The mapping of verdict.json, where what it names are free laws: `discovered`, for a free law
     is a place and no name."""
     named = [n for cause in verdict["causes"] for n in cause.split(" + ")]
     if not named or not set(named) <= set(laws):
         return verdict
-    changes = {"causes": []}
+    changes = {"causes": []}  # type: ignore[var-annotated]
     if verdict["verdict"] == "identified":
-        changes["verdict"] = "discovered"
+        changes["verdict"] = "discovered"  # type: ignore[assignment]
     for row in verdict.get("laws") or []:
         row["sentence"] = " ".join(_told(verdict, laws[n]) for n in row["names"] if n in laws)
         row["names"] = [n for n in row["names"] if n not in laws]

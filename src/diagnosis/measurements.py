@@ -1,10 +1,20 @@
 """The measured conditions that the diagnosis takes from a study's table."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from calibration.errors import ConfigError
 from calibration.intake.measurements import ROLES, raise_faults, read_measured
 from calibration.intake.quantities import LEVERS, QUANTITIES
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from calibration.intake.measurements import Measurement
+
 
 CONTACTS = ("drop", "tilt")
 """Experiments that are one contact, which is integrated and not emulated."""
@@ -24,12 +34,12 @@ class Measured:
     outcomes: list
 
 
-def alone(experiments):
+def alone(experiments: Iterable[str]) -> bool:
     """Whether all of the experiments are single contacts."""
     return set(experiments) <= set(CONTACTS)
 
 
-def need_emulators(path):
+def need_emulators(path: str | Path) -> bool:
     """Whether a table has rows of other experiments than single contacts. A faulty one counts as
     having them: who reads it says what is wrong."""
     try:
@@ -38,13 +48,13 @@ def need_emulators(path):
         return True
 
 
-def read_measurements(path):
+def read_measurements(path: str | Path) -> list[Measurement]:
     """List of `Measurement` to calibrate on. Raises ConfigError naming file, line and column of
     every fault, one message a fault."""
     return read_all(path).fitted
 
 
-def read_all(path):
+def read_all(path: str | Path) -> Measured:
     """`Measured` of the quantities that the diagnosis knows; raises as `read_measurements`."""
     rows = read_measured(path).conditions
     rows = [m for m in rows if m.quantity == QUANTITIES[m.experiment].name]

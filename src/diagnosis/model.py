@@ -1,6 +1,10 @@
 """The emulated model of a set of conditions, with or without mechanisms."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,6 +14,12 @@ from diagnosis.emulator import inverse
 from diagnosis.rig import combine
 from diagnosis.settings import BASE, lever_values
 
+if TYPE_CHECKING:
+    from calibration.study.factors import Factor
+    from diagnosis.catalogue import Mechanism
+    from diagnosis.settings import Settings
+
+
 STEP = 1e-3  # of a coded strength and, relative, of a value: for derivatives of readings
 SHARE_BY_CODED = 0.5 / WIDENED  # derivative of `factor_share`
 
@@ -18,20 +28,32 @@ class Emulated:
     """What every diagnosis of one engine and configuration shares: emulators, settings, factors,
     catalogue."""
 
-    def __init__(self, emulators, settings, factors, catalogue, failures=None):
+    def __init__(
+        self,
+        emulators: Mapping[tuple[str, str], Any],
+        settings: Settings,
+        factors: Sequence[Factor],
+        catalogue: Mapping[str, Mechanism],
+        failures: Mapping[tuple[str, str], Any] | None = None,
+    ) -> None:
         self.emulators, self.settings, self.factors = emulators, settings, factors
         self.catalogue, self.failures = catalogue, failures or {}
 
-    def model(self, conditions, mechanisms=(), tests=()):
+    def model(
+        self,
+        conditions: Sequence[tuple[str, dict]],
+        mechanisms: Iterable[str] = (),
+        tests: Sequence[tuple[str, dict]] = (),
+    ) -> Model:
         """`Model` of conditions [(experiment, levers)] with the named mechanisms switched on; of
         `tests`, conditions too, it tells how likely they end without a value."""
         return Model(self, conditions, [self.catalogue[m] for m in mechanisms], tests)
 
-    def combine(self, conditions, mechanisms):
+    def combine(self, conditions: Sequence[tuple[str, dict]], mechanisms: Iterable[str]) -> bool:
         """Whether the engine can have all the named mechanisms at once under the conditions."""
         return combine(self.settings, [self.catalogue[m] for m in mechanisms], conditions)
 
-    def applicable(self, conditions):
+    def applicable(self, conditions: Sequence[tuple[str, dict]]) -> list[str]:
         """Mechanisms that have an emulator, or a law of measurement, for an experiment of the
         conditions."""
         kinds = {e for e, _ in conditions}
@@ -49,11 +71,17 @@ class Model:
     """Predictions at n conditions for p parameters: coded factors in [-1, 1], then coded strengths
     in [0, 1]."""
 
-    def __init__(self, emulated, conditions, mechanisms, tests=()):
+    def __init__(
+        self,
+        emulated: Emulated,
+        conditions: Sequence[tuple[str, dict]],
+        mechanisms: Sequence[Mechanism],
+        tests: Sequence[tuple[str, dict]] = (),
+    ) -> None:
         settings = emulated.settings
         self.conditions, self.mechanisms, self.tests = conditions, mechanisms, tests
         kinds = list(dict.fromkeys(e for e, _ in conditions))
-        used = {p for e in kinds for p in settings.experiments[e].parameters}
+        used = {p for e in kinds for p in settings.experiments[e].parameters}  # type: ignore[union-attr]  # `derived` fills it in
         self.factors = [f for f in emulated.factors if f.key in used]
         self.names = [f.name for f in self.factors] + [m.name for m in mechanisms]
         self.low = np.array([-WIDENED] * len(self.factors) + [0.0] * len(mechanisms))
@@ -66,12 +94,14 @@ class Model:
             for e in dict.fromkeys(e for e, _ in tests)
         ]
 
-    def predict(self, theta):
+    def predict(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values (b, n) in their units and emulator errors (b, n) at theta (b, p)."""
         value, error, _ = self.with_slope(theta, slope=False)
         return value, error
 
-    def with_slope(self, theta, slope=True, errors=True):
+    def with_slope(
+        self, theta: np.ndarray, slope: bool = True, errors: bool = True
+    ) -> tuple[np.ndarray, Any, Any]:
         """Values (b, n), emulator errors (b, n) and the values' derivatives by theta (b, n, p).
         What is not asked for is None."""
         shape = (len(theta), len(self.conditions))
@@ -80,12 +110,12 @@ class Model:
         for part in self._parts:
             value[:, part.rows], uncertain, own = part.predict(theta, slope, errors)
             if errors:
-                error[:, part.rows] = uncertain
+                error[:, part.rows] = uncertain  # type: ignore[index]
             if slope:
-                by_theta[:, part.rows] = own
+                by_theta[:, part.rows] = own  # type: ignore[index]
         return value, error, by_theta
 
-    def odds(self, theta, slope=True):
+    def odds(self, theta: np.ndarray, slope: bool = True) -> tuple[np.ndarray, Any]:
         """Logarithms of the odds (b, c) that the tests end without a value, and their derivatives
         (b, c, p) by theta (b, p) or None."""
         shape = (len(theta), len(self.tests))
@@ -94,10 +124,10 @@ class Model:
             own, by_own, _ = part.transformed(theta, slope, errors=False)
             odds[:, part.rows] = own
             if slope:
-                by_theta[:, part.rows] = by_own
+                by_theta[:, part.rows] = by_own  # type: ignore[index]
         return odds, by_theta
 
-    def error_correlation(self, theta):
+    def error_correlation(self, theta: np.ndarray) -> np.ndarray:
         """Correlation (n, n) of the emulators' errors between the conditions, at theta (p,)."""
         out = np.zeros((len(self.conditions),) * 2)
         for part in self._parts:

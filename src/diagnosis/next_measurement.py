@@ -1,28 +1,41 @@
 """The one further measurement that would tell the candidate models apart best, by expected
 information."""
 
+from __future__ import annotations
+
 import itertools
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from calibration.intake.quantities import levers_of
 from diagnosis.settings import lever_values
 
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from diagnosis.fit import Fit
+    from diagnosis.model import Emulated
+    from diagnosis.settings import Settings
+
+
 SAMPLES = 2000
 FRAME_INTERVALS_S = (0.005, 0.03)
 
 
-def candidates(settings, measurements):
+def candidates(
+    settings: Settings, measurements: Sequence[Measurement]
+) -> list[tuple[str, dict[str, float]]]:
     """Conditions (experiment, levers): the ends and the middle of each lever, of every experiment
     in the settings."""
     out = []
     for kind in dict.fromkeys(m.experiment for m in measurements):
         ranges = settings.experiments[kind].levers
-        points = [(lo, float(np.sqrt(lo * hi)), hi) for lo, hi in ranges.values()]
+        points = [(lo, float(np.sqrt(lo * hi)), hi) for lo, hi in ranges.values()]  # type: ignore[union-attr]  # `derived` fills it in
         framed = any("output_interval_s" in m.levers for m in measurements)
         for values in itertools.product(*points):
-            levers = {n: float(f"{v:.3g}") for n, v in zip(ranges, values, strict=True)}
-            levers = {n: min(max(v, ranges[n][0]), ranges[n][1]) for n, v in levers.items()}
+            levers = {n: float(f"{v:.3g}") for n, v in zip(ranges, values, strict=True)}  # type: ignore[arg-type]  # `derived` fills it in
+            levers = {n: min(max(v, ranges[n][0]), ranges[n][1]) for n, v in levers.items()}  # type: ignore[index]  # `derived` fills it in
             if framed and "output_interval_s" in levers_of(kind):
                 out += [(kind, levers | {"output_interval_s": t}) for t in FRAME_INTERVALS_S]
             else:
@@ -30,7 +43,13 @@ def candidates(settings, measurements):
     return out
 
 
-def propose(emulated, measurements, fits, weights, seed=0):
+def propose(
+    emulated: Emulated,
+    measurements: Sequence[Measurement],
+    fits: Mapping[tuple[str, ...], Fit],
+    weights: Mapping[tuple[str, ...], float],
+    seed: int = 0,
+) -> dict[str, Any] | None:
     """The condition with the largest mutual information between model and value, or None with fewer
     than two models.
 
@@ -87,7 +106,9 @@ def _predictive(model, fitted, conditions, noise, seed):
     return mean, np.sqrt(value.var(0) + (error**2).mean(0) + (noise * mean) ** 2)
 
 
-def information(means, sds, weight, rng):
+def information(
+    means: np.ndarray, sds: np.ndarray, weight: np.ndarray, rng: np.random.Generator
+) -> np.ndarray:
     """Mutual information [bits] (k,) between the model and the value measured at each of k
     conditions."""
     out = np.zeros(means.shape[1])

@@ -5,7 +5,11 @@ mechanism of the catalogue, numerical setting or reading, switched on in our own
 strength, brings it to the other's values; `diagnosis.compared` judges that.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +21,16 @@ from diagnosis.collision import coarse_rebounds
 from diagnosis.contacts import integrated
 from diagnosis.design import WIDENED
 from diagnosis.measurements import CONTACTS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from calibration.intake.measurements import Measurement
+    from calibration.study.factors import Choice, Factor
+    from diagnosis.catalogue import Mechanism
+    from diagnosis.model import Model
+    from diagnosis.rig import Rig
+
 
 STRENGTHS = 11
 LEAST_ROWS = 4
@@ -87,7 +101,9 @@ STEPS = np.array([0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0
 A contact of the salt has 39 steps at the first, 20 at the second, and 2.5 at the last."""
 
 
-def read_runs(path, factors, quantity=None):
+def read_runs(
+    path: str | Path, factors: Sequence[Factor | Choice], quantity: str | None = None
+) -> list[Measurement]:
     """Measurements of another code's runs, with `known` of the factors that are columns. quantity:
     which rows count, those of what the experiment measures first unless given. Raises ConfigError
     for a table with fewer than `LEAST_ROWS` runs of any experiment."""
@@ -106,12 +122,12 @@ def read_runs(path, factors, quantity=None):
     return rows
 
 
-def conventions(runs, ours):
+def conventions(runs: Sequence[Measurement], ours: np.ndarray) -> list[Cause]:
     """[`Cause`]: the ways to read one experiment's runs that are tried on our values (n,)."""
     levers = [m.levers for m in runs]
     return [
         Cause(c.name, "convention", c.unit, c.strengths,
-        np.array([c.read(ours, levers, s) for s in c.strengths]))
+        np.array([c.read(ours, levers, s) for s in c.strengths]))  # type: ignore[operator]
         for c in CONVENTIONS.get(runs[0].experiment, ())
     ]  # fmt: skip
 
@@ -128,7 +144,9 @@ def _need_parameters(runs, kind, factors):
             raise ConfigError(reason, column=f.name, value=found, allowed=allowed)
 
 
-def of_contacts(runs, rig, catalogue):
+def of_contacts(
+    runs: Sequence[Measurement], rig: Rig, catalogue: Mapping[str, Mechanism]
+) -> tuple[np.ndarray, list[Cause]]:
     """(ours (n,), [`Cause`]) of one experiment's drops or slides, integrated by the engine.
     Raises ConfigError for an experiment of many grains, and for runs without a column of one of the
     experiment's parameters."""
@@ -136,7 +154,7 @@ def of_contacts(runs, rig, catalogue):
     if kind not in CONTACTS:
         raise ConfigError("is no single contact", value=kind, allowed=" and ".join(CONTACTS))
     own = rig.settings.experiments[kind].parameters
-    _need_parameters(runs, kind, [f for f in rig.factors if f.key in own])
+    _need_parameters(runs, kind, [f for f in rig.factors if f.key in own])  # type: ignore[operator]  # `derived` fills it in
     specs = [rig.spec(m.condition, rig.settings.seed, dict(m.known)) for m in runs]
     ours = np.array([integrated(s, m) for s, m in zip(specs, runs, strict=True)])
     causes = conventions(runs, ours)
@@ -177,7 +195,9 @@ def _mechanism(mechanism, specs, runs, ours):
     return Cause(mechanism.name, "mechanism", unit, natural, np.array(values, float))
 
 
-def emulated(runs, model_of, names):
+def emulated(
+    runs: Sequence[Measurement], model_of: Callable[[tuple[str, ...]], Model], names: Iterable[str]
+) -> tuple[np.ndarray, list[Cause]]:
     """(ours (n,), [`Cause`]) of one experiment's runs by emulators.
 
     model_of: names of mechanisms -> `diagnosis.model.Model` of the runs' conditions. Raises

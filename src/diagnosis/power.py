@@ -6,8 +6,12 @@ step of a diagnosis does. The threshold of the alarm is that of data without a l
 for the law in these data is counted: it looks alike.
 """
 
+from __future__ import annotations
+
 from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +20,13 @@ from diagnosis.laws.slots import added, coordinates, scaled
 from diagnosis.table_model.curve import told_in, unit_of
 from diagnosis.table_model.selection import SPENT, blocks_of, evidences
 from diagnosis.table_model.term import LAW
+
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from diagnosis.catalogue import Mechanism
+    from diagnosis.laws.known import Known
+    from diagnosis.laws.readings import Readings
+
 
 POWER = 0.8
 REPLICATES = 99
@@ -39,7 +50,14 @@ class Effect:
     same: tuple = ()
 
 
-def power(measurements, known=None, catalogue=None, alpha=0.05, seed=0, defaults=None):
+def power(
+    measurements: Sequence[Measurement],
+    known: Callable[[Readings], dict[str, Known]] | None = None,
+    catalogue: Mapping[str, Mechanism] | None = None,
+    alpha: float = 0.05,
+    seed: int = 0,
+    defaults: Mapping[str, Mapping[str, float]] | None = None,
+) -> list[dict[str, Any]]:
     """[{experiment, law, slot, state, of, unit, detectable, share, right, taken_for}] of a plan.
 
     detectable: the weakest strength that POWER of data show, None where no strength tried is shown
@@ -147,7 +165,7 @@ def _detect(bench, effect):
     }
 
 
-def page(rows, better=()):
+def page(rows: Sequence[Mapping[str, Any]], better: Sequence[Mapping[str, Any]] = ()) -> str:
     """The rows in Markdown; better: rows of a plan at the same cost, told beside them."""
     beside = {(r["experiment"], r["law"]): r for r in better}
     lines = [

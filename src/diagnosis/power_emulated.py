@@ -6,9 +6,13 @@ its base model. Each set is judged as a diagnosis judges it: the best gain of th
 misfit against those of data without a mechanism.
 """
 
+from __future__ import annotations
+
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,10 +22,21 @@ from diagnosis.identify import NULL_STARTS, null_of, significant, simulate_data
 from diagnosis.power import LEAST_SHARE, POWER, REPLICATES
 from diagnosis.settings import BASE
 
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from diagnosis.model import Emulated
+
+
 STEPS = 9  # strengths that are tried, the weakest left out
 
 
-def power(emulated, measurements, alpha=0.05, replicates=REPLICATES, seed=0):
+def power(
+    emulated: Emulated,
+    measurements: Sequence[Measurement],
+    alpha: float = 0.05,
+    replicates: int = REPLICATES,
+    seed: int = 0,
+) -> list[dict[str, Any]]:
     """[{experiment, law, of, unit, detectable, share, right, taken_for}] of a plan, as
     `diagnosis.power.power` has them; experiment: where the mechanism shows."""
     bench = _Bench(emulated, measurements, alpha, replicates, seed)

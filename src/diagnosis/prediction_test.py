@@ -5,6 +5,11 @@ It is taken in another experiment where the cause shows there, else at a setting
 Rows with the role `hold out` decide it.
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from calibration.intake.quantities import LEVERS
@@ -15,6 +20,12 @@ from diagnosis.laws.readings import IN_AIR, from_log, readings_of, with_setting
 from diagnosis.table_model.block import Block
 from diagnosis.table_model.terms import all_terms
 
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from diagnosis.laws.engine_gain import Engine
+    from diagnosis.table_model.found import Found
+
+
 BEYOND = 2.0
 DIGITS = 3
 TYPICAL = 0.6
@@ -24,7 +35,13 @@ DECIDED = 2.0
 """Differences of squared misses, in squared errors, from which held-out rows decide."""
 
 
-def of_contacts(verdict, measurements, found, engine, held_out=()):
+def of_contacts(
+    verdict: Mapping[str, Any],
+    measurements: Sequence[Measurement],
+    found: Found,
+    engine: Engine,
+    held_out: Sequence[Measurement] = (),
+) -> dict[str, Any] | None:
     """{experiment, levers, with_cause, without_cause, sd, by, text, outcome, rows} of a verdict of
     single contacts; None where nothing was placed.
 

@@ -1,12 +1,21 @@
 """Remarks on what the settings of a table cannot tell, and its tests that ended without a value."""
 
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
 from scipy.special import expit
 
 from calibration.intake.quantities import LEVERS, QUANTITIES, levers_of
 from diagnosis.settings import BASE
 
+if TYPE_CHECKING:
+    from diagnosis.identify import Identification
+    from diagnosis.measurements import Measured
 
-def remarks(measured, counted=()):
+
+def remarks(measured: Measured, counted: Collection[str] = ()) -> list[str]:
     """Sentences, each with its lines, on what a `Measured` table cannot tell; counted: experiments
     whose tests without a value entered the fits."""
     out = []
@@ -23,7 +32,7 @@ def remarks(measured, counted=()):
     ]
 
 
-def untrained(errors):
+def untrained(errors: Sequence[Mapping[str, Any]]) -> list[str]:
     """Sentences on the mechanisms that have no emulator, in the table of the emulators' errors, as
     most of their runs gave no value: their models have no effect on the experiment."""
     out = []
@@ -38,7 +47,7 @@ def untrained(errors):
     return out
 
 
-def of_outcomes(found, extended=None):
+def of_outcomes(found: Identification, extended: str | None = None) -> list[dict[str, Any]]:
     """[{experiment, levers, tests, failed, before, after}] of the conditions whose tests ended
     without a value or with one, in an `Identification`: the chance of none by the base model, and
     by the extended one or null."""
@@ -49,8 +58,8 @@ def of_outcomes(found, extended=None):
     }
     rows = []
     for i, (experiment, levers) in enumerate(found.models[BASE].tests):
-        row = {"experiment": experiment, "levers": levers, "tests": int(found.data.tests[i])}
-        row["failed"] = int(found.data.failed[0, i])
+        row = {"experiment": experiment, "levers": levers, "tests": int(found.data.tests[i])}  # type: ignore[index]
+        row["failed"] = int(found.data.failed[0, i])  # type: ignore[index]
         row |= {k: float(chance[k][i]) if k in chance else None for k in ("before", "after")}
         rows.append(row)
     return rows

@@ -48,7 +48,7 @@ class Rig:
         shared = ["materials", "contacts", "law_parameters"]
         shared += ["geometry"] if experiment == calibrated else []
         shared += ["engine"] if experiment not in CONTACTS else []  # our own integrates those
-        spec = overlay({k: v for k, v in self.base.items() if k in shared}, own.run)
+        spec = overlay({k: v for k, v in self.base.items() if k in shared}, own.run)  # type: ignore[arg-type]  # `derived` fills it in
         spec["laws"] = dict(self.base.get("laws", {}))
         spec |= {"experiment": experiment, "seed": int(seed)}
         reference = spec["particles"].get("diameter_mm")

@@ -12,7 +12,7 @@ from dem.experiments.declare import Plain
 class Logarithm(Plain):
     """A quantity that is positive and whose spread goes with its value."""
 
-    def __init__(self, least: float):
+    def __init__(self, least: float) -> None:
         self.least = least
 
     def forward(self, value: np.ndarray, levers: Mapping[str, Any]) -> np.ndarray:

@@ -1,8 +1,11 @@
 """Settings of the diagnosis and the run spec of a condition."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -14,6 +17,14 @@ from calibration.study.factors import read_factors, refuse_choices
 from dem.errors import SpecError
 from dem.io.mapping import read_mapping
 from diagnosis.catalogue import load_catalogue
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from calibration.intake.measurements import Measurement
+    from calibration.study.factors import Factor
+    from diagnosis.catalogue import Mechanism
+
 
 BASE = "base"
 """The model without any mechanism, where one is named."""
@@ -81,7 +92,7 @@ class Experiment(_Part):
         return self
 
     @property
-    def whole(self):
+    def whole(self) -> bool:
         """Whether nothing of it is left to be derived."""
         return None not in (self.metric, self.parameters, self.levers, self.run)
 
@@ -128,12 +139,12 @@ class Settings(_Part):
         8, ge=1, le=64, description="jobs that the emulators' runs are divided into"
     )
     seed: int = Field(7, ge=0)
-    experiments: dict[Literal[tuple(QUANTITIES)], Experiment] = Field(
+    experiments: dict[Literal[tuple(QUANTITIES)], Experiment] = Field(  # type: ignore[valid-type]  # a tuple of words
         {}, description="how each experiment that was measured is simulated"
     )
 
 
-def study_settings(own):
+def study_settings(own: Mapping[str, Any]) -> Settings:
     """`Settings` of a study from its key `diagnosis`: those of the file that it names as
     `settings`, the other keys laid over them. Raises ConfigError."""
     file = own.get("settings")
@@ -143,7 +154,7 @@ def study_settings(own):
     return read_settings(file, {k: v for k, v in own.items() if k != "settings"})
 
 
-def read_settings(path, changes=None):
+def read_settings(path: str | Path | None, changes: Mapping[str, Any] | None = None) -> Settings:
     """`Settings` from a YAML file, if there is one, with the nested mapping `changes` laid over it.
     A null takes its key away. Raises ConfigError."""
     try:
@@ -159,7 +170,7 @@ def read_settings(path, changes=None):
         ) from None
 
 
-def with_gain_runs(settings, runs):
+def with_gain_runs(settings: Settings, runs: int) -> Settings:
     """`Settings` with another number of runs at each left-out setting."""
     return settings.model_copy(update={"gain_runs": runs})
 
@@ -182,15 +193,18 @@ def _without_nulls(data):
     }
 
 
-def parameters_of(settings, factors_file, experiments):
-    """Factors calibrated on any of the experiments, in the order of the factors' table."""
-    wanted = {p for e in experiments for p in settings.experiments[e].parameters}
+def parameters_of(
+    settings: Settings, factors_file: str | Path, experiments: Iterable[str]
+) -> list[Factor]:
+    """Factors calibrated on any of the experiments, in the order of the factors' table. Raises
+    ConfigError for a key that no factor sets and for a range that does not ascend."""
+    wanted = {p for e in experiments for p in settings.experiments[e].parameters}  # type: ignore[union-attr]  # `derived` fills it in
     factors = read_factors(factors_file)
     known = ", ".join(f"{f.key} ({f.name})" for f in factors)
     for part, keys in (("parameters", wanted), ("ranges", settings.ranges)):
         for key in sorted(set(keys) - {f.key for f in factors}):
             where = {"path": factors_file, "key": part, "value": key}
-            raise ConfigError("is set by no factor", **where, allowed=known)
+            raise ConfigError("is set by no factor", **where, allowed=known)  # type: ignore[arg-type]
     chosen = []
     for f in factors:
         low, high = settings.ranges.get(f.key, (f.low, f.high))
@@ -204,7 +218,7 @@ def parameters_of(settings, factors_file, experiments):
     return chosen
 
 
-def catalogue_of(settings, experiments):
+def catalogue_of(settings: Settings, experiments: Iterable[str]) -> dict[str, Mechanism]:
     """{name: Mechanism} of the catalogue and of the settings' own folder. Raises ConfigError for an
     unknown name."""
     known = load_catalogue(folder=settings.catalogue)
@@ -225,12 +239,12 @@ def catalogue_of(settings, experiments):
     return known
 
 
-def widened(settings, measurements):
+def widened(settings: Settings, measurements: Sequence[Measurement]) -> Settings:
     """The settings with the ranges of the emulated levers as wide as the measurements are."""
     experiments = dict(settings.experiments)
     for kind, own in settings.experiments.items():
         levers = {}
-        for name, (low, high) in own.levers.items():
+        for name, (low, high) in own.levers.items():  # type: ignore[union-attr]  # `derived` fills it in
             seen = [
                 m.levers[name] for m in measurements if m.experiment == kind and name in m.levers
             ]
@@ -239,7 +253,7 @@ def widened(settings, measurements):
     return settings.model_copy(update={"experiments": experiments})
 
 
-def check_levers(settings, measurements, path):
+def check_levers(settings: Settings, measurements: Sequence[Measurement], path: str | Path) -> None:
     """Raise ConfigError for the levers that were set and that the emulators hold at one value, one
     message each."""
     faults = []
@@ -247,7 +261,7 @@ def check_levers(settings, measurements, path):
         where = {"path": path, "line": m.line}
         levers = settings.experiments[m.experiment].levers
         for name, value in m.levers.items():
-            if name not in SIMULATED or name in levers:
+            if name not in SIMULATED or name in levers:  # type: ignore[operator]  # `derived` fills it in
                 continue
             fixed = _default(settings, m.experiment, name)
             allowed = "empty" if fixed is None else f"empty or {fixed:g}"
@@ -266,14 +280,16 @@ def _default(settings, experiment, lever):
     return settings.experiments[experiment].run.get(part, {}).get(name)
 
 
-def lever_values(settings, experiment, levers):
+def lever_values(
+    settings: Settings, experiment: str, levers: Mapping[str, float]
+) -> dict[str, float | None]:
     """{lever: value} of the experiment's emulated levers, defaults filled in."""
     return {
         name: levers.get(name, _default(settings, experiment, name))
-        for name in settings.experiments[experiment].levers
+        for name in settings.experiments[experiment].levers  # type: ignore[union-attr]  # `derived` fills it in
     }
 
 
-def log_span(low, high, share):
+def log_span(low: float, high: float, share: float) -> float:
     """Value at a share in [0, 1] between low and high, in logarithms."""
     return math.exp(math.log(low) + share * (math.log(high) - math.log(low)))

@@ -1,9 +1,13 @@
 """The stages of the diagnosis: each reads its input files and writes its output files."""
 
+from __future__ import annotations
+
 import shutil
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -42,8 +46,14 @@ from diagnosis.single_setting import with_single
 from diagnosis.verdict import extended_name, findings, unexplained, validate
 from diagnosis.withdrawal import withdraw_refuted
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.study.factors import Factor
+    from diagnosis.settings import Settings
 
-def plan_power(setup, source, output):
+
+def plan_power(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     """How strong a law must be for the study's table, its values guesses, to show it."""
     if not setup.of_contacts:
         emulated = setup.emulated(source.emulators)
@@ -65,7 +75,7 @@ def _write_power(output, found, more):
     write_text(power.page(found["plan"], found["better"]) + more, output.page)
 
 
-def plan_runs(setup, output):
+def plan_runs(setup: Setup, output: NamedFiles) -> None:
     """Check the measurements; write the emulators' design and plan."""
     rows, specs = plan(setup.rig, setup.catalogue, setup.emulated_kinds)
     write_json(output.design, rows)
@@ -75,12 +85,14 @@ def plan_runs(setup, output):
     print(announced(setup.settings, len(specs), written), file=sys.__stderr__)
 
 
-def emulate(setup, source, output):
+def emulate(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     """Train the emulators with the finished runs; the errors that they own to stand beside them."""
     train_all(setup.settings, setup.rig.factors, source, output)
 
 
-def train_all(settings, factors, source, output):
+def train_all(
+    settings: Settings, factors: Sequence[Factor], source: NamedFiles, output: NamedFiles
+) -> None:
     """Write the emulators that a design's finished runs train, and the table of their errors."""
     design, metrics = read_json(source.design), simulate(read_json(source.plan))
     _train(settings, factors, design, metrics, output.emulators, output.errors)
@@ -94,9 +106,9 @@ def _train(settings, factors, design, metrics, emulators_file, errors_file):
     write_json(errors_file, table)
 
 
-def plan_refinement(setup, source, output, wave):
+def plan_refinement(setup: Setup, source: NamedFiles, output: NamedFiles, wave: int) -> None:
     """Plan the runs of a wave, where emulators are too rough at the posterior mode."""
-    rows, specs, found = [], {}, []
+    rows, specs, found = [], {}, []  # type: ignore[var-annotated]
     if not setup.of_contacts:
         emulated = setup.emulated(source.emulators)
         rows, specs, found = emulator_waves.plan_wave(emulated, setup.tested, setup.rig, wave)
@@ -105,7 +117,7 @@ def plan_refinement(setup, source, output, wave):
     write_json(output.left, {"wave": wave, "runs": len(specs), "left": found})
 
 
-def refine(setup, source, output, wave):
+def refine(setup: Setup, source: NamedFiles, output: NamedFiles, wave: int) -> None:
     """Train the emulators by the runs of all waves so far; a wave without runs leaves them as they
     are."""
     if not read_json(getattr(source, f"plan_{wave}")):
@@ -120,7 +132,7 @@ def refine(setup, source, output, wave):
     _train(setup.settings, setup.rig.factors, design, simulate(specs), *files)
 
 
-def calibrate(setup, source, output):
+def calibrate(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     """Calibrate the base model on all measurements at once and show where it fails."""
     if setup.of_contacts:
         found = contacts.base(setup.measurements, setup.settings, setup.factors)
@@ -147,7 +159,7 @@ def _write_calibration(summary, output):
     common.save(figures.residual_figure(rows), output.residuals)
 
 
-def name_causes(setup, source, output):
+def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     """Name the cause, and plan the runs that measure the gain."""
     if setup.of_contacts:
         _diagnose_contacts(setup, output)
@@ -166,7 +178,7 @@ def name_causes(setup, source, output):
     verdict = with_single(as_laws(verdict, setup.lever_laws), found, measurements)
     verdict["exclusion"] = exclusion.of_mechanisms(found)
     shown = {"before": ((), found.fits[BASE])}
-    shown |= {"after": (tuple(name.split(" + ")), found.fits[name])} if name else {}
+    shown |= {"after": (tuple(name.split(" + ")), found.fits[name])} if name else {}  # type: ignore[dict-item]
     verdict["held_out"] = held_out.by_emulators(
         emulated, measurements, table.held_out, shown, found.data
     )
@@ -220,7 +232,7 @@ def _diagnose_contacts(setup, output):
     common.save(figures.ranking_figure(verdict), output.ranking)
 
 
-def conclude(setup, source, output):
+def conclude(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     """Measure the gain with the finished runs and write verdict.json, its page and figure."""
     settings, measurements = setup.settings, setup.measurements
     verdict, extension = read_json(source.findings), read_json(source.extension)
@@ -238,7 +250,7 @@ def conclude(setup, source, output):
             if setup.of_contacts
             else {(s["experiment"], s["of"]): s["sd"] for s in verdict["scatter"]}
         )
-        verdict["gain"] = gain([measurements[i] for i in own], *pair, shared=sds)
+        verdict["gain"] = gain([measurements[i] for i in own], *pair, shared=sds)  # type: ignore[arg-type, misc]
         verdict["extended_with"] = extension["mechanisms"]
     verdict = verdict if setup.of_contacts else withdraw_refuted(verdict)
     if verdict["verdict"] == "unexplained" and "discrepancy" not in verdict:
@@ -259,51 +271,51 @@ def _setup(study):
     return Setup(study, study_settings(study.config.diagnosis))
 
 
-def diagnosis_power(study, source, output):
+def diagnosis_power(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """See `plan_power`."""
     plan_power(_setup(study), source, output)
 
 
-def diagnosis_plan(study, source, output):
+def diagnosis_plan(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """See `plan_runs`."""
     plan_runs(_setup(study), output)
 
 
-def diagnosis_emulate(study, source, output):
+def diagnosis_emulate(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """See `emulate`."""
     emulate(_setup(study), source, output)
 
 
-def diagnosis_wave_1(study, source, output):
+def diagnosis_wave_1(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """See `plan_refinement`."""
     plan_refinement(_setup(study), source, output, 1)
 
 
-def diagnosis_refine_1(study, source, output):
+def diagnosis_refine_1(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """See `refine`."""
     refine(_setup(study), source, output, 1)
 
 
-def diagnosis_wave_2(study, source, output):
+def diagnosis_wave_2(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """See `plan_refinement`."""
     plan_refinement(_setup(study), source, output, 2)
 
 
-def diagnosis_refine_2(study, source, output):
+def diagnosis_refine_2(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """See `refine`."""
     refine(_setup(study), source, output, 2)
 
 
-def diagnosis_calibrate(study, source, output):
+def diagnosis_calibrate(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """See `calibrate`."""
     calibrate(_setup(study), source, output)
 
 
-def diagnosis_identify(study, source, output):
+def diagnosis_identify(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Name the cause, and plan the runs that measure the gain."""
     name_causes(_setup(study), source, output)
 
 
-def diagnose(study, source, output):
+def diagnose(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Measure the gain with the finished runs, and write the verdict."""
     conclude(_setup(study), source, output)

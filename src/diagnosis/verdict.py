@@ -1,7 +1,11 @@
 """verdict.json: what the diagnosis found, in one documented mapping."""
 
+from __future__ import annotations
+
 import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import jsonschema
 import numpy as np
@@ -14,11 +18,20 @@ from diagnosis.page.words import capital, chance
 from diagnosis.residuals import by_chance, calibration, moved, residual_rows, trends
 from diagnosis.settings import BASE
 
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from diagnosis.catalogue import Mechanism
+    from diagnosis.identify import Identification
+    from diagnosis.model import Emulated
+
+
 SCHEMA = Path(__file__).with_name("verdict.schema.json")
 RIVALS = 4
 
 
-def findings(emulated, measurements, found):
+def findings(
+    emulated: Emulated, measurements: Sequence[Measurement], found: Identification
+) -> dict[str, Any]:
     """The mapping without its gain, of an `Identification`."""
     base = found.fits[BASE]
     drawn = by_chance(measurements, found.data.error[0], base.sd[0])
@@ -47,7 +60,7 @@ def findings(emulated, measurements, found):
     }
     if found.verdict == "unexplained":
         ranges = {k: e.levers for k, e in emulated.settings.experiments.items()}
-        out |= unexplained(rows, ranges)
+        out |= unexplained(rows, ranges)  # type: ignore[arg-type]  # `derived` fills it in
     winner = extended_name(found)
     likeliest = found.fits[winner or BASE]
     out["scatter"] = shared_errors.scatter(likeliest.shared_errors(found.data))
@@ -66,7 +79,9 @@ def findings(emulated, measurements, found):
     return out
 
 
-def laws_of(found, catalogue, kinds):
+def laws_of(
+    found: Identification, catalogue: Mapping[str, Mechanism], kinds: Sequence[str]
+) -> list[dict[str, Any]]:
     """[{experiment, slot, state, names, ...}] of the causes of an `Identification`: one for each
     cause that is named; of a place that is known one with all names; of an ambiguous one the best,
     the others being its rivals."""
@@ -118,7 +133,9 @@ def _told(slot, found):
     )
 
 
-def unexplained(rows, ranges=None):
+def unexplained(
+    rows: Sequence[Mapping[str, Any]], ranges: Mapping[str, Mapping[str, Any]] | None = None
+) -> dict[str, Any]:
     """What stands in a verdict that explains nothing: the discrepancy over the levers, and the
     setting where it is least known."""
     asked = discrepancy.least_known(rows, ranges)
@@ -127,7 +144,7 @@ def unexplained(rows, ranges=None):
     )
 
 
-def extended_name(found):
+def extended_name(found: Identification) -> str | None:
     """Name of the model to extend to: the causes where identified, the best of them where
     ambiguous, else None."""
     if found.verdict == "identified":
@@ -159,6 +176,6 @@ def _next(emulated, measurements, found):
     )
 
 
-def validate(verdict):
+def validate(verdict: Mapping[str, Any]) -> None:
     """Raise jsonschema.ValidationError where the mapping does not follow verdict.schema.json."""
     jsonschema.validate(verdict, json.loads(SCHEMA.read_text()))

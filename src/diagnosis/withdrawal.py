@@ -3,6 +3,8 @@
 A mechanism can win the comparison and still be wrong: it was only the best of those tried.
 """
 
+from typing import Any
+
 from calibration.figures import label
 
 FIT = 3.0
@@ -11,7 +13,7 @@ FIT = 3.0
 NAMING = ("identified", "discovered", "ambiguous")
 
 
-def withdraw_refuted(verdict):
+def withdraw_refuted(verdict: dict[str, Any]) -> dict[str, Any]:
     """The mapping of verdict.json after the engine's runs.
 
     Of single contacts a name is withdrawn where the interval of its gain lies below zero, or where

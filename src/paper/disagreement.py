@@ -6,8 +6,12 @@ switched on in the integrated contact, in the reading, or in runs of the engine 
 table (`config/disagreement.yaml`).
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -31,6 +35,14 @@ from paper.reproduction.measured import simulated_sd
 from paper.reproduction.study import Study
 from paper.stages import SIMULATED
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study as CalibratedStudy
+    from calibration.intake.measurements import Measurement
+    from diagnosis.other_code import Cause
+    from diagnosis.switched_causes import Switched
+
+
 TABLES = {
     # table: experiment, its file, the column of its values
     "Table 6": ("heap", "table06_plackett_burman", "angle_deg"),
@@ -46,7 +58,7 @@ OURS = ("screening", "ascent", "response_surface")
 """Stages whose runs are our side of the heaps."""
 
 
-def runs_table(paper, name, fixed):
+def runs_table(paper: Paper, name: str, fixed: Mapping[str, float | str]) -> pd.DataFrame:
     """A table of the paper in the form of `diagnosis.other_code.read_runs`; fixed: {factor: level}
     of what the table itself does not vary."""
     experiment, file, column = TABLES[name]
@@ -55,7 +67,7 @@ def runs_table(paper, name, fixed):
     lever, scalar = LEVERS.get(experiment, (None, None))
     q = QUANTITIES[experiment]
     head = {"experiment": experiment, "quantity": q.name, "unit": q.unit}
-    levers = {lever: paper.value(scalar)} if lever else {}
+    levers = {lever: paper.value(scalar)} if lever else {}  # type: ignore[arg-type]
     return points.assign(**head, **levers, **rest)
 
 
@@ -83,7 +95,9 @@ def _natural(coded, low, high):
     return np.round(0.5 * (low + high) + 0.5 * coded * (high - low), 9)
 
 
-def our_values(runs, studies, fixed):
+def our_values(
+    runs: Sequence[Measurement], studies: Sequence[Study], fixed: Mapping[str, float | str]
+) -> np.ndarray:
     """(n,) our responses at the parameters of runs, means over seeds, from the studies' tables; NaN
     where no run of ours gave a value. Raises CalibrationError where a row has no run of ours, or
     none has a value."""
@@ -112,7 +126,9 @@ def _at(known, tables, fixed):
     return None
 
 
-def spec_of(study):
+def spec_of(
+    study: CalibratedStudy,
+) -> Callable[[Measurement, dict[str, float], dict[str, Any]], dict[str, Any]]:
     """(`Measurement`, {factor: value}, keys laid over) -> run spec of the study's own experiment or
     of its bench test."""
     keys, config = {f.name: f.key for f in study.factors}, study.config
@@ -130,10 +146,10 @@ def spec_of(study):
     return made
 
 
-def plan_disagreement(study, source, output):
+def plan_disagreement(study: CalibratedStudy, source: NamedFiles, output: NamedFiles) -> None:
     """Write the paper's tables as tables of runs, and plan every cause at each of their rows."""
     paper, causes = Paper(Path(source.tables[0]).parent), read_switched(source.causes)
-    rows, specs = [], {}
+    rows, specs = [], {}  # type: ignore[var-annotated]
     for name, file in zip(TABLES, SIMULATED, strict=True):
         path = getattr(output, file)
         write_table(runs_table(paper, name, study.config.fixed), path)
@@ -143,7 +159,7 @@ def plan_disagreement(study, source, output):
     write_plan(Path(output.plan).parent, pd.DataFrame(rows), specs)
 
 
-def disagreement(study, source, output):
+def disagreement(study: CalibratedStudy, source: NamedFiles, output: NamedFiles) -> None:
     """Say of each table what differs, or that none of the causes tried explains it."""
     paper, causes = Paper(Path(source.tables[0]).parent), read_switched(source.causes)
     studies = [Study(study.folder), *(Study(Path(p).parents[1]) for p in source.beside)]
@@ -157,7 +173,15 @@ def disagreement(study, source, output):
     write_text(page(found), output.page)
 
 
-def of_table(study, paper, runs, studies, rows, causes, metrics):
+def of_table(
+    study: CalibratedStudy,
+    paper: Paper,
+    runs: list[Measurement],
+    studies: Sequence[Study],
+    rows: list[dict[str, Any]],
+    causes: Mapping[str, Mapping[str, Switched]],
+    metrics: Mapping[str, dict[str, float] | None],
+) -> dict[str, Any]:
     """What `judged` says of one table: heaps beside the studies' runs, slides and drops beside
     integrated contacts."""
     kind, apart, lost = runs[0].experiment, None, []
@@ -176,7 +200,7 @@ def of_table(study, paper, runs, studies, rows, causes, metrics):
     return found | {"ours_without_value": lost}
 
 
-def spreads_of(paper, causes, folder):
+def spreads_of(paper: Paper, causes: Mapping[str, Switched], folder: Path) -> dict[str, float]:
     """{cause: standard deviation [deg] of the difference of two heaps, theirs and the mean of the
     cause's own}, of the causes whose rig has a study in `folder` that tells its scatter."""
     found = {}
@@ -195,7 +219,16 @@ def _with_value(runs, ours, rows):
     return kept, ours[has], [r for i, r in enumerate(rows) if has[i % len(has)]]
 
 
-def judged(runs, ours, known, apart, rows, causes, metrics, spreads=None):
+def judged(
+    runs: Sequence[Measurement],
+    ours: np.ndarray,
+    known: list[Cause],
+    apart: float | None,
+    rows: Sequence[dict[str, Any]],
+    causes: Mapping[str, Switched],
+    metrics: Mapping[str, dict[str, float] | None],
+    spreads: Mapping[str, float] | None = None,
+) -> dict[str, Any]:
     """What `diagnosis.compared.compare` says of runs beside ours (n,), with the values of each
     row.
 
@@ -227,7 +260,7 @@ def _contacts(study, kind):
     return Rig(settings, study.config.run, factors), catalogue_of(settings, [kind])
 
 
-def page(found):
+def page(found: Mapping[str, Mapping[str, Any]]) -> str:
     """Markdown: a sentence and a ranking for each table."""
     lines = ["# Two simulations that disagree: the paper's tables and our runs", ""]
     for name, one in found.items():

@@ -3,7 +3,7 @@
 from calibration.figures import label
 
 
-def said(name):
+def said(name: str) -> str:
     """A factor's name in words, as it stands behind "effect of": "rolling friction, salt on
     steel"."""
     words = label(name)

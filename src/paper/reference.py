@@ -5,8 +5,10 @@ python -m paper.reference results/salt
 """
 
 import sys
+from collections.abc import Sequence
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -46,7 +48,9 @@ POURED = ("screening", "candidate_first", "candidate", "validation")
 ASCENT_ITEM, PRINTED_ASCENT = "Table 10", "table10_steepest_ascent.csv"
 
 
-def block(table, link, ascent=None):
+def block(
+    table: pd.DataFrame, link: str, ascent: tuple[Sequence[float], Sequence[float]] | None = None
+) -> str:
     """Markdown: the rows of the reproduction table that matter most, the counts of all rows, and
     the `link` to them.
 
@@ -76,7 +80,7 @@ def block(table, link, ascent=None):
     )
 
 
-def short_block(table, study, measured):
+def short_block(table: pd.DataFrame, study: str, measured: float) -> str:
     """Markdown for the README: the six rows of `SHORT`, with intervals; measured: mean [°]."""
     head = ("", "paper (EDEM)", "this project", "difference, 90 %", "verdict")
     lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
@@ -91,7 +95,7 @@ def short_block(table, study, measured):
     return "\n".join(lines)
 
 
-def verdict_of(row, reason=""):
+def verdict_of(row: Any, reason: str = "") -> str:
     """A row's verdict, with the number of further runs that would decide it, or why none would."""
     if row.agreement == UNDECIDED and not pd.isna(row.more_runs):
         return f"{UNDECIDED}: {int(row.more_runs)} more runs"
@@ -100,7 +104,9 @@ def verdict_of(row, reason=""):
     return row.agreement
 
 
-def ascents(study, paper="data/paper"):
+def ascents(
+    study: str | Path, paper: str | Path = "data/paper"
+) -> tuple[list[float], list[float]] | None:
     """(printed angles, a study's angles) [deg] along the steepest ascents, or None where one of
     them is missing."""
     ours, printed = Path(study) / "ascent" / "ascent.json", Path(paper) / PRINTED_ASCENT
@@ -134,7 +140,7 @@ def _judged(row):
     return f"{apart} ({low} to {high})", f"{row.margin:.{digits}g}"
 
 
-def funnels(study):
+def funnels(study: str | Path) -> pd.DataFrame:
     """Table of a study's heaps: stage, run_id, angle of repose [°] and the most grains that stood
     in the funnel at once; empty where a run gave no value. A run of two stages counts once."""
     designs = {s: Path(study) / s / "design.csv" for s in POURED}
@@ -143,7 +149,7 @@ def funnels(study):
     return table.assign(**{m: read_values(table["run_id"], m) for m in (METRIC, "hold_up")})
 
 
-def main(study):
+def main(study: str | Path) -> None:
     """Keep the study's results and put its reproduction table into the README. Raises
     CalibrationError without one."""
     if not (Path(study) / TABLE).is_file():
@@ -162,7 +168,7 @@ def main(study):
         put(PAGE, told(target))
 
 
-def blocks(kept):
+def blocks(kept: str | Path) -> dict[Path, str]:
     """{page: Markdown between its marks} of the README and the results page, from kept results."""
     kept = Path(kept)
     table = read_written(kept / TABLE, dtype={"paper": str})
@@ -173,7 +179,7 @@ def blocks(kept):
     }
 
 
-def told(kept):
+def told(kept: str | Path) -> str:
     """Markdown: what each stage of a kept study found, and of those that are told beside it."""
     kept, settings = Path(kept), read_reproduction(SETTINGS)
     others = (given.get(kept.name, ()) for given in (settings.beside, settings.rigs))

@@ -8,8 +8,10 @@ are not made again.
 """
 
 import sys
+from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -41,7 +43,7 @@ ALLOWED = 0.5
 `SPEEDS`."""
 
 
-def specs(study):
+def specs(study: Study) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
     """Yield (row of the table, run spec) of every run, the points one after the other."""
     keys = {f.name: f.key for f in study.factors}
     for point, (levels, seeds) in POINTS.items():
@@ -55,7 +57,7 @@ def specs(study):
                     yield row, point_spec(base, "heap", values, seed)
 
 
-def readings(position, radius, plate_radius):
+def readings(position: np.ndarray, radius: np.ndarray, plate_radius: float) -> dict[str, float]:
     """{reading: angle [°]} of a heap that lies still, by one flank of the first silhouette and by a
     protractor on both: the arm through the outline at 80 and 20 % of its height.
 
@@ -76,7 +78,7 @@ def readings(position, radius, plate_radius):
     return {"one_flank_deg": float(flanks[0]), "protractor_deg": float(np.mean(laid))}
 
 
-def steps(table):
+def steps(table: pd.DataFrame) -> pd.DataFrame:
     """Table: what each reading changes by [°] from one injection speed to the next, where both have
     two runs or more: point, rate, from, to, readings."""
     rows = []
@@ -91,7 +93,7 @@ def steps(table):
     return pd.DataFrame(rows)
 
 
-def judged(table):
+def judged(table: pd.DataFrame) -> pd.DataFrame:
     """Table of the rigs by the plan's rule: rate, speed, least and most grains in a funnel at once,
     one_kind (all runs have a value, and these differ by less than TWO_KINDS), moves (the largest
     change of a reading to the next speed at any point [°], NaN at the last speed, which has none)
@@ -109,7 +111,7 @@ def judged(table):
     return pd.DataFrame(rows)
 
 
-def chosen(rigs):
+def chosen(rigs: pd.DataFrame) -> tuple[int, float]:
     """(rate, speed) by the plan's rule, of a table as of `judged`: the printed rate at its least
     well-posed speed, else the other rate at its, else the rig with one kind of heap that moves
     least."""
@@ -121,7 +123,7 @@ def chosen(rigs):
     return int(row["rate"]), float(row["speed"])
 
 
-def main(out, config="config"):
+def main(out: str | Path, config: str | Path = "config") -> None:
     """Make what is missing of the runs and write OUT/runs.csv."""
     study, rows = Study(config), []
     plate = 0.5e-3 * study.config.run["geometry"]["plate_diameter_mm"]

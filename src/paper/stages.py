@@ -1,9 +1,16 @@
 """The stages that concern the paper alone, for a study that names one of them in its
 supplements."""
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from calibration.study.stages import Plan, Stage
+
+if TYPE_CHECKING:
+    from calibration.chain.study import Study
+
 
 TABLES = Path("data/paper")
 SETTINGS = "config/reproduction.yaml"
@@ -12,12 +19,12 @@ SIMULATED = ("table_6", "table_8", "table_9", "table_10", "table_11")
 """The paper's tables of simulated values, as tables of another code's runs."""
 
 
-def tables(study):
+def tables(study: Study) -> list[str]:
     """The paper's printed tables."""
     return sorted(str(path) for path in TABLES.glob("*.csv"))
 
 
-def beside(study):
+def beside(study: Study) -> list[str]:
     """The validations of the further studies that count beside this one, where they have been
     run."""
     from paper.reproduction.settings import read_reproduction
@@ -27,7 +34,7 @@ def beside(study):
     return [str(path) for path in paths if path.exists()]
 
 
-def repeats(study):
+def repeats(study: Study) -> list[str]:
     """The screenings of the same study at other seeds, where they have been run."""
     from paper.reproduction.settings import read_reproduction
 

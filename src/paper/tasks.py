@@ -1,17 +1,24 @@
 """The audit and the reproduction as the workflow calls them."""
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from paper.audit import run_audit, write_audit
 from paper.reproduction import reproduce, write_reproduction
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
 
-def audit(study, source, output):
+
+def audit(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Recompute every printed figure of the paper."""
     write_audit(run_audit(Path(source.tables[0]).parent), output.table, output.page)
 
 
-def reproduction(study, source, output):
+def reproduction(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Set every table and equation of the paper beside this study's values, and those of the
     studies beside it."""
     others = [Path(path).parents[1] for path in source.beside]

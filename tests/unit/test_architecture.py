@@ -1,8 +1,6 @@
 """The page of the architecture names what there is, and the packages are the ones it says."""
 
-import ast
 import importlib.util
-import re
 import tomllib
 from pathlib import Path
 
@@ -46,42 +44,3 @@ def test_the_calibration_has_few_names_and_the_contract_knows_them_all():
     [layers] = [c["layers"] for c in contracts if c.get("containers") == ["calibration"]]
     assert {name for layer in layers for name in layer.split(" | ")} == top
     assert set(EVERY.CALIBRATION) == {p.name for p in EVERY.names("calibration") if p.is_dir()}
-
-
-COMPILED = {"law", "_leaf", "njit", "inlined", "intrinsic", "overload"}
-"""Decorators of what numba compiles, for floats and lanes alike: such functions have no types."""
-
-
-def is_compiled(function):
-    """Whether numba compiles a function or takes it as its own."""
-    words = {re.split(r"[.(]", ast.unparse(d))[0] for d in function.decorator_list}
-    return bool(COMPILED & words)
-
-
-def public_functions(path):
-    """Public functions and methods of a module that Python calls, as syntax."""
-    tree = ast.parse(path.read_text("utf-8"))
-    holders = [tree, *(n for n in tree.body if isinstance(n, ast.ClassDef))]
-    for node in (n for holder in holders for n in holder.body):
-        if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
-            if not is_compiled(node):
-                yield node
-
-
-def checked_files():
-    """The modules that the type checker looks at, by pyproject.toml."""
-    mypy = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["mypy"]
-    found, left_out = [ROOT / place for place in mypy["files"]], mypy["exclude"]
-    every = sorted(p for f in found for p in (f.rglob("*.py") if f.is_dir() else [f]))
-    return [p for p in every if not any(place in p.as_posix() for place in left_out)]
-
-
-@pytest.mark.parametrize("path", checked_files(), ids=lambda p: p.relative_to(ROOT).as_posix())
-def test_public_functions_of_a_checked_package_have_types(path):
-    for function in public_functions(path):
-        arguments = [*function.args.args, *function.args.kwonlyargs]
-        untyped = [
-            a.arg for a in arguments if a.annotation is None and a.arg not in ("self", "cls")
-        ]
-        assert not untyped, function.name
-        assert function.returns is not None, function.name

@@ -1,6 +1,10 @@
 """Steepest ascent: the region to look at closely."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from calibration import figures
 from calibration.chain.responses import (
@@ -19,8 +23,13 @@ from calibration.study.config import read_target
 from calibration.study.factors import read_factors
 from dem.io.files import write_json
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.figures import Response
 
-def plan_ascent(study, source, output):
+
+def plan_ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the path. It is the configured one if that covers all factors, else it follows the
     effects on the first target. All targets decide which of its points comes nearest."""
     config, factors, screening = study.config, study.factors, read_json(source.screening)
@@ -41,7 +50,7 @@ def _chosen(factors, names):
     return [next(f for f in factors if f.name == n) for n in names]
 
 
-def ascent(study, source, output):
+def ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """The path's results and the point nearest to what is wanted, which becomes the region's
     centre."""
     config = study.config
@@ -70,7 +79,7 @@ def ascent(study, source, output):
     )
 
 
-def sentences(summary, response):
+def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
     path = ", ".join(response.value(v) for v in summary["responses"])
     named = ", ".join(map(figures.label, summary.get("centre_named", ())))

@@ -1,12 +1,18 @@
 """Files that several stages read or write."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from calibration.files import read_json
 from calibration.study.config import Config
 from calibration.study.factors import Factor
+
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.study.config.schema import FurtherTarget
 
 
 def read_region(path: str | Path) -> list[Factor]:
@@ -16,7 +22,7 @@ def read_region(path: str | Path) -> list[Factor]:
     return [Factor(**f) for f in (content["region"] if "region" in content else content)]
 
 
-def further_files(config: Config, output: Any) -> Iterable[tuple[Any, str, str]]:
+def further_files(config: Config, output: NamedFiles) -> Iterable[tuple[FurtherTarget, str, str]]:
     """(target, file, figure) of each further target; nothing with one target."""
     if not config.further_targets:
         return ()

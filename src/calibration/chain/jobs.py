@@ -1,10 +1,14 @@
 """What every script of the workflow needs: its log, and the call of its function."""
 
+from __future__ import annotations
+
 import os
 import sys
 import traceback
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from calibration.chain.study import Study
 from calibration.errors import CalibrationError, in_words, of_the_machine
@@ -15,9 +19,12 @@ from calibration.study.config import Config, with_engine
 from calibration.study.stages import resolve
 from dem.errors import DemError
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import Job
+
 
 @contextmanager
-def logged(log):
+def logged(log: str | Path) -> Iterator[None]:
     """Send what a stage prints to its log; an error of ours, or a refusal of the machine, ends the
     job with one line there and on the screen."""
     Path(log).parent.mkdir(parents=True, exist_ok=True)
@@ -36,13 +43,13 @@ def logged(log):
             raise
 
 
-def study_of(data):
+def study_of(data: Mapping[str, Any]) -> Study:
     """The study of already checked settings (a mapping). Raises ConfigError where its engine's
     program is missing."""
     return Study(with_engine(Config.model_validate(data)))
 
 
-def work_for(config):
+def work_for(config: Mapping[str, Any]) -> Study:
     """Let this process work for the study of a checked configuration (a mapping); returns the
     study."""
     study = study_of(config)
@@ -51,7 +58,7 @@ def work_for(config):
     return study
 
 
-def run_task(job):
+def run_task(job: Job) -> None:
     """Do what a rule declares: call its function with the study, its inputs and its outputs.
 
     job: what snakemake hands to a script; its parameters name the function, the sections of the
@@ -64,7 +71,7 @@ def run_task(job):
         leave_record(job, study)
 
 
-def leave_record(job, study):
+def leave_record(job: Job, study: Study) -> None:
     """Write down what a job has left, see `calibration.runs.records`; not in a storage, whose local
     copies another machine may have made."""
     if "RESULTS_ARE_STORED" not in os.environ:  # set by workflow/rules/storage.smk

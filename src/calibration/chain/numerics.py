@@ -1,7 +1,10 @@
 """What the numerical choices cost: the same points with other resolutions, time steps, moduli and
 rolling laws."""
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -14,8 +17,12 @@ from calibration.intake.tables import read_written
 from calibration.runs.plans import read_values, together, write_plan
 from calibration.study.config import overlay
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
 
-def plan_numerics(study, source, output):
+
+def plan_numerics(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan every variant at every point with every seed."""
     wanted = yaml.safe_load(Path(source.variants).read_text())
     parts = []
@@ -30,7 +37,7 @@ def plan_numerics(study, source, output):
     write_plan(Path(output.plan).parent, *together(parts))
 
 
-def compare_variants(design, metric):
+def compare_variants(design: pd.DataFrame, metric: str) -> pd.DataFrame:
     """Table: variant, against, point, n (runs with a value), without_value (runs without), mean,
     sd, difference, low, high (95 % Welch interval), within_seed_spread. What too few values tell is
     NaN."""
@@ -59,7 +66,7 @@ def _difference(ours, theirs):
     return row | {"within_seed_spread": bool(abs(difference) < spread)}
 
 
-def numerics(study, source, output):
+def numerics(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Write the table of differences and its figure."""
     metric = study.config.target.metric
     table = compare_variants(read_written(source.design), metric).round(3)

@@ -1,8 +1,12 @@
 """Optimum: the candidate of the response surface alone, and the optimum with the runs there
 added."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -22,10 +26,17 @@ from calibration.study.factors import Factor
 from calibration.study.physical_limits import inside, physical_range
 from dem.io.files import write_json
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.figures import Response
+    from calibration.study.config import Config
+
+
 OUTLIER_REPEATS = 2
 
 
-def plan_candidate_first(study, source, output):
+def plan_candidate_first(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the first runs at the candidate that the response surface alone gives, and repeats of
     the surface's outliers.
 
@@ -37,7 +48,7 @@ def plan_candidate_first(study, source, output):
     write_plan(Path(output.plan).parent, *study.plan(rows))
 
 
-def plan_candidate(study, source, output):
+def plan_candidate(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """The design of all runs at the candidate, and the plan of those that the first ones, finished
     by now, ask for. A region that moved asks for none; it is recorded beside the design."""
     config, found = study.config, read_json(source.optimum)
@@ -75,7 +86,9 @@ def _count(rules, responses):
     return min(needed + len(responses) - len(values), rules.candidate_at_most)
 
 
-def augmented_runs(config, runs_file, region, candidate_file):
+def augmented_runs(
+    config: Config, runs_file: str | Path, region: Sequence[Factor], candidate_file: str | Path
+) -> pd.DataFrame:
     """The response surface's runs and those at the candidate, in the same columns and in the levels
     of `region`. Of a region that moved, only the runs that lie in it."""
     candidate = with_responses(read_written(candidate_file), config)
@@ -255,17 +268,17 @@ def _write_points(points, region, path):
 # as the workflow calls them
 
 
-def candidate(study, source, output):
+def candidate(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """The optimum of the response surface alone."""
     _optimise(study.config, source.runs, source.region, output)
 
 
-def optimise(study, source, output):
+def optimise(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """The optimum of the surface that is fitted to the runs at the candidate as well."""
     _optimise(study.config, source.runs, source.region, output, source.candidate)
 
 
-def sentences(summary, response):
+def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """The runs at the candidate, the chosen point, and how far the points reach that give the
     target as well."""
     texts = _of_candidate(summary["candidate"], response) if "candidate" in summary else []

@@ -1,6 +1,10 @@
 """Posterior: the parameters as a distribution, from all runs of the chain near the optimum and the
 measured values."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pandas as pd
 
@@ -25,13 +29,18 @@ from calibration.study.config import is_measured, read_target
 from dem.experiments import experiments
 from dem.io.files import write_json
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+
+
 TRAINED_WITHIN = 1.5
 """Coded distance from the region's centre of the runs that train: a process learns a region better
 than its outskirts."""
 LEVEL = 0.95
 
 
-def posterior(study, source, output):
+def posterior(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Sample the posterior over the region's box, and say which factors matter there and what to
     measure next.
 

@@ -1,12 +1,21 @@
 """What the posterior says, in sentences."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
 from calibration.figures import label, response_of
+
+if TYPE_CHECKING:
+    from calibration.figures import Response
+
 
 TOGETHER = 0.4  # correlation from which on two parameters are said to go together
 TELLS = 0.9  # of today's standard deviation: a measurement that leaves more tells little
 
 
-def sentences(summary, response):
+def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
     return [
         s
@@ -23,9 +32,9 @@ def sentences(summary, response):
     ]
 
 
-def known(summary):
+def known(summary: Mapping[str, Any]) -> str:
     """Which parameters the measurements bound, and which stay as open as the region."""
-    bounded, left = [], []
+    bounded, left = [], []  # type: list[str], list[str]
     for name, p in summary["parameters"].items():
         ends = p["interval"] if p["bounded"] else summary["box"][name]
         text = f"{label(name)} {ends[0]:.3g} to {ends[1]:.3g}"
@@ -77,7 +86,7 @@ def _without_value(summary):
     )
 
 
-def following(summary, response):
+def following(summary: Mapping[str, Any], response: Response) -> str:
     """The measurement that is expected to tell most, and what it leaves of the parameters."""
     rows = summary["next_experiment"]
     if not rows:

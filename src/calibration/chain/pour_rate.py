@@ -4,7 +4,11 @@ The same heap is poured at each rate, and out of a funnel that is filled and the
 rate that the orifice passes, the funnel packs in some runs and not in others.
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -22,24 +26,30 @@ from dem.grains import grain_volume
 from dem.io.files import write_json
 from dem.spec import parse_spec
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.figures import Response
+
+
 OPENED = "opened"
 LEVEL = 0.95
 
 
-def plan_pour_rate(study, source, output):
+def plan_pour_rate(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan heaps at the optimum at each rate, and out of the opened funnel where that is asked."""
     config, optimum = study.config, read_json(source.optimum)["optimum"]
     rules, parts = config.pour_rate, []
-    rigs = [(f"{rate:g}", {"generation_rate_per_s": rate}) for rate in rules.rates_per_s]
-    if rules.opened is not None:
-        rigs.append((OPENED, {"feed": "opened"} | rules.opened))
+    rigs = [(f"{rate:g}", {"generation_rate_per_s": rate}) for rate in rules.rates_per_s]  # type: ignore[union-attr]  # the stage has its section
+    if rules.opened is not None:  # type: ignore[union-attr]  # the stage has its section
+        rigs.append((OPENED, {"feed": "opened"} | rules.opened))  # type: ignore[union-attr]  # the stage has its section
     for rig, geometry in rigs:
-        design = pd.DataFrame([{"rig": rig} | optimum] * rules.heaps)
+        design = pd.DataFrame([{"rig": rig} | optimum] * rules.heaps)  # type: ignore[union-attr]  # the stage has its section
         parts.append(study.plan(design, run=overlay(config.run, {"geometry": geometry})))
     write_plan(Path(output.plan).parent, *together(parts))
 
 
-def pour_rate(study, source, output):
+def pour_rate(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Mean, interval and hold-up of each rig, and what the capacity of the orifice is. Raises
     CalibrationError where no rig has two heaps with a value."""
     config = study.config
@@ -87,7 +97,7 @@ def _row(rig, heaps):
     }
 
 
-def sentences(summary, response):
+def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
     rained = [row for row in summary["rigs"] if row["rig"] != OPENED]
     said = [_range(rained, summary, response)] if len(rained) > 1 else []

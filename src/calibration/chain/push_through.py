@@ -5,7 +5,11 @@ times. The scatter of its metrics from draw to draw is what the freedom of the p
 there.
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -26,11 +30,18 @@ from dem.experiments import experiments
 from dem.io.files import write_json
 from dem.spec import parse_spec
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.figures import Response
+    from calibration.study.config.schema import PushConfig
+
+
 ALPHA = 0.05
 """Chance, over all parameters, at which one is said to decide a metric that none decides."""
 
 
-def plan_push_through(study, source, output):
+def plan_push_through(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the machines: `draws` rows of the posterior, evenly through its table, each `replicates`
     times; every run has a seed of its own."""
     config, parts = study.config, []
@@ -47,7 +58,7 @@ def plan_push_through(study, source, output):
     write_plan(Path(output.plan).parent, *together(parts))
 
 
-def push_through(study, source, output):
+def push_through(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """The distribution of each metric of each machine. Writes the outputs that the stage
     declares."""
     config = study.config
@@ -68,7 +79,7 @@ def push_through(study, source, output):
     figures.save(figures.pushed_through(drawn), output.figure)
 
 
-def metrics_of(machine):
+def metrics_of(machine: PushConfig) -> Sequence[str]:
     """The metrics that are reported of a machine."""
     return machine.metrics or experiments()[machine.experiment].targets
 
@@ -136,7 +147,7 @@ def _measured(config, machine, metric):
         return None  # measured at other settings, or as several means
 
 
-def sentences(summary, response):
+def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
     return [_sentence(row) for row in summary["metrics"]]
 

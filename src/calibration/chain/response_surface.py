@@ -1,7 +1,11 @@
 """Response surface: a quadratic model of the region."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from calibration import figures
 from calibration.chain.files import further_files, read_region
@@ -22,8 +26,13 @@ from calibration.statistics.surface import (
 from calibration.study.physical_limits import inside, physical_range
 from dem.io.files import write_json
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.figures import Response
 
-def plan_response_surface(study, source, output):
+
+def plan_response_surface(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the Box-Behnken design around the ascent's centre, or the configured one, and record its
     region."""
     config, factors, ascent = study.config, study.factors, read_json(source.ascent)
@@ -51,10 +60,11 @@ def _around(factor, centre, config):
     return replace(factor, low=round(centre - half, 9), high=round(centre + half, 9))
 
 
-def response_surface(study, source, output):
+def response_surface(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Quadratic model, ANOVA, diagnostics and plots. Runs without a response are left out and
     named. Runs beyond the outlier limit are named, and the fit without them stands beside the fit
-    of all runs."""
+    of all runs. Raises CalibrationError where a model cannot be fitted, naming the further target
+    that it is of."""
     config = study.config
     region = read_region(source.region)
     every = with_responses(read_written(source.design), config)
@@ -139,7 +149,7 @@ def _ridge(surface, region):
     return rows
 
 
-def sentences(summary, response):
+def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
     s, p = summary["statistics"], summary.get("blocks_p")
     word = "No difference of the blocks is shown" if p is None or p >= 0.05 else "The blocks differ"

@@ -1,7 +1,11 @@
 """Screening: which factors matter."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,8 +36,15 @@ from calibration.statistics.two_level import alias_groups
 from calibration.study.factors import Choice, read_factors
 from dem.io.files import write_json
 
+if TYPE_CHECKING:
+    import pandas as pd
 
-def plan_screening(study, source, output):
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.figures import Response
+
+
+def plan_screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the design: the configured table of coded levels, or a generated one."""
     config = study.config
     rules = config.screening
@@ -41,7 +52,7 @@ def plan_screening(study, source, output):
     write_plan(Path(output.plan).parent, *planned)
 
 
-def screening(study, source, output):
+def screening(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Effects, ANOVA and charts; writes the names of the factors that go on, largest effect first,
     and why each does.
 
@@ -105,7 +116,7 @@ def _aliased(factors, runs):
     return [" = ".join("".join(member) for member in group) for group in groups if len(group) > 1]
 
 
-def aliasing(runs, codes):
+def aliasing(runs: pd.DataFrame, codes: list[str]) -> dict[str, Any]:
     """What the runs of a screening do not tell apart, for JSON.
 
     aliases: {code: {pair: share}} of the interactions that each main effect carries; vif: the
@@ -184,7 +195,7 @@ def _write_further(result, names, target, alpha, path, figure):
     figures.save(figures.pareto(effects, *limits, figures.response_of(target.metric)), figure)
 
 
-def sentences(summary, response):
+def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
     every = summary.get("p_of_all_targets")
     found = _effects_in_words(summary, response)

@@ -4,14 +4,28 @@ The workflow hands one to each stage, narrowed to the sections of the configurat
 declares; in Python `Study("wheat")` opens one from its folder.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.study.config import Config, goals, is_measured, read_target
 from calibration.study.factors import read_factors
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas as pd
+
+    from calibration.statistics.goals import Goal
+    from calibration.statistics.stated import Stated
+    from calibration.study.config.schema import Target
+    from calibration.study.factors import Choice, Factor
+
 
 ALWAYS = ("name", "results")  # where a study's files are; it decides none of their content
 
@@ -23,7 +37,7 @@ class UndeclaredError(CalibrationError):
 class Sections:
     """Those sections of a `Config` that a stage declares; another one raises UndeclaredError."""
 
-    def __init__(self, config, names):
+    def __init__(self, config: Config, names: Iterable[str]) -> None:
         self._config, self._names = config, tuple(names)
 
     def __getattr__(self, key):
@@ -31,7 +45,7 @@ class Sections:
             raise UndeclaredError(f"the stage reads {key}, but declares {', '.join(self._names)}")
         return getattr(self._config, key)
 
-    def model_copy(self, update):
+    def model_copy(self, update: Mapping[str, Any]) -> Sections:
         """A copy with some sections changed."""
         return Sections(self._config.model_copy(update=update), self._names)
 
@@ -39,17 +53,18 @@ class Sections:
 class Results:
     """What the stages of a study have left in its folder; a stage that has not run gives None."""
 
-    def __init__(self, folder):
+    def __init__(self, folder: str | Path) -> None:
         self.folder = Path(folder)
         self.name = self.folder.name
 
-    def summary(self, stage, name=None):
-        """Summary of a stage as a mapping, or None; `name`: another JSON file of it."""
+    def summary(self, stage: str, name: str | None = None) -> Any:
+        """Summary of a stage as a mapping, or None; `name`: another JSON file of it, such as the
+        list of factors `region`."""
         names = [name] if name else [stage, "optimum"]
         paths = [self.folder / stage / f"{n}.json" for n in names]
         return next((read_json(p) for p in paths if p.is_file()), None)
 
-    def table(self, stage, name):
+    def table(self, stage: str, name: str) -> pd.DataFrame | None:
         """Table `name`.csv of a stage as a data frame, or None."""
 
         path = self.folder / stage / f"{name}.csv"
@@ -59,13 +74,15 @@ class Results:
 class Study(Results):
     """A study with its configuration; see the module."""
 
-    def __init__(self, config, folder=None, seeds=None):
+    def __init__(
+        self, config: Config, folder: str | Path | None = None, seeds: int | None = None
+    ) -> None:
         """seeds: which thousand of seeds the runs have that a stage plans, see
         `calibration.runs.plans.plan`."""
         super().__init__(folder or f"{config.results}/{config.name}")
         self.config, self.seeds = config, seeds
 
-    def with_bench(self, files):
+    def with_bench(self, files: Iterable[str | Path]) -> Study:
         """This study with the levels that the bench tests found, files of them, in place of its
         own."""
         config = self.config
@@ -74,41 +91,47 @@ class Study(Results):
             config = config.model_copy(update={"fixed": config.fixed | found})
         return Study(config, self.folder)
 
-    def reading(self, sections, seeds=None):
+    def reading(self, sections: Iterable[str], seeds: int | None = None) -> Study:
         """This study for a stage that declares these sections of the configuration and these
         seeds."""
-        return Study(Sections(self.config, sections), self.folder, seeds)
+        return Study(Sections(self.config, sections), self.folder, seeds)  # type: ignore[arg-type]  # answers as one
 
     @cached_property
-    def factors(self):
+    def factors(self) -> list[Factor | Choice]:
         """The factors of the table, in its order. Raises ConfigError."""
         return read_factors(self.config.factors)
 
     @property
-    def targets(self):
+    def targets(self) -> list[Target]:
         """The main target, then the further ones."""
         return [self.config.target, *self.config.further_targets]
 
-    def measured(self, target=None):
+    def measured(self, target: Target | None = None) -> np.ndarray | Stated:
         """(n,) readings of a target, of the main one unless given, or a `Stated` mean of them.
         Raises ConfigError."""
         return read_target(self.config, target)
 
-    def is_measured(self, target):
+    def is_measured(self, target: Target) -> bool:
         """Whether the table of measurements holds a target's quantity. Raises ConfigError."""
         return is_measured(self.config, target)
 
-    def goals(self):
+    def goals(self) -> list[Goal]:
         """What is asked of each target, see `goals` of the configuration. Raises ConfigError."""
         return goals(self.config)
 
-    def bench_levels(self):
+    def bench_levels(self) -> dict[str, float]:
         """{factor: level} that the bench tests found, where the study takes its levels from
         them."""
         found = self.summary("bench", "fixed") if self.config.fixed_from == "bench" else None
         return found["fixed"] if found else {}
 
-    def plan(self, design, experiment=None, run=None, seed=None):
+    def plan(
+        self,
+        design: pd.DataFrame,
+        experiment: str | None = None,
+        run: Mapping[str, Any] | None = None,
+        seed: int | None = None,
+    ) -> tuple[pd.DataFrame, dict[str, dict[str, Any]]]:
         """The design table (pandas) with seeds and run names, and {run name: spec}; see
         `calibration.runs.plans.plan`.
 

@@ -1,6 +1,10 @@
 """Validation: replicates at the optimum against the measurement."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -15,8 +19,13 @@ from calibration.statistics.validate import compare
 from calibration.study.config import is_measured, read_target
 from dem.io.files import write_json
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.figures import Response
 
-def plan_validation(study, source, output):
+
+def plan_validation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan groups of replicates at the optimum."""
     config = study.config
     optimum = read_json(source.optimum)["optimum"]
@@ -29,7 +38,7 @@ def plan_validation(study, source, output):
     write_plan(Path(output.plan).parent, *study.plan(pd.DataFrame(rows)))
 
 
-def validation(study, source, output):
+def validation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Compare the replicates with the measurement, and with the further ones where there are
     any."""
     config = study.config
@@ -79,7 +88,7 @@ def _summary(groups):
     }
 
 
-def sentences(summary, response):
+def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
     further = [
         f"{figures.response_of(metric).name.capitalize()}: "

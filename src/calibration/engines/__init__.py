@@ -9,11 +9,14 @@ A run's numbers depend on the program and its version as well. Both stand in the
 `engine`, and so in the run's name: two engines never share a cached run.
 """
 
+from __future__ import annotations
+
 import importlib
 import pkgutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -25,6 +28,12 @@ from dem.io.files import write_arrays
 from dem.results import OTHER, STATE
 from dem.run import run
 from dem.spec import parse_spec
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from dem.spec import RunSpec
+
 
 OWN = "dem"
 NO_GRAINS = {k: np.empty((0, 3)) for k in ("position", "velocity", "spin")} | {
@@ -72,7 +81,7 @@ class Engine:
 
 
 @cache
-def engines():
+def engines() -> dict[str, Engine]:
     """{name: `Engine`} of all files of this package that declare one."""
     modules = (
         importlib.import_module(f"{__name__}.{m.name}") for m in pkgutil.iter_modules(__path__)
@@ -80,7 +89,7 @@ def engines():
     return {m.ENGINE.name: m.ENGINE for m in modules if hasattr(m, "ENGINE")}
 
 
-def entry_of(chosen):
+def entry_of(chosen: str | Mapping[str, Any]) -> dict[str, Any] | None:
     """What a configuration's `engine` adds to each of its run specs: None for our own, else
     {name, identity, settings}.
 
@@ -117,7 +126,7 @@ def _identity(engine, settings):
     return found | {"adapter": code_digest(module, ("calibration.engines", "dem"))}
 
 
-def check(spec):
+def check(spec: RunSpec) -> None:
     """Refuse a `RunSpec` that its engine cannot represent. Raises EngineError."""
     if spec.engine is None:
         return
@@ -130,7 +139,13 @@ def check(spec):
     engine.refuse(spec)
 
 
-def make(spec, out, progress=None, *, again=True):
+def make(
+    spec: Mapping[str, Any],
+    out: str | Path,
+    progress: Callable[..., object] | None = None,
+    *,
+    again: bool = True,
+) -> dict[str, Any]:
     """Make the run of a planned spec (a mapping) in folder `out` with its engine, as `dem.run.run`
     does with ours."""
     return run(parse_spec(spec), out, progress, again=again, maker=_simulate)
@@ -152,7 +167,7 @@ def _simulate(spec, context):
     return metrics
 
 
-def changed(made_by, name, store):
+def changed(made_by: str, name: str, store: Any) -> str | None:
     """A sentence where the numbers behind a result of another engine are others now, else None."""
     engine = engines().get(made_by.removeprefix(OTHER))
     return engine.changed(store.result(name), name) if engine and engine.changed else None

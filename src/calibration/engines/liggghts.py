@@ -1,10 +1,13 @@
 """LIGGGHTS (3.8, public version) as the engine, with the exported material block and its own
 walls."""
 
+from __future__ import annotations
+
 import math
 import re
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from calibration.engines import rig
 from calibration.engines.blocks import liggghts as block
@@ -12,6 +15,10 @@ from calibration.engines.lammps_family import Code
 from calibration.engines.mesh import body, disc, frustum, write_mesh
 from calibration.engines.program import engine_of, find, prime_seed, run, stated_version
 from calibration.engines.rigs import Dialect
+
+if TYPE_CHECKING:
+    from dem.spec import RunSpec
+
 
 INSTALL = "Debian and Ubuntu have it: apt-get install liggghts"
 
@@ -61,23 +68,23 @@ run {more}
 
 
 @cache
-def version():
+def version() -> str:
     """Version of the installed program, as it states it. Raises EngineError."""
     return stated_version([*launcher(), find("liggghts", INSTALL)], r"Version (\S+ [\d.]+)")
 
 
-def launcher():
+def launcher() -> list[str]:
     """LIGGGHTS loses the text of its errors unless the mpirun that it was built for starts it."""
     mpirun = Path(find("liggghts", INSTALL)).with_name("mpirun")
     return [str(mpirun), "--allow-run-as-root", "-np", "1"] if mpirun.exists() else []
 
 
-def refuse(spec):
+def refuse(spec: RunSpec) -> None:
     """Raise EngineError for what LIGGGHTS cannot represent of a `RunSpec`."""
     rig.refuse(spec, "LIGGGHTS", block.CODE)
 
 
-def start(spec, folder, timeout_s):
+def start(spec: RunSpec, folder: Path, timeout_s: float) -> tuple[dict[str, Any], dict[str, Any]]:
     """Start the program on the deck of a `RunSpec` in `folder`; returns metrics and the last state.
     Raises EngineError."""
     command = [*launcher(), find("liggghts", INSTALL), "-in", "in.liggghts"]

@@ -1,7 +1,11 @@
 """Walls as triangles, for engines whose walls are meshes."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,13 +13,19 @@ from dem.io.stl import write_stl
 from dem.io.vtk import wall_surface
 from dem.walls.geometry import REVOLVED
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from dem.walls.builder import WallSet
+
+
 SIDES = 64
 """Sides of the polygons that stand for circles."""
 LONGEST = 15.0
 """Length of a triangle over its width at the most: LIGGGHTS takes no needles."""
 
 
-def frustum(low_radius, low, high_radius, high):
+def frustum(low_radius: float, low: float, high_radius: float, high: float) -> list[np.ndarray]:
     """Triangles [(3, 3)] of a cone's or cylinder's side between two heights [m], normals
     outwards."""
     a, b = _ring(low_radius, low), _ring(high_radius, high)
@@ -29,14 +39,14 @@ def frustum(low_radius, low, high_radius, high):
     return out
 
 
-def disc(radius, height=0.0):
-    """Triangles of a flat disc; a ring between, so that none is very long."""
+def disc(radius: float, height: float = 0.0) -> list[np.ndarray]:
+    """Triangles of a flat disc; a ring between, so that none is very long. radius, height: [m]."""
     half = 0.5 * radius
     return frustum(radius, height, half, height) + frustum(half, height, 0.0, height)
 
 
-def body(walls, name):
-    """Triangles of a body of a `WallSet` where it starts."""
+def body(walls: WallSet, name: str) -> list[np.ndarray]:
+    """Triangles of a body of a `WallSet` where it starts. They are [(3, 3)] in m."""
     origin = next(b["origin"] for b in walls.bodies if b["name"] == name)
     out = []
     for kind, numbers, owner in walls.elements:
@@ -63,7 +73,7 @@ def _ring(radius, z):
     return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), np.full(SIDES, z)])
 
 
-def write_mesh(path, triangles):
+def write_mesh(path: str | Path, triangles: Sequence[np.ndarray]) -> None:
     """Write triangles [(3, 3)] as STL [m]; corners that coincide are one vertex."""
     corners = np.round(np.concatenate(triangles), 12)
     vertices, index = np.unique(corners, axis=0, return_inverse=True)

@@ -1,21 +1,29 @@
 """Running another engine's program, and reading what it leaves."""
 
+from __future__ import annotations
+
 import math
 import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from calibration.engines import Engine, EngineError, Settings
 
+if TYPE_CHECKING:
+    from dem.spec import RunSpec
+
+
 LAST_WORDS = 800
 """Characters of a failed program's output that its error quotes."""
 
 
-def find(name, install):
+def find(name: str, install: str) -> str:
     """Path of a program, beside this Python or on the PATH. Raises EngineError that says how to
     `install` it."""
     beside = Path(sys.executable).parent / name
@@ -25,7 +33,9 @@ def find(name, install):
     return found
 
 
-def stated_version(command, pattern, environment=None):
+def stated_version(
+    command: Sequence[str], pattern: str, environment: Mapping[str, str] | None = None
+) -> str:
     """What an installed program says of its version: the first group of `pattern` in the output of
     `command`. Raises EngineError."""
     said = subprocess.run(
@@ -38,7 +48,14 @@ def stated_version(command, pattern, environment=None):
     return found.group(1).strip()
 
 
-def engine_of(name, experiments, version, refuse, deck, start):
+def engine_of(
+    name: str,
+    experiments: tuple[str, ...],
+    version: Callable[[], str],
+    refuse: Callable[[RunSpec], None],
+    deck: Callable[[RunSpec, Path], None],
+    start: Callable[[RunSpec, Path, float], tuple[dict, dict]],
+) -> Engine:
     """`Engine` of an installed program that is named by its version(), and given a deck.
 
     deck(spec, folder) writes it; start(spec, folder, timeout_s) starts the program on it and gives
@@ -54,7 +71,12 @@ def engine_of(name, experiments, version, refuse, deck, start):
     return Engine(name, Settings, experiments, identity, refuse, simulate)
 
 
-def run(command, folder, timeout_s, environment=None):
+def run(
+    command: Sequence[str],
+    folder: str | Path,
+    timeout_s: float,
+    environment: Mapping[str, str] | None = None,
+) -> str:
     """Output of a command run in `folder`, kept in output.txt. Raises EngineError when it fails
     or takes too long."""
     output = Path(folder) / "output.txt"
@@ -85,7 +107,7 @@ def _name(command):
     return Path(command[0]).name if isinstance(command, list) else command
 
 
-def read_frames(path):
+def read_frames(path: str | Path) -> list[dict[str, np.ndarray]]:
     """[{column: (n,) array}] of all frames of a LIGGGHTS or LAMMPS text dump, sorted by id.
     Raises EngineError."""
     try:
@@ -104,7 +126,7 @@ def _frame(lines):
     return dict(zip(names, rows.T, strict=True))
 
 
-def read_dump(path):
+def read_dump(path: str | Path) -> dict[str, np.ndarray]:
     """{column: (n,) array} of the last frame of a dump. Raises EngineError."""
     frames = read_frames(path)
     if not frames:
@@ -112,7 +134,7 @@ def read_dump(path):
     return frames[-1]
 
 
-def time_of(path, time_step):
+def time_of(path: str | Path, time_step: float) -> float:
     """Time [s] of the last frame of a dump. Raises EngineError."""
     try:
         return time_step * int(Path(path).read_text().split("ITEM: TIMESTEP")[-1].split()[0])
@@ -120,8 +142,9 @@ def time_of(path, time_step):
         raise EngineError(f"{Path(path).name} cannot be read: {error}") from None
 
 
-def state_of(dump):
-    """Arrays of the grains at the end, from a dump with x, v, omega, radius and id."""
+def state_of(dump: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Arrays of the grains at the end, from a dump with x, v, omega, radius and id. position,
+    velocity and spin (n, 3), radius (n,), tag and grain (n,), in SI units."""
     at = {
         key: np.column_stack([dump[name + axis] for axis in "xyz"])
         for key, name in (("position", ""), ("velocity", "v"), ("spin", "omega"))
@@ -130,7 +153,7 @@ def state_of(dump):
     return at | {"radius": dump["radius"], "tag": tag, "grain": tag}
 
 
-def prime_seed(seed):
+def prime_seed(seed: int) -> int:
     """A prime above 10,000 for each `seed` from 0: what LIGGGHTS takes as a seed."""
     n = 10_007 + 7_919 * seed
     while any(n % k == 0 for k in range(2, math.isqrt(n) + 1)):

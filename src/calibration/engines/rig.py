@@ -1,9 +1,13 @@
 """What the decks of other engines share: the spec in their terms, and metrics from the state that
 they leave."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +23,12 @@ from dem.grains import mean_radius, number_fractions
 from dem.materials import material_of
 from dem.measure.heap import measure_heap
 from dem.timescales import hertz_contact_time
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    from dem.spec import RunSpec, Sizes
+
 
 COLLAR = 0.75
 """Height of the wall above the funnel's rim, within which grains are made, in radii of its
@@ -54,27 +64,27 @@ undump {name}
 """Leaves all grains in LIGGGHTS and LAMMPS."""
 
 
-def until(label, between, looks, energy, least=0):
+def until(label: str, between: int, looks: int, energy: float, least: int = 0) -> str:
     """Commands of LIGGGHTS and LAMMPS that run until the variable `energy` is below `energy` [J]:
     `looks` times `between` steps at most, more than `least` times."""
     return UNTIL.format(label=label, between=between, looks=looks, energy=energy, least=least)
 
 
-def refuse(spec, name, code):
+def refuse(spec: RunSpec, name: str, code: str) -> None:
     """Raise EngineError for what a code cannot represent of a `RunSpec`: laws by name, meshes.
     name: for the sentence; code: as the laws' exports have it."""
     laws = LAWS["rolling"].values()
     known = [law for law in laws if not law.kernels or code in law.exports]
     names = [law.name for law in sorted(known, key=lambda law: bool(law.kernels))]
-    if spec.laws.rolling not in names:
+    if spec.laws.rolling not in names:  # type: ignore[attr-defined]  # a field for each law
         raise EngineError(
-            f"{name} has no rolling friction {spec.laws.rolling}; a study in {name} takes "
+            f"{name} has no rolling friction {spec.laws.rolling}; a study in {name} takes "  # type: ignore[attr-defined]  # a field for each law
             f"run.laws.rolling: {' or '.join(names)}"
         )
     refuse_lost(spec, name, code)
 
 
-def refuse_lost(spec, name, code):
+def refuse_lost(spec: RunSpec, name: str, code: str) -> None:
     """As `refuse`, without the check of the rolling law: a deck takes its number from a search."""
     told = left_out(spec, code)
     lost = [s.removeprefix("NOT CONVERTED: ") for s in told if "NOT CONVERTED" in s]
@@ -91,19 +101,19 @@ def refuse_lost(spec, name, code):
         )
 
 
-def block_of(module, spec):
+def block_of(module: ModuleType, spec: RunSpec) -> str:
     """Text of a code's material block for a `RunSpec`, from its module in
     `calibration.engines.blocks`."""
     return module.block(granulate(spec), Conversion(spec), ["A run of a study, in SI units."])
 
 
-def sliced(sizes):
+def sliced(sizes: Sizes) -> Sizes:
     """Single sizes in place of a sieve curve's classes, which these codes pour no grains between:
     each class in SLICES of equal share, each of its grain of mean volume. Mass and number of all
     grains are as before."""
     if sizes.upper_diameters_mm is None:
         return sizes
-    found, shares = [], []
+    found, shares = [], []  # type: ignore[var-annotated]
     for a, b, share in zip(
         sizes.diameters_mm, sizes.upper_diameters_mm, sizes.fractions, strict=True
     ):
@@ -144,7 +154,7 @@ class Pour:
     contacts has no resistance in these codes, and does not move the heap."""
 
     @classmethod
-    def of(cls, spec):
+    def of(cls, spec: RunSpec) -> Pour:
         """From a `RunSpec` of a heap."""
         p, g = spec.particles, spec.geometry
         scale = 0.5e-3 * p.scale_factor
@@ -170,22 +180,22 @@ class Pour:
         )
 
     @property
-    def largest(self):
+    def largest(self) -> float:
         """Radius of the largest grain [m]."""
         return max(self.radii)
 
     @property
-    def bottom(self):
+    def bottom(self) -> float:
         """Height below which grains are lost [m]."""
         return self.rig.lost_height
 
     @property
-    def top(self):
+    def top(self) -> float:
         """Upper end of the wall above the funnel [m]."""
         return self.rig.rim_height + COLLAR * self.rig.mouth_radius
 
     @property
-    def looks(self):
+    def looks(self) -> tuple[int, int, int]:
         """(steps before the first look at the kinetic energy, steps between looks, greatest
         number of looks)."""
         first = min(self.count / self.rate + EXTRA, self.max_time)
@@ -193,15 +203,17 @@ class Pour:
         return round(first / self.dt), round(LOOK / self.dt), more
 
     @property
-    def end(self):
+    def end(self) -> str:
         """Commands that run until the heap is at rest, and dump it."""
         first, between, looks = self.looks
         rest = until("rest", between, looks, self.rest_energy)
         return REST.format(first=first) + rest + DUMP.format(name="end")
 
 
-def heap_metrics(state, pour, made):
-    """Metrics of a heap from the last state that another engine left; made: grains that it made."""
+def heap_metrics(state: Mapping[str, np.ndarray], pour: Pour, made: int) -> dict[str, Any]:
+    """Metrics of a heap from the last state that another engine left; made: grains that it made.
+    Raises EngineError where fewer grains were made than asked. state: arrays as `program.state_of`
+    gives them."""
     if made < pour.count:
         raise EngineError(
             f"made {made} of {pour.count} grains: the funnel does not take them; widen the "
@@ -214,7 +226,7 @@ def heap_metrics(state, pour, made):
     return metrics | {"spilled": pour.count - len(r), "in_funnel": inside}
 
 
-def box_around(position, radius):
+def box_around(position: np.ndarray, radius: float) -> str:
     """Bounds of a box with room around grains at `position` (n, 3) [m], as a deck writes them."""
     room = 20.0 * radius
     low, high = position.min(axis=0) - room, position.max(axis=0) + room
@@ -234,8 +246,9 @@ class Drop:
     contact_time: float
 
     @classmethod
-    def of(cls, spec):
-        """From a `RunSpec` of a drop."""
+    def of(cls, spec: RunSpec) -> Drop:
+        """From a `RunSpec` of a drop. Raises EngineError for an output interval, which other
+        engines do not have."""
         radius, height = mean_radius(spec), 1e-3 * spec.geometry.drop_height_mm
         if spec.geometry.output_interval_s:
             raise EngineError("geometry.output_interval_s is not carried over to other engines")
@@ -251,11 +264,11 @@ class Drop:
         )
 
     @property
-    def impact(self):
+    def impact(self) -> float:
         """Speed of the impact [m/s]."""
         return math.sqrt(2.0 * GRAVITY * self.height)
 
-    def starts(self, seed):
+    def starts(self, seed: int) -> np.ndarray:
         """Positions (drops, 3) [m] of the grains: far apart, at different phases of the
         time step."""
         rng = np.random.default_rng(seed)
@@ -265,13 +278,20 @@ class Drop:
         return np.column_stack([x, np.zeros(self.drops), z])
 
     @property
-    def looks(self):
+    def looks(self) -> tuple[int, int, int]:
         """(steps until all grains have met the plate, steps between looks, number of looks)."""
         fall = math.sqrt(2.0 * self.height / GRAVITY)
         every = max(round(0.01 * fall / self.dt), 1)
         return round((fall + 2.0 * self.contact_time) / self.dt), every, 20
 
-    def deck(self, spec, head, space, body, units=""):
+    def deck(
+        self,
+        spec: RunSpec,
+        head: Callable[[RunSpec, str, float], str],
+        space: str,
+        body: str,
+        units: str = "",
+    ) -> str:
         """A code's deck: its head (a function of spec, space and radius), `space` with the box,
         then `body` with the grains, one a line, and the steps between looks. units: words behind a
         grain's place."""
@@ -290,9 +310,10 @@ class Drop:
             more=every * looks,
         )
 
-    def metrics(self, z, v, start):
-        """Metrics from heights z and speeds v (looks, drops) of the centres after the
-        impact, and `start` (drops,)."""
+    def metrics(self, z: np.ndarray, v: np.ndarray, start: np.ndarray) -> dict[str, float]:
+        """Metrics from heights z and speeds v (looks, drops) of the centres after the impact, and
+        `start` (drops,). Lengths in m, speeds in m/s. Raises EngineError where a grain did not
+        rebound."""
         rising = v > 0.0
         if not rising.any(axis=0).all():
             raise EngineError("a grain did not rebound within a fifth of its fall")

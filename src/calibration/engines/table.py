@@ -8,13 +8,20 @@ listed; what is
 not a number is an error by line.
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from pydantic import Field
 
 from calibration.engines import Engine, EngineError, Settings
 from calibration.errors import ConfigError
 from calibration.intake.tables import read_table
+
+if TYPE_CHECKING:
+    from dem.spec import RunSpec
 
 
 class TableSettings(Settings):
@@ -26,22 +33,24 @@ class TableSettings(Settings):
     code: str = Field(min_length=1, description="name and version of the code that made them")
 
 
-def identity(settings):
+def identity(settings: Any) -> dict[str, Any]:
     """The code as the user names it."""
     return {"code": settings.code}
 
 
-def refuse(spec):
+def refuse(spec: RunSpec) -> None:
     """What the code can represent is the user's affair."""
 
 
-def simulate(spec, folder, entry):
+def simulate(
+    spec: RunSpec, folder: Path, entry: Mapping[str, Any]
+) -> tuple[dict[str, float], dict[str, Any]]:
     """(metrics, {}) of the run that `folder` is named after. Raises EngineError while its row
     is missing."""
     return read_row(entry["settings"]["responses"], Path(folder).name), {}
 
 
-def read_row(path, run_id):
+def read_row(path: str | Path, run_id: str) -> dict[str, float]:
     """{metric: value} of one run in the table of responses. Raises EngineError."""
     table = _table(path)
     rows = [(line, row) for line, row in table.rows if row["run_id"] == run_id]
@@ -76,7 +85,7 @@ def _number(table, line, name, text):
         raise EngineError(str(error)) from None
 
 
-def changed(result, name):
+def changed(result: Mapping[str, Any], name: str) -> str | None:
     """Sentence where a run's row in the table is another one than its kept result was read from,
     else None."""
     path = result["spec"]["engine"]["settings"]["responses"]

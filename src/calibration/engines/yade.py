@@ -1,11 +1,22 @@
 """YADE (2023.02a) as the engine, with the exported script of materials and walls of facets."""
 
+from __future__ import annotations
+
 import re
 from functools import cache
+from typing import TYPE_CHECKING, Any
 
 from calibration.engines import EngineError, rig
 from calibration.engines.blocks import yade as block
 from calibration.engines.program import engine_of, find, read_dump, run, state_of, stated_version
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy as np
+
+    from dem.spec import RunSpec
+
 
 INSTALL = "Debian and Ubuntu have it: apt-get install yade"
 
@@ -80,17 +91,17 @@ print("made", made)
 
 
 @cache
-def version():
+def version() -> str:
     """Version of the installed program. Raises EngineError."""
     return stated_version([find("yade", INSTALL), "--version"], r"version:? *(\S+)").rstrip(",")
 
 
-def refuse(spec):
+def refuse(spec: RunSpec) -> None:
     """Raise EngineError for what YADE cannot represent of a `RunSpec`."""
     rig.refuse(spec, "YADE", block.CODE)
 
 
-def deck(spec, folder, material=None):
+def deck(spec: RunSpec, folder: Path, material: str | None = None) -> None:
     """Write script and material block of a `RunSpec` of a heap into `folder`. material: text of the
     block, that of the spec unless given."""
     (folder / "material.py").write_text(material or rig.block_of(block, spec))
@@ -125,9 +136,11 @@ def deck(spec, folder, material=None):
     (folder / "in.py").write_text(text)
 
 
-def start(spec, folder, timeout_s):
+def start(
+    spec: RunSpec, folder: Path, timeout_s: float
+) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Start the program on the script of a `RunSpec` in `folder`; returns metrics and the last
-    state. Raises EngineError."""
+    state. Raises EngineError. The state is as `program.state_of` gives it."""
     output = run([find("yade", INSTALL), "-j1", "-n", "-x", "in.py"], folder, timeout_s)
     made = re.search(r"^made (\d+)$", output, re.MULTILINE)
     if not made:

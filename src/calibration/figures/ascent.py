@@ -1,10 +1,28 @@
 """The path of steepest ascent."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 from calibration.figures.labels import ANGLE, label
 from calibration.figures.style import BLUE, ORANGE, subplots
 
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
-def ascent_path(runs, factors, target, best, response=ANGLE):
+    from calibration.figures.labels import Response
+    from calibration.statistics.factor import CodedFactor
+
+
+def ascent_path(
+    runs: pd.DataFrame,
+    factors: Sequence[CodedFactor],
+    target: float,
+    best: int,
+    response: Response = ANGLE,
+) -> Figure:
     """Response along the path with the target."""
     figure, ax = subplots()
     ax.errorbar(

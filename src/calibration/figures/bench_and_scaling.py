@@ -1,15 +1,34 @@
 """The studies beside the chain: sweeps of the bench tests, yield loci, scaling."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from calibration.figures.labels import ANGLE, label
 from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, subplots
 from calibration.statistics.numbers import fixed
 
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
-def sweep(levels, response, coefficients, inverse, measured, factor, axis):
+    from calibration.figures.labels import Response
+
+
+def sweep(
+    levels: Sequence[float] | np.ndarray | pd.Series,
+    response: Sequence[float] | np.ndarray | pd.Series,
+    coefficients: np.ndarray,
+    inverse: float,
+    measured: float,
+    factor: str,
+    axis: str,
+) -> Figure:
     """Sweep of a bench test with its quadratic and the inverse of the measured value; axis: label
-    of the response."""
+    of the response. levels, response: (n,); coefficients: (3,), the highest power first."""
     figure, ax = subplots()
     x = np.linspace(min(levels), max(levels), 101)
     ax.plot(x, np.polyval(coefficients, x), color=GREY, label="quadratic fit")
@@ -24,7 +43,13 @@ def sweep(levels, response, coefficients, inverse, measured, factor, axis):
     return figure
 
 
-def yield_loci(runs, loci, curves, measure, measured):
+def yield_loci(
+    runs: pd.DataFrame,
+    loci: Sequence[Mapping[str, Any]],
+    curves: Mapping[str, Any],
+    measure: str,
+    measured: tuple[float, float],
+) -> Figure:
     """Yield loci at each particle friction, and the slope over the friction with its interval,
     beside the measured.
 
@@ -64,7 +89,7 @@ def yield_loci(runs, loci, curves, measure, measured):
     return figure
 
 
-def scaling(table):
+def scaling(table: pd.DataFrame) -> Figure:
     """Angle of repose and restitution over the scale, a line a rule and cohesion."""
     figure, axes = subplots(1, 2, (9.6, 4.2))
     names = {"heap": ANGLE.axis, "drop": "coefficient of restitution, rebound"}
@@ -89,7 +114,7 @@ def scaling(table):
     return figure
 
 
-def numerics(table, response=ANGLE):
+def numerics(table: pd.DataFrame, response: Response = ANGLE) -> Figure:
     """Difference that each numerical choice makes at each point, with its interval; table as of
     `compare_variants`."""
     compared = table[table["difference"].notna()]

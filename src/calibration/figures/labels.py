@@ -1,5 +1,7 @@
 """Names and units as a reader sees them."""
 
+from __future__ import annotations
+
 import re
 from dataclasses import dataclass
 
@@ -12,7 +14,7 @@ OF_A_PAIR = re.compile(
 POISSON = re.compile(r"((?P<of>[^_]+)_)?poisson_ratio")
 
 
-def label(name):
+def label(name: str) -> str:
     """Readable form of a factor's or another name: `salt_steel_rolling_friction` is "rolling
     friction of salt on steel"."""
     pair, poisson = OF_A_PAIR.fullmatch(name), POISSON.fullmatch(name)
@@ -35,7 +37,7 @@ PLACES = {
 """Part of a run spec -> what a reader calls it."""
 
 
-def parameter_words(key):
+def parameter_words(key: str) -> str:
     """What a key of the run spec is called where a study's own name for it would mislead, as in a
     diagnosis of other grains: 'restitution, grain on wall'."""
     place = next((p for p in PLACES if key.startswith(f"{p}.")), None)
@@ -53,21 +55,21 @@ class Response:
     unit: str
 
     @property
-    def axis(self):
+    def axis(self) -> str:
         """Label of an axis."""
         return f"{self.name}{self.brackets}"
 
     @property
-    def brackets(self):
+    def brackets(self) -> str:
         """The unit in brackets, empty where there is none."""
         return f" [{self.unit.strip()}]" if self.unit else ""
 
-    def value(self, x):
+    def value(self, x: float) -> str:
         """A value with its unit: two decimals of an angle, else four digits."""
         return f"{fixed(x, 2)}°" if self.unit == "°" else f"{x:.4g}{self.unit}"
 
 
-def response_of(metric):
+def response_of(metric: str) -> Response:
     """`Response` of a run's metric, whose name ends in its unit (angle_of_repose_deg)."""
     return Response(label(without_unit(metric)), behind(unit_of(metric)))
 

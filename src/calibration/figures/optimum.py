@@ -1,5 +1,10 @@
 """The optimum among all points that give the target, or nearly as desirable a compromise."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -9,15 +14,28 @@ from calibration.figures.style import BLUE, ORANGE, STYLE, panel_grid, subplots
 from calibration.statistics.goals import overall_desirability
 from calibration.statistics.optimise import solution_mesh
 
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from calibration.figures.labels import Response
+    from calibration.statistics.factor import CodedFactor
+    from calibration.statistics.goals import Goal
+    from calibration.statistics.optimise import Compromise, Solution
+    from calibration.statistics.surface import Surface
+
+
 LINES = ("#d1711f", "#2f6db5", "#7b4fa3", "#b5363f", "#5b7a1f")  # of the targets, in their order
 
 
-def contours(surface, region, solution, response=ANGLE):
+def contours(
+    surface: Surface, region: Sequence[CodedFactor], solution: Solution, response: Response = ANGLE
+) -> Figure:
     """Contours through the chosen point with the solution set drawn in; for three factors also the
     set itself."""
     pairs = pairs_of(region)
     whole = len(region) == 3 and solution.attainable
-    with plt.rc_context(STYLE):
+    with plt.rc_context(STYLE):  # type: ignore[arg-type]  # names of matplotlib
         if whole:
             figure, rows, columns = plt.figure(figsize=(8.2, 7.0), layout="constrained"), 2, 2
         else:
@@ -62,12 +80,17 @@ def _solution_set(ax, surface, region, solution, response):
     ax.set_title(f"all points that give {response.value(solution.target)}", fontsize=9)
 
 
-def desirability_contours(surfaces, goals, region, found):
+def desirability_contours(
+    surfaces: Sequence[Surface],
+    goals: Sequence[Goal],
+    region: Sequence[CodedFactor],
+    found: Compromise,
+) -> Figure:
     """Overall desirability over each pair of factors, with the others at the chosen point. A line
     shows where a response meets its target. surfaces and goals have the same order; found:
     `Compromise`. Returns a matplotlib Figure."""
     pairs = pairs_of(region)
-    with plt.rc_context(STYLE):
+    with plt.rc_context(STYLE):  # type: ignore[arg-type]  # names of matplotlib
         figure, rows, columns = panel_grid(len(pairs), (4.8, 4.0))
         for n, pair in enumerate(pairs):
             ax = figure.add_subplot(rows, columns, n + 1)
@@ -75,7 +98,12 @@ def desirability_contours(surfaces, goals, region, found):
     return figure
 
 
-def front(table, metrics, targets, chosen):
+def front(
+    table: pd.DataFrame,
+    metrics: Sequence[str],
+    targets: Sequence[float | None],
+    chosen: Sequence[float],
+) -> Figure:
     """Two responses along their Pareto front, with the chosen compromise; a line at a target.
 
     table: the responses in columns of their metrics; targets: of each, or None; chosen: both

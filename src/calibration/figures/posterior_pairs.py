@@ -1,6 +1,11 @@
 """The parameters as a distribution: how they go together, what heaps they give, what to measure
 next."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -8,18 +13,31 @@ from calibration.figures.labels import ANGLE, label, response_of
 from calibration.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, subplots
 from calibration.statistics.stated import Stated
 
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from calibration.figures.labels import Response
+    from calibration.statistics.factor import CodedFactor
+
+
 BINS = 24
 SHOWN = 200  # draws that a pair shows; each is a mark of its own in the page
 
 
-def posterior_pairs(region, draws, parameters, optimum):
+def posterior_pairs(
+    region: Sequence[CodedFactor],
+    draws: pd.DataFrame,
+    parameters: Mapping[str, Mapping[str, Any]],
+    optimum: Mapping[str, float],
+) -> Figure:
     """Each parameter's distribution with its interval on the diagonal, each pair below it.
 
     region: `Factor`s; draws: table of natural levels; parameters: {name: {interval}} ; optimum:
     {name: natural level} of the chosen point. The frame is the region, which is the prior's box.
     """
     d = len(region)
-    with plt.rc_context(STYLE):
+    with plt.rc_context(STYLE):  # type: ignore[arg-type]  # names of matplotlib
         size = 2.6 * max(d, 1.6)
         figure, axes = plt.subplots(
             d, d, figsize=(size, 0.92 * size), layout="constrained", squeeze=False
@@ -58,7 +76,9 @@ def _pair(ax, row, column, draws, optimum):
     ax.set_title(f"correlation {np.corrcoef(x, y)[0, 1]:+.2f}", fontsize=7)
 
 
-def pushed_forward(means, single, measured, response=ANGLE):
+def pushed_forward(
+    means: np.ndarray, single: np.ndarray, measured: np.ndarray | Stated, response: Response = ANGLE
+) -> Figure:
     """What the posterior expects of the target: of its mean and of a single run, beside the
     readings.
 
@@ -84,7 +104,7 @@ def pushed_forward(means, single, measured, response=ANGLE):
     return figure
 
 
-def next_measurements(table):
+def next_measurements(table: pd.DataFrame) -> Figure:
     """What each further measurement is expected to leave of every parameter's standard deviation.
 
     table: rows `metric` and a column `<parameter> left` for each parameter, from 0 to 1.

@@ -1,12 +1,24 @@
 """The response over the rate at which grains arrive."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from calibration.figures.labels import ANGLE
 from calibration.figures.style import BLUE, GREY, ORANGE, subplots
 
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
-def pour_rate(runs, table, capacity, fed, response=ANGLE):
+    from calibration.figures.labels import Response
+
+
+def pour_rate(
+    runs: pd.DataFrame, table: pd.DataFrame, capacity: float, fed: float, response: Response = ANGLE
+) -> Figure:
     """Single heaps and the mean of each rate with its interval; the rate that the orifice passes,
     and the opened funnel as a band.
 

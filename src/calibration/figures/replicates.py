@@ -1,13 +1,28 @@
 """Replicates at the optimum beside the measurement."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from calibration.figures.labels import ANGLE
 from calibration.figures.style import BLUE, ORANGE, subplots
 from calibration.statistics.stated import Stated
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-def validation(groups, measured, result, response=ANGLE):
+    from calibration.figures.labels import Response
+    from calibration.statistics.validate import Comparison
+
+
+def validation(
+    groups: np.ndarray,
+    measured: np.ndarray | Stated,
+    result: Comparison,
+    response: Response = ANGLE,
+) -> Figure:
     """Replicates by group beside the measurement, with means and the equivalence margin. measured:
     readings (n,), or a `Stated` mean, which is drawn with its standard deviation."""
     figure, ax = subplots()

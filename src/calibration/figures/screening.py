@@ -1,12 +1,23 @@
 """The screening's charts of effects."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from calibration.figures.labels import ANGLE, label
 from calibration.figures.style import BLUE, GREY, ORANGE, subplots
 
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
-def half_normal(table, chosen, response=ANGLE):
+    from calibration.figures.labels import Response
+
+
+def half_normal(table: pd.DataFrame, chosen: Sequence[str], response: Response = ANGLE) -> Figure:
     """Half-normal plot of absolute effects; `chosen` codes stand out."""
     figure, ax = subplots()
     size, score = table["effect"].abs(), table["half_normal_score"]
@@ -30,7 +41,13 @@ def half_normal(table, chosen, response=ANGLE):
     return figure
 
 
-def pareto(table, t_limit, bonferroni_limit, alpha=0.05, response=ANGLE):
+def pareto(
+    table: pd.DataFrame,
+    t_limit: float,
+    bonferroni_limit: float,
+    alpha: float = 0.05,
+    response: Response = ANGLE,
+) -> Figure:
     """Pareto chart of absolute effects with the limits of significance at level alpha."""
     figure, ax = subplots()
     order = table.reindex(table["effect"].abs().sort_values().index)

@@ -3,7 +3,17 @@
 The figures keep their own white ground, so that they read the same on light and dark pages.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import matplotlib
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from matplotlib.figure import Figure
+
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -19,7 +29,7 @@ STYLE = {
     "axes.spines.right": False,
     "axes.grid": True,
     "axes.axisbelow": True,
-    "axes.prop_cycle": matplotlib.cycler(
+    "axes.prop_cycle": matplotlib.cycler(  # type: ignore[attr-defined]
         color=[BLUE, ORANGE, GREEN, "#7b4fa3", "#b5363f", "#5b7a1f", GREY],
         linestyle=["-", "--", "-.", ":", "-", "--", "-."],
     ),
@@ -31,13 +41,15 @@ STYLE = {
 }
 
 
-def subplots(rows=1, columns=1, size=(5.4, 3.8), **more):
+def subplots(
+    rows: int = 1, columns: int = 1, size: tuple[float, float] = (5.4, 3.8), **more: Any
+) -> tuple[Figure, Any]:
     """`matplotlib.pyplot.subplots` in the style of all figures; size: inches."""
-    with plt.rc_context(STYLE):
+    with plt.rc_context(STYLE):  # type: ignore[arg-type]  # names of matplotlib
         return plt.subplots(rows, columns, figsize=size, layout="constrained", **more)
 
 
-def panel_grid(count, size):
+def panel_grid(count: int, size: tuple[float, float]) -> tuple[Figure, int, int]:
     """Figure and rows, columns of a grid of `count` panels, two a row so that they read on a narrow
     page; size: inches of one."""
     columns = min(count, 2)
@@ -46,9 +58,9 @@ def panel_grid(count, size):
     return figure, rows, columns
 
 
-def save(figure, path):
+def save(figure: Figure, path: str | Path) -> None:
     """Write a figure to `path` (.svg or .png) and close it."""
-    with replacing(path) as partial, plt.rc_context(STYLE):
+    with replacing(path) as partial, plt.rc_context(STYLE):  # type: ignore[arg-type]  # names of matplotlib
         metadata = {"Date": None} if partial.suffix == ".svg" else None
         figure.savefig(partial, dpi=150, metadata=metadata)
     plt.close(figure)

@@ -1,5 +1,10 @@
 """The response surface and its diagnostics."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import matplotlib.pyplot as plt
 import numpy as np
 from scipy import stats
@@ -8,8 +13,15 @@ from calibration.figures.labels import ANGLE, label
 from calibration.figures.planes import label_3d, pairs_of, plane
 from calibration.figures.style import BLUE, GREY, STYLE, panel_grid, subplots
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-def predicted_actual(surface, response=ANGLE):
+    from calibration.figures.labels import Response
+    from calibration.statistics.factor import CodedFactor
+    from calibration.statistics.surface import Surface
+
+
+def predicted_actual(surface: Surface, response: Response = ANGLE) -> Figure:
     """Predicted against simulated response."""
     figure, ax = subplots(size=(4.2, 4.0))
     d = surface.diagnostics
@@ -28,7 +40,7 @@ def predicted_actual(surface, response=ANGLE):
     return figure
 
 
-def residual_panel(surface, response=ANGLE):
+def residual_panel(surface: Surface, response: Response = ANGLE) -> Figure:
     """Normal plot of residuals, residuals against prediction and run, and Cook's distance."""
     d = surface.diagnostics
     figure, ax = subplots(2, 2, size=(7.2, 5.8))
@@ -52,7 +64,9 @@ def residual_panel(surface, response=ANGLE):
     return figure
 
 
-def perturbation(surface, region, response=ANGLE):
+def perturbation(
+    surface: Surface, region: Sequence[CodedFactor], response: Response = ANGLE
+) -> Figure:
     """Response along each factor with the others at the centre."""
     figure, ax = subplots()
     x = np.linspace(-1, 1, 81)
@@ -65,10 +79,10 @@ def perturbation(surface, region, response=ANGLE):
     return figure
 
 
-def surfaces(surface, region, response=ANGLE):
+def surfaces(surface: Surface, region: Sequence[CodedFactor], response: Response = ANGLE) -> Figure:
     """Response surfaces of all pairs of factors, the others at the centre."""
     pairs = pairs_of(region)
-    with plt.rc_context(STYLE):
+    with plt.rc_context(STYLE):  # type: ignore[arg-type]  # names of matplotlib
         figure, rows, columns = panel_grid(len(pairs), (3.9, 3.6))
         for n, (i, j) in enumerate(pairs):
             ax = figure.add_subplot(rows, columns, n + 1, projection="3d")

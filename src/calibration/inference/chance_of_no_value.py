@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
+from numpy.typing import ArrayLike
 from scipy.special import expit
 
 SIZES = (1.0, 3.0, 9.0, 27.0)
@@ -24,7 +25,7 @@ class Chance:
     """Logarithm of the odds of no value at x (k, d) in [0, 1]^d, from runs at x (n, d) of which
     `failed` (n,) of `runs` (n,) gave none."""
 
-    def __init__(self, x, failed, runs):
+    def __init__(self, x: ArrayLike, failed: ArrayLike, runs: ArrayLike) -> None:
         x = _with_one(np.asarray(x, float))
         failed, runs = np.asarray(failed, float), np.asarray(runs, float)
         tried = [_laplace(x, failed, runs, size) for size in SIZES]

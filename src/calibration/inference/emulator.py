@@ -5,6 +5,7 @@ import warnings
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, WhiteKernel
@@ -23,7 +24,15 @@ class Emulator:
     where replicates tell it; few means alone tell little of it, and are followed too closely.
     """
 
-    def __init__(self, x, z, judged=None, scatters=False, runs=None, noise=None):
+    def __init__(
+        self,
+        x: ArrayLike,
+        z: ArrayLike,
+        judged: int | None = None,
+        scatters: bool = False,
+        runs: ArrayLike | None = None,
+        noise: float | None = None,
+    ) -> None:
         x, z = np.asarray(x, float), np.asarray(z, float)
         runs = np.ones(len(z)) if runs is None else np.asarray(runs, float)
         self.mean, self.spread = float(z.mean()), float(z.std()) or 1.0
@@ -45,7 +54,7 @@ class Emulator:
         self._slope = self.linear * (self.x.T @ self.alpha)
         self._constant = self.linear * self.offset * float(self.alpha.sum())
 
-    def __call__(self, x):
+    def __call__(self, x: np.ndarray) -> np.ndarray:
         """(k,) transformed responses at (k, d) inputs."""
         return self.with_slope(x, [])[0]
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import emcee
 import numpy as np
 import numpy.typing as npt
+from numpy.typing import ArrayLike
 from SALib.analyze import sobol as sobol_analysis
 from SALib.sample import sobol as sobol_sample
 from scipy import stats
@@ -41,7 +42,7 @@ class ScatterEmulator:
     own.
     """
 
-    def __init__(self, x, y):
+    def __init__(self, x: ArrayLike, y: ArrayLike) -> None:
         x, y = np.asarray(x, float), np.asarray(y, float)
         if len(y) < x.shape[1] + 3 or np.ptp(y) == 0.0:
             raise CalibrationError(
@@ -262,7 +263,7 @@ def sobol_indices(
     by SALib.
 
     emulator: a function of u (k, d) that gives (k,). Returns {name: {first, first_half, total,
-    total_half}}.
+    total_half}}. Raises CalibrationError where the response is constant over the box.
     """
     problem = {"num_vars": len(names), "names": list(names), "bounds": [[0.0, 1.0]] * len(names)}
     u = sobol_sample.sample(problem, SOBOL_SAMPLES, calc_second_order=False, seed=seed)

@@ -5,8 +5,11 @@ deviation, under the levers that were set. If a test gave no value, the row says
 Every fault is reported with its line and column.
 """
 
+from __future__ import annotations
+
 import difflib
 import math
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -81,30 +84,30 @@ class Measurement:
     lines: tuple = field(default=(), compare=False)
 
     @property
-    def proportional(self):
+    def proportional(self) -> str | None:
         """The lever that the reading goes with: the needed one, where the quantity is a share of
         it; else None."""
         return getattr(QUANTITIES[self.experiment].scale, "lever", None)
 
     @property
-    def lever_error(self):
+    def lever_error(self) -> float:
         """Error of the reading from that of its lever, to first order."""
         return self.lever_sd * self.value / self.levers[self.proportional] if self.lever_sd else 0.0
 
     @property
-    def condition(self):
+    def condition(self) -> Condition:
         """The `Condition` that it was measured at."""
         return Condition(self.experiment, self.levers)
 
     @property
-    def shared(self):
+    def shared(self) -> tuple:
         """What replicates share."""
         levers = tuple(sorted(self.levers.items()))
         own = self.experiment, self.quantity, levers, self.batch, self.instrument, self.role
         return *own, self.known
 
     @property
-    def label(self):
+    def label(self) -> str:
         """Experiment and the levers that are set."""
         levers = ", ".join(f"{k} = {v:g}" for k, v in self.levers.items())
         return f"{self.experiment} ({levers})" if levers else self.experiment
@@ -119,7 +122,7 @@ class Measurements:
     conditions: tuple
     how: str
 
-    def of(self, experiment, quantity):
+    def of(self, experiment: str, quantity: str) -> list[Measurement]:
         """The conditions of a quantity of an experiment that are to be calibrated on."""
         asked = experiment, quantity, ROLES[0], ""
         return [
@@ -132,7 +135,7 @@ class MeasurementErrors(ConfigError):
 
     SHOWN = 10  # a wrong column is a fault in every row
 
-    def __init__(self, faults):
+    def __init__(self, faults: Iterable[ConfigError]) -> None:
         self.faults = list(faults)
         lines = [str(f) for f in self.faults[: self.SHOWN]]
         if len(self.faults) > self.SHOWN:
@@ -140,7 +143,7 @@ class MeasurementErrors(ConfigError):
         super().__init__("\n".join(lines))
 
 
-def raise_faults(faults):
+def raise_faults(faults: Sequence[ConfigError]) -> None:
     """Raise the one fault as it is, several as `MeasurementErrors`; none does nothing."""
     if len(faults) == 1:
         raise faults[0]
@@ -148,7 +151,9 @@ def raise_faults(faults):
         raise MeasurementErrors(faults)
 
 
-def read_measured(path, parameters=(), sheet=None):
+def read_measured(
+    path: str | Path, parameters: Collection[str] = (), sheet: str | None = None
+) -> Measurements:
     """`Measurements` of a table. Raises ConfigError naming file, line and column of every fault,
     one message a fault.
 
@@ -161,7 +166,7 @@ def read_measured(path, parameters=(), sheet=None):
     )
     covariates = _covariates(table, parameters)
     for line, row in table.rows:
-        own = []
+        own = []  # type: ignore[var-annotated]
         found = _measurement(table, row, line, own, parameters)
         rows.append(found and replace(found, covariates=_recorded(table, row, line, covariates)))
         faults += own
@@ -441,7 +446,13 @@ def _levers(row, kind, path, line, number, faults):
     return levers
 
 
-def readings_table(experiment, quantity, values, unit, notes=None):
+def readings_table(
+    experiment: str,
+    quantity: str,
+    values: Sequence[str],
+    unit: str,
+    notes: Sequence[str] | None = None,
+) -> pd.DataFrame:
     """Readings (n,) of a quantity as the table that `read_measured` reads, a row a reading."""
     rows = {"experiment": experiment, "quantity": quantity, "value": values, "unit": unit}
     return pd.DataFrame(rows | ({"note": notes} if notes else {}))

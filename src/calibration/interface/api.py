@@ -3,10 +3,13 @@
 Call it from the folder that the paths of the configuration start at, as snakemake is.
 """
 
+from __future__ import annotations
+
 import html
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from calibration.chain import study
 from calibration.errors import CalibrationError, ConfigError
@@ -20,6 +23,10 @@ from dem.io.mapping import read_mapping
 from dem.tables.limits import check_file
 from dem.units import unit_of
 
+if TYPE_CHECKING:
+    import pandas as pd
+
+
 DEFAULT = Path("config/config.yaml")
 IN_THE_TARGET_S_UNIT = ("response", "response_sd", "effect")
 
@@ -32,18 +39,18 @@ class Study(study.Study):
     does.
     """
 
-    def __init__(self, *files):
+    def __init__(self, *files: str | Path) -> None:
         self.files = [config_file(f) for f in files]
         if not any(stands_alone(f) for f in self.files):
             self.files.insert(0, DEFAULT)
-        data = {}
+        data: dict[str, Any] = {}
         for path in self.files:
             data = overlay(data, read_mapping(path)[0])
         super().__init__(parse_config(data, files=self.files))
 
     def run(
         self, stage: str, cores: int = 2, progress: Callable[[str], object] | None = print
-    ) -> "StageResults":
+    ) -> StageResults:
         """Make a stage, and what it needs and is missing; returns its `StageResults`.
 
         cores: jobs at the same time; progress: takes a line for each step, None for none. Raises
@@ -56,7 +63,7 @@ class Study(study.Study):
             raise CalibrationError(f"{self.name}: {stage} failed\n{said}")
         return self.results(stage)
 
-    def plot(self, stage: str, name: str | None = None) -> "Figures":
+    def plot(self, stage: str, name: str | None = None) -> Figures:
         """The figures of a stage, as a notebook shows them; name: of one, `pareto`.
 
         Raises CalibrationError where there is none.
@@ -70,11 +77,11 @@ class Study(study.Study):
             )
         return Figures(chosen)
 
-    def results(self, stage):
+    def results(self, stage: str) -> StageResults:
         """What a stage has left, see `StageResults`."""
         return StageResults(self, stage)
 
-    def table(self, stage, name):
+    def table(self, stage: str, name: str) -> pd.DataFrame | None:
         """Table `name`.csv of a stage (pandas), or None; `attrs["units"]` has the unit of each
         column that has one."""
         found = super().table(stage, name)
@@ -116,16 +123,16 @@ class Figures:
 class StageResults:
     """Summary and tables of one stage."""
 
-    def __init__(self, owner, stage):
+    def __init__(self, owner: Study, stage: str) -> None:
         self.study, self.stage = owner, stage
 
     @property
-    def summary(self):
+    def summary(self) -> dict[str, Any] | None:
         """The stage's summary as a mapping, or None before it has run."""
         return self.study.summary(self.stage)
 
     @property
-    def tables(self):
+    def tables(self) -> dict[str, pd.DataFrame]:
         """{name: table (pandas)} of the stage."""
         paths = sorted((self.study.folder / self.stage).glob("*.csv"))
         return {p.stem: self.study.table(self.stage, p.stem) for p in paths}
@@ -141,7 +148,7 @@ class StageResults:
         return head + "".join(parts)
 
 
-def config_file(name):
+def config_file(name: str | Path) -> Path:
     """The configuration file that a name stands for. Raises ConfigError."""
     path = Path(name)
     path = path / "config.yaml" if path.is_dir() else path

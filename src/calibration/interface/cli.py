@@ -3,6 +3,7 @@
 import argparse
 import difflib
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from calibration.errors import CalibrationError
@@ -34,7 +35,7 @@ KEEP = (
 COPY = "Copy a study's folder under another name. Its runs are shared until something is changed."
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit status: 0, or 1 where something is wrong, or 2 for input that
     cannot be used."""
     args = _parser().parse_args(argv)

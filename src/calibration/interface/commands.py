@@ -3,13 +3,14 @@ measures photographs, `dem bounce` sounds, `dem shear` reads shear testers' tabl
 fills a grain's mesh with spheres, `dem serve` shows a study while it runs."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from calibration.errors import CalibrationError
 from dem.cli import main as engine_main
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit status: 0, or 2 with one line on stderr for bad input."""
     try:
         return engine_main(

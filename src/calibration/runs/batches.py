@@ -86,7 +86,7 @@ def run_told_batch(
     batches: int,
     done: str | Path,
     log: str | Path,
-    config: Any,
+    config: Mapping[str, Any],
     root: str | Path | None = None,
 ) -> None:
     """The same for runs that could each be a job of its own: each has its log and its message, and

@@ -5,11 +5,13 @@ is a table: the design's columns, `seed`, `experiment`, `run_id`; the specs stan
 plan.json.
 """
 
+from __future__ import annotations
+
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -26,6 +28,11 @@ from dem.io.files import write_json
 from dem.results import RESULT, is_current, run_name
 from dem.spec import parse_spec
 
+if TYPE_CHECKING:
+    from calibration.study.config import Config
+    from calibration.study.factors import Choice, Factor
+
+
 NAME = re.compile(r"\w[\w.-]*")
 """Of a planned run: one folder below the store's."""
 
@@ -37,8 +44,8 @@ def run_id(spec: Mapping[str, Any]) -> str:
 
 def plan(
     design: pd.DataFrame,
-    factors: Any,
-    config: Any,
+    factors: Sequence[Factor | Choice],
+    config: Config,
     experiment: str | None = None,
     seeds: int | None = None,
 ) -> tuple[pd.DataFrame, dict[str, dict[str, Any]]]:
@@ -174,7 +181,7 @@ def _result(store, name):
     return result
 
 
-def points_of(name: str, config: Any) -> list[str]:
+def points_of(name: str, config: Config) -> list[str]:
     """Sentences that say which points of which designs need the run `name`."""
     factors, found = read_factors(config.factors), []
     for path in sorted(Path(config.results, config.name).glob("*/design.csv")):

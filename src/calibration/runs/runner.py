@@ -34,7 +34,9 @@ NO_HEAP = (
 )
 
 
-def run_logged(spec: dict[str, Any], out: str | Path, log: str | Path, config: Any) -> None:
+def run_logged(
+    spec: dict[str, Any], out: str | Path, log: str | Path, config: Mapping[str, Any]
+) -> None:
     """Run `spec` (a mapping) into folder `out` and write its progress to `log`.
 
     A failed run says which points of which designs need it, why it failed, the likely cause and
@@ -49,7 +51,7 @@ def run_logged(spec: dict[str, Any], out: str | Path, log: str | Path, config: A
 def run_each(
     specs: Mapping[str, dict[str, Any]],
     log: str | Path,
-    config: Any,
+    config: Mapping[str, Any],
     root: str | Path | None = None,
 ) -> None:
     """Make runs {name: spec} one after another in this process, each as `run_logged` does with its

@@ -30,10 +30,10 @@ class RunStore:
     """Runs below a folder, that of `keep_runs_in` unless given. One that is missing, damaged or of
     another run raises ResultError wherever it is read."""
 
-    def __init__(self, root=None):
+    def __init__(self, root: str | Path | None = None) -> None:
         self.root = Path(root or _place["root"])
         self._index = self.root / "index.jsonl"
-        self._known, self._read_to = {}, 0
+        self._known, self._read_to = {}, 0  # type: ignore[var-annotated]
 
     def folder(self, name: str) -> Path:
         """Where a run is kept."""

@@ -5,12 +5,16 @@ written down when it was planned. Nothing is deleted: what cannot be trusted is 
 `*.damaged` and counts as missing.
 """
 
+from __future__ import annotations
+
 import json
 import os
 import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from filelock import FileLock, Timeout
 
@@ -24,7 +28,11 @@ from dem.errors import DemError, ResultError
 from dem.io.files import sweep_partial
 from dem.results import FAILED, RESULT, is_current
 
-_held = {}  # locks that are held until this process ends, however it ends
+if TYPE_CHECKING:
+    from calibration.study.config import Config
+
+
+_held = {}  # type: ignore[var-annotated]  # locks that are held until this process ends, however it ends
 HELD = "CALIBRATION_HELD"
 """Environment variable: the folders of results, a line each, that this process holds, or one that
 waits for it."""
@@ -50,7 +58,7 @@ class Fault:
         return self.text
 
 
-def faults_of(results="results", full=True):
+def faults_of(results: str | Path = "results", full: bool = True) -> list[Fault]:
     """`Fault`s of all runs, plans and files of stages below a folder of results; `full` reads all
     files, else only those runs that the store's index does not know as unchanged."""
     store = RunStore(Path(results) / "runs")
@@ -65,7 +73,7 @@ def faults_of(results="results", full=True):
     ]
 
 
-def checked_runs(results):
+def checked_runs(results: str | Path) -> int:
     """Number of runs below a folder of results that are finished or kept as failed."""
     store = RunStore(Path(results) / "runs")
     found = (store.folder(n) for n in store.names())
@@ -88,7 +96,7 @@ def _run_faults(store, full):
             yield Fault(str(error), name)
 
 
-def plan_faults(folder):
+def plan_faults(folder: str | Path) -> Iterator[Fault]:
     """`Fault`s of the plan in a stage's folder: it cannot be read, or its runs have other names
     now, since it was edited or a mesh or a table that they read has changed."""
     folder = Path(folder)
@@ -148,7 +156,9 @@ def _one_of_each_rig(specs):
     return seen.values()
 
 
-def repair(faults, results="results", tell=print):
+def repair(
+    faults: Sequence[Fault], results: str | Path = "results", tell: Callable[[str], object] = print
+) -> int:
     """Make runs again that are wrong, and set aside plans that are, which the workflow then makes
     again.
 
@@ -167,14 +177,14 @@ def repair(faults, results="results", tell=print):
                 _set_file_aside(fault)
             tell(f"{fault.made[2]}: `snakemake` makes again what {fault.made[1]} left")
             continue
-        spec = known.get(fault.run) or _own_spec(store.folder(fault.run))
-        store.set_aside(fault.run)
+        spec = known.get(fault.run) or _own_spec(store.folder(fault.run))  # type: ignore[arg-type]
+        store.set_aside(fault.run)  # type: ignore[arg-type]
         if spec is None:
             tell(f"{fault.run}: set aside; no plan knows its spec")
             continue
         try:
-            engines.make(spec, store.folder(fault.run))
-            store.entry(fault.run)
+            engines.make(spec, store.folder(fault.run))  # type: ignore[arg-type]
+            store.entry(fault.run)  # type: ignore[arg-type]
             tell(f"{fault.run}: made again")
         except DemError as error:
             tell(f"{fault.run}: could not be made again: {error}")
@@ -198,7 +208,7 @@ def _own_spec(folder):
         return None
 
 
-def before_planning(config, dry_run, results="results"):
+def before_planning(config: Config, dry_run: bool, results: str | Path = "results") -> list[str]:
     """Before the workflow looks at what is there: set aside what cannot be trusted. Returns
     sentences that say so.
 
@@ -273,7 +283,7 @@ def _date_back(results):
                 os.utime(path, (now, now))
 
 
-def forget_batches(folder, store):
+def forget_batches(folder: Path, store: RunStore) -> None:
     """Delete the marks of batches in a stage's folder that lack a run which they name."""
     for mark in sorted(folder.glob("batches/*.json")):
         try:
@@ -281,7 +291,7 @@ def forget_batches(folder, store):
         except (OSError, ValueError, KeyError, TypeError):
             named = None
         names = isinstance(named, list) and all(isinstance(n, str) for n in named)
-        if not (names and all(_there(store, name) for name in named)):
+        if not (names and all(_there(store, name) for name in named)):  # type: ignore[union-attr]
             mark.unlink()
 
 
@@ -293,7 +303,7 @@ def _there(store, name):
         return store.failure(name) is not None
 
 
-def hold(results):
+def hold(results: str | Path) -> None:
     """Keep others from working in a folder of results until this process ends. Raises
     CalibrationError where another does; a call that is a job of the one that holds the folder works
     there too."""

@@ -29,7 +29,8 @@ def verdict(low: float, high: float, margin: float) -> str:
     Inside +-margin it is equivalent, which is two one-sided tests at alpha (Schuirmann 1987,
     Journal of Pharmacokinetics and Biopharmaceutics 15:657). Outside it is different: the same two
     tests turned round (a minimum-effect test: Murphy and Myors 1999, Journal of Applied Psychology
-    84:234). Across a limit: undecided.
+    84:234). Across a limit: undecided. Raises CalibrationError for ends that do not ascend and for
+    a negative margin.
     """
     if not margin >= 0.0 or not low <= high:
         raise CalibrationError(f"no interval [{low:g}, {high:g}] or margin {margin:g} to judge by")

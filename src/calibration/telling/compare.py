@@ -17,7 +17,7 @@ from calibration.telling.report.runs import run_times
 NONE = "-"
 FITTED = (("R2", "R²", 3), ("R2_pred", "predicted R²", 3), ("CV_percent", "CV [%]", 2))
 """(key of the surface's statistics, words, decimals)."""
-Row = tuple[str, str, str]
+Row = tuple[str, ...]
 
 
 def compare(first: Path, second: Path) -> str:
@@ -53,7 +53,7 @@ def _results(path):
     return found
 
 
-def _parameters(first, second) -> Iterator[Row]:
+def _parameters(first: Results, second: Results) -> Iterator[Row]:
     """Value and interval of each parameter; of two posteriors how far their means are apart, in
     their joint standard deviation."""
     values = [s.summary("optimise", "optimum")["optimum"] for s in (first, second)]
@@ -84,7 +84,7 @@ def _apart(first, second):
             yield name, abs(a["mean"] - b["mean"]) / hypot(a["sd"], b["sd"])
 
 
-def _effects(first, second) -> Iterator[Row]:
+def _effects(first: Results, second: Results) -> Iterator[Row]:
     """Effect of each factor, with its p."""
     tables = [s.table("screening", "effects") for s in (first, second)]
     found = [{} if t is None else t.set_index("name")[["effect", "p"]].T.to_dict() for t in tables]
@@ -96,7 +96,7 @@ def _effects(first, second) -> Iterator[Row]:
         yield (label(name), *cells)
 
 
-def _surface(first, second) -> Iterator[Row]:
+def _surface(first: Results, second: Results) -> Iterator[Row]:
     found = [s.summary("response_surface") or {} for s in (first, second)]
     yield ("equation, coded", *(f.get("equation_coded", NONE) for f in found))
     for key, words, digits in FITTED:
@@ -104,7 +104,7 @@ def _surface(first, second) -> Iterator[Row]:
         yield (words, *(NONE if v is None else fixed(v, digits) for v in values))
 
 
-def _validation(first, second) -> Iterator[Row]:
+def _validation(first: Results, second: Results) -> Iterator[Row]:
     found = [s.summary("validation") for s in (first, second)]
 
     def cells(form):
@@ -121,7 +121,7 @@ def _validation(first, second) -> Iterator[Row]:
     )
 
 
-def _cost(first, second) -> Iterator[Row]:
+def _cost(first: Results, second: Results) -> Iterator[Row]:
     """Different runs of the tables, and their time on one core where the runs are at hand."""
     yield ("runs", *(str(len(_runs(s.folder))) for s in (first, second)))
     tables = [run_times(s.folder, load_stages()) for s in (first, second)]

@@ -4,9 +4,13 @@ python -m calibration.telling.kept_results STUDY KEPT PAGE METRIC, for instance 
 results/reference/soybean examples/soybean/README.md angle_of_repose_deg
 """
 
+from __future__ import annotations
+
 import shutil
 import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from calibration.chain.responses import without_value
 from calibration.chain.study import Results
@@ -14,6 +18,11 @@ from calibration.errors import CalibrationError
 from calibration.figures import response_of
 from calibration.runs.records import FOLDER
 from calibration.study.stages import load_stages, resolve
+
+if TYPE_CHECKING:
+    from calibration.figures import Response
+    from calibration.study.stages import Stage
+
 
 KEPT = (
     "*.json",
@@ -30,7 +39,7 @@ NOT_KEPT = ("logs", FOLDER)
 BEGIN, END = "<!-- found: begin -->", "<!-- found: end -->"
 
 
-def keep(study, target, tables=KEPT):
+def keep(study: str | Path, target: str | Path, tables: Sequence[str] = KEPT) -> None:
     """Copy the summaries and `tables` of a study's stages; plans and figures stay behind."""
     for folder in sorted(p for p in Path(study).iterdir() if p.is_dir() and p.name not in NOT_KEPT):
         for pattern in tables:
@@ -40,7 +49,7 @@ def keep(study, target, tables=KEPT):
                     shutil.copy(path, Path(target) / folder.name / path.name)
 
 
-def found(folder, metric):
+def found(folder: str | Path, metric: str) -> str:
     """Markdown: what each stage in a folder of results says of itself, a line a stage."""
     results, response, lines = Results(folder), response_of(metric), []
     for stage in load_stages().values():
@@ -51,7 +60,7 @@ def found(folder, metric):
     return "\n".join(lines)
 
 
-def sentences_of(stage, summary, response):
+def sentences_of(stage: Stage, summary: Mapping[str, Any] | None, response: Response) -> list[str]:
     """What a stage says of its summary (a mapping, or None), and which of its runs it left out."""
     if not summary:
         return []
@@ -59,7 +68,7 @@ def sentences_of(stage, summary, response):
     return [*texts, *without_value(summary.get("left_out", []))]
 
 
-def put(page, text, begin=BEGIN, end=END):
+def put(page: str | Path, text: str, begin: str = BEGIN, end: str = END) -> None:
     """Replace what stands between the two marks of a page. Raises CalibrationError for a page
     without them."""
     page = Path(page)
@@ -70,7 +79,7 @@ def put(page, text, begin=BEGIN, end=END):
     page.write_text(f"{before}{begin}\n{text}\n{end}{after}")
 
 
-def main(study, target, page, metric):
+def main(study: str | Path, target: str | Path, page: str | Path, metric: str) -> None:
     """Keep a study's results and say on the page what they found; metric: the study's target."""
     if Path(study).resolve() != Path(target).resolve():
         keep(study, target)

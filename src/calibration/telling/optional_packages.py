@@ -1,12 +1,13 @@
 """Packages that a plain install leaves out."""
 
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from calibration.errors import CalibrationError
 
 
 @contextmanager
-def extra(name, purpose):
+def extra(name: str, purpose: str) -> Iterator[None]:
     """Import what an extra of this package brings. Raises CalibrationError that names the extra
     where it is not installed; purpose: what needs it, as a sentence begins."""
     try:

@@ -5,11 +5,15 @@ RO-Crate 1.1 (Sefton et al. 2021, https://doi.org/10.5281/zenodo.5146227): a fol
 ro-crate-metadata.json, which describes the files beside it in schema.org's words.
 """
 
+from __future__ import annotations
+
 import mimetypes
 import shutil
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import metadata as packages
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import yaml
 
@@ -20,6 +24,11 @@ from calibration.study.stages.provenance import CRATE
 from calibration.telling.export.parameters import to_yaml
 from calibration.telling.optional_packages import extra
 from dem.io.files import write_json
+
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+
 
 SHOWN = (".csv", ".json", ".html", ".yaml")
 """Kinds of results that the crate holds; figures are in the report."""
@@ -35,8 +44,9 @@ UNSTATED = {
 }
 
 
-def provenance(study, source, output):
-    """Write the crate into the folder of `output.crate`, its metadata last."""
+def provenance(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """Write the crate into the folder of `output.crate`, its metadata last. Raises CalibrationError
+    for a study without a finished run."""
     folder = Path(output.crate).parent
     runs = finished(study.folder)
     if not runs:
@@ -56,7 +66,13 @@ def provenance(study, source, output):
     write_json(output.crate, metadata(study, folder, *files, _software(runs)))
 
 
-def metadata(study, folder, inputs, results, software):
+def metadata(
+    study: Study,
+    folder: Path,
+    inputs: Sequence[str],
+    results: Sequence[str],
+    software: Mapping[str, Mapping[str, Any]],
+) -> dict[str, Any]:
     """Content of ro-crate-metadata.json. inputs, results: files of the crate's folder; software:
     {identifier: properties} of the programs."""
     with extra("provenance", "The stage provenance"):

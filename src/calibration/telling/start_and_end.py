@@ -1,13 +1,20 @@
 """What a study says before any run (what was read, what is valid but risky) and at its end."""
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from calibration.study.config import point_spec, read_back
 from calibration.study.factors import read_factors
 from dem.spec import parse_spec
 
+if TYPE_CHECKING:
+    from calibration.chain.study import Study
+    from calibration.study.config import Config
 
-def opening(config):
+
+def opening(config: Config) -> list[str]:
     """Sentences: the measured values of each target as they were read, then the engine's warnings.
 
     Raises ConfigError for a table that cannot be read.
@@ -35,7 +42,7 @@ def _warnings(config, factors):
     return found
 
 
-def closing(study):
+def closing(study: Study) -> list[str]:
     """Sentences: the verdict of a diagnosis with its page, and where the report is; whatever of
     them is there."""
     found = []

@@ -97,7 +97,7 @@ def build_simulation(spec: RunSpec, walls: WallSet, gravity: ArrayLike = DOWN) -
     particles."""
     numerics, contacts = spec.numerics, contact_parameters(spec)
     pair = contacts[PARTICLE, PARTICLE]
-    air = None if spec.laws.drag == "none" else Air(pair.air_density, pair.air_viscosity)
+    air = None if spec.laws.drag == "none" else Air(pair.air_density, pair.air_viscosity)  # type: ignore[attr-defined]  # a field for each law
     return Simulation(
         {PARTICLE: material_of(spec.materials.particle), WALL: material_of(spec.materials.wall)},
         contacts,

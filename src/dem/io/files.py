@@ -3,7 +3,7 @@
 import errno
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -51,8 +51,8 @@ def sweep_partial(folder: str | Path) -> None:
         partial.unlink(missing_ok=True)
 
 
-def write_json(path: str | Path, data: Mapping[str, Any]) -> None:
-    """Write a mapping as JSON, atomically; NaN is refused."""
+def write_json(path: str | Path, data: Mapping[str, Any] | Sequence[Any]) -> None:
+    """Write a mapping or a list as JSON, atomically; NaN is refused."""
     text = json.dumps(data, indent=2, allow_nan=False) + "\n"
     replace_file(path, lambda stream: stream.write(text.encode()))
 

@@ -6,6 +6,11 @@ standard errors of that setting. A moderate effect is one of `MODERATE`: a tenth
 is known to 1 %, two degrees of a sliding angle that is known to 0.2°.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from diagnosis.benchmark.hidden import standard_error
@@ -13,11 +18,17 @@ from diagnosis.emulator import forward, inverse
 from diagnosis.fit import Data, fit
 from diagnosis.settings import BASE
 
+if TYPE_CHECKING:
+    from diagnosis.model import Emulated
+
+
 MODERATE = 10.0  # standard errors
 STEPS = 161
 
 
-def sizes(emulated, conditions, name, coded):
+def sizes(
+    emulated: Emulated, conditions: Sequence[tuple[str, dict]], name: str, coded: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Size (k,) of an effect at k coded strengths, with the base parameters at their ranges'
     centre. Beside it the chi-square (k,) of the fitted base model, and whether its parameters lie
     within their ranges (k,)."""
@@ -41,7 +52,9 @@ def _error(emulated, experiment, levers, value):
     return standard_error(experiment, value, np.abs(by_z) * trained.scatter)
 
 
-def strength_at(emulated, conditions, name, wanted):
+def strength_at(
+    emulated: Emulated, conditions: Sequence[tuple[str, dict]], name: str, wanted: float
+) -> tuple[float, float]:
     """(strength in its unit, size): the weakest of the wanted size, or where none is so large the
     one that fits worst.
 

@@ -1,9 +1,17 @@
 """Figure of the benchmark: power against strength, confusion matrix, false alarms and decoys."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pandas as pd
 
 from calibration.figures import BLUE, GREY, label, subplots
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 RATES = {
     "no effect, grains: adequate": "no effect, single grains: adequate",
@@ -20,7 +28,7 @@ RATES = {
 }
 
 
-def benchmark_figure(table, rates):
+def benchmark_figure(table: pd.DataFrame, rates: pd.DataFrame) -> Figure:
     """table: of all cases; rates: of `benchmark.summarise`."""
     figure, (power, matrix, bars) = subplots(1, 3, size=(17, 5.2), width_ratios=[1, 1.4, 0.8])
     _power(power, table)

@@ -1,10 +1,14 @@
 """Test data with a hidden effect: the real engine at other seeds, another time step and other base
 parameters."""
 
+from __future__ import annotations
+
 import itertools
 import math
 import zlib
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +17,13 @@ from calibration.intake.quantities import POURED, QUANTITIES, Condition
 from calibration.runs.simulated import named, simulate
 from dem.constants import GRAVITY
 from dem.spec import parse_spec
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from diagnosis.catalogue import Mechanism
+    from diagnosis.rig import Rig
+
 
 NOISE = {"drop": 0.02, "tilt": 0.4, "shear": 0.03, "heap": 1.0}
 """Standard deviation of one reading: a share of the value where that is its quantity's way, else in
@@ -86,14 +97,14 @@ ALIKE = {
 
 
 def draw(
-    point,
-    rig,
-    catalogue,
-    effects=None,
-    seed=None,
-    plan=PLANS["grains"],
-    root=None,
-):
+    point: int,
+    rig: Rig,
+    catalogue: Mapping[str, Mechanism],
+    effects: Mapping[str, float] | None = None,
+    seed: int | None = None,
+    plan: Sequence[tuple[str, dict[str, float]]] = PLANS["grains"],
+    root: str | Path | None = None,
+) -> tuple[list[Measurement], dict[str, Any]]:
     """(measurements, truth): data with `effects` {name: strength in its unit} switched on.
 
     `point` draws the base parameters from the middle 60 % of their ranges. `seed` (that of the
@@ -113,7 +124,7 @@ def draw(
         ]
         specs = [_hide(_own_step(s), experiment, catalogue, strengths) for s in specs]
         metric = rig.settings.experiments[experiment].metric
-        read = [m[metric] for m in simulate(named(specs), root).values() if m is not None]
+        read = [m[metric] for m in simulate(named(specs), root).values() if m is not None]  # type: ignore[index]
         n = REPLICATES[experiment] - (runs - len(read))
         if len(read) == runs or len(read) > 1:
             noise = _noise([point if seed is None else seed], experiment, levers, strengths)
@@ -166,7 +177,9 @@ def _spread(experiment, value):
     return NOISE[experiment] * (value if QUANTITIES[experiment].relative else np.ones_like(value))
 
 
-def standard_error(experiment, value, scatter=0.0):
+def standard_error(
+    experiment: str, value: np.ndarray | float, scatter: np.ndarray | float = 0.0
+) -> np.ndarray:
     """Standard errors (k,) of the means (k,) that this laboratory finds in an experiment.
 
     scatter: sd of the value from run to run, where each reading is one of a run of its own.
@@ -174,15 +187,15 @@ def standard_error(experiment, value, scatter=0.0):
     return np.hypot(_spread(experiment, value), scatter) / REPLICATES[experiment] ** 0.5
 
 
-def outlier(measurements, seed):
+def outlier(measurements: Sequence[Measurement], seed: int) -> list[Measurement]:
     """The measurements with one replicate of one setting six standard deviations off; mean and sd
     follow. Tests that ended without a value have none."""
     rng = np.random.default_rng([seed, 3])
     valued = [k for k, m in enumerate(measurements) if not m.outcome]
     k = valued[int(rng.integers(len(valued)))]
     m = measurements[k]
-    off = 6.0 * m.sd * rng.choice([-1.0, 1.0])
-    sd = np.sqrt(m.sd**2 + off**2 / m.n)
+    off = 6.0 * m.sd * rng.choice([-1.0, 1.0])  # type: ignore[operator]
+    sd = np.sqrt(m.sd**2 + off**2 / m.n)  # type: ignore[operator]
     return [
         *measurements[:k],
         replace(m, value=m.value + off / m.n, sd=float(sd)),
@@ -190,7 +203,9 @@ def outlier(measurements, seed):
     ]
 
 
-def understated(measurements, seed=None, factor=2.0):
+def understated(
+    measurements: Sequence[Measurement], seed: int | None = None, factor: float = 2.0
+) -> list[Measurement]:
     """The measurements with their spreads stated smaller than they are: the noise is twice what it
     claims to be."""
-    return [replace(m, sd=m.sd / factor) for m in measurements]
+    return [replace(m, sd=m.sd / factor) for m in measurements]  # type: ignore[operator]

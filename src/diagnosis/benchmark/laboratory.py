@@ -1,11 +1,24 @@
 """A data set with a hidden effect, drawn by the engine, diagnosed, and the verdict judged."""
 
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 from diagnosis.benchmark import effect, hidden
 from diagnosis.catalogue import load_catalogue
 from diagnosis.identify import decide, weigh
 from diagnosis.verdict import findings
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from calibration.intake.measurements import Measurement
+    from diagnosis.identify import Identification, Scores
+    from diagnosis.model import Emulated
+    from diagnosis.rig import Rig
+
 
 DECOYS = {"outlier": hidden.outlier, "understated": hidden.understated}
 """Data without an effect that look as if there were one: how they are made of good ones and a
@@ -28,7 +41,7 @@ class Case:
     bench: str = "grains"
 
     @property
-    def truth(self):
+    def truth(self) -> str:
         """Names of what is hidden."""
         return " + ".join(self.effects)
 
@@ -36,13 +49,20 @@ class Case:
 class Laboratory:
     """Draws data of the engine and diagnoses them; holds what all cases share."""
 
-    def __init__(self, emulated, rig, replicates, root=None, plans=hidden.PLANS):
+    def __init__(
+        self,
+        emulated: Emulated,
+        rig: Rig,
+        replicates: int,
+        root: str | Path | None = None,
+        plans: Mapping[str, Sequence[tuple[str, dict]]] = hidden.PLANS,
+    ) -> None:
         self.emulated, self.rig = emulated, rig
         self.replicates, self.root, self.plans = replicates, root, plans
         self._last = None, None
-        self._strengths = {}
+        self._strengths = {}  # type: ignore[var-annotated]
 
-    def plan(self, case):
+    def plan(self, case: Case) -> Sequence[tuple[str, dict]]:
         """What is measured of a case at first: little of one that this little is not to decide."""
         if case.case != "undecided":
             return self.plans[case.bench]
@@ -53,7 +73,7 @@ class Laboratory:
         ]
         return plan
 
-    def strength(self, case, name):
+    def strength(self, case: Case, name: str) -> tuple[float, float]:
         """(strength in its unit, size) of an effect whose size on the case's plan is that share of
         a moderate one."""
         plan = self.plan(case)
@@ -64,7 +84,9 @@ class Laboratory:
             )
         return self._strengths[key]
 
-    def measure(self, case, conditions=None):
+    def measure(
+        self, case: Case, conditions: Sequence[tuple[str, dict]] | None = None
+    ) -> list[Measurement]:
         """Measurements of a case under the given conditions, those of its plan unless given."""
         measured, _ = hidden.draw(
             case.point,
@@ -77,15 +99,17 @@ class Laboratory:
         )
         return measured
 
-    def weigh(self, measured, seed):
+    def weigh(self, measured: Sequence[Measurement], seed: int) -> Scores:
         """`Scores` of the measurements."""
         return weigh(self.emulated, measured, self.replicates, seed)
 
-    def identify(self, measured, seed, without=()):
+    def identify(
+        self, measured: Sequence[Measurement], seed: int, without: Collection[str] = ()
+    ) -> Identification:
         """`Identification` with some mechanisms taken out of the catalogue."""
         return decide(self.weigh(measured, seed), self.emulated.settings.alpha, without)
 
-    def diagnose(self, case):
+    def diagnose(self, case: Case) -> dict[str, Any]:
         """A mapping: the case, the verdict, and whether the truth was named."""
         if case.case == "undecided":
             return self.resolve(case)
@@ -112,7 +136,7 @@ class Laboratory:
             self._last = data, self.weigh(measured, case.seed)
         return self._last[1]
 
-    def resolve(self, case, further=2):
+    def resolve(self, case: Case, further: int = 2) -> dict[str, Any]:
         """Diagnose too little data, add the measurement that the diagnosis asks for, up to
         `further` times."""
         measured = self.measure(case)
@@ -131,7 +155,7 @@ class Laboratory:
         return row
 
 
-def judge(case, found):
+def judge(case: Case, found: Identification) -> dict[str, Any]:
     """Compare a verdict with the truth."""
     first = found.ranking[0]["mechanism"]
     named = found.verdict in ("identified", "discovered", "ambiguous")

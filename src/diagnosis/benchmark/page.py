@@ -1,6 +1,14 @@
 """The benchmark's rates as Markdown: what the documentation shows is what the cases gave."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from calibration.figures import label
+
+if TYPE_CHECKING:
+    import pandas as pd
+
 
 RATES = (
     ("all mechanisms, strength 1: named first", "90 %"),
@@ -37,7 +45,7 @@ CASES = {
 VERDICTS = ("adequate", "identified", "discovered", "ambiguous", "unexplained")
 
 
-def page(table, rates):
+def page(table: pd.DataFrame, rates: pd.DataFrame) -> str:
     """Three tables: the rates with their 95 % intervals, the verdicts, the mechanisms one by one.
 
     table: of all cases; rates: of `benchmark.summarise`.

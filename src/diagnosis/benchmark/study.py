@@ -8,10 +8,14 @@ has readings and noise of its own. A finished case is kept under the content of 
 so an interrupted benchmark goes on where it was.
 """
 
+from __future__ import annotations
+
 import hashlib
 import json
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -34,6 +38,13 @@ from diagnosis.model import Emulated
 from diagnosis.rig import Rig
 from diagnosis.settings import parameters_of, read_settings
 from diagnosis.stages import train_all
+
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.study.config import Config
+    from diagnosis.settings import Settings
+
 
 MECHANISMS = {
     "grains": (
@@ -68,7 +79,7 @@ SHOW = ("figure.py", "figures.py", "page.py")
 """Modules that only show outcomes; a case depends on all others of the diagnosis."""
 
 
-def cases(first=FIRST):
+def cases(first: int = FIRST) -> list[Case]:
     """All cases, the cheap re-uses after the data they re-use; `first` moves all seeds and points
     to others."""
     out = [Case("no effect", (), 0.0, s, s % NULL_POINTS) for s in range(NULLS)]
@@ -103,7 +114,7 @@ def _hidden_cases(bench):
     ]
 
 
-def summarise(table):
+def summarise(table: pd.DataFrame) -> pd.DataFrame:
     """Rates with their 95 % Wilson intervals: power by mechanism and strength, false alarms,
     decoys, pairs."""
     rows = []
@@ -162,7 +173,7 @@ def _add_undecided(add, table):
             add(f"ambiguous, and {k} proposed measurements more: identified and right", solved)
 
 
-def wilson(hits, n):
+def wilson(hits: int, n: int) -> tuple[float, float]:
     """95 % Wilson interval of a share."""
     z = 1.959964
     centre = (hits + z * z / 2) / (n + z * z)
@@ -179,7 +190,7 @@ def _rig(config, settings):
     return Rig(settings, config.run, tuple(_factors(config, settings)))
 
 
-def plan_runs(config, settings, output):
+def plan_runs(config: Config, settings: Settings, output: NamedFiles) -> None:
     """Write the design and plan of the emulators of all experiments."""
     kinds = list(settings.experiments)
     rows, specs = plan(_rig(config, settings), load_catalogue(), kinds)
@@ -187,12 +198,12 @@ def plan_runs(config, settings, output):
     write_json(output.plan, specs)
 
 
-def emulate(config, settings, source, output):
+def emulate(config: Config, settings: Settings, source: NamedFiles, output: NamedFiles) -> None:
     """Train the emulators of all experiments with the finished runs."""
     train_all(settings, _factors(config, settings), source, output)
 
 
-def equip(config, settings, source):
+def equip(config: Config, settings: Settings, source: NamedFiles) -> Laboratory:
     """The `Laboratory` of all benches."""
     emulators, failures = read_emulators(source.emulators)
     factors, known = _factors(config, settings), load_catalogue()
@@ -200,14 +211,24 @@ def equip(config, settings, source):
     return Laboratory(emulated, _rig(config, settings), settings.replicates)
 
 
-def run_shard(config, settings, source, shard, shards, folder, table):
+def run_shard(
+    config: Config,
+    settings: Settings,
+    source: NamedFiles,
+    shard: int,
+    shards: int,
+    folder: str | Path,
+    table: str | Path,
+) -> None:
     """Diagnose the cases whose point falls to this shard: cases that share runs share a shard."""
     own = [c for c in cases() if c.point % shards == shard]
     out = run_cases(own, config, settings, source, folder)
     write_table(pd.DataFrame(out), table)
 
 
-def run_cases(some, config, settings, source, folder):
+def run_cases(
+    some: Sequence[Case], config: Config, settings: Settings, source: NamedFiles, folder: str | Path
+) -> list[dict[str, Any]]:
     """Rows of the given cases, those that are kept in `folder` from there."""
     key = _key(config, settings, source.plan)
     laboratory, out = None, []
@@ -239,29 +260,29 @@ def _name(case, key):
 # as the workflow calls them
 
 
-def discovery_plan(study, source, output):
+def discovery_plan(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """See `plan_runs`."""
     plan_runs(study.config, read_settings(source.settings), output)
 
 
-def discovery_emulate(study, source, output):
+def discovery_emulate(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """See `emulate`."""
     emulate(study.config, read_settings(source.settings), source, output)
 
 
-def discovery_shard(study, source, output):
+def discovery_shard(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Diagnose the cases of one shard; the name of its table is its number."""
     settings, table = read_settings(source.settings), Path(output.table)
     kept = table.parents[1] / "kept"
     run_shard(study.config, settings, source, int(table.stem), SHARDS, kept, table)
 
 
-def discovery_benchmark(study, source, output):
+def discovery_benchmark(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """See `merge`."""
     merge(source.tables, output)
 
 
-def merge(tables, output):
+def merge(tables: Iterable[str | Path], output: NamedFiles) -> None:
     """Write all cases, the confusion matrix, the rates, their page and the figure."""
     table = pd.concat([read_written(t, keep_default_na=False) for t in tables], ignore_index=True)
     table = table.sort_values(["case", "truth", "strength", "seed"])

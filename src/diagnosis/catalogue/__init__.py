@@ -9,19 +9,25 @@ would have been read in place of the true value (arrays or floats; condition is 
 levers). Its `apply` uses the engine's own model of the instrument and makes test data.
 """
 
+from __future__ import annotations
+
 import importlib
 import importlib.util
 import math
 import pkgutil
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from calibration.errors import ConfigError
 from dem.contact.catalogue import LAWS, groups_needed, keys_allowed
 from dem.experiments import experiments
+
+if TYPE_CHECKING:
+    from dem.contact.law import Law
 
 
 @dataclass(frozen=True)
@@ -39,25 +45,25 @@ class Strength:
     log: bool = False
     off: float | None = None
 
-    def natural(self, coded):
+    def natural(self, coded: Any) -> Any:
         """Strength in its unit from a coded one in [0, 1]."""
         if self.log:
             return self.low * (self.high / self.low) ** coded
         return self.low + coded * (self.high - self.low)
 
-    def coded(self, natural):
+    def coded(self, natural: float) -> float:
         """Coded strength in [0, 1] from one in its unit."""
         if self.log:
             return math.log(natural / self.low) / math.log(self.high / self.low)
         return (natural - self.low) / (self.high - self.low)
 
-    def slope(self, coded):
+    def slope(self, coded: Any) -> Any:
         """Derivative of `natural`."""
         if self.log:
             return self.natural(coded) * math.log(self.high / self.low)
         return self.high - self.low + 0.0 * coded
 
-    def rising(self, steps):
+    def rising(self, steps: int) -> np.ndarray:
         """Coded strengths (steps,) from the weakest to the end of the range that is farthest from
         it."""
         start = self.coded(self.low if self.off is None else self.off)
@@ -87,7 +93,7 @@ class Mechanism:
     changes: tuple | None = None
 
 
-def set_law(spec, slot, law, **parameters):
+def set_law(spec: dict[str, Any], slot: str, law: str, **parameters: float) -> dict[str, Any]:
     """Run spec (a mapping) with one law chosen and its parameters set, without those of the law
     that it replaces; the given one is left as it was."""
     before = LAWS[slot].get(spec.get("laws", {}).get(slot))
@@ -99,17 +105,17 @@ def set_law(spec, slot, law, **parameters):
     }
 
 
-def keys_of(law):
+def keys_of(law: Law) -> set[str]:
     """Keys of `law_parameters` that a law has."""
     return {key for group in groups_needed(law) for key in group} | set(keys_allowed(law))
 
 
-def set_part(spec, part, **values):
+def set_part(spec: dict[str, Any], part: str, **values: Any) -> dict[str, Any]:
     """Run spec (a mapping) with values of one of its parts set; the given one is left as it was."""
     return spec | {part: spec.get(part, {}) | values}
 
 
-def coarse(spec):
+def coarse(spec: Mapping[str, Any]) -> float:
     """Factor by which the grains of a run spec (a mapping) are coarser than those that they stand
     for.
 
@@ -119,7 +125,9 @@ def coarse(spec):
     return spec.get("particles", {}).get("scale_factor", 1.0)
 
 
-def load_catalogue(without=(), folder=None):
+def load_catalogue(
+    without: Collection[str] = (), folder: str | Path | None = None
+) -> dict[str, Mechanism]:
     """{name: Mechanism} of every module beside this one and of every file in `folder`, without
     those named.
 

@@ -1,11 +1,13 @@
 """Drag of still air."""
 
+from typing import Any
+
 from diagnosis.catalogue import Mechanism, Strength, set_law
 
 DENSITY, VISCOSITY = 1.2, 1.8e-5
 
 
-def apply(spec, strength):
+def apply(spec: dict[str, Any], strength: float) -> dict[str, Any]:
     """Schiller-Naumann drag of a gas `strength` times as dense and viscous as air."""
     strength = max(strength, 1e-6)
     return set_law(

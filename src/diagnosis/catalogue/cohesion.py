@@ -1,9 +1,11 @@
 """Cohesion between grains: JKR adhesion with one surface energy."""
 
+from typing import Any
+
 from diagnosis.catalogue import Mechanism, Strength, coarse, set_law
 
 
-def apply(spec, strength):
+def apply(spec: dict[str, Any], strength: float) -> dict[str, Any]:
     """JKR between grains; the walls do not attract. Coarse grains get more, so that the tensile
     stress is kept."""
     return set_law(spec, "cohesion", "jkr", surface_energy_J_m2=strength * coarse(spec))

@@ -1,11 +1,13 @@
 """Grains that are longer than wide, where the model has spheres."""
 
+from typing import Any
+
 from diagnosis.catalogue import Mechanism, Strength, set_part
 
 LONGEST = 1.6  # longer grains do not pass the funnel that stands in the rig for coarse spheres
 
 
-def apply(spec, strength):
+def apply(spec: dict[str, Any], strength: float) -> dict[str, Any]:
     """Each grain is two bonded spheres with the volume of the stated one; the strength is length
     over width."""
     return set_part(spec, "particles", elongation=strength)

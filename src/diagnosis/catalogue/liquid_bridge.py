@@ -1,11 +1,13 @@
 """Capillary bridges between wet grains."""
 
+from typing import Any
+
 from diagnosis.catalogue import Mechanism, Strength, coarse, set_law
 
 VOLUME_FRACTION = 0.005
 
 
-def apply(spec, strength):
+def apply(spec: dict[str, Any], strength: float) -> dict[str, Any]:
     """Bridges of a fixed volume; the strength is the surface tension times the wetting.
 
     Coarse grains get more of it, so that the tensile stress is kept. The plate of the drop test is

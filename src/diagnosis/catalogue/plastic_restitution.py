@@ -1,9 +1,11 @@
 """Restitution that falls with speed because the contact yields."""
 
+from typing import Any
+
 from diagnosis.catalogue import Mechanism, Strength, set_law
 
 
-def apply(spec, strength):
+def apply(spec: dict[str, Any], strength: float) -> dict[str, Any]:
     """Elastic-plastic contact; the restitution of the base model holds below the yield speed."""
     return set_law(spec, "damping", "plastic", yield_velocity_m_s=strength)
 

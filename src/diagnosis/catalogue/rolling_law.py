@@ -1,9 +1,11 @@
 """Elastic-plastic rolling resistance (type C) in place of a constant torque (type A)."""
 
+from typing import Any
+
 from diagnosis.catalogue import Mechanism, Strength, set_law
 
 
-def apply(spec, strength):
+def apply(spec: dict[str, Any], strength: float) -> dict[str, Any]:
     """Type C; the strength is the rolling stiffness in units of the contact's.
 
     With torsion, or grains that spin about the normal of their contact would keep a heap from rest.

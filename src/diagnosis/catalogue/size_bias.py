@@ -1,9 +1,11 @@
 """The grains are larger or smaller than stated."""
 
+from typing import Any
+
 from diagnosis.catalogue import Mechanism, Strength, coarse, set_part
 
 
-def apply(spec, strength):
+def apply(spec: dict[str, Any], strength: float) -> dict[str, Any]:
     """All diameters multiplied, the number of grains kept."""
     return set_part(spec, "particles", scale_factor=coarse(spec) * strength)
 

@@ -1,11 +1,13 @@
 """Friction that falls with the load on a contact."""
 
+from typing import Any
+
 from diagnosis.catalogue import Mechanism, Strength, set_law
 
 REFERENCE_FORCE_N = 5e-5
 
 
-def apply(spec, strength):
+def apply(spec: dict[str, Any], strength: float) -> dict[str, Any]:
     """mu = mu0 (F / F0)^-n; F0 is about the weight of a 2 mm grain of salt."""
     return set_law(
         spec,

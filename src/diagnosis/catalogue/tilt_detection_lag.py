@@ -1,6 +1,8 @@
 """The tilt angle is read late, once the grains have visibly moved."""
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -10,15 +12,17 @@ from diagnosis.catalogue import Mechanism, Strength
 DEFAULT_RATE = 5.0
 
 
-def apply(spec, strength):
+def apply(spec: dict[str, Any], strength: float) -> dict[str, Any]:
     """Sliding counts only after this much movement."""
     geometry = spec.get("geometry", {})
     return spec | {"geometry": geometry | {"slip_mm": max(strength, geometry["slip_mm"])}}
 
 
-def observe(value, condition, strength):
-    """Angle [deg] read `strength` mm after the start of sliding, while the plate goes on
-    turning."""
+def observe(
+    value: np.ndarray | float, condition: Mapping[str, float], strength: np.ndarray | float
+) -> np.ndarray:
+    """Angle [deg] read `strength` mm after the start of sliding, while the plate goes on turning.
+    value and strength: numbers or arrays of one shape."""
     rate = math.radians(condition.get("tilt_rate_deg_s", DEFAULT_RATE))
     slip = 1e-3 * np.maximum(strength, 0.0)
     cosine = np.cos(np.radians(np.minimum(value, 89.0)))

@@ -1,15 +1,18 @@
 """A load on the shear plane that the stated normal stress leaves out."""
 
+from collections.abc import Mapping
+from typing import Any
+
 from diagnosis.catalogue import Mechanism, Strength, set_part
 
 
-def apply(spec, strength):
+def apply(spec: dict[str, Any], strength: float) -> dict[str, Any]:
     """The test runs under the stated normal stress and `strength` kPa more."""
     normal = spec["geometry"]["normal_stress_kPa"] + strength
     return set_part(spec, "geometry", normal_stress_kPa=normal)
 
 
-def observe(value, condition, strength):
+def observe(value: Any, condition: Mapping[str, float], strength: Any) -> Any:
     """Shear stress [kPa] as read under `strength` kPa more than stated, of a yield locus through
     the origin."""
     stated = condition["normal_stress_kPa"]

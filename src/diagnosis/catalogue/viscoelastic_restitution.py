@@ -1,9 +1,11 @@
 """Restitution that falls with speed because the grain's material is viscous."""
 
+from typing import Any
+
 from diagnosis.catalogue import Mechanism, Strength, set_law
 
 
-def apply(spec, strength):
+def apply(spec: dict[str, Any], strength: float) -> dict[str, Any]:
     """The viscoelastic dashpot in place of the one with a constant restitution."""
     return set_law(spec, "damping", "viscoelastic", viscoelastic_time_s=strength)
 

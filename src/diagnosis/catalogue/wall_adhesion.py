@@ -1,9 +1,11 @@
 """Adhesion of grains to the wall."""
 
+from typing import Any
+
 from diagnosis.catalogue import Mechanism, Strength, set_law
 
 
-def apply(spec, strength):
+def apply(spec: dict[str, Any], strength: float) -> dict[str, Any]:
     """JKR between grain and wall; grains do not attract each other."""
     return set_law(spec, "cohesion", "jkr", wall_surface_energy_J_m2=strength)
 

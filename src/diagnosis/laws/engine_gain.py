@@ -6,7 +6,11 @@ without each. The engine then integrates the contact with the law switched on an
 engine has no law for is taken from the fitted curve.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,13 +31,19 @@ from diagnosis.table_model.curve import curve
 from diagnosis.table_model.left_out import levels_of, refitted
 from diagnosis.table_model.term import LAW, Term
 
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from diagnosis.laws.readings import Readings
+    from diagnosis.table_model.block import Block
+
+
 MOST_SETTINGS = 12
 """Settings at most that are compared for one law."""
 
 
-def some_of(levels, most=MOST_SETTINGS):
+def some_of(levels: Sequence[Any], most: int = MOST_SETTINGS) -> list[np.ndarray]:
     """Of each level (settings) those to be run: at most so many in all, spread over the levels, and
-    over the settings of a level in turn."""
+    over the settings of a level in turn. levels: [indices (k,) of the settings of a level]."""
     some = np.round(np.linspace(0, len(levels) - 1, min(most, len(levels)))).astype(int)
     each = max(most // len(levels), 1)
     out = []
@@ -51,15 +61,25 @@ class Engine:
     rig: object
     catalogue: dict
 
-    def spec_of(self, experiment, levers):
+    def spec_of(self, experiment: str, levers: Mapping[str, float]) -> dict[str, Any]:
         """Run spec (a mapping) of a condition."""
         return self.rig.spec(Condition(experiment, levers), self.rig.settings.seed)
 
-    def logs(self, switch, coefficient, readings):
+    def logs(
+        self,
+        switch: Callable[[dict[str, Any], float], dict[str, Any]],
+        coefficient: float,
+        readings: Readings,
+    ) -> np.ndarray:
         """(n,) logarithms of the readings with a switch (spec, coefficient) -> spec."""
         return contact_logs(lambda spec: switch(spec, coefficient), readings, self.spec_of)
 
-    def can(self, switch, coefficient, readings):
+    def can(
+        self,
+        switch: Callable[[dict[str, Any], float], dict[str, Any]],
+        coefficient: float,
+        readings: Readings,
+    ) -> bool:
         """Whether the engine takes the switch beside the study's own laws."""
         levers = {k: float(v[0]) for k, v in readings.levers.items() if np.isfinite(v[0])}
         try:
@@ -69,7 +89,7 @@ class Engine:
         return True
 
 
-def shift(block, key, name, engine):
+def shift(block: Block, key: str, name: str | None, engine: Engine) -> tuple[np.ndarray, bool]:
     """(n,) what a law adds to the logarithms of all readings of a block, and whether the engine
     said so. name: the mechanism that it stands for, or None for the curve."""
     term, readings, y = block.terms[key], block.readings, block.readings.log
@@ -111,7 +131,7 @@ def shift(block, key, name, engine):
     return (with_law - plain, True) if np.isfinite(with_law).all() else (fitted, False)
 
 
-def keys_of(block, key):
+def keys_of(block: Block, key: str) -> dict[str, Any] | None:
     """The keys of a run spec that switch a held law on, or None where the engine has none."""
     term = block.terms[key]
     has = term.law is not None and term.free and curve_of(term.law)
@@ -130,12 +150,12 @@ class Compared:
     shared: dict
     engine: dict | None
 
-    def gain(self):
+    def gain(self) -> dict[str, Any] | None:
         """The mapping `gain` of verdict.json."""
         return gain(self.measurements, self.before, self.after, shared=self.shared)
 
 
-def together(parts):
+def together(parts: Sequence[Compared]) -> dict[str, Any] | None:
     """The gain of several experiments' `Compared` at once."""
     rows = [m for p in parts for m in p.measurements]
     before, after = (np.concatenate([getattr(p, n) for p in parts]) for n in ("before", "after"))
@@ -143,7 +163,12 @@ def together(parts):
     return Compared(rows, before, after, shared, None).gain()
 
 
-def compared(measurements, block, names, engine):
+def compared(
+    measurements: Sequence[Measurement],
+    block: Block,
+    names: Mapping[str, str | None],
+    engine: Engine,
+) -> dict[str | None, Compared]:
     """{key: Compared} of the laws that are held in a block, the others being in both models, and
     under None of all of them; names: {key: mechanism that it is told as, or None}."""
     laws = [k for k, h in block.held.items() if h.term.kind == LAW]

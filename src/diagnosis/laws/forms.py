@@ -9,12 +9,21 @@ J. Fluid Mech. 163:479), an elastic plate (Zener 1941, Phys. Rev. 59:669), conta
 its work ~ d^(4/3) (Johnson, Kendall, Roberts 1971, Proc. R. Soc. A 324:301).
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from diagnosis.laws.readings import IN_AIR
 from diagnosis.laws.slots import added, coordinates, scaled
+
+if TYPE_CHECKING:
+    from diagnosis.laws.readings import Readings
+    from diagnosis.laws.slots import FreeLaw
+
 
 LADDER = np.geomspace(0.003, 1.2, 12)
 """Changes of the logarithm over half the range of the states that a form is tried at, in both
@@ -81,13 +90,15 @@ ADDS = {
 state, or a function of its logarithm."""
 
 
-def forms_of(law, readings, centre):
+def forms_of(
+    law: FreeLaw, readings: Readings, centre: np.ndarray
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """{name: (strengths (k,), curves (k, n))} of the named forms of one free law: what each adds to
     the logarithms of readings about `centre` (n,)."""
     return _added(law, readings, centre) if law.weight else _multiplied(law, readings)
 
 
-def forms_at(law, u):
+def forms_at(law: FreeLaw, u: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """{name: (strengths (k,), curves (k, m))} of the forms of a law that multiplies, at states u
     (m,) over that in the middle: logarithms of the reading."""
     power = IN_AIR if law.experiment == "drop" else 1.0
@@ -120,9 +131,9 @@ def _strengths(form, u):
     return np.concatenate([-LADDER[::-1], LADDER]) / slope
 
 
-def factors_of(law):
+def factors_of(law: FreeLaw) -> dict[str, Callable[[np.ndarray], np.ndarray]]:
     """{name of a form: function of the logarithm of the state over the middle one, that stands
-    beside the weight of the slot} of a law that adds."""
+    beside the weight of the slot} of a law that adds. Each takes and gives (n,)."""
     if law.coordinate is None:
         return {"the same at all settings": _power(0.0)}
     last = law.state[-1] if law.state else ""
@@ -148,7 +159,7 @@ def _added(law, readings, centre):
     return out
 
 
-def text_of(name):
+def text_of(name: str) -> str:
     """Formula of a form of a law that multiplies, to be filled in (see `Form`)."""
     [text] = [f.text for f in (*MULTIPLIES, THRESHOLD) if f.name == name]
     return text

@@ -1,7 +1,11 @@
 """A free law as the law that the engine has in its slot: a curve through a few states
 (`dem.contact.curve`)."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,6 +14,10 @@ from diagnosis.catalogue import set_law
 from diagnosis.laws.known import with_coefficient
 from diagnosis.laws.slots import FAMILY
 from diagnosis.measurements import CONTACTS
+
+if TYPE_CHECKING:
+    from diagnosis.laws.slots import FreeLaw
+
 
 DIGITS = 9  # decimals of what is written into a run spec
 
@@ -32,7 +40,7 @@ CURVES = {
 """Slot of a free law -> the curve of the engine in it."""
 
 
-def curve_of(law):
+def curve_of(law: FreeLaw) -> Curve | None:
     """`Curve` that is a law with experiment, slot and state; None where the engine has none.
 
     The rate of a tilt is no speed of sliding, and the load of a shear cell is not that of a
@@ -43,7 +51,7 @@ def curve_of(law):
     return known if set(law.state) <= set(known.states) else None
 
 
-def not_run(law):
+def not_run(law: Mapping[str, Any]) -> str:
     """Why the engine has no run with a law {experiment, slot, state, ...} of verdict.json."""
     own = (f for f in FAMILY if f.experiment == law["experiment"])
     found = [f for f in own if (f.slot, f.state) == (law["slot"], tuple(law["state"]))]
@@ -54,7 +62,9 @@ def not_run(law):
     return f"The engine has no law for {words}: {told}."
 
 
-def parameters(law, values):
+def parameters(
+    law: FreeLaw, values: Sequence[Mapping[str, float]]
+) -> tuple[float, dict[str, float]]:
     """(coefficient in the middle, {key: value} of `law_parameters`) of a free law.
 
     values: [{state, value, ...}] at equal steps of the state's logarithm, as `found.curve` has
@@ -65,14 +75,17 @@ def parameters(law, values):
     value = [values[i]["value"] for i in places]
     middle = value[POINTS // 2]
     shares = {
-        f"wall_{known.law}_{k}": round(v / middle, DIGITS) for k, v in enumerate(value, start=1)
+        f"wall_{known.law}_{k}": round(v / middle, DIGITS)  # type: ignore[union-attr]
+        for k, v in enumerate(value, start=1)
     }
-    reach = {f"{known.law}_low": state[0], f"{known.law}_ratio": state[-1] / state[0]}
-    powers = {f"{known.law}_{s}_power": float(s in law.state) for s in known.states}
+    reach = {f"{known.law}_low": state[0], f"{known.law}_ratio": state[-1] / state[0]}  # type: ignore[union-attr]
+    powers = {f"{known.law}_{s}_power": float(s in law.state) for s in known.states}  # type: ignore[union-attr]
     return middle, shares | reach | powers
 
 
-def switched_on(law, values):
+def switched_on(
+    law: FreeLaw, values: Sequence[Mapping[str, float]]
+) -> tuple[Callable[[dict[str, Any], float], dict[str, Any]], float]:
     """A function of a run spec (a mapping) and a coefficient that gives the spec with the free law
     switched on, the coefficient that in the middle of its states; and this coefficient as the
     values have it."""
@@ -86,7 +99,7 @@ def switched_on(law, values):
     return switch, middle
 
 
-def keys(law, values):
+def keys(law: FreeLaw, values: Sequence[Mapping[str, float]]) -> dict[str, Any]:
     """The keys of a run spec that switch a free law on: {laws, law_parameters, contacts}."""
     switch, middle = switched_on(law, values)
     return switch({}, middle)

@@ -6,15 +6,24 @@ coefficient is chosen so that the mean over the settings is that of the data. Se
 size share a simulation.
 """
 
+from __future__ import annotations
+
 import json
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from diagnosis.collision import rebounds, sliding_angles
 from diagnosis.laws.readings import IN_AIR, from_log, to_log
+
+if TYPE_CHECKING:
+    from diagnosis.catalogue import Mechanism
+    from diagnosis.laws.readings import Readings
+
 
 STEPS, CURVES = 11, 21
 """Strengths at which the engine is asked, and between which the curves are interpolated."""
@@ -38,7 +47,9 @@ class Known:
     own_level: bool
 
 
-def known_curves(catalogue, spec_of):
+def known_curves(
+    catalogue: Mapping[str, Mechanism], spec_of: Callable[[str, dict[str, float]], dict[str, Any]]
+) -> Callable[[Readings], dict[str, Known]]:
     """A function of readings that gives {name: Known} of every mechanism of the experiment.
 
     spec_of: (experiment, levers) -> run spec (a mapping) of a condition.
@@ -99,14 +110,16 @@ def _curve(mechanism, coded, readings, centre, spec_of):
     return log - log.mean() if mechanism.name not in NO_COEFFICIENT else log - centre
 
 
-def observed_log(mechanism, strength, log, readings):
+def observed_log(
+    mechanism: Mechanism, strength: float, log: np.ndarray, readings: Readings
+) -> np.ndarray:
     """(n,) logarithms of what would have been read in place of true values with logarithms (n,)."""
     true = from_log(readings.experiment, log, readings.levers)
     given = [
         {k: float(v[i]) for k, v in readings.levers.items() if not np.isnan(v[i])}
         for i in range(len(true))
     ]
-    seen = [mechanism.observe(t, c, strength) for t, c in zip(true, given, strict=True)]
+    seen = [mechanism.observe(t, c, strength) for t, c in zip(true, given, strict=True)]  # type: ignore[misc]
     return to_log(readings.experiment, np.array(seen, float), readings.levers)[0]
 
 
@@ -126,14 +139,18 @@ def _engine(mechanism, strength, coefficient, value, readings, spec_of):
     return contact_logs(switched, readings, spec_of)
 
 
-def with_coefficient(spec, name, value):
+def with_coefficient(spec: dict[str, Any], name: str, value: float) -> dict[str, Any]:
     """Run spec (a mapping) with a coefficient of grains on the plate."""
     pair = spec.get("contacts", {})
     wall = pair.get("particle_wall", {}) | {name: round(float(value), 9)}
     return spec | {"contacts": pair | {"particle_wall": wall}}
 
 
-def contact_logs(switched, readings, spec_of):
+def contact_logs(
+    switched: Callable[[dict[str, Any]], dict[str, Any]],
+    readings: Readings,
+    spec_of: Callable[[str, dict[str, float]], dict[str, Any]],
+) -> np.ndarray:
     """(n,) logarithms of what the engine's one contact reads at each setting.
 
     switched: run spec (a mapping) -> the one with the laws to be run."""

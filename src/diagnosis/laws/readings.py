@@ -5,12 +5,21 @@ A reading is taken as the logarithm of what the law multiplies: rebound height, 
 sliding angle, shear stress. There an error of a laboratory is a share of the value, and a constant
 restitution or friction is one level."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from calibration.intake.quantities import LEVERS
 from diagnosis.fit import moderated_sd
+
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+
 
 FREE = ("drop", "tilt", "shear")
 """Experiments whose model is one contact, or one ratio of stresses."""
@@ -47,7 +56,7 @@ class Readings:
     relative: np.ndarray
 
     @property
-    def centre(self):
+    def centre(self) -> np.ndarray:
         """(n,) logarithm of the best constant, alike at all settings."""
         weight = 1.0 / self.error**2
         return np.full(len(self.log), (weight * self.log).sum() / weight.sum())
@@ -58,15 +67,17 @@ UNKNOWN = 30.0
 then weighs nothing."""
 
 
-def unknown(readings, index):
-    """The readings with those at `index` given such an error."""
+def unknown(readings: Readings, index: np.ndarray | Sequence[int]) -> Readings:
+    """The readings with those at `index` given such an error. index: (k,) places of settings."""
     error = readings.error.copy()
     others = np.delete(error, index)
     error[index] = UNKNOWN * np.median(others) + 1.0
     return replace(readings, error=error)
 
 
-def with_setting(readings, levers, covariates=None):
+def with_setting(
+    readings: Readings, levers: Mapping[str, float], covariates: Mapping[str, float] | None = None
+) -> Readings:
     """The readings with one more at {lever: value}, which weighs nothing; covariates stand at their
     medians unless given."""
     wider = {n: np.append(v, levers.get(n, np.nan)) for n, v in readings.levers.items()}
@@ -91,7 +102,11 @@ def with_setting(readings, levers, covariates=None):
     return unknown(out, [len(log) - 1])
 
 
-def readings_of(measurements, experiment, defaults=None):
+def readings_of(
+    measurements: Sequence[Measurement],
+    experiment: str,
+    defaults: Mapping[str, float] | None = None,
+) -> Readings:
     """`Readings` of one experiment's measurements; `defaults` {lever: value} where a row leaves a
     lever empty."""
     rows = np.array([i for i, m in enumerate(measurements) if m.experiment == experiment])
@@ -127,7 +142,7 @@ FLOOR = 0.5
 """Least error of a reading, in standard deviations of what rounding takes off."""
 
 
-def step_of(own):
+def step_of(own: Sequence[Measurement]) -> float | None:
     """The largest of STEPS that all readings of `Measurement`s are multiples of, or None.
 
     A mean is one of n readings: n times it is a multiple, and half of the means are themselves."""
@@ -156,7 +171,7 @@ def _covariates(own):
     return out
 
 
-def folds_of(levers):
+def folds_of(levers: Mapping[str, np.ndarray]) -> dict[str, list[np.ndarray]]:
     """{lever: [indices (k,) of a level]} of the levers that vary."""
     folds = {}
     for name, value in levers.items():
@@ -166,8 +181,11 @@ def folds_of(levers):
     return folds
 
 
-def to_log(experiment, value, levers):
-    """Logarithm of a reading over its shape, and the derivative by the value."""
+def to_log(
+    experiment: str, value: ArrayLike, levers: Mapping[str, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Logarithm of a reading over its shape, and the derivative by the value. value and levers:
+    (n,), in their units; both results (n,)."""
     value = np.asarray(value, float)
     if experiment == "tilt":
         angle = np.radians(value)
@@ -175,8 +193,8 @@ def to_log(experiment, value, levers):
     return np.log(value / levers[SHAPE[experiment]]), 1.0 / value
 
 
-def from_log(experiment, log, levers):
-    """The reading in its unit, of its logarithm over its shape."""
+def from_log(experiment: str, log: np.ndarray, levers: Mapping[str, np.ndarray]) -> np.ndarray:
+    """The reading in its unit, of its logarithm over its shape. log and levers: (n,)."""
     if experiment == "tilt":
         return np.degrees(np.arctan(np.exp(log)))
     return np.exp(log) * levers[SHAPE[experiment]]

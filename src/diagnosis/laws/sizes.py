@@ -1,6 +1,8 @@
 """Sizes of shared errors that are tried."""
 
+from collections.abc import Iterable
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -11,10 +13,10 @@ and none."""
 USUAL = 2.0  # scale of their prior, in the same unit
 
 
-def combined(names):
+def combined(names: Iterable[Any]) -> tuple[list[dict[Any, float]], np.ndarray]:
     """[{name: times}] of the sizes that are tried of the kinds of error in `names`, at most two
     kinds at once, and the log prior (g,) of each."""
-    choices = [{}]
+    choices = [{}]  # type: ignore[var-annotated]
     for count in (1, 2):
         for chosen in combinations(names, count):
             for times in np.array(np.meshgrid(*[TIMES] * count)).reshape(count, -1).T:

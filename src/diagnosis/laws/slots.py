@@ -7,12 +7,18 @@ simplest kind acts, times a curve of the state. The curve is 1 for the simplest 
 `size` are errors of what was set. A state is a power product of the levers.
 """
 
-from collections.abc import Callable
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dem.constants import GRAVITY
+
+if TYPE_CHECKING:
+    from diagnosis.laws.readings import Readings
 
 
 @dataclass(frozen=True)
@@ -38,17 +44,17 @@ class FreeLaw:
     odds: float = 0.0
 
     @property
-    def name(self):
+    def name(self) -> str:
         """Slot and state in one word."""
         return f"{self.experiment}:{self.slot}({', '.join(self.state)})"
 
     @property
-    def words(self):
+    def words(self) -> str:
         """Slot and state as they are told."""
         return f"{self.slot} of {' and '.join(self.state) or 'all settings alike'}"
 
 
-def speed_of(levers):
+def speed_of(levers: Mapping[str, Any]) -> Any:
     """Impact speed [m/s] of a fall without air."""
     return np.sqrt(2e-3 * GRAVITY * levers["drop_height_mm"])
 
@@ -268,7 +274,7 @@ FAMILY = DROP + TILT + SHEAR
 """Every free law that can be tried."""
 
 
-def applicable(readings):
+def applicable(readings: Readings) -> list[FreeLaw]:
     """The free laws whose levers vary in these readings, and one of each covariate."""
     known = [
         law
@@ -279,7 +285,7 @@ def applicable(readings):
     return known + [of_covariate(readings.experiment, name) for name in readings.covariates]
 
 
-def of_covariate(experiment, name):
+def of_covariate(experiment: str, name: str) -> FreeLaw:
     """The free law of an experiment's coefficient over a covariate.
 
     The logarithm of its coordinate is that of the covariate where this is positive, else the
@@ -294,15 +300,15 @@ def _positive(value):
     return np.exp(2.0 * (value - value.mean()) / np.ptp(value))
 
 
-def coordinates(readings):
+def coordinates(readings: Readings) -> dict[str, np.ndarray]:
     """{name: (n,)} of levers and covariates, of which laws take their states."""
     return readings.levers | readings.covariates
 
 
-def scaled(law, levers):
+def scaled(law: FreeLaw, levers: Mapping[str, np.ndarray]) -> tuple[np.ndarray, float, float]:
     """Coordinate (n,) of a law's state, its logarithm over the plan from -1 to 1, with middle and
     half range."""
-    value = np.log(np.maximum(law.coordinate(levers), 1e-12))
+    value = np.log(np.maximum(law.coordinate(levers), 1e-12))  # type: ignore[misc]
     low, high = value.min(), value.max()
     return (
         2.0 * (value - low) / max(high - low, 1e-12) - 1.0,
@@ -311,9 +317,10 @@ def scaled(law, levers):
     )
 
 
-def added(space, term, centre):
+def added(space: str, term: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """What a term adds to the logarithms of readings about `centre`: log, the term itself; linear,
-    it is a share of the reading; angle, a share of the sliding angle."""
+    it is a share of the reading; angle, a share of the sliding angle. term and centre: (n,) or (k,
+    n)."""
     if space == "log":
         return term
     if space == "linear":

@@ -1,6 +1,9 @@
 """The first three sentences of a diagnosis: what is wrong, by how much and where; the cause; what
 it costs or what to measure next."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from calibration.figures import label
@@ -11,7 +14,7 @@ from diagnosis.page.words import capital, chance, in_unit, place, quantity, sent
 WITHOUT = ("adequate",)
 
 
-def first_lines(verdict):
+def first_lines(verdict: Mapping[str, Any]) -> list[str]:
     """[what is wrong, the cause, the cost or the next measurement], of a mapping of
     verdict.json."""
     lines = [_wrong(verdict), _cause(verdict), _cost(verdict) or _next(verdict)]

@@ -2,6 +2,8 @@
 where, `first_lines` how it begins."""
 
 import re
+from collections.abc import Mapping
+from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -32,7 +34,7 @@ FILTERS = {
 }
 
 
-def page(verdict):
+def page(verdict: Mapping[str, Any]) -> str:
     """The Markdown of a mapping of verdict.json."""
     environment = Environment(
         loader=PackageLoader("diagnosis.page", "."),

@@ -1,6 +1,8 @@
 """Numbers and names of a verdict as words."""
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import yaml
 
@@ -12,18 +14,18 @@ MOST_ODDS = 1000.0
 thousand."""
 
 
-def capital(text):
+def capital(text: str) -> str:
     """Text with its first letter large."""
     return text[:1].upper() + text[1:]
 
 
-def sentence(text):
+def sentence(text: str | None) -> str:
     """Text that begins large and ends with one full stop; nothing of nothing."""
     text = (text or "").strip()
     return f"{capital(text).rstrip('.')}." if text else ""
 
 
-def odds(gain):
+def odds(gain: float) -> str:
     """'400 to 1' for a gain in nats; two digits, and no more than `MOST_ODDS`."""
     if gain > math.log(MOST_ODDS):
         return f"more than {MOST_ODDS:,.0f} to 1"
@@ -31,25 +33,25 @@ def odds(gain):
     return f"{value:,.0f} to 1" if value >= 10.0 else f"{value:g} to 1"
 
 
-def chance(p):
+def chance(p: float | None) -> str:
     """A probability in per cent, at least 0.1 %; nothing of None."""
     if p is None:
         return ""
     return "less than 0.1 %" if p < 1e-3 else f"{100 * p:.2g} %"
 
 
-def amount(value, unit):
+def amount(value: float, unit: str) -> str:
     """A number with its unit, a share in per cent."""
     return f"{100 * value:+.2g} %" if unit == "share" else f"{value:.3g} {unit}".removesuffix(" 1")
 
 
-def size(error):
+def size(error: Mapping[str, Any]) -> str:
     """A standard deviation; a share of the reading unless a unit is given."""
     unit = error.get("unit", "share")
     return f"{100 * error['sd']:.2g} %" if unit == "share" else f"{error['sd']:.2g} {unit}"
 
 
-def setting(levers):
+def setting(levers: Mapping[str, float | None]) -> str:
     """Levers with their values and units, those that are set."""
     return ", ".join(
         f"{LEVERS[k].words if k in LEVERS else label(k)} {v:g} "
@@ -59,28 +61,28 @@ def setting(levers):
     )
 
 
-def quantity(experiment):
+def quantity(experiment: str) -> str:
     """What an experiment measures."""
     return QUANTITIES[experiment].words
 
 
-def unit(experiment):
+def unit(experiment: str) -> str:
     """Unit of what an experiment measures."""
     return QUANTITIES[experiment].unit
 
 
-def in_unit(experiment, value, form):
+def in_unit(experiment: str, value: float, form: str) -> str:
     """A value of what an experiment measures, with its unit."""
     own = QUANTITIES[experiment].unit
     return f"{value:{form}}°" if own == "deg" else f"{value:{form}} {own}".rstrip()
 
 
-def place(row):
+def place(row: Mapping[str, Any]) -> str:
     """Slot and state of a law."""
     return f"{label(row['slot'])} of {' and '.join(row['state']) or 'all settings alike'}"
 
 
-def between(of):
+def between(of: str) -> str:
     """What an error is shared by."""
     if of == "settings":
         return "from setting to setting"
@@ -89,7 +91,7 @@ def between(of):
     return f"from {of} to {of}"
 
 
-def keys(data):
+def keys(data: Mapping[str, Any] | None) -> list[str]:
     """Keys of a run spec, each as a line of YAML."""
     flow = {"default_flow_style": True, "sort_keys": False, "width": math.inf}
     return [f"{k}: {yaml.safe_dump(v, **flow).strip()}" for k, v in (data or {}).items()]

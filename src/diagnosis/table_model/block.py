@@ -9,13 +9,21 @@ V'P(y - m) and A = 1 + V'PV (Rasmussen and Williams 2006,
 Gaussian Processes for Machine Learning, 5.4.1 and A.3).
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import logsumexp
 
 from diagnosis.fit import redrawn_share
+
+if TYPE_CHECKING:
+    from diagnosis.table_model.term import Shape, Term
+
 
 LEVEL_SD = 1.5  # prior sd of the level's logarithm
 OWN_LEVEL = 0.01  # the same where a mechanism has no base coefficient
@@ -52,11 +60,11 @@ class Block:
         self.sds, self.prior = _grid(self.readings)
         self._build()
 
-    def with_held(self, held):
+    def with_held(self, held: dict[str, Held]) -> Block:
         """The same with other terms held."""
         return Block(self.readings, self.terms, held)
 
-    def without(self, key):
+    def without(self, key: str) -> Block:
         """The same without a term that is held."""
         return self.with_held({k: h for k, h in self.held.items() if k != key})
 
@@ -88,12 +96,12 @@ class Block:
             self._own = np.linalg.inv(total), np.linalg.slogdet(total)[1]
         return self._own
 
-    def base(self, y):
+    def base(self, y: np.ndarray) -> np.ndarray:
         """Log probabilities (g, b) of data sets y (b, n) at each place of the grid, priors
         included."""
         return _density(self.precision, self.logdet, y - self.mean) + self.prior[:, None]
 
-    def evidence(self, term, y, base=None):
+    def evidence(self, term: Term, y: np.ndarray, base: np.ndarray | None = None) -> np.ndarray:
         """Log (b,) of the odds for the model with a term against the one without, its prior
         included."""
         base = self.base(y) if base is None else base
@@ -101,7 +109,7 @@ class Block:
                   for s in term.shapes]  # fmt: skip
         return term.weight + logsumexp(values, axis=0) - logsumexp(base, axis=0)
 
-    def gains(self, shape, y, base):
+    def gains(self, shape: Shape, y: np.ndarray, base: np.ndarray) -> np.ndarray:
         """Log probabilities (g, k, b) with a shape at each of its strengths."""
         z = y - self.mean
         if shape.own_level:
@@ -110,11 +118,11 @@ class Block:
             return change[:, None] + _gains(shape, precision, z)
         return base[:, None] + _gains(shape, self.precision, z)
 
-    def score(self, y):
+    def score(self, y: np.ndarray) -> float:
         """Log probability of one data set (n,) and of what is held, up to a constant."""
         return float(logsumexp(self.base(y[None]))) + sum(h.prior for h in self.held.values())
 
-    def hold(self, term, y):
+    def hold(self, term: Term, y: np.ndarray) -> Held:
         """`Held` of a term at the likeliest of its shapes and strengths for one data set (n,)."""
         y = y[None]
         base = self.base(y)
@@ -133,14 +141,14 @@ class Block:
             mean = mean - mean.mean()
         return Held(term, mean, shape.root[k], prior)
 
-    def part(self, key, y):
+    def part(self, key: str, y: np.ndarray) -> np.ndarray:
         """What a held term adds (n,) to the readings y (n,), averaged over the sizes of errors."""
         h = self.held[key]
         pull = self.precision @ (y - self.mean)
         return h.mean + (h.root @ (h.root.T @ pull.T)) @ self.shares(y)
 
-    def strength(self, key, y):
-        """The strength of a held curve, what its root adds to first order counted in."""
+    def strength(self, key: str, y: np.ndarray) -> float:
+        """The strength of a held curve, what its root adds to first order counted in. y: (n,)."""
         h = self.held[key]
         shape, k = self.shape_of(key)
         if shape.mean is None or len(shape.label) < 2:
@@ -150,8 +158,9 @@ class Block:
         found = shape.label[k] + 0.5 * u * np.gradient(shape.label)[k]
         return float(np.clip(found, shape.label.min(), shape.label.max()))
 
-    def shape_of(self, key):
-        """(Shape, number of the strength) at which a term is held."""
+    def shape_of(self, key: str) -> tuple[Shape, int]:
+        """(Shape, number of the strength) at which a term is held. Raises KeyError for a term that
+        is not held."""
         h = self.held[key]
         for shape in h.term.shapes:
             for k, root in enumerate(shape.root):
@@ -161,7 +170,7 @@ class Block:
                     return shape, k
         raise KeyError(key)
 
-    def expected(self, y):
+    def expected(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Means and variances (n,) of the true values behind a data set (n,), errors that readings
         share left out."""
         share, fits = self.shares(y), self.fitted(y)
@@ -170,11 +179,11 @@ class Block:
         own = np.diagonal(cover, axis1=1, axis2=2)
         return mean, np.maximum(share @ (own + fits**2) - mean**2, 0.0)
 
-    def bare(self):
+    def bare(self) -> list[int]:
         """Places of the grid without an error from setting to setting."""
         return [g for g, c in enumerate(self.sds) if "settings" not in c]
 
-    def chi_square(self, y, places):
+    def chi_square(self, y: np.ndarray, places: Sequence[int] | np.ndarray) -> np.ndarray:
         """(b,) sum of squared residuals of data sets (b, n) in the errors at the likeliest of some
         places of the grid: of `bare`, the readings' own and those of batches and instruments."""
         z, p = y - self.mean, self.precision[places]
@@ -182,17 +191,19 @@ class Block:
         quadratic = (z * (z @ p)).sum(-1)
         return np.take_along_axis(quadratic, value.argmax(0)[None], 0)[0]
 
-    def fitted(self, y):
+    def fitted(self, y: np.ndarray) -> np.ndarray:
         """What the model says (g, n) of the true values behind a data set (n,), at each place of
         the grid."""
         return self.mean + (self.smooth @ self.precision @ (y - self.mean)[:, None])[..., 0]
 
-    def shares(self, y):
+    def shares(self, y: np.ndarray) -> np.ndarray:
         """Probabilities (g,) of the sizes of the errors, for a data set (n,)."""
         value = self.base(y[None])[:, 0]
         return np.exp(value - logsumexp(value))
 
-    def draw(self, y, count, rng, sizes=None):
+    def draw(
+        self, y: np.ndarray, count: int, rng: np.random.Generator, sizes: np.ndarray | None = None
+    ) -> np.ndarray:
         """Data sets (count, n) of what the model says of y (n,), errors and noise drawn anew.
 
         How large the errors are is drawn from what y says of them, or has the probabilities sizes
@@ -209,7 +220,7 @@ class Block:
         own = self.readings.error * rng.standard_normal(out.shape)
         return out + own / redrawn_share(self.readings.replicates, count, rng)
 
-    def sd_of(self, name, y):
+    def sd_of(self, name: str, y: np.ndarray) -> float:
         """Root mean square standard deviation of an error, over what y (n,) says of its size."""
         sds = np.array([self.unit * c.get(name, 0.0) for c in self.sds])
         return float(np.sqrt(self.shares(y) @ sds**2))

@@ -4,7 +4,11 @@ It is paid for by the errors that the readings may share: beside the law each le
 have an error of its own, as large as the data leave possible.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.special import logsumexp
@@ -16,12 +20,17 @@ from diagnosis.laws.slots import coordinates, scaled
 from diagnosis.table_model.block import LEVEL_SD, Block
 from diagnosis.table_model.terms.laws import BENDS, FREE, SIZES, bend
 
+if TYPE_CHECKING:
+    from diagnosis.laws.readings import Readings
+    from diagnosis.laws.slots import FreeLaw
+
+
 POINTS, DRAWS = 25, 2000
 BAND = 0.95
 LEAST_SHARE = 2e-3  # probability of a place of the grid below which it takes no part
 
 
-def paid(block, levers):
+def paid(block: Block, levers: Iterable[str]) -> Block:
     """The block with an error of its own for each level of these levers."""
     readings = block.readings
     codes = {}
@@ -35,7 +44,7 @@ def paid(block, levers):
     return Block(replace(readings, groups=readings.groups | codes), block.terms, block.held)
 
 
-def unit_of(law):
+def unit_of(law: FreeLaw) -> str:
     """Unit of a law's values; the state's own is that of its power product."""
     if law.slot in ("restitution", "friction"):
         return "1"
@@ -44,7 +53,7 @@ def unit_of(law):
     return {"drop": "mm", "tilt": "1", "shear": "kPa"}[law.experiment]
 
 
-def curve(block, key):
+def curve(block: Block, key: str) -> tuple[list[dict[str, float]], dict[str, list[float]]]:
     """[{state, value, low, high}] along the state of a held law, and the range {state: [low, high]}
     that the settings cover. The band holds the whole curve in 95 % of cases."""
     law = block.terms[key].law
@@ -150,7 +159,7 @@ def _added(rest, term, law):
     return rows, {name: [float(state[0]), float(state[-1])]} if law.coordinate else {}
 
 
-def told_in(law, readings, state):
+def told_in(law: FreeLaw, readings: Readings, state: np.ndarray) -> Callable[[int, Any], Any]:
     """A function of place and value that turns a term in the law's space into the reading's unit,
     at the states (m,). What air takes depends on more than its state: it is told of the middle."""
     levers, centre = coordinates(readings), readings.centre

@@ -1,6 +1,10 @@
 """What the model of a whole table says: what is wrong, where, and by which cause."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +20,13 @@ from diagnosis.table_model.naming import UNIT, named
 from diagnosis.table_model.next_setting import propose, words_of
 from diagnosis.table_model.single_readings import set_aside
 from diagnosis.table_model.term import ERROR, LAW, ROW
+
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from diagnosis.catalogue import Mechanism
+    from diagnosis.laws.known import Known
+    from diagnosis.laws.readings import Readings
+
 
 MISFIT = 0.01
 """Chance of the misfit of constant coefficients below which a table is never adequate."""
@@ -61,17 +72,24 @@ class Found:
     scattered: dict | None = None
 
     @property
-    def p(self):
+    def p(self) -> float:
         """Chance of the first step."""
         return self.selection.p
 
     @property
-    def law(self):
+    def law(self) -> dict[str, Any] | None:
         """The strongest law, or None."""
         return self.laws[0] if self.laws else None
 
 
-def discover(measurements, known=None, alpha=0.05, seed=0, defaults=None, chance=chosen.CHANCE):
+def discover(
+    measurements: Sequence[Measurement],
+    known: Callable[[Readings], dict[str, Known]] | None = None,
+    alpha: float = 0.05,
+    seed: int = 0,
+    defaults: Mapping[str, Mapping[str, float]] | None = None,
+    chance: Sequence[int] = chosen.CHANCE,
+) -> Found | None:
     """`Found` of the measurements of drops, slides and shear tests; None where there are none.
 
     known: a function of `Readings` that gives the catalogue's curves; defaults: {experiment:
@@ -104,7 +122,12 @@ def discover(measurements, known=None, alpha=0.05, seed=0, defaults=None, chance
     return _judge(out)
 
 
-def table_misfit(measurements, defaults=None, seed=0, count=chosen.CHANCE[0]):
+def table_misfit(
+    measurements: Sequence[Measurement],
+    defaults: Mapping[str, Mapping[str, float]] | None = None,
+    seed: int = 0,
+    count: int = chosen.CHANCE[0],
+) -> dict[str, float]:
     """{chi_square, freedom, p} of constant coefficients, by the readings' own errors."""
     kinds = dict.fromkeys(m.experiment for m in measurements)
     blocks = {}
@@ -205,7 +228,7 @@ def _law(block, key, out):
     return row
 
 
-def sentence_of(law):
+def sentence_of(law: Mapping[str, Any]) -> str:
     """What a law says in physical words."""
     if not law["values"]:
         return ""
@@ -422,7 +445,7 @@ def _next(out):
     return None
 
 
-def limits(found, catalogue):
+def limits(found: Found, catalogue: Mapping[str, Mechanism]) -> list[dict[str, Any]]:
     """[{mechanism or slot and state, of, unit, below, above}]: what the data exclude, at 95 % each
     way."""
     out = []

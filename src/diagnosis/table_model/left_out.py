@@ -1,18 +1,26 @@
 """The model fitted anew without some settings, and what it expects there."""
 
+from __future__ import annotations
+
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from diagnosis.laws.readings import unknown
 from diagnosis.table_model.block import Block
 
+if TYPE_CHECKING:
+    from diagnosis.laws.slots import FreeLaw
+
+
 LEAST_LEVELS = 3  # of a lever, to leave one out
 
 
-def refitted(block, index):
+def refitted(block: Block, index: np.ndarray) -> Block:
     """The block without the readings `index`, the strengths of what is held fitted anew, each in
-    its form: the levels that are left may be too few to choose one."""
+    its form: the levels that are left may be too few to choose one. index: (k,) places of
+    readings."""
     out = Block(unknown(block.readings, index), block.terms, block.held)
     y = out.readings.log
     for key in block.held:
@@ -22,7 +30,7 @@ def refitted(block, index):
     return out
 
 
-def levels_of(block, law):
+def levels_of(block: Block, law: FreeLaw | None) -> tuple[str | None, list[np.ndarray]]:
     """(lever, [indices]) of the levels to be left out together: of the lever that a law acts on, or
     of its covariate in thirds; single settings where it has too few."""
     readings = block.readings
@@ -35,7 +43,7 @@ def levels_of(block, law):
     return None, [np.array([i]) for i in range(len(readings.log))]
 
 
-def judged(block, key):
+def judged(block: Block, key: str) -> dict[str, Any]:
     """{settings, before, after, beyond_band}: how left-out inner levels are missed (root mean
     square) without and with a law, in errors of the readings, and in all errors with it."""
     law, readings = block.terms[key].law, block.readings
@@ -65,7 +73,7 @@ def judged(block, key):
     }
 
 
-def without_row(block, place):
+def without_row(block: Block, place: int) -> tuple[float, float]:
     """(distance [sd], expected logarithm) of a row from what all others say."""
     key = f"{block.readings.experiment}:row {place}"
     rest = refitted(block.without(key) if key in block.held else block, np.array([place]))

@@ -9,7 +9,10 @@ levers Satterthwaite 1946, Biometrics Bulletin 2:110). Of two levels nothing is 
 that scatter, so nothing is excluded.
 """
 
+from __future__ import annotations
+
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import stats
@@ -21,6 +24,12 @@ from diagnosis.laws.slots import coordinates, scaled
 from diagnosis.table_model.curve import paid
 from diagnosis.table_model.term import curve_shape
 
+if TYPE_CHECKING:
+    from diagnosis.laws.slots import FreeLaw
+    from diagnosis.table_model.block import Block
+    from diagnosis.table_model.term import Shape, Term
+
+
 LIMIT = 0.95
 BY_LEVELS = 0.935
 """Probability on either side of the line through the levels. The wider of two limits holds more
@@ -31,7 +40,9 @@ SLOPES = 161
 LEAST_LEVELS = 3
 
 
-def slope_limits(block, law, probability=LIMIT):
+def slope_limits(
+    block: Block, law: FreeLaw, probability: float = LIMIT
+) -> tuple[float | None, float | None]:
     """(low, high): ends below and above which the change of a coefficient over the plan's states is
     excluded, as shares, of a straight line over the logarithm of the state; None for an end that
     the slopes that are tried do not hold, and where a lever has two levels."""
@@ -104,7 +115,9 @@ def _near(rest, x, most):
     return np.clip(best + step, -most, most)
 
 
-def strength_limits(block, term, shape, probability=LIMIT):
+def strength_limits(
+    block: Block, term: Term, shape: Shape, probability: float = LIMIT
+) -> tuple[float | None, float | None]:
     """(low, high) of a mechanism's coded strength, with an error of its own for each level."""
     rest = block.without(term.key) if term.key in block.held else block
     rest = paid(rest, term.law.needs if term.law else ())

@@ -4,7 +4,10 @@ Each is put in the law's place beside the other terms. It is ruled out where its
 than that of the best by the odds of 20 to 1 (`selection.ODDS`).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import logsumexp
@@ -15,6 +18,10 @@ from diagnosis.laws.slots import coordinates, scaled
 from diagnosis.table_model.selection import ODDS
 from diagnosis.table_model.term import Term
 from diagnosis.table_model.terms.laws import FREE
+
+if TYPE_CHECKING:
+    from diagnosis.table_model.block import Block
+
 
 SAME = 0.5
 """Standard errors of a reading; curves that stay closer are one."""
@@ -44,12 +51,12 @@ class Named:
     coded: dict
 
     @property
-    def single(self):
+    def single(self) -> str | None:
         """The one mechanism that is left, no other form being left, or None."""
         return self.names[0] if len(self.names) == 1 and not self.forms else None
 
 
-def named(block, key):
+def named(block: Block, key: str) -> Named:
     """`Named` of a law that is held in a block."""
     rest, term, y = block.without(key), block.terms[key], block.readings.log
     base = rest.base(y[None])
@@ -81,7 +88,7 @@ def _alike(one, other, error):
     return np.abs((apart - apart.mean()) / error).max() < SAME
 
 
-def written(block, key, name):
+def written(block: Block, key: str, name: str) -> str:
     """A named form with its coefficients, as fitted to the readings."""
     term, y = block.held[key].term, block.readings.log
     law, k = block.terms[key].law or term.law, block.strength(key, y)

@@ -5,7 +5,11 @@ been measured, and the model says what it expects there. The setting with the la
 information between rival and reading is proposed, within twice the plan's range.
 """
 
+from __future__ import annotations
+
 import itertools
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,13 +20,17 @@ from diagnosis.table_model.block import Block
 from diagnosis.table_model.term import ERROR, LAW
 from diagnosis.table_model.terms import all_terms
 
+if TYPE_CHECKING:
+    from diagnosis.table_model.term import Term
+
+
 BEYOND = 2.0  # of the plan's range, in either direction
 DECIMALS = 3  # significant, of a lever that is proposed
 MOST = 4  # rivals
 MOST_SETTINGS = 30
 
 
-def words_of(term):
+def words_of(term: Term | None) -> str:
     """What a term says, in a few words; None: what scatters from setting to setting."""
     if term is None:
         return "error from setting to setting"
@@ -37,7 +45,7 @@ def words_of(term):
     }.get(term.what, term.of or "a single row")
 
 
-def propose(block, key, others):
+def propose(block: Block, key: str, others: Sequence[str | None]) -> dict[str, Any] | None:
     """{experiment, levers, information_bits, predictions, text} for a held term and the keys of
     others that are not told from it, None for errors from setting to setting; None where none of
     them says what it expects elsewhere."""

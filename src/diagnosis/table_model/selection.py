@@ -7,8 +7,12 @@ to setting stay in the model while laws are looked for, so that a second law is 
 that hides the first.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import gammaln, logsumexp
@@ -18,6 +22,12 @@ from diagnosis.table_model.block import Block
 from diagnosis.table_model.term import ROW
 from diagnosis.table_model.terms import all_terms
 from diagnosis.table_model.terms.rows import LEAST as LEAST_ROWS
+
+if TYPE_CHECKING:
+    from diagnosis.laws.known import Known
+    from diagnosis.laws.readings import Readings
+    from diagnosis.table_model.term import Term
+
 
 CHANCE = (999, 399, 399)
 """Data sets that are drawn for the first step, the second, and each after that."""
@@ -65,7 +75,7 @@ class Selection:
     threshold: float
     null: np.ndarray
 
-    def held(self, kind=None):
+    def held(self, kind: str | None = None) -> list[tuple[str, str, Term]]:
         """[(experiment, key, Term)] that are held, of one kind."""
         return [
             (e, k, h.term)
@@ -75,7 +85,9 @@ class Selection:
         ]
 
 
-def blocks_of(parts, known):
+def blocks_of(
+    parts: Iterable[Readings], known: Callable[[Readings], dict[str, Known]] | None
+) -> dict[str, Block]:
     """{experiment: Block} without a term; parts: [`Readings`]; known: a function of readings that
     gives the catalogue's curves, or None."""
     return {
@@ -84,7 +96,13 @@ def blocks_of(parts, known):
     }
 
 
-def select(blocks, alpha=0.05, seed=0, chance=CHANCE, most=8):
+def select(
+    blocks: dict[str, Block],
+    alpha: float = 0.05,
+    seed: int = 0,
+    chance: Sequence[int] = CHANCE,
+    most: int = 8,
+) -> Selection:
     """`Selection` of the terms of blocks {experiment: Block}."""
     steps, p, gain, stopped, threshold, first = [], 1.0, 0.0, None, 0.0, np.zeros(1)
     for number in range(most):
@@ -112,7 +130,9 @@ def _y(block):
     return block.readings.log
 
 
-def misfit(blocks, seed=0, count=CHANCE[0], scatter=False):
+def misfit(
+    blocks: Mapping[str, Block], seed: int = 0, count: int = CHANCE[0], scatter: bool = False
+) -> dict[str, float]:
     """{chi_square, freedom, p} of blocks as they are, by the readings' own errors and those of
     declared batches and instruments, with `scatter` also those from setting to setting; few
     replicates do not know their spread, so p is simulated."""
@@ -150,14 +170,14 @@ def _best(blocks):
     return found
 
 
-def evidences(block, y):
+def evidences(block: Block, y: np.ndarray) -> dict[str, np.ndarray]:
     """{key: log evidence (b,)} of every term for data sets y (b, n); of a term that is held, beyond
     what is held."""
     base = block.base(y)
     return {key: block.evidence(t, y, base) for key, t in block.terms.items()}
 
 
-def of_chance(blocks, count, seed):
+def of_chance(blocks: Mapping[str, Block], count: int, seed: Sequence[int]) -> np.ndarray:
     """(count,) largest evidence of any term that is not held, of data drawn from the blocks."""
     out = []
     for place, block in enumerate(blocks.values()):
@@ -173,12 +193,12 @@ def of_chance(blocks, count, seed):
     return np.max(out, axis=0)
 
 
-def replace_terms(block, keys):
+def replace_terms(block: Block, keys: Iterable[str]) -> Block:
     """The block with these terms alone to be added."""
     return replace(block, terms={k: block.terms[k] for k in keys})
 
 
-def with_terms(blocks, kind, keys):
+def with_terms(blocks: dict[str, Block], kind: str, keys: Iterable[str]) -> dict[str, Block]:
     """The blocks {experiment: Block} with further terms held in one, each at its likeliest."""
     block = blocks[kind]
     for key in keys:
@@ -187,7 +207,7 @@ def with_terms(blocks, kind, keys):
     return blocks | {kind: block}
 
 
-def exchanged(block):
+def exchanged(block: Block) -> Block:
     """The block with each held term at its best beside the others, exchanged for a better one or
     dropped where little is left for it; two terms may also be exchanged at once."""
     block = _swept(block)
@@ -229,13 +249,13 @@ def _swept(block):
     return block
 
 
-def strength_of(block, key):
+def strength_of(block: Block, key: str) -> float:
     """Log evidence of a held term beside the other ones."""
     rest = block.without(key)
     return float(rest.evidence(block.terms[key], _y(block)[None])[0])
 
 
-def rivals(block, key):
+def rivals(block: Block, key: str) -> list[tuple[str, float]]:
     """[(key, how far it is behind)] of the terms that are not told apart from a held one: put in
     its place they have less than ODDS less evidence. The nearest first."""
     rest, y = block.without(key), _y(block)[None]

@@ -5,20 +5,30 @@ there. Distances from the condition's median are compared with the usual one of 
 (median absolute deviation: Hampel 1974, J. Am. Stat. Assoc. 69:383).
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import replace
 from statistics import fmean, stdev
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from calibration.intake.quantities import QUANTITIES
 from diagnosis.fit import spread_unit
 
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+
+
 LEAST = 4  # readings of a condition
 FAR = 7.0  # usual standard deviations
 TO_NORMAL = 1.4826  # of the median absolute deviation of a normal law
 
 
-def set_aside(measurements):
+def set_aside(
+    measurements: Sequence[Measurement],
+) -> tuple[list[Measurement], list[dict[str, Any]]]:
     """The measurements without such readings, and rows of verdict.json that point at them."""
     kept, rows = list(measurements), []
     for kind in dict.fromkeys(m.experiment for m in measurements):

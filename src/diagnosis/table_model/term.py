@@ -7,9 +7,13 @@ all of them, so that many shapes are no advantage (Occam factor: MacKay 2003, In
 Inference, and Learning Algorithms, chapter 28).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 SIZES = np.geomspace(0.005, 1.5, 11)
 """Standard deviations of a random term that are tried, of a logarithm, all alike probable."""
@@ -58,17 +62,19 @@ class Term:
     more: dict = field(default_factory=dict)
 
     @property
-    def free(self):
+    def free(self) -> bool:
         """Whether it has other shapes than mechanisms of the catalogue."""
         return any(not s.catalogue for s in self.shapes)
 
 
-def random_term(root, name="", sizes=SIZES, weight=0.0):
+def random_term(
+    root: np.ndarray, name: str = "", sizes: np.ndarray = SIZES, weight: float = 0.0
+) -> Shape:
     """`Shape` of root (n, r) times each of the sizes."""
     return Shape(name, np.asarray(sizes), sizes[:, None, None] * root[None], weight=weight)
 
 
-def curve_shape(name, label, curves, **more):
+def curve_shape(name: str, label: ArrayLike, curves: np.ndarray, **more: Any) -> Shape:
     """`Shape` of curves (k, n) at ascending or descending strengths (k,): between two of them the
     strength is uncertain, to first order."""
     root = 0.5 * np.gradient(curves, axis=0)[..., None] if len(curves) > 1 else curves[..., None]

@@ -1,6 +1,7 @@
 """Tables 1 to 4 and Section 1.1: the measured angle, the sieves, the density and the materials."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import pandas as pd
 
@@ -40,7 +41,7 @@ def intrinsic(paper: Paper, parameter: str) -> Printed:
     ]
 
 
-def _angles(paper: Paper):
+def _angles(paper: Paper) -> Any:
     return paper.angles()
 
 

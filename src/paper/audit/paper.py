@@ -39,7 +39,7 @@ class Claim:
 class Paper:
     """The printed tables in `folder` (see data/paper/README.md for the files)."""
 
-    def __init__(self, folder: str | Path):
+    def __init__(self, folder: str | Path) -> None:
         self.folder = Path(folder)
         if not self.folder.is_dir():
             raise AuditInputError(f"{self.folder}: no such folder of printed tables")
@@ -121,7 +121,7 @@ class Paper:
 
     def scalar_text(self, name: str) -> str:
         """The printed text of a single figure of scalars.csv, settings.csv, reference_values.csv or
-        measurements.csv."""
+        measurements.csv. Raises AuditInputError where none of them has it."""
         if name not in self._scalars:
             raise AuditInputError(
                 f"{self.folder / 'scalars.csv'} and settings.csv: no row named {name}"
@@ -129,7 +129,8 @@ class Paper:
         return self._scalars[name]
 
     def scalar(self, name: str) -> Printed:
-        """A single figure with its printed digits."""
+        """A single figure with its printed digits. Raises AuditInputError for a text that is no
+        number."""
         number = Printed.parse(self.scalar_text(name))
         if number is None:
             raise AuditInputError(
@@ -147,7 +148,8 @@ class Paper:
 
     @cached_property
     def claims(self) -> dict[str, Claim]:
-        """The rows of claims.csv by id, `=name` put in."""
+        """The rows of claims.csv by id, `=name` put in. Raises AuditInputError for an id that
+        stands twice."""
         columns = ("id", "where", "claim", "printed", "unit")
         claims = {}
         for row in self.text("claims", *columns)[list(columns)].itertuples(index=False):

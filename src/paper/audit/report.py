@@ -1,7 +1,7 @@
 """The audit as files: CSV for machines, Markdown and HTML for readers."""
 
 import html
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import pandas as pd
@@ -59,7 +59,7 @@ def _csv(table: pd.DataFrame) -> str:
 
 
 def _markdown(table: pd.DataFrame) -> str:
-    def line(cells) -> str:
+    def line(cells: Iterable[object]) -> str:
         return "| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |"
 
     rows = [line(_shown(row[column]) for column in HEAD) for row in table.to_dict("records")]
@@ -67,7 +67,7 @@ def _markdown(table: pd.DataFrame) -> str:
 
 
 def _html(table: pd.DataFrame) -> str:
-    def cells(values, tag: str) -> str:
+    def cells(values: Iterable[object], tag: str) -> str:
         return "".join(f"<{tag}>{html.escape(str(v))}</{tag}>" for v in values)
 
     rows = "\n".join(

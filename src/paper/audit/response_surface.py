@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 import pyDOE3
+from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
 from calibration.statistics.surface import Surface
@@ -42,7 +43,8 @@ def box_behnken(runs: int) -> np.ndarray:
 def restored_levels(paper: Paper) -> np.ndarray:
     """The Box-Behnken design that changes the fewest printed levels, run by run, (n, 3).
 
-    Where the print is a Box-Behnken design, it is returned unchanged.
+    Where the print is a Box-Behnken design, it is returned unchanged. Raises AuditInputError for a
+    print with too few runs.
     """
     printed = printed_levels(paper)
     if len(printed) < EDGES + 1:
@@ -136,8 +138,8 @@ def headings(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
         for r in paper.text(name, "sum_sq", "df", "mean_sq").itertuples(index=False)
         if r.sum_sq and r.mean_sq and float(r.df) > 1
     ]
-    forward = sum(_is_product(a, df, b) for a, df, b in rows)
-    backward = sum(_is_product(b, df, a) for a, df, b in rows)
+    forward = sum(_is_product(a, df, b) for a, df, b in rows)  # type: ignore[arg-type]
+    backward = sum(_is_product(b, df, a) for a, df, b in rows)  # type: ignore[arg-type]
     right = (
         ("sum of squares", "mean square")
         if forward > backward
@@ -262,7 +264,8 @@ def growth(paper: Paper, claim: Claim) -> Recomputed:
 
 
 def printed_equation(paper: Paper) -> dict[str, Printed]:
-    """Eq. 28's coefficients by term, the intercept as "1"."""
+    """Eq. 28's coefficients by term, the intercept as "1". Raises AuditInputError for a coefficient
+    that is no number or of no term."""
     found = {}
     for token in paper.scalar_text("eq28_coefficients").split():
         term, _, text = token.rpartition(":")
@@ -333,7 +336,7 @@ def _coding(paper: Paper) -> pd.DataFrame:
     return table.set_axis(paper.text("table11_coding", "factor").factor).loc[list(AXES)]
 
 
-def _predict(paper: Paper, equation: dict[str, float], natural) -> float:
+def _predict(paper: Paper, equation: dict[str, float], natural: ArrayLike) -> float:
     coding = _coding(paper)
     coded = (np.asarray(natural) - coding.centre) / ((coding.high - coding.low) / 2)
     return float(evaluate(equation, coded.to_numpy()[None, :])[0])

@@ -89,7 +89,7 @@ def judge(claim: Claim, found: Recomputed) -> dict[str, object]:
         "printed": text,
         "recomputed": value,
     }
-    return row | {
+    return row | {  # type: ignore[return-value]
         "unit": claim.unit,
         "tolerance": tolerance,
         "verdict": verdict,
@@ -99,7 +99,7 @@ def judge(claim: Claim, found: Recomputed) -> dict[str, object]:
 
 def _compare(printed: Printed, found: Recomputed) -> tuple[bool, float | None]:
     """Whether a number agrees with the printed one, and the tolerance used."""
-    value = float(found.value)
+    value = float(found.value)  # type: ignore[arg-type]
     if printed.relation:
         return (value < printed.value if printed.relation == "<" else value > printed.value), None
     exact = found.exact or isinstance(found.value, int)

@@ -1,14 +1,18 @@
 """Makes a release's data: says beforehand how long it takes, goes on where it was cut off, and
 tells how far it is."""
 
+from __future__ import annotations
+
 import argparse
 import shutil
 import subprocess
 import sys
 import threading
 import time
+from collections.abc import Mapping, Sequence
 from datetime import date
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from calibration.errors import CalibrationError
 from calibration.files import read_json
@@ -21,6 +25,10 @@ from paper.release.pages import write_pages
 from paper.release.parts import PARTS, estimate, part_of
 from paper.release.record import KEPT, Made, due, read_record, write_record
 
+if TYPE_CHECKING:
+    from paper.release.parts import Part
+
+
 WORK = Path("results/release")
 HISTORY = Path("benchmarks/history.csv")
 LINE_S = 10.0  # between two progress lines
@@ -30,21 +38,25 @@ class Progress:
     """Which parts this engine has made, and what each has taken so far, kept in
     results/release/<engine>.json."""
 
-    def __init__(self, engine, work=WORK):
+    def __init__(self, engine: str, work: str | Path = WORK) -> None:
         self.path = Path(work) / f"{engine}.json"
         self.state = read_json(self.path) if self.path.is_file() else {"done": {}, "spent_s": {}}
 
-    def done(self, name):
+    def done(self, name: str) -> bool:
+        """Whether this engine has made a part."""
         return name in self.state["done"]
 
-    def spend(self, name, seconds):
+    def spend(self, name: str, seconds: float) -> None:
+        """Count further seconds of a part."""
         self.state["spent_s"][name] = self.state["spent_s"].get(name, 0.0) + seconds
         self._write()
 
-    def spent(self, name):
+    def spent(self, name: str) -> float:
+        """Seconds that a part has taken so far."""
         return self.state["spent_s"].get(name, 0.0)
 
-    def finish(self, name):
+    def finish(self, name: str) -> None:
+        """Mark a part as made today."""
         self.state["done"][name] = date.today().isoformat()
         self._write()
 
@@ -53,7 +65,7 @@ class Progress:
         write_json(self.path, self.state)
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Entry point; returns the exit status: 0, 1 where a command failed, 2 for wrong input."""
     args = _parser().parse_args(argv)
     try:
@@ -99,7 +111,9 @@ def _chosen(names):
     return [p for p in PARTS if not names or p.name in names]
 
 
-def plan(chosen, left, record, cores):
+def plan(
+    chosen: Sequence[Part], left: Sequence[Part], record: Mapping[str, Made], cores: int
+) -> list[str]:
     """Lines: each part with the time it is expected to take, and the sum."""
     lines, total, unknown = [], 0.0, 0
     for part in chosen:
@@ -109,7 +123,7 @@ def plan(chosen, left, record, cores):
             continue
         known = seconds is not None
         total, unknown = total + (seconds or 0.0), unknown + (not known)
-        took = f"about {duration(seconds)} ({whence})" if known else whence
+        took = f"about {duration(seconds)} ({whence})" if known else whence  # type: ignore[arg-type]
         lines.append(f"{part.name}: {part.about}; {took}")
     more = f", and {unknown} parts that were never timed" if unknown else ""
     lines.append(f"{len(left)} of {len(chosen)} parts to make: about {duration(total)}{more}")
@@ -178,7 +192,7 @@ def _run(words, log, head, progress, name, expected):
     return process.returncode == 0
 
 
-def collect(part):
+def collect(part: Part) -> None:
     """Copy what is kept of a part's results to results/reference."""
     for name in part.keep:
         keep(Path("results") / name, KEPT / name, (*TABLES, "reproduction.csv"))

@@ -22,7 +22,7 @@ WIDTH = 100
 ASIS = ("#", "|", "<!--", "```", "![", "`salt", "All tables")
 
 
-def results_page(kept=KEPT):
+def results_page(kept: str | Path = KEPT) -> str:
     """Text of docs/results.md, from the folder of kept results."""
     kept = Path(kept)
     salt, slow = kept / "salt", kept / "salt-slow"
@@ -55,10 +55,10 @@ def results_page(kept=KEPT):
     return text.replace("@table@", blocks(salt)[PAGE]).replace("@found@", told(salt))
 
 
-def wrapped(text):
+def wrapped(text: str) -> str:
     """Paragraphs and items of a Markdown text filled to WIDTH columns anew; headings, tables, code
     and marks stay as they are."""
-    out, held = [], []
+    out, held = [], []  # type: ignore[var-annotated]
 
     def flush():
         if held:
@@ -85,7 +85,7 @@ def wrapped(text):
     return "\n".join(out)
 
 
-def write_pages(kept=KEPT, verification=True, root="."):
+def write_pages(kept: str | Path = KEPT, verification: bool = True, root: str | Path = ".") -> None:
     """Write every page that shows a release's data into the folder `root`; verification: the one
     of the verification tests too."""
     write_text(results_page(kept), Path(root) / PAGE)

@@ -1,11 +1,19 @@
 """The parts of a release's data, in the order in which they are made: their commands, and what of
 their results is kept."""
 
+from __future__ import annotations
+
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from calibration.intake.tables import read_written
+
+if TYPE_CHECKING:
+    from paper.release.record import Made
+
 
 PYTHON, CORES = sys.executable, "{cores}"
 SNAKEMAKE = (PYTHON, "-m", "snakemake", f"-j{CORES}")
@@ -137,12 +145,18 @@ PARTS = (
 )  # fmt: skip
 
 
-def part_of(name):
+def part_of(name: str) -> Part | None:
     """The part of that name, or None."""
     return next((part for part in PARTS if part.name == name), None)
 
 
-def estimate(part, record, history, cores, kept=Path("results/reference")):
+def estimate(
+    part: Part,
+    record: Mapping[str, Made],
+    history: str | Path,
+    cores: int,
+    kept: Path = Path("results/reference"),
+) -> tuple[float | None, str]:
     """(seconds that a part is expected to take, or None; whence): its recorded wall time, over the
     cores it had then and has now; before the first record its heaps, counted in the kept tables,
     by the wall time that the history of speeds has of one."""

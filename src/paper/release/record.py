@@ -1,7 +1,10 @@
 """What is known of a release's data: which engine made each part of it, when, and how long it
 took."""
 
+from __future__ import annotations
+
 import json
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -28,26 +31,26 @@ class Made:
     cores: int | None = None
 
 
-def read_record(path=RECORD):
+def read_record(path: str | Path = RECORD) -> dict[str, Made]:
     """{part: Made} of a record; empty where there is none."""
     if not Path(path).is_file():
         return {}
     return {name: Made(**made) for name, made in json.loads(Path(path).read_text()).items()}
 
 
-def write_record(record, path=RECORD):
+def write_record(record: Mapping[str, Made], path: str | Path = RECORD) -> None:
     """Write {part: Made}."""
     write_json(Path(path), {name: asdict(made) for name, made in record.items()})
 
 
-def due(names, record, engine):
+def due(names: Iterable[str], record: Mapping[str, Made], engine: str) -> list[str]:
     """Of these parts, those that another engine than this one made, or that nobody recorded."""
     return [name for name in names if name not in record or record[name].engine != engine]
 
 
-def made(parts, record):
+def made(parts: Iterable[str], record: Mapping[str, Made]) -> str:
     """A sentence: which engine made these parts, and when; each further engine with its parts."""
-    by_engine = {}
+    by_engine = {}  # type: ignore[var-annotated]
     for name in parts:
         if name in record:
             by_engine.setdefault(record[name].engine, []).append(name)

@@ -1,12 +1,20 @@
 """What softening the grains changes at full scale, in words, from the study of the numerics."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 from scipy import stats
+
+if TYPE_CHECKING:
+    import pandas as pd
+
 
 STIFFER = "full scale, shear modulus 10 MPa"
 
 
-def softening(table):
+def softening(table: pd.DataFrame) -> str:
     """What softening the grains to 3 MPa changes at full scale, in sentences: at each point, and
     over all of them with Welch's 95 % interval."""
     stiff = table[table["variant"] == STIFFER]

@@ -2,6 +2,7 @@
 words."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -23,12 +24,12 @@ kinds of pours lie hundreds of grains apart on either side of it."""
 SEEDS = {1: "salt", 2: "salt-2", 3: "salt-3", 4: "salt-4"}
 
 
-def degrees(value, digits=1):
+def degrees(value: float, digits: int = 1) -> str:
     """'+18.1°', with a true minus."""
     return f"{value:+.{digits}f}°".replace("-", "−")
 
 
-def funnels(kept):
+def funnels(kept: str | Path) -> dict[str, Any]:
     """What the packing of the funnel does to the angle."""
     table = read_written(Path(kept) / "funnels.csv")
     runs = table[table["stage"] != "screening"].dropna(subset=["angle_of_repose_deg", "hold_up"])
@@ -60,13 +61,13 @@ def _lost(kept):
     return runs.loc[runs["response"].isna(), "run"]
 
 
-def printed_effects(paper="data/paper"):
+def printed_effects(paper: str | Path = "data/paper") -> dict[str, float]:
     """{code: effect [°]} of the paper's screening."""
     table = read_written(Path(paper) / "table06_plackett_burman.csv", comment="#")
     return {c: float((table["angle_deg"] * table[c]).mean() * 2.0) for c in CODES}
 
 
-def screening(kept):
+def screening(kept: str | Path) -> dict[str, Any]:
     """Effects of a study's screening beside the paper's."""
     table = read_written(Path(kept) / "screening" / "effects.csv").set_index("code")
     printed, effect = printed_effects(), table["effect"]
@@ -80,7 +81,7 @@ def screening(kept):
     }
 
 
-def validated(kept):
+def validated(kept: str | Path) -> dict[str, str]:
     """The validation of a study."""
     v = read_json(Path(kept) / "validation" / "validation.json")
     low, high = (fixed(v[f"difference_{end}"], 2, "+") for end in ("low", "high"))
@@ -92,7 +93,7 @@ def validated(kept):
     }
 
 
-def surface(kept):
+def surface(kept: str | Path) -> dict[str, Any]:
     """Statistics of a response surface, and its oddest run."""
     kept = Path(kept) / "response_surface"
     s = read_json(kept / "response_surface.json")["statistics"]
@@ -107,7 +108,7 @@ def surface(kept):
     }
 
 
-def posterior(kept):
+def posterior(kept: str | Path) -> dict[str, Any]:
     """Intervals, correlations and what would narrow them."""
     kept = Path(kept) / "posterior"
     p = read_json(kept / "posterior.json")
@@ -137,7 +138,7 @@ def posterior(kept):
     }
 
 
-def other_seeds(results):
+def other_seeds(results: str | Path) -> dict[str, Any]:
     """The screening at each of SEEDS, and all of them together."""
     rows, runs = [], []
     for seed, name in SEEDS.items():
@@ -174,7 +175,7 @@ def other_seeds(results):
     }
 
 
-def speeds(history="benchmarks/history.csv"):
+def speeds(history: str | Path = "benchmarks/history.csv") -> dict[str, Any]:
     """Million particle-steps per second of the last comparison with other engines, and of which
     engine it was."""
     table = read_written(Path(history))
@@ -193,12 +194,12 @@ def speeds(history="benchmarks/history.csv"):
     }
 
 
-def audited(paper="data/paper"):
+def audited(paper: str | Path = "data/paper") -> int:
     """Number of printed figures and statements that the audit judges."""
     return len(run_audit(Path(paper)))
 
 
-def locus(kept):
+def locus(kept: str | Path) -> str:
     """Slope of the yield locus at the friction in use, with its 95 % interval."""
     shear = read_json(Path(kept) / "shear" / "shear.json")
     low, high = shear["peak"]["slope_interval"]
@@ -206,7 +207,7 @@ def locus(kept):
     return f"{slope:.2f} ({low:.2f} to {high:.2f}, 95 %) at a friction of {friction:g}"
 
 
-def scaling(kept):
+def scaling(kept: str | Path) -> list[str]:
     """Change of the angle without cohesion by the paper's rule, in a rig that is doubled and in one
     that is enlarged fourfold."""
     table = read_written(Path(kept) / "reproduction" / "reproduction.csv").set_index("id")
@@ -215,7 +216,7 @@ def scaling(kept):
     return ["{}° ({} to {})".format(*values) for values in cells]
 
 
-def slow_pour(kept):
+def slow_pour(kept: str | Path) -> dict[str, dict[str, Any]]:
     """{table: (what the slower pour leaves [°], its chance by the rig's own scatter, whether that
     explains it)} of the paper's tables of heaps."""
     found = read_json(Path(kept) / "disagreement" / "disagreement.json")
@@ -233,7 +234,7 @@ def slow_pour(kept):
     return out
 
 
-def rigs(kept):
+def rigs(kept: str | Path) -> dict[str, Any]:
     """What the runs of `paper.rigs` say of the rate of the pour and the speed that is not
     printed, by the rule that was stated before them."""
     table = read_written(Path(kept) / "runs.csv")
@@ -262,7 +263,7 @@ def rigs(kept):
 SLOW = "pour of 6500 grains a second"
 
 
-def table_13(paper="data/paper"):
+def table_13(paper: str | Path = "data/paper") -> dict[str, Any]:
     """Both readings of Table 13's 25 angles, and the standard errors that follow: of a screening
     effect and of the validated mean."""
     table = read_written(Path(paper) / "table13_validation.csv", comment="#")

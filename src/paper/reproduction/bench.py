@@ -1,6 +1,10 @@
 """Tables 8 and 9, Eqs. 20 to 27: tilted plane, drop and direct shear."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import stats
@@ -25,6 +29,11 @@ from paper.reproduction.rows import (
     words,
 )
 
+if TYPE_CHECKING:
+    from paper.audit.paper import Paper
+    from paper.reproduction.study import Study
+
+
 DRAWS = 2000
 TESTS = {
     # stage: table, file, column, equation, unit; scalars: measured, factor, confirming mean,
@@ -45,7 +54,7 @@ TRIALS = 5  # 2.3.2 and 2.3.3: the mean of five
 DIRECT = {"tilt": ("Eq. 20", "tan of the sliding angle"), "drop": ("Eq. 22", "sqrt(h1/H1)")}
 
 
-def rows(paper, study):
+def rows(paper: Paper, study: Study) -> Iterator[dict[str, Any]]:
     """Rows of the bench tests."""
     for stage in TESTS:
         yield from _sweep(paper, study, stage)

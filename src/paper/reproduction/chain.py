@@ -4,8 +4,12 @@ The paper's points, terms and optimum can be compared one by one only with a stu
 three factors. The first study whose screening sent these on is taken.
 """
 
+from __future__ import annotations
+
 import math
 from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -33,6 +37,11 @@ from paper.reproduction.rows import (
     words,
 )
 
+if TYPE_CHECKING:
+    from paper.audit.paper import Paper
+    from paper.reproduction.study import Study
+
+
 NAMES = {
     # the paper's letters: factor
     "X": "salt_salt_rolling_friction",
@@ -44,7 +53,7 @@ STATISTICS = ("R2", "R2_adj", "R2_pred", "CV_percent", "adequate_precision")
 DRAWS = 400
 
 
-def rows(paper, studies):
+def rows(paper: Paper, studies: Sequence[Study]) -> Iterator[dict[str, Any]]:
     """Rows of the chain: the paper's points from a study of its factors, the validation of every
     study."""
     alike = [s for s in studies if set(s.region_names() or ()) == set(NAMES.values())]
@@ -71,7 +80,7 @@ def rows(paper, studies):
         yield from _validation(paper, one)
 
 
-def spread(paper, study):
+def spread(paper: Paper, study: Study) -> tuple[float | None, int | None, float]:
     """(our sd between seeds or None, runs it is from, the paper's sd between its runs) [deg]."""
     return *(study.seed_spread() or (None, None)), simulated_sd(paper)
 

@@ -5,7 +5,15 @@ An angle's margin is the one that the validation of a study takes by default. Ot
 share of the printed value; what is computed from responses gets the margin of the response.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from paper.audit.printed import Printed
+
 
 ANGLE_DEG = 1.0
 """Of angles, effects on angles and coefficients in coded levels: the default of
@@ -21,17 +29,17 @@ SCALING = {"heap": 2.0, "drop": 0.02}
 """Of the range over scales [deg; 1]: the defaults of the scaling study."""
 
 
-def by_unit(unit, value):
+def by_unit(unit: str, value: float) -> float:
     """Margin of a quantity in `unit` whose printed value is `value`."""
     return ANGLE_DEG if unit == "deg" else SHARE * abs(value)
 
 
-def of_printing(printed):
+def of_printing(printed: Printed) -> float:
     """Half a unit of the last printed place: what an exactly recomputed figure may differ by."""
     return printed.half_unit * (1.0 + 1e-9)
 
 
-def of_coefficient(response_margin, levels, power):
+def of_coefficient(response_margin: float, levels: Sequence[float], power: int) -> float:
     """Margin of a polynomial's coefficient: what moves the response by its own margin at the end of
     the range.
 

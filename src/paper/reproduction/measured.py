@@ -1,6 +1,11 @@
 """Tables 1 to 5 and Eq. 16: the paper's measurements recomputed, and its settings beside the ones
 in use here."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
 from calibration.study.factors import read_factors
 from paper.reproduction.rows import (
     ARITHMETIC,
@@ -13,6 +18,11 @@ from paper.reproduction.rows import (
     words,
 )
 
+if TYPE_CHECKING:
+    from calibration.study.config import Config
+    from paper.audit.paper import Paper
+
+
 RECOMPUTED = "recomputed from the paper's own readings"
 SET = "set from the paper"
 TABLE_4 = {
@@ -23,7 +33,7 @@ TABLE_4 = {
 }
 
 
-def rows(paper, config):
+def rows(paper: Paper, config: Config) -> Iterator[dict[str, Any]]:
     """Rows of Tables 1 to 5 and Eq. 16."""
     yield from _table_1(paper)
     yield from _means_of_columns(paper)
@@ -115,7 +125,7 @@ def _table_5(paper, config):
         yield words(place, paper_range, f"{factor.low:g} to {factor.high:g}", SET)
 
 
-def simulated_sd(paper):
+def simulated_sd(paper: Paper) -> float:
     """Scatter of the paper's own runs at one point [deg]: standard deviation of the 25 angles of
     Table 13."""
     return float(paper.numbers("table13_validation", "angle_deg")["angle_deg"].std(ddof=1))

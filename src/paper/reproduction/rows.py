@@ -10,8 +10,12 @@ repeats that the paper states. `basis` says so.
 Single runs are not judged one by one. The rows of such a table are judged together (`whole`).
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import stats
@@ -118,7 +122,15 @@ def _margin(place, printed, margin):
     return max(stated, margins.of_printing(printed))
 
 
-def means(place, printed, ours, sd, n, paper_sd=None, paper_n=1):
+def means(
+    place: Place,
+    printed: Printed,
+    ours: float,
+    sd: float | None,
+    n: int | None,
+    paper_sd: float | None = None,
+    paper_n: int = 1,
+) -> dict[str, Any]:
     """Two means: ours of n runs with standard deviation sd, the paper's of paper_n with paper_sd
     where known."""
     if sd is None or n is None or n < 2:
@@ -133,7 +145,14 @@ def means(place, printed, ours, sd, n, paper_sd=None, paper_n=1):
     return _decide(place, printed, ours, (own, theirs), basis, sd=sd, n=n)
 
 
-def point(place, printed, ours, sd, n, paper_sd=None):
+def point(
+    place: Place,
+    printed: Printed,
+    ours: float,
+    sd: float | None,
+    n: int,
+    paper_sd: float | None = None,
+) -> dict[str, Any]:
     """A point of a table: the mean of n runs of ours beside one of theirs. sd: between our seeds;
     paper_sd: between the paper's runs, as ours unless given. Its table is judged, not it (`whole`).
     Ours may have no value, as of a funnel that clogged."""
@@ -147,7 +166,14 @@ def point(place, printed, ours, sd, n, paper_sd=None):
     return _row(place, printed.text, ours, IN_TABLE, basis, **numbers)
 
 
-def estimates(place, printed, ours, own, theirs=None, margin=None):
+def estimates(
+    place: Place,
+    printed: Printed,
+    ours: float,
+    own: Error,
+    theirs: Error | None = None,
+    margin: float | None = None,
+) -> dict[str, Any]:
     """Two fitted numbers with errors (`Error`); without one of the paper's its printed value counts
     as exact."""
     basis = "standard errors of both fits" if theirs else "standard error of our fit"
@@ -155,7 +181,16 @@ def estimates(place, printed, ours, own, theirs=None, margin=None):
     return _decide(place, printed, ours, errors, basis, margin, sd=own.se, n=own.runs)
 
 
-def within(place, printed, ours, reach, basis, margin=None, runs=None, paper_reach=(0.0, 0.0)):
+def within(
+    place: Place,
+    printed: Printed,
+    ours: float,
+    reach: tuple[float, float],
+    basis: str,
+    margin: float | None = None,
+    runs: int | None = None,
+    paper_reach: tuple[float, float] = (0.0, 0.0),
+) -> dict[str, Any]:
     """The paper's value beside ours, each with its 90 % `reach` (below, above) to both sides, of
     which ours narrows with the root of `runs`. Ours may be no number, as R² predicted where one run
     alone decides a coefficient."""
@@ -174,7 +209,7 @@ def within(place, printed, ours, reach, basis, margin=None, runs=None, paper_rea
     return _judged(place, printed.text, ours, apart, decision, margin, basis, n=runs)
 
 
-def spreads(place, paper_sd, paper_n, sd, n):
+def spreads(place: Place, paper_sd: float, paper_n: int, sd: float, n: int) -> dict[str, Any]:
     """Two standard deviations: the interval of their ratio by F, judged by the share that counts
     for scatter."""
     ratio = sd / paper_sd
@@ -193,13 +228,15 @@ MANY = 1e9
 """Degrees of freedom that are as good as infinitely many."""
 
 
-def exact(place, printed, ours, basis):
+def exact(place: Place, printed: Printed, ours: float, basis: str) -> dict[str, Any]:
     """A number without scatter: recomputed from the paper's own data, or set from it; judged by its
     printed digits."""
     return _decide(place, printed, ours, (EXACT, EXACT), basis, margin=0.0)
 
 
-def whole(place, parts, margin, freedom=math.inf):
+def whole(
+    place: Place, parts: Iterable[Mapping[str, Any]], margin: float, freedom: float = math.inf
+) -> dict[str, Any]:
     """A table of single runs judged as one: the root mean square of the true differences of its
     rows (`equivalence.together`), which the scatter of the runs on both sides is taken off.
     freedom: degrees of freedom that this scatter is known on."""
@@ -218,28 +255,31 @@ def whole(place, parts, margin, freedom=math.inf):
     return _judged(place, 0, found.beyond, found.beyond, found.decision, margin, basis, n=runs)
 
 
-def words(place, paper, ours, basis):
+def words(place: Place, paper: str, ours: str, basis: str) -> dict[str, Any]:
     """Statements in words or sets: equal, or not, or undecided where one of the two is."""
     same = EQUIVALENT if paper == ours else DIFFERENT
     open_ones = [x for x in (UNDECIDED, UNDECIDABLE) if x in (paper, ours)]
     return _row(place, paper, ours, open_ones[0] if open_ones else same, basis)
 
 
-def without_spread(place, printed, ours):
+def without_spread(place: Place, printed: Printed, ours: float) -> dict[str, Any]:
     """A number of ours whose spread is not known, so that no agreement can be computed."""
     apart = ours - printed.value
     reason = "our spread is not known"
     return _row(place, printed.text, ours, NOT_COMPARABLE, reason, difference=apart)
 
 
-def absent(place, paper, agreement, basis, ours=None):
+def absent(
+    place: Place, paper: str | None, agreement: str, basis: str, ours: float | str | None = None
+) -> dict[str, Any]:
     """A row without comparison: the stage has not run, the points differ, or the item holds no
     number."""
     return _row(place, paper, ours, agreement, basis)
 
 
-def printed_of(value, digits=None):
-    """`Printed` of a text, or of a number computed from printed ones, to `digits` places."""
+def printed_of(value: str | float, digits: int | None = None) -> Printed:
+    """`Printed` of a text, or of a number computed from printed ones, to `digits` places. Raises
+    ValueError for a text that is no number."""
     text = value if isinstance(value, str) else f"{value:.{digits}f}"
     found = Printed.parse(text)
     if found is None:
@@ -247,7 +287,7 @@ def printed_of(value, digits=None):
     return found
 
 
-def line_fit(matrix, response):
+def line_fit(matrix: np.ndarray, response: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
     """Least squares: coefficients (p,), their covariance (p, p), residual degrees of freedom."""
     coefficients, *_ = np.linalg.lstsq(matrix, response, rcond=None)
     left = response - matrix @ coefficients

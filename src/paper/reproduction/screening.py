@@ -5,7 +5,11 @@ same rows, so that an effect carries the same interactions in both, and the scat
 alone is the error of their difference.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -26,11 +30,16 @@ from paper.reproduction.rows import (
     printed_of,
 )
 
+if TYPE_CHECKING:
+    from paper.audit.paper import Paper
+    from paper.reproduction.study import Study
+
+
 CODES = list("ABCDEFG")
 RESPONSE = "angle_deg"
 
 
-def rows(paper, study, repeats=()):
+def rows(paper: Paper, study: Study, repeats: Iterable[Study] = ()) -> Iterator[dict[str, Any]]:
     """Rows of Tables 6 and 7; repeats: the same study at other seeds."""
     runs, summary = study.table("screening", "runs"), study.summary("screening")
     if runs is None or summary is None:
@@ -46,7 +55,7 @@ def rows(paper, study, repeats=()):
     yield from _effects(paper, study, every)
 
 
-def own_half(runs):
+def own_half(runs: pd.DataFrame | None) -> pd.DataFrame | None:
     """The runs of the configured table, without those of a foldover, which the paper has not; None
     for None."""
     return runs if runs is None or "fold" not in runs else runs[runs["fold"] == 1]
@@ -115,6 +124,6 @@ def _effects(paper, study, every):
         yield estimates(place, printed, mine, Error(error, freedom, len(runs)), their_error)
 
 
-def paper_freedom(paper):
+def paper_freedom(paper: Paper) -> int:
     """Degrees of freedom of the paper's scatter between runs, that of Table 13."""
     return len(paper.numbers("table13_validation", "angle_deg")) - 1

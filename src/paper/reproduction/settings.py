@@ -1,10 +1,17 @@
 """The settings of the reproduction: which studies count or are told beside one another."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from calibration.errors import ConfigError
 from dem.errors import SpecError
 from dem.io.mapping import read_mapping
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 class ReproductionSettings(BaseModel):
@@ -28,7 +35,7 @@ class ReproductionSettings(BaseModel):
     )
 
 
-def read_reproduction(path):
+def read_reproduction(path: str | Path) -> ReproductionSettings:
     """`ReproductionSettings` of a YAML file. Raises ConfigError naming file, line and key."""
     try:
         data, lines = read_mapping(path)
@@ -46,5 +53,8 @@ def read_reproduction(path):
         )
         place = {"path": path, "line": lines.get(key), "key": key}
         raise ConfigError(
-            "is not valid", value=first.get("input"), allowed=allowed, **place
+            "is not valid",
+            value=first.get("input"),
+            allowed=allowed,
+            **place,  # type: ignore[arg-type]
         ) from None

@@ -6,7 +6,7 @@ from calibration.chain.study import Results
 class Study(Results):
     """The results of a study, and what the paper's tables ask of them."""
 
-    def seed_spread(self):
+    def seed_spread(self) -> tuple[float, int] | None:
         """(sd, n) of the angle between seeds at one point: validation, else the response surface's
         centre; or None."""
         validation = self.summary("validation")
@@ -19,7 +19,7 @@ class Study(Results):
         centre = runs.loc[(runs[codes].abs() < 1e-9).all(axis=1), "response"].dropna()
         return (float(centre.std(ddof=1)), len(centre)) if len(centre) > 1 else None
 
-    def region_names(self):
+    def region_names(self) -> list[str] | None:
         """Names of the response surface's factors in its order, or None."""
         region = self.summary("response_surface", "region")
         return [f["name"] for f in region] if region else None

@@ -1,6 +1,11 @@
 """The reproduction table: every table and equation of the paper, its value, ours with its spread,
 and the agreement."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
 import pandas as pd
 
 from calibration.errors import CalibrationError
@@ -20,6 +25,12 @@ from paper.reproduction.rows import (
 )
 from paper.reproduction.study import Study
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from calibration.study.config import Config
+
+
 PAPER = "data/paper"
 ORDER = (
     *(f"Eq. {n}" for n in range(1, 16)), "1.2", "Table 1", "Table 2", "Eq. 16", "Table 3",
@@ -33,7 +44,12 @@ WHOLE = {"Table 6": "deg", "Table 8": "deg", "Table 9": "mm", "Table 10": "deg",
 """Tables of simulated values, and their unit."""
 
 
-def reproduce(folders, config, paper=PAPER, repeats=()):
+def reproduce(
+    folders: Sequence[str | Path],
+    config: Config,
+    paper: str | Path = PAPER,
+    repeats: Iterable[str | Path] = (),
+) -> pd.DataFrame:
     """The reproduction table from what the stages of the studies in `folders` have left; the first
     is the main one. repeats: folders of its screening at other seeds.
 
@@ -71,7 +87,7 @@ def _whole(item, unit, rows, study):
     return whole(Place(item, f"{key}.whole", text, unit, name, True), parts, margin)
 
 
-def counts(table):
+def counts(table: pd.DataFrame) -> str:
     """Three counts in one line: the paper's arithmetic, what is set from it, and what our runs
     gave."""
     parts, verdicts = [], (EQUIVALENT, DIFFERENT, UNDECIDED, UNDECIDABLE)
@@ -83,7 +99,7 @@ def counts(table):
     return f"{len(table)} rows. {'; '.join(parts)}.".replace("rows. the", "rows. The")
 
 
-def write_reproduction(table, csv, json):
+def write_reproduction(table: pd.DataFrame, csv: str | Path, json: str | Path) -> None:
     """Write the table atomically, as CSV and as JSON with its counts."""
     write_table(table, csv)
     rows = table.astype(object).where(table.notna(), None).to_dict("records")

@@ -1,7 +1,11 @@
 """Eqs. 1 to 15: definitions, identities checked with numbers, and the statements that the scaling
 study judged."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import stats
@@ -19,25 +23,33 @@ from paper.reproduction.rows import (
     printed_of,
 )
 
+if TYPE_CHECKING:
+    from paper.audit.paper import Paper
+    from paper.reproduction.study import Study
+
+
 VERDICTS = {"holds": EQUIVALENT, "fails": DIFFERENT, "undecided": UNDECIDED}
 
 
-def effective_mass(radius, density, ratio):
-    """Eq. 10 and the effective mass of two spheres of radii R and ratio R [kg]."""
+def effective_mass(radius: float, density: float, ratio: float) -> tuple[float, float]:
+    """Eq. 10 and the effective mass of two spheres of radii R and ratio R [kg]. radius [m], density
+    [kg/m3]."""
     sphere = 4.0 / 3.0 * math.pi * density * radius**3
     other = sphere * ratio**3
     printed = 4.0 * math.pi * radius**3 * density * ratio**3 / (3.0 * (1.0 + ratio**3))
     return printed, sphere * other / (sphere + other)
 
 
-def effective_radius(radius, density, ratio):
+def effective_radius(radius: float, density: float, ratio: float) -> tuple[float, float]:
     """Eq. 11's right side and its left side [m]."""
     return radius * ratio / (1.0 + ratio), radius * ratio * radius / (radius + ratio * radius)
 
 
-def dimensionless_contact(radius, density, ratio):
+def dimensionless_contact(
+    radius: float, density: float, ratio: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Inertia, stiffness and damping terms of Eq. 14, from Eq. 9 with Eq. 12 put in, over R^2 rho
-    v0^2."""
+    v0^2. radius [m], density [kg/m3]; both results (3,)."""
     stiffness, damping, speed = 800.0, 0.01, 1.7
     mass = effective_mass(radius, density, ratio)[1]
     terms = np.array([mass * speed**2 / radius, stiffness * radius, damping * speed])
@@ -54,7 +66,7 @@ def dimensionless_contact(radius, density, ratio):
 IDENTITIES = {f.__name__: f for f in (effective_mass, effective_radius, dimensionless_contact)}
 
 
-def rows(paper, study):
+def rows(paper: Paper, study: Study) -> Iterator[dict[str, Any]]:
     """A row an equation or statement; equations that hold a table's numbers stand with that
     table."""
     summary = study.summary("scaling")

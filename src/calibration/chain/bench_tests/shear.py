@@ -6,12 +6,17 @@ property of the bulk: particle friction, rolling resistance and dilation make it
 friction is swept here, as the tilt test sweeps it, and the friction whose locus has the measured
 slope is read off with its interval."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 from scipy import stats
 
 from calibration import figures
@@ -24,6 +29,13 @@ from calibration.study.config import bench_run, given, overlay, read_bench
 from calibration.study.factors import factor_of
 from dem.io.files import write_json
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.figures import Response
+    from calibration.study.config import Config
+
+
 KEY = "contacts.particle_particle.static_friction"
 METRICS = {"peak": "shear_stress_kPa", "steady": "steady_shear_stress_kPa"}
 MEASURE = "peak"  # the bench reads the peak of each shear after pre-shear
@@ -33,7 +45,7 @@ DIGITS = 12
 """Decimals of a measured line: points that were written down from a printed one give it back."""
 
 
-def measured_locus(config):
+def measured_locus(config: Config) -> tuple[float, float]:
     """(slope, intercept [kPa]) of the least-squares line through the measured shear stresses.
     Raises ConfigError for fewer than two loads."""
     found = read_bench(config, "shear", METRICS[MEASURE], (LOAD,))
@@ -51,7 +63,7 @@ def measured_locus(config):
     return round(float(line.slope), DIGITS), round(float(line.intercept), DIGITS)
 
 
-def plan_shear(study, source, output):
+def plan_shear(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan replicates at each particle friction and normal stress; each cell of the design has its
     own seeds."""
     config, parts = study.config, []
@@ -67,7 +79,9 @@ def plan_shear(study, source, output):
     write_plan(Path(output.plan).parent, *together(parts))
 
 
-def yield_locus(normal, shear, alpha=0.05):
+def yield_locus(
+    normal: np.ndarray | pd.Series, shear: np.ndarray | pd.Series, alpha: float = 0.05
+) -> dict[str, Any]:
     """Straight line shear = slope * normal + intercept through stresses (n,) [kPa], with intervals
     and the p of a zero intercept, for JSON."""
     fit = stats.linregress(normal, shear)
@@ -101,7 +115,9 @@ class SlopeCurve:
     high: float
 
     @classmethod
-    def fit(cls, friction, normal, shear, alpha=0.05):
+    def fit(
+        cls, friction: ArrayLike, normal: ArrayLike, shear: ArrayLike, alpha: float = 0.05
+    ) -> SlopeCurve:
         """Fit runs (n,) of particle friction [-], normal and shear stress [kPa]."""
         mu, sigma, tau = (np.asarray(a, float) for a in (friction, normal, shear))
         model = np.column_stack([np.ones_like(mu), mu, mu**2, 1.0 / sigma, mu / sigma])
@@ -118,14 +134,14 @@ class SlopeCurve:
             mu.max(),
         )
 
-    def at(self, friction):
+    def at(self, friction: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Slope and half width of its interval at frictions (m,)."""
         mu = np.asarray(friction, float)
         model = np.stack([np.ones_like(mu), mu, mu**2], axis=-1)
         variance = np.einsum("...i,ij,...j->...", model, self.covariance[:3, :3], model)
         return model @ self.coefficients[:3], self.t * np.sqrt(variance)
 
-    def inverse(self, slope):
+    def inverse(self, slope: float) -> tuple[float, list[float]] | tuple[None, None]:
         """(friction, interval) within the swept range that give the slope; (None, None) where none
         does.
 
@@ -148,7 +164,7 @@ class SlopeCurve:
         return float(friction), [float(min(ends)), float(max(ends))]
 
 
-def shear(study, source, output):
+def shear(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Yield loci at each friction, the slope over the friction, and what follows for the
     friction."""
     config, runs = study.config, read_written(source.design)
@@ -222,6 +238,6 @@ def _sentence(found, measured):
     )
 
 
-def sentences(summary, response):
+def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
     return [summary["sentence"]]

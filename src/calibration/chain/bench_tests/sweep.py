@@ -4,7 +4,11 @@ Each is a sweep of one parameter, a quadratic fit, its inverse for the measured 
 confirm it.
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -21,13 +25,18 @@ from dem.io.files import write_json
 from dem.spec import parse_spec
 from dem.units import behind, in_ascii, unit_of
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.figures import Response
 
-def swept(study, test):
+
+def swept(study: Study, test: str) -> str:
     """Name of the factor that a test calibrates. Raises ConfigError for a study without it."""
     return factor_of(study.factors, SWEEPS[test].key).name
 
 
-def measured(study, test):
+def measured(study: Study, test: str) -> float:
     """The measured value that a test's sweep is inverted at, of its rig. Raises ConfigError for
     none, or for several."""
     found = read_bench(study.config, test, SWEEPS[test].metric)
@@ -41,24 +50,25 @@ def measured(study, test):
     return found[0].value
 
 
-def rig(study, test):
+def rig(study: Study, test: str) -> dict[str, Any]:
     """The test's run spec: the study's materials and laws, its own grains and rig. Raises
     ConfigError."""
     return bench_run(study.config, given(study.config, f"bench.{test}", test).run)
 
 
-def plan_sweep(study, test, output):
+def plan_sweep(study: Study, test: str, output: NamedFiles) -> None:
     """Plan a run at each level of the sweep."""
     levels = given(study.config, f"bench.{test}", test).levels
     columns = {"run": range(1, len(levels) + 1), swept(study, test): levels}
     write_plan(Path(output.plan).parent, *study.plan(pd.DataFrame(columns), test, rig(study, test)))
 
 
-def inverse_of(coefficients, target, low, high):
+def inverse_of(coefficients: np.ndarray, target: float, low: float, high: float) -> float:
     """The level in [low, high] at which a quadratic (highest power first) has the value `target`.
 
     Of two such levels the one where the quadratic runs as it does from end to end: the other lies
-    beyond a turn that is the fit's alone. Raises CalibrationError when there is none.
+    beyond a turn that is the fit's alone. Raises CalibrationError when there is none. coefficients:
+    (3,).
     """
     roots = np.roots(np.asarray(coefficients, float) - [0.0, 0.0, target])
     inside = [
@@ -70,9 +80,12 @@ def inverse_of(coefficients, target, low, high):
     return max(inside, key=lambda level: rise * np.polyval(np.polyder(coefficients), level))
 
 
-def fit_sweep(study, test, design_file):
+def fit_sweep(
+    study: Study, test: str, design_file: str | Path
+) -> tuple[pd.DataFrame, np.ndarray, float, float]:
     """Runs with their `response`, coefficients of the quadratic (highest power first), its R2, and
-    the level that gives the measured value. Raises CalibrationError where no swept level does."""
+    the level that gives the measured value. Raises CalibrationError where no swept level does. The
+    coefficients are (3,)."""
     sweep = SWEEPS[test]
     runs = read_written(design_file)
     runs["response"] = read_metric(runs["run_id"], sweep.metric)
@@ -83,7 +96,7 @@ def fit_sweep(study, test, design_file):
     return runs, coefficients, r2, inverse_of(coefficients, measured(study, test), x.min(), x.max())
 
 
-def plan_confirmation(study, test, sweep_file, output):
+def plan_confirmation(study: Study, test: str, sweep_file: str | Path, output: NamedFiles) -> None:
     """Plan replicates at the inverse."""
     _, _, _, level = fit_sweep(study, test, sweep_file)
     runs = range(1, getattr(study.config.bench, test).confirmations + 1)
@@ -91,7 +104,7 @@ def plan_confirmation(study, test, sweep_file, output):
     write_plan(Path(output.plan).parent, *study.plan(pd.DataFrame(columns), test, rig(study, test)))
 
 
-def analyse_sweep(study, test, source, output):
+def analyse_sweep(study: Study, test: str, source: NamedFiles, output: NamedFiles) -> None:
     """Fit, inverse, confirmation, and the closed form beside them."""
     config, sweep, factor = study.config, SWEEPS[test], swept(study, test)
     value = measured(study, test)
@@ -124,7 +137,7 @@ def analyse_sweep(study, test, source, output):
     )
 
 
-def closed_form(test, measured, geometry):
+def closed_form(test: str, measured: float, geometry: Any) -> float:
     """The parameter by the physics of the test: tan of the sliding angle [deg], or sqrt(h/H) of the
     rebound [mm] from the drop height of the run spec's geometry."""
     if test == "tilt":
@@ -132,7 +145,7 @@ def closed_form(test, measured, geometry):
     return float(np.sqrt(measured / geometry.drop_height_mm))
 
 
-def bench_parameters(study, source, output):
+def bench_parameters(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Write {factor: level} that the bench tests found, for the heap's fixed parameters; a test
     without a level adds none."""
     found = [read_json(path) for path in (source.tilt, source.drop, source.shear)]
@@ -159,7 +172,7 @@ plan_tilt, plan_tilt_confirmation, tilt = _tasks("tilt")
 plan_drop, plan_drop_confirmation, drop = _tasks("drop")
 
 
-def sentences(summary, response):
+def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
     unit = behind({"deg": "°"}.get(summary["unit"], summary["unit"]))
     return [

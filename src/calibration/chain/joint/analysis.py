@@ -1,7 +1,9 @@
 """The joint posterior, criticised by itself: parameters, targets, contradictions, borders."""
 
+from __future__ import annotations
+
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -17,13 +19,18 @@ from calibration.intake.tables import read_written
 from calibration.study.config.joint import name_of, read_joint_target
 from dem.io.files import write_json
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+
+
 PRIOR_DRAWS = 20000
 INSIDE = 0.05
 """Share of a factor's levels that its interval leaves free at both ends where the targets bound
 it."""
 
 
-def joint(study: Any, source: Any, output: Any) -> None:
+def joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Sample the joint posterior, criticise it, and say which test to make next. Writes the outputs
     that the rule declares."""
     config, factors = study.config, free_factors(study)

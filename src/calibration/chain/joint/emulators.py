@@ -1,8 +1,10 @@
 """What the runs of a joint study say: an emulator of every metric of every rig, and with what was
 measured the posterior that they give."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -15,11 +17,16 @@ from calibration.inference.posterior_sampling import Formed, Prior
 from calibration.runs.plans import read_values
 from calibration.study.config.joint import MeasuredMean, joint_factors, name_of, read_joint_target
 
+if TYPE_CHECKING:
+    from calibration.chain.study import Study
+    from calibration.study.config import Config
+
+
 LEAST_TESTS = 1
 """Tests of the laboratory behind a mean whose number of readings nobody states."""
 
 
-def free_factors(study: Any) -> list:
+def free_factors(study: Study) -> list:
     """Factors of a study that its targets are to tell. Raises CalibrationError where none is
     free."""
     factors = joint_factors(study.config, study.factors)
@@ -77,10 +84,10 @@ class Emulators:
         """`Formed` of `tests` of a rig that gave all metrics; None where no run lacks one."""
         _, u = self.inputs(rig)
         failed = ~np.isfinite(self.values(rig, metrics)).all(axis=1)
-        return Formed(Chance(u, failed, np.ones(len(u))), tests) if failed.any() else None
+        return Formed(Chance(u, failed, np.ones(len(u))), tests) if failed.any() else None  # type: ignore[arg-type]  # infinite where a mean is stated
 
 
-def joint_of(config: Any, emulators: Emulators) -> Joint:
+def joint_of(config: Config, emulators: Emulators) -> Joint:
     """The `Joint` of a study's targets. Raises CalibrationError for a target that its runs do not
     tell, ConfigError for one that was not measured as it must be."""
     responses, formed = [], {}
@@ -107,7 +114,7 @@ def _response(target: Any, measured: MeasuredMean, emulators: Emulators) -> Resp
     )
 
 
-def prior_of(config: Any, factors: Sequence[Any]) -> Prior:
+def prior_of(config: Config, factors: Sequence[Any]) -> Prior:
     """The `Prior` of the free factors (d): flat over their levels where `joint.priors` names
     none."""
     mean, sd = np.full(len(factors), 0.5), np.full(len(factors), np.inf)

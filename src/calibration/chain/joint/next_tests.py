@@ -1,9 +1,11 @@
 """What the draws of a joint posterior expect of every rig: which test to make next, and which
 parameter each metric owes its spread."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -15,11 +17,15 @@ from calibration.intake.tables import read_table
 from calibration.study.config.joint import read_joint_target
 from dem.experiments import experiments
 
+if TYPE_CHECKING:
+    from calibration.study.config import Config
+
+
 HOURS = Path(__file__).with_name("laboratory_hours.csv")
 LEVEL = 0.95
 
 
-def next_tests(config: Any, emulators: Emulators, draws: np.ndarray) -> pd.DataFrame:
+def next_tests(config: Config, emulators: Emulators, draws: np.ndarray) -> pd.DataFrame:
     """What each metric of each rig is expected to tell an hour, the best first; draws: u (k, d) of
     the posterior. Raises ConfigError for a table of hours that cannot be read."""
     machine, spread = config.joint.machine, _reading_sd(config)
@@ -38,7 +44,7 @@ def next_tests(config: Any, emulators: Emulators, draws: np.ndarray) -> pd.DataF
     return pd.DataFrame([_row(t, emulators.factors, spread) for t in told])
 
 
-def metrics_of(config: Any, rig: str) -> Sequence[str]:
+def metrics_of(config: Config, rig: str) -> Sequence[str]:
     """Metrics of a rig that are predicted and could be measured: those that its `metrics` name,
     else its experiment's main one and those of its targets."""
     own = config.rigs[rig]
@@ -48,7 +54,7 @@ def metrics_of(config: Any, rig: str) -> Sequence[str]:
     return tuple(dict.fromkeys(own.metrics or (*main, *measured)))
 
 
-def hours_of(config: Any, rig: str) -> float:
+def hours_of(config: Config, rig: str) -> float:
     """Hours that a rig's readings take: the study's own, else the table's by its experiment.
     Raises ConfigError."""
     if rig in config.joint.hours:
@@ -80,7 +86,7 @@ def _row(told, factors, measured):
     return row
 
 
-def predictions(config: Any, emulators: Emulators, draws: np.ndarray) -> pd.DataFrame:
+def predictions(config: Config, emulators: Emulators, draws: np.ndarray) -> pd.DataFrame:
     """What the posterior expects of each metric of each rig, and which parameter it owes its
     spread; draws: u (k, d)."""
     rows = []

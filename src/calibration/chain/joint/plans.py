@@ -4,8 +4,10 @@ The chain of screening, ascent and surface spends its runs on the way to one tar
 spends its own over the whole levels of all factors.
 """
 
+from __future__ import annotations
+
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -19,8 +21,12 @@ from calibration.statistics.space_filling import space_filling
 from calibration.study.config import machine_run
 from dem.experiments import experiments
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
 
-def plan_joint_first(study: Any, source: Any, output: Any) -> None:
+
+def plan_joint_first(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan one space-filling design over the free factors (scrambled Sobol points) for every rig,
     the first `joint.repeated` points twice where runs of the rig scatter."""
     config, factors, parts = study.config, free_factors(study), []
@@ -31,7 +37,7 @@ def plan_joint_first(study: Any, source: Any, output: Any) -> None:
     write_plan(Path(output.plan).parent, *_numbered(parts))
 
 
-def plan_joint(study: Any, source: Any, output: Any) -> None:
+def plan_joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """The design of all runs, and the plan of those that are added: `joint.second_wave` points
     spread over the posterior that the first runs, finished by now, give. They are for the rigs of
     the targets and for `joint.machine`."""

@@ -1,11 +1,20 @@
 """What the joint posterior says, in sentences."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
 from calibration.figures import label, response_of
+
+if TYPE_CHECKING:
+    from calibration.figures import Response
+
 
 TELLS = 0.9  # of today's standard deviation: a test that leaves more tells little
 
 
-def sentences(summary, response):
+def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
     said = [*_bounded(summary), *_borders(summary), *_contradictions(summary), *_targets(summary)]
     return [*said, *_next(summary), *_doubts(summary)]

@@ -182,7 +182,7 @@ def check_consistent(held: Mapping[str, float] | Mapping[str, Fraction]) -> None
                 raise OverdeterminedError({q: exact[q] for q in subset}, demanded)
 
 
-def group_exponents(settings: Mapping[str, float]) -> pd.DataFrame:
+def group_exponents(settings: Mapping[str, float | Fraction]) -> pd.DataFrame:
     """Which dimensionless groups an enlarged model keeps.
 
     Parameters
@@ -209,7 +209,8 @@ def settings_of(rule: Rule, unscaled: tuple[str, ...] = ()) -> dict[str, Fractio
     keeps its value.
 
     Real gravity, a measured surface energy or the laboratory's funnel are not scaled because a rule
-    asks for it: naming them in `unscaled` shows with `group_exponents` what that breaks.
+    asks for it: naming them in `unscaled` shows with `group_exponents` what that breaks. Raises
+    ScalingError for a name in `unscaled` that is no quantity.
     """
     settings = exponents(rule.held)
     unknown = set(unscaled) - set(settings)

@@ -5,8 +5,12 @@ run spec. Gravity is the Earth's in every run: a rule that would have it scaled 
 paper applies it, with everything else scaled. The number of grains is the same at every scale.
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from itertools import product
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
@@ -15,6 +19,14 @@ from calibration.runs.plans import together, write_plan
 from calibration.study.config import bench_run, given, overlay, point_spec
 from dem.spec import OPTIONAL, REQUIRED, parse_spec
 from dem.units import unit_of
+
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.scaling.dimensions import Rule
+    from calibration.chain.study import Study
+    from calibration.study.config import Config
+    from calibration.study.config.schema import ScalingConfig
+
 
 EXPERIMENTS = ("heap", "drop")
 HELD_IN = {
@@ -45,13 +57,13 @@ COHESION = {
 NOT_SCALED = ("output", "seed")  # what is written, not what is simulated
 
 
-def quantity_of(key):
+def quantity_of(key: str) -> str | None:
     """Quantity of `scaling.DIMENSIONS` that a run spec's key holds, by its unit; None for a number
     without one."""
-    return HELD_IN.get(unit_of(key))
+    return HELD_IN.get(unit_of(key))  # type: ignore[arg-type]
 
 
-def enlarged(run, experiment, rule, h):
+def enlarged(run: Mapping[str, Any], experiment: str, rule: Rule, h: float) -> dict[str, Any]:
     """The run spec `run` (a mapping without experiment and seed), defaults put in, enlarged h times
     by `rule`.
 
@@ -85,12 +97,12 @@ def _scaled(part, factor, key=""):
     return round_off(part * factor[quantity])
 
 
-def round_off(value):
+def round_off(value: float) -> float:
     """Nine significant digits: the last bits of a power would rename a cached run."""
     return float(f"{value:.9g}")
 
 
-def base_run(config, experiment, cohesive):
+def base_run(config: Config, experiment: str, cohesive: bool) -> dict[str, Any]:
     """The run spec at scale 1, without experiment and seed; the study's own cohesion is left out of
     it."""
     section = config.scaling
@@ -98,10 +110,10 @@ def base_run(config, experiment, cohesive):
     laws = run.get("laws", {}) | {"cohesion": "none"}
     constants = {k: v for k, v in run.get("law_parameters", {}).items() if k not in COHESION}
     run |= {"laws": laws, "law_parameters": constants}
-    return overlay(run, section.cohesion) if cohesive else run
+    return overlay(run, section.cohesion) if cohesive else run  # type: ignore[union-attr]  # the stage has its section
 
 
-def seeds_of(section, experiment, cohesive, h):
+def seeds_of(section: ScalingConfig, experiment: str, cohesive: bool, h: float) -> int:
     """Number of runs of a case. The runs at both ends of the scale decide the slope. Cohesive heaps
     scatter more."""
     if experiment == "drop":
@@ -112,7 +124,7 @@ def seeds_of(section, experiment, cohesive, h):
     return section.cohesive_end_seeds or ends if cohesive else ends
 
 
-def plan_scaling(study, source, output):
+def plan_scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan every experiment under every rule and scale, without and with cohesion, with all
     seeds."""
     config, parts = study.config, []

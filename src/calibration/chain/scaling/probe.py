@@ -6,6 +6,9 @@ the force on the plate is read. The exponents of these quantities are what the p
 and 15 state.
 """
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from dem.constants import GRAVITY
@@ -20,7 +23,7 @@ STRETCH = 1e-3  # of the overlap: the step of the stiffness
 SPEED = 1e-3  # of the overlap over the Rayleigh time step: small beside the elastic force
 
 
-def probe(run):
+def probe(run: dict[str, Any]) -> dict[str, float]:
     """Mass [kg], weight, force [N], stiffness [N/m] and damping coefficient [kg/s] of a grain on
     the plate.
 
@@ -51,7 +54,7 @@ def _force(spec, radius, overlap, speed):
     return abs(float(sim.wall_force("plate")[2])), float(sim.mass[0]), sim.time_step
 
 
-def measured_exponents(runs):
+def measured_exponents(runs: Mapping[float, dict[str, Any]]) -> dict[str, float]:
     """{quantity: exponent of h} over {h: run spec}, by a straight line through the logarithms."""
     found = {h: probe(run) for h, run in runs.items()}
     scale = np.log(list(found))

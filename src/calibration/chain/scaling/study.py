@@ -6,10 +6,15 @@ of its difference lies within the margin that does not matter. It is changed if 
 out zero and part of it lies beyond the margin. Otherwise it is undecided.
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 from scipy import stats
 
 from calibration import figures
@@ -32,6 +37,12 @@ from calibration.runs.plans import read_metric, read_values
 from calibration.statistics.numbers import fixed
 from dem.io.files import write_json
 from dem.units import in_ascii, unit_of
+
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.study.config import Config
+
 
 RESPONSE = {"heap": "angle_of_repose_deg", "drop": "effective_restitution"}
 HOLDS, FAILS, UNDECIDED = "holds", "fails", "undecided"
@@ -56,7 +67,9 @@ class Statement:
     sentence: str
 
 
-def response_table(design, metrics, margins, alpha=0.05):
+def response_table(
+    design: pd.DataFrame, metrics: np.ndarray, margins: Mapping[str, float], alpha: float = 0.05
+) -> pd.DataFrame:
     """Table, a row a case and scale: mean, sd, interval, difference from the first scale with
     interval, change. n counts the runs with a value; what fewer than two tell is NaN.
 
@@ -81,7 +94,7 @@ def response_table(design, metrics, margins, alpha=0.05):
     return pd.DataFrame(rows)
 
 
-def mean_interval(values, alpha=0.05):
+def mean_interval(values: np.ndarray, alpha: float = 0.05) -> dict[str, float]:
     """Mean, sd and the interval of the mean of values (n,), as columns of `response_table`; NaN of
     fewer than two."""
     columns = "mean", "sd", "low", "high"
@@ -91,7 +104,9 @@ def mean_interval(values, alpha=0.05):
     return dict(zip(columns, (mean, values.std(ddof=1), mean - half, mean + half), strict=True))
 
 
-def difference(first, values, margin, alpha=0.05):
+def difference(
+    first: np.ndarray, values: np.ndarray, margin: float, alpha: float = 0.05
+) -> dict[str, Any]:
     """Difference of the samples values (n,) and first (m,) with its Welch interval, and whether it
     is kept, changed or undecided, as columns of `response_table`. With fewer than two values in
     one of them it is undecided."""
@@ -106,14 +121,14 @@ def difference(first, values, margin, alpha=0.05):
     return dict(zip(DIFFERENCE, (apart, low, high), strict=True)) | {"change": change}
 
 
-def judge(low, high, margin):
+def judge(low: float, high: float, margin: float) -> str:
     """Whether a change with the interval [low, high] is kept, changed or undecided."""
     if -margin <= low and high <= margin:
         return KEPT
     return CHANGED if low > 0.0 or high < 0.0 else UNDECIDED
 
 
-def trend(scale, response, alpha=0.05):
+def trend(scale: ArrayLike, response: ArrayLike, alpha: float = 0.05) -> tuple[float, float, float]:
     """(change, low, high) of the responses (n,) from the smallest to the largest scale (n,), by a
     line over log2 of the scale through all runs with a value; NaN with fewer than three of them, or
     none at one of both ends."""
@@ -128,7 +143,7 @@ def trend(scale, response, alpha=0.05):
     return change, change - half, change + half
 
 
-def response_statements(runs, margins):
+def response_statements(runs: pd.DataFrame, margins: Mapping[str, float]) -> list[Statement]:
     """A statement a case: does the response keep its value over the scales? One trend, so that one
     test judges it.
 
@@ -162,7 +177,7 @@ def response_statements(runs, margins):
         if len(told) < len(case):
             sentence += f" {len(case) - len(told)} of {len(case)} runs gave no value."
         out.append(
-            Statement(
+            Statement(  # type: ignore[call-arg]
                 f"{experiment}.{rule}.{'cohesive' if cohesive else 'plain'}",
                 "1.2.1, conclusion 4" if rule == PAPER_RULE.name else "(gravity kept)",
                 f"The {what} does not change with the scale, {how}, under the {rule} rule",
@@ -175,7 +190,7 @@ def response_statements(runs, margins):
     return out
 
 
-def exponent_statements(measured):
+def exponent_statements(measured: Mapping[str, float]) -> list[Statement]:
     """The paper's exponents beside those measured in the engine, enlarged by the paper's own
     rule."""
     claims = (
@@ -202,7 +217,7 @@ def exponent_statements(measured):
     return out
 
 
-def theory_statements():
+def theory_statements() -> list[Statement]:
     """What follows from the dimensions alone: Eq. 4's contradiction and the modulus under real
     gravity."""
     try:
@@ -239,7 +254,7 @@ def theory_statements():
     ]  # fmt: skip
 
 
-def drop_statements(design, config):
+def drop_statements(design: pd.DataFrame, config: Config) -> list[Statement]:
     """The exponents of impact speed and restitution over the scale, by a line through the
     logarithms of all drops."""
     drops = design[(design["experiment"] == "drop") & ~design["cohesive"]]
@@ -261,7 +276,9 @@ def drop_statements(design, config):
     return out
 
 
-def log_slope(scale, value, alpha=0.05):
+def log_slope(
+    scale: Sequence[float] | np.ndarray | pd.Series, value: ArrayLike, alpha: float = 0.05
+) -> tuple[float, float, float]:
     """(exponent, low, high) of a power law through values (n,) > 0 at scales (n,), by a line
     through the logarithms."""
     fit = stats.linregress(np.log(np.asarray(scale, float)), np.log(np.asarray(value, float)))
@@ -269,8 +286,9 @@ def log_slope(scale, value, alpha=0.05):
     return float(fit.slope), float(fit.slope) - half, float(fit.slope) + half
 
 
-def scaling(study, source, output):
-    """Write the table of responses, the figure and the statements."""
+def scaling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
+    """Write the table of responses, the figure and the statements. Raises CalibrationError where
+    two statements have one id."""
     config, design = study.config, read_written(source.design)
     section = config.scaling
     response = np.empty(len(design))
@@ -279,11 +297,11 @@ def scaling(study, source, output):
         response[here] = read_values(design.loc[here, "run_id"], metric)
     heap = design["experiment"] == "heap"
     design.loc[heap, "left_in_funnel"] = read_values(design.loc[heap, "run_id"], "in_funnel")
-    margins = {"heap": section.margin_deg, "drop": section.margin_restitution}
+    margins = {"heap": section.margin_deg, "drop": section.margin_restitution}  # type: ignore[union-attr]
     table = response_table(design, response, margins)
     base = base_run(config, "drop", False)
     measured = {
-        rule.name: measured_exponents({h: enlarged(base, "drop", rule, h) for h in section.factors})
+        rule.name: measured_exponents({h: enlarged(base, "drop", rule, h) for h in section.factors})  # type: ignore[union-attr]
         for rule in RULES.values()
     }
     statements = [
@@ -303,6 +321,6 @@ def scaling(study, source, output):
             "statements": [asdict(s) for s in statements],
             "exponents": measured,
             "margins": {"angle_deg": margins["heap"], "restitution": margins["drop"]},
-            "cohesion": section.cohesion,
+            "cohesion": section.cohesion,  # type: ignore[union-attr]
         },
     )

@@ -1,7 +1,11 @@
 """What the search for the calibrated angle in other codes found, as numbers and sentences for the
 exports."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 from calibration.engines.blocks.rolling import (
     DAMPING_RATIO,
@@ -13,6 +17,12 @@ from calibration.engines.blocks.rolling import (
 from calibration.statistics.numbers import fixed
 from dem.contact.catalogue import LAWS, SLOTS
 from dem.contact.export import Export
+
+if TYPE_CHECKING:
+    from calibration.engines.blocks.material import Granulate
+    from dem.contact.export import Pair
+    from dem.spec import RunSpec
+
 
 STAND_IN = ("normal", "damping", "tangential", "friction", "rolling")
 """Slots of which every code has a law: where it lacks the calibrated one, another stands in."""
@@ -34,13 +44,13 @@ class Equivalent:
 class Conversion:
     """What rolling.json says, as the exports need it."""
 
-    def __init__(self, spec, found=None):
+    def __init__(self, spec: RunSpec, found: Mapping[str, Any] | None = None) -> None:
         """spec: calibrated `RunSpec`; found: content of rolling.json, or None before the search."""
         self.spec = spec
         self.found = found if found and found["path"] else None
 
     @property
-    def equivalent(self):
+    def equivalent(self) -> Equivalent:
         """`Equivalent`: the calibrated numbers before the search, and where none is needed."""
         if self.found:
             f = self.found
@@ -52,7 +62,7 @@ class Conversion:
                 f["damping_ratio"],
             )
         q, pair = self.spec.law_parameters, self.spec.contacts.particle_particle
-        factor, damping = q.rolling_stiffness_factor, q.rolling_damping_ratio
+        factor, damping = q.rolling_stiffness_factor, q.rolling_damping_ratio  # type: ignore[attr-defined]  # a field for each law
         return Equivalent(
             True,
             pair.rolling_friction,
@@ -61,34 +71,34 @@ class Conversion:
             DAMPING_RATIO if damping is None else damping,
         )
 
-    def export(self, slot, code):
+    def export(self, slot: str, code: str) -> Export:
         """`Export` of the law that `code` has for the calibrated one of a slot: the same law, in
         the slots of STAND_IN otherwise the first that the code has, or an empty one."""
         own = LAWS[slot][getattr(self.spec.laws, slot)]
         others = LAWS[slot].values() if slot in STAND_IN else ()
         return next((x.exports[code] for x in (own, *others) if code in x.exports), Export())
 
-    def exports(self, code):
+    def exports(self, code: str) -> dict[str, Export]:
         """{slot: `Export`} of what a file for `code` states; without rolling where grains do not
         turn."""
         turning = self.equivalent.rotates
         slots = [s for s in SLOTS if turning or s not in ROTATION]
         return {slot: self.export(slot, code) for slot in slots}
 
-    def pairs(self, material):
+    def pairs(self, material: Granulate) -> tuple[Pair, ...]:
         """The two `Pair`s of a `Granulate`, with the numbers that give the calibrated angle in the
         laws of other codes."""
         e = self.equivalent
         both = {"rolling_stiffness": e.stiffness_factor, "rolling_damping": e.damping_ratio}
         grains = {"static_friction": e.static_friction, "rolling_friction": e.rolling_friction}
-        rolls = e.rotates and self.spec.laws.rolling != "none"
+        rolls = e.rotates and self.spec.laws.rolling != "none"  # type: ignore[attr-defined]  # a field for each law
         held = {} if rolls else {"rolling_friction": 0.0}
         return tuple(
-            replace(pair, contact=replace(pair.contact, **changes | both | held))
+            replace(pair, contact=replace(pair.contact, **changes | both | held))  # type: ignore[type-var]
             for pair, changes in ((material.grain_grain, grains), (material.grain_wall, {}))
         )
 
-    def sentences(self, name):
+    def sentences(self, name: str) -> list[str]:
         """What was done about rolling friction, for the head of a file; `name`: the law in that
         code's words."""
         if self.found is None:

@@ -23,14 +23,24 @@ gran_sub_mod_twisting.cpp, `twisting marshall`
     scaling on unloading.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 from calibration.engines.blocks.header import header
+
+if TYPE_CHECKING:
+    from calibration.engines.blocks.conversion import Conversion
+    from calibration.engines.blocks.material import Granulate
+
 
 CODE = "lammps"
 ORDER = ("normal", "tangential", "friction", "rolling", "torsion", "damping")
 """Slots in the order of a `pair_coeff`."""
 
 
-def block(material, conversion, about):
+def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> str:
     """Text of the include file. material: `Granulate`; conversion: `Conversion`; about: lines of
     provenance."""
     g, exports, pairs = material, conversion.exports(CODE), conversion.pairs(material)

@@ -25,7 +25,17 @@ cohesion_model_sjkr2.h
     change what friction is limited by, as here.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 from calibration.engines.blocks.header import dispensed, header
+
+if TYPE_CHECKING:
+    from calibration.engines.blocks.conversion import Conversion
+    from calibration.engines.blocks.material import Granulate
+
 
 CODE = "liggghts"
 MIN_YOUNG = 5.0e6
@@ -35,7 +45,7 @@ ORDER = ("normal", "tangential", "cohesion", "rolling")
 """Slots in the order of a `pair_style`."""
 
 
-def block(material, conversion, about):
+def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> str:
     """Text of the include file. material: `Granulate`; conversion: `Conversion`; about: lines of
     provenance."""
     g, exports, pairs = material, conversion.exports(CODE), conversion.pairs(material)

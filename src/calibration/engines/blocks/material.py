@@ -1,6 +1,8 @@
 """The calibrated point as every export needs it: two materials and two kinds of contact in
 effective constants."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
@@ -30,12 +32,12 @@ class Granulate:
     grain_wall: Pair
 
     @property
-    def time_step(self):
+    def time_step(self) -> float:
         """Time step of the calibrated runs [s]."""
         return time_step_of(self.spec)
 
 
-def granulate(spec):
+def granulate(spec: RunSpec) -> Granulate:
     """`Granulate` of a `RunSpec`. The mean grain stands for all where there is a size
     distribution."""
     grain, wall = material_of(spec.materials.particle), material_of(spec.materials.wall)

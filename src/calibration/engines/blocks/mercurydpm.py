@@ -17,12 +17,22 @@ A wall has no curvature: R* = R there (BaseInteraction.cc).
 setRotation(false) keeps grains from turning (DPMBase.h).
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 from calibration.engines.blocks.header import dispensed, header
+
+if TYPE_CHECKING:
+    from calibration.engines.blocks.conversion import Conversion
+    from calibration.engines.blocks.material import Granulate
+
 
 CODE = "mercurydpm"
 
 
-def block(material, conversion, about):
+def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> str:
     """Text of the C++ block. material: `Granulate`; conversion: `Conversion`; about: lines of
     provenance."""
     g, exports, pairs = material, conversion.exports(CODE), conversion.pairs(material)

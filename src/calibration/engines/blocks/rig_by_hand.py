@@ -39,7 +39,7 @@ def geometries(spec: RunSpec) -> list[str]:
     return [*out, lost]
 
 
-def _keys(part: Part, prefix="") -> Iterator[Row]:
+def _keys(part: Part, prefix: str = "") -> Iterator[Row]:
     for name, field in type(part).model_fields.items():
         value = getattr(part, name)
         if value is None:

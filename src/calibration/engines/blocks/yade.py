@@ -21,7 +21,17 @@ Ig2_Facet_Sphere_ScGeom
     anyway.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 from calibration.engines.blocks.header import dispensed, header
+
+if TYPE_CHECKING:
+    from calibration.engines.blocks.conversion import Conversion
+    from calibration.engines.blocks.material import Granulate
+
 
 CODE = "yade"
 HOLD = """def holdGrains():
@@ -60,7 +70,7 @@ def _material(name, material, angle):
 )"""
 
 
-def block(material, conversion, about):
+def block(material: Granulate, conversion: Conversion, about: Sequence[str]) -> str:
     """Text of the script. material: `Granulate`; conversion: `Conversion`; about: lines of
     provenance."""
     g, exports, pairs = material, conversion.exports(CODE), conversion.pairs(material)

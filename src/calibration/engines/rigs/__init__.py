@@ -7,11 +7,17 @@ A rig writes the commands that the codes have in common and reads its metrics fr
 What differs between the codes, it asks of their `Dialect`: how walls stand, move and go.
 """
 
+from __future__ import annotations
+
 import importlib
 import pkgutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from types import ModuleType
 
 
 @dataclass(frozen=True)
@@ -62,13 +68,13 @@ class Lid:
 
 
 @cache
-def rigs():
+def rigs() -> dict[str, ModuleType]:
     """{experiment: module} of all files of this package."""
     names = [m.name for m in pkgutil.iter_modules(__path__)]
     return {name: importlib.import_module(f"{__name__}.{name}") for name in names}
 
 
-def experiments_of(dialect):
+def experiments_of(dialect: Dialect) -> list[str]:
     """Experiments whose rigs find in a `Dialect` what they need."""
     return [
         name

@@ -1,7 +1,10 @@
 """The discharge of a silo in other codes. What has left lies below the box and is taken out there.
 The mass that is left is printed at each look, and read as ours is watched."""
 
+from __future__ import annotations
+
 import re
+from typing import TYPE_CHECKING, Any
 
 from calibration.engines import bed
 from calibration.engines.program import read_dump, state_of
@@ -12,6 +15,15 @@ from dem.experiments.phases import look as pause_of
 from dem.experiments.setup import time_step_of
 from dem.flow import beverloo
 from dem.grains import mean_radius
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy as np
+
+    from calibration.engines.rigs import Dialect
+    from dem.spec import RunSpec
+
 
 FLOW = """\
 variable grains equal count(all)
@@ -32,7 +44,7 @@ label flowed
 """
 
 
-def deck(spec, dialect, folder):
+def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
     """Text of the deck of a `RunSpec`; its grains and walls are written into `folder`."""
     silo = own.Silo(spec.geometry)
     grains, top = bed.filled(spec, silo.radius, silo.shoulder)
@@ -67,23 +79,28 @@ class _Outflow:
         self.gone = max(before - self.left, 0.0)
 
 
-def read(spec, folder, output):
-    """Metrics and last state of a run in `folder`. Raises EngineError, MeasureError."""
+def read(spec: RunSpec, folder: Path, output: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Metrics and last state of a run in `folder`. Raises EngineError, MeasureError. The state is
+    as `program.state_of` gives it."""
     silo, density = own.Silo(spec.geometry), spec.materials.particle.density_kg_m3
     full = bed.Grains(density, state_of(read_dump(folder / "settled.dump")))
     state = state_of(read_dump(folder / "end.dump"))
     rest, flow = bed.Grains(density, state), _Outflow(spec, full, output)
     times, masses = outflow.watch(
-        flow, spec, lambda: flow.gone, spec.numerics.max_time_s, look=lambda mass: None
+        flow,  # type: ignore[arg-type]  # arrays stand in for it
+        spec,
+        lambda: flow.gone,
+        spec.numerics.max_time_s,
+        look=lambda mass: None,
     )
-    bulk, rate = own.bulk_density(full, spec, silo), outflow.steady_flow(times, masses)
+    bulk, rate = own.bulk_density(full, spec, silo), outflow.steady_flow(times, masses)  # type: ignore[arg-type]  # arrays stand in for it
     law = beverloo(bulk, 2.0 * silo.orifice, 2.0 * mean_radius(spec))
     return {
         "mass_flow_g_s": 1e3 * rate,
         "beverloo_constant": rate / law,
         "emptying_time_s": outflow.ended(times, masses),
         "discharged_share": float(masses[-1] / full.mass.sum()),
-        "arched": int(own.is_arched(rest, silo, spec)),
-        "drained_angle_deg": own.drained_angle(rest, silo, spec),
+        "arched": int(own.is_arched(rest, silo, spec)),  # type: ignore[arg-type]  # arrays stand in for it
+        "drained_angle_deg": own.drained_angle(rest, silo, spec),  # type: ignore[arg-type]  # arrays stand in for it
         "bulk_density_kg_m3": bulk,
     }, state

@@ -1,6 +1,10 @@
 """The lifted cylinder in other codes. What differs from ours: the cylinder stops when it is clear
 of the grains, where ours rises on above them."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from calibration.engines import bed
@@ -10,6 +14,13 @@ from dem.experiments import lifted_cylinder as own
 from dem.experiments.phases import look as pause_of
 from dem.experiments.setup import time_step_of
 from dem.measure.heap import coverage, measure_heap
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from calibration.engines.rigs import Dialect
+    from dem.spec import RunSpec
+
 
 CLEAR = 1.2
 """Depths of the grains by which the cylinder rises."""
@@ -23,7 +34,7 @@ run ${{clear}}
 """
 
 
-def deck(spec, dialect, folder):
+def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
     """Text of the deck of a `RunSpec`; its grains and walls are written into `folder`."""
     rig = own.Rig(spec)
     grains, top = bed.filled(spec, rig.radius, 0.0)
@@ -45,8 +56,9 @@ def deck(spec, dialect, folder):
     return text + DUMP.format(name="end")
 
 
-def read(spec, folder, output):
-    """Metrics and last state of a run in `folder`. Raises EngineError, MeasureError."""
+def read(spec: RunSpec, folder: Path, output: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Metrics and last state of a run in `folder`. Raises EngineError, MeasureError. The state is
+    as `program.state_of` gives it."""
     plate = own.Rig(spec).plate
     depth = float(read_dump(folder / "settled.dump")["z"].max())
     state = state_of(read_dump(folder / "end.dump"))

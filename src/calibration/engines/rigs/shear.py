@@ -5,8 +5,11 @@ v = b (f - F) + (1/m) integral of (f - F), where f presses up and F is wanted do
 is the same mass. The first one, b, damps the lid on its grains as the drag does ours.
 """
 
+from __future__ import annotations
+
 import math
 import re
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -21,6 +24,13 @@ from dem.experiments import phases
 from dem.experiments import shear_ring as own
 from dem.experiments.setup import time_step_of
 from dem.grains import draw_radii, fall_time, largest_reach, mean_radius
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from calibration.engines.rigs import Dialect
+    from dem.spec import RunSpec
+
 
 NEEDS = ("load", "height", "turn", "stop", "watch")
 AT_REST = 1e-4
@@ -57,7 +67,7 @@ print "lid ${{height}}"
 class Cell(own.Ring):
     """Our cell without its simulation: sizes, walls, grains at the start, loads."""
 
-    def __init__(self, spec):
+    def __init__(self, spec: RunSpec) -> None:
         g, rng = spec.geometry, np.random.default_rng(spec.seed)
         self.spec = spec
         self.inner, self.outer = 0.5e-3 * g.inner_diameter_mm, 0.5e-3 * g.outer_diameter_mm
@@ -74,7 +84,7 @@ class Cell(own.Ring):
         self.weight = self.mass * GRAVITY
 
     @property
-    def mobility(self):
+    def mobility(self) -> float:
         """b [m/s/N]: a lid of stiffness k swings as exp(-b k t/2), ours as
         exp(-t / (2 fall_time))."""
         grains, radius = granulate(self.spec), mean_radius(self.spec)
@@ -85,17 +95,17 @@ class Cell(own.Ring):
         contact = (0.75 * load * pair.radius / pair.young) ** (1.0 / 3.0)
         return layers / (self.fall_time * count * 2.0 * pair.young * contact)
 
-    def force(self, stress_kPa):
+    def force(self, stress_kPa: float) -> float:
         """What the lid presses with under a normal stress [N]."""
         return 1e3 * stress_kPa * self.area
 
-    def stretch(self, path_mm):
+    def stretch(self, path_mm: float) -> int:
         """Time steps of one of own.STRETCHES of a shear path."""
         speed = self.rate * 0.5 * (self.inner + self.outer)
         return max(round(1e-3 * path_mm / speed / time_step_of(self.spec) / own.STRETCHES), 1)
 
 
-def deck(spec, dialect, folder):
+def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
     """Text of the deck of a `RunSpec`; its grains and walls are written into `folder`."""
     cell, g = Cell(spec), spec.geometry
     before = cell.force(g.preshear_normal_stress_kPa or g.normal_stress_kPa)
@@ -115,7 +125,7 @@ def deck(spec, dialect, folder):
             _shear(cell, dialect, "preshear", g.preshear_displacement_mm),
             _load(cell, dialect, lid, "relieved", before, test),
             _rest(cell, "ready", own.RELIEVED),
-            HEIGHT.format(height=dialect.height(lid)),
+            HEIGHT.format(height=dialect.height(lid)),  # type: ignore[misc]
             _shear(cell, dialect, "shear", g.shear_displacement_mm),
             DUMP.format(name="end"),
         ]
@@ -151,15 +161,16 @@ def _shear(cell, dialect, label, path_mm):
     )
 
 
-def read(spec, folder, output):
-    """Metrics and last state of a run in `folder`. Raises EngineError."""
+def read(spec: RunSpec, folder: Path, output: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Metrics and last state of a run in `folder`. Raises EngineError. The state is as
+    `program.state_of` gives it."""
     cell, state = Cell(spec), state_of(read_dump(folder / "end.dump"))
     lost = spec.particles.count - len(state["radius"])
     if lost:
         raise EngineError(f"{lost} grains left the shear cell")
     _, preshear = _stresses(cell, folder / "preshear.txt")
     normal, curve = _stresses(cell, folder / "shear.txt")
-    late, depth = curve[own.STRETCHES // 2 :], float(re.search(r"^lid (\S+)", output, re.M)[1])
+    late, depth = curve[own.STRETCHES // 2 :], float(re.search(r"^lid (\S+)", output, re.M)[1])  # type: ignore[index]
     smooth = sliding_window_view(curve, own.STRETCHES // 10).mean(axis=1)
     return {
         "shear_stress_kPa": float(smooth.max()),

@@ -6,13 +6,20 @@ environment. So it runs as a process that asks for the responses of its samples,
     Cheng et al. (2024), J. Open Source Softw. 9(97):6338.
 """
 
+from __future__ import annotations
+
 import json
 import subprocess
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from calibration.statistics.numbers import NORMAL_95
+
+if TYPE_CHECKING:
+    from calibration.inference.comparison.truths import Bench
+
 
 NAME = "GrainLearning"
 SAMPLES = 11
@@ -24,7 +31,7 @@ CLIENT = Path(__file__).with_name("grain_learning_client.py")
 class GrainLearning:
     """A process of a Python (path) that has GrainLearning; a context."""
 
-    def __init__(self, python):
+    def __init__(self, python: str | Path) -> None:
         self.python = python
 
     def __enter__(self):
@@ -39,7 +46,7 @@ class GrainLearning:
         self.process.stdout.close()
         self.process.wait()
 
-    def answer(self, bench, runs):
+    def answer(self, bench: Bench, runs: int) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
         """Its estimated parameters (3,), the mean of its weighted samples, and low, high (3,): 1.96
         standard deviations about it, within the region. None where it ends with an error."""
         self._say(measured=bench.measured, iterations=runs // SAMPLES, samples=SAMPLES, ess=ESS)

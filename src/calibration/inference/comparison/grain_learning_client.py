@@ -9,6 +9,8 @@ was observed. So the filter itself is called, as `run` calls it.
 import contextlib
 import json
 import sys
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from grainlearning import DynamicSystem, IterativeBayesianFilter
@@ -16,12 +18,12 @@ from grainlearning import DynamicSystem, IterativeBayesianFilter
 TALK = sys.stdout
 
 
-def say(**message):
+def say(**message: Any) -> None:
     """Write a line."""
     print(json.dumps(message), file=TALK, flush=True)
 
 
-def density(filtering):
+def density(filtering: Any) -> np.ndarray:
     """Density (n,), of sum 1, with which the filter drew the samples of its next iteration; left
     unset, these count as drawn evenly and their weights are not those of a posterior. As its
     `load_proposal_from_file` has it from a file."""
@@ -31,7 +33,7 @@ def density(filtering):
     return own / own.sum()
 
 
-def study(task):
+def study(task: Mapping[str, Any]) -> tuple[list[list[float]], list[float]]:
     """One study: (samples (n, 3), weights (n,)) of the last iteration."""
     system = DynamicSystem(
         obs_data=np.array([[task["measured"]]]),

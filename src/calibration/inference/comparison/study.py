@@ -12,6 +12,7 @@ study's truth and readings are the same for every way and number of runs.
 """
 
 import argparse
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -32,7 +33,11 @@ ENOUGH = 1.0 / 3.0
 """A third of the margin of 1 degree that the salt's validation asks for."""
 
 
-def trials(repeats=REPEATS, first=FIRST, ways=None):
+def trials(
+    repeats: int = REPEATS,
+    first: int = FIRST,
+    ways: Mapping[str, Callable[[Bench, int], tuple | None]] | None = None,
+) -> pd.DataFrame:
     """Table: response, way, runs, seed, miss [deg], how many of the three parameters their
     intervals hold and how wide these are; miss is NaN where the way ended with an error.
 
@@ -62,7 +67,7 @@ def _judged(found, bench):
     return judged
 
 
-def summary(table):
+def summary(table: pd.DataFrame) -> pd.DataFrame:
     """Table: way, runs, rmse [deg] with its standard error, coverage [%] with its 95 % interval
     over studies, mean width of the strongest parameter's interval, studies that ended with an
     error."""
@@ -86,7 +91,7 @@ def summary(table):
     return pd.DataFrame(rows)
 
 
-def runs_needed(found):
+def runs_needed(found: pd.DataFrame) -> dict[str, int | None]:
     """{way: fewest runs of `RUNS` whose error is at most ENOUGH, or None}."""
     good = found[found["rmse"] <= ENOUGH]
     ways = dict.fromkeys([*WAYS, *found["way"]])
@@ -97,7 +102,7 @@ def _first(runs):
     return int(runs.min()) if len(runs) else None
 
 
-def page(found):
+def page(found: pd.DataFrame) -> str:
     """The table and the numbers of runs as Markdown."""
     lines = [
         "| way | runs | error at the optimum, rms [°] | held by its 95 % interval | width of the "
@@ -132,7 +137,7 @@ def _keep(ways, seed, path):
     write_table(trials(1, seed, ways), path)
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> None:
     """Run what is missing and write trials of each seed, summary.csv and table.md into a folder."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("out", type=Path)

@@ -3,6 +3,9 @@
 Three factors in coded levels, [-1, 1]^3, as in a response surface of the chain; degrees.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,22 +17,24 @@ READINGS, READING_SD = 25, 0.8
 INSIDE = 0.8  # of the region's half width: where the truth is drawn
 
 
-def nearly_plane(x):
-    """Almost linear."""
+def nearly_plane(x: np.ndarray) -> np.ndarray:
+    """Almost linear. Responses (n,) [deg] at coded points x (n, 3)."""
     a, b, c = np.atleast_2d(x).T
     return 45.0 - 0.8 * a + 0.9 * b + 4.0 * c + 0.2 * c * c
 
 
-def quadratic(x):
-    """A full quadratic, as the chain's model assumes."""
+def quadratic(x: np.ndarray) -> np.ndarray:
+    """A full quadratic, as the chain's model assumes. Responses (n,) [deg] at coded points x (n,
+    3)."""
     a, b, c = np.atleast_2d(x).T
     return (
         45.0 - 0.6 * a + 1.0 * b + 4.0 * c - 0.7 * a * c + 0.6 * b * c + 1.0 * c * c + 0.5 * a * a
     )
 
 
-def saturating(x):
-    """Rises and levels off, as an angle does over rolling friction; no quadratic."""
+def saturating(x: np.ndarray) -> np.ndarray:
+    """Rises and levels off, as an angle does over rolling friction; no quadratic. Responses (n,)
+    [deg] at coded points x (n, 3)."""
     a, b, c = np.atleast_2d(x).T
     return (
         48.0 - 5.5 * np.exp(-1.3 * (1.0 + c)) * (1.0 + 0.15 * a) + 0.8 * b - 1.0 * a * (c > 0) * c
@@ -51,7 +56,7 @@ class Bench:
     rng: np.random.Generator
 
     @classmethod
-    def drawn(cls, response, seed):
+    def drawn(cls, response: Callable[[np.ndarray], np.ndarray], seed: int) -> Bench:
         """A study drawn by its seed."""
         rng = np.random.default_rng(seed)
         truth = rng.uniform(-INSIDE, INSIDE, 3)
@@ -59,10 +64,10 @@ class Bench:
         se = readings.std(ddof=1) / np.sqrt(READINGS)
         return cls(response, truth, float(readings.mean()), float(se), rng)
 
-    def run(self, x):
+    def run(self, x: np.ndarray) -> np.ndarray:
         """Responses (n,) of runs at x (n, 3), with the seeds' scatter."""
-        return self.response(x) + self.rng.normal(0.0, SEED_SD, len(np.atleast_2d(x)))
+        return self.response(x) + self.rng.normal(0.0, SEED_SD, len(np.atleast_2d(x)))  # type: ignore[operator]
 
-    def missed(self, x):
+    def missed(self, x: np.ndarray) -> float:
         """How far the response at a chosen point (3,) is from that of the truth [deg]."""
-        return float(self.response(x)[0] - self.response(self.truth)[0])
+        return float(self.response(x)[0] - self.response(self.truth)[0])  # type: ignore[operator]

@@ -4,6 +4,10 @@ An answer is a point (3,) and low, high (3,) of its stated 95 % intervals, all i
 where a way states none. The posterior is had on a grid, which leaves the sampler's noise out.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pandas as pd
 from scipy.stats import qmc
@@ -16,6 +20,10 @@ from calibration.statistics.optimise import solve
 from calibration.statistics.surface import fit_surface, parameter_interval
 from calibration.study.factors import Factor
 
+if TYPE_CHECKING:
+    from calibration.inference.comparison.truths import Bench
+
+
 CODES = ["A", "B", "C"]
 FACTORS = [Factor(c, c, c, -1.0, 1.0) for c in CODES]
 GRID = np.linspace(-1.0, 1.0, 25)
@@ -24,7 +32,7 @@ STARTED, BATCH = 12, 10  # runs of the space-filling start, and of each batch af
 LEVEL = 0.95
 
 
-def box_behnken_and_candidate(bench, runs):
+def box_behnken_and_candidate(bench: Bench, runs: int) -> tuple[np.ndarray, np.ndarray]:
     """(x (n, 3), y (n,)): the chain's design; what is left of the runs goes to the surface's
     optimum."""
     x = box_behnken(FACTORS)[CODES].to_numpy(float)
@@ -37,9 +45,10 @@ def box_behnken_and_candidate(bench, runs):
     return x, y
 
 
-def chain(bench, x, y):
+def chain(bench: Bench, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The paper's chain: quadratic, the point of the solution set nearest to the centre, each
-    parameter's interval with the others held."""
+    parameter's interval with the others held. x (n, 3), y (n,) [deg]; returns point, low, high (3,)
+    each, coded."""
     surface = _surface(x, y)
     point = solve(surface, bench.measured).chosen
     ends = [
@@ -49,14 +58,20 @@ def chain(bench, x, y):
     return point, *np.array(ends).T
 
 
-def solution_set(bench, x, y):
-    """The same point with the extent of the solution set, which is no 95 % interval."""
+def solution_set(
+    bench: Bench, x: np.ndarray, y: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The same point with the extent of the solution set, which is no 95 % interval. x (n, 3), y
+    (n,) [deg]; returns point, low, high (3,) each, coded."""
     found = solve(_surface(x, y), bench.measured)
     return found.chosen, found.low, found.high
 
 
-def posterior(bench, x, y):
-    """The emulated posterior of the same runs, and the probable point nearest to the centre."""
+def posterior(
+    bench: Bench, x: np.ndarray, y: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The emulated posterior of the same runs, and the probable point nearest to the centre. x (n,
+    3), y (n,) [deg]; returns point, low, high (3,) each, coded."""
     emulator = ScatterEmulator(0.5 + 0.5 * x, y)
     weight = _weights(emulator, bench)
     order = np.sort(weight)[::-1]
@@ -66,8 +81,9 @@ def posterior(bench, x, y):
     return CUBE[probable][np.argmin(near)], *_intervals(weight)
 
 
-def adaptive(bench, runs):
-    """Runs of an adaptive posterior: a space-filling start, then batches at draws of it."""
+def adaptive(bench: Bench, runs: int) -> tuple[np.ndarray, np.ndarray]:
+    """Runs of an adaptive posterior: a space-filling start, then batches at draws of it. Returns
+    coded points (n, 3) and responses (n,) [deg]."""
 
     def draws(emulator, n):
         return CUBE[bench.rng.choice(len(CUBE), n, p=_weights(emulator, bench))]
@@ -75,10 +91,10 @@ def adaptive(bench, runs):
     return _in_batches(bench, runs, draws)
 
 
-def straddle(bench, runs):
+def straddle(bench: Bench, runs: int) -> tuple[np.ndarray, np.ndarray]:
     """Runs of a Gaussian-process optimiser: a space-filling start, then batches where the target
     may be met and least is known (the straddle of Bryan et al. 2005, Advances in Neural Information
-    Processing Systems 18:163)."""
+    Processing Systems 18:163). Returns coded points (n, 3) and responses (n,) [deg]."""
 
     def best(emulator, n):
         some = CUBE[bench.rng.choice(len(CUBE), 2000, replace=False)]
@@ -95,8 +111,9 @@ def straddle(bench, runs):
     return _in_batches(bench, runs, best)
 
 
-def optimiser(bench, x, y):
-    """The point where its process is nearest to the target; it states no interval."""
+def optimiser(bench: Bench, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, None, None]:
+    """The point where its process is nearest to the target; it states no interval. x (n, 3), y (n,)
+    [deg]; returns the coded point (3,)."""
     emulator = ScatterEmulator(0.5 + 0.5 * x, y)
     miss = np.abs(emulator.mean(0.5 + 0.5 * CUBE)[0] - bench.measured)
     return CUBE[np.argmin(miss)], None, None
@@ -147,8 +164,11 @@ WAYS = {
 }
 
 
-def answer(way, bench, runs):
-    """What a way answers with so many runs; None where it ends with an error."""
+def answer(
+    way: str, bench: Bench, runs: int
+) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None] | None:
+    """What a way answers with so many runs; None where it ends with an error. The answer is a coded
+    point (3,) with low and high (3,), None where the way states no interval."""
     spend, conclude = WAYS[way]
     try:
         return conclude(bench, *spend(bench, runs))

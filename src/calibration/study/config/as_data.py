@@ -7,6 +7,7 @@ nothing in it.
 
 import sys
 from pathlib import Path
+from typing import Any, TextIO
 
 from calibration.errors import ConfigError
 from dem.errors import SpecError
@@ -26,7 +27,7 @@ MOST = KINDS["configuration"].most
 EVALUATED = ("__use_yte__", "__definitions__", "__variables__")
 
 
-def read_as_data():
+def read_as_data() -> None:
     """Let snakemake read configurations as data from now on."""
     import yte
 
@@ -40,7 +41,7 @@ def _as_data(source, *_, **__):
         sys.exit(f"{error}")  # snakemake would show a traceback for it
 
 
-def data_of(source):
+def data_of(source: str | TextIO) -> Any:
     """Mapping of a YAML stream or text. Raises ConfigError for one that asks to be evaluated, or
     that is not YAML."""
     name = getattr(source, "name", "configuration")

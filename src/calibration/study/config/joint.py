@@ -1,8 +1,12 @@
 """The laboratory of a joint study: its rigs, the measured values of its targets, and what is wrong
 with either."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +20,12 @@ from calibration.study.factors import Choice, refuse_choices
 from calibration.study.matching import agreeing
 from dem.errors import SpecError
 from dem.spec import parse_spec
+
+if TYPE_CHECKING:
+    from calibration.study.config.schema import Config, JointTarget
+    from calibration.study.factors import Factor
+    from dem.spec import RunSpec
+
 
 APART = 4.0
 """Standard errors of their difference from which on two rows of one test contradict each other."""
@@ -34,33 +44,33 @@ class MeasuredMean:
     reading_sd: np.ndarray
 
 
-def name_of(target):
+def name_of(target: JointTarget) -> str:
     """A target's name in tables and sentences: rig and metric or shape."""
     return f"{target.rig}: {target.metric or target.shape}"
 
 
-def rig_spec(config, name):
+def rig_spec(config: Config, name: str) -> RunSpec:
     """`RunSpec` of a rig at the study's own levels. Raises SpecError."""
     rig = config.rigs[name]
     return parse_spec(point_spec(machine_run(config, rig), rig.experiment, {}, 1))
 
 
-def joint_factors(config, factors):
+def joint_factors(config: Config, factors: Iterable[Factor | Choice]) -> list[Factor | Choice]:
     """Factors of the table that are free in the joint study, in its order."""
     chosen = config.joint.factors
     return [f for f in factors if (f.name in chosen if chosen else not isinstance(f, Choice))]
 
 
-def read_joint_target(config, target):
+def read_joint_target(config: Config, target: JointTarget) -> MeasuredMean:
     """`MeasuredMean` of a target. Raises ConfigError naming file, line and what is missing."""
     if target.curve:
-        found = read_curves(target.curve, target.shape)
+        found = read_curves(target.curve, target.shape)  # type: ignore[arg-type]  # goes with it
         curves = found.freedom + len(found.metrics)
         sd = np.sqrt(np.diag(found.covariance) * curves)
         return MeasuredMean(found.metrics, found.mean, found.covariance, found.freedom, sd)
     table = read_measured(config.measurements)
     experiment = config.rigs[target.rig].experiment
-    quantity = quantity_name(target.metric)
+    quantity = quantity_name(target.metric)  # type: ignore[arg-type]  # in place of a curve
     found = agreeing(table, experiment, quantity, rig_spec(config, target.rig))
     rows = [_mean_of(m, target, table.path) for m in found]
     _refuse_contradicting(rows, found, table.path)
@@ -118,7 +128,7 @@ def _pooled(target, rows, reading_sd):
     )  # fmt: skip
 
 
-def check_joint(config, factors, file):
+def check_joint(config: Config, factors: Sequence[Factor | Choice], file: str) -> None:
     """Raise ConfigError for what a joint study cannot be made of."""
     for name, rig in config.rigs.items():
         try:

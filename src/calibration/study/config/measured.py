@@ -1,5 +1,10 @@
 """What a study is calibrated to: its measured values and what is asked of each response."""
 
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import TYPE_CHECKING
+
 from calibration.errors import CalibrationError, ConfigError
 from calibration.intake.measurements import read_measured
 from calibration.intake.quantities import quantity_name
@@ -11,8 +16,14 @@ from calibration.study.matching import NotComparableError, agreeing, sample
 from dem.spec import parse_spec
 from dem.units import behind, unit_of
 
+if TYPE_CHECKING:
+    import numpy as np
 
-def read_target(config, target=None):
+    from calibration.intake.measurements import Measurement
+    from calibration.study.config.schema import Config, Target
+
+
+def read_target(config: Config, target: Target | None = None) -> np.ndarray | Stated:
     """(n,) readings of `target`, of the main one unless given, in the metric's unit; a `Stated`
     mean where the table holds nothing else. Raises ConfigError."""
     return _sample(config, read_measured(config.measurements), target or config.target)
@@ -24,13 +35,15 @@ def _sample(config, table, target):
     return sample(found, table.path)
 
 
-def is_measured(config, target):
+def is_measured(config: Config, target: Target) -> bool:
     """Whether the table of measurements holds the quantity of a target. Raises ConfigError."""
     table = read_measured(config.measurements)
     return bool(table.of(config.experiment, quantity_name(target.metric)))
 
 
-def read_bench(config, test, metric, but=()):
+def read_bench(
+    config: Config, test: str, metric: str, but: Collection[str] = ()
+) -> list[Measurement]:
     """The measured conditions of a metric that the rig of a bench test is at; levers in `but` are
     swept. Raises ConfigError."""
     run = bench_run(config, getattr(config.bench, test).run)
@@ -38,7 +51,7 @@ def read_bench(config, test, metric, but=()):
     return agreeing(table, test, quantity_name(metric), spec, but)
 
 
-def read_back(config):
+def read_back(config: Config) -> list[str]:
     """A sentence for each measured target: what was read of it. Raises ConfigError."""
     table, found = read_measured(config.measurements), []
     for target in (config.target, *config.further_targets):
@@ -60,7 +73,7 @@ def _said(values, unit, how):
     return f"{said} ({how})"
 
 
-def goals(config, file="config"):
+def goals(config: Config, file: str = "config") -> list[Goal]:
     """`Goal`s of the target and the further targets, in this order. Raises ConfigError."""
     found = []
     for n, target in enumerate((config.target, *config.further_targets)):
@@ -72,7 +85,7 @@ def goals(config, file="config"):
                 key=f"{key}.low" if target.low is None else f"{key}.high",
                 allowed="the value at which the desirability falls to 0",
             )
-        kind = "target" if n == 0 else target.goal
+        kind = "target" if n == 0 else target.goal  # type: ignore[attr-defined]  # of the further ones
         wanted = float(read_target(config, target).mean()) if kind == "target" else None
         try:
             found.append(

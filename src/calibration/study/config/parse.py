@@ -1,8 +1,12 @@
 """From a configuration's files to a checked `Config`: an error names file and line, key, value and
 what is allowed."""
 
+from __future__ import annotations
+
 import re
+from collections.abc import Collection, Sequence
 from contextlib import suppress
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
@@ -27,6 +31,10 @@ from dem.experiments.mesh import check_meshes_of
 from dem.io.mapping import read_mapping
 from dem.spec import parse_spec
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
 IN_LISTS = {"further_targets": FurtherTarget, "targets": JointTarget}
 _ROW = "a row a reading in the file that `measurements` names: experiment, quantity, value, unit"
 MOVED = {
@@ -39,7 +47,12 @@ MOVED = {
 """Keys that held measured values before there was one table, and what to write in their place."""
 
 
-def parse_config(data, file="configuration", files=(), stages=None):
+def parse_config(
+    data: Any,
+    file: str = "configuration",
+    files: Sequence[str | Path] = (),
+    stages: Collection[str] | None = None,
+) -> Config:
     """`Config` from a mapping that was merged from YAML `files`, later ones over earlier ones.
 
     Raises ConfigError naming file and line, key, value and what is allowed. `file` stands for the
@@ -73,7 +86,7 @@ def _check_supplements(config, file, stages):
             raise ConfigError("is no stage", path=file, key=key, value=name, allowed=allowed)
 
 
-def given(config, key, stage):
+def given(config: Config, key: str, stage: str) -> Any:
     """The value of a dotted key that `stage` cannot do without. Raises ConfigError naming both."""
     value = config
     for name in key.split("."):
@@ -83,7 +96,7 @@ def given(config, key, stage):
     return value
 
 
-def stands_alone(path):
+def stands_alone(path: str | Path) -> bool:
     """Whether a configuration file is a study of its own: one that names its factors is not laid
     over config.yaml."""
     try:
@@ -333,7 +346,7 @@ def _check_bench(config, file):
             raise ConfigError(str(error), path=file, key=f"bench.{test}.run") from None
 
 
-def with_engine(config, file="configuration"):
+def with_engine(config: Config, file: str = "configuration") -> Config:
     """The configuration with its engine, program and version, in the run spec that all runs
     share. Raises ConfigError."""
     try:

@@ -1,7 +1,7 @@
 """The schema of a study's configuration: every key with its unit, range, default and meaning."""
 
 from types import UnionType
-from typing import Annotated, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -20,10 +20,10 @@ COARSER = {"quick": 4.0, "test": 8.0}
 """Resolution -> how many times fewer grains."""
 
 
-def coarsened(data):
+def coarsened(data: dict[str, Any]) -> dict[str, Any]:
     """A configuration whose `resolution` is carried out: fewer, larger grains, and a name that says
     so."""
-    factor = COARSER.get(data.get("resolution"))
+    factor = COARSER.get(data.get("resolution"))  # type: ignore[arg-type]  # None is no key of it
     particles = (data.get("run") or {}).get("particles") or {}
     if factor is None or "count" not in particles:
         return data
@@ -41,14 +41,14 @@ def coarsened(data):
     return data | {"run": run, "name": name, "resolution": "full"}
 
 
-def section_of(annotation):
+def section_of(annotation: Any) -> type[BaseModel] | None:
     """The schema of a nested section, also where it may be left out; None for any other key."""
     parts = get_args(annotation) if isinstance(annotation, UnionType) else (annotation,)
     found = (p for p in parts if isinstance(p, type) and issubclass(p, BaseModel))
     return next(found, None)
 
 
-def named_section_of(annotation):
+def named_section_of(annotation: Any) -> type[BaseModel] | None:
     """The schema of the sections in a mapping of names; None for any other key."""
     parts = get_args(annotation)
     return section_of(parts[1]) if get_origin(annotation) is dict else None
@@ -82,7 +82,7 @@ class FurtherTarget(Target):
     """A second or third response that counts beside the target."""
 
     metric: str = Field(description="metric of a run")
-    goal: Literal[GOALS] = Field(
+    goal: Literal[GOALS] = Field(  # type: ignore[valid-type]
         "target",
         description="meet the mean of the measured values, or go to one end of low to high",
     )
@@ -181,7 +181,7 @@ class SurfaceConfig(_Part):
 class OptimiseConfig(_Part):
     """Choice of a point among those that meet the target."""
 
-    rule: Literal[RULES] = Field(
+    rule: Literal[RULES] = Field(  # type: ignore[valid-type]
         "closest_to_centre", description="which point of the solution set is chosen"
     )
     candidate_runs: int = Field(
@@ -322,7 +322,7 @@ class PourRateConfig(_Part):
 class _Simulated(_Part):
     """A test or a machine and the run spec that stands for it."""
 
-    experiment: Literal[tuple(METRICS)] = Field(description="virtual experiment that stands for it")
+    experiment: Literal[tuple(METRICS)] = Field(description="virtual experiment that stands for it")  # type: ignore[valid-type]
     run: dict = Field(
         {},
         description="grains, geometry and numerics, laid over the study's run where it is of the "
@@ -444,7 +444,7 @@ class Config(_Part):
         "settings of it, "
         "of command or of table",
     )
-    experiment: Literal[tuple(METRICS)] = Field(
+    experiment: Literal[tuple(METRICS)] = Field(  # type: ignore[valid-type]
         "heap", description="virtual experiment whose metrics are calibrated"
     )
     measurements: str = Field(
@@ -464,7 +464,7 @@ class Config(_Part):
         "config", description="bench: what tilt, drop and shear found replaces the levels in fixed"
     )
     run: dict = Field({}, description="run spec without experiment and seed")
-    resolution: Literal["full", *COARSER] = Field(
+    resolution: Literal["full", *COARSER] = Field(  # type: ignore[valid-type]
         "full",
         description="quick and test pour fewer, larger grains of the same volume, under a name of "
         "their own",
@@ -507,6 +507,6 @@ class Config(_Part):
     )
 
     @property
-    def runs(self):
+    def runs(self) -> str:
         """Folder of the runs, which all studies of `results` share."""
         return f"{self.results}/runs"

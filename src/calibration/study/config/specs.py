@@ -1,15 +1,26 @@
 """Run specs as mappings: keys set, parts laid over."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from calibration.study.config.schema import Config, PushConfig, RigConfig
+
+
 SEEDS_A_STAGE = 1000
 """Seeds are disjoint between stages: a run that led to a choice must not judge it as well."""
 
 
-def point_spec(base, experiment, levels, seed):
+def point_spec(
+    base: Mapping[str, Any], experiment: str, levels: Mapping[str, float | str], seed: int
+) -> dict[str, Any]:
     """Run spec as a mapping: `base` with the keys of `levels` {dotted key: number or word} set."""
     return {**with_levels(base, levels), "experiment": experiment, "seed": int(seed)}
 
 
-def with_levels(base, levels):
+def with_levels(base: Mapping[str, Any], levels: Mapping[str, float | str]) -> dict[str, Any]:
     """A copy of the nested mapping `base` with the keys of `levels` {dotted key: value} set."""
     spec = _copy(base)
     for key, value in levels.items():
@@ -21,7 +32,7 @@ def with_levels(base, levels):
     return spec
 
 
-def states(run, key):
+def states(run: Mapping[str, Any], key: str) -> bool:
     """Whether a run spec (a mapping) has the dotted key."""
     for name in key.split("."):
         if not isinstance(run, dict) or name not in run:
@@ -30,14 +41,14 @@ def states(run, key):
     return True
 
 
-def bench_run(config, changes):
+def bench_run(config: Config, changes: Mapping[str, Any]) -> dict[str, Any]:
     """Run spec of a bench test: the study's materials and laws with `changes` (the test's rig and
     grains) laid over."""
     shared = ("materials", "laws", "law_parameters", "engine")
     return overlay({k: v for k, v in config.run.items() if k in shared}, changes)
 
 
-def machine_run(config, machine):
+def machine_run(config: Config, machine: PushConfig | RigConfig) -> dict[str, Any]:
     """Run spec (a mapping) of a machine of `push_through`: its keys over the study's run where it
     is of the study's own experiment, else over its materials and laws."""
     if machine.experiment == config.experiment:
@@ -45,7 +56,7 @@ def machine_run(config, machine):
     return bench_run(config, machine.run)
 
 
-def overlay(base, changes):
+def overlay(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """A copy of the nested mapping `base` with the keys of `changes` laid over it."""
     out = _copy(base)
     for key, value in changes.items():
@@ -53,9 +64,9 @@ def overlay(base, changes):
     return out
 
 
-def numbers_of(data, prefix=""):
+def numbers_of(data: Mapping[str, Any], prefix: str = "") -> dict[str, float]:
     """{dotted key: value} of the numbers in a nested mapping."""
-    found = {}
+    found = {}  # type: dict[str, float]
     for key, value in data.items():
         if isinstance(value, dict):
             found |= numbers_of(value, f"{prefix}{key}.")

@@ -1,9 +1,13 @@
 """Coarse heaps at the points of a study's screening: which stand, which ranges hold them, what
 the study will take."""
 
+from __future__ import annotations
+
 import tempfile
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +16,11 @@ from calibration.study.config import overlay, point_spec
 from calibration.study.stages import expected_runs
 from dem.errors import DemError, MeasureError, StoppedError
 from dem.spec import parse_spec
+
+if TYPE_CHECKING:
+    from calibration.study.config import Config
+    from calibration.study.factors import Factor
+
 
 COARSE = 1250  # grains
 WIDE_ENOUGH = 5.0  # grains across the orifice
@@ -33,19 +42,24 @@ class Trial:
     seconds: float
 
     @property
-    def found(self):
+    def found(self) -> str:
         """The angle, or why there is none, in words."""
         return self.fault or f"{self.angle_deg:.1f}°"
 
 
-def corners(config, factors):
+def corners(config: Config, factors: Sequence[Factor]) -> np.ndarray:
     """The distinct points of the study's screening in the unit cube (n, factors): what has to stand
     for the study to go on."""
     coded = screening_design(factors, config.screening)[[f.code for f in factors]]
     return 0.5 * (coded.drop_duplicates().to_numpy(float) + 1.0)
 
 
-def pilot(config, factors, points, show=lambda text: None):
+def pilot(
+    config: Config,
+    factors: Sequence[Factor],
+    points: np.ndarray | Sequence[Sequence[float]],
+    show: Callable[[str], object] = lambda text: None,
+) -> list[Trial]:
     """[Trial] of a coarse heap at each of `points` (n, factors) of the ranges' unit cube."""
     trials = []
     for k, point in enumerate(points, 1):
@@ -55,14 +69,15 @@ def pilot(config, factors, points, show=lambda text: None):
     return trials
 
 
-def levels_at(factors, point):
-    """Natural levels {key: value} of a point of the ranges' unit cube."""
+def levels_at(factors: Sequence[Factor], point: np.ndarray | Sequence[float]) -> dict[str, float]:
+    """Natural levels {key: value} of a point of the ranges' unit cube. point: (factors,) in [0,
+    1]."""
     return {
         f.key: round(f.low + x * (f.high - f.low), 6) for f, x in zip(factors, point, strict=True)
     }
 
 
-def coarse(run):
+def coarse(run: Mapping[str, Any]) -> dict[str, Any]:
     """The run spec with at most COARSE grains of the same volume together, as far as the orifice
     passes them."""
     particles = run["particles"]
@@ -78,7 +93,12 @@ def coarse(run):
     return overlay(run, changes | {"geometry": {"generation_rate_per_s": rate}})
 
 
-def one_heap(config, run_spec, levels, point):
+def one_heap(
+    config: Config,
+    run_spec: Mapping[str, Any],
+    levels: Mapping[str, float],
+    point: tuple[float, ...],
+) -> Trial:
     """`Trial` of a coarse heap of a run spec, which may be another than the configuration's, at
     levels {key: value}."""
     from dem.run import run  # compiles the engine
@@ -100,7 +120,11 @@ def one_heap(config, run_spec, levels, point):
     return Trial(point, angle, fault, numerics["wall_time_s"])
 
 
-def shrunk(factors, trials, pour):
+def shrunk(
+    factors: Sequence[Factor],
+    trials: list[Trial],
+    pour: Callable[[list[Factor], list[tuple]], list[Trial]],
+) -> tuple[list[Factor], list[Trial]]:
     """(factors, trials) after the ends at which heaps do not stand have moved in: heaps that failed
     are poured again at the new ends, in at most ROUNDS rounds, and FURTHER ones where that is not
     enough. Where none stands nothing moves.
@@ -161,13 +185,13 @@ def _cut(factor, a, b):
     return replace(factor, low=low, high=high, description=note)
 
 
-def advice(trials, measured=None):
+def advice(trials: Sequence[Trial], measured: float | None = None) -> list[str]:
     """Sentences on what the heaps that do not stand ask for, and on whether those that do reach the
     measured angle [deg]."""
     rolled = sum("no heap" in t.fault for t in trials)
     clogged = sum("clogged" in t.fault for t in trials)
     found = [f"{sum(not t.fault for t in trials)} of {len(trials)} coarse heaps stand"]
-    angles = [t.angle_deg for t in trials if not t.fault]
+    angles = [t.angle_deg for t in trials if not t.fault and t.angle_deg is not None]
     if angles and measured is not None:
         found.append(_reach(min(angles), max(angles), measured))
     if rolled > len(trials) / 4:
@@ -192,7 +216,7 @@ def _reach(low, high, measured):
     )
 
 
-def cost(config, trials, cores=2):
+def cost(config: Config, trials: Sequence[Trial], cores: int = 2) -> str | None:
     """'63 heaps, 9 minutes': from the pilot's speed and the study's grains and steps; None where
     none ran."""
     ran = [t for t in trials if t.seconds > 0]

@@ -1,13 +1,17 @@
 """What `dem new` asks: each answer from an option, else from the person at the terminal, checked at
 once."""
 
+from __future__ import annotations
+
 import math
 import shlex
 import sys
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from calibration.errors import CalibrationError, ConfigError
 from calibration.intake.measurements import read_measured
@@ -20,6 +24,12 @@ from calibration.study.new.methods import methods
 from calibration.study.new.ranges import factors_of, materials
 from dem.errors import DemError
 from dem.units import UnitError, question, unit_of
+
+if TYPE_CHECKING:
+    import argparse
+
+    from calibration.study.factors import Factor
+
 
 PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp")
 SOFTENED_PA = 3.0e6
@@ -52,7 +62,9 @@ RIM = _asked("funnel", "rim")
 """Never asked: options alone."""
 
 
-def answers(args, ask=None):
+def answers(
+    args: argparse.Namespace, ask: Callable[[str], str] | None = None
+) -> tuple[list[float], Heap, list[Factor], dict[str, Any] | None]:
     """(values (n,) [deg], `Heap`, factors, sizes or None) from options and, where `ask` is given,
     from a person.
 
@@ -138,7 +150,7 @@ def _check_rig(heap):
         )
 
 
-def at_terminal():
+def at_terminal() -> Callable[[str], str] | None:
     """A function that asks, or None where nobody sits at a terminal."""
     return _ask if sys.stdin.isatty() else None
 
@@ -161,7 +173,7 @@ def _number(text, q):
     return value
 
 
-def most_grains(given):
+def most_grains(given: int | None) -> int:
     """Grains to simulate at most. Raises CalibrationError for fewer than make a heap."""
     if given is None:
         return MOST
@@ -170,7 +182,7 @@ def most_grains(given):
     return given
 
 
-def bulk_densities(texts, heap):
+def bulk_densities(texts: Sequence[str], heap: Heap) -> list[float]:
     """Poured bulk densities [kg/m3] of the grains of `heap`. Raises CalibrationError for one that
     no grain of this density has."""
     values = [_number(text, BULK) for text in texts]
@@ -211,7 +223,7 @@ def _words(text):
         return text.split()
 
 
-def measured_angles(texts, sheet=None):
+def measured_angles(texts: Sequence[str], sheet: str | None = None) -> list[float]:
     """Angles [deg] from numbers, one table (sheet: of a workbook), or photographs. Raises
     CalibrationError."""
     paths = [Path(t) for t in texts]
@@ -302,7 +314,7 @@ def _sieve_columns(table):
     return found
 
 
-def sieve_curve(path):
+def sieve_curve(path: str | Path) -> dict[str, Any]:
     """`particles.sizes` of a sieve table or of what a Mastersizer exports: the column
     `diameter_mm`, and `mass_percent` of each size or `passing_percent` of each sieve.
 
@@ -311,7 +323,9 @@ def sieve_curve(path):
     return _distribution(path, *(mastersizer_sizes(path) or _sieved(path)))
 
 
-def size_distribution(sieves, passing, where):
+def size_distribution(
+    sieves: Sequence[float], passing: Sequence[float], where: str | Path
+) -> dict[str, Any]:
     """`particles.sizes` of what passes each sieve [mm, %]; where: for messages. Raises
     CalibrationError."""
     return _distribution(where, *_between_sieves(where, sieves, passing))
@@ -363,12 +377,12 @@ def _between_sieves(path, sieves, passing):
     return sizes, [b[1] - a[1] for a, b in pairwise(rows)]
 
 
-def mean_diameter(sizes):
+def mean_diameter(sizes: Mapping[str, Any]) -> float:
     """Diameter [mm] of the grain of mean volume: as many of them make the same mass."""
     d, w = sizes["diameters_mm"], sizes["fractions"]
     return (1.0 / sum(f / x**3 for f, x in zip(w, d, strict=True))) ** (1 / 3)
 
 
-def said_back(values):
+def said_back(values: Sequence[float]) -> str:
     """The measured values, said back."""
     return "measured: " + summary(values, "°")

@@ -1,7 +1,11 @@
 """What would bring the pilot's heaps up to a measured angle that is steeper than all of them: the
 heap at the ends of the ranges that steepen it, then that heap with one thing changed."""
 
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,6 +13,12 @@ from calibration.study.config import overlay
 from calibration.study.new.heap import roomy_height
 from calibration.study.new.pilot import levels_at, one_heap
 from calibration.study.new.ranges import UNPUBLISHED, most_published
+
+if TYPE_CHECKING:
+    from calibration.study.config import Config
+    from calibration.study.factors import Factor
+    from calibration.study.new.pilot import Trial
+
 
 LONGER = 1.3  # length over width of a longer grain
 LOWER = 0.9  # of the orifice's height, above which a lower one is not tried
@@ -25,11 +35,17 @@ class Change:
     levels: dict = field(default_factory=dict)
 
 
-def reach(config, factors, trials, measured, show=lambda text: None):
+def reach(
+    config: Config,
+    factors: Sequence[Factor],
+    trials: Sequence[Trial],
+    measured: float,
+    show: Callable[[str], object] = lambda text: None,
+) -> list[str]:
     """Sentences on how a measured angle [deg] can be reached that is steeper than all heaps of a
     pilot; none where a heap is as steep or none stands."""
     standing = [t for t in trials if not t.fault]
-    if not standing or max(t.angle_deg for t in standing) >= measured:
+    if not standing or any(_as_steep(t, measured) for t in standing):
         return []
     point = steepest_corner(trials)
     levels = levels_at(factors, point)
@@ -53,7 +69,7 @@ def _as_steep(trial, measured):
     return trial.angle_deg is not None and trial.angle_deg >= measured
 
 
-def steepest_corner(trials):
+def steepest_corner(trials: Sequence[Trial]) -> tuple[float, ...]:
     """The point of the unit cube at the end of each range that steepens the heap: that of the
     larger mean angle. Grains that roll off are flat."""
     points = np.array([t.point for t in trials])
@@ -61,7 +77,7 @@ def steepest_corner(trials):
     return tuple(float(angles[at == 1.0].mean() >= angles[at == 0.0].mean()) for at in points.T)
 
 
-def changes(config, factors, measured):
+def changes(config: Config, factors: Sequence[Factor], measured: float) -> list[Change]:
     """[Change] that may steepen a heap up to `measured` [deg] and are not made yet: of the rig, of
     the grain, and of ranges that no publication gives."""
     return [*_of_the_rig(config.run, measured), *_of_the_grain(config.run), *_of_ranges(factors)]

@@ -1,9 +1,13 @@
 """The files of a new study: a configuration of one page, the factors and the measured values."""
 
+from __future__ import annotations
+
 import math
 import re
 import unicodedata
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import yaml
@@ -23,6 +27,11 @@ from dem.experiments import experiments
 from dem.experiments.heap import PACKING
 from dem.flow import FREE_FLOW_RATIO
 
+if TYPE_CHECKING:
+    from calibration.study.factors import Factor
+    from calibration.study.new.heap import Heap
+
+
 LAWS = {slot: DEFAULTS[slot] for slot in ("rolling", "torsion")}
 """Laws that the file of a new material names: the engine's defaults, so that they are seen."""
 MEASURED = "measured.csv"
@@ -35,7 +44,7 @@ DEEP = 0.9  # of the vessel's width is filled
 _REFUSED = re.compile(r"[^\w\s.,()+/-]|\s\s|^\s|\s$|[\n\t]")
 
 
-def study_name(folder):
+def study_name(folder: str | Path) -> str:
     """Name of a folder's study: its letters without accents, `_` for the rest.
 
     Raises CalibrationError for a name that a shell or snakemake would take apart.
@@ -50,7 +59,7 @@ def study_name(folder):
     return re.sub(r"[^A-Za-z0-9_-]+", "_", plain).strip("_") or "study"
 
 
-def check_folder(folder):
+def check_folder(folder: str | Path) -> str:
     """Name of a study that could begin in `folder`. Raises CalibrationError where none could."""
     name = study_name(folder)
     if Path(folder).exists():
@@ -58,7 +67,15 @@ def check_folder(folder):
     return name
 
 
-def write_study(folder, values, heap, factors, sizes=None, bulk=(), most=MOST):
+def write_study(
+    folder: str | Path,
+    values: Sequence[float],
+    heap: Heap,
+    factors: Sequence[Factor],
+    sizes: Mapping[str, Any] | None = None,
+    bulk: Sequence[float] = (),
+    most: int = MOST,
+) -> list[str]:
     """Write config.yaml, factors.tsv and measured.csv into a new folder and check them.
 
     values (n,): measured angles [deg]; heap: `Heap` of the laboratory; sizes: `particles.sizes` of
@@ -98,7 +115,7 @@ def _experiment_of(metric):
     return next(name for name, e in experiments().items() if metric in e.targets)
 
 
-def packing(heap, sizes=None):
+def packing(heap: Heap, sizes: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Section of `push_through` (a mapping) that pours the laboratory's own grains into a vessel:
     what they pack to follows from no angle of repose."""
     largest = max(sizes["diameters_mm"]) if sizes else heap.diameter_mm
@@ -126,7 +143,7 @@ def _tried_on(bulk):
     ]
 
 
-def write_factors(path, factors):
+def write_factors(path: str | Path, factors: Sequence[Factor]) -> None:
     """Write a factor table, atomically."""
     rows = ["\t".join(str(getattr(f, c)) for c in COLUMNS) for f in factors]
     head = "# low and high: natural levels at -1 and +1; description: where they come from\n"

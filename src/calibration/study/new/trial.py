@@ -3,6 +3,7 @@ study a run of each rig."""
 
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import yaml
@@ -20,7 +21,7 @@ from dem.spec import parse_spec
 from dem.units import behind, unit_of
 
 
-def try_study(folder, show=print):
+def try_study(folder: str | Path, show: Callable[[str], object] = print) -> None:
     """Pour a coarse heap at each point of the screening, move the ends of the ranges in to where
     all stand, and say what the study will take."""
     path = Path(folder) / "config.yaml"
@@ -49,7 +50,7 @@ def try_study(folder, show=print):
         show(said)
 
 
-def try_rigs(folder, show=print):
+def try_rigs(folder: str | Path, show: Callable[[str], object] = print) -> None:
     """Run each rig of a joint study once, in the quick profile and in the middle of the ranges, and
     say what it gives beside what was measured, or why it gives nothing, and what the stage will
     take."""

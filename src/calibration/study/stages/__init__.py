@@ -4,10 +4,17 @@ one, with its neighbours where they belong together.
 A stage is added by its rules in `workflow/rules`, the functions that these call, and a file here.
 """
 
+from __future__ import annotations
+
 from importlib import import_module
 from pkgutil import iter_modules
+from typing import TYPE_CHECKING
 
 from calibration.study.stages.stage import Figure, Plan, Stage, resolve
+
+if TYPE_CHECKING:
+    from calibration.study.config import Config
+
 
 OWN = "calibration.study.stages"
 
@@ -17,7 +24,7 @@ __all__ = [
 ]  # fmt: skip
 
 
-def load_stages(*names):
+def load_stages(*names: str) -> dict[str, Stage]:
     """{name: Stage} in the order of the report, declared in modules or in all modules of packages;
     this one unless given."""
     found = [stage for name in names or (OWN,) for stage in _declared(import_module(name))]
@@ -31,25 +38,18 @@ def _declared(module):
     yield from getattr(module, "STAGES", ())
 
 
-def planning():
+def planning() -> list[Plan]:
     """The declared plans, those beside the chain first, in the stages' order."""
     plans = [plan for stage in load_stages().values() for plan in stage.plans]
     return sorted(plans, key=lambda plan: bool(plan.expected))
 
 
-def expected_runs(config):
+def expected_runs(config: Config) -> int:
     """Number of runs of a study before any has been planned."""
-    return sum(plan.expected(config) for plan in expecting())
+    return sum(plan.expected(config) for plan in planning() if plan.expected)
 
 
-def expecting():
+def expecting() -> list[Plan]:
     """The declared plans whose number of runs is known before they are made, in the stages'
     order."""
     return [plan for plan in planning() if plan.expected]
-
-
-def _declared(module):
-    if hasattr(module, "__path__"):
-        for inside in iter_modules(module.__path__):
-            yield from _declared(import_module(f"{module.__name__}.{inside.name}"))
-    yield from getattr(module, "STAGES", ())

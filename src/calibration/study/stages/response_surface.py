@@ -1,10 +1,17 @@
 """Box-Behnken response surface: a quadratic model of the region."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from calibration.study.factors import read_factors
 from calibration.study.stages.stage import Figure, Plan, Stage
 
+if TYPE_CHECKING:
+    from calibration.study.config import Config
 
-def runs(config):
+
+def runs(config: Config) -> int:
     """Number of runs of the design, of as many factors as may go on."""
     from calibration.statistics.composite import surface_design
 

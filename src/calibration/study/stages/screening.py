@@ -1,10 +1,17 @@
 """Screening: which factors matter."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from calibration.study.factors import read_factors
 from calibration.study.stages.stage import Figure, Plan, Stage
 
+if TYPE_CHECKING:
+    from calibration.study.config import Config
 
-def runs(config):
+
+def runs(config: Config) -> int:
     """Number of runs of the design."""
     # takes half a second to load, which a run need not wait for once the stage is planned
     from calibration.statistics.screening_design import screening_design

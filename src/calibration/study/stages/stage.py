@@ -8,6 +8,7 @@ What a stage reads and writes stands in its rules alone (`workflow/rules`). Func
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -61,12 +62,12 @@ class Stage:
     made_by: str | None = None
 
     @property
-    def rule(self):
+    def rule(self) -> str:
         """Name of the rule that ends the stage: what is asked of snakemake for it."""
         return self.made_by or self.name
 
 
-def resolve(name):
+def resolve(name: str) -> Callable[..., Any]:
     """The function of "module:function"."""
     module, function = name.split(":")
     return getattr(import_module(module), function)

@@ -1,9 +1,16 @@
 """Validation: replicates at the optimum against the measurement."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from calibration.study.stages.stage import Figure, Plan, Stage
 
+if TYPE_CHECKING:
+    from calibration.study.config import Config
 
-def runs(config):
+
+def runs(config: Config) -> int:
     """Number of replicates."""
     return config.validation.groups * config.validation.replicates
 

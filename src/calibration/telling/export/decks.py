@@ -5,11 +5,15 @@ that checks its angle.
 this engine's heaps are measured, and compares the angle with that of the calibrated model.
 """
 
+from __future__ import annotations
+
 import math
 import shutil
 import sys
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from scipy.stats import t
 
@@ -23,6 +27,11 @@ from calibration.telling.export.parameters import to_yaml
 from dem.errors import DemError
 from dem.io.files import write_json
 from dem.spec import load_spec
+
+if TYPE_CHECKING:
+    from calibration.engines.blocks.conversion import Conversion
+    from dem.spec import RunSpec
+
 
 BLOCKS = {"liggghts": liggghts, "lammps": lammps}
 """Code that has decks -> module that writes its material block."""
@@ -66,7 +75,13 @@ GRAIN = "one grain: diameter and mass"
 REFUSED = "# No deck for {name}\n\nNOT WRITTEN: {reason}\n"
 
 
-def write_decks(spec, conversion, about, expected, folder):
+def write_decks(
+    spec: RunSpec,
+    conversion: Conversion,
+    about: Sequence[str],
+    expected: Mapping[str, Any],
+    folder: str | Path,
+) -> None:
     """Write a deck of a calibrated `RunSpec` for each code into `folder`/<code>.
 
     conversion: `Conversion` of rolling friction; about: lines of provenance; expected: what the
@@ -120,20 +135,20 @@ def _end(code):
     return {"liggghts": "in", "lammps": "lammps"}[code]
 
 
-def allowed(expected):
+def allowed(expected: Mapping[str, Any]) -> float:
     """Greatest difference of one heap's angle from the calibrated mean that a check takes: the
     margin and the prediction interval of one heap."""
     return expected["margin"] + scatter_of_one(expected)
 
 
-def scatter_of_one(expected):
+def scatter_of_one(expected: Mapping[str, Any]) -> float:
     """Half width of the interval in which ONE_HEAP of single heaps of the calibrated model lie."""
     n = expected["runs"]
     quantile = t.ppf(0.5 + 0.5 * ONE_HEAP, n - 1)
     return float(quantile * expected["sd"] * math.sqrt(1.0 + 1.0 / n))
 
 
-def check(code, folder=".", timeout_s=1e6):
+def check(code: str, folder: str | Path = ".", timeout_s: float = 1e6) -> int:
     """Run the deck in `folder` with its program and say how its angle compares; returns 0 where it
     agrees, 1 where it does not, 2 where there is no angle."""
     folder = Path(folder).resolve()

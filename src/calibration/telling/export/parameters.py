@@ -1,5 +1,10 @@
 """calibrated.yaml: every parameter of the calibrated model with its unit and where it came from."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 import yaml
 
@@ -9,10 +14,18 @@ from calibration.study.config import states
 from dem.spec import RunSpec
 from dem.units import in_ascii, unit_of
 
+if TYPE_CHECKING:
+    from calibration.statistics.surface import Surface
+    from calibration.study.config import Config
+    from calibration.study.factors import Choice, Factor
+
+
 PARTS = ("materials", "contacts", "laws", "law_parameters", "particles", "geometry", "numerics")
 
 
-def calibrated_entries(surface, region, optimum):
+def calibrated_entries(
+    surface: Surface, region: Sequence[Factor], optimum: Mapping[str, Any]
+) -> dict[str, dict[str, Any]]:
     """{key: entry} of the factors that were calibrated; optimum: content of optimum.json."""
     point = [optimum["optimum_coded"][f.code] for f in region]
     entries = {}
@@ -33,7 +46,9 @@ def calibrated_entries(surface, region, optimum):
     return entries
 
 
-def fixed_entries(config, factors, bench):
+def fixed_entries(
+    config: Config, factors: Sequence[Factor | Choice], bench: Mapping[str, float]
+) -> dict[str, dict[str, Any]]:
     """{key: entry} of the factors that were not varied; bench: {factor: level} of the bench
     tests."""
     entries = {}
@@ -45,7 +60,7 @@ def fixed_entries(config, factors, bench):
     return entries
 
 
-def published_values(tables):
+def published_values(tables: Mapping[str, str | None]) -> dict[str, tuple[float, str | None]]:
     """{name: (value, where)} of the numbers that the configuration's `published.tables` print."""
     values = {}
     for path, where in tables.items():
@@ -58,7 +73,14 @@ def published_values(tables):
     return values
 
 
-def entries(spec, run, calibrated, fixed, published, names):
+def entries(
+    spec: RunSpec,
+    run: Mapping[str, Any],
+    calibrated: Mapping[str, dict[str, Any]],
+    fixed: Mapping[str, dict[str, Any]],
+    published: Mapping[str, tuple[float, str | None]],
+    names: Mapping[str, str],
+) -> dict[str, dict[str, Any]]:
     """{key: {value, unit, description, source, ...}} of everything in a `RunSpec` that is not None.
 
     run: the configuration's own run spec (a mapping), to tell what it gives from the engine's
@@ -125,6 +147,6 @@ _Dumper.add_representer(list, _list)
 _Dumper.add_representer(float, _float)
 
 
-def to_yaml(data):
+def to_yaml(data: Any) -> str:
     """YAML text of plain mappings, lists, numbers and words, in the order given."""
     return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)

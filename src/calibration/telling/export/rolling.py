@@ -26,11 +26,16 @@ All paths are run with fewer, larger grains of the same total volume in the same
 The confirmation is also run at the study's own scale.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from calibration.engines.blocks.rolling import (
     DAMPING_RATIO,
@@ -47,6 +52,13 @@ from calibration.study.config import overlay, point_spec
 from dem.errors import SpecError
 from dem.spec import parse_spec
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.study.config import Config
+    from calibration.study.factors import Choice, Factor
+    from dem.spec import ContactSpec, RunSpec
+
+
 PATHS = {
     ELASTIC_PLASTIC: (-0.25, 0.0, 0.3333, 0.6667, 1.0),
     NO_ROTATION: (0.25, 0.4, 0.6, 0.8, 1.0),
@@ -60,7 +72,7 @@ OWN_SEEDS, PATH_SEEDS, CONFIRM_SEEDS, FULL_SEEDS = 6, 3, 5, 5
 MOST_GRAINS = 2500
 
 
-def place(path, share, pair):
+def place(path: str, share: float, pair: ContactSpec) -> tuple[float, float]:
     """(rolling friction, static friction) of grain on grain at a place of a path, from the
     calibrated contact (`ContactSpec`).
 
@@ -76,7 +88,12 @@ def place(path, share, pair):
     return round(min(mu * (top / mu) ** share, MOST_ROLLING), 6), static
 
 
-def calibrated_spec(config, factors, optimum, seed=None):
+def calibrated_spec(
+    config: Config,
+    factors: Sequence[Factor | Choice],
+    optimum: dict[str, float | str],
+    seed: int | None = None,
+) -> dict[str, Any]:
     """Run spec (a mapping) at the calibrated point {factor: level}; the study's first seed unless
     given."""
     levels = config.fixed | optimum
@@ -84,7 +101,7 @@ def calibrated_spec(config, factors, optimum, seed=None):
     return point_spec(config.run, config.experiment, keys, config.seed if seed is None else seed)
 
 
-def coarse(spec):
+def coarse(spec: dict[str, Any]) -> dict[str, Any]:
     """A heap's run spec (a mapping) with at most MOST_GRAINS larger grains of the same total
     volume. It is unchanged if these would not pass the funnel."""
     parsed = parse_spec(spec)
@@ -105,7 +122,7 @@ def coarse(spec):
     return overlay(spec, changes)
 
 
-def on_path(spec, path, share):
+def on_path(spec: dict[str, Any], path: str, share: float) -> dict[str, Any]:
     """The run spec (a mapping) of the calibrated point moved to a place of a path."""
     rolling, static = place(path, share, parse_spec(spec).contacts.particle_particle)
     changes = {
@@ -115,7 +132,7 @@ def on_path(spec, path, share):
         },
     }
     if path == NO_ROTATION:
-        changes["contacts"]["particle_wall"] = {"rolling_friction": rolling}
+        changes["contacts"]["particle_wall"] = {"rolling_friction": rolling}  # type: ignore[index]
     else:
         # with torsion: grains that spin about the normal of their contact would never come to rest
         changes["laws"] = {"rolling": path, "torsion": "marshall"}
@@ -128,7 +145,9 @@ def on_path(spec, path, share):
     return overlay(spec | {"law_parameters": kept}, changes)
 
 
-def rows_at(base, path, share, seeds, scale):
+def rows_at(
+    base: dict[str, Any], path: str | None, share: float, seeds: int, scale: str
+) -> tuple[list[dict[str, Any]], dict[str, dict[str, Any]]]:
     """Design rows and {run_id: spec} of runs at one place; path None: as calibrated."""
     rows, specs = [], {}
     moved = base if path is None else on_path(base, path, share)
@@ -157,7 +176,7 @@ def _write(parts, output):
     write_plan(Path(output.plan).parent, pd.DataFrame(rows, columns=list(COLUMNS)), specs)
 
 
-def plan_scan(spec, output):
+def plan_scan(spec: dict[str, Any], output: NamedFiles) -> None:
     """Plan runs of the calibrated law and along each path; spec: calibrated run spec (a
     mapping)."""
     parts = []
@@ -172,7 +191,7 @@ def plan_scan(spec, output):
     _write(parts, output)
 
 
-def read_scan(design_file, metric):
+def read_scan(design_file: str | Path, metric: str) -> pd.DataFrame:
     """The design table with the runs' angles in `response`, NaN of a run without one."""
     design = read_written(design_file)
     return design.assign(response=read_values(design["run_id"], metric))
@@ -189,7 +208,7 @@ class Inverse:
     largest: float
 
 
-def invert(shares, angles, target):
+def invert(shares: ArrayLike, angles: ArrayLike, target: float) -> Inverse:
     """`Inverse` of angles (n,) at shares (n,) for a target angle.
 
     The means at each share are made monotone (running maximum) and interpolated linearly. Below the
@@ -211,12 +230,12 @@ def invert(shares, angles, target):
     return Inverse(float(share), reached, float(y[0]), float(y[-1]))
 
 
-def angles_of(runs, path):
+def angles_of(runs: pd.DataFrame, path: str) -> pd.Series:
     """(n,) responses of a path's runs that have one."""
     return runs[runs["path"] == path]["response"].dropna()
 
 
-def search(scan):
+def search(scan: pd.DataFrame) -> tuple[str | None, dict[str, Inverse]]:
     """(path taken, {path: Inverse}) of a scan (table with `response`); (None, {}) of an empty one.
     Raises CalibrationError where no heap of the calibrated law, or of a path, has an angle."""
     if scan.empty:
@@ -236,7 +255,9 @@ def search(scan):
     return (reaching or [ELASTIC_PLASTIC])[0], found
 
 
-def plan_confirmation(spec, scan_file, metric, output):
+def plan_confirmation(
+    spec: dict[str, Any], scan_file: str | Path, metric: str, output: NamedFiles
+) -> None:
     """Plan runs at the point found, on the scan's scale and on the study's own."""
     parts = []
     path, found = search(read_scan(scan_file, metric))
@@ -248,7 +269,14 @@ def plan_confirmation(spec, scan_file, metric, output):
     _write(parts, output)
 
 
-def conclude(spec, scan, confirmation, validated, margin, unit):
+def conclude(
+    spec: RunSpec,
+    scan: pd.DataFrame,
+    confirmation: pd.DataFrame,
+    validated: pd.Series,
+    margin: float,
+    unit: str,
+) -> dict[str, Any]:
     """The conversion as a mapping for rolling.json.
 
     spec: calibrated `RunSpec`; scan, confirmation: tables with `response`; validated: series (n,)
@@ -257,7 +285,7 @@ def conclude(spec, scan, confirmation, validated, margin, unit):
     of both.
     """
     pair, (path, found) = spec.contacts.particle_particle, search(scan)
-    out = {"law": spec.laws.rolling, "unit": unit, "path": path}
+    out = {"law": spec.laws.rolling, "unit": unit, "path": path}  # type: ignore[attr-defined]  # a field for each law
     if path is None:
         return out
     rolling, static = place(path, round(found[path].share, 4), pair)

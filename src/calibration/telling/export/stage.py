@@ -1,6 +1,10 @@
 """The stage `export`: plans of its runs, and its files."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from calibration.chain.files import read_region
 from calibration.chain.optimum import augmented_runs
@@ -31,6 +35,16 @@ from dem.io.files import write_json
 from dem.spec import parse_spec
 from dem.units import in_ascii, unit_of
 
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+    from calibration.statistics.surface import Surface
+    from calibration.study.config import Config
+    from calibration.study.factors import Factor
+
+
 CONVERTED = {
     "liggghts.in": liggghts,
     "lammps.in": lammps,
@@ -48,32 +62,32 @@ def _spec(study):
     return calibrated_spec(study.config, study.factors, study.summary("optimise")["optimum"])
 
 
-def plan_export_scan(study, source, output):
+def plan_export_scan(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the search for rolling friction in other laws."""
     plan_scan(_spec(study), output)
 
 
-def plan_export_confirmation(study, source, output):
+def plan_export_confirmation(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Plan the runs that confirm what the search found."""
     metric = study.config.target.metric
     plan_confirmation(_spec(study), source.scan, metric, output)
 
 
-def export_rolling(study, source, output):
+def export_rolling(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Write rolling.json: the conversion of rolling friction."""
     config, metric = study.config, study.config.target.metric
     found = conclude(
         parse_spec(_spec(study)),
         read_scan(source.scan, metric),
         read_scan(source.confirmation, metric),
-        study.table("validation", "runs")["response"],
+        study.table("validation", "runs")["response"],  # type: ignore[index]
         config.validation.margin,
         in_ascii(unit_of(metric)),
     )
     write_json(output.rolling, found)
 
 
-def about(config, validation):
+def about(config: Config, validation: Mapping[str, Any]) -> list[str]:
     """Lines of provenance for the head of each file."""
     unit, metric = in_ascii(unit_of(config.target.metric)), config.target.metric
     return [
@@ -87,7 +101,7 @@ def about(config, validation):
     ]
 
 
-def engine_of(config):
+def engine_of(config: Config) -> str:
     """What made the study's runs: this engine by its fingerprint, or another one by its version."""
     other = config.run.get("engine")
     if not other:
@@ -95,7 +109,14 @@ def engine_of(config):
     return " ".join([other["name"], str(other["identity"].get("version", ""))]).strip()
 
 
-def summary(study, optimum, validation, surface, region, bench):
+def summary(
+    study: Study,
+    optimum: Mapping[str, Any],
+    validation: Mapping[str, Any],
+    surface: Surface,
+    region: Sequence[Factor],
+    bench: Mapping[str, float],
+) -> dict[str, Any]:
     """Content of calibrated.yaml."""
     config, factors = study.config, study.factors
     spec = parse_spec(calibrated_spec(config, factors, optimum["optimum"]))
@@ -155,14 +176,16 @@ def _validated(validation, unit):
     }
 
 
-def export(study, source, output):
+def export(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Write calibrated.yaml and exports/ beside it, without any run."""
     region = read_region(source.optimum)
     runs = augmented_runs(study.config, source.runs, region, source.candidate)
     write_exports(study, runs, region, Path(output.parameters).parent)
 
 
-def write_exports(study, runs, region, out):
+def write_exports(
+    study: Study, runs: pd.DataFrame, region: Sequence[Factor], out: str | Path
+) -> None:
     """Write calibrated.yaml and exports/ into folder `out`, each file atomically.
 
     runs: table of the runs that the surface was fitted to; region: its factors.
@@ -184,7 +207,7 @@ def write_exports(study, runs, region, out):
     write_text(head + to_yaml(data), Path(out) / "calibrated.yaml")
 
 
-def export_converted(study, source, output):
+def export_converted(study: Study, source: NamedFiles, output: Sequence[str]) -> None:
     """Write the blocks of codes with other rolling laws, with what the search found."""
     mapping = _spec(study)
     conversion = Conversion(parse_spec(mapping), study.summary("export_confirmation", "rolling"))

@@ -1,6 +1,10 @@
 """The answer, before anything else: parameters with their intervals, the validated value, the
 verdict."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 from calibration.chain.study import Results
 from calibration.figures import label, response_of
 from calibration.statistics.numbers import signed
@@ -8,10 +12,16 @@ from calibration.telling.report.known import posterior_of, said_by_diagnosis
 from dem.advice import limits_of
 from dem.spec import load_spec
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from calibration.figures import Response
+
+
 OTHERS_HELD = "interval_95_others_held"
 
 
-def answer(study, response):
+def answer(study: Path, response: Response) -> dict[str, Any]:
     """Mapping for the page: `parameters` (rows of the table), `tiles` and `notes`."""
     optimum = Results(study).summary("optimise", "optimum")
     region = Results(study).summary("response_surface", "region") or []
@@ -60,7 +70,7 @@ def _parameters(optimum, region, verdict, posterior):
     return rows
 
 
-def intervals(results):
+def intervals(results: Results) -> dict[str, str]:
     """{parameter: words of its 95 % interval}: that of the posterior, or before it has run the one
     that holds if the others are right. Of a folder's `Results` with an optimum."""
     optimum, posterior = results.summary("optimise", "optimum"), posterior_of(results)

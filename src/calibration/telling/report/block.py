@@ -1,5 +1,9 @@
 """The whole block to type in: every parameter of the calibrated model, and what was held fixed."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import yaml
 
 from calibration.chain.study import Results
@@ -8,6 +12,10 @@ from calibration.telling.report.known import posterior_of
 from dem.errors import DemError
 from dem.spec import load_spec
 from dem.units import unit_of, without_unit
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
 
 ORDER = (
     "contacts.particle_particle",
@@ -18,7 +26,7 @@ ORDER = (
 ORDER += ("particles", "laws", "law_parameters")
 
 
-def block(study):
+def block(study: Path) -> list[dict[str, str]]:
     """Rows [{heading: text}] of the calibrated model, what was calibrated first in its group; empty
     without one."""
     path = study / "calibrated.yaml"

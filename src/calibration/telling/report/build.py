@@ -1,8 +1,12 @@
 """Collects what a study's stages left and writes it as one self-contained page; parts without files
 are left out."""
 
+from __future__ import annotations
+
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from jinja2 import Environment, PackageLoader
 
@@ -17,6 +21,10 @@ from calibration.telling.report.parts import section
 from calibration.telling.report.profiler import profiler
 from calibration.telling.report.runs import runs_section
 from calibration.telling.report.sheet import sheet
+
+if TYPE_CHECKING:
+    from calibration.study.stages import Stage
+
 
 CARRIED = {
     "edem.md": "EDEM: the model to type in, in the Creator's order",
@@ -39,7 +47,12 @@ NOT_CONVERTED = (
 )
 
 
-def build(study, out, stages, metric="angle_of_repose_deg"):
+def build(
+    study: str | Path,
+    out: str | Path,
+    stages: Mapping[str, Stage],
+    metric: str = "angle_of_repose_deg",
+) -> None:
     """Write the report of `study` (a folder under results/) to `out`, atomically.
 
     stages: {name: Stage} in the order of the page; metric: what was calibrated.

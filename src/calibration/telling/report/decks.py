@@ -6,7 +6,11 @@ which the page interpolates. A block whose numbers do not follow from such table
 the page says so.
 """
 
+from __future__ import annotations
+
 import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import yaml
@@ -18,13 +22,17 @@ from calibration.telling.export.stage import CODES
 from dem.errors import DemError
 from dem.spec import parse_spec
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
 LEVELS = 33
 AGREE = 1e-3  # relative: how well the tables must give back what the code writes elsewhere
 TRIALS = 5
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?![\w.])")
 
 
-def decks(study, factors):
+def decks(study: Path, factors: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
     """{file: {text, numbers}} for the page, or {file: {refused}} where it cannot make the block.
 
     factors: [{key, low, high, value}]. text: pieces around the numbers that change; numbers: one

@@ -1,16 +1,26 @@
 """Files turned into pieces of a page that needs no other file: figures, tables, images and
 downloads."""
 
+from __future__ import annotations
+
 import base64
 import re
 import zlib
+from collections.abc import Callable, Iterable, Sequence
 from html import escape
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from calibration.figures import label
 from calibration.intake.tables import read_written
 from calibration.runs.snakemake_command import WORKFLOW
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
 
 CAPTIONS = WORKFLOW / "report"
 SHOWN_ROWS = 60
@@ -20,22 +30,22 @@ LONG_NUMBER = re.compile(r"-?\d+\.\d{5,}(e[+-]?\d+)?")  # computed; printed ones
 ROUNDING = 1e-12  # what is smaller is the rounding error of a zero
 
 
-def uri_of(content, kind):
+def uri_of(content: bytes, kind: str) -> str:
     """Bytes as a data: address."""
     return f"data:{kind};base64,{base64.b64encode(content).decode()}"
 
 
-def download(path):
+def download(path: Path) -> dict[str, str]:
     """A file for a download link: see `packed`."""
     return packed(f"{path.parent.name}_{path.name}", path.read_bytes())
 
 
-def packed(name, content):
+def packed(name: str, content: bytes) -> dict[str, str]:
     """A download of the page: its name and its bytes, compressed, for the page to unpack."""
     return {"file": name, "packed": base64.b64encode(zlib.compress(content, 9)).decode()}
 
 
-def downloads_of(*pieces):
+def downloads_of(*pieces: Any) -> dict[str, str]:
     """{name: packed bytes} of all downloads in the page's pieces: two links to a file share it."""
     found = {}
     for piece in pieces:
@@ -47,13 +57,13 @@ def downloads_of(*pieces):
     return found
 
 
-def caption(name):
+def caption(name: str) -> str:
     """The sentence that says what to see in a figure, the same as in Snakemake's own report."""
     path = CAPTIONS / f"{name}.rst"
     return path.read_text().strip() if path.exists() else ""
 
 
-def figure(path, text, data=()):
+def figure(path: Path, text: str, data: Sequence[Path] = ()) -> dict[str, Any]:
     """An SVG figure with its caption and downloads of the files that hold its numbers.
 
     A screen reader gets the first sentence of the caption as its title, and all of it as its
@@ -98,7 +108,13 @@ def _said(svg, name, text):
     return re.sub(r"<svg([^>]*)>", lambda tag: f"{role}{tag[1]}>{words}", svg, count=1)
 
 
-def table(path, title, first=None, rows=SHOWN_ROWS, unshown=()):
+def table(
+    path: Path,
+    title: str,
+    first: tuple[str, Any] | None = None,
+    rows: int = SHOWN_ROWS,
+    unshown: Sequence[str] = (),
+) -> dict[str, Any]:
     """A CSV file as a table with its download.
 
     first: (column, value) of rows that come first; rows: the most that are shown; unshown: columns
@@ -120,7 +136,7 @@ def table(path, title, first=None, rows=SHOWN_ROWS, unshown=()):
     }
 
 
-def html_of(frame):
+def html_of(frame: pd.DataFrame) -> str:
     """HTML of a table; numbers to four digits, headings without underscores. A cell has its heading
     with it, as a short and wide table is shown as cards on a phone."""
     names = [str(column).replace("_", " ") for column in frame]
@@ -128,7 +144,12 @@ def html_of(frame):
     return html_table(names, rows, cards=len(names) > NARROW and len(frame) <= CARDS)
 
 
-def html_table(names, rows, cards, words=escape):
+def html_table(
+    names: Sequence[str],
+    rows: Iterable[Iterable[str]],
+    cards: bool,
+    words: Callable[[str], str] = escape,
+) -> str:
     """HTML of rows of texts below their headings; words: what makes HTML of a text."""
     head = "".join(f'<th scope="col">{words(name)}</th>' for name in names)
     body = "".join(
@@ -144,7 +165,7 @@ def html_table(names, rows, cards, words=escape):
     return f"<table{kind}><thead><tr>{head}</tr></thead><tbody>\n{body}</tbody></table>"
 
 
-def cell(value):
+def cell(value: Any) -> str:
     """Text of one table cell."""
     if isinstance(value, (bool, np.bool_)):
         return "yes" if value else "no"

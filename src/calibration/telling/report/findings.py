@@ -1,6 +1,11 @@
 """The three sentences that matter, made from the results: what decides, what stays open, what is
 wrong."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
 from calibration.chain.posterior_words import following, known
 from calibration.chain.study import Results
 from calibration.figures import label
@@ -8,11 +13,19 @@ from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed, signed
 from calibration.telling.report.known import posterior_of, said_by_diagnosis
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+    from calibration.figures import Response
+
+
 WIDE = 0.9  # of the region searched: a parameter that the target leaves open
 POOR = 0.5  # predicted R2 below which a surface predicts little
 
 
-def findings(study, response):
+def findings(study: Path, response: Response) -> list[tuple[str, str]]:
     """[(heading, text)] for the page's first screen; only what the study's files hold."""
     screening = Results(study).summary("screening", "screening")
     optimum = Results(study).summary("optimise", "optimum")
@@ -43,7 +56,7 @@ def _effects(study):
     return table.sort_values("effect", key=abs, ascending=False)
 
 
-def decides(effects, screening, response):
+def decides(effects: pd.DataFrame, screening: Mapping[str, Any], response: Response) -> str:
     """The largest effect with its share of the screening's scatter, and the other significant
     ones."""
     first = effects.iloc[0]
@@ -64,7 +77,9 @@ def decides(effects, screening, response):
     return f"{text} No other effect is significant at p < {screening['alpha']:g}."
 
 
-def stays_open(optimum, region, response):
+def stays_open(
+    optimum: Mapping[str, Any], region: Sequence[Mapping[str, Any]], response: Response
+) -> str:
     """The parameters that the target does not fix within the region searched."""
     borders = {f["name"]: (f["low"], f["high"]) for f in region}
     parts, fixed = [], []

@@ -1,7 +1,10 @@
 """Chosen heaps as data for the page's viewer."""
 
+from __future__ import annotations
+
 import base64
 import json
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,10 +16,16 @@ from dem.render import read_run
 from dem.render.flanks import fitted_flanks, heap_grains
 from dem.render.image import plate_of
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from calibration.figures import Response
+
+
 LEVELS = 65535  # of a coordinate, 16 bits
 
 
-def viewer(study, response):
+def viewer(study: Path, response: Response) -> dict[str, str] | None:
     """`scenes`, JSON for the page's viewer: the validated heap nearest to the mean, and the
     screening's extremes; `first`, the run of the first one. None where no heap's state is at
     hand."""

@@ -1,11 +1,18 @@
 """What the stages found, as several sections of the page tell it."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from calibration.figures import label
 
+if TYPE_CHECKING:
+    from calibration.chain.study import Results
 
-def said_by_diagnosis(verdict):
+
+def said_by_diagnosis(verdict: Mapping[str, Any]) -> list[str]:
     """Sentences of a mapping of verdict.json: its own first lines, or of one without them the
     verdict with causes and reason."""
     if verdict.get("first_lines"):
@@ -15,7 +22,7 @@ def said_by_diagnosis(verdict):
     return [f"The diagnosis: {': '.join(p for p in parts if p)}."]
 
 
-def posterior_of(results):
+def posterior_of(results: Results) -> dict[str, Any] | None:
     """Content of posterior.json of `Results`; None where there is none, or where the optimum has
     moved to another region or target since."""
     found, optimum = results.summary("posterior", "posterior"), results.summary("optimise")

@@ -1,5 +1,9 @@
 """The stages as sections of the page: their outcome in words, figures, tables and data."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 from calibration.chain.study import Results
 from calibration.figures import label, response_of
 from calibration.intake.tables import read_written
@@ -7,11 +11,18 @@ from calibration.telling.kept_results import sentences_of
 from calibration.telling.report.embed import caption, download, figure, table
 from calibration.telling.report.known import said_by_diagnosis
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from calibration.figures import Response
+    from calibration.study.stages import Stage
+
+
 FRONT = "front"  # of a further target; without one there is no such figure
 ALL_ROWS = 10_000  # a table of verdicts is shown whole, in a box that scrolls
 
 
-def section(study, stage, response):
+def section(study: Path, stage: Stage, response: Response) -> dict[str, Any] | None:
     """The section of a declared stage in the folder of a study, or None where it has not run or has
     none."""
     if stage.name == "diagnosis":
@@ -59,7 +70,7 @@ def _further(folder, listed):
     return figures
 
 
-def beside(study, stage):
+def beside(study: Path, stage: Stage) -> dict[str, Any] | None:
     """The section of what stands beside the chain, made of whatever tables, figures and data its
     folder holds."""
     key = stage.name
@@ -108,7 +119,7 @@ def _named(key, path):
     return caption(f"{key}_{path.stem}") or caption(path.stem) or label(path.stem).capitalize()
 
 
-def diagnosis(study):
+def diagnosis(study: Path) -> dict[str, Any] | None:
     """The section of the diagnosis, or None."""
     folder = study / "diagnosis"
     verdict = Results(study).summary("diagnosis", "verdict")

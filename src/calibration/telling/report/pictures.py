@@ -1,7 +1,11 @@
 """Pictures of a stage's heaps."""
 
+from __future__ import annotations
+
 import textwrap
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PIL import Image, ImageDraw
 
@@ -10,13 +14,18 @@ from calibration.runs.store import REFUSED, RunStore
 from dem.render import draw_run, read_run, save_image
 from dem.render.image import GROUND, INK, font_of
 
+if TYPE_CHECKING:
+    from calibration.chain.handed_over import NamedFiles
+    from calibration.chain.study import Study
+
+
 WIDTH = 480
 FROM_ABOVE = 25.0  # deg, the view of grains that form no heap: they have no flanks to draw
 COLUMNS = 52  # letters in a line of a picture's words
 FEWER, MARGIN = 0.75, 0.02  # height of a picture without grains, and its margin, over the width
 
 
-def heaps(study, source, output):
+def heaps(study: Study, source: NamedFiles, output: Sequence[str]) -> None:
     """Draw each run of a design into the folder that is the only output; a run without a value has
     the reason on its picture."""
     store = RunStore()

@@ -14,7 +14,7 @@ from calibration.telling.report.embed import caption, figure, html_table
 FIGURE = re.compile(r"!\[(.*)\]\((.*\.svg)\)")
 
 
-def write_page(title, markdown, folder, out):
+def write_page(title: str, markdown: str, folder: str | Path, out: str | Path) -> None:
     """Write the HTML of a page whose figures are SVG files in `folder`, atomically."""
     environment = Environment(
         loader=PackageLoader("calibration.telling.report", "."), autoescape=True, trim_blocks=True

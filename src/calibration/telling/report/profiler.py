@@ -1,8 +1,11 @@
 """Data of the page's profiler: the response surfaces with their covariance, so that the page itself
 can evaluate them, and templates of the other codes' blocks."""
 
+from __future__ import annotations
+
 import json
 from html import escape
+from typing import TYPE_CHECKING
 
 from scipy import stats
 
@@ -13,8 +16,13 @@ from calibration.intake.tables import read_written
 from calibration.statistics.surface import fit_surface
 from calibration.telling.report.decks import decks
 
+if TYPE_CHECKING:
+    from pathlib import Path
 
-def profiler(study, response):
+    from calibration.figures import Response
+
+
+def profiler(study: Path, response: Response) -> str | None:
     """JSON of factors, responses and decks, or None where no surface was fitted.
 
     Each response has terms, coefficients and their covariance, the calibrated one first. The

@@ -1,6 +1,10 @@
 """Which runs a study is made of: their number, seeds, size and time."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
@@ -11,8 +15,13 @@ from calibration.runs.store import RunStore
 from calibration.telling.report.embed import html_of, packed
 from dem.errors import ResultError
 
+if TYPE_CHECKING:
+    from pathlib import Path
 
-def run_times(study, stages):
+    from calibration.study.stages import Stage
+
+
+def run_times(study: Path, stages: Mapping[str, Stage]) -> pd.DataFrame:
     """Table of the runs that are there: stage, run_id, seed, particles, steps, simulated and wall
     time, engine."""
     rows, store = [], RunStore()
@@ -39,7 +48,7 @@ def _row(result):
     }
 
 
-def runs_section(study, stages):
+def runs_section(study: Path, stages: Mapping[str, Stage]) -> dict[str, Any] | None:
     """The section of run times and seeds, or None where no run is at hand."""
     runs = run_times(study, stages)
     if runs.empty:

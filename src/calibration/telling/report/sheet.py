@@ -1,8 +1,12 @@
 """One sheet with a picture of every heap of a study: the page shows each one small, and enlarged
 when asked."""
 
+from __future__ import annotations
+
 import io
 import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 from PIL import Image
@@ -13,6 +17,13 @@ from calibration.statistics.numbers import fixed
 from calibration.telling.report.embed import uri_of
 from dem.errors import ResultError
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from calibration.figures import Response
+    from calibration.study.stages import Stage
+
+
 COLUMNS = 10
 WIDTH, HEIGHT = 400, 300  # of a heap's place on the sheet [px]
 FULL = 100  # more heaps share the area of so many, so that the sheet weighs about the same
@@ -20,7 +31,9 @@ GROUND = (240, 242, 245)  # that of the pictures
 QUALITY = 30  # of WebP: grains of 8 px keep their edges; a hundred heaps weigh 1 MB
 
 
-def sheet(study, stages, response, metric):
+def sheet(
+    study: Path, stages: Mapping[str, Stage], response: Response, metric: str
+) -> dict[str, Any] | None:
     """The sheet as the page needs it, or None where no heap has a picture.
 
     `image` (a data: address), `columns` and `rows` of the sheet, `ratio` (width over height of a
@@ -28,7 +41,7 @@ def sheet(study, stages, response, metric):
     name, value, text, x, y}, with x and y its place. The heaps of a group stand in the order of
     their response.
     """
-    groups, files = [], {}
+    groups, files = [], {}  # type: ignore[var-annotated]
     for stage in stages.values():
         heaps = _heaps(study, stage.pictured, response, metric) if stage.pictured else []
         for heap in heaps:
@@ -39,7 +52,7 @@ def sheet(study, stages, response, metric):
         return None
     place = {run: divmod(k, COLUMNS) for k, run in enumerate(files)}
     for heap in (heap for group in groups for heap in group["heaps"]):
-        heap["y"], heap["x"] = place[heap["run"]]
+        heap["y"], heap["x"] = place[heap["run"]]  # type: ignore[index]
     image = _drawn(list(files.values()))
     return {
         "image": image,

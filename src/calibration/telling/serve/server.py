@@ -11,9 +11,11 @@ import json
 import secrets
 import signal
 import threading
+from collections.abc import Callable
 from functools import lru_cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from jinja2 import Environment, PackageLoader
@@ -42,7 +44,7 @@ REPORT_POLICY = (
 class Refusal(Exception):
     """A request that is not answered: its status and a sentence."""
 
-    def __init__(self, status, sentence):
+    def __init__(self, status: int, sentence: str) -> None:
         super().__init__(sentence)
         self.status = status
 
@@ -52,7 +54,13 @@ class Server(ThreadingHTTPServer):
 
     daemon_threads = True
 
-    def __init__(self, study=None, cores=2, port=0, opened=None):
+    def __init__(
+        self,
+        study: Any = None,
+        cores: int = 2,
+        port: int = 0,
+        opened: Callable[[Path], Any] | None = None,
+    ) -> None:
         """study: `calibration.interface.api.Study`, None for the form of a new one; port: a free
         one unless given; opened: opened(folder) -> study, of what the form built."""
         self.token, self.cores, self.opened = secrets.token_urlsafe(24), cores, opened
@@ -62,19 +70,19 @@ class Server(ThreadingHTTPServer):
             self.take(study)
         super().__init__((ADDRESS, port), _Handler)
 
-    def take(self, study):
+    def take(self, study: Any) -> None:
         """Be the page of a study."""
-        self.state, self.job = State(study, self.cores), Job(study, self.cores)
+        self.state, self.job = State(study, self.cores), Job(study, self.cores)  # type: ignore[assignment]
         self.study = study
 
     @property
-    def hosts(self):
+    def hosts(self) -> set[str]:
         """What a browser may have asked for: another name means that some page has renamed the
         loopback."""
         return {f"{name}:{self.server_port}" for name in (ADDRESS, "localhost")}
 
     @property
-    def address(self):
+    def address(self) -> str:
         """The page's address with its token."""
         return f"http://{ADDRESS}:{self.server_port}/?token={self.token}"
 
@@ -232,7 +240,13 @@ def _template(name):
     return Environment(loader=loader, autoescape=True).get_template(name)
 
 
-def serve(study=None, cores=2, port=0, say=print, opened=None):
+def serve(
+    study: Any = None,
+    cores: int = 2,
+    port: int = 0,
+    say: Callable[..., object] = print,
+    opened: Callable[[Path], Any] | None = None,
+) -> None:
     """Serve a study, or the form of a new one that `opened` opens, until interrupted or terminated,
     or until the terminal is closed; what the page started is stopped then, and goes on at the next
     start."""

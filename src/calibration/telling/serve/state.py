@@ -1,5 +1,9 @@
 """What the page of a running study shows, as one mapping."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 from calibration.figures import response_of
 from calibration.runs.plans import read_plan
 from calibration.runs.progress import REPEAT, progress
@@ -7,18 +11,22 @@ from calibration.runs.store import RunStore
 from dem.errors import ResultError
 from dem.results import is_current
 
+if TYPE_CHECKING:
+    from calibration.chain.study import Study
+
+
 LAST_LINES = 6  # of a failed run's log: the reason, the likely cause and the points
 
 
 class State:
     """The study's progress, heaps and failures; what has been read of a finished run is kept."""
 
-    def __init__(self, study, cores):
+    def __init__(self, study: Study, cores: int) -> None:
         self.study, self.cores = study, cores
-        self._store, self._values = RunStore(study.config.runs), {}
+        self._store, self._values = RunStore(study.config.runs), {}  # type: ignore[var-annotated]
         self._response = response_of(study.config.target.metric)
 
-    def mapping(self):
+    def mapping(self) -> dict[str, Any]:
         """{name, sentence, plans: [{words, done, total}], heaps: [{run, text}], failures: [{run,
         cause}], report}. Heaps stand in the order of the plans."""
         found = progress(self.study.config, self._store)
@@ -36,11 +44,11 @@ class State:
         shown = [(n, value) for n in dict.fromkeys(names) if (value := self._value(n))]
         return [{"run": name, "text": value} for name, value in shown]
 
-    def plan(self, name):
+    def plan(self, name: str) -> list[str]:
         """Names of the runs of a plan."""
         return list(read_plan(self.study.folder / name / "plan.json"))
 
-    def planned(self, run):
+    def planned(self, run: str) -> bool:
         """Whether a run is of this study."""
         plans = (p.name for p in progress(self.study.config, self._store).plans)
         return any(run in self.plan(name) for name in plans)

@@ -1,12 +1,22 @@
 """Laws: a slot and a state, with named forms, a free curve, and the catalogue's mechanisms."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from diagnosis.laws.forms import forms_of
 from diagnosis.laws.slots import FAMILY, applicable, coordinates, scaled
 from diagnosis.table_model.term import LAW, Shape, Term, curve_shape
+
+if TYPE_CHECKING:
+    from diagnosis.laws.known import Known
+    from diagnosis.laws.readings import Readings
+    from diagnosis.laws.slots import FreeLaw
+
 
 FREE = "free curve"
 SHARE_OF_FREE = 0.3  # prior probability of the free curve among the shapes of a place
@@ -17,7 +27,7 @@ BENDS = (0.0, 0.5, 1.5)
 LENGTH = 0.8  # correlation length of the bend, over a range from -1 to 1
 
 
-def terms(readings, known):
+def terms(readings: Readings, known: Mapping[str, Known]) -> list[Term]:
     """A term for each place: of the free laws whose levers vary, and of the catalogue's entries."""
     centre = readings.centre
     laws = {(law.slot, law.state): law for law in applicable(readings)}
@@ -37,7 +47,7 @@ def terms(readings, known):
         share = 1.0 - SHARE_OF_FREE * free
         shapes = [_weighted(s, np.log(share / named)) for s in (*shapes, *own)]
         if free:
-            shapes.append(free_curve(law, readings, centre, np.log(SHARE_OF_FREE)))
+            shapes.append(free_curve(law, readings, centre, np.log(SHARE_OF_FREE)))  # type: ignore[arg-type]
         slot, state = place
         key = f"{readings.experiment}:{slot}({', '.join(state)})"
         law = law or next(
@@ -68,7 +78,7 @@ def _forms(law, readings, centre):
     return out
 
 
-def free_curve(law, readings, centre, weight=0.0):
+def free_curve(law: FreeLaw, readings: Readings, centre: np.ndarray, weight: float = 0.0) -> Shape:
     """`Shape` of a Gaussian process over the scaled logarithm of the state; root (k, n, 2 + bend).
 
     To first order in its size, where the law adds to the reading."""
@@ -84,7 +94,7 @@ def free_curve(law, readings, centre, weight=0.0):
     return Shape(FREE, np.array(labels), np.array(roots), weight=float(weight))
 
 
-def bend_root(x):
+def bend_root(x: np.ndarray) -> np.ndarray:
     """Root (n, r) of the squared exponential of the distances of scaled states (n,)."""
     levels, place = np.unique(np.round(x, 9), return_inverse=True)
     values, vectors = np.linalg.eigh(bend(levels, levels))
@@ -92,6 +102,6 @@ def bend_root(x):
     return (vectors[:, kept] * np.sqrt(values[kept]))[place]
 
 
-def bend(x, y):
+def bend(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Squared exponential (n, m) of the distances of two scaled states."""
     return np.exp(-0.5 * ((x[:, None] - y[None, :]) / LENGTH) ** 2)

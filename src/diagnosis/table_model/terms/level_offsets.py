@@ -1,12 +1,21 @@
 """Each level of a lever set up with an error of its own: a camera that is set anew for each height,
 a lot of grains for each size."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from diagnosis.table_model.term import ERROR, Term, random_term
 
+if TYPE_CHECKING:
+    from diagnosis.laws.known import Known
+    from diagnosis.laws.readings import Readings
 
-def terms(readings, known):
+
+def terms(readings: Readings, known: Mapping[str, Known]) -> list[Term]:
     """One term for each lever with two levels or more, a level of its own for each reading
     excepted: that is the error from setting to setting."""
     out = []

@@ -1,9 +1,19 @@
 """A drift in the order of the rows: wear, a day that grows damp."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from diagnosis.table_model.term import ERROR, SIZES, Shape, Term
 from diagnosis.table_model.terms.laws import bend_root
+
+if TYPE_CHECKING:
+    from diagnosis.laws.known import Known
+    from diagnosis.laws.readings import Readings
+
 
 UNLIKELY = -3.0
 """Log prior odds: a table that is sorted by a lever need not stand in the order of the tests."""
@@ -12,7 +22,7 @@ BENDS = (0.0, 0.7)
 LEAST = 5
 
 
-def terms(readings, known):
+def terms(readings: Readings, known: Mapping[str, Known]) -> list[Term]:
     """One term of a line and a bend over the number of the row, or over its logarithm."""
     n = len(readings.log)
     if n < LEAST:

@@ -1,9 +1,19 @@
 """Readings that were rounded: their digits end on multiples of a step."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from diagnosis.laws.readings import SHAPE
 from diagnosis.table_model.term import ERROR, Shape, Term
+
+if TYPE_CHECKING:
+    from diagnosis.laws.known import Known
+    from diagnosis.laws.readings import Readings
+
 
 LIKELY = 3.0
 """Log prior odds where the digits show the step, against a law."""
@@ -12,7 +22,7 @@ LEAST_SHARE = 0.3
 """Share of the median error below which a step adds nothing."""
 
 
-def terms(readings, known):
+def terms(readings: Readings, known: Mapping[str, Known]) -> list[Term]:
     """One term where every reading is a multiple of a step. What rounding takes off is alike for
     readings that were rounded to one value, if they stand for one."""
     step = readings.step
