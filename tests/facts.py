@@ -14,6 +14,14 @@ def tells(text, *names):
     return any(all(holds(part, name) for name in names) for part in parts)
 
 
+def rows_in(text):
+    """{first cell: the other cells} of every row of the tables of a page in Markdown."""
+    rows = [
+        line.strip().strip("|").split("|") for line in text.splitlines() if line.strip()[:1] == "|"
+    ]
+    return {first.strip(): [cell.strip() for cell in others] for first, *others in rows}
+
+
 def fact(error, name):
     """An attribute of an error; a path or a file is its name without the folders."""
     found = getattr(error, name)

@@ -3,7 +3,7 @@
 import errno
 from collections.abc import Sequence
 
-from dem.errors import InputError
+from dem.errors import DemError, InputError
 
 MACHINE = {
     errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EFBIG, errno.EIO,
@@ -13,11 +13,29 @@ MACHINE = {
 
 
 class CalibrationError(Exception):
-    """Base class of everything that is shown to the user as one line."""
+    """Base class of everything that is shown to the user as one line.
+
+    `path`, `line`, `column`, `key` (of a configuration, or an option), `value` and `allowed` are
+    what the message names; None where it names none.
+    """
+
+    def __init__(
+        self, text, *, path=None, line=None, column=None, key=None, value=None, allowed=None
+    ):
+        self.path, self.line, self.column = path, line, column
+        self.key, self.value, self.allowed = key, value, allowed
+        super().__init__(text)
 
 
 class ConfigError(CalibrationError, InputError):
-    """A configuration or data file that cannot be used."""
+    """A configuration or data file that cannot be used; the message is made of what it names."""
+
+    def __init__(self, reason, **named):
+        InputError.__init__(self, reason, **named)
+
+
+REFUSALS = (CalibrationError, DemError, OSError)
+"""What reading a study or a file of it raises; `in_words` tells each in one line."""
 
 
 def of_the_machine(error: BaseException) -> bool:
@@ -26,7 +44,9 @@ def of_the_machine(error: BaseException) -> bool:
 
 
 def in_words(error: BaseException) -> str:
-    """The machine's refusal in one line; any other error as it says it, with its kind."""
+    """One line: our own errors as they say it, the machine's refusal, any other with its kind."""
+    if isinstance(error, CalibrationError | DemError):
+        return str(error)
     if isinstance(error, MemoryError):
         return f"there is not enough memory. {error}".strip()
     if isinstance(error, OSError) and of_the_machine(error):

@@ -7,6 +7,7 @@ from calibration.intake.measurements import Measurement
 from diagnosis.better_plan import best, exchange, page, plans, shows_more
 from diagnosis.power import page as power_page
 from diagnosis.power import power
+from facts import rows_in, tells
 
 
 def test_the_exchange_finds_the_known_optimum():
@@ -50,5 +51,6 @@ def test_it_shows_weaker_laws():
     assert not shows_more(other, own)
     assert not shows_more(own, own)
     text = power_page(own, other) + page(plan)
-    assert "by the better plan from" in text
-    assert "| drop: drop height [mm] | grain diameter [mm] | settings |" in text
+    assert tells(text, "better plan")
+    levers = ["grain diameter [mm]", "settings"]
+    assert [row for name, row in rows_in(text).items() if name.startswith("drop:")] == [levers]

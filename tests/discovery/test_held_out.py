@@ -9,6 +9,7 @@ from diagnosis.contacts import defaults_of
 from diagnosis.measurements import Measured
 from diagnosis.settings import read_settings
 from diagnosis.table_model.found import discover
+from facts import tells
 
 SETTINGS = read_settings("config/diagnosis.yaml")
 HEIGHTS, SIZES = (40.0, 70.0, 120.0, 200.0, 330.0), (1.5, 2.5, 4.0)
@@ -55,8 +56,8 @@ def test_remarks_name_what_rows_cannot_tell():
     fitted.append(Measurement("tilt", 35.0, 0.4, 5, {"tilt_rate_deg_s": 5.0}, line=6))
     lost = Measurement("heap", np.nan, np.nan, 3, {}, line=7, outcome="no_heap")
     two, alone, single, gone = remarks.remarks(Measured(fitted, [], [lost]))
-    assert two.startswith("Lines 3, 4, 5: the rebound was read at two levels of the drop height")
-    assert alone.startswith("Line 5: batch late has no other row")
-    assert single.startswith("Line 6: the sliding angle was read at a single level")
-    assert gone.startswith("Line 7: heap ended no heap: it enters no fit")
+    assert tells(two, "3, 4, 5", "rebound", "two levels", "drop height")
+    assert tells(alone, "5", "batch late")
+    assert tells(single, "6", "sliding angle", "single level")
+    assert tells(gone, "7", "heap", "no fit")
     assert remarks.remarks(Measured(fitted, [], [lost]), ["heap"]) == [two, alone, single]

@@ -10,6 +10,7 @@ from diagnosis.extend import held_out_points
 from diagnosis.fit import data_of, fit
 from diagnosis.page.markdown import page
 from diagnosis.verdict import findings, validate
+from facts import tells
 
 
 def measure(laboratory, drops, point, *effects):
@@ -61,7 +62,7 @@ def test_the_verdict_follows_its_schema_and_reads_as_a_page(laboratory, drops):
     assert verdict["patterns"], (
         "a restitution that falls with speed must show along the drop height"
     )
-    assert "at a drop height of" in text
+    assert tells(text, "rebound", "drop height")
     assert verdict["calibration"]["salt_steel_restitution"]["identified"]
 
 

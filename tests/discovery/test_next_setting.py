@@ -30,10 +30,11 @@ def test_a_law_and_an_error_of_each_level_ask_for_a_level_that_is_new(block):
     found = propose(block, LAW, ["drop:levels of drop_height_mm"])
     height = found["levers"]["drop_height_mm"]
     assert height not in HEIGHTS
-    law = found["predictions"]["restitution of speed"]
+    law = found["predictions"].pop("restitution of speed")
+    [error] = found["predictions"].values()
     # what made the data expects what would be read there
     assert law["value"] == pytest.approx(rebound(height, 2.0).value, rel=0.01)
-    assert found["predictions"]["error of each drop height that was set"]["sd"] > 3.0 * law["sd"]
+    assert error["sd"] > 3.0 * law["sd"]
     assert found["information_bits"] > 0.3
     assert "anew at 110 mm" in found["text"]
     assert "61.2 and 90.8 mm" in found["text"]
@@ -41,7 +42,8 @@ def test_a_law_and_an_error_of_each_level_ask_for_a_level_that_is_new(block):
 
 def test_laws_of_other_states_ask_for_what_parts_their_levers(block):
     found = propose(block, LAW, ["drop:restitution(speed, size)"])
-    assert set(found["predictions"]) == {"restitution of speed", "restitution of speed and size"}
+    laws = ("restitution of speed", "restitution of speed and size")
+    assert set(found["predictions"]) == set(laws)
     assert found["information_bits"] > 0.1
 
 

@@ -356,42 +356,44 @@ class _Restored:
 
 
 @pytest.mark.parametrize(
-    ("file", "row", "column", "value", "names"),
+    ("file", "row", "column", "value", "facts"),
     [
-        ("table12_box_behnken_anova", "A", "source", "AA", ["AA"]),
+        ("table12_box_behnken_anova", "A", "source", "AA", {"column": "source", "value": "AA"}),
         (
             "table09_drop_test",
             1,
             "rebound_height_mm",
             "16,2",
-            ["table09_drop_test.csv", "row 1", "rebound_height_mm", "16,2"],
+            {"path": "table09_drop_test.csv", "key": "row 1", "column": "rebound_height_mm",
+             "value": "16,2"},
         ),
-        ("claims", "eq5.mass", "id", "eq5.maas", ["claims.csv", "eq5.maas"]),
-        ("claims", "eq5.mass", "id", "eq4.mass", ["claims.csv", "eq4.mass"]),
-        ("claims", "tilt.error", "printed", "=nothing", ["scalars.csv", "settings.csv", "nothing"]),
-        ("scalars", "drop_height", "value", "high", ["drop_height", "high"]),
-        ("scalars", "eq28_coefficients", "value", "45.57 D:1", ["eq28_coefficients", "D:1"]),
+        ("claims", "eq5.mass", "id", "eq5.maas", {"path": "claims.csv"}),
+        ("claims", "eq5.mass", "id", "eq4.mass", {"path": "claims.csv", "key": "eq4.mass"}),
+        ("claims", "tilt.error", "printed", "=nothing", {"path": "scalars.csv", "key": "nothing"}),
+        ("scalars", "drop_height", "value", "high", {"key": "drop_height", "value": "high"}),
+        ("scalars", "eq28_coefficients", "value", "45.57 D:1",
+         {"key": "eq28_coefficients", "value": "D:1"}),
     ],
-)
-def test_unreadable_input_is_named(right, file, row, column, value, names):
+)  # fmt: skip
+def test_unreadable_input_is_named(right, file, row, column, value, facts):
     folder = Planted(right)
     with folder.restored(file):
         folder.set(file, row, column, value)
-        with refused(AuditInputError, *names):
+        with refused(AuditInputError, **facts):
             run_audit(right)
 
 
 def test_missing_input_is_named(right, tmp_path):
     folder = Planted(right)
-    with refused(AuditInputError, "nowhere"):
+    with refused(AuditInputError, path="nowhere"):
         run_audit(tmp_path / "nowhere")
     with folder.restored("table13_validation"):
         (right / "table13_validation.csv").unlink()
-        with refused(AuditInputError, "table13_validation.csv"):
+        with refused(AuditInputError, path="table13_validation.csv"):
             run_audit(right)
     with folder.restored("labels"):
         folder.write("labels", [["label", "meaning"]])
-        with refused(AuditInputError, "labels.csv", "shows", "label", "meaning"):
+        with refused(AuditInputError, path="labels.csv", column="shows", allowed="label, meaning"):
             run_audit(right)
 
 

@@ -362,7 +362,7 @@ def test_wrong_lists_name_their_key(triple):
 @pytest.mark.parametrize(
     ("experiment", "more", "key", "words"),
     [
-        ("tilt", {}, "particles.clump", "clumps are for bulk_density"),
+        ("tilt", {}, "particles.clump", "bulk_density"),
         ("heap", {"elongation": 1.5}, "particles.elongation", "1 beside particles.clump"),
     ],
 )

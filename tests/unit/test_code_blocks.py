@@ -44,6 +44,7 @@ EXECUTED = {
     "docs/howto-experiment.md": "tests/unit/test_experiment_howto.py",
     "docs/howto-metric.md": "tests/unit/test_howtos.py",
     "docs/howto-stage.md": "tests/unit/test_howtos.py",
+    "docs/howto-figure.md": "tests/unit/test_howtos.py",
     "docs/howto-import.md": "tests/unit/test_howtos.py",
     "docs/howto-add-a-mechanism.md": "tests/unit/test_diagnosis_howto.py",
 }

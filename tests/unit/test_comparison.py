@@ -12,6 +12,7 @@ from calibration.inference.comparison.grain_learning import GrainLearning
 from calibration.inference.comparison.study import page, runs_needed, summary, trials
 from calibration.inference.comparison.truths import INSIDE, SEED_SD, TRUTHS, Bench
 from calibration.inference.comparison.ways import GRID, WAYS, answer
+from facts import tells
 
 
 @pytest.mark.parametrize("name", TRUTHS)
@@ -61,8 +62,10 @@ def test_the_page_says_what_the_trials_hold(monkeypatch):
     assert needed["posterior, adaptive runs"] is None
     text = page(found)
     assert "| paper's chain | 22 | 0.41 ±" in text
-    assert "| Gaussian-process optimiser | 22 | 1.00 ± 0.00 | states none | states none |" in text
-    assert "| posterior, adaptive runs | more than" in text
+    [row] = [x for x in text.splitlines() if x.startswith("| Gaussian-process optimiser | 22 |")]
+    assert "1.00 ± 0.00" in row
+    assert row.count("states none") == 2
+    assert tells(text, "posterior, adaptive runs", "more than")
 
 
 def few_trials(repeats, first, ways):

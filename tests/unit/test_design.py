@@ -169,7 +169,7 @@ def test_paths_that_cannot_be_are_refused():
         path_from_effects(f, {"A": 0.0, "B": 0.0}, 5)
     with refused(CalibrationError, "2 steps"):
         path_from_effects(f, {"A": 1.0, "B": 0.0}, 1)
-    with pytest.raises(CalibrationError, match="no step for f1"):
+    with refused(CalibrationError, "step", "f1"):
         steepest_path(f, {"f0": 0.0, "f1": 10.0}, {"f0": 1.0}, 2)
 
 

@@ -33,7 +33,7 @@ from calibration.statistics.two_level import (
 from calibration.study.config import parse_config
 from calibration.study.config.schema import SurfaceConfig
 from calibration.study.factors import Factor
-from facts import refused
+from facts import refused, tells
 from stage_files import PlanFiles
 
 ROOT = Path(__file__).parents[2]
@@ -125,7 +125,7 @@ def test_a_folded_screening_tells_both_halves(tmp_path, monkeypatch):
     g, c = "salt_salt_rolling_friction", "salt_steel_rolling_friction"
     assert folded["effects"][g] == pytest.approx(16.0, abs=0.5)
     assert abs(summary["effects"][c]) > 1.0 > 2 * abs(folded["effects"][c])
-    assert "With the foldover, 24 runs in all" in " ".join(sentences(summary, ANGLE))
+    assert tells(" ".join(sentences(summary, ANGLE)), "foldover", "24 runs")
 
 
 def test_a_foldover_turns_resolution_iii_into_iv():

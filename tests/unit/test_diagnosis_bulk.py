@@ -209,12 +209,9 @@ def test_levels_of_the_study_hold_what_is_not_calibrated():
 
 def test_an_experiment_without_a_rig_is_named_by_its_line():
     rows = [*rows_of("heap"), *rows_of("discharge")]
-    with pytest.raises(ConfigError) as caught:
+    place = {"path": "m.csv", "line": 2, "column": "experiment"}
+    with refused(ConfigError, "discharge", "diagnosis.experiments.discharge.run", **place):
         completed(read_settings(None), study("heap"), read_factors(FACTORS), rows, "m.csv")
-    said = str(caught.value)
-    assert said.startswith("m.csv, line 2, column experiment")
-    assert "discharge" in said
-    assert "diagnosis.experiments.discharge.run" in said
 
 
 def test_a_machine_of_the_study_is_the_rig_of_its_experiment():

@@ -26,6 +26,7 @@ from diagnosis.page.markdown import page
 from diagnosis.rig import Rig
 from diagnosis.settings import BASE, catalogue_of, parameters_of, read_settings
 from diagnosis.verdict import findings, validate
+from facts import tells
 
 CLOGS_AT_MM, COARSE = 2.6, 2.0
 """True diameter from which the funnel clogs; grains of a run over those that they stand for."""
@@ -246,8 +247,7 @@ def test_a_mechanism_whose_runs_gave_no_value_is_told():
     emulators, table = train(rows, metrics, settings, factors)
     assert ("shear", "cohesion") not in emulators
     [text] = remarks.untrained(table)
-    told = f"no emulator of cohesion, as {len(own) // 2 + 1} of its {len(own)} runs gave no value"
-    assert told in text
+    assert tells(text, "cohesion", f"{len(own) // 2 + 1} of its {len(own)}", "no value")
 
 
 def test_an_experiment_whose_runs_all_gave_a_value_has_no_chance():

@@ -11,7 +11,7 @@ from calibration.intake.measurements import MeasurementErrors, read_measured
 from calibration.intake.quantities import QUANTITIES
 from diagnosis.fit import data_of
 from diagnosis.measurements import read_all, read_measurements
-from facts import refused
+from facts import refused, tells
 
 HEADER = "experiment,quantity,value,unit,sd,n,drop_height_mm,tilt_rate_deg_s,output_interval_s,note"
 GOOD = [
@@ -107,7 +107,7 @@ def test_a_column_that_is_wrong_in_every_row_is_told_in_ten_lines(tmp_path):
         read_measurements(write(tmp_path, ["slide,x,1,mm,1,5,,,,"] * 200))
     lines = str(caught.value).splitlines()
     assert len(lines) == 11
-    assert lines[-1] == f"and {len(caught.value.faults) - 10} more faults in this file"
+    assert tells(lines[-1], f"{len(caught.value.faults) - 10} more")
 
 
 def test_too_few_conditions(tmp_path):

@@ -125,7 +125,7 @@ def test_a_run_is_kept_with_its_manifest_and_made_once(tmp_path):
     assert RunStore(tmp_path).current(folder.name) == first
     path.unlink()  # the kept result is not made again
     assert engines.make(spec, folder, again=False) == first
-    with pytest.raises(engines.EngineError, match=r"solver\.py"):
+    with refused(engines.EngineError, path="solver.py", key="engine.files"):
         engines.make(spec, folder)
     assert RunStore(tmp_path).current(folder.name) is None
 
@@ -232,7 +232,7 @@ def test_a_table_gives_the_row_of_a_run(tmp_path):
     ):
         with refused(engines.EngineError, *words):
             read_row(table, name)
-    with refused(engines.EngineError, "none.csv"):
+    with refused(engines.EngineError, path="none.csv"):
         read_row(tmp_path / "none.csv", "heap-1")
 
 
@@ -279,7 +279,9 @@ def test_yade_gets_a_script_that_python_can_read(tmp_path):
     assert "radii, shares, pitch = [0.00075, 0.001], [0.25, 0.75], 0.0022" in text
     assert f"O.run({Pour.of(spec).looks[0]}, True)" in text
     entry = {"name": "yade", "identity": {}, "settings": {}}
-    with refused(engines.EngineError, "yade", "drop", "heap"):
+    with refused(
+        engines.EngineError, engine="yade", key="experiment", value="drop", allowed=("heap",)
+    ):
         engines.check(parse_spec(OWN | {"experiment": "drop", "engine": entry}))
 
 

@@ -123,4 +123,4 @@ def test_more_grains_than_the_machine_holds_are_told_first(monkeypatch):
     monkeypatch.setattr(feasibility, "machine_memory_mb", lambda: 200e3)
     check_ahead(many)
     assert tells(cost_ahead(many), "15250 MB")
-    assert re.search(r"\d h \d+ min of one core", cost_ahead(many))
+    assert re.search(r"\d h \d+ min", cost_ahead(many))

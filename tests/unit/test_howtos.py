@@ -1,8 +1,9 @@
-"""docs/howto-stage.md, howto-metric.md and howto-import.md, word by word: their blocks are applied
-to a copy of the project, and what was added does what the page says."""
+"""docs/howto-stage.md, howto-figure.md, howto-metric.md and howto-import.md, word by word: their
+blocks are applied to a copy of the project, and what was added does what the page says."""
 
 import json
 import math
+import re
 import shutil
 import statistics
 
@@ -62,7 +63,27 @@ def test_the_page_of_the_study_and_a_second_start_know_it(staged):
     assert "1.5 mm" in done.stdout
     again = python(folder, "-m", "snakemake", "-n", "repeat")
     assert again.returncode == 0
-    assert "Nothing to be done" in again.stdout + again.stderr
+    assert not re.search(r"^repeat +\d", again.stdout + again.stderr, re.M)
+
+
+# --- howto-figure.md ------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_a_figure_added_as_the_page_says_is_drawn_and_shown(tmp_path):
+    copy_with("howto-figure.md", tmp_path)
+    (tmp_path / "config").unlink()
+    shutil.copytree(ROOT / ".test" / "config", tmp_path / "config")
+    done = python(tmp_path, "-m", "snakemake", "-j1", "screening")
+    assert done.returncode == 0, done.stderr[-3000:]
+    made = tmp_path / "results/drops/screening"
+    # a point for each of the eight runs
+    drawn = (made / "runs_in_order.svg").read_text()
+    [points] = re.findall(r'<g id="PathCollection_1">.*?\n   </g>', drawn, re.S)
+    assert points.count("<use ") == len((made / "runs.csv").read_text().splitlines()) - 1 == 8
+    told = python(tmp_path, "-c", "from calibration.study.stages import load_stages\n"
+                  "print(*[f.name for f in load_stages()['screening'].figures])")  # fmt: skip
+    assert told.stdout.split() == ["runs_in_order", "half_normal", "pareto"], told.stderr
 
 
 # --- howto-metric.md ------------------------------------------------------------------------------

@@ -28,7 +28,7 @@ def measure(folder, experiment, **parts):
 @pytest.mark.parametrize(
     ("experiment", "parts", "key", "words"),
     [
-        ("drum", {"particles": {"count": 90}}, "particles.count", "less than one layer"),
+        ("drum", {"particles": {"count": 90}}, "particles.count", "one layer"),
         ("drum", {"particles": {"count": 5000}}, "particles.count", "70 % full"),
         ("drum", {"geometry": {"drum_width_mm": 5}}, "drum_width_mm", "3 of the largest"),
         ("compression", {"geometry": {"lid_travel_mm": 10}}, "lid_travel_mm", "cannot reach"),

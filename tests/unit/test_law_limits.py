@@ -6,6 +6,7 @@ from calibration.figures import response_of
 from calibration.telling.report.answer import answer
 from dem.advice import limits_of
 from dem.spec import parse_spec
+from facts import tells
 
 
 @pytest.mark.parametrize(
@@ -27,7 +28,7 @@ def test_the_own_spin_torque_holds_at_rest_alone(tmp_path, laws, mu_r, limited):
     (tmp_path / "exports").mkdir()
     (tmp_path / "exports" / "dem.yaml").write_text(text)
     notes = answer(tmp_path, response_of("angle_of_repose_deg"))["notes"]
-    assert any("not for grains in a drum" in n for n in notes) == limited
+    assert any(tells(n, "constant_torque", "drum") for n in notes) == limited
     spec = {"experiment": "heap", "laws": laws}
     spec["contacts"] = {"particle_particle": {"rolling_friction": mu_r}}
     assert bool(limits_of(parse_spec(spec))) == limited

@@ -260,7 +260,7 @@ def test_a_mistake_gets_a_sentence(study, name):
 def test_a_misspelt_stage_is_named_before_anything_is_planned(study, word, meant, capsys):
     study()
     assert main(["run", "Weizen Prüfung 1", "-n", "-j2", word]) == 2
-    assert f"{word}: is no stage; did you mean {meant}?" in capsys.readouterr().err
+    assert tells(capsys.readouterr().err, word, "stage", meant)
 
 
 @pytest.mark.parametrize("option", ["--config", "-C"])

@@ -139,7 +139,7 @@ def test_no_more_grains_are_simulated_than_asked(here, capsys):
     said = capsys.readouterr().out
     particles = read(here / "peas").run["particles"]
     assert particles["count"] == pytest.approx(800, rel=1e-2)
-    assert f"{particles['diameter_mm'] / 4:.2f} times as large as yours" in said
+    assert f"{particles['diameter_mm'] / 4:.2f} times" in said
     assert "the quick profile" not in said  # this rig takes no 4,000
     fine = ["2mm" if x == "4mm" else x for x in RIG]
     assert main(["new", "lentils", *ANGLES, *fine, "--grains", "2400"]) == 0
@@ -216,7 +216,7 @@ def test_a_material_is_known_however_it_is_written():
 )
 def test_a_name_that_would_be_taken_apart_is_refused_at_once(here, name, capsys):
     assert main(["new", name, *ANGLES, *RIG]) == 2
-    assert "cannot be a study's folder" in capsys.readouterr().err
+    assert tells(capsys.readouterr().err, "folder", "allowed")
     assert not list(here.iterdir())
 
 
@@ -305,7 +305,7 @@ def test_a_wrong_answer_is_asked_for_again_and_told_why(tmp_path, monkeypatch, c
     # what options alone make impossible is not asked for again
     given.height, given.rate = "2 mm", "1 g/s"
     again = iter(["26.1 28.4", "1.35 g/cm3"])
-    with pytest.raises(CalibrationError, match="would reach the orifice"):
+    with refused(CalibrationError, "orifice", key="--height"):
         answers(given, lambda text: next(again))
 
 
@@ -417,14 +417,15 @@ def test_a_new_study_runs_without_a_warning_of_the_engine_in_all_profiles(here):
 def test_the_pilot_proposes_what_its_faults_ask_for():
     points = np.zeros((8, 1))
     assert any("rim" in s for s in advice(trials(points, [False] * 4 + [True] * 4)))
-    assert advice(trials(points, [True] * 8)) == ["8 of 8 coarse heaps stand"]
+    [said] = advice(trials(points, [True] * 8))
+    assert tells(said, "8 of 8")
     clogged = [Trial((0.5,), 30.0, "clogged: 9 grains left in the funnel", 1.0)]
     assert any("wider orifice" in s for s in advice(clogged))
 
 
 def test_the_pilot_says_whether_its_heaps_reach_the_measured_angle():
     heaps = [Trial((0.5,), angle, "", 1.0) for angle in (12.0, 28.2)]
-    assert "their angles are 12.0° to 28.2°; yours is 22.7°" in advice(heaps, 22.7)
+    assert [s for s in advice(heaps, 22.7) if tells(s, "12.0° to 28.2°", "22.7°")]
     (steep,) = (s for s in advice(heaps, 34.0) if "yours" in s)
     assert tells(steep, "5.8°", "steeper")
     (flat,) = (s for s in advice(heaps, 10.0) if "yours" in s)
@@ -471,7 +472,7 @@ def test_a_steeper_angle_is_looked_for_at_the_ends_that_steepen_the_heap(here, m
     assert reach(config, factors, found, highest) == []  # within what was poured
     assert seen == []
     (said,) = reach(config, factors, found, highest + 0.1)
-    assert said == "the ranges reach yours, at the ends that steepen the heap"
+    assert tells(said, "ranges reach", "ends")
     ((_, levels),) = seen
     assert {f.key: levels[f.key] == f.high for f in factors} == {
         f.key: "friction" in f.key for f in factors
@@ -485,9 +486,8 @@ def test_a_heap_that_grows_into_the_orifice_is_steep_enough(here, monkeypatch):
     found = corner_trials(config, factors, lambda run, levels: 20.0)
     blocked = Trial((1.0,) * 7, 38.0, "clogged: 1 grains left in the funnel", 1.0)
     monkeypatch.setattr("calibration.study.new.reach.one_heap", lambda *a: blocked)
-    assert reach(config, factors, found, 34.0) == [
-        "the ranges reach yours, at the ends that steepen the heap"
-    ]
+    (said,) = reach(config, factors, found, 34.0)
+    assert tells(said, "ranges reach", "ends")
 
 
 def test_what_would_reach_a_steeper_angle_is_poured_and_named(here, monkeypatch):
@@ -503,7 +503,7 @@ def test_what_would_reach_a_steeper_angle_is_poured_and_named(here, monkeypatch)
     seen, shown = poured(monkeypatch, angle_of), []
     (said,) = reach(config, factors, found, 30.0, shown.append)
     # half of 100 mm times tan 35 degrees is 35.01 mm
-    assert said.endswith("one does poured from 36 mm, a little above the heap (--height)")
+    assert tells(said, "one does", "36 mm", "--height")
     assert any("rolling_friction 0.7" in s and "quartz sand" in s for s in shown)
     assert any("elongation" in s for s in shown)
     assert any(r["geometry"].get("plate_rim_height_mm") == 4 for r, _ in seen)

@@ -15,6 +15,7 @@ from dem.run import run
 from dem.simulation import Simulation
 from dem.spec import parse_spec
 from dem.walls.builder import WallSet
+from facts import refused
 
 RADIUS, G = 1e-3, 9.81
 BED = {"count": 400, "diameter_mm": 2.0}
@@ -33,7 +34,7 @@ def spec_of(experiment, seconds, particles=BED, **geometry):
 
 def test_a_bed_that_still_falls_has_no_density(tmp_path):
     spec = spec_of("bulk_density", 0.03, vessel_diameter_mm=14, taps=0)
-    with pytest.raises(RefusedStateError, match="filling: the grains are not at rest"):
+    with refused(RefusedStateError, "filling", kind="restless"):
         run(spec, tmp_path)
     assert not (tmp_path / "result.json").exists()
 
@@ -57,9 +58,8 @@ def test_a_bed_at_rest_has_one_and_the_walls_carry_it(tmp_path):
     ],
 )  # fmt: skip
 def test_each_experiment_refuses_grains_that_still_fall(tmp_path, experiment, particles, geometry):
-    with pytest.raises(RefusedStateError, match="filling: the grains are not at rest") as told:
+    with refused(RefusedStateError, "filling", kind="restless"):
         run(spec_of(experiment, 0.02, particles, **geometry), tmp_path)
-    assert told.value.kind == "restless"
 
 
 def simulation(walls, **more):
@@ -76,7 +76,7 @@ def test_slow_grains_that_nothing_carries_are_not_at_rest():
     sim.gravity = sim.gravity * 1e-9  # it hangs
     sim.model.gravity[:] = sim.gravity
     sim.add_particles([[0.0, 0.0, 10 * RADIUS]], RADIUS)
-    with pytest.raises(RefusedStateError, match="the walls carry 0 of their weight"):
+    with refused(RefusedStateError, "hanging", "walls carry 0", kind="restless"):
         phases.rest(sim, spec, 20 * phases.look(spec), "hanging")
 
 
@@ -113,7 +113,7 @@ def test_pressed_grains_move_against_their_weight_and_the_load_on_them():
 
 def test_a_free_lid_too_light_for_its_contacts_is_refused_and_a_heavy_one_rests():
     """Leapfrog bears a frequency of 2 / dt: S dt^2 < 4 M for a lid on springs of stiffness S."""
-    for share, refused in ((1e-3, True), (2.0, False)):
+    for share, light in ((1e-3, True), (2.0, False)):
         walls = WallSet().body("floor", material="w").plane((0, 0, 0), (0, 0, 1))
         grain = 4 / 3 * math.pi * RADIUS**3 * 1210.0
         free = {"mass": share * grain, "axis": (0, 0, 1), "load": -40.0 * grain * G}
@@ -122,8 +122,8 @@ def test_a_free_lid_too_light_for_its_contacts_is_refused_and_a_heavy_one_rests(
         sim = simulation(walls)
         places = np.array([[x, y, RADIUS] for x in (-3e-3, 0.0, 3e-3) for y in (-3e-3, 0.0, 3e-3)])
         sim.add_particles(places, RADIUS)
-        if refused:
-            with pytest.raises(LightBodyError, match="wall 'lid' is free and weighs"):
+        if light:
+            with refused(LightBodyError, "lid", f"{share * grain:.3g} kg"):
                 sim.advance(20000)
         else:
             sim.advance(20000)

@@ -8,7 +8,7 @@ from calibration.errors import CalibrationError
 from calibration.intake.photo import measure_photo
 from calibration.intake.photo.camera import FULL_FRAME_MM, View, read_low, view_of
 from calibration.interface.commands import main
-from facts import refused
+from facts import refused, tells
 
 ROWS, COLUMNS, FOCAL_MM, RADIUS = 600, 800, 56.0, 100.0
 FOCAL = FOCAL_MM / FULL_FRAME_MM * np.hypot(ROWS, COLUMNS)
@@ -91,7 +91,7 @@ def test_what_is_not_corrected_is_said(tmp_path, capsys):
     path = tmp_path / "a.jpg"
     photograph(path, 30.0, 60.0)
     assert main(["angle", str(path)]) == 0
-    assert "not corrected for a camera that looks down" in capsys.readouterr().out
+    assert tells(capsys.readouterr().out, "not corrected", "camera")
     assert main(["angle", str(path), "--camera", f"{DISTANCE}mm/60mm"]) == 0
     told = capsys.readouterr().out
     assert "looks down by" in told

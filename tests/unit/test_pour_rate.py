@@ -19,7 +19,7 @@ from calibration.runs.plans import read_plan, result_path
 from calibration.study.config import parse_config
 from dem.results import write_result
 from dem.spec import parse_spec
-from facts import refused
+from facts import refused, tells
 from small_heap import RUN
 from workflow_rules import rules_of
 
@@ -83,7 +83,7 @@ def test_the_angle_over_the_rate_is_told(tmp_path, monkeypatch):
     most = re.search(r"differs by up to \+([\d.]+)°", said[0])[1]
     assert float(most) == pytest.approx(3.0, abs=0.4)
     mean = f"{rows['opened']['mean']:.2f}"
-    assert f"Out of a funnel that is filled and then opened it is {mean}°" in said[1]
+    assert tells(said[1], "funnel", "filled", "opened", f"{mean}°")
     assert f"{found['capacity_per_s']:.0f} grains/s (Beverloo)" in said[2]
     table = pd.read_csv("results/made-up/pour_rate/rates.csv")
     assert len(table) == 4
@@ -101,7 +101,7 @@ def test_a_rate_without_heaps_is_left_out_and_none_is_an_error(tmp_path, monkeyp
     assert len(sentences(found, ANGLE)) == 1
     (tmp_path / "other").mkdir()
     config = config_of(tmp_path / "other", monkeypatch, {"rates_per_s": [500, 1000], "heaps": 2})
-    with pytest.raises(CalibrationError, match="no rate has two heaps"):
+    with refused(CalibrationError, "rate", "two heaps"):
         poured(config, lambda g, rng: None)
 
 

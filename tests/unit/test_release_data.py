@@ -119,10 +119,11 @@ def test_a_record_is_read_as_written_and_says_which_engine_made_what(tmp_path):
     record = {"a": Made("e1", "2026-01-01", 3.5, 2), "b": Made("e2", "2026-01-02")}
     write_record(record, tmp_path / "release.json")
     assert read_record(tmp_path / "release.json") == record
-    assert made(["a"], record) == "The data were made by engine `e1`, 2026-01-01."
-    assert made(["a", "b", "c"], record) == (
-        "`a` was made by engine `e1`, 2026-01-01. `b` was made by engine `e2`, 2026-01-02."
-    )
+    assert tells(made(["a"], record), "`e1`", "2026-01-01")
+    both = made(["a", "b", "c"], record)
+    assert tells(both, "`a`", "`e1`", "2026-01-01")
+    assert tells(both, "`b`", "`e2`", "2026-01-02")
+    assert "`c`" not in both
 
 
 def test_a_release_is_due_where_another_engine_made_a_part():
@@ -159,7 +160,7 @@ def test_a_release_that_was_cut_off_goes_on_and_books_its_time(tmp_path, monkeyp
     assert read_record()["b"].engine == "e" * 16
     assert json.loads(Path(f"results/release/{'e' * 16}.json").read_text())["spent_s"]["b"] > 0.0
     assert command.main(["c"]) == 2
-    assert "c: is no part" in capsys.readouterr().err
+    assert tells(capsys.readouterr().err, "c", "no part", "a, b")
 
 
 def test_every_part_names_what_exists(repository):

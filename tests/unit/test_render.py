@@ -180,13 +180,13 @@ def test_the_last_state_opens_as_vtk(run):
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        (["--out", "heap.bmp"], "allowed: .webp, .png, .jpg"),
-        (["--animate", "--out", "pour.mp4"], "allowed: .gif, .webp, .png"),
+        (["--out", "heap.bmp"], ".webp, .png, .jpg"),
+        (["--animate", "--out", "pour.mp4"], ".gif, .webp, .png"),
     ],
 )
 def test_another_format_is_refused(run, capsys, arguments, text):
     assert main(["render", str(run), *arguments]) == 2
-    assert text in capsys.readouterr().err
+    assert f"allowed: {text}" in capsys.readouterr().err
 
 
 def test_a_run_that_cannot_be_drawn_says_why(run, tmp_path, capsys):

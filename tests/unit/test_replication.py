@@ -21,6 +21,7 @@ from calibration.chain.study import Study
 from calibration.figures import response_of
 from calibration.statistics.replication import mean_interval, runs_needed
 from calibration.study.config import parse_config, read_target
+from facts import tells
 from stage_files import Files, PlanFiles
 
 ROOT = Path(__file__).parents[2]
@@ -178,4 +179,4 @@ def test_the_interval_is_told_with_its_reason(config, tmp_path, monkeypatch):
         {"candidate": told | {"half_width_95": 0.5}, "optimum": AT},
         response_of("angle_of_repose_deg"),
     )
-    assert "more runs than are allowed" in " ".join(wide)
+    assert tells(" ".join(wide), "more runs", "0.4")

@@ -85,7 +85,7 @@ def said(study):
 
 def test_the_sentences_name_what_decides_what_is_open_and_what_was_preferred(study):
     found = said(study)
-    assert found["What decides"].startswith("Factor a decides: +8° over its range, 80 %")
+    assert tells(found["What decides"], "Factor a", "+8°", "80 %")
     assert tells(found["What stays open"], "factor b", "0 to 2", "factor c")
     assert tells(found["What stays open"], "factor a", "0.9 to 1.1")
     wrong = found["What is wrong"]
@@ -103,7 +103,7 @@ def test_odd_points_and_failed_validation_are_said(study):
     write(study / "diagnosis" / "verdict.json", {"verdict": "identified", "causes": ["air_drag"]})
     wrong = said(study)["What is wrong"]
     assert tells(wrong, "Run 7", "7.7")
-    assert "lack of fit p = 0.01" in wrong
+    assert tells(wrong, "lack of fit", "0.01")
     assert "predicted R² -0.20" in wrong
     assert tells(wrong, "identified", "air drag")
 
@@ -146,11 +146,13 @@ def test_the_answer_is_the_posterior_s_where_it_has_run(study):
     optimum["interval_95_others_held"] = {f.name: [0.9, 1.1] for f in REGION}
     write(study / "optimise" / "optimum.json", optimum)
     held = answer(study, ANGLE)["parameters"][0]
-    assert held["95 % only if the others are right"] == "0.9 to 1.1"
+    [key] = [k for k in held if k.startswith("95 %")]
+    assert "the others" in key
+    assert held[key] == "0.9 to 1.1"
     write(study / "posterior" / "posterior.json", POSTERIOR)
     rows = answer(study, ANGLE)["parameters"]
     assert rows[0]["95 %"] == "0.8 to 1.3"
-    assert rows[1]["95 %"] == "not bounded within 0 to 2"
+    assert tells(rows[1]["95 %"], "not bounded", "0 to 2")
     assert not any("the others" in heading for heading in rows[0])
     found = said(study)["What stays open"]
     assert tells(found, "95 %", "factor a", "0.8 to 1.3")
@@ -162,7 +164,7 @@ def test_a_study_without_faults_says_so(study):
     summary = json.loads((study / "screening" / "screening.json").read_text())
     summary["factors"] = list(summary["effects"])
     write(study / "screening" / "screening.json", summary)
-    assert said(study)["What is wrong"] == "Nothing that these runs show."
+    assert said(study)["What is wrong"].startswith("Nothing")
 
 
 def test_the_block_has_every_parameter_and_what_was_held_fixed(study):
@@ -182,18 +184,18 @@ def test_the_block_has_every_parameter_and_what_was_held_fixed(study):
     rows = {(r["where"], r["parameter"]): r for r in block(study)}
     rolling = rows["grain on grain", "rolling friction"]
     assert rolling["value"] == "0.25"
-    assert rolling["how it is known"] == "calibrated; 95 % only if the others are right: 0.2 to 0.3"
-    assert rows["grain on wall", "restitution"]["how it is known"] == "bench test"
+    known = "how it is known"
+    assert tells(rolling[known], "calibrated", "95 %", "the others", "0.2 to 0.3")
+    assert rows["grain on wall", "restitution"][known] == "bench test"
     assert rows["grain", "shear modulus"]["unit"] == "Pa"
     assert rows["law", "rolling"]["value"] == "constant torque"
     assert ("law", "cohesion") not in rows
     assert float(rows["simulator", "time step"]["value"]) > 0
     write(study / "posterior" / "posterior.json", POSTERIOR)
     rows = {(r["where"], r["parameter"]): r for r in block(study)}
-    known = rows["grain on grain", "rolling friction"]["how it is known"]
-    assert known == "calibrated; 95 %: 0.8 to 1.3"
+    assert rows["grain on grain", "rolling friction"][known] == "calibrated; 95 %: 0.8 to 1.3"
     build(study, study / "report.html", load_stages())
-    assert "The whole block to type in" in (study / "report.html").read_text()
+    assert 'class="cards block"' in (study / "report.html").read_text()
 
 
 def test_a_name_cannot_leave_the_profilers_script(study):
@@ -228,7 +230,7 @@ def test_the_profiler_shows_the_fitted_surface(study, tmp_path):
             numbers = [float(x) for x in re.findall(r"\d+\.?\d*", shown[-1])]
             wanted = [mean, 95, low[0], high[0], TARGET, abs(mean - TARGET)]
             assert numbers == pytest.approx(wanted, rel=1e-3)
-            assert "on the solution set" in shown[0]
+            assert "solution set" in shown[0]
             assert "too high" in shown[-1]
             lines = tab.evaluate("document.querySelector('.profiler pre').textContent").splitlines()
             assert lines == ["k.A: 1.8", "k.B: 1", "k.C: 0.2"]
@@ -302,7 +304,7 @@ def test_a_block_that_tables_cannot_give_is_refused(study):
     ]
     found = decks(study, factors)
     assert set(found) == set(CODES)
-    assert "several of the parameters" in found["liggghts.in"]["refused"]
+    assert tells(found["liggghts.in"]["refused"], "several", "parameters")
 
 
 @pytest.mark.skipif(find_browser() is None, reason="no Chromium on this machine")
@@ -336,7 +338,7 @@ def test_the_distance_to_the_solution_set_is_the_shortest(study, tmp_path):
         told = float(re.search(r"staying: (\d\S*) of the ranges", tab.evaluate(DISTANCE))[1])
         assert told == pytest.approx(shortest(start, (0, 1)), rel=0.01)
         tab.evaluate("document.querySelector('.profiler .onto').click()")
-        assert "on the solution set" in tab.evaluate(
+        assert "solution set" in tab.evaluate(
             "document.querySelector('.profiler output').textContent"
         )
         assert tab.evaluate(POINT).splitlines()[2] == "k.C: 0.6"

@@ -17,7 +17,7 @@ from calibration.statistics.validate import compare
 from calibration.study.config import parse_config
 from calibration.telling import kept_results
 from dem.io.files import write_json
-from facts import refused
+from facts import refused, tells
 from frozen import FROZEN
 from paper.audit.paper import Paper
 from paper.reference import BEGIN, END, ascents, block, main, short_block
@@ -150,7 +150,7 @@ def test_a_run_without_a_value_is_a_row_without_a_number(
     assert set(table.index) == set(before.index)
     lost = table.index[(table["agreement"] == r.NO_NUMBER) & (before["agreement"] != r.NO_NUMBER)]
     assert set(lost) == rows
-    assert table.loc[min(rows), "basis"] == "our run gave no value"
+    assert "no value" in table.loc[min(rows), "basis"]
     judged = table.index.difference(lost)
     was, now = (t.loc[judged, "agreement"] == r.NOT_RUN for t in (before, table))
     assert (was == now).all()
@@ -221,11 +221,11 @@ def test_the_readme_gets_the_rows_that_matter(config, study, tmp_path, monkeypat
         assert "old" not in text
     short, text = (page.read_text().removeprefix(NO_STAGES) for page in pages)
     assert "`study`:" in text  # what its stages found
-    assert "validated angle of repose [°]; measured 45.26 | 45.55 | 45.5" in short
+    assert tells(short, "validated angle", "45.26 | 45.55")
     assert len(short.splitlines()) == 7  # marks, what is around them, head, and what this study has
     committed = pd.read_csv(COMMITTED, dtype={"paper": str})
     assert len(short_block(committed, "salt", 45.26).splitlines()) == 8  # head and six rows
-    assert "| Table 13 | validated angle of repose [deg] | 45.55 | 45.5" in text
+    assert tells(text, "Table 13", "validated angle", "[deg] | 45.55")
     (link,) = set(re.findall(r"\(([^)]*reproduction\.csv)\)", text))
     assert (tmp_path / "docs" / link).is_file()
     shutil.rmtree(tmp_path / "results")
@@ -252,4 +252,4 @@ def test_the_readme_shows_both_ascents(config, study, tmp_path):
     assert all(", beside" in line for line in rows()[1:])
     # on the paper's own path each angle has its counterpart
     table.loc[summary, "study"] = "own"
-    assert not any("each its own path" in line for line in rows())
+    assert not any("own path" in line for line in rows())

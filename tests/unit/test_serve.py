@@ -26,6 +26,7 @@ from calibration.study.stages.screening import runs as expected_of_screening
 from calibration.telling.serve import Server
 from dem.results import write_failure, write_result
 from dem.spec import parse_spec
+from facts import tells
 
 ROOT = Path(__file__).parents[2]
 
@@ -97,7 +98,7 @@ def test_it_tells_progress_heaps_and_failures(server, study):
     state = json.loads(body)
     assert status == 200
     total = expected_runs(study.config) - expected_of_screening(study.config) + 2
-    assert state["sentence"].startswith(f"1 of {total} runs done, 1 failed; ")
+    assert tells(state["sentence"], f"1 of {total}", "1 failed")
     (heap,) = state["heaps"]
     assert heap["text"] == "31.25°"
     (failure,) = state["failures"]

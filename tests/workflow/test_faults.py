@@ -1,6 +1,7 @@
 """A campaign under each fault that a machine has in store: it ends with a sentence and not with a
 traceback, and a clean finish is equal to an undisturbed one. `test_kills.py` kills it."""
 
+import errno
 import os
 import shutil
 import subprocess
@@ -12,6 +13,7 @@ from deployed import FACTORS, MEASURED
 from kills import checkout, outcome
 
 from dem.kernel_cache import kernel_cache
+from facts import tells
 
 pytestmark = pytest.mark.slow
 
@@ -106,7 +108,7 @@ def test_a_disk_that_is_full(undisturbed, mounts, tmp_path):
     done = subprocess.run([*mounts, "bash", "-c", script], cwd=tmp_path, check=False)
     said = (tmp_path / "full.log").read_text()
     assert done.returncode == 0, said + (tmp_path / "roomy.log").read_text()
-    assert "No space left on device" in said
+    assert os.strerror(errno.ENOSPC) in said
     assert "Traceback" not in said
     assert (tmp_path / "empty.log").read_text() == ""
     (tmp_path / "results").rmdir()
@@ -126,7 +128,7 @@ def test_a_folder_that_can_only_be_read(undisturbed, mounts, tmp_path):
     done = subprocess.run([*mounts, "bash", "-c", script], cwd=tmp_path, check=False)
     said = (tmp_path / "readonly.log").read_text()
     assert done.returncode == 0, said
-    assert f"{tmp_path / 'results'}: nothing can be written here (Read-only file system)" in said
+    assert tells(said, str(tmp_path / "results"), os.strerror(errno.EROFS))
     assert "Traceback" not in said
     assert finished(tmp_path) == undisturbed
 
@@ -148,7 +150,7 @@ def test_two_calls_in_one_folder(undisturbed, tmp_path):
     second = campaign(tmp_path)
     assert process.wait() == 0, (tmp_path / "campaign.log").read_text()
     assert second.returncode != 0
-    assert "another call works here" in second.stdout
+    assert "another call" in second.stdout
     assert "Traceback" not in second.stdout
     assert outcome(tmp_path) == undisturbed
 

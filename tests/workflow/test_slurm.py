@@ -30,4 +30,4 @@ def test_a_screening_on_a_cluster_is_the_local_one_to_the_bit(environment, tmp_p
     options = ("--configfile", "study.yaml", "--", "screening")
     said = done(*ON_CLUSTER, *options, cwd=cluster, env=environment)
     assert outcome(cluster) == finished(study(tmp_path / "local"))
-    assert said.count("has been submitted with SLURM jobid") == 3
+    assert said.count("SLURM jobid") == 3

@@ -16,6 +16,7 @@ from calibration.interface.cli import main
 from facts import tells
 from snakemake_logger_plugin_calibration import LogHandler
 
+NOTHING = "Nothing to be done"  # what snakemake says where all is there
 OWN_AFFAIRS = (
     "SNAKEMAKE", "Host:", "DAG", "Reason", "[", "Execute", "Select", "Updating", "WorkflowError",
     "common.smk", "resources", "Finished", "Complete log", "Building", "Job ",
@@ -60,12 +61,13 @@ def test_a_dry_run_is_a_line_a_job_and_our_own(study, capfd):
 def test_plain_snakemake_shows_a_line_a_step(study):
     lines = snakemake("--", "screening")
     assert not own_affairs(lines)
-    steps = ["plan the screening", "screening: effects, ANOVA and the factors that go on"]
-    assert [line for line in lines if line in steps] == steps
+    steps = [line for line in lines if line.startswith(("plan the screening", "screening: "))]
+    assert len(steps) == 2
+    assert tells(steps[1], "effects")
     assert "drops: 8 of" in lines[-1] or "drops: 8 of" in lines[-2]
     assert [line for line in lines if "Ctrl-C stops" in line]
     assert len(lines) < 20
-    assert [x for x in snakemake("--", "screening") if x.startswith("Nothing to be done")]
+    assert [x for x in snakemake("--", "screening") if x.startswith(NOTHING)]
     # by an option of snakemake's all of it
     assert own_affairs(snakemake("-n", "--verbose", "--forceall", "--", "screening"))
 
@@ -83,7 +85,7 @@ def test_a_mistake_is_its_sentence_alone(study, capfd):
 def test_a_stage_that_lacks_a_key_is_refused_in_a_line(study, capfd):
     assert main(["run", "bounce", "-n", "scaling"]) == 1
     found = "".join(capfd.readouterr()).splitlines()
-    assert [line for line in found if line.startswith("scaling: must be given")]
+    assert [line for line in found if tells(line, "scaling", "given")]
     assert not own_affairs(found)
 
 
@@ -121,20 +123,21 @@ def test_each_step_is_a_line(capsys, dryrun, run):
 
 def test_what_is_for_developers_is_left_out_after_the_start(capsys):
     told = handler(capsys)
-    assert told("Congratulations, your workflow is in a good condition!")
+    linted = "Congratulations, your workflow is in a good condition!"
+    assert told(linted)
     assert told("Workflow has started!", event=LogEvent.WORKFLOW_STARTED) == ""
     for words in ("Select jobs to execute...", "Updating checkpoint dependencies."):
         assert told(words) == ""
     assert told(None, event=LogEvent.PROGRESS, done=1, total=2) == ""
-    assert told("Nothing to be done (all requested files are present).")
-    assert told("disk is nearly full", logging.WARNING) == "disk is nearly full"
+    assert told(f"{NOTHING} (as it was).")
+    warning = "disk nearly full"
+    assert told(warning, logging.WARNING) == warning
 
 
 def test_an_error_is_a_sentence(capsys):
     told = handler(capsys)
-    assert told(None, logging.ERROR, event=LogEvent.JOB_ERROR, **FAILED) == (
-        "failed: steepest ascent; log: a.log"
-    )
+    said = told(None, logging.ERROR, event=LogEvent.JOB_ERROR, **FAILED)
+    assert tells(said, "failed", "steepest ascent", "a.log")
     ours = 'WorkflowError in file "x.smk", line 3:\nfactors.tsv: is empty\n  File "x.smk", line 3'
     error = {"event": LogEvent.ERROR}
     assert told(ours, logging.ERROR, exception="WorkflowError", **error) == "factors.tsv: is empty"
@@ -142,7 +145,7 @@ def test_an_error_is_a_sentence(capsys):
     assert told(inside, logging.ERROR, exception="InputFunctionException", **error) == "x: no"
     ended = "RuleException:\nCalledProcessError in file x.smk, line 3:\nCommand set"
     assert told(ended, logging.ERROR, exception="RuleException", **error) == ""
-    other = "SyntaxError in file x.smk:\nnot a rule"
+    other = "SyntaxError: no rule"
     assert told(other, logging.ERROR, exception="SyntaxError", **error) == other
 
 

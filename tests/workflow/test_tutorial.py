@@ -32,7 +32,7 @@ def test_the_tutorial_counts_the_heaps_that_its_study_makes(tmp_path, monkeypatc
     report(config)
     assert "0 of 43 runs done" in capsys.readouterr().err
     assert len(screening_design(read_factors(config.factors), config.screening)) == 19
-    assert "Nineteen heaps tell which of seven parameters matter" in page
+    assert tells(page, "Nineteen heaps", "seven parameters")
 
 
 @pytest.mark.long

@@ -11,13 +11,12 @@ from pathlib import Path
 from snakemake.io import is_flagged
 
 from calibration.study.config import Config, given, parse_config, stands_alone
-from calibration.errors import CalibrationError, in_words
+from calibration.errors import REFUSALS, in_words
 from calibration.intake.started_code import refuse_unasked
 from calibration.digests import digest, digest_with
 from calibration.runs.records import made_again
 from calibration.study.stages import load_stages
 from calibration.chain.study import Study
-from dem.errors import DemError
 from dem.experiments import experiments
 
 CONFIG_FILES = list(workflow.overwrite_configfiles)
@@ -49,9 +48,7 @@ try:
     if workflow.is_main_process:
         asked = workflow.config_settings.config
         refuse_unasked(STUDY_OBJECT.config, asked, CONFIG_FILES)
-except (CalibrationError, DemError) as error:
-    raise WorkflowError(str(error))
-except OSError as error:
+except REFUSALS as error:
     raise WorkflowError(in_words(error))
 
 SETTINGS = STUDY_OBJECT.config
@@ -71,9 +68,8 @@ def user_file(path):
     return ancient(local(str(path))) if path else []
 
 
-# An edit of the factor table makes again the rules that have FACTORS among their input, and what is
-# made from their files; `snakemake -n` shows which. A run is named after its spec: one whose spec
-# stays is kept. The same holds for the measurements
+# An edit of the factor table makes again the rules that have FACTORS among their input, and what
+# follows (`snakemake -n` shows it); a run whose spec stays is kept. The same for MEASUREMENTS
 FACTORS = user_file(SETTINGS.factors)
 MEASUREMENTS = user_file(SETTINGS.measurements)
 # what the bench tests found, where the configuration takes the levels of the heaps from them
@@ -99,9 +95,9 @@ def made_from(rule, reads=None, modules=None):
 
 
 def again(rule):
-    """Input function: a note of this start that the files of a rule are to be made again, see
-    `calibration.runs.records`. It answers one fault of snakemake, for which no documented means is
-    there: files of which .snakemake has no record count as current, whatever has changed.
+    """Input function: a note of this start that a rule's files are to be made again, see
+    `calibration.runs.records`. It answers a fault of snakemake that no documented means mends:
+    files of which .snakemake has no record count as current, whatever has changed.
     """
 
     def note(wildcards):
@@ -129,8 +125,8 @@ def needs(key, stage):
     def check(wildcards):
         try:
             given(SETTINGS, key, stage)
-        except CalibrationError as error:
-            raise WorkflowError(str(error))
+        except REFUSALS as error:
+            raise WorkflowError(in_words(error))
         return []
 
     return check
@@ -140,17 +136,15 @@ def measured(wildcards):
     """The table of measurements, as an input; refuses one that has no values of the target."""
     try:
         STUDY_OBJECT.measured()
-    except (CalibrationError, DemError) as error:
-        raise WorkflowError(str(error))
+    except REFUSALS as error:
+        raise WorkflowError(in_words(error))
     return MEASUREMENTS
 
 
 def each_further(pattern, measured=False):
     """Files of the study, one for each further target, `{}` standing for its metric; of those alone
     that have a measured value if so."""
-    targets = [
-        t
-        for t in SETTINGS.further_targets
-        if not measured or STUDY_OBJECT.is_measured(t)
-    ]
+    targets = SETTINGS.further_targets
+    if measured:
+        targets = filter(STUDY_OBJECT.is_measured, targets)
     return [f"{STUDY}/{pattern}".format(t.metric) for t in targets]

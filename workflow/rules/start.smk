@@ -21,9 +21,7 @@ if workflow.is_main_process:
     try:
         print(*opening(SETTINGS), sep="\n", file=sys.stderr)
         begin(SETTINGS, dry_run=workflow.output_settings.dryrun)
-    except (CalibrationError, DemError) as error:
-        raise WorkflowError(str(error))
-    except OSError as error:
+    except REFUSALS as error:
         raise WorkflowError(in_words(error))
 
 

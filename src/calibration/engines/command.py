@@ -65,7 +65,10 @@ def identity(settings: Any) -> dict[str, Any]:
     try:
         contents = [hashlib.sha256(Path(f).read_bytes()).hexdigest() for f in settings.files]
     except OSError as error:
-        raise EngineError(f"engine.files: {error.filename}: {error.strerror}") from None
+        raise EngineError(
+            f"engine.files: {error.filename}: {error.strerror}",
+            key="engine.files", path=error.filename,
+        ) from None  # fmt: skip
     return {"version": settings.version, "files": contents}
 
 
@@ -98,16 +101,21 @@ def read_metrics(path: str | Path) -> dict[str, float]:
     try:
         found = json.loads(Path(path).read_text())
     except (OSError, ValueError, RecursionError) as error:
-        raise EngineError(f"the program left no usable {Path(path).name}: {error}") from None
+        raise EngineError(
+            f"the program left no usable {Path(path).name}: {error}", path=path
+        ) from None
     if not isinstance(found, dict) or not found:
-        raise EngineError(f"{Path(path).name} must map names of metrics to numbers")
+        raise EngineError(f"{Path(path).name} must map names of metrics to numbers", path=path)
     for name, value in found.items():
         if (
             isinstance(value, bool)
             or not isinstance(value, int | float)
             or not abs(value) <= LARGEST
         ):
-            raise EngineError(f"{Path(path).name}: {name} = {value!r} is not a finite number")
+            raise EngineError(
+                f"{Path(path).name}: {name} = {value!r} is not a finite number",
+                path=path, key=name, value=value,
+            )  # fmt: skip
     return found
 
 

@@ -55,10 +55,12 @@ def read_row(path: str | Path, run_id: str) -> dict[str, float]:
     table = _table(path)
     rows = [(line, row) for line, row in table.rows if row["run_id"] == run_id]
     if not rows:
-        raise EngineError(f"{path} has no row for the run {run_id} yet")
+        raise EngineError(f"{path} has no row for the run {run_id} yet", path=path, value=run_id)
     if len(rows) > 1:
         lines = ", ".join(str(line) for line, _ in rows)
-        raise EngineError(f"{path}: the run {run_id} stands in several lines: {lines}")
+        raise EngineError(
+            f"{path}: the run {run_id} stands in several lines: {lines}", path=path, value=run_id
+        )
     line, row = rows[0]
     return {
         name: _number(table, line, name, text)
@@ -69,12 +71,12 @@ def read_row(path: str | Path, run_id: str) -> dict[str, float]:
 
 def _table(path):
     if not Path(path).is_file():
-        raise EngineError(f"{path}: there is no such file; write the responses there")
+        raise EngineError(f"{path}: there is no such file; write the responses there", path=path)
     try:
         table = read_table(path)
         table.require("run_id")
     except ConfigError as error:
-        raise EngineError(str(error)) from None
+        raise EngineError(str(error), path=path) from None
     return table
 
 
@@ -82,7 +84,7 @@ def _number(table, line, name, text):
     try:
         return table.number(line, name, text)
     except ConfigError as error:
-        raise EngineError(str(error)) from None
+        raise EngineError(str(error), path=error.path, key=name, value=text) from None
 
 
 def changed(result: Mapping[str, Any], name: str) -> str | None:

@@ -147,7 +147,7 @@ def failure(
 ) -> str:
     """What a user needs to know of a run without a value: the reason, the likely cause and the
     points that need it."""
-    text = str(error) if isinstance(error, DemError) else in_words(error)
+    text = in_words(error)
     lines = [f"run {name} {what}: {text}"]
     lines += [f"  likely cause: {cause}" for cause in causes(error, spec)]
     lines += [f"  point:  {point}" for point in points_of(name, config)]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from calibration.errors import CalibrationError
+from calibration.errors import ConfigError
 from calibration.intake.tables import read_written
 from paper.audit.printed import Printed
 
@@ -20,9 +20,9 @@ MEASURED = {
 """Name of a single figure -> experiment and quantity of its row in measurements.csv."""
 
 
-class AuditInputError(CalibrationError):
-    """A folder of printed tables that lacks something or holds something unreadable; the message
-    says where."""
+class AuditInputError(ConfigError):
+    """A folder of printed tables that lacks something or holds something unreadable: file, line,
+    column, and the row's name as `key`."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Paper:
     def __init__(self, folder: str | Path) -> None:
         self.folder = Path(folder)
         if not self.folder.is_dir():
-            raise AuditInputError(f"{self.folder}: no such folder of printed tables")
+            raise AuditInputError("no such folder of printed tables", path=self.folder)
         self._texts: dict[str, pd.DataFrame] = {}
 
     def has(self, name: str) -> bool:
@@ -55,7 +55,7 @@ class Paper:
         path = self.folder / f"{name}.csv"
         if name not in self._texts:
             if not path.is_file():
-                raise AuditInputError(f"{path}: missing")
+                raise AuditInputError("missing", path=path)
             # Not pandas' `comment`, which would also cut a "#" inside a sentence.
             head = sum(1 for line in path.read_text("utf-8").splitlines() if line.startswith("#"))
             self._texts[name] = read_written(path, skiprows=head, dtype=str, keep_default_na=False)
@@ -63,7 +63,7 @@ class Paper:
         lacking = [c for c in columns if c not in table.columns]
         if lacking:
             raise AuditInputError(
-                f"{path}: no column {', '.join(lacking)}; it has {', '.join(table.columns)}"
+                "no such column", path=path, column=lacking[0], allowed=", ".join(table.columns)
             )
         return table
 
@@ -81,10 +81,10 @@ class Paper:
         for row, text in enumerate(self.text(name, column)[column], start=1):
             number = Printed.parse(text)
             if number is None:
-                path = self.folder / f"{name}.csv"
                 raise AuditInputError(
-                    f"{path}: row {row}, column {column}: {text!r} is not a number"
-                )
+                    "is not a number", path=self.folder / f"{name}.csv", key=f"row {row}",
+                    column=column, value=text,
+                )  # fmt: skip
             parsed.append(number)
         return parsed
 
@@ -103,8 +103,10 @@ class Paper:
         for name, asked in MEASURED.items():
             own = list(table.loc[(table[list(KEYS)] == list(asked)).all(axis=1), "value"])
             if len(own) != 1:
-                path, what = self.folder / "measurements.csv", ", ".join(asked)
-                raise AuditInputError(f"{path}: {len(own)} rows of {what}; allowed: one")
+                raise AuditInputError(
+                    f"{len(own)} rows", path=self.folder / "measurements.csv",
+                    key=", ".join(asked), allowed="one",
+                )  # fmt: skip
             found[name] = own[0]
         return found
 
@@ -124,8 +126,9 @@ class Paper:
         measurements.csv. Raises AuditInputError where none of them has it."""
         if name not in self._scalars:
             raise AuditInputError(
-                f"{self.folder / 'scalars.csv'} and settings.csv: no row named {name}"
-            )
+                "no such row, neither here nor in settings.csv",
+                path=self.folder / "scalars.csv", key=name,
+            )  # fmt: skip
         return self._scalars[name]
 
     def scalar(self, name: str) -> Printed:
@@ -134,7 +137,7 @@ class Paper:
         number = Printed.parse(self.scalar_text(name))
         if number is None:
             raise AuditInputError(
-                f"{self.folder}: {name}: {self.scalar_text(name)!r} is not a number"
+                "is not a number", path=self.folder, key=name, value=self.scalar_text(name)
             )
         return number
 
@@ -157,6 +160,8 @@ class Paper:
             if text.startswith("=") and text != "=table":
                 text = self.scalar_text(text[1:])
             if row.id in claims:
-                raise AuditInputError(f"{self.folder / 'claims.csv'}: the id {row.id} stands twice")
+                raise AuditInputError(
+                    "the id stands twice", path=self.folder / "claims.csv", key=row.id
+                )
             claims[row.id] = Claim(row.id, row.where, row.claim, text, row.unit)
         return claims

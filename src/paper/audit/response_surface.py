@@ -49,8 +49,9 @@ def restored_levels(paper: Paper) -> np.ndarray:
     printed = printed_levels(paper)
     if len(printed) < EDGES + 1:
         raise AuditInputError(
-            f"{paper.folder / DESIGN}.csv: {len(printed)} runs; a Box-Behnken design has 13 or more"
-        )
+            "too few runs for a Box-Behnken design", path=paper.folder / f"{DESIGN}.csv",
+            value=len(printed), allowed=f"{EDGES + 1} or more",
+        )  # fmt: skip
     design = box_behnken(len(printed))
     changes = (printed[:, None, :] != design[None, :, :]).sum(axis=2)
     rows, points = linear_sum_assignment(changes)
@@ -114,8 +115,9 @@ def anova_cells(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
     for row in table.itertuples(index=False):
         if row.source not in anova.index:
             raise AuditInputError(
-                f"{paper.folder}/table12_box_behnken_anova.csv: no source {row.source} in the model"
-            )
+                "no such source in the model", path=paper.folder / "table12_box_behnken_anova.csv",
+                column="source", value=row.source, allowed=", ".join(anova.index),
+            )  # fmt: skip
         for column in ("sum_sq", "df", "mean_sq", "F", "p"):
             if text := getattr(row, column):
                 claim = Claim(
@@ -272,8 +274,9 @@ def printed_equation(paper: Paper) -> dict[str, Printed]:
         coefficient = Printed.parse(text)
         if coefficient is None or (term or "1") not in ("1", *TERMS):
             raise AuditInputError(
-                f"{paper.folder}/scalars.csv: eq28_coefficients: {token!r} is no term:number"
-            )
+                "is no term:number", path=paper.folder / "scalars.csv", key="eq28_coefficients",
+                value=token,
+            )  # fmt: skip
         found[term or "1"] = coefficient
     return found
 

@@ -66,7 +66,7 @@ def run_audit(folder: str | Path) -> pd.DataFrame:
     repeated = table.id[table.id.duplicated()]
     if len(repeated):
         raise AuditInputError(
-            f"{paper.folder}: two rows give the id {', '.join(sorted(set(repeated)))}"
+            "two rows give the id", path=paper.folder, key=", ".join(sorted(set(repeated)))
         )
     return table
 
@@ -80,9 +80,9 @@ def _findings(paper: Paper) -> Iterator[tuple[Claim, Recomputed]]:
     unknown = set(paper.claims) ^ set(CLAIM_CHECKS)
     if unknown:
         raise AuditInputError(
-            f"{paper.folder / 'claims.csv'}: claims and checks differ in "
-            f"{', '.join(sorted(unknown))}"
-        )
+            "claims and checks differ", path=paper.folder / "claims.csv",
+            key=", ".join(sorted(unknown)),
+        )  # fmt: skip
     for claim in paper.claims.values():
         found = CLAIM_CHECKS[claim.id](paper, claim)
         if isinstance(found, Recomputed):

@@ -63,7 +63,9 @@ def number(claim: Claim) -> Printed:
     """The claim's printed number; raises AuditInputError where it is none."""
     printed = Printed.parse(claim.printed)
     if printed is None:
-        raise AuditInputError(f"claims.csv: {claim.id}: {claim.printed!r} is not a number")
+        raise AuditInputError(
+            "is not a number", path="claims.csv", key=claim.id, value=claim.printed
+        )
     return printed
 
 

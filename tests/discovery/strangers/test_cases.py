@@ -119,8 +119,9 @@ def test_the_first_law_must_be_the_right_one():
 
 
 def test_two_laws_need_both_places():
-    assert _marks("v^-0.25 and late hand", 10.0, laws=[HAND, SPEED])["both"] == 1
-    assert _marks("v^-0.25 and late hand", 10.0, laws=[HAND])["both"] == 0
+    case = "v^-0.25 and late hand"
+    assert _marks(case, 10.0, laws=[HAND, SPEED])["both"] == 1
+    assert _marks(case, 10.0, laws=[HAND])["both"] == 0
 
 
 def test_a_law_of_two_levels_may_stand_among_rivals():

@@ -134,20 +134,24 @@ def _check_rig(heap):
     plate, orifice = heap.plate_diameter_mm, heap.orifice_diameter_mm
     if plate <= orifice:
         raise CalibrationError(
-            f"--plate {plate:g} mm: is no wider than the orifice; allowed: more than {orifice:g} mm"
-        )
+            f"--plate {plate:g} mm: is no wider than the orifice; allowed: more than {orifice:g} "
+            "mm",
+            key="--plate", value=plate, allowed=f"more than {orifice:g} mm",
+        )  # fmt: skip
     high = heap.apex_mm
     if heap.discharge_height_mm <= high:
         raise CalibrationError(
             f"--height {heap.discharge_height_mm:g} mm: a heap of {heap.angle_deg:.1f}° on the "
-            f"plate stands {high:.3g} mm high and would reach the orifice; allowed: more than that"
-        )
+            f"plate stands {high:.3g} mm high and would reach the orifice; allowed: more than that",
+            key="--height", value=heap.discharge_height_mm, allowed=f"more than {high:.3g} mm",
+        )  # fmt: skip
     if heap.mass_flow_g_s is not None and heap.feed_share >= 1.0:
         most = heap.mass_flow_g_s / heap.feed_share
         raise CalibrationError(
             f"--rate {heap.mass_flow_g_s:g} g/s: the orifice passes about {most:.3g} g/s (Beverloo "
-            f"1961); allowed: less than that"
-        )
+            f"1961); allowed: less than that",
+            key="--rate", value=heap.mass_flow_g_s, allowed=f"less than {most:.3g} g/s",
+        )  # fmt: skip
 
 
 def at_terminal() -> Callable[[str], str] | None:

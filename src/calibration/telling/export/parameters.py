@@ -46,6 +46,12 @@ def calibrated_entries(
     return entries
 
 
+FIXED, SPEC, DEFAULT = (
+    "fixed by the configuration", "the configuration's run spec", "default of the engine",
+)  # fmt: skip
+"""Where a parameter's value comes from that was not calibrated, as `source` says it."""
+
+
 def fixed_entries(
     config: Config, factors: Sequence[Factor | Choice], bench: Mapping[str, float]
 ) -> dict[str, dict[str, Any]]:
@@ -55,7 +61,7 @@ def fixed_entries(
     for f in factors:
         entries[f.key] = {"factor": f.name}
         if f.name in config.fixed:
-            source = "bench test" if f.name in bench else "fixed by the configuration"
+            source = "bench test" if f.name in bench else FIXED
             entries[f.key] = {"source": source, "factor": f.name}
     return entries
 
@@ -96,7 +102,7 @@ def entries(
                 entry["unit"] = in_ascii(unit_of(key))
             if note:
                 entry["description"] = note
-            source = "the configuration's run spec" if states(run, key) else "default of the engine"
+            source = SPEC if states(run, key) else DEFAULT
             entry |= {"source": source} | (calibrated.get(key) or fixed.get(key) or {})
             if entry["source"] != "calibrated":
                 entry |= _printed(value, (entry.get("factor"), names.get(key)), published)
