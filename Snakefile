@@ -18,10 +18,10 @@ rule study:
         rules.all.input,
 
 
-# what takes longer than the study and is no part of it: the study in two rigs without the funnel's
-# threshold, the paper's own factors, the pour rate, the posterior in another machine, and the ways
-# to calibrate compared. Each is a study of its own, so each is a call of its own, with this one's
-# configuration below its file; runs that exist are not repeated
+# what takes longer than the study and is no part of it: the study in the rig as printed and out of
+# a funnel that is filled and then opened, the pour rate, the posterior in another machine, and the
+# ways to calibrate compared. Each is a study of its own, so each is a call of its own, with this
+# one's configuration below its file; runs that exist are not repeated
 rule reference:
     input:
         rules.all.input,
@@ -37,11 +37,10 @@ rule reference:
     params:
         configuration=CONFIG_FILES,
         studies=[
-            "config/paper_factors.yaml",
+            "config/rigs/printed.yaml",
             "config/rigs/opened.yaml",
-            "config/rigs/slow.yaml",
         ],
     message:
-        "reference: the paper's own factors, two rigs, the ways to calibrate compared"
+        "reference: two other rigs, the pour rate, the ways to calibrate compared"
     script:
         "workflow/scripts/reference.py"

@@ -10,6 +10,8 @@ BESIDE, REPEATS = (
     [f"{RESULTS}{path.removeprefix(SETTINGS.results)}" for path in named(STUDY_OBJECT)]
     for named in (paper.stages.beside, paper.stages.repeats)
 )
+# what may differ between the paper's simulations and this study's
+CAUSES = user_file(paper.stages.causes(STUDY_OBJECT))
 
 
 rule audit:
@@ -85,7 +87,7 @@ rule reproduction:
 checkpoint plan_disagreement:
     input:
         tables=TABLES,
-        causes=user_file(paper.stages.CAUSES),
+        causes=CAUSES,
         factors=FACTORS,
         again=again("plan_disagreement"),
     output:
@@ -118,7 +120,7 @@ checkpoint plan_disagreement:
 rule disagreement:
     input:
         tables=TABLES,
-        causes=user_file(paper.stages.CAUSES),
+        causes=CAUSES,
         settings=DIAGNOSIS_SETTINGS,
         design=f"{STUDY}/disagreement/design.csv",
         plan=f"{STUDY}/disagreement/plan.json",
@@ -127,6 +129,7 @@ rule disagreement:
         ascent=f"{STUDY}/ascent/runs.csv",
         response_surface=f"{STUDY}/response_surface/runs.csv",
         beside=BESIDE,
+        repeats=REPEATS,
         table_6=f"{STUDY}/disagreement/table_6.csv",
         table_8=f"{STUDY}/disagreement/table_8.csv",
         table_9=f"{STUDY}/disagreement/table_9.csv",

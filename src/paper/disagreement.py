@@ -30,7 +30,7 @@ from diagnosis.rig import Rig
 from diagnosis.settings import catalogue_of, parameters_of, study_settings
 from diagnosis.switched_causes import plan, read_switched, tried
 from paper.audit.paper import Paper
-from paper.reproduction.chain import NAMES, spread
+from paper.reproduction.chain import NAMES
 from paper.reproduction.measured import simulated_sd
 from paper.reproduction.study import Study
 from paper.stages import SIMULATED
@@ -54,6 +54,8 @@ TABLES = {
 LEVERS = {"tilt": ("tilt_rate_deg_s", "inclined_plane_tilt_rate"),
     "drop": ("drop_height_mm", "drop_height")}  # fmt: skip
 """Experiment -> lever that the paper states once for all rows, and its name there."""
+FEWEST = 2
+"""Rows that can be compared: the scatter of a row is told by the others."""
 OURS = ("screening", "ascent", "response_surface")
 """Stages whose runs are our side of the heaps."""
 
@@ -96,34 +98,48 @@ def _natural(coded, low, high):
 
 
 def our_values(
-    runs: Sequence[Measurement], studies: Sequence[Study], fixed: Mapping[str, float | str]
-) -> np.ndarray:
-    """(n,) our responses at the parameters of runs, means over seeds, from the studies' tables; NaN
-    where no run of ours gave a value. Raises CalibrationError where a row has no run of ours, or
-    none has a value."""
-    tables = [s.table(stage, "runs") for s in studies for stage in OURS]
-    tables = [t for t in tables if t is not None]
+    runs: Sequence[Measurement],
+    groups: Sequence[Sequence[Study]],
+    fixed: Mapping[str, float | str],
+) -> tuple[np.ndarray, np.ndarray]:
+    """(our responses (n,) at the parameters of runs, how many heaps each is the mean of (n,)), from
+    the tables of `groups` of studies: the studies of a group are one rig at several seeds, and the
+    first group with runs at a point counts. NaN and 0 where no run of ours gave a value. Raises
+    CalibrationError where a row has no run of ours, or fewer than FEWEST have a value."""
+    tables = [
+        [t for s in group for t in (s.table(stage, "runs") for stage in OURS) if t is not None]
+        for group in groups
+    ]
     values = [_at(dict(m.known), tables, fixed) for m in runs]
     missing = sum(v is None for v in values)
     if missing:
         raise CalibrationError(
             f"{missing} of {len(runs)} rows have no run of ours at their parameters"
         )
-    if np.isnan(values).all():
-        raise CalibrationError(f"none of our runs at the {len(runs)} rows gave a value")
-    return np.array(values)
+    counts = np.array([len(v) for v in values])
+    if (counts > 0).sum() < FEWEST:
+        raise CalibrationError(
+            f"{(counts > 0).sum()} of {len(runs)} rows have a run of ours that gave a value; "
+            f"{FEWEST} or more are needed"
+        )
+    return np.array([v.mean() if len(v) else np.nan for v in values]), counts
 
 
-def _at(known, tables, fixed):
-    """Mean response of the first table with runs at these levels, NaN where none of them gave a
-    value; None without a run."""
-    for table in tables:
-        levels = {k: table[k] if k in table else fixed.get(k, math.nan) for k in known}
-        here = np.all([np.isclose(levels[k], v, atol=1e-6) | np.zeros(len(table), bool)
-            for k, v in known.items()], axis=0)  # fmt: skip
-        if here.any():
-            return float(table["response"][here].mean())
+def _at(known, groups, fixed):
+    """Responses (k,) of the first group of tables with runs at these levels, without those that
+    gave no value; None without a run."""
+    for tables in groups:
+        here = [t.loc[_matches(t, known, fixed), "response"] for t in tables]
+        if any(len(found) for found in here):
+            return pd.concat(here).dropna().to_numpy(float)
     return None
+
+
+def _matches(table, known, fixed):
+    """Which rows (n,) of a table of runs have these levels."""
+    levels = {k: table[k] if k in table else fixed.get(k, math.nan) for k in known}
+    return np.all([np.isclose(levels[k], v, atol=1e-6) | np.zeros(len(table), bool)
+        for k, v in known.items()], axis=0)  # fmt: skip
 
 
 def spec_of(
@@ -162,13 +178,16 @@ def plan_disagreement(study: CalibratedStudy, source: NamedFiles, output: NamedF
 def disagreement(study: CalibratedStudy, source: NamedFiles, output: NamedFiles) -> None:
     """Say of each table what differs, or that none of the causes tried explains it."""
     paper, causes = Paper(Path(source.tables[0]).parent), read_switched(source.causes)
-    studies = [Study(study.folder), *(Study(Path(p).parents[1]) for p in source.beside)]
+    groups = [
+        [Study(study.folder), *map(Study, sorted({Path(p).parents[1] for p in source.repeats}))],
+        *([Study(Path(p).parents[1])] for p in source.beside),
+    ]
     rows, metrics = read_written(source.design), simulate(read_json(source.plan))
     found = {}
     for name, file in zip(TABLES, SIMULATED, strict=True):
         runs = other_code.read_runs(getattr(source, file), study.factors)
         own = rows[rows["table"] == name].to_dict("records")
-        found[name] = of_table(study, paper, runs, studies, own, causes, metrics)
+        found[name] = of_table(study, paper, runs, groups, own, causes, metrics)
     write_json(output.summary, found)
     write_text(page(found), output.page)
 
@@ -177,38 +196,76 @@ def of_table(
     study: CalibratedStudy,
     paper: Paper,
     runs: list[Measurement],
-    studies: Sequence[Study],
+    groups: Sequence[Sequence[Study]],
     rows: list[dict[str, Any]],
     causes: Mapping[str, Mapping[str, Switched]],
     metrics: Mapping[str, dict[str, float] | None],
 ) -> dict[str, Any]:
-    """What `judged` says of one table: heaps beside the studies' runs, slides and drops beside
-    integrated contacts."""
-    kind, apart, lost = runs[0].experiment, None, []
+    """What `judged` says of one table: heaps beside the runs of `groups` of studies (`our_values`),
+    slides and drops beside integrated contacts."""
+    kind, apart, lost, spreads = runs[0].experiment, None, [], {}
+    here = causes.get(kind, {})
     if kind == study.config.experiment:
-        ours = our_values(runs, studies, study.config.fixed)
+        ours, counts = our_values(runs, groups, study.config.fixed)
         lost = [m.line for m, value in zip(runs, ours, strict=True) if np.isnan(value)]
         runs, ours, rows = _with_value(runs, ours, rows)
-        known, apart = other_code.conventions(runs, ours), _between_runs(paper, studies)
+        known = other_code.conventions(runs, ours)
+        apart = _apart(_own_scatter(groups), counts[counts > 0], paper, runs)
+        spreads = spreads_of(paper, runs, rows, here, metrics, study.folder.parent)
     else:
         ours, known = other_code.of_contacts(runs, *_contacts(study, kind))
-    here = causes.get(kind, {})
-    spreads = (
-        spreads_of(paper, here, study.folder.parent) if kind == study.config.experiment else {}
-    )
     found = judged(runs, ours, known, apart, rows, here, metrics, spreads)
     return found | {"ours_without_value": lost}
 
 
-def spreads_of(paper: Paper, causes: Mapping[str, Switched], folder: Path) -> dict[str, float]:
+def spreads_of(
+    paper: Paper,
+    runs: Sequence[Measurement],
+    rows: list[dict[str, Any]],
+    causes: Mapping[str, Switched],
+    metrics: Mapping[str, dict[str, float] | None],
+    folder: Path,
+) -> dict[str, float]:
     """{cause: standard deviation [deg] of the difference of two heaps, theirs and the mean of the
-    cause's own}, of the causes whose rig has a study in `folder` that tells its scatter."""
-    found = {}
+    cause's own}: by what its own runs scatter at one row, where a row has several; else by the
+    validation of the study in `folder` that has its rig, where there is one."""
+    found, metric = {}, measurable(runs[0].experiment)[runs[0].quantity].key
     for name, cause in causes.items():
-        own = Study(folder / cause.scatter_of).seed_spread() if cause.scatter_of else None
-        if own:
-            found[name] = math.hypot(own[0] / math.sqrt(cause.seeds), simulated_sd(paper))
+        own = [r for r in rows if r["cause"] == name]
+        table = np.array(
+            [(metrics[r["run"]] or {}).get(cause.metric or metric, np.nan) for r in own]
+        )
+        table = table.reshape(-1, len(runs))  # (strengths and seeds, rows)
+        counts = np.isfinite(table).sum(0)
+        sd = _within(table) if len(cause.overlays) == 1 else None
+        if sd is None and cause.scatter_of:
+            sd = (Study(folder / cause.scatter_of).seed_spread() or (None,))[0]
+        if sd is not None and counts.all():
+            found[name] = _apart(sd, counts, paper, runs)
     return found
+
+
+def _within(table):
+    """Standard deviation of values (seeds, n) within their columns; None where no column has
+    two."""
+    freedom = np.maximum(np.isfinite(table).sum(0) - 1, 0)
+    if not freedom.any():
+        return None
+    square = np.nansum((table - np.nanmean(table, axis=0)) ** 2)
+    return float(math.sqrt(square / freedom.sum()))
+
+
+def _apart(sd, counts, paper, runs):
+    """Standard deviation [deg] of the difference of two heaps at a row, the root mean square over
+    the rows: ours the mean of `counts` (n,) that scatter by `sd`, theirs of as many as the table
+    has there."""
+    theirs = simulated_sd(paper) ** 2 / np.array([m.n for m in runs])
+    return float(math.sqrt(np.mean(sd**2 / counts + theirs)))
+
+
+def _own_scatter(groups):
+    """Standard deviation [deg] of our heaps at one point: of the first study that tells it."""
+    return next(own[0] for group in groups for s in group if (own := s.seed_spread()))
 
 
 def _with_value(runs, ours, rows):
@@ -245,12 +302,6 @@ def judged(
         for i, (m, o) in enumerate(zip(runs, ours, strict=True))
     ]
     return found | {"without_value": {k: in_part(runs, ours, v) for k, v in without.items()}}
-
-
-def _between_runs(paper, studies):
-    """Standard deviation [deg] of the difference of two heaps, theirs and ours, of one point."""
-    own, _, theirs = next(s for s in (spread(paper, x) for x in studies) if s[0] is not None)
-    return math.hypot(own, theirs)
 
 
 def _contacts(study, kind):

@@ -44,6 +44,8 @@ METRIC = "angle_of_repose_deg"
 README, PAGE = Path("README.md"), Path("docs/results.md")
 TABLE = Path("reproduction") / "reproduction.csv"
 FUNNELS = "funnels.csv"
+TABLES = ("reproduction.csv", "disagreement.md", "table_*.csv")
+"""What is kept of the stages that concern the paper alone."""
 POURED = ("screening", "candidate_first", "candidate", "validation")
 ASCENT_ITEM, PRINTED_ASCENT = "Table 10", "table10_steepest_ascent.csv"
 
@@ -149,6 +151,13 @@ def funnels(study: str | Path) -> pd.DataFrame:
     return table.assign(**{m: read_values(table["run_id"], m) for m in (METRIC, "hold_up")})
 
 
+def keep_study(study: str | Path, target: str | Path) -> None:
+    """Copy a study's summaries and tables, and, where its runs are at hand, what its heaps held."""
+    keep(study, target, (*KEPT, *TABLES))
+    if (Path(study).parent / "runs").is_dir():
+        write_table(funnels(study), Path(target) / FUNNELS)
+
+
 def main(study: str | Path) -> None:
     """Keep the study's results and put its reproduction table into the README. Raises
     CalibrationError without one."""
@@ -158,9 +167,7 @@ def main(study: str | Path) -> None:
         )
     target = Path("results/reference") / Path(study).name
     if Path(study).resolve() != target.resolve():
-        keep(study, target, (*KEPT, "reproduction.csv"))
-        if (Path(study).parent / "runs").is_dir():
-            write_table(funnels(study), target / FUNNELS)
+        keep_study(study, target)
     for page, text in blocks(target).items():
         if page.is_file():
             put(page, text, BEGIN, END)

@@ -113,13 +113,14 @@ def judged(table: pd.DataFrame) -> pd.DataFrame:
 
 def chosen(rigs: pd.DataFrame) -> tuple[int, float]:
     """(rate, speed) by the plan's rule, of a table as of `judged`: the printed rate at its least
-    well-posed speed, else the other rate at its, else the rig with one kind of heap that moves
-    least."""
+    well-posed speed, else the other rate at its, else the other rate at the speed, of those with
+    one kind of heap, at which it moves least."""
     for rate in RATES:
         good = rigs.loc[(rigs["rate"] == rate) & rigs["well_posed"], "speed"]
         if len(good):
             return rate, float(good.min())
-    row = rigs[rigs["one_kind"]].dropna(subset="moves").sort_values("moves").iloc[0]
+    slower = rigs[(rigs["rate"] == RATES[-1]) & rigs["one_kind"]]
+    row = slower.dropna(subset="moves").sort_values("moves").iloc[0]
     return int(row["rate"]), float(row["speed"])
 
 

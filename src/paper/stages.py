@@ -35,12 +35,21 @@ def beside(study: Study) -> list[str]:
 
 
 def repeats(study: Study) -> list[str]:
-    """The screenings of the same study at other seeds, where they have been run."""
+    """The screenings of the same study at other seeds, and their response surfaces, where they have
+    been run."""
     from paper.reproduction.settings import read_reproduction
 
     names = read_reproduction(SETTINGS).repeats.get(study.name, ())
-    paths = (study.folder.parent / n / "screening" / "runs.csv" for n in names)
+    stages = ("screening", "response_surface")
+    paths = (study.folder.parent / n / stage / "runs.csv" for n in names for stage in stages)
     return [str(path) for path in paths if path.exists()]
+
+
+def causes(study: Study) -> str:
+    """The file of what may differ between the paper's simulations and a study's."""
+    from paper.reproduction.settings import read_reproduction
+
+    return read_reproduction(SETTINGS).causes.get(study.name, CAUSES)
 
 
 STAGES = (

@@ -22,6 +22,6 @@ def reproduction(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Set every table and equation of the paper beside this study's values, and those of the
     studies beside it."""
     others = [Path(path).parents[1] for path in source.beside]
-    repeats = [Path(path).parents[1] for path in source.repeats]
+    repeats = list(dict.fromkeys(Path(path).parents[1] for path in source.repeats))
     table = reproduce([study.folder, *others], study.config, repeats=repeats)
     write_reproduction(table, output.table, output.summary)

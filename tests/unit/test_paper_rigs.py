@@ -47,7 +47,7 @@ def test_a_run_without_a_value_is_no_rig_of_one_kind():
     assert chosen(judged(table)) == (6500, 0.3)
 
 
-def test_where_all_move_the_rig_of_one_kind_that_moves_least_is_taken():
+def test_where_all_move_the_slower_pour_is_taken_at_the_speed_that_moves_it_least():
     def angle(point, rate, speed):
         return 45.0 - speed * (1.0 if rate == 10000 else 2.0) * (3.0 if point == "low" else 1.0)
 
@@ -56,6 +56,14 @@ def test_where_all_move_the_rig_of_one_kind_that_moves_least_is_taken():
 
     rigs = judged(heaps(angle, packs))
     assert not rigs["well_posed"].any()
-    # 10,000 moves less, but at 0.3 m/s it has two kinds; the last speed has no next one
-    assert chosen(rigs) == (10000, 1.0)
-    assert rigs.set_index(["rate", "speed"]).loc[(10000, 1.0), "moves"] == pytest.approx(3.0)
+    # 10,000 moves less and is not well-posed all the same; the last speed has no next one
+    assert chosen(rigs) == (6500, 0.3)
+    assert rigs.set_index(["rate", "speed"]).loc[(6500, 0.3), "moves"] == pytest.approx(4.2)
+
+
+def test_of_the_slower_pour_only_speeds_with_one_kind_of_heap_are_taken():
+    def packs(point, rate, speed):
+        return 1500 if (point, rate, speed) == ("high", 6500, 0.3) else 700
+
+    rigs = judged(heaps(lambda point, rate, speed: 45.0 - speed, packs))
+    assert chosen(rigs) == (6500, 1.0)

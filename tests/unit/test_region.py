@@ -274,7 +274,8 @@ def test_the_region_moves_where_the_target_lies_outside(config_of_salt, tmp_path
     plan_both(config, tmp_path)
     design = pd.read_csv(tmp_path / "design.csv")
     assert json.loads((tmp_path / "plan.json").read_text()) == {}  # the first plan has them all
-    assert len(design) == len(box_behnken(region, config.response_surface.centre_runs))
+    rules = config.response_surface
+    assert len(design) == len(box_behnken(region, rules.centre_runs, rules.replicates))
     assert json.loads((tmp_path / "region.json").read_text()) == moved
     # back inside: repeats at the candidate, an outlier's point with new seeds, and no region left
     # behind

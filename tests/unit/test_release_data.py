@@ -3,6 +3,7 @@ pages say what the data say."""
 
 import json
 import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -15,10 +16,11 @@ from calibration.errors import CalibrationError
 from calibration.telling.kept_results import put
 from facts import refused, tells
 from frozen import FROZEN
-from paper.reference import BEGIN, END, PAGE, README, blocks
-from paper.release import command, pages, told
+from paper.reference import PAGE, README
+from paper.release import command, first_screen, pages, told
 from paper.release.parts import PARTS, Part, estimate
 from paper.release.record import Made, due, made, read_record, write_record
+from paper.release.softening import softening
 
 
 @pytest.fixture
@@ -26,26 +28,119 @@ def repository(monkeypatch, request):
     monkeypatch.chdir(request.config.rootpath)
 
 
+@pytest.fixture
+def kept(tmp_path):
+    """The frozen runs as a folder of kept results; the rig as printed is the study's own, in which
+    some funnels packed."""
+    folder = tmp_path / "kept"
+    shutil.copytree(FROZEN, folder)
+    shutil.copytree(folder / "salt-paper" / "disagreement", folder / "salt" / "disagreement")
+    shutil.copytree(folder / "salt", folder / "salt-printed")
+    (folder / "salt-diagnosis").mkdir()
+    for name in ("verdict.json", "diagnosis.md"):
+        shutil.copy(folder / "table-tennis-ball" / name, folder / "salt-diagnosis")
+    table = pd.read_csv(folder / "rigs" / "runs.csv")
+    printed = (table["generation_rate_per_s"] == 10000) & (table["injection_speed_m_s"] == 0.3)
+    table.loc[printed.idxmax(), "hold_up"] = 3000
+    table.to_csv(folder / "rigs" / "runs.csv", index=False)
+    return folder
+
+
+def of_one_kind(kept):
+    """The same with funnels that never packed."""
+    for path in (kept / "salt-printed" / "funnels.csv", kept / "rigs" / "runs.csv"):
+        table = pd.read_csv(path)
+        table.assign(hold_up=table["hold_up"].clip(upper=1190)).to_csv(path, index=False)
+    return kept
+
+
+def said(kept, page):
+    """All that is written into a page, in one line."""
+    texts = [text for (name, *_), text in pages.pieces(kept).items() if name == page]
+    return " ".join(" ".join(texts).split())
+
+
 def test_the_pages_show_the_release_s_data(repository):
     assert pages.results_page() == PAGE.read_text()
-    shown = README.read_text().split(BEGIN)[1].split(END)[0].strip()
-    assert shown == blocks("results/reference/salt")[README]
+    for (page, begin, end), text in pages.pieces().items():
+        assert page.read_text().split(begin)[1].split(end)[0].strip() == text
+
+
+def test_a_rig_of_one_kind_is_told_as_one(repository, kept):
+    two = said(kept, README), " ".join(pages.results_page(kept).split())
+    found = told.funnels(kept / "salt-printed")
+    share = f"{found['packed']} of {found['runs']}"
+    assert tells(two[0], "packs", share)
+    assert tells(two[1], "packed", share)
+    assert tells(two[1], "Two kinds", "10,000 a second", "0.3 m/s")
+    one = said(of_one_kind(kept), README), " ".join(pages.results_page(kept).split())
+    for text in one:
+        assert "packs" not in text
+        assert "packed" not in text
+        assert "wo kinds" not in text
+    assert "one kind" in one[0]
+    assert tells(one[1], "Each rig", "one kind")
+
+
+def test_the_first_screen_counts_the_verdicts_of_the_table(repository, kept):
+    path = kept / "salt" / "reproduction" / "reproduction.csv"
+    table = pd.read_csv(path, dtype={"paper": str}).set_index("id")
+    effects = table.loc[[f"table07.{c}.effect" for c in told.CODES], "agreement"]
+    n = first_screen.counted((effects == "different").sum())
+    assert tells(said(kept, README), f"differ from {n}", "seven effects", "6, 9, 10 and 11")
+    assert tells(said(kept, README), "Table 8 agrees")
+    # another engine's results: what is said follows
+    table.loc["table9.whole", "agreement"] = "equivalent"
+    table.loc["table07.G.effect", "agreement"] = "equivalent"
+    table.loc["table07.E.effect", "this_project"] = "-25.0"
+    table.loc["shear.slope", "agreement"] = "different"
+    table.reset_index().to_csv(path, index=False)
+    text = said(kept, README)
+    assert tells(text, "differ from five", "Tables 6, 10 and 11")
+    assert tells(text, "Tables 8 and 9")
+    assert tells(text, "Restitution, salt", "rolling friction, salt")
+    assert "yield locus" not in text.split("What stays open.")[1].split("**")[1]
+
+
+def test_a_posterior_that_bounds_nothing_is_told_so(repository, kept):
+    path = kept / "salt" / "posterior" / "posterior.json"
+    found = json.loads(path.read_text())
+    for parameter in found["parameters"].values():
+        parameter["bounded"] = False
+    path.write_text(json.dumps(found))
+    assert tells(said(kept, README), "none of three")
+
+
+def test_the_simulations_are_told_in_degrees(repository, kept):
+    text = said(kept, pages.CASE)
+    found = json.loads((kept / "salt" / "disagreement" / "disagreement.json").read_text())
+    for name, one in found.items():
+        assert f"**{name}.** {one['sentence'].replace(' deg', '°')}" in text
+    assert f"Table 6, line {found['Table 6']['ours_without_value'][0]}" in text
+
+
+def test_a_change_that_is_not_shown_asks_for_no_correction():
+    table = pd.read_csv(FROZEN / "salt" / "numerics" / "numerics.csv")
+    assert "Correct" in softening(table)
+    assert "Correct" not in softening(table.assign(difference=0.0))
 
 
 def test_the_pages_are_written_as_they_are_kept(repository, tmp_path):
-    for path, text in ((PAGE, "old"), (README, f"{BEGIN}\nold\n{END}\n")):
+    written = (PAGE, README, pages.CASE, pages.PROFILES)
+    for path in written:
         (tmp_path / path).parent.mkdir(exist_ok=True)
-        (tmp_path / path).write_text(text)
+        old = re.sub(r"(begin -->\n).*?(<!--)", r"\1old\n\2", path.read_text(), flags=re.S)
+        (tmp_path / path).write_text("old" if path == PAGE else old)
     pages.write_pages(verification=False, root=tmp_path)
-    assert (tmp_path / PAGE).read_text() == PAGE.read_text()
-    assert (tmp_path / README).read_text().strip() in README.read_text()
+    for path in written:
+        assert (tmp_path / path).read_text() == path.read_text()
 
 
-def test_the_results_page_names_its_engine_once(repository):
+def test_the_results_page_names_its_engine_once(repository, kept):
     text = PAGE.read_text()
     for engine in {m.engine for m in read_record().values() if m.engine in text}:
         assert text.count(engine) == 1
-    assert "before" not in " ".join(re.findall(r"[^.]*\bengine\b[^.]*", pages.results_page(FROZEN)))
+    assert "before" not in " ".join(re.findall(r"[^.]*\bengine\b[^.]*", pages.results_page(kept)))
 
 
 def test_no_page_speaks_of_an_engine_before(repository):

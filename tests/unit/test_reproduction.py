@@ -23,6 +23,7 @@ from paper.audit.paper import Paper
 from paper.reference import BEGIN, END, ascents, block, main, short_block
 from paper.reproduction import counts, reproduce, write_reproduction
 from paper.reproduction import rows as r
+from paper.reproduction.study import Study as Kept
 from paper.reproduction.table import ORDER, PAPER
 
 COMMITTED = FROZEN / "salt/reproduction/reproduction.csv"
@@ -253,3 +254,34 @@ def test_the_readme_shows_both_ascents(config, study, tmp_path):
     # on the paper's own path each angle has its counterpart
     table.loc[summary, "study"] = "own"
     assert not any("own path" in line for line in rows())
+
+
+def test_the_region_s_runs_at_other_seeds_count_together(config, tmp_path):
+    """Of the same region they narrow a coefficient; of another they say nothing of it."""
+    own, more, else_where = (tmp_path / n for n in ("salt", "salt-9", "salt-8"))
+    for folder in (own, more, else_where):
+        shutil.copytree(FROZEN / "salt", folder)
+    path = more / "response_surface" / "runs.csv"
+    table = pd.read_csv(path)
+    table.assign(response=table["response"] + 1.0).to_csv(path, index=False)
+    path = else_where / "response_surface" / "region.json"
+    region = json.loads(path.read_text())
+    region[0]["low"] += 0.01
+    path.write_text(json.dumps(region))
+    study = Kept(own)
+    study.repeats = (Kept(more), Kept(else_where))
+    runs = study.region_runs()
+    assert list(runs.groupby("replicate").size()) == [17, 17]
+    alone, both = (
+        reproduce([own], config, repeats=folders).set_index("id")
+        for folders in ((), (more, else_where))
+    )
+    intercept = [float(t.loc["eq28.Intercept", "this_project"]) for t in (alone, both)]
+    assert intercept[1] - intercept[0] == pytest.approx(0.5)
+    # each repeat fitted alone: equal residuals, so equal statistics but for the mean in the CV
+    r2 = [float(t.loc["table12.R2", "this_project"]) for t in (alone, both)]
+    assert r2[0] == pytest.approx(r2[1])
+    assert both.loc["table12.R2", "n"] == 2 * alone.loc["table12.R2", "n"]
+    row = both.loc["table11.run1"]
+    assert row["n"] == 2
+    assert row["this_project"] - alone.loc["table11.run1", "this_project"] == pytest.approx(0.5)

@@ -3,6 +3,7 @@ killed."""
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -48,11 +49,24 @@ def test_a_dry_run_lists_the_first_stage(clone, profile):
 
 
 @pytest.mark.parametrize(
-    "target", ["screening", "ascent", "response_surface", "optimise", "validation"]
+    "target",
+    ["screening", "ascent", "response_surface", "optimise", "validation", "reference"],
 )
 def test_each_stage_is_a_target(clone, target):
     done = snakemake("-n", "-j2", target, cwd=clone)
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.slow
+def test_every_study_of_the_reference_is_one(clone):
+    studies = re.findall(r'"(config/[\w/]+\.yaml)",', (ROOT / "Snakefile").read_text())
+    assert "config/rigs/printed.yaml" in studies
+    for study in studies:
+        files = "--configfile", "config/config.yaml", study
+        done = snakemake("-n", "-j2", *files, cwd=clone)
+        assert done.returncode == 0, done.stderr
+        name = yaml.safe_load((ROOT / study).read_text())["name"]
+        assert f"results/{name}/" in done.stdout + done.stderr
 
 
 def test_a_wrong_configuration_stops_before_any_run(clone):

@@ -1,7 +1,7 @@
 """Angle over the pour rate: how much the rate at which grains arrive is worth, at the optimum.
 
 The same heap is poured at each rate, and out of a funnel that is filled and then opened. Near the
-rate that the orifice passes, the funnel packs in some runs and not in others.
+rate that the orifice passes, the funnel can pack in some runs and not in others.
 """
 
 from __future__ import annotations

@@ -186,6 +186,8 @@ def points_of(name: str, config: Config) -> list[str]:
     factors, found = read_factors(config.factors), []
     for path in sorted(Path(config.results, config.name).glob("*/design.csv")):
         design = read_written(path)
+        if "run_id" not in design:  # a plan whose rows are no points of factors
+            continue
         for row in design[design["run_id"] == name].to_dict("records"):
             levels = ", ".join(f"{f.name} {row[f.name]:g}" for f in factors if f.name in row)
             place = f"run {row['run']} of {len(design)}" if "run" in row else "a run"

@@ -17,10 +17,9 @@ from typing import TYPE_CHECKING
 from calibration.errors import CalibrationError
 from calibration.files import read_json
 from calibration.runs.progress import duration
-from calibration.telling.kept_results import KEPT as TABLES
-from calibration.telling.kept_results import keep
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
+from paper.reference import keep_study
 from paper.release.pages import write_pages
 from paper.release.parts import PARTS, estimate, part_of
 from paper.release.record import KEPT, Made, due, read_record, write_record
@@ -31,6 +30,7 @@ if TYPE_CHECKING:
 
 WORK = Path("results/release")
 HISTORY = Path("benchmarks/history.csv")
+PLANNED = ("design.csv", "plan.json")  # which runs there were is told by what they gave
 LINE_S = 10.0  # between two progress lines
 
 
@@ -144,7 +144,8 @@ def _make(left, progress, engine, cores):
                 return 1
         collect(part)
         made = Made(engine, date.today().isoformat(), round(progress.spent(part.name), 1), cores)
-        write_record(read_record() | {part.name: made})
+        known = {n: m for n, m in read_record().items() if part_of(n)}
+        write_record(known | {part.name: made})
         progress.finish(part.name)
         write_pages()
     print("The release's data are of this engine; docs and results/reference have changed.")
@@ -195,10 +196,10 @@ def _run(words, log, head, progress, name, expected):
 def collect(part: Part) -> None:
     """Copy what is kept of a part's results to results/reference."""
     for name in part.keep:
-        keep(Path("results") / name, KEPT / name, (*TABLES, "reproduction.csv"))
+        keep_study(Path("results") / name, KEPT / name)
     for source, target in part.copies:
         (KEPT / target).mkdir(parents=True, exist_ok=True)
         wanted = {p.name for p in (KEPT / target).iterdir()}
         for path in sorted(p for p in Path(source).iterdir() if p.is_file()):
-            if not wanted or path.name in wanted:
+            if path.name not in PLANNED and (not wanted or path.name in wanted):
                 shutil.copy(path, KEPT / target / path.name)

@@ -1,6 +1,7 @@
-"""Writes the pages from the kept results: docs/results.md, the README's rows, and the page of the
-verification."""
+"""Writes the pages from the kept results: docs/results.md, the README's rows and what it says of
+them, the paper's simulations beside ours, and the page of the verification."""
 
+import re
 import subprocess
 import sys
 import textwrap
@@ -12,12 +13,17 @@ from calibration.files import write_text
 from calibration.intake.tables import read_written
 from calibration.telling.kept_results import put
 from paper.reference import BEGIN, END, PAGE, README, blocks, told
+from paper.release import first_screen, profiles, simulations
 from paper.release import told as values
 from paper.release.record import KEPT, made, read_record
 from paper.release.softening import softening
 
-TEMPLATE = Path(__file__).parent / "results.md.j2"
-STUDIES = ("salt", "salt-slow", "salt-paper", "screening at other seeds", "numerics")
+TEMPLATES = Path(__file__).parent
+STUDIES = ("salt", "rigs", "screening at other seeds", "numerics")
+CASE = Path("docs/diagnosis-paper-case.md")
+VERDICT = "<!-- verdict: begin -->", "<!-- verdict: end -->"
+PROFILES = Path("config/README.md")
+SAID = "<!-- said: begin -->", "<!-- said: end -->"
 WIDTH = 100
 ASIS = ("#", "|", "<!--", "```", "![", "`salt", "All tables")
 
@@ -25,23 +31,26 @@ ASIS = ("#", "|", "<!--", "```", "![", "`salt", "All tables")
 def results_page(kept: str | Path = KEPT) -> str:
     """Text of docs/results.md, from the folder of kept results."""
     kept = Path(kept)
-    salt, slow = kept / "salt", kept / "salt-slow"
+    salt, printed = kept / "salt", kept / "salt-printed"
     found = {
         "made": made(STUDIES, read_record(kept / "release.json")),
         "table": "@table@",
         "found": "@found@",
         "funnels": values.funnels(salt),
+        "printed_funnels": values.funnels(printed),
         "screen": values.screening(salt),
-        "slow": values.screening(slow),
+        "printed_screen": values.screening(printed),
         "validated": values.validated(salt),
-        "slow_validated": values.validated(slow),
+        "printed_validated": values.validated(printed),
         "surface": values.surface(salt),
-        "slow_surface": values.surface(slow),
+        "printed_surface": values.surface(printed),
+        "fit": values.printed_fit(),
         "posterior": values.posterior(salt),
-        "slow_posterior": values.posterior(slow),
+        "printed_posterior": values.posterior(printed),
         "locus": values.locus(salt),
         "scaling": values.scaling(salt),
-        "pour": values.slow_pour(kept / "salt-paper"),
+        "simulations": simulations.of_heaps(salt),
+        "trials": values.trials(kept),
         "rigs": values.rigs(kept / "rigs"),
         "table_13": values.table_13(),
         "softening": softening(read_written(salt / "numerics" / "numerics.csv")),
@@ -49,10 +58,38 @@ def results_page(kept: str | Path = KEPT) -> str:
         "seeds": values.other_seeds(kept),
         "speed": values.speeds(),
     }
-    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, autoescape=False)
-    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
-    text = wrapped(template.render(found))
+    text = _filled("results.md.j2", found)
     return text.replace("@table@", blocks(salt)[PAGE]).replace("@found@", told(salt))
+
+
+def _filled(template, found):
+    """Text of a template with its values, wrapped."""
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, autoescape=False)
+    environment.globals["listed"] = first_screen.listed
+    words = (TEMPLATES / template).read_text(encoding="utf-8")
+    return wrapped(environment.from_string(words).render(found))
+
+
+def pieces(kept: str | Path = KEPT) -> dict[tuple[Path, str, str], str]:
+    """{(page, begin, end): text between these marks} of the pages that only a part of is written:
+    the README's table and what it says, and the paper's simulations beside ours."""
+    kept = Path(kept)
+    return {
+        (README, BEGIN, END): blocks(kept / "salt")[README],
+        (README, *SAID): _filled("readme.md.j2", first_screen.values(kept)).strip(),
+        (PROFILES, *SAID): _filled("profiles.md.j2", profiles.values(kept / "salt")).strip(),
+        (CASE, *VERDICT): verdict((kept / "salt-diagnosis" / "diagnosis.md").read_text("utf-8")),
+        (CASE, *SAID): _filled("simulations.md.j2", simulations.values(kept / "salt")).strip(),
+    }
+
+
+def verdict(page: str) -> str:
+    """A diagnosis's own page as a part of another: without its title and figures, headings a
+    level down."""
+    lines = page.split("\n")
+    kept = [line for line in lines if not line.startswith(("# ", "!["))]
+    lower = [f"#{line}" if line.startswith("## ") else line for line in kept]
+    return re.sub(r"\n{3,}", "\n\n", wrapped("\n".join(lower)).strip())
 
 
 def wrapped(text: str) -> str:
@@ -89,6 +126,7 @@ def write_pages(kept: str | Path = KEPT, verification: bool = True, root: str | 
     """Write every page that shows a release's data into the folder `root`; verification: the one
     of the verification tests too."""
     write_text(results_page(kept), Path(root) / PAGE)
-    put(Path(root) / README, blocks(Path(kept) / "salt")[README], BEGIN, END)
+    for (page, begin, end), text in pieces(kept).items():
+        put(Path(root) / page, text, begin, end)
     if verification:
         subprocess.run([sys.executable, "tests/verification/page.py"], check=True)

@@ -45,9 +45,9 @@ class Part:
 
 
 def _seed(seed):
-    name = f"salt-{seed}"
-    target = f"results/{name}/screening/screening.json"
-    return (*SNAKEMAKE, "--config", f"seed={seed}", f"name={name}", "--", target)
+    name, stages = f"salt-{seed}", ("screening", "response_surface")[: 2 if seed == 2 else 1]
+    targets = (f"results/{name}/{stage}/{stage}.json" for stage in stages)
+    return (*SNAKEMAKE, "--config", f"seed={seed}", f"name={name}", "--", *targets)
 
 
 STRANGERS = "import os, sys; os.chdir('tests/discovery'); os.execv(sys.executable, "
@@ -63,41 +63,33 @@ PARTS = (
     ),
     Part(
         "salt",
-        "the paper's study with all of its supplements",
+        "the paper's study with all of its supplements, the same in the rig as printed, and what "
+        "differs between the simulations",
         (
             (*SNAKEMAKE,),
-            (*SNAKEMAKE, "reproduction"),
+            (*STUDY, "config/rigs/printed.yaml"),
+            (*SNAKEMAKE, "reproduction", "disagreement"),
             (PYTHON, "-m", "paper.reference", "results/salt"),
         ),
-        heaps=("salt",),
+        keep=("salt-printed",),
+        heaps=("salt", "salt-printed"),
     ),
     Part(
-        "salt-slow",
-        "the study in a slower pour",
-        ((*STUDY, "config/rigs/slow.yaml"),),
-        keep=("salt-slow",),
-        heaps=("salt-slow",),
-    ),
-    Part(
-        "salt-paper",
-        "the paper's own factors, and what differs between the simulations",
-        (
-            (*STUDY, "config/paper_factors.yaml"),
-            (*STUDY, "config/paper_factors.yaml", "--", "reproduction", "disagreement"),
-        ),
-        keep=("salt-paper",),
-        heaps=("salt-paper",),
+        "rigs",
+        "which rig is well-posed: rates and speeds of the pour at three points",
+        ((PYTHON, "-m", "paper.rigs", "results/rigs"),),
+        copies=(("results/rigs", "rigs"),),
     ),
     Part(
         "screening at other seeds",
-        "the paper's screening at three more seeds",
+        "the paper's screening at three more seeds, and its region at one",
         tuple(_seed(seed) for seed in (2, 3, 4)),
         keep=("salt-2", "salt-3", "salt-4"),
         heaps=("salt-2", "salt-3", "salt-4"),
     ),
     Part(
         "beside the paper",
-        "the paper's tables beside all of these studies, which the first did not have yet",
+        "the paper's tables once more, beside the screenings at other seeds too",
         ((*SNAKEMAKE, "reproduction"), (PYTHON, "-m", "paper.reference", "results/salt")),
     ),
     Part(
@@ -141,6 +133,12 @@ PARTS = (
         "emulated benchmark",
         "hidden effects in heaps and shear cells, by emulators of thousands of runs",
         ((*SNAKEMAKE, "discovery_benchmark"),),
+    ),
+    Part(
+        "crossed causes",
+        "what differs between the simulations: rate and speed of the pour, three seeds at a row",
+        ((*SNAKEMAKE, "--config", "name=salt-crossed", "--", "disagreement"),),
+        copies=(("results/salt-crossed/disagreement", "salt-crossed/disagreement"),),
     ),
 )  # fmt: skip
 

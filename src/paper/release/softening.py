@@ -30,8 +30,14 @@ def softening(table: pd.DataFrame) -> str:
         for r in stiff.itertuples()
     )
     mean = stiff["difference"].mean()
+    shown = abs(mean) > half
+    advice = (
+        "Correct an angle by this where it is to stand for 10 MPa."
+        if shown
+        else "So no change is shown."
+    )
     return (
         f"With 10 MPa in place of 3 MPa the angle at full scale changes by {each}. On average it "
         f"changes by {mean:+.2f}° ({mean - half:+.2f} to {mean + half:+.2f}). All intervals are of "
-        "95 %. Correct an angle by this where it is to stand for 10 MPa."
+        f"95 %. {advice}"
     )

@@ -7,15 +7,18 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from calibration import Study
 from calibration.chain.screening import aliasing
 from calibration.figures import label
 from calibration.files import read_json
 from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed
 from calibration.statistics.screening import screen
-from calibration.statistics.surface import fit_surface
+from calibration.statistics.surface import fit_surface, outlier_limit
 from paper.audit import run_audit
-from paper.rigs import KEYS, POINTS, RATES, READINGS, SPEEDS, chosen, judged
+from paper.reference import TABLE
+from paper.reproduction.screening import own_half
+from paper.rigs import ALLOWED, KEYS, POINTS, RATES, READINGS, SPEEDS, chosen, judged
 
 CODES = "ABCDEFG"
 PACKED = 1250
@@ -30,29 +33,49 @@ def degrees(value: float, digits: int = 1) -> str:
 
 
 def funnels(kept: str | Path) -> dict[str, Any]:
-    """What the packing of the funnel does to the angle."""
+    """What stood in the funnel at once, and what its packing does to the angle where some runs
+    packed and others did not (`two_kinds`)."""
     table = read_written(Path(kept) / "funnels.csv")
     runs = table[table["stage"] != "screening"].dropna(subset=["angle_of_repose_deg", "hold_up"])
-    angle, held = runs["angle_of_repose_deg"], runs["hold_up"]
-    packed = held > PACKED
-    steep, flat = angle[packed], angle[~packed]
-    error = np.hypot(steep.std() / np.sqrt(len(steep)), flat.std() / np.sqrt(len(flat)))
     first = table.loc[table["stage"] == "candidate_first", "angle_of_repose_deg"]
-    screened = table.loc[table["stage"] == "screening", "hold_up"].dropna().sort_values()
-    return {
+    packed = runs["hold_up"] > PACKED
+    found = {
         "runs": len(runs),
-        "packed": len(steep),
-        "held_packed": f"{held[packed].min():,.0f} to {held[packed].max():,.0f}",
-        "held_free": f"{held[~packed].min():,.0f} to {held[~packed].max():,.0f}",
+        "packed": int(packed.sum()),
+        "two_kinds": bool(packed.any() and not packed.all()),
+        "held": _range(runs["hold_up"]),
+        "first": len(first),
+        "first_sd": f"{first.std():.2f}°",
+        "screened": _packed_rows(kept),
+        "lost": sorted(int(n) for n in _lost(kept)),
+    }
+    return found | (_two_kinds(runs, packed) if found["two_kinds"] else {})
+
+
+def _two_kinds(runs, packed):
+    """Both kinds of heaps beside each other."""
+    steep, flat = (runs.loc[k, "angle_of_repose_deg"] for k in (packed, ~packed))
+    error = np.hypot(steep.std() / np.sqrt(len(steep)), flat.std() / np.sqrt(len(flat)))
+    return {
+        "held_packed": _range(runs.loc[packed, "hold_up"]),
+        "held_free": _range(runs.loc[~packed, "hold_up"]),
         "steeper": f"{steep.mean() - flat.mean():.1f}° ± {error:.1f}°",
         "steep": f"{steep.mean():.1f}° ± {steep.std():.2f}°",
         "flat": f"{flat.mean():.1f}° ± {flat.std():.2f}°",
-        "first": len(first),
-        "first_sd": f"{first.std():.2f}°",
-        "screened_most": f"{screened.iloc[-2]:,.0f} and {screened.iloc[-1]:,.0f}",
-        "screened_rest": f"{screened.iloc[-3]:,.0f}",
-        "lost": sorted(int(n) for n in _lost(kept)),
     }
+
+
+def _range(values):
+    return f"{values.min():,.0f} to {values.max():,.0f}"
+
+
+def _packed_rows(kept):
+    """['2 (3,103 grains)', ...]: the screening's rows in which the funnel packed."""
+    held = read_written(Path(kept) / "funnels.csv").query("stage == 'screening'")
+    rows = read_written(Path(kept) / "screening" / "runs.csv")
+    rows = rows.merge(held[["run_id", "hold_up"]], on="run_id")
+    rows = rows[rows["hold_up"] > PACKED]
+    return [f"{n} ({h:,.0f} grains)" for n, h in zip(rows["run"], rows["hold_up"], strict=True)]
 
 
 def _lost(kept):
@@ -103,8 +126,21 @@ def surface(kept: str | Path) -> dict[str, Any]:
     return {
         "cv": f"{s['CV_percent']:.2f} %",
         "r2": f"{s['R2']:.3f}",
+        "predicted": f"{s['R2_pred']:.2f}",
         "odd_run": int(runs["run"].iloc[int(odd.argmax())]),
         "odd": f"{odd.max():.1f}",
+        "odd_from": f"{outlier_limit(fitted):.1f}",
+    }
+
+
+def printed_fit(paper: str | Path = "data/paper") -> dict[str, str]:
+    """The paper's summary of its fit (under Table 12)."""
+    table = read_written(Path(paper) / "table12_summary.csv", comment="#").set_index("statistic")
+    value = table["value"]
+    return {
+        "cv": f"{value['CV_percent']:.2f} %",
+        "r2": f"{value['R2']:.2f}",
+        "predicted": f"{value['R2_pred']:.2f}",
     }
 
 
@@ -139,39 +175,60 @@ def posterior(kept: str | Path) -> dict[str, Any]:
 
 
 def other_seeds(results: str | Path) -> dict[str, Any]:
-    """The screening at each of SEEDS, and all of them together."""
-    rows, runs = [], []
+    """The screening at each of SEEDS, and all of them together: the paper's rows, and with the
+    foldover where it was run."""
+    rows: list[dict[str, Any]] = []
+    every: list[pd.DataFrame] = []
     for seed, name in SEEDS.items():
         folder = Path(results) / name / "screening"
         here, effects = (read_written(folder / f) for f in ("runs.csv", "effects.csv"))
-        runs.append(here)
-        lost = ", ".join(str(k) for k in here.loc[here["response"].isna(), "run"]) or "none"
+        every.append(here)
+        own: pd.DataFrame = own_half(here)  # type: ignore[assignment]  # of a table that is there
+        lost = ", ".join(str(k) for k in own.loc[own["response"].isna(), "run"]) or "none"
         big = effects[effects["p"] < 0.05].sort_values("effect", key=abs, ascending=False)
         found = ", ".join(
             f"{label(n)} {degrees(e)}" for n, e in zip(big["name"], big["effect"], strict=True)
         )
-        rows.append({"seed": seed, "lost": lost, "found": found or "none"})
-    together = pd.concat(runs).dropna(subset="response")
-    screened = screen(together, list(CODES), together["response"])
-    lack = aliasing(together, list(CODES))["lack_of_fit"]
-    anova, table = screened.anova.set_index("source"), screened.table.set_index("code")
-    there = table[table["p"] < 0.05].sort_values("effect", key=abs, ascending=False)
-    lost = pd.concat(runs).set_index("run")["response"].isna().groupby("run").sum()
+        row = {"seed": seed, "lost": lost, "found": found or "none", "names": set(big["name"])}
+        rows.append(row)
+    paper = pd.concat([own_half(runs) for runs in every])
+    whole = pd.concat(every)
+    lost = whole.set_index("run")["response"].isna().groupby("run").sum()
     return {
         "rows": rows,
-        "heaps": len(together),
+        "differ": len({frozenset(row["names"]) for row in rows}) > 1,
+        "lost": [f"run {k} clogged in {n} of {len(SEEDS)} pours" for k, n in lost.items() if n],
+        "folded": _together(whole) if len(whole) > len(paper) else None,
+        **_together(paper),
+    }
+
+
+def _together(runs):
+    """All runs of a screening's rows at several seeds: pure error, lack of fit, and the effects
+    that the pure error shows."""
+    runs = runs.dropna(subset="response")
+    screened = screen(runs, list(CODES), runs["response"])
+    told = aliasing(runs, list(CODES))
+    lack = told["lack_of_fit"]
+    anova, table = screened.anova.set_index("source"), screened.table.set_index("code")
+    there = table[table["p"] < 0.05].sort_values("effect", key=abs, ascending=False)
+    carried = [len(pairs) for pairs in told["aliases"].values() if pairs]
+    return {
+        "heaps": len(runs),
         "sd": f"{screened.seed_sd:.2f}°",
         "freedom": f"{anova.loc['Pure Error', 'df']:.0f}",
         "lack": f"{lack['sd']:.1f}°",
         "lack_freedom": f"{anova.loc['Lack of Fit', 'df']:.0f}",
         "lack_test": f"F = {lack['F']:.0f}, p = {lack['p']:.0e}".replace("e-0", "e-"),
+        "lack_there": lack["p"] < 0.05,
         "lack_pairs": lack["largest"],
         "lack_share": f"{lack['share']:.0%}".replace("%", " %"),
+        "carried": max(carried, default=0),
+        "vif": f"{told['vif']:.2f}",
         "found": [
             f"{c} {degrees(e)} ± {s:.1f}°"
             for c, e, s in zip(there.index, there["effect"], there["se"], strict=True)
         ],
-        "lost": [f"run {k} clogged in {n} of {len(SEEDS)}" for k, n in lost.items() if n],
     }
 
 
@@ -199,42 +256,68 @@ def audited(paper: str | Path = "data/paper") -> int:
     return len(run_audit(Path(paper)))
 
 
-def locus(kept: str | Path) -> str:
-    """Slope of the yield locus at the friction in use, with its 95 % interval."""
+def locus(kept: str | Path) -> dict[str, str]:
+    """Slope of the yield locus at the friction in use, with its 95 % interval, and the verdict on
+    it."""
     shear = read_json(Path(kept) / "shear" / "shear.json")
     low, high = shear["peak"]["slope_interval"]
     slope, friction = shear["peak"]["slope"], shear["peak"]["particle_friction"]
-    return f"{slope:.2f} ({low:.2f} to {high:.2f}, 95 %) at a friction of {friction:g}"
+    rows = read_written(Path(kept) / TABLE).set_index("id")
+    return {
+        "slope": f"{slope:.2f} ({low:.2f} to {high:.2f}, 95 %) at a friction of {friction:g}",
+        "verdict": rows.loc["shear.slope", "agreement"],
+    }
 
 
-def scaling(kept: str | Path) -> list[str]:
-    """Change of the angle without cohesion by the paper's rule, in a rig that is doubled and in one
-    that is enlarged fourfold."""
-    table = read_written(Path(kept) / "reproduction" / "reproduction.csv").set_index("id")
-    rows = (table.loc[f"heap.paper.plain{end}"] for end in (".twice", ""))
-    cells = ((fixed(row[k], 1) for k in ("difference", "low", "high")) for row in rows)
-    return ["{}° ({} to {})".format(*values) for values in cells]
+def trials(kept: str | Path) -> dict[str, dict[str, Any]]:
+    """What the diagnosis says of two tables of measurements: `ball` and `paper`, each the causes
+    that it names, or none."""
+    found = {}
+    for name, folder in (("ball", "table-tennis-ball"), ("paper", "salt-diagnosis")):
+        one = read_json(Path(kept) / folder / "verdict.json")
+        found[name] = {"verdict": one["verdict"], "causes": list(map(label, one["causes"]))}
+    return found
 
 
-def slow_pour(kept: str | Path) -> dict[str, dict[str, Any]]:
-    """{table: (what the slower pour leaves [°], its chance by the rig's own scatter, whether that
-    explains it)} of the paper's tables of heaps."""
-    found = read_json(Path(kept) / "disagreement" / "disagreement.json")
-    out = {}
-    for name in ("Table 6", "Table 10", "Table 11"):
-        (one,) = (r for r in found[name]["ranking"] if r["cause"] == SLOW)
-        chance = f"{one['p_left']:.1g}".replace("e-0", "e-")
-        out[name] = {
-            "before": f"{found[name]['scatter_before']:.1f}°",
-            "left": f"{one['scatter_after']:.1f}°",
-            "scatter": f"{one['spread']:.2f}°",
-            "p": chance,
-            "explained": one["p_left"] >= 0.05,
-        }
-    return out
+RULES = {"paper": "the paper's rule", "gravity-consistent": "the gravity-consistent rule"}
+CASES = {"plain": "without cohesion", "cohesive": "with cohesion"}
 
 
-def rigs(kept: str | Path) -> dict[str, Any]:
+def scaling(kept: str | Path) -> dict[str, Any]:
+    """What doubling grain and rig changes, by each rule, and whether the gravity-consistent rule
+    gives the same runs four times as large."""
+    table = read_written(Path(kept) / TABLE).set_index("id")
+    runs = read_written(Path(kept) / "scaling" / "runs.csv").query("experiment == 'heap'")
+    cases = ((rule, case) for rule in RULES for case in CASES)
+    rows = {(r, c): table.loc[f"heap.{r}.{c}.twice"] for r, c in cases}
+    return {
+        "doubled": [
+            f"{CASES[case]} by {RULES[rule]} {_changed(row)}" for (rule, case), row in rows.items()
+        ],
+        "fourfold": _changed(table.loc["heap.paper.plain"]),
+        "runs": runs.groupby(["rule", "cohesive", "scale"]).size().min(),
+        "same": _same_runs(runs[runs["rule"] == "gravity-consistent"]),
+    }
+
+
+def _changed(row):
+    """'+2.5° (0.9 to 4.2, different)' of a row of the reproduction table."""
+    low, high = fixed(row["low"], 1, "+"), fixed(row["high"], 1, "+")
+    return f"{fixed(row['difference'], 1, '+')}° ({low} to {high}, {row['agreement']})"
+
+
+def _same_runs(runs):
+    """Whether the heaps at the first and the last scale are the same, seed by seed, to the last
+    bit."""
+    ends = [
+        runs[runs["scale"] == h].set_index(["cohesive", "seed"])["response"]
+        for h in (runs["scale"].min(), runs["scale"].max())
+    ]
+    both = pd.concat(ends, axis=1, join="inner").dropna()
+    return len(both) > 0 and bool((both.iloc[:, 0] == both.iloc[:, 1]).all())
+
+
+def rigs(kept: str | Path, config: str | Path = "config") -> dict[str, Any]:
     """What the runs of `paper.rigs` say of the rate of the pour and the speed that is not
     printed, by the rule that was stated before them."""
     table = read_written(Path(kept) / "runs.csv")
@@ -244,11 +327,14 @@ def rigs(kept: str | Path) -> dict[str, Any]:
     names = [f"{rate:,} a second at {speed} m/s" for rate, speed in by_rig.index]
     mixed = by_rig.index[~by_rig["one_kind"]]
     choice = chosen(found)
+    poured = Study(config).config.run["geometry"]["generation_rate_per_s"]
     return {
+        "default": f"{poured:,} a second",
         "runs": len(table),
         "planned": len(list(RATES)) * len(SPEEDS) * sum(seeds for _, seeds in POINTS.values()),
         "mean": {rate: [f"{means[rate, s]:.1f}°" for s in SPEEDS] for rate in RATES},
         "moves": {r: [f"{by_rig.loc[(r, s), 'moves']:.1f}°" for s in SPEEDS[:-1]] for r in RATES},
+        "insensitive": f"{ALLOWED}°",
         "well_posed": [n for n, good in zip(names, found["well_posed"], strict=True) if good],
         "two_kinds": [
             f"{rate:,} a second at {speed} m/s ({by_rig.loc[(rate, speed), 'least']:,} to "
@@ -258,9 +344,6 @@ def rigs(kept: str | Path) -> dict[str, Any]:
         "chosen": f"{choice[0]:,} a second at {choice[1]} m/s",
         "chosen_moves": f"{by_rig.loc[choice, 'moves']:.1f}°",
     }
-
-
-SLOW = "pour of 6500 grains a second"
 
 
 def table_13(paper: str | Path = "data/paper") -> dict[str, Any]:

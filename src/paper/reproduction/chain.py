@@ -134,7 +134,7 @@ def _coding(paper, study):
 def _box_behnken(paper, study):
     coding = paper.numbers("table11_coding", "low", "centre", "high")
     table = paper.numbers("table11_box_behnken", *NAMES)
-    runs, used = study.table("response_surface", "runs"), Counter()
+    runs, used = study.region_runs(), Counter()
     half = coding["high"] - coding["centre"]
     points = [
         {name: coding["centre"][i] + row[letter] * half[i] for i, (letter, name) in
@@ -163,7 +163,7 @@ def _surfaces(paper, study):
     )
     theirs = fit_surface(table, list(LETTERS), table["angle_deg"])
     region = {f["name"]: f["code"] for f in study.summary("response_surface", "region")}
-    runs = with_value(study.table("response_surface", "runs"), "response")
+    runs = with_value(study.region_runs(), "response")
     ours = pd.DataFrame({a: runs[region[NAMES[x]]] for a, x in LETTERS.items()})
     return theirs, fit_surface(ours, list(LETTERS), runs["response"])
 
@@ -190,10 +190,7 @@ def _equation(paper, study):
 def _statistics(paper, study):
     """Fit statistics of our surface, whatever its factors, with intervals drawn from the fit. Where
     the design was repeated, each repeat is fitted alone, as the paper's, and the mean is shown."""
-    runs, region = (
-        study.table("response_surface", "runs"),
-        study.summary("response_surface", "region"),
-    )
+    runs, region = study.region_runs(), study.summary("response_surface", "region")
     table = paper.text("table12_summary", "statistic", "value")
     printed = dict(zip(table["statistic"], table["value"], strict=True))
     if runs is None or region is None:
@@ -205,7 +202,7 @@ def _statistics(paper, study):
         )
         return
     runs, codes = with_value(runs, "response"), [f["code"] for f in region]
-    repeats = [r for _, r in runs.groupby(runs.get("replicate", pd.Series(1, runs.index)))]
+    repeats = [r for _, r in runs.groupby("replicate")]
     ours = [fit_surface(r, codes, r["response"]) for r in repeats]
     levels = paper.numbers("table11_box_behnken", *NAMES, "angle_deg")
     theirs = fit_surface(levels, list(NAMES), levels["angle_deg"])

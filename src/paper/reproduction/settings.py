@@ -29,6 +29,9 @@ class ReproductionSettings(BaseModel):
         description="study: names of the same study at other seeds, whose screenings count as "
         "repeats of its own where they have been run",
     )
+    causes: dict[str, str] = Field(
+        {}, description="study: file of the causes of a disagreement in place of the shipped one"
+    )
     rigs: dict[str, list[str]] = Field(
         {},
         description="study: names of the same study in other rigs, whose findings stand beside its",
@@ -47,7 +50,7 @@ def read_reproduction(path: str | Path) -> ReproductionSettings:
         first = error.errors()[0]
         key = ".".join(str(p) for p in first["loc"])
         allowed = (
-            "the keys beside, repeats and rigs"
+            "the keys beside, repeats, causes and rigs"
             if first["type"] == "extra_forbidden"
             else first["msg"]
         )

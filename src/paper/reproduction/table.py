@@ -51,17 +51,18 @@ def reproduce(
     repeats: Iterable[str | Path] = (),
 ) -> pd.DataFrame:
     """The reproduction table from what the stages of the studies in `folders` have left; the first
-    is the main one. repeats: folders of its screening at other seeds.
+    is the main one. repeats: folders of the same study at other seeds.
 
     Returns a DataFrame with columns `rows.COLUMNS`, a row a value; stages that have not run give
     rows that say so. Raises AuditInputError for an incomplete folder of printed tables,
     CalibrationError for two rows of one id.
     """
     printed, studies = Paper(paper), [Study(f) for f in folders]
+    studies[0].repeats = tuple(Study(f) for f in repeats)
     rows = [
         *theory.rows(printed, studies[0]),
         *measured.rows(printed, config),
-        *screening.rows(printed, studies[0], [Study(f) for f in repeats]),
+        *screening.rows(printed, studies[0], studies[0].repeats),
         *bench.rows(printed, studies[0]),
         *chain.rows(printed, studies),
     ]
