@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import expit
 
 from calibration.inference.joint.likelihood import Joint, Response
-from calibration.inference.joint.scatter import Judged
+from calibration.inference.joint.scatter import RoughEmulator
 from calibration.inference.posterior_sampling import Prior
 from calibration.statistics.space_filling import space_filling
 
@@ -60,7 +60,7 @@ class World:
         n = 30 + 10 * self.d
         x = space_filling(n, self.d, scrambled)
         x = np.concatenate([x, x[: n // 3]])
-        return [Judged(x, self.draws(k, x, rng)) for k in range(self.responses)]
+        return [RoughEmulator(x, self.draws(k, x, rng)) for k in range(self.responses)]
 
     def study(self, truth, emulators, rng):
         """`Joint` of `READINGS` readings of each response at the true parameters (d,)."""

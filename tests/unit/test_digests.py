@@ -42,7 +42,7 @@ PAPER = {"audit", "reproduction"}
 DIAGNOSIS = {name for name in TASKS if name.startswith("diagn")}
 SUITE = {name for name in TASKS if name.startswith("discovery")}
 JOINT = {"plan_joint_first", "plan_joint", "joint"}
-PUSHED = {"plan_push_through", "push_through"}
+PUSHED = {f"{p}{s}push_through" for p in ("", "plan_") for s in ("", "joint_")}
 POURED = {"plan_pour_rate", "pour_rate"}
 EVERY = set(TASKS)
 """What every task imports: the schemas of run specs, and with them experiments and laws."""
@@ -62,7 +62,8 @@ EDITS = {
     # a module that is edited: the rules that run again. A file's plan and analysis go together
     "calibration/errors.py": EVERY,
     "calibration/chain/joint/analysis.py": {"joint"},
-    "calibration/chain/joint/laboratory_hours.csv": JOINT,
+    "calibration/chain/joint/laboratory_hours.csv": JOINT
+    | {"plan_joint_push_through", "joint_push_through"},
     "calibration/chain/validation.py": {"plan_validation", "validation"},
     "calibration/chain/bench_tests/shear.py": SHEAR,
     "calibration/chain/scaling/probe.py": {"scaling"},
@@ -133,11 +134,12 @@ SECTIONS = [
     ("measurements", None, "examples/soybean/measured.csv",
      {"screening", "ascent", "response_surface", "candidate", "optimise", "validation"}
      | {"posterior", "push_through", "export", "shear", "provenance", "plan_joint", "joint"}
+     | {"joint_push_through"}
      | {n for n in TILT | DROP if n not in STARTS} | DIAGNOSIS),
     ("numerics", None, "other.yaml", {"plan_numerics", "export"}),
     ("diagnosis", "alpha", 0.1, DIAGNOSIS | {"export", "disagreement"}),
     ("push_through", "drum", {"experiment": "drum"},
-     {"plan_push_through", "push_through", "export"} | DIAGNOSIS),
+     PUSHED | {"export"} | DIAGNOSIS),
     ("pour_rate", None, {"rates_per_s": [1.0, 2.0]}, {"plan_pour_rate", "pour_rate", "export"}),
     ("posterior", "draws", 60, {"posterior", "export"}),
     ("rigs", "vessel", {"experiment": "bulk_density"}, JOINT | {"export"}),
@@ -160,7 +162,8 @@ SECTIONS = [
               "pour_rate", "push_through", "numerics", "bench_parameters", "audit", "heaps"}),
     ("fixed", "salt_poisson_ratio", 0.3,
      HEAPS | EXPORTS | TILT | DROP | SHEAR
-     | {"plan_scaling", "plan_numerics", "plan_pour_rate", "plan_push_through"} | DISAGREEMENT
+     | {"plan_scaling", "plan_numerics", "plan_pour_rate"} | DISAGREEMENT
+     | {"plan_push_through", "plan_joint_push_through"}
      | (JOINT - {"joint"})
      | DIAGNOSIS),
     ("run", "numerics", {"rayleigh_fraction": 0.3},

@@ -38,7 +38,9 @@ TARGETS = [
 ]
 
 
-def laboratory(tmp_path, monkeypatch, rows=ROWS, targets=TARGETS, rigs=None, **joint):
+def laboratory(
+    tmp_path, monkeypatch, rows=ROWS, targets=TARGETS, rigs=None, push_through=None, **joint
+):
     """The configuration of a study with two tests and a hopper that nobody has measured."""
     monkeypatch.chdir(tmp_path)
     names = zip("ABC", KEYS.items(), strict=True)
@@ -54,6 +56,7 @@ def laboratory(tmp_path, monkeypatch, rows=ROWS, targets=TARGETS, rigs=None, **j
         "rigs": {"pour": {"experiment": "heap"}, "plane": {"experiment": "tilt"},
                  "hopper": {"experiment": "discharge"}} | (rigs or {}),
         "targets": targets,
+        "push_through": push_through or {},
         "joint": {"runs": 32, "repeated": 10, "second_wave": 8} | joint,
     }  # fmt: skip
     Path("config.yaml").write_text(yaml.safe_dump(data, sort_keys=False))
@@ -68,7 +71,16 @@ def metrics_of(spec, rng):
     friction = contacts["particle_particle"]["static_friction"]
     if spec["experiment"] == "heap":
         angle = 15.0 + 25.0 * (rolling + friction) + 0.3 * rng.standard_normal()
-        return {"angle_of_repose_deg": angle}
+        return {"angle_of_repose_deg": angle, "height_mm": 50.0 * np.tan(np.radians(angle))}
+    if spec["experiment"] == "shear":
+        peak = 1.0 + 4.0 * friction
+        return {"shear_stress_kPa": peak, "steady_shear_stress_kPa": 0.6 + 3.0 * rolling}
+    if spec["experiment"] == "compression":
+        modulus = 800.0 + 1000.0 * friction
+        return {"constrained_modulus_kPa": modulus, "strain_at_load": 50.0 / modulus}
+    if spec["experiment"] == "drum":
+        speed = spec["geometry"]["rotation_rate_deg_s"]
+        return {"dynamic_angle_deg": 20.0 + 20.0 * rolling + 0.1 * speed * friction}
     if spec["experiment"] == "tilt":
         return {"sliding_angle_deg": 50.0 * contacts["particle_wall"]["static_friction"] + 5.0}
     flow = 60.0 + 80.0 * (rolling - friction) + rng.standard_normal()
@@ -124,6 +136,40 @@ def test_two_tests_and_a_third_that_is_to_be_made(tmp_path, monkeypatch):
     assert shares.loc["hopper", "rolling share"] > 0.5
 
 
+def test_a_rig_may_hold_a_factor_that_stays_free_in_the_others(tmp_path, monkeypatch):
+    rigs = {"plane": {"experiment": "tilt", "fixed": {"rolling": 0.0}}}
+    config = laboratory(tmp_path, monkeypatch, rigs=rigs)
+    rule = rules_of(config.model_dump(mode="json"))["plan_joint_first"]
+    rule.call(Study(config))
+    design, key = Study(config).table("joint_first", "design"), "particle_particle"
+    for row in design.to_dict("records"):
+        level = read_plan(rule.plan)[row["run_id"]]["contacts"][key]["rolling_friction"]
+        assert level == (0.0 if row["rig"] == "plane" else row["rolling"])
+    assert design[design["rig"] == "plane"]["rolling"].between(0.1, 0.5).all()
+    assert len(design) == len(read_plan(rule.plan)) == 42 + 32 + 42
+
+
+def test_draws_of_all_targets_go_through_a_machine(tmp_path, monkeypatch):
+    """The draws hold the sum of two frictions; a silo flows with their difference, and not with the
+    wall's."""
+    silo = {"experiment": "discharge", "metrics": ["mass_flow_g_s"], "draws": 40, "replicates": 2}
+    study = calibrated(laboratory(tmp_path, monkeypatch, push_through={"silo": silo}))
+    rules = rules_of(study.config.model_dump(mode="json"))
+    rules["plan_joint_push_through"].call(study)
+    answer(rules["plan_joint_push_through"].plan)
+    rules["joint_push_through"].call(study)
+    (row,) = study.summary("joint_push_through")["metrics"]
+    draws = study.table("joint", "draws")
+    flow = 60.0 + 80.0 * (draws["rolling"] - draws["friction"])
+    assert row["mean"] == pytest.approx(flow.mean(), abs=4.0)
+    assert row["sd_parameters"] == pytest.approx(flow.std(), rel=0.4)
+    shares = study.table("joint_push_through", "shares").set_index("parameter")
+    assert set(shares.index) == set(KEYS)
+    assert shares.loc["rolling", "low"] > 0.7
+    assert shares.loc["rolling", "correlation"] > 0.0 > shares.loc["friction", "correlation"]
+    assert shares.loc["wall", "low"] < 0.05
+
+
 def test_curves_count_as_coefficients_and_part_what_the_heap_leaves(tmp_path, monkeypatch):
     """The heap tells the sum of two frictions, 0.6; five curves of a discharge of 68 g/s their
     difference, (68 - 60) / 80."""
@@ -143,6 +189,76 @@ def test_curves_count_as_coefficients_and_part_what_the_heap_leaves(tmp_path, mo
     assert told.loc[told["metric"] == "mass_flow_g_s", "measured"].item() == pytest.approx(
         68.0, abs=0.1
     )
+
+
+def step_down(x, peak, steady):
+    """A shear curve: up to a peak, along it, and down to the steady stress at half its way."""
+    return np.interp(x, [0.0, 1.0, 3.0, 4.0, 10.0], [0.0, peak, peak, steady, steady])
+
+
+X, STRESS, ACROSS = np.linspace(0, 10, 201), np.linspace(0, 50, 101), np.linspace(-60, 60, 241)
+SPEEDS = np.array([30.0, 60.0, 120.0, 240.0])
+CURVES = {
+    "stress over displacement": (
+        {"cell": {"experiment": "shear"}},
+        lambda e: (X, step_down(X, 2.0 + e, 1.65 + 0.7 * e)),
+        {"friction": 0.25, "rolling": 0.35},
+        [("cell", "shear_stress_kPa", 2.0), ("cell", "steady_shear_stress_kPa", 1.65)],
+    ),
+    "strain over stress": (
+        {"press": {"experiment": "compression"}},
+        lambda e: (STRESS, STRESS / (1050.0 + 200.0 * e)),
+        {"friction": 0.25},
+        [("press", "strain_at_load", 50.0 / 1050.0), ("press", "constrained_modulus_kPa", 1050.0)],
+    ),
+    "outline": (
+        {"pour": {"experiment": "heap"}},
+        lambda e: (ACROSS, np.maximum(
+            (50.0 - np.abs(ACROSS)) * np.tan(np.radians(30.0 + 5.0 * e)), 0.0)),
+        {},
+        [("pour", "angle_of_repose_deg", 30.0), ("pour", "height_mm", 50.0 * np.tan(np.pi / 6))],
+    ),
+    "angle over speed": (
+        {name: {"experiment": "drum", "run": {"geometry": {"rotation_rate_deg_s": speed}}}
+         for name, speed in (("slow", 45.0), ("fast", 180.0))},
+        lambda e: (SPEEDS, 27.0 + 10.0 * e + 0.1 * SPEEDS * (0.25 + 0.1 * e**2)),
+        {"friction": 0.25, "rolling": 0.35},
+        [("slow", "dynamic_angle_deg", 28.125), ("fast", "dynamic_angle_deg", 31.5)],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("shape", CURVES)
+def test_measured_curves_of_each_shape_give_the_parameters_of_the_closed_form(
+    tmp_path, monkeypatch, shape
+):
+    """Five curves, of which the middle one is that of friction 0.25 and rolling friction 0.35."""
+    rigs, curve, truth, told = CURVES[shape]
+    rows = [
+        f"{n},{x},{y}"
+        for n, e in enumerate((-0.1, -0.06, 0.0, 0.06, 0.1))
+        for x, y in zip(*curve(e), strict=True)
+    ]
+    (tmp_path / "curves.csv").write_text("\n".join(["curve,x,y", *rows]) + "\n")
+    names = list(rigs) if shape == "angle over speed" else next(iter(rigs))
+    targets = [{"rig": names, "curve": "curves.csv", "shape": shape}]
+    found = calibrated(
+        laboratory(
+            tmp_path, monkeypatch, targets=targets, rigs=rigs, runs=24, repeated=6, second_wave=0
+        )
+    )
+    table = found.table("joint", "targets")
+    for row, (rig, metric, value) in zip(table.to_dict("records"), told, strict=True):
+        assert (row["rig"], row["metric"]) == (rig, metric)
+        assert row["measured"] == pytest.approx(value, rel=0.005)
+        assert abs(row["pull"]) < 1.0
+    for name, value in truth.items():
+        own = found.summary("joint")["parameters"][name]
+        assert own["mean"] == pytest.approx(value, abs=max(0.01, 2.0 * own["sd"]))
+        assert own["left"] < 0.5
+    draws = found.table("joint", "draws")
+    if shape == "outline":
+        assert (draws["rolling"] + draws["friction"]).mean() == pytest.approx(0.6, abs=0.03)
 
 
 def test_a_value_that_the_region_does_not_reach_moves_it(tmp_path, monkeypatch):
@@ -181,6 +297,10 @@ def test_targets_that_exclude_each_other_are_named(tmp_path, monkeypatch):
         ({"targets": [{"rig": "pour", "metric": "sliding_angle_deg"}]},
          ["targets.0.metric", "angle_of_repose_deg"]),
         ({"targets": [{"metric": "sliding_angle_deg"}]}, ["targets.0.rig", "must be given"]),
+        ({"targets": [{"rig": ["pour", "plane"], "metric": "angle_of_repose_deg"}]},
+         ["targets.0.rig", "'pour, plane'", "one rig"]),
+        ({"targets": [{"rig": ["pour"], "curve": "measured.csv", "shape": "angle over speed"}]},
+         ["targets.0.rig", "geometry.rotation_rate_deg_s"]),
         ({"targets": [{"rig": "pour"}]}, ["targets.0", "either metric, or curve and shape"]),
         ({"rows": ROWS.replace("0.6,6", ",")}, ["measured.csv", "line 6", "has no error"]),
         ({"rows": ROWS + "tilt,sliding_angle,30.0,deg,0.6,6\n"}, ["line 7", "line 6"]),
@@ -189,6 +309,8 @@ def test_targets_that_exclude_each_other_are_named(tmp_path, monkeypatch):
         ({"priors": {"wall": {"mean": 0.9, "sd": 0.1, "source": "a paper"}}},
          ["joint.priors.wall.mean", "0.1 to 0.5"]),
         ({"factors": ["rolling", "speed"]}, ["joint.factors", "speed"]),
+        ({"rigs": {"plane": {"experiment": "tilt", "fixed": {"speed": 1.0}}}},
+         ["rigs.plane.fixed", "speed"]),
         ({"hours": {"silo": 2.0}}, ["joint.hours", "silo"]),
         ({"repeated": 40}, ["joint.repeated", "32"]),
     ],

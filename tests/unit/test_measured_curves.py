@@ -56,6 +56,20 @@ def test_curves_of_shear_compression_and_outline_give_their_coefficients(tmp_pat
     assert found.mean == pytest.approx([25.0, 21.5], abs=0.2)
 
 
+def test_angles_over_speed_are_read_at_the_speeds_that_are_simulated(tmp_path):
+    """Straight lines, so that what lies between two speeds is known; a speed beyond all is
+    refused."""
+    speeds = np.array([5.0, 10.0, 30.0])
+    curves = [(speeds, 25.0 + k + 0.1 * speeds) for k in (-1.0, 0.0, 0.5, 1.0)]
+    curve_table(tmp_path / "c.csv", curves, "curve,x (rpm),y (deg)")
+    found = read_curves(tmp_path / "c.csv", "angle over speed", (36.0, 120.0))
+    assert found.metrics == ("dynamic_angle_deg",) * 2
+    assert found.mean == pytest.approx([25.725, 27.125])
+    assert found.covariance == pytest.approx(np.full((2, 2), np.var([-1, 0, 0.5, 1], ddof=1) / 4))
+    with refused(ConfigError, path="c.csv", line=2, column="curve"):
+        read_curves(tmp_path / "c.csv", "angle over speed", (36.0, 200.0))
+
+
 def test_too_few_curves_points_and_a_wrong_unit_are_refused_by_line(tmp_path):
     time = np.linspace(0.0, 4.0, 41)
     curve_table(tmp_path / "few.csv", [(time, time)] * 2)

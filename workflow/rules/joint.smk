@@ -122,3 +122,71 @@ rule joint:
         "joint: one posterior over all tests"
     script:
         "../scripts/task.py"
+
+
+# as push_through does with the draws of one target
+checkpoint plan_joint_push_through:
+    input:
+        needs=needs("push_through", "plan_joint_push_through"),
+        draws=f"{STUDY}/joint/draws.csv",
+        factors=FACTORS,
+        fixed=BENCH_VALUES,
+        again=again("plan_joint_push_through"),
+    output:
+        design=f"{STUDY}/joint_push_through/design.csv",
+        plan=f"{STUDY}/joint_push_through/plan.json",
+    log:
+        f"{STUDY}/logs/plan_joint_push_through.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        function="calibration.chain.joint.machines:plan_joint_push_through",
+        reads=["seed", "experiment", "fixed", "run", "factors", "push_through"],
+        seeds=5,
+        made_from=made_from("plan_joint_push_through"),
+    message:
+        "plan the draws of the joint posterior in other machines"
+    script:
+        "../scripts/task.py"
+
+
+rule joint_push_through:
+    input:
+        needs=needs("push_through", "joint_push_through"),
+        design=f"{STUDY}/joint_push_through/design.csv",
+        runs=runs_of("joint_push_through"),
+        measurements=MEASUREMENTS,
+        factors=FACTORS,
+        again=again("joint_push_through"),
+    output:
+        summary=f"{STUDY}/joint_push_through/joint_push_through.json",
+        metrics=f"{STUDY}/joint_push_through/metrics.csv",
+        shares=f"{STUDY}/joint_push_through/shares.csv",
+        runs=f"{STUDY}/joint_push_through/runs.csv",
+        figure=report(
+            f"{STUDY}/joint_push_through/push_through.svg",
+            caption="../report/push_through.rst",
+            category="5 What stays open, in other machines",
+        ),
+    log:
+        f"{STUDY}/logs/joint_push_through.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        function="calibration.chain.joint.machines:joint_push_through",
+        reads=["experiment", "run", "factors", "measurements", "push_through"],
+        made_from=made_from("joint_push_through"),
+    message:
+        "what the joint posterior leaves open in other machines"
+    script:
+        "../scripts/task.py"

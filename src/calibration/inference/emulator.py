@@ -96,20 +96,6 @@ class Emulator:
         left = np.maximum(own - ((cross @ self._inverse) * cross).sum(1), 0.0)
         return self.spread**2 * left
 
-    def unexpected(self, x: np.ndarray) -> np.ndarray:
-        """Variance (k,) at (k, d) inputs by which the mean errs beyond what the process expects, as
-        next to a step.
-
-        It is the mean of the squared leave-one-out errors of the runs nearby less what the process
-        expects of them, as far as that is above what chance gives (one standard error of it)."""
-        expected = self.spread**2 / np.diag(self._inverse)
-        near = self._alike(x, self.x) ** 4
-        sums = np.maximum(near.sum(1), 1e-300)  # far from all runs nothing is known
-        own, usual = near @ self._misses / sums, near @ expected / sums
-        chance = np.sqrt(2.0 * (near**2).sum(1)) / sums  # of a mean of squares about 1
-        found: np.ndarray = np.maximum(own - usual * (1.0 + chance), 0.0)
-        return found
-
     def correlation(self, x: np.ndarray) -> np.ndarray:
         """Correlation (k, k) of the errors at k inputs: of the process given its runs, for it is
         wrong smoothly."""

@@ -5,7 +5,7 @@ A shape is a row of `SHAPES`. The points of one curve are no independent reading
 the test, so the covariance is that of whole curves.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,7 +32,9 @@ class Shape:
     """Coefficients of a curve y(x).
 
     words: for the reference; x, y: their units; metrics: of the runs, which the coefficients are
-    called by; read: read(x, y) -> coefficients (q,) of points (m,) in the order of x.
+    called by; read: read(x, y) -> coefficients (q,) of points (m,) in the order of x. A curve over
+    a setting of the rig has its key in the rig's `geometry`: its coefficients are the values at the
+    settings (q,) that are simulated, read(x, y, settings), and its one metric counts for each.
     """
 
     words: str
@@ -40,6 +42,12 @@ class Shape:
     y: str
     metrics: tuple
     read: Callable
+    setting: str | None = None
+
+    @property
+    def least_points(self) -> int:
+        """Points that a curve needs; settings are few."""
+        return 2 if self.setting else LEAST_POINTS
 
 
 def _discharge(time, mass):
@@ -70,6 +78,11 @@ def _outline(across, height):
     return np.mean(angles), top
 
 
+def _at(x, y, settings):
+    """Values at settings, in straight lines between points; nan where the curve does not reach."""
+    return np.interp(settings, x, y, left=np.nan, right=np.nan)
+
+
 SHAPES = {
     "mass over time": Shape(
         "mass that has left over time: steady flow and emptying time",
@@ -87,6 +100,10 @@ SHAPES = {
         "height of a heap's outline over the distance across: angle of its flanks and height",
         "mm", "mm", ("angle_of_repose_deg", "height_mm"), _outline,
     ),
+    "angle over speed": Shape(
+        "angle in a drum over its speed of rotation: the angle at each speed that is simulated",
+        "deg/s", "deg", ("dynamic_angle_deg",), _at, setting="rotation_rate_deg_s",
+    ),
 }  # fmt: skip
 
 
@@ -101,8 +118,9 @@ class ShapeMean:
     freedom: float
 
 
-def read_curves(path: str | Path, shape: str) -> ShapeMean:
+def read_curves(path: str | Path, shape: str, settings: Sequence[float] = ()) -> ShapeMean:
     """`ShapeMean` of the curves in a table with the columns `curve` (its name), `x` and `y`.
+    settings: (q,) at which a curve over a setting is read.
 
     Raises ConfigError naming file and line: for an unknown unit, too few points, a curve that has
     no such coefficients, and fewer curves than a covariance needs (one more than coefficients).
@@ -114,8 +132,11 @@ def read_curves(path: str | Path, shape: str) -> ShapeMean:
     for line, row in table.rows:
         values = [table.number(line, c, row[c]) * f for c, f in zip("xy", factors, strict=True)]
         points.setdefault(row["curve"], []).append((line, *values))
-    found = np.array([_coefficients(of, name, rows, path) for name, rows in points.items()])
-    n, q = len(found), len(of.metrics)
+    found = np.array(
+        [_coefficients(of, name, rows, path, settings) for name, rows in points.items()]
+    )
+    metrics = of.metrics * len(settings) if of.setting else of.metrics
+    n, q = len(found), len(metrics)
     if n < q + 1:
         first = next(iter(points.values()))[0][0] if points else None
         raise ConfigError(
@@ -123,7 +144,7 @@ def read_curves(path: str | Path, shape: str) -> ShapeMean:
             path=path, line=first, column="curve", allowed=f"at least {q + 1} curves of one test",
         )  # fmt: skip
     covariance = np.atleast_2d(np.cov(found.T)) / n
-    return ShapeMean(of.metrics, found.mean(axis=0), covariance, float(n - q))
+    return ShapeMean(metrics, found.mean(axis=0), covariance, float(n - q))
 
 
 def _factor(table, column, unit):
@@ -140,15 +161,18 @@ def _factor(table, column, unit):
         ) from None  # fmt: skip
 
 
-def _coefficients(shape, name, rows, path):
+def _coefficients(shape, name, rows, path, settings):
     line = rows[0][0]
     x, y = np.array([r[1:] for r in rows]).T
     order = np.argsort(x, kind="stable")
-    reason = f"the curve {name} has {len(rows)} points" if len(rows) < LEAST_POINTS else None
-    found = None if reason else np.array(shape.read(x[order], y[order]), float)
-    if reason is None and not np.isfinite(found).all():
-        reason = f"the curve {name} has no {' or '.join(shape.metrics)}"
+    few = len(rows) < shape.least_points
+    reason = f"the curve {name} has {len(rows)} points" if few else None
+    own = (np.asarray(settings, float),) if shape.setting else ()
+    found = None if few else np.array(shape.read(x[order], y[order], *own), float)
+    if found is not None and not np.isfinite(found).all():
+        at = f" at {', '.join(f'{s:g}' for s in settings)} {shape.x}" if settings else ""
+        reason = f"the curve {name} has no {' or '.join(shape.metrics)}{at}"
     if reason:
-        allowed = f"at least {LEAST_POINTS} points: {shape.words}"
+        allowed = f"at least {shape.least_points} points: {shape.words}"
         raise ConfigError(reason, path=path, line=line, column="curve", allowed=allowed)
     return found

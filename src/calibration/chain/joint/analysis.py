@@ -39,12 +39,12 @@ def joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     whole = joint_of(config, emulators)
     posterior = whole.posterior(config.seed)
     parameters = _parameters(factors, posterior, whole.prior)
-    criticism = _criticism(whole, posterior.draws, config.seed)
+    criticism = _criticism(config, whole, posterior.draws)
     following = next_tests(config, emulators, posterior.draws)
     draws = _natural(factors, thinned(posterior.draws, config.joint.draws))
     write_table(draws, output.draws)
     write_table(_as_table(parameters), output.parameters)
-    write_table(_targets(config, whole, criticism["targets"]), output.targets)
+    write_table(_targets(whole, criticism["targets"]), output.targets)
     write_table(following, output.next)
     write_table(predictions(config, emulators, posterior.draws), output.predictions)
     middle = {name: p["mean"] for name, p in parameters.items()}
@@ -65,13 +65,19 @@ def joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     write_json(output.summary, found | criticism)
 
 
-def _criticism(whole, draws, seed):
+def _criticism(config, whole, draws):
     """Pull of each target, whether all agree, and whether the model gives such values at all."""
+    seed = config.seed
     cloud = Cloud.of(whole, seed=seed)
+    read = {name_of(t): read_joint_target(config, t) for t in config.targets}
     agreed = agreement(whole, draws, seed, cloud)
     return {
         "targets": [
-            asdict(p) | {"agrees": p.p_others >= ALPHA} for p in pulls(whole, draws, seed, cloud)
+            {"rig": read[p.response].rigs[p.coefficient]}
+            | {"metric": read[p.response].metrics[p.coefficient]}
+            | asdict(p)
+            | {"agrees": p.p_others >= ALPHA}
+            for p in pulls(whole, draws, seed, cloud)
         ],
         "agreement": asdict(agreed) | {"contradicts": agreed.contradicts},
         "misspecification_p": misspecification(whole, seed=seed),
@@ -137,26 +143,24 @@ def _as_table(parameters):
     return pd.DataFrame(rows)
 
 
-def _targets(config, whole, apart):
+def _targets(whole, apart):
     """A row a coefficient: what was measured, its error, what is predicted, pull and p by all
     targets and by all others."""
-    rows = []
-    named = {name_of(t): (t, r) for t, r in zip(config.targets, whole.responses, strict=True)}
+    rows, named = [], {r.name: r for r in whole.responses}
     for pull in apart:
-        target, response = named[pull["response"]]
         k = pull["coefficient"]
-        row = {"rig": target.rig, "metric": read_joint_target(config, target).metrics[k]}
-        row |= {"measured": pull["measured"], "error": float(np.sqrt(response.covariance[k, k]))}
+        error = float(np.sqrt(named[pull["response"]].covariance[k, k]))
+        row = {key: pull[key] for key in ("rig", "metric", "measured")} | {"error": error}
         shown = ("predicted", "pull", "p", "pull_others", "p_others")
         rows.append(row | {key: pull[key] for key in shown})
     return pd.DataFrame(rows)
 
 
 def _without_value(emulators, config):
-    """{target: runs of its rig that gave no value}."""
+    """{target: runs of its rigs that gave no value}."""
     found = {}
     for target in config.targets:
-        metrics = read_joint_target(config, target).metrics
-        has = np.isfinite(emulators.values(target.rig, metrics)).all(axis=1)
-        found[name_of(target)] = int((~has).sum())
+        needed = read_joint_target(config, target).of_rigs
+        has = [np.isfinite(emulators.values(r, m)).all(axis=1) for r, m in needed.items()]
+        found[name_of(target)] = int(sum((~h).sum() for h in has))
     return found

@@ -12,7 +12,7 @@ import pandas as pd
 from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance
 from calibration.inference.joint.likelihood import Joint, Response
-from calibration.inference.joint.scatter import Judged
+from calibration.inference.joint.scatter import RoughEmulator
 from calibration.inference.posterior_sampling import Formed, Prior
 from calibration.runs.plans import read_values
 from calibration.study.config.joint import MeasuredMean, joint_factors, name_of, read_joint_target
@@ -44,7 +44,7 @@ class Emulators:
 
     def __init__(self, factors: Sequence[Any], design: pd.DataFrame) -> None:
         self.factors, self.design = factors, design
-        self._kept: dict[tuple[str, str], Judged] = {}
+        self._kept: dict[tuple[str, str], RoughEmulator] = {}
 
     def inputs(self, rig: str) -> tuple[pd.DataFrame, np.ndarray]:
         """(table of the rig's runs, their levels (n, d) in [0, 1])."""
@@ -57,7 +57,7 @@ class Emulators:
         runs, _ = self.inputs(rig)
         return np.column_stack([read_values(runs["run_id"], m) for m in metrics])
 
-    def of(self, rig: str, metric: str) -> Judged:
+    def of(self, rig: str, metric: str) -> RoughEmulator:
         """The emulator of a metric. Raises CalibrationError naming rig and metric where too few
         runs gave a value, or all the same."""
         if (rig, metric) not in self._kept:
@@ -65,12 +65,12 @@ class Emulators:
             values = self.values(rig, [metric])[:, 0]
             has = np.isfinite(values)
             try:
-                self._kept[rig, metric] = Judged(u[has], values[has])
+                self._kept[rig, metric] = RoughEmulator(u[has], values[has])
             except CalibrationError as error:
                 raise CalibrationError(f"rig {rig}, {metric}: {error}") from None
         return self._kept[rig, metric]
 
-    def known(self, rig: str, metrics: Sequence[str]) -> dict[str, Judged]:
+    def known(self, rig: str, metrics: Sequence[str]) -> dict[str, RoughEmulator]:
         """{metric: emulator} of those metrics that the rig's runs tell."""
         found = {}
         for metric in metrics:
@@ -96,9 +96,10 @@ def joint_of(config: Config, emulators: Emulators) -> Joint:
         responses.append(_response(target, measured, emulators))
         few = not np.isfinite(measured.freedom)
         tests = LEAST_TESTS if few else measured.freedom + len(measured.metrics)
-        own = emulators.formed(target.rig, measured.metrics, tests)
-        if own:
-            formed[target.rig] = own
+        for rig, metrics in measured.of_rigs.items():
+            own = emulators.formed(rig, metrics, tests)
+            if own:
+                formed[rig] = own
     prior = prior_of(config, emulators.factors)
     return Joint(tuple(responses), prior, tuple(formed.values()))
 
@@ -106,7 +107,7 @@ def joint_of(config: Config, emulators: Emulators) -> Joint:
 def _response(target: Any, measured: MeasuredMean, emulators: Emulators) -> Response:
     return Response(
         name_of(target),
-        tuple(emulators.of(target.rig, m) for m in measured.metrics),
+        tuple(emulators.of(r, m) for r, m in zip(measured.rigs, measured.metrics, strict=True)),
         measured.mean,
         measured.covariance,
         measured.freedom,

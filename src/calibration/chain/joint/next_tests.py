@@ -49,8 +49,8 @@ def metrics_of(config: Config, rig: str) -> Sequence[str]:
     else its experiment's main one and those of its targets."""
     own = config.rigs[rig]
     main = experiments()[own.experiment].targets[:1]
-    targets = [t for t in config.targets if t.rig == rig]
-    measured = [m for t in targets for m in read_joint_target(config, t).metrics]
+    found = [read_joint_target(config, t) for t in config.targets if rig in t.rigs]
+    measured = [m for f in found for r, m in zip(f.rigs, f.metrics, strict=True) if r == rig]
     return tuple(dict.fromkeys(own.metrics or (*main, *measured)))
 
 
@@ -70,8 +70,8 @@ def _reading_sd(config):
     found = {}
     for target in config.targets:
         measured = read_joint_target(config, target)
-        for metric, sd in zip(measured.metrics, measured.reading_sd, strict=True):
-            found[target.rig, metric] = float(sd)
+        for *key, sd in zip(measured.rigs, measured.metrics, measured.reading_sd, strict=True):
+            found[tuple(key)] = float(sd)
     return found
 
 

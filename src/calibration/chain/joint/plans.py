@@ -47,7 +47,7 @@ def plan_joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
         draws = joint_of(config, Emulators(factors, first)).posterior(config.seed).draws
         points = _spread(draws, config.joint.second_wave, config.seed)
         before = config.joint.runs + config.joint.repeated
-        rigs = [*(t.rig for t in config.targets), config.joint.machine]
+        rigs = [*(r for t in config.targets for r in t.rigs), config.joint.machine]
         for rig in dict.fromkeys(r for r in rigs if r):
             parts.append(_planned(study, rig, factors, points, before))
     table, specs = _numbered([(first.drop(columns="run"), {}), *parts])
@@ -67,11 +67,14 @@ def _planned(study, rig, factors, u, before):
     config, own = study.config, study.config.rigs[rig]
     levels = {f.name: np.round(f.natural(2.0 * u[:, k] - 1.0), 9) for k, f in enumerate(factors)}
     design, run = pd.DataFrame({"rig": rig} | levels), machine_run(config, own)
+    held = design.assign(**own.fixed)
     parts = [
-        study.plan(design.iloc[[n]], own.experiment, run, config.seed + before + n)
-        for n in range(len(design))
+        study.plan(held.iloc[[n]], own.experiment, run, config.seed + before + n)
+        for n in range(len(held))
     ]
-    return together(parts)
+    table, specs = together(parts)
+    # what the rig holds tells nothing of it there, and the point stays that of all rigs
+    return table.drop(columns=list(set(own.fixed) - set(levels))).assign(**levels), specs
 
 
 def _numbered(parts):

@@ -66,12 +66,12 @@ def _contradictions(summary):
 def _targets(summary):
     said = []
     for target in summary["targets"]:
-        rig, _, metric = target["response"].partition(": ")
-        shown = response_of(metric)
+        shown = response_of(target["metric"])
         said.append(
-            f"{_first(rig)}, {shown.name}: measured {shown.value(target['measured'])}, predicted "
-            f"by all targets {shown.value(target['predicted'])} (pull {target['pull']:+.1f}), by "
-            f"the others a pull of {target['pull_others']:+.1f} (p = {target['p_others']:.2g})."
+            f"{_first(target['rig'])}, {shown.name}: measured {shown.value(target['measured'])}, "
+            f"predicted by all targets {shown.value(target['predicted'])} "
+            f"(pull {target['pull']:+.1f}), by the others a pull of "
+            f"{target['pull_others']:+.1f} (p = {target['p_others']:.2g})."
         )
     return said
 

@@ -9,6 +9,7 @@ integrated out (Student's t).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Any, cast
 
 import numpy as np
@@ -63,7 +64,9 @@ class Response:
                 f"{self.name}: {q} emulators need as many means, discrepancies and a square "
                 f"covariance, not {mean.shape}, {discrepancy.shape} and {covariance.shape}"
             )
-        if not np.allclose(covariance, covariance.T) or np.linalg.eigvalsh(covariance)[0] < 0.0:
+        # coefficients that hang together to the last digit have a least eigenvalue of about zero
+        least = np.linalg.eigvalsh(covariance)[0] + 1e-12 * abs(np.trace(covariance))
+        if not np.allclose(covariance, covariance.T) or least < 0.0:
             raise CalibrationError(f"{self.name}: its covariance is none")
 
     def predicted(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -122,6 +125,7 @@ class Response:
         return replace(self, mean=np.asarray(y, float))
 
 
+@cache
 def _scales(freedom):
     """Factors (m,) on an estimated covariance with their weights (m,): nu / chi squared, on an even
     grid of its logarithm."""

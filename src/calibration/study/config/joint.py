@@ -33,20 +33,29 @@ APART = 4.0
 
 @dataclass(frozen=True)
 class MeasuredMean:
-    """What was measured of a target: metrics (q names), mean (q,), covariance (q, q) of the mean,
-    the degrees of freedom behind it, infinite where it is stated, and the standard deviation (q,)
-    of one reading."""
+    """What was measured of a target: rigs and metrics (q names each), mean (q,), covariance (q, q)
+    of the mean, the degrees of freedom behind it, infinite where it is stated, and the standard
+    deviation (q,) of one reading."""
 
+    rigs: tuple
     metrics: tuple
     mean: np.ndarray
     covariance: np.ndarray
     freedom: float
     reading_sd: np.ndarray
 
+    @property
+    def of_rigs(self) -> dict[str, list[str]]:
+        """{rig: its metrics}."""
+        found: dict[str, list[str]] = {}
+        for rig, metric in zip(self.rigs, self.metrics, strict=True):
+            found.setdefault(rig, []).append(metric)
+        return found
+
 
 def name_of(target: JointTarget) -> str:
     """A target's name in tables and sentences: rig and metric or shape."""
-    return f"{target.rig}: {target.metric or target.shape}"
+    return f"{', '.join(target.rigs)}: {target.metric or target.shape}"
 
 
 def rig_spec(config: Config, name: str) -> RunSpec:
@@ -64,17 +73,30 @@ def joint_factors(config: Config, factors: Iterable[Factor | Choice]) -> list[Fa
 def read_joint_target(config: Config, target: JointTarget) -> MeasuredMean:
     """`MeasuredMean` of a target. Raises ConfigError naming file, line and what is missing."""
     if target.curve:
-        found = read_curves(target.curve, target.shape)  # type: ignore[arg-type]  # goes with it
-        curves = found.freedom + len(found.metrics)
-        sd = np.sqrt(np.diag(found.covariance) * curves)
-        return MeasuredMean(found.metrics, found.mean, found.covariance, found.freedom, sd)
+        return _read_curve(config, target)
     table = read_measured(config.measurements)
-    experiment = config.rigs[target.rig].experiment
+    (rig,) = target.rigs  # of a metric, one
+    experiment = config.rigs[rig].experiment
     quantity = quantity_name(target.metric)  # type: ignore[arg-type]  # in place of a curve
-    found = agreeing(table, experiment, quantity, rig_spec(config, target.rig))
+    found = agreeing(table, experiment, quantity, rig_spec(config, rig))
     rows = [_mean_of(m, target, table.path) for m in found]
     _refuse_contradicting(rows, found, table.path)
     return _pooled(target, rows, max(m.sd or 0.0 for m in found))
+
+
+def _read_curve(config, target):
+    key = SHAPES[target.shape].setting
+    found = read_curves(target.curve, target.shape, _settings(config, target) if key else ())
+    curves = found.freedom + len(found.metrics)
+    sd = np.sqrt(np.diag(found.covariance) * curves)
+    rigs = target.rigs if key else target.rigs * len(found.metrics)
+    return MeasuredMean(rigs, found.metrics, found.mean, found.covariance, found.freedom, sd)
+
+
+def _settings(config, target):
+    """What a curve runs over, in each of the target's rigs."""
+    key = SHAPES[target.shape].setting
+    return tuple(getattr(rig_spec(config, name).geometry, key) for name in target.rigs)
 
 
 def _mean_of(row, target, path):
@@ -123,7 +145,7 @@ def _pooled(target, rows, reading_sd):
     doubt = np.sum((share**2 * variance) ** 2 / freedom)
     behind = whole**2 / doubt if doubt > 0.0 else np.inf
     return MeasuredMean(
-        (target.metric,), np.array([pooled]), np.array([[whole]]), float(behind),
+        target.rigs, (target.metric,), np.array([pooled]), np.array([[whole]]), float(behind),
         np.array([reading_sd or np.sqrt(whole)]),
     )  # fmt: skip
 
@@ -158,15 +180,15 @@ def _check_metrics(rig, key, file):
 
 
 def _check_target(config, target, key, file):
-    if target.rig not in config.rigs:
-        allowed = ", ".join(config.rigs) or "a name in rigs, which has none"
-        raise ConfigError(
-            "is no rig", path=file, key=f"{key}.rig", value=target.rig, allowed=allowed
-        )
+    for name in target.rigs:
+        if name not in config.rigs:
+            allowed = ", ".join(config.rigs) or "a name in rigs, which has none"
+            raise ConfigError("is no rig", path=file, key=f"{key}.rig", value=name, allowed=allowed)
     if bool(target.metric) == bool(target.curve) or bool(target.curve) != bool(target.shape):
         allowed = "either metric, or curve and shape"
         raise ConfigError("is not complete", path=file, key=key, allowed=allowed)
-    experiment = config.rigs[target.rig].experiment
+    experiment = config.rigs[target.rigs[0]].experiment
+    _check_settings(config, target, key, file)
     if target.metric and target.metric not in METRICS[experiment]:
         raise ConfigError(
             "is no metric of it",
@@ -185,6 +207,20 @@ def _check_target(config, target, key, file):
             )
 
 
+def _check_settings(config, target, key, file):
+    """A curve over a setting has several rigs, which differ in it; every other target has one."""
+    over = SHAPES[target.shape].setting if target.shape in SHAPES else None
+    kinds = {config.rigs[name].experiment for name in target.rigs}
+    if not over and len(target.rigs) == 1 and isinstance(target.rig, str):
+        return
+    allowed = f"rigs of one experiment that differ in geometry.{over}" if over else "one rig"
+    if over and len(kinds) == 1 and hasattr(rig_spec(config, target.rigs[0]).geometry, over):
+        if len(set(_settings(config, target))) == len(target.rigs) > 1:
+            return
+    value = ", ".join(target.rigs)
+    raise ConfigError("does not go", path=file, key=f"{key}.rig", value=value, allowed=allowed)
+
+
 def _check_names(config, factors, file):
     """Names in `joint` are of factors and rigs; a prior lies in its factor's levels."""
     names, joint = [f.name for f in factors], config.joint
@@ -193,6 +229,7 @@ def _check_names(config, factors, file):
         ("joint.factors", joint.factors, names),
         ("joint.priors", joint.priors, free),
         ("joint.hours", joint.hours, list(config.rigs)),
+        *((f"rigs.{rig}.fixed", own.fixed, names) for rig, own in config.rigs.items()),
         ("joint.machine", [joint.machine] if joint.machine else [], list(config.rigs)),
     ):
         for name in given:

@@ -350,12 +350,19 @@ class RigConfig(_Simulated):
         description="metrics that could be measured next and are predicted; the experiment's "
         "main one and those of `targets` unless given",
     )
+    fixed: dict[str, float] = Field(
+        {},
+        description="factor name: its level in this rig, whatever it is in the others, as of side "
+        "walls that are smooth",
+    )
 
 
 class JointTarget(_Part):
     """A measured metric of a rig, or coefficients of a measured curve that are metrics of it."""
 
-    rig: str = Field(description="name in `rigs`")
+    rig: str | list[str] = Field(
+        description="name in `rigs`; for a curve over a setting a list of them, one a setting"
+    )
     metric: str | None = Field(None, description="metric, compared with the rows of its name")
     curve: str | None = Field(
         None, description="CSV table of measured curves, in place of `metric`: curve, x, y"
@@ -374,6 +381,11 @@ class JointTarget(_Part):
         description="standard deviation by which the model itself may be wrong, in the metric's "
         "unit",
     )
+
+    @property
+    def rigs(self) -> tuple[str, ...]:
+        """Names of its rigs."""
+        return (self.rig,) if isinstance(self.rig, str) else tuple(self.rig)
 
 
 class JointPrior(PriorConfig):

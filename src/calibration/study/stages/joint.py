@@ -18,4 +18,16 @@ STAGES = (
         ),
         sentences="calibration.chain.joint.words:sentences",
     ),
+    Stage(
+        name="joint_push_through",
+        title="What all tests leave open, in other machines",
+        place=5.4,
+        plans=(Plan("joint_push_through"),),
+        figures=(Figure("push_through", ("metrics.csv", "runs.csv")),),
+        tables=(
+            ("metrics", "Each metric over the draws"),
+            ("shares", "Share of each metric's spread that goes with a parameter"),
+        ),
+        sentences="calibration.chain.joint.machines:sentences",
+    ),
 )
