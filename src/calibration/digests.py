@@ -2,8 +2,8 @@
 that it reads.
 
 The code is found from the imports, beginning with the module of the rule's function and that of
-the study. Comments, docstrings and layout do not count. Runs are not among these rules: their spec
-and the engine name them.
+the study, and so are the libraries, whose versions count. Comments, docstrings and layout do not
+count. Runs are not among these rules: their spec and the engine name them.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import hashlib
 import json
 from collections.abc import Iterable
 from functools import cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,6 +33,12 @@ FINDS_BY_ITSELF = {
     '.glob("*.py")': ("**/*.py",),
 }
 """What stands in a module that finds the modules beside it, and which these are."""
+LIBRARIES = {
+    "numpy": "numpy", "scipy": "scipy", "pandas": "pandas", "sklearn": "scikit-learn",
+    "emcee": "emcee", "SALib": "SALib", "pyDOE3": "pyDOE3", "matplotlib": "matplotlib",
+    "PIL": "pillow", "pint": "pint", "jinja2": "jinja2",
+}  # fmt: skip
+"""Name that is imported: distribution. numba is left out: it computes runs, which hold it."""
 OWN = Path(__file__).name  # where these words stand and nothing is found
 
 
@@ -42,7 +49,31 @@ def digest(
     modules `names` brings in; sources: the folder of the packages."""
     values = config.model_dump(mode="json", include=set(sections))
     files = {path for name in names for path in modules(name, Path(sources))}
-    return _hash([json.dumps(values, sort_keys=True)], files)
+    return _hash([json.dumps(values, sort_keys=True), *libraries(files)], files)
+
+
+def libraries(files: Iterable[Path]) -> list[str]:
+    """["name version"] of the packages of others that sources import, in order: those among
+    LIBRARIES, which compute or draw what a stage leaves."""
+    names = {name for path in files if path.suffix == ".py" for name in _names(path)}
+    return [f"{d} {_version(d)}" for d in sorted({LIBRARIES[n] for n in names & set(LIBRARIES)})]
+
+
+@cache
+def _version(distribution):
+    try:
+        return version(distribution)
+    except PackageNotFoundError:  # a copy without metadata
+        return "unknown"
+
+
+@cache
+def _names(path):
+    """Top names of what a module imports, at whatever place in it."""
+    tree = ast.parse(path.read_text())
+    found = {a.name for n in ast.walk(tree) if isinstance(n, ast.Import) for a in n.names}
+    found |= {n.module or "" for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
+    return frozenset(name.split(".")[0] for name in found)
 
 
 def code_digest(name: str, packages: Iterable[str], sources: Path = SOURCES) -> str:

@@ -21,7 +21,7 @@ from calibration.statistics.surface import fit_surface
 from calibration.study.config import overlay, parse_config
 from calibration.telling.export import parameters as sources
 from calibration.telling.export import rolling, stage
-from calibration.telling.export.decks import BLOCKS, allowed, write_decks
+from calibration.telling.export.decks import BLOCKS, KNOWN_ANGLE, allowed, write_decks
 from calibration.telling.export.parameters import parameter_interval, to_yaml
 from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS
@@ -638,7 +638,8 @@ def test_the_search_runs_the_same_volume_of_fewer_grains(mapping):
 
     assert coarse.particles.count == rolling.MOST_GRAINS
     assert volume(coarse) == pytest.approx(volume(spec), rel=1e-5)
-    assert coarse.particles.count / coarse.geometry.generation_rate_per_s == pytest.approx(1.0)
+    poured = spec.particles.count / spec.geometry.generation_rate_per_s
+    assert coarse.particles.count / coarse.geometry.generation_rate_per_s == pytest.approx(poured)
     narrow = overlay(mapping, {"geometry": {"orifice_diameter_mm": 7.0}})
     assert rolling.coarse(narrow) is narrow
 
@@ -776,6 +777,10 @@ def test_a_deck_is_whole_and_says_how_it_is_checked(files, code):
         assert {p.name for p in deck.iterdir()} == DECK | OWN_FILES[code]
         text = (deck / "README.md").read_text()
         assert "python check.py" in text
+        first = text.split("\n\n")[1]
+        for name in ("NOT CORRECTED", "deg", KNOWN_ANGLE[code].split()[-2]):
+            assert name in " ".join(first.split())
+        assert f"{json.loads((deck / 'expected.json').read_text())['margin']:g} deg" in first
         assert f"{json.loads((deck / 'expected.json').read_text())['mean']:.2f} deg" in text
         for name in DECK | OWN_FILES[code]:
             assert f"`{name}`" in text or name == "README.md"

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +24,8 @@ if TYPE_CHECKING:
 
 LAST_WORDS = 800
 """Characters of a failed program's output that its error quotes."""
+ASKED_S = 60.0
+"""A program that is asked for its version and says nothing for so long hangs [s]."""
 
 
 def find(name: str, install: str) -> str:
@@ -38,9 +43,15 @@ def stated_version(
 ) -> str:
     """What an installed program says of its version: the first group of `pattern` in the output of
     `command`. Raises EngineError."""
-    said = subprocess.run(
-        command, input="", capture_output=True, text=True, timeout=60, env=environment, check=False
-    )
+    try:
+        said = subprocess.run(
+            command, input="", capture_output=True, text=True, errors="replace", timeout=ASKED_S,
+            env=environment, check=False,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        raise EngineError(f"{_name(command)} did not state its version in {ASKED_S:g} s") from None
+    except OSError as error:
+        raise EngineError(f"{_name(command)} cannot be started: {error.strerror}") from None
     words = said.stdout + said.stderr
     found = re.search(pattern, words)
     if not found:
@@ -82,25 +93,51 @@ def run(
     output = Path(folder) / "output.txt"
     with open(output, "w") as stream:
         try:
-            done = subprocess.run(
+            process = subprocess.Popen(
                 command,
                 cwd=folder,
                 stdin=subprocess.DEVNULL,
                 stdout=stream,
                 stderr=subprocess.STDOUT,
-                timeout=timeout_s,
                 env=environment,
-                check=False,
             )
-        except subprocess.TimeoutExpired:
-            raise EngineError(f"{_name(command)} was stopped after {timeout_s:g} s") from None
         except OSError as error:
             raise EngineError(f"{_name(command)} cannot be started: {error.strerror}") from None
+        status = _ended(process, command, timeout_s)
     text = output.read_text(errors="replace")
-    if done.returncode:
+    if status:
         words = text[-LAST_WORDS:].strip() or "no output"
-        raise EngineError(f"{_name(command)} ended with status {done.returncode}: {words}")
+        raise EngineError(f"{_name(command)} ended with status {status}: {words}")
     return text
+
+
+def _ended(process, command, timeout_s):
+    """Exit status of a process. It is ended with all that it has started (mpirun starts the
+    program) after `timeout_s`, and where this one is interrupted. It stays in the group of this
+    process, so that what ends the whole group ends it too."""
+    try:
+        return process.wait(timeout_s)
+    except subprocess.TimeoutExpired:
+        raise EngineError(f"{_name(command)} was stopped after {timeout_s:g} s") from None
+    finally:
+        if process.returncode is None:
+            for number in (*_started_by(process.pid), process.pid):
+                with suppress(ProcessLookupError):
+                    os.kill(number, signal.SIGKILL)
+            process.wait()
+
+
+def _started_by(number):
+    """Processes that a process has started, and that these have; none where the system has no
+    /proc."""
+    above = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError, ValueError, IndexError):  # it has just ended
+            above[int(stat.parent.name)] = int(stat.read_text().rpartition(")")[2].split()[1])
+    found = [number]
+    for parent in found:
+        found += [child for child, its in above.items() if its == parent]
+    return found[1:]
 
 
 def _name(command):
@@ -111,14 +148,24 @@ def read_frames(path: str | Path) -> list[dict[str, np.ndarray]]:
     """[{column: (n,) array}] of all frames of a LIGGGHTS or LAMMPS text dump, sorted by id.
     Raises EngineError."""
     try:
-        parts = Path(path).read_text().split("ITEM: ATOMS")[1:]
-        return [_frame(part.split("ITEM:")[0].splitlines()) for part in parts]
+        head, *parts = Path(path).read_text().split("ITEM: ATOMS")
+        heads = [head, *(part.partition("ITEM:")[2] for part in parts)]
+        bodies = [part.split("ITEM:")[0].splitlines() for part in parts]
+        return [_frame(body, _stated(head)) for body, head in zip(bodies, heads, strict=False)]
     except (OSError, ValueError, IndexError) as error:
         raise EngineError(f"{Path(path).name} cannot be read: {error}") from None
 
 
-def _frame(lines):
+def _stated(head):
+    """Number of grains that a frame's head states, None where it does not."""
+    found = re.search(r"NUMBER OF ATOMS\s+(\d+)", head)
+    return int(found[1]) if found else None
+
+
+def _frame(lines, count):
     names = lines[0].split()
+    if count not in (None, len(lines) - 1):
+        raise ValueError(f"it is cut off: {len(lines) - 1} of {count} grains")
     rows = np.array([line.split() for line in lines[1:]], float).reshape(-1, len(names))
     if not np.isfinite(rows).all():
         raise ValueError("it holds numbers that are not finite")
@@ -145,10 +192,11 @@ def time_of(path: str | Path, time_step: float) -> float:
 def state_of(dump: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Arrays of the grains at the end, from a dump with x, v, omega, radius and id. position,
     velocity and spin (n, 3), radius (n,), tag and grain (n,), in SI units."""
-    at = {
-        key: np.column_stack([dump[name + axis] for axis in "xyz"])
-        for key, name in (("position", ""), ("velocity", "v"), ("spin", "omega"))
-    }
+    parts = (("position", ""), ("velocity", "v"), ("spin", "omega"))
+    columns = [name + axis for _, name in parts for axis in "xyz"]
+    if missing := [name for name in (*columns, "radius", "id") if name not in dump]:
+        raise EngineError(f"a dump without the columns {', '.join(missing)}")
+    at = {key: np.column_stack([dump[name + axis] for axis in "xyz"]) for key, name in parts}
     tag = dump["id"].astype(np.int64)
     return at | {"radius": dump["radius"], "tag": tag, "grain": tag}
 

@@ -164,6 +164,12 @@ def _factor(table, column, unit):
 def _coefficients(shape, name, rows, path, settings):
     line = rows[0][0]
     x, y = np.array([r[1:] for r in rows]).T
+    back = np.flatnonzero(np.diff(x) < 0) if not shape.setting else ()
+    if len(back):
+        raise ConfigError(
+            f"the curve {name} goes back from {x[back[0]]:g} to {x[back[0] + 1]:g} {shape.x}",
+            path=path, line=rows[back[0] + 1][0], column="x", allowed="its points in their order",
+        )  # fmt: skip
     order = np.argsort(x, kind="stable")
     few = len(rows) < shape.least_points
     reason = f"the curve {name} has {len(rows)} points" if few else None

@@ -164,6 +164,8 @@ def read_measured(
     table = read_table(
         path, lambda header, line: _check_header(path, header, line, parameters), sheet
     )
+    if not table.rows:
+        raise ConfigError("holds no reading", path=path, allowed="a row for each reading")
     covariates = _covariates(table, parameters)
     for line, row in table.rows:
         own = []  # type: ignore[var-annotated]

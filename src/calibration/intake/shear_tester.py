@@ -149,7 +149,11 @@ def _stress(table, line, column, row):
     def in_kpa(text):
         return in_unit(text if has_unit(text) else f"{text} {own}", "kPa")
 
-    return table.number(line, column, row[column], in_kpa)
+    found = table.number(line, column, row[column], in_kpa)
+    if found < 0:
+        raise ConfigError("is below zero", path=table.path, line=line, column=column,
+                          value=row[column], allowed="the size of a stress")  # fmt: skip
+    return found
 
 
 def _intervals(path, sheet):

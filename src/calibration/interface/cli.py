@@ -175,7 +175,8 @@ def _check_settings(arguments):
 
 
 def _verify(args):
-    from calibration.runs.verify import checked_runs, faults_of, hold, repair  # loads pandas
+    from calibration.runs import draws  # loads pandas and scipy
+    from calibration.runs.verify import checked_runs, faults_of, hold, repair
 
     if not args.results.is_dir():
         raise CalibrationError(f"{args.results}: is no folder")
@@ -184,6 +185,7 @@ def _verify(args):
     faults = list(faults_of(args.results))
     for fault in faults:
         print(fault)
+    draws.of_all(args.results, print)
     print(f"{args.results}: {checked_runs(args.results)} runs, {len(faults)} faults")
     left = repair(faults, args.results) if args.repair else len(faults)
     return 1 if left else 0

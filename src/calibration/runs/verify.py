@@ -108,7 +108,7 @@ def plan_faults(folder: str | Path) -> Iterator[Fault]:
     for name, spec in _one_of_each_rig(specs):
         try:
             found = run_id(spec)
-        except DemError as error:
+        except (DemError, ArithmeticError) as error:  # a number so large that its cube is none
             yield Fault(f"{folder / 'plan.json'}: {name} cannot be run: {error}", plan=folder)
             continue
         if found != name:

@@ -127,25 +127,27 @@ def read_factors(path: str | Path) -> list[Factor]:
             reason, path=path, line=table.header_line, allowed=f"the columns {', '.join(COLUMNS)}"
         )
     factors = [_factor(table, line, row) for line, row in table.rows]
-    _check_names(factors, path)
+    _check_names(factors, table)
     return factors
 
 
-def _check_names(factors, path):
+def _check_names(factors, table):
     """Raise ConfigError for what stands twice, or is a column of the design tables."""
     for field in ("code", "name", "key"):
         values = [getattr(f, field) for f in factors]
-        for v in values:
-            if values.count(v) > 1:
-                raise ConfigError("stands twice", path=path, column=field, value=v)
+        for k, v in enumerate(values):
+            if v in values[:k]:
+                line = table.rows[k][0]
+                raise ConfigError("stands twice", path=table.path, line=line, column=field, value=v)
     # codes and names are the columns of the design tables
     taken = {f.code for f in factors} | RESERVED
-    for f in factors:
+    for f, (line, _) in zip(factors, table.rows, strict=True):
         for field, used in (("code", RESERVED), ("name", taken)):
             if getattr(f, field) in used:
                 raise ConfigError(
                     "is the name of another column of the design tables",
-                    path=path,
+                    path=table.path,
+                    line=line,
                     column=field,
                     value=getattr(f, field),
                 )

@@ -126,7 +126,8 @@ def _place(key, value, files):
             for part in parts:
                 data = data[part]
             own = len(parts) == len(key.split("."))
-            if own and data != value and not isinstance(value, dict | list | None):
+            same = data == value or (data != data and value != value)  # a NaN equals nothing
+            if own and not same and not isinstance(value, dict | list | None):
                 best = ("--config", None)
     return best
 

@@ -358,6 +358,11 @@ def _sieved(path):
         if needed not in columns:
             table.require(needed)
     sizes = plausible_numbers(table, columns["diameter_mm"], "diameter_mm")
+    for (line, _), size in zip(table.rows, sizes, strict=True):
+        # what passes no sieve may stand beside the pan, a sieve of 0
+        if size < 0 or (size == 0 and not passing):
+            raise ConfigError("is no size", path=path, line=line, column=columns["diameter_mm"],
+                              value=size, allowed="more than 0 mm")  # fmt: skip
     shares = table.numbers(columns[share])
     return _between_sieves(path, sizes, shares) if passing else (sizes, shares)
 

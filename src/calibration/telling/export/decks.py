@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import shutil
 import sys
+import textwrap
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
@@ -47,8 +48,24 @@ from calibration.telling.export.decks import check  # pip install granular-calib
 
 sys.exit(check("{code}"))
 '''
+KNOWN_ANGLE = {
+    "liggghts": "With the same numbers and type C rolling, heaps of 400 grains had 19.9 deg in "
+    "LIGGGHTS and 19.7 deg here (four seeds)",
+    "lammps": "EXPECT A FLATTER HEAP: with the same numbers and type C rolling, heaps of 400 "
+    "grains had 15.7 deg in LAMMPS and 19.7 deg here (four seeds), and a study's heaps of 500 "
+    "grains were 4.9 deg flatter (95 %: 2.6 to 7.2; eight seeds of each) by a line along their "
+    "envelope, of which the check's own metric saw 0.7 deg",
+}
+"""Code: what is known of its angle; docs/verification-engines.md has the runs."""
+STATE = """\
+**NOT CORRECTED IN {upper}.** No heap of this study was poured in {name}: its numbers come from this
+project's engine, and whether the margin of {margin:g} {unit} is met there is not known before you
+run the check. {known} (docs/verification-engines.md). One heap is one draw: for the margin pour
+several, with other seeds in `in.{code}`."""
 README = """\
 # The calibrated heap for {name}
+
+{state}
 
     python check.py
 
@@ -118,7 +135,11 @@ def _write_deck(code, spec, conversion, about, expected, place):
     own = {f"in.{code}": "the deck: rig, pour, rest", f"material.{_end(code)}": "laws and numbers"}
     own |= {p.name: GRAIN for p in place.glob("grain*.molecule")}
     rows = {k: v for k, v in (FILES | own).items() if (place / k).exists() or k == "end.dump"}
+    state = STATE.format(
+        upper=NAMES[code].upper(), name=NAMES[code], known=KNOWN_ANGLE[code], code=code, **expected
+    )
     text = README.format(
+        state="\n".join(textwrap.wrap(state, 100)),
         name=NAMES[code],
         code=code,
         program={"liggghts": "liggghts", "lammps": "lmp"}[code],

@@ -11,6 +11,7 @@ import pandas as pd
 from calibration.figures import label
 from calibration.files import csv_text
 from calibration.intake.tables import read_written
+from calibration.runs.draws import mixtures
 from calibration.runs.store import RunStore
 from calibration.telling.report.embed import html_of, packed
 from dem.errors import ResultError
@@ -74,7 +75,8 @@ def runs_section(study: Path, stages: Mapping[str, Stage]) -> dict[str, Any] | N
         "texts": [
             f"{timed['run_id'].nunique()} runs took {total:.1f} minutes of one core, by engine "
             f"{engines}. A run that "
-            "two stages share was made once."
+            "two stages share was made once.",
+            *(f"{mixture}." for mixture in mixtures(study)),
         ],
         "figures": [],
         "tables": [
