@@ -180,11 +180,14 @@ def _tests(tested, grains):
 
 
 def steady(test: LaboratoryTest, grains: Grains) -> dict:
-    """A test's run spec with a time step at which its pressed grains come to rest, where that of
-    its experiment is longer; a run that states its own keeps it."""
+    """A test's run spec with a time step at which its pressed grains come to rest, where its own or
+    that of its experiment is longer.
+
+    Grains that stick are pressed without a load as well: the contact of JKR is that of Hertz under
+    four times the pull-off force (Johnson, Kendall, Roberts 1971), here of the strongest BONDS."""
     experiment = experiments()[test.experiment]
     numerics = dict(test.run.get("numerics", {}))
-    if not experiment.poured or "rayleigh_fraction" in numerics:
+    if not experiment.poured or ("rayleigh_fraction" in numerics and not grains.sticky):
         return test.run
     particles, modulus = test.run["particles"], grains.shear_modulus_Pa
     diameter = 1e-3 * particles.get("diameter_mm", grains.diameter_mm)
@@ -195,11 +198,20 @@ def steady(test: LaboratoryTest, grains: Grains) -> dict:
     stress = max((1e3 * v for k, v in test.run["geometry"].items() if k.endswith("stress_kPa")),
                  default=0.0)  # fmt: skip
     contact = ContactParameters(grains.least_restitution, 0.0)
-    step = TREMBLES * pressed_step(radius, material, contact, max(pressure, stress), Laws())
+    pressed = max(pressure, stress) + _pull(grains, diameter)
+    step = TREMBLES * pressed_step(radius, material, contact, pressed, Laws())
     rayleigh = rayleigh_time(radius, grains.density_kg_m3, modulus, material.poisson_ratio)
     usual = experiment.defaults.get("numerics", {}).get("rayleigh_fraction", RAYLEIGH)
+    usual = min(usual, numerics.get("rayleigh_fraction", usual))
     fraction = min(usual, math.floor(100 * step / rayleigh) / 100)
     return test.run | {"numerics": numerics | {"rayleigh_fraction": fraction}}
+
+
+def _pull(grains, diameter):
+    """Pressure [Pa] that presses sticking grains of a diameter [m] as their strongest bond does."""
+    if not grains.sticky:
+        return 0.0
+    return 4.0 * BONDS[1] * grains.density_kg_m3 * GRAVITY * math.pi / 6.0 * diameter
 
 
 def stiff_enough(tested: Sequence[Entry]) -> float:
