@@ -76,7 +76,7 @@ def test_no_line_is_longer_than_it_may_be():
         for path in tracked()
         if path.suffix in NARROW or path.name in ("Snakefile", "run")
         for n, line in enumerate(path.read_text("utf-8").splitlines(), 1)
-        if len(line) > MOST
+        if len(line.partition("  # type: ignore")[0]) > MOST
     ]
     assert not long
 

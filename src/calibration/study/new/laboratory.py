@@ -17,6 +17,7 @@ from calibration.study.new.answers import Faults
 from calibration.study.new.grains import Grains, clump_of_axes, mean_axes, volume_mm3
 from calibration.study.new.heap import RAYLEIGH, STEEL
 from calibration.study.new.methods import Entry, LaboratoryTest
+from calibration.study.new.methods.wall_friction import EXPERIMENT as SLID_ON_A_WALL
 from calibration.study.new.questions import sieve_curve, size_distribution
 from calibration.study.new.ranges import factors_of
 from calibration.study.new.study import LAWS, MEASURED, check_folder, write_factors
@@ -262,7 +263,7 @@ def _cohesion(grains, tests):
         "their weight"
     )
     found = [Factor("H", "grain_grain_surface_energy", COHESION, low, high, source)]
-    if any(t.experiment == "wall_friction" for t in tests):
+    if any(t.experiment == SLID_ON_A_WALL for t in tests):
         found.append(Factor("J", "grain_wall_surface_energy", WALL_COHESION, low, high, source))
     return found
 

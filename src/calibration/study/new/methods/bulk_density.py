@@ -5,6 +5,7 @@ import math
 from calibration.errors import CalibrationError
 from calibration.study.new.grains import Grains, filling
 from calibration.study.new.methods.declare import Entry, LaboratoryTest, Method, Question, rows_of
+from dem.constants import GRAVITY
 
 WIDE = 10.0  # grains across the vessel
 LEAST = 7.0  # of the longest grain
@@ -51,7 +52,7 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     places = {"density": "a target"} | ({"vessel": went} if entry.values("vessel") else {})
     return LaboratoryTest(
         "vessel", "bulk_density", run, rows, ("poured_density_kg_m3",), places,
-        lasts_s=0.5 + math.sqrt(2e-3 * deep / 9.81),
+        lasts_s=0.5 + math.sqrt(2e-3 * deep / GRAVITY),
     )  # fmt: skip
 
 

@@ -14,6 +14,8 @@ from calibration.study.new.methods.declare import (
 ACROSS, COUNT = 12.0, 800
 """Longest grains across the ring, and the grains in it: the experiment's own."""
 
+EXPERIMENT = "wall_friction"
+
 
 def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     """The experiment `wall_friction` under the entry's load."""
@@ -36,12 +38,12 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         if entry.values("stress")
         else ("angle", "wall_friction_angle", "deg", "wall_friction_angle_deg")
     )
-    rows = rows_of(entry, key, "wall_friction", quantity, unit, normal_stress_kPa=load)
+    rows = rows_of(entry, key, EXPERIMENT, quantity, unit, normal_stress_kPa=load)
     went = {key: "a target", "load": "as given"}
     if entry.values("wall"):
         went["wall"] = "the wall that friction and restitution are of"
     return LaboratoryTest(
-        f"wall_{load:g}_kPa".replace(".", "_"), "wall_friction",
+        f"wall_{load:g}_kPa".replace(".", "_"), EXPERIMENT,
         {"particles": grains.particles(COUNT * grains.longest**2, diameter), "geometry": geometry},
         rows, (metric,), went, lasts_s=0.6, wall=entry.value("wall"),
     )  # fmt: skip
