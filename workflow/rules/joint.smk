@@ -147,7 +147,7 @@ checkpoint plan_joint_push_through:
     params:
         function="calibration.chain.joint.machines:plan_joint_push_through",
         reads=["seed", "experiment", "fixed", "run", "factors", "push_through"],
-        seeds=5,
+        seeds=8,
         made_from=made_from("plan_joint_push_through"),
     message:
         "plan the draws of the joint posterior in other machines"

@@ -230,6 +230,12 @@ def _effects_in_words(numbers, response):
     )
 
 
+def _span(low, high):
+    """'0.33', or '0.11 to 0.33'."""
+    least, most = f"{low:.2f}", f"{high:.2f}"
+    return least if least == most else f"{least} to {most}"
+
+
 def _aliasing_in_words(summary, response, folded):
     """Sentences on what the effects carry of interactions, and on the lack of fit; folded: whether
     the runs with all signs changed were made."""
@@ -238,7 +244,7 @@ def _aliasing_in_words(summary, response, folded):
         shares = [abs(share) for pairs in carried for share in pairs.values()]
         parted = "the foldover parts" if folded else "a foldover would part"
         texts.append(
-            f"An effect carries {min(shares):.2f} to {max(shares):.2f} of each of up to "
+            f"An effect carries {_span(min(shares), max(shares))} of each of up to "
             f"{max(map(len, carried))} interactions of two other factors; {parted} "
             "them (screening.foldover)."
         )
