@@ -6,7 +6,6 @@ python -m paper.reference results/salt
 
 import sys
 from collections.abc import Sequence
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -189,8 +188,7 @@ def blocks(kept: str | Path) -> dict[Path, str]:
 def told(kept: str | Path) -> str:
     """Markdown: what each stage of a kept study found, and of those that are told beside it."""
     kept, settings = Path(kept), read_reproduction(SETTINGS)
-    others = (given.get(kept.name, ()) for given in (settings.beside, settings.rigs))
-    names = (kept.name, *chain.from_iterable(others))
+    names = (kept.name, *settings.beside.get(kept.name, ()))
     folders = [kept.parent / name for name in names]
     texts = (f"`{f.name}`:\n\n{found(f, METRIC)}" for f in folders if f.is_dir())
     return "\n\n".join(texts)

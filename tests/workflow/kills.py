@@ -6,6 +6,7 @@ The moments and the victims are drawn from a seeded generator. What then happens
 machine's speed too, so that a seed repeats the kills and not the outcome.
 """
 
+import contextlib
 import json
 import os
 import random
@@ -63,7 +64,7 @@ def kill(process, rng):
     """kill -9 of a victim drawn; returns (what it was, whether the campaign itself was met)."""
     victim = rng.choice(VICTIMS)
     draw = rng.random()
-    jobs = psutil.Process(process.pid).children(recursive=True)
+    jobs = processes_of_jobs(process)
     if victim == "job" and jobs:
         name = _kill_one(jobs[int(draw * len(jobs))])
         return name, False
@@ -74,6 +75,24 @@ def kill(process, rng):
         process.kill()
     process.wait()
     return victim, True
+
+
+def processes_of_jobs(process):
+    """Living processes below the campaign that are a snakemake of their own: those that a job
+    cannot do without.
+
+    Campaign and job also ask other programs, such as git, what machine this is, and go on without
+    their answer: such a child still has its parent's command line until it has become the other
+    program. And a process that has ended can still be in the list."""
+    found = []
+    for child in psutil.Process(process.pid).children(recursive=True):
+        with contextlib.suppress(psutil.Error):
+            command = child.cmdline()
+            ended = child.status() == psutil.STATUS_ZOMBIE
+            a_copy = command == child.parent().cmdline()
+            if "snakemake" in " ".join(command) and not ended and not a_copy:
+                found.append(child)
+    return found
 
 
 def _kill_one(job):

@@ -1,10 +1,8 @@
 """kill -9 at random moments: what a campaign comes to in the end is what an undisturbed one comes
 to, with nobody to unlock or to clean up."""
 
-import contextlib
 import time
 
-import psutil
 import pytest
 from kills import (
     checkout,
@@ -14,6 +12,7 @@ from kills import (
     kill,
     left_behind,
     outcome,
+    processes_of_jobs,
     start,
     wait_for_orphans,
 )
@@ -61,14 +60,8 @@ def test_a_campaign_that_is_killed_ends_as_an_undisturbed_one(tmp_path, case):
 
 
 def wait_for_a_job(process):
-    """Until a child of snakemake is a snakemake too; before that it asks other programs, such as
-    git, what machine this is, and goes on without their answer."""
-    own = psutil.Process(process.pid)
-    while process.poll() is None:
-        for child in own.children(recursive=True):
-            with contextlib.suppress(psutil.Error):
-                if "snakemake" in " ".join(child.cmdline()):
-                    return
+    """Until snakemake has started a job."""
+    while process.poll() is None and not processes_of_jobs(process):
         time.sleep(0.05)
 
 

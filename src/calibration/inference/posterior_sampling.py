@@ -32,6 +32,20 @@ LEAST_FREEDOM = 8
 then known to a quarter."""
 
 
+def replicates(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(points (m, d), number of each run's point (n,), number of runs at each point (m,)) of single
+    runs at inputs x (n, d) in [0, 1] with responses y (n,). Raises CalibrationError for runs that
+    are too few to emulate a response, or all alike."""
+    least = x.shape[1] + 3
+    if len(y) < least or np.ptp(y) == 0.0:
+        raise CalibrationError(
+            f"{len(y)} runs do not tell a response over {x.shape[1]} factors: at least {least} are "
+            "needed, whose responses differ"
+        )
+    points, of = np.unique(np.round(x, 9), axis=0, return_inverse=True)
+    return points, of.ravel(), np.bincount(of.ravel())
+
+
 class ScatterEmulator:
     """Emulated mean of a response over u in [0, 1]^d and its scatter from seed to seed, which may
     vary with u.
@@ -44,15 +58,7 @@ class ScatterEmulator:
 
     def __init__(self, x: ArrayLike, y: ArrayLike) -> None:
         x, y = np.asarray(x, float), np.asarray(y, float)
-        if len(y) < x.shape[1] + 3 or np.ptp(y) == 0.0:
-            raise CalibrationError(
-                f"{len(y)} runs of responses that differ are needed to emulate over {x.shape[1]} "
-                f"factors: "
-                f"at least {x.shape[1] + 3}, not all alike"
-            )
-        points, of = np.unique(np.round(x, 9), axis=0, return_inverse=True)
-        of = of.ravel()
-        runs = np.bincount(of)
+        points, of, runs = replicates(x, y)
         means = np.bincount(of, y) / runs
         self._log_variance = _log_variance(points, of, y - means[of], runs)
         local = self._variance_of_run(points)

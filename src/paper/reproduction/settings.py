@@ -21,8 +21,8 @@ class ReproductionSettings(BaseModel):
 
     beside: dict[str, list[str]] = Field(
         {},
-        description="study: names of further studies; one of the paper's own factors is compared "
-        "point by point where it has been run",
+        description="study: names of further studies, which are compared point by point where they "
+        "have been run",
     )
     repeats: dict[str, list[str]] = Field(
         {},
@@ -31,10 +31,6 @@ class ReproductionSettings(BaseModel):
     )
     causes: dict[str, str] = Field(
         {}, description="study: file of the causes of a disagreement in place of the shipped one"
-    )
-    rigs: dict[str, list[str]] = Field(
-        {},
-        description="study: names of the same study in other rigs, whose findings stand beside its",
     )
 
 
@@ -50,7 +46,7 @@ def read_reproduction(path: str | Path) -> ReproductionSettings:
         first = error.errors()[0]
         key = ".".join(str(p) for p in first["loc"])
         allowed = (
-            "the keys beside, repeats, causes and rigs"
+            "the keys beside, repeats and causes"
             if first["type"] == "extra_forbidden"
             else first["msg"]
         )

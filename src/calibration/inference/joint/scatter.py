@@ -10,9 +10,8 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, Matern
 
-from calibration.errors import CalibrationError
 from calibration.inference.emulator import _lengths, _Scatter
-from calibration.inference.posterior_sampling import ScatterEmulator, _log_variance
+from calibration.inference.posterior_sampling import ScatterEmulator, _log_variance, replicates
 
 ROUGH_LENGTHS = 0.1, 30.0
 """Bounds of the lengths of the rough part: from the gap between runs to far beyond the region."""
@@ -35,14 +34,7 @@ class RoughEmulator(ScatterEmulator):
 
     def __init__(self, x: ArrayLike, y: ArrayLike) -> None:
         x, y = np.asarray(x, float), np.asarray(y, float)
-        if len(y) < x.shape[1] + 3 or np.ptp(y) == 0.0:
-            raise CalibrationError(
-                f"{len(y)} runs do not tell a response over {x.shape[1]} factors: at least "
-                f"{x.shape[1] + 3} are needed, whose responses differ"
-            )
-        points, of = np.unique(np.round(x, 9), axis=0, return_inverse=True)
-        of = of.ravel()
-        runs = np.bincount(of)
+        points, of, runs = replicates(x, y)
         residual = y - (np.bincount(of, y) / runs)[of]
         self._log_variance = _log_variance(points, of, residual, runs)
         local = self._variance_of_run(x)

@@ -157,20 +157,24 @@ def _refuse_without_lead(tested):
         )
 
 
+def _leading_first(tested):
+    """The entries in the order of their tests."""
+    lead = next(e for e in tested if e.method.leads)
+    return [lead, *(e for e in tested if e is not lead)]
+
+
 def _tests(tested, grains):
     """([LaboratoryTest], `Grains`): the leading one first, then all others at its grains' size
     where grains stick. Raises `Faults` of all that cannot be represented."""
-    lead = next(e for e in tested if e.method.leads)
-    ordered = [lead, *(e for e in tested if e is not lead)]
     found, faults = [], []
-    for entry in ordered:
+    for entry in (ordered := _leading_first(tested)):
         try:
             test = entry.method.becomes(entry, grains)
         except CalibrationError as error:
             faults.append(str(error))
             continue
         found.append(replace(test, run=steady(test, grains)))
-        if entry is lead and grains.sticky:
+        if entry is ordered[0] and grains.sticky:
             particles = test.run["particles"]
             scale = particles.get("scale_factor", 1.0)
             size = particles.get("diameter_mm", grains.diameter_mm) * scale
@@ -312,8 +316,7 @@ def _unit_of(entry, key, answer):
 def _places(entry, tests, tested, shape):
     shared = {"sd": "its spread, in measured.csv", "n": "its spread, in measured.csv"}
     if entry.method.becomes:
-        lead = next(e for e in tested if e.method.leads)
-        test = tests[[lead, *(e for e in tested if e is not lead)].index(entry)]
+        test = tests[_leading_first(tested).index(entry)]
         return shared | {k: f"rig {test.rig}: {w}" for k, w in test.went.items()}
     own = {
         "density": "run.materials.particle.density_kg_m3",

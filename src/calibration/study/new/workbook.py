@@ -13,7 +13,7 @@ from calibration.errors import CalibrationError, ConfigError
 from calibration.files import replacing
 from calibration.intake.guard import decoding, in_study
 from calibration.intake.tables import read_rows
-from calibration.study.new.answers import Faults, Raw
+from calibration.study.new.answers import Faults, Raw, read_entries
 from calibration.study.new.methods import Method, Question, methods
 from dem.tables.encoding import WORKBOOK, kind_of, read_bytes
 from dem.units import has_unit, in_ascii, unit_of
@@ -63,18 +63,13 @@ def write_workbook(path: Path) -> str:
     )
 
 
-def _columns(method):
-    """The questions that have a column; a table in place of rows is for options."""
-    return [q for q in method.asked if not (q.free and q.option and method.readings)]
-
-
 def _unit(q):
     return in_ascii(unit_of(q.unit)) if q.unit else ""
 
 
 def _head(method):
     """The lines that a sheet begins with: the title, then a label and a text a question."""
-    columns = _columns(method)
+    columns = method.columns
     return [
         [f"{method.title}. {method.about}"],
         [HEADINGS, *(q.key + (f" [{_unit(q)}]" if _unit(q) else "") for q in columns)],
@@ -88,7 +83,7 @@ def _fill(sheet, method):
     from openpyxl.styles import Alignment, Font, PatternFill
     from openpyxl.worksheet.datavalidation import DataValidation
 
-    columns, (title, *rows) = _columns(method), _head(method)
+    columns, (title, *rows) = method.columns, _head(method)
     sheet.cell(1, 1, title[0]).font = Font(bold=True)
     for row, (label, *texts) in enumerate(rows, 2):
         for column, text in enumerate((label, *texts), 1):
@@ -114,15 +109,15 @@ def read_workbook(path: Path) -> list[Raw]:
         if name.strip().lower() in (FIRST, NOTES):
             continue
         try:
-            rows = _rows(path, name)
+            rows = read_rows(path, sheet=name)
         except ConfigError as error:
             faults.append(f"{path.name}, sheet {name}: {_reason(error)}")
             continue
         method = methods().get(name.strip().lower())
-        if method is None and rows:
+        if method is None:
             known = ", ".join((*methods(), FIRST, NOTES))
             faults.append(f"{path.name}, sheet {name}: is no test; allowed: {known}")
-        elif method is not None and rows:
+        else:
             found += _of_sheet(f"{path.name}, sheet {name}", method, rows, faults)
     if faults:
         raise Faults([*faults, *_further(found)])
@@ -135,8 +130,6 @@ def read_workbook(path: Path) -> list[Raw]:
 
 def _further(found):
     """Faults of the answers that could be taken out of the sheets."""
-    from calibration.study.new.answers import read_entries
-
     try:
         read_entries(found)
     except Faults as more:
@@ -173,21 +166,13 @@ def _names(path):
 
 
 def _changed(sheet):
-    """Whether a sheet holds anything beyond its own lines."""
+    """Whether a sheet holds anything, and not its own lines alone."""
     method = methods().get(sheet.title)
     own = [[c for c in line if c] for line in _head(method)] if method else []
-    rows = ([c for c in row if c not in (None, "")] for row in sheet.iter_rows(values_only=True))
-    return [row for row in rows if row] != own
-
-
-def _rows(path, name):
-    """[(line, cells)] of a sheet that hold anything; none of an empty sheet."""
-    try:
-        return read_rows(path, sheet=name)
-    except ConfigError as error:
-        if "no such sheet with cells" in error.reason or error.reason == "is empty":
-            return []
-        raise
+    lines = sheet.iter_rows(values_only=True)
+    cells = ([c for c in line if c is not None and str(c).strip()] for line in lines)
+    rows = [row for row in cells if row]
+    return bool(rows) and rows != own
 
 
 def _of_sheet(place, method, rows, faults):
@@ -200,7 +185,7 @@ def _of_sheet(place, method, rows, faults):
         )
         return []
     headings = [HEADING.fullmatch(cell) for cell in rows[at][1]]
-    body, example = [], [q.example for q in _columns(method)]
+    body, example = [], [q.example for q in method.columns]
     for line, cells in rows[at + 1 :]:
         label = _plain(cells[0])
         if label not in LABELS:

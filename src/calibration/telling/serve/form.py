@@ -25,15 +25,10 @@ def form() -> list[dict[str, Any]]:
             "title": m.title,
             "about": m.about,
             "several": m.name in LINE,
-            "questions": [_question(q) for q in m.asked if not _by_file(m, q)],
+            "questions": [_question(q) for q in m.columns],
         }
         for m in methods().values()
     ]
-
-
-def _by_file(method, q):
-    """A table in place of rows is for options."""
-    return bool(q.free and q.option and method.readings)
 
 
 def _question(q):

@@ -173,6 +173,11 @@ class Method:
         first = next(q for q in self.questions if q.reading)
         return (*self.questions, *spread_of(first))
 
+    @property
+    def columns(self) -> tuple[Question, ...]:
+        """The questions of a sheet or a form; a table in place of rows is for options."""
+        return tuple(q for q in self.asked if not (q.free and q.option and self.readings))
+
     def question(self, key: str) -> Question | None:
         """The question of a key, None where there is none."""
         return next((q for q in self.asked if q.key == key), None)
@@ -203,6 +208,18 @@ def rows_of(
         return [shared | {"value": a.value, "note": a.place} for a in entry.answers[key]]
     shared["note"] = entry.place(key)
     return [shared | {"value": values[0], "sd": sd, "n": int(entry.value("n", 1))}]
+
+
+def wall_question(text: str, option: str = "") -> Question:
+    """The question of what a wall is of, which all methods with one ask alike."""
+    return Question("wall", text, words=WALLS, option=option, example="steel")
+
+
+def as_given(entry: Entry, *keys: str) -> dict[str, str]:
+    """{question's key: where it went} of those answered among `keys`, which the rig takes as they
+    are, and of the wall where it was told."""
+    wall = {"wall": "the wall that friction and restitution are of"} if entry.values("wall") else {}
+    return {k: "as given" for k in keys if entry.values(k)} | wall
 
 
 BAND_ERRORS, BAND_LEAST = 4.0, 0.2  # of a measured value

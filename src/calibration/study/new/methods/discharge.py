@@ -5,13 +5,14 @@ import math
 from calibration.errors import CalibrationError
 from calibration.study.new.grains import Grains, filling
 from calibration.study.new.methods.declare import (
-    WALLS,
     Answer,
     Entry,
     LaboratoryTest,
     Method,
     Question,
+    as_given,
     rows_of,
+    wall_question,
 )
 from dem.experiments.discharge import LEAST_WALL
 from dem.flow import FREE_FLOW_RATIO
@@ -36,14 +37,12 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     if entry.values("half_angle"):
         geometry["hopper_half_angle_deg"] = entry.value("half_angle")
     rows, flow = _rows(entry, orifice)
-    went = {k: "as given" for k in ("orifice", "half_angle") if entry.values(k)}
+    went = as_given(entry, "orifice", "half_angle")
     went |= {k: "a target, as mass flow" for k in ("flow", "time") if entry.values(k)}
     if entry.values("mass"):
         went["mass"] = "over the time: the mass flow. The rig's own mass is smaller"
     if entry.values("silo"):
         went["silo"] = f"not the rig's: it is {least:.3g} mm, {LEAST_WALL:g} orifices wide"
-    if entry.values("wall"):
-        went["wall"] = "the wall that friction and restitution are of"
     lasts = count * grains.density_kg_m3 * 1e-6 * math.pi / 6 * diameter**3 / flow
     return LaboratoryTest(
         "silo", "discharge",
@@ -108,7 +107,7 @@ METHOD = Method(
         Question("silo", "inner diameter of the silo", "inner_diameter_mm", example="150 mm"),
         Question("half_angle", "hopper's wall from the vertical; 90 is a flat bottom",
                  "hopper_half_angle_deg", most=90.0, example="90"),
-        Question("wall", "what the silo is of", words=WALLS, example="steel"),
+        wall_question("what the silo is of"),
     ),
     rank=30,
     becomes=becomes,

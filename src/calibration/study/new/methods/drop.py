@@ -5,14 +5,15 @@ import math
 from calibration.errors import CalibrationError
 from calibration.study.new.grains import Grains
 from calibration.study.new.methods.declare import (
-    WALLS,
     Entry,
     LaboratoryTest,
     Method,
     Question,
     around,
+    as_given,
     mean_and_error,
     rows_of,
+    wall_question,
 )
 
 KEY = "contacts.particle_wall.restitution"
@@ -46,9 +47,7 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         f"{restitution:.3f} ± {spread:.3f}"
     )
     went = {"rebound": f"a target, and the range of restitution on the wall ({restitution:.3f})"}
-    went["height"] = "as given"
-    if entry.values("wall"):
-        went["wall"] = "the wall that friction and restitution are of"
+    went |= as_given(entry, "height")
     said = [source]
     if grains.spheres:
         said.append(
@@ -71,7 +70,7 @@ METHOD = Method(
         Question("rebound", "height of the rebound, each reading", "rebound_height_mm",
                  reading=True, needed=True, example="78 mm"),
         Question("height", "height of the drop", "drop_height_mm", needed=True, example="300 mm"),
-        Question("wall", "what the plate is of", words=WALLS, example="steel"),
+        wall_question("what the plate is of"),
     ),
     rank=40,
     becomes=becomes,

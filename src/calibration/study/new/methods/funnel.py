@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 from calibration.errors import CalibrationError
 from calibration.study.new.grains import Grains
 from calibration.study.new.methods.declare import (
-    WALLS,
     Entry,
     LaboratoryTest,
     Method,
     Question,
+    as_given,
     rows_of,
+    wall_question,
 )
 from dem.experiments.heap import MIN_ORIFICE_RATIO
 
@@ -98,13 +99,10 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         },
     }
     rows = rows_of(entry, "measured", "heap", "angle_of_repose", "deg")
-    own = ("orifice", "plate", "height", "rim")
-    went = {k: "as given" for k in own if entry.values(k)}
+    went = as_given(entry, "orifice", "plate", "height", "rim")
     went["measured"] = "a target"
     if entry.values("rate"):
         went["rate"] = f"grains made: {simulated.feed_per_s:.0f} a second, the same mass"
-    if entry.values("wall"):
-        went["wall"] = "the wall that friction and restitution are of"
     return LaboratoryTest(
         "heap", "heap", run, rows, ("angle_of_repose_deg",), went,
         said=_said(entry, simulated, grains, diameter), lasts_s=lasts, wall=entry.value("wall"),
@@ -148,7 +146,7 @@ METHOD = Method(
                  option="rim", example=""),
         Question("rate", "mass poured in a second, where it was measured", "mass_flow_g_s",
                  option="rate", example=""),
-        Question("wall", "what the plate is of", words=WALLS, option="plate-of", example="steel"),
+        wall_question("what the plate is of", "plate-of"),
     ),
     rank=10,
     becomes=becomes,

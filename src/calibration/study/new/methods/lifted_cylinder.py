@@ -5,12 +5,13 @@ import math
 from calibration.errors import CalibrationError
 from calibration.study.new.grains import Grains, filling, volume_mm3
 from calibration.study.new.methods.declare import (
-    WALLS,
     Entry,
     LaboratoryTest,
     Method,
     Question,
+    as_given,
     rows_of,
+    wall_question,
 )
 
 ACROSS = 10.0  # longest grains across a cylinder that is assumed
@@ -43,12 +44,10 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     }
     rows = rows_of(entry, "angle", "lifted_cylinder", "angle_of_repose", "deg")
     assumed = not entry.values("cylinder")
-    went = {k: "as given" for k in ("cylinder", "plate", "speed") if entry.values(k)}
+    went = as_given(entry, "cylinder", "plate", "speed")
     went["angle"] = "a target"
     if entry.values("depth"):
         went["depth"] = f"{count:.0f} grains of {diameter:.3g} mm, as deep"
-    if entry.values("wall"):
-        went["wall"] = "the wall that friction and restitution are of"
     return LaboratoryTest(
         "cylinder", "lifted_cylinder", run, rows, ("angle_of_repose_deg",), went,
         discrepancy={"angle_of_repose_deg": RIG_ASSUMED} if assumed else {},
@@ -111,7 +110,7 @@ METHOD = Method(
                  example="90 mm"),
         Question("speed", "speed of the lift", "lift_speed_mm_s", example="20 mm/s"),
         Question("plate", "diameter of the base plate", "plate_diameter_mm", example=""),
-        Question("wall", "what cylinder and plate are of", words=WALLS, example="steel"),
+        wall_question("what cylinder and plate are of"),
     ),
     rank=11,
     becomes=becomes,

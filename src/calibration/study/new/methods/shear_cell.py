@@ -1,7 +1,14 @@
 """Points of a yield locus: shear stress under a load in a shear cell."""
 
 from calibration.study.new.grains import Grains
-from calibration.study.new.methods.declare import Entry, LaboratoryTest, Method, Question, rows_of
+from calibration.study.new.methods.declare import (
+    Entry,
+    LaboratoryTest,
+    Method,
+    Question,
+    as_given,
+    rows_of,
+)
 
 INNER, OUTER, COUNT = 10.0, 22.0, 1300
 """Walls of the ring in longest grains, and the grains in it: the salt's ring, in which they lie
@@ -28,7 +35,7 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     if entry.values("preshear"):
         geometry["preshear_normal_stress_kPa"] = entry.value("preshear")
     rows = rows_of(entry, "stress", "shear", "shear_stress", "kPa", normal_stress_kPa=load)
-    went = {k: "as given" for k in ("load", "preshear") if entry.values(k)}
+    went = as_given(entry, "load", "preshear")
     went["stress"] = "a target"
     count = COUNT * grains.longest**3
     return LaboratoryTest(

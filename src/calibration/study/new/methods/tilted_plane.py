@@ -4,14 +4,15 @@ import math
 
 from calibration.study.new.grains import Grains
 from calibration.study.new.methods.declare import (
-    WALLS,
     Entry,
     LaboratoryTest,
     Method,
     Question,
     around,
+    as_given,
     mean_and_error,
     rows_of,
+    wall_question,
 )
 
 KEY = "contacts.particle_wall.static_friction"
@@ -33,10 +34,7 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
                 "plate_length_mm": round(length, 3), "plate_width_mm": round(width, 3),
                 "spacing_mm": round(grains.diameter_mm, 4)}  # fmt: skip
     went = {"angle": f"a target, and the range of friction on the wall ({friction:.3f})"}
-    if entry.values("rate"):
-        went["rate"] = "as given"
-    if entry.values("wall"):
-        went["wall"] = "the wall that friction and restitution are of"
+    went |= as_given(entry, "rate")
     return LaboratoryTest(
         "plane", "tilt",
         {"particles": {"count": 4} | grains.single(), "geometry": geometry},
@@ -54,7 +52,7 @@ METHOD = Method(
         Question("angle", "angle at which they slide, each reading", "sliding_angle_deg",
                  reading=True, needed=True, most=89.0, example="21"),
         Question("rate", "speed of tilting", "tilt_rate_deg_s", most=90.0, example=""),
-        Question("wall", "what the plate is of", words=WALLS, example="steel"),
+        wall_question("what the plate is of"),
     ),
     rank=41,
     becomes=becomes,

@@ -3,12 +3,13 @@
 from calibration.errors import CalibrationError
 from calibration.study.new.grains import Grains
 from calibration.study.new.methods.declare import (
-    WALLS,
     Entry,
     LaboratoryTest,
     Method,
     Question,
+    as_given,
     rows_of,
+    wall_question,
 )
 
 ACROSS, COUNT = 12.0, 800
@@ -39,9 +40,7 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         else ("angle", "wall_friction_angle", "deg", "wall_friction_angle_deg")
     )
     rows = rows_of(entry, key, EXPERIMENT, quantity, unit, normal_stress_kPa=load)
-    went = {key: "a target", "load": "as given"}
-    if entry.values("wall"):
-        went["wall"] = "the wall that friction and restitution are of"
+    went = {key: "a target"} | as_given(entry, "load")
     return LaboratoryTest(
         f"wall_{load:g}_kPa".replace(".", "_"), EXPERIMENT,
         {"particles": grains.particles(COUNT * grains.longest**2, diameter), "geometry": geometry},
@@ -59,7 +58,7 @@ METHOD = Method(
         Question("angle", "or the angle of wall friction", "wall_friction_angle_deg",
                  reading=True, most=89.0, example=""),
         Question("load", "normal stress", "normal_stress_kPa", needed=True, example="2 kPa"),
-        Question("wall", "what the plate is of", words=WALLS, example="steel"),
+        wall_question("what the plate is of"),
     ),
     rank=32,
     becomes=becomes,
