@@ -3,62 +3,91 @@ others.
 
 The engine is what it compiles: single contacts run no experiment of it.
 
-The rules are the code of the diagnosis that a verdict on single contacts runs before the engine's
-gains: the model of the table, the laws and the catalogue's curves, without comments, docstrings and
-layout.
+The rules are the code of the diagnosis that a verdict runs, without comments, docstrings and
+layout. There are two sets of them, as no verdict runs through both: of single contacts, before the
+engine's gains, the model of the table, the laws and the catalogue's curves; of bulk tests the
+emulators, the fits and the gains.
 """
 
 import hashlib
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from calibration.digests import SOURCES
 from dem.fingerprint import code_of, kernel_fingerprint
 
-DECIDE = (
-    "table_model/*.py",
-    "table_model/terms/*.py",
-    "laws/*.py",
-    "catalogue/[a-z]*.py",
-    "chance.py",
-    "collision.py",
-    "fit.py",
-    "measurements.py",
-)
-"""Files of the diagnosis that decide what is said of single contacts before the engine's gains."""
+DECIDE = {
+    "contacts": (
+        "diagnosis/table_model/*.py",
+        "diagnosis/table_model/terms/*.py",
+        "diagnosis/laws/*.py",
+        "diagnosis/catalogue/[a-z]*.py",
+        "diagnosis/chance.py",
+        "diagnosis/collision.py",
+        "diagnosis/fit.py",
+        "diagnosis/measurements.py",
+    ),
+    "bulk": (
+        "calibration/inference/chance_of_no_value.py",
+        "calibration/inference/emulator.py",
+        "diagnosis/catalogue/*.py",
+        "diagnosis/chance.py",
+        "diagnosis/derived.py",
+        "diagnosis/design.py",
+        "diagnosis/difference.py",
+        "diagnosis/emulator.py",
+        "diagnosis/emulator_waves.py",
+        "diagnosis/extend.py",
+        "diagnosis/failures.py",
+        "diagnosis/fit.py",
+        "diagnosis/identify.py",
+        "diagnosis/lever_laws.py",
+        "diagnosis/measurements.py",
+        "diagnosis/model.py",
+        "diagnosis/rig.py",
+        "diagnosis/scale.py",
+        "diagnosis/shared_errors.py",
+        "diagnosis/single_setting.py",
+        "diagnosis/withdrawal.py",
+    ),
+}
+"""Files that decide what is said of single contacts before the engine's gains, and of bulk
+tests."""
 
 TOLD = {"next_setting.py", "engine_gain.py", "in_engine.py"}
 """Of these, what is only proposed or run afterwards."""
 
 
 @cache
-def present() -> dict[str, str]:
-    """Digests of what the engine compiles, which are its contacts, and of the rules as they are."""
-    return {"engine": kernel_fingerprint(), "rules": rules()}
+def present(of: str = "contacts") -> dict[str, str]:
+    """Digests of the rules as they are and, of contacts, of what the engine compiles. The bulk
+    tables that are drawn are of closed forms, which run no engine."""
+    engine = {"engine": kernel_fingerprint()} if of == "contacts" else {}
+    return engine | {"rules": rules(of=of)}
 
 
-def rules(sources: Path = SOURCES) -> str:
-    """Digest of the rules in a folder of the packages."""
-    files = sorted({f for p in DECIDE for f in (sources / "diagnosis").glob(p)})
+def rules(sources: Path = SOURCES, of: str = "contacts") -> str:
+    """Digest of the rules, a key of DECIDE, in a folder of the packages."""
+    files = sorted({f for p in DECIDE[of] for f in sources.glob(p)})
     text = "\n".join(code_of(f.read_text()) for f in files if f.name not in TOLD)
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
-def fresh(rows: pd.DataFrame) -> pd.DataFrame:
+def fresh(rows: pd.DataFrame, of: str = "contacts") -> pd.DataFrame:
     """The rows of kept diagnoses that are of the present engine and rules."""
-    own = [
-        rows[k].eq(v) if k in rows else pd.Series(False, rows.index) for k, v in present().items()
-    ]
-    return rows[own[0] & own[1]]
+    now = present(of).items()
+    own = [rows[k].eq(v) if k in rows else pd.Series(False, rows.index) for k, v in now]
+    return rows[np.all(own, axis=0)]
 
 
-def kept(path: Path) -> pd.DataFrame:
+def kept(path: Path, of: str = "contacts") -> pd.DataFrame:
     """The fresh rows of a table of kept diagnoses, which need not be there."""
     if not path.exists():
         return pd.DataFrame()
-    return fresh(pd.read_csv(path, keep_default_na=False))
+    return fresh(pd.read_csv(path, keep_default_na=False), of)
 
 
 def shown(page: Path, mark: str) -> str:
@@ -73,7 +102,7 @@ def show(page: Path, mark: str, text: str) -> None:
     page.write_text(page.read_text().replace(old, begin + text + end))
 
 
-def dated(rows: pd.DataFrame, planned: int, command: str) -> str:
+def dated(rows: pd.DataFrame, planned: int, command: str, of: str = "contacts") -> str:
     """The sentence that stands over rates, or in their place where no fresh row is kept.
 
     planned: how many rows there are to be. command: what makes them.
@@ -84,7 +113,7 @@ def dated(rows: pd.DataFrame, planned: int, command: str) -> str:
             f"`{command}` makes them.\n"
         )
     dates = " and ".join(sorted(set(rows["date"])))
+    by = " and ".join(f"{what} `{digest}`" for what, digest in present(of).items())
     return (
-        f"{len(rows)} of the {planned} planned cases have been diagnosed, on {dates}, by\n"
-        f"engine `{present()['engine']}` and rules `{present()['rules']}`.\n"
+        f"{len(rows)} of the {planned} planned cases have been diagnosed, on {dates}, by\n{by}.\n"
     )

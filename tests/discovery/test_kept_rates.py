@@ -3,6 +3,7 @@
 import shutil
 from pathlib import Path
 
+import bulk_tables
 import kept_rates
 import pandas as pd
 import pytest
@@ -32,24 +33,34 @@ def test_a_table_without_a_digest_is_not_fresh(tmp_path):
 
 
 def test_without_fresh_rows_a_page_shows_no_rate():
-    for text in (single_grains.table(pd.DataFrame()), strangers.table(pd.DataFrame())):
+    for trial in (single_grains, strangers, bulk_tables):
+        text = trial.table(pd.DataFrame())
         assert tells(text, "No rates")
         assert "|" not in text
 
 
 def test_the_rules_move_with_the_code_and_not_with_its_comments(tmp_path):
-    def digest(name, change):
+    def digest(name, file, change):
         copy = tmp_path / name
         shutil.copytree(SOURCES / "diagnosis", copy / "diagnosis")
-        file = copy / "diagnosis/table_model/selection.py"
+        shutil.copytree(SOURCES / "calibration/inference", copy / "calibration/inference")
+        file = copy / "diagnosis" / file
         file.write_text(change(file.read_text()))
-        return kept_rates.rules(copy)
+        return kept_rates.rules(copy, "contacts"), kept_rates.rules(copy, "bulk")
 
-    now = kept_rates.present()["rules"]
-    assert digest("comment", lambda text: f"{text}\n# nothing\n") == now
-    assert digest("code", lambda text: f"{text}\nANOTHER = 1\n") != now
+    now = tuple(kept_rates.present(of)["rules"] for of in ("contacts", "bulk"))
+    model, waves = "table_model/selection.py", "emulator_waves.py"
+    assert digest("comment", model, lambda text: f"{text}\n# nothing\n") == now
+    moved = [
+        digest(name, file, lambda text: f"{text}\nANOTHER = 1\n")
+        for name, file in (("model", model), ("waves", waves), ("fits", "fit.py"))
+    ]
+    # a verdict on single contacts runs through no emulator, one on bulk through no model of a table
+    changed = [tuple(a != b for a, b in zip(m, now, strict=True)) for m in moved]
+    assert changed == [(True, False), (False, True), (True, True)]
 
 
-def test_the_page_shows_the_kept_tables_of_strangers():
-    shown = kept_rates.shown(Path("docs/diagnosis-benchmark.md"), strangers.MARK)
-    assert shown == strangers.kept_table()
+@pytest.mark.parametrize("trial", [strangers, bulk_tables])
+def test_the_page_shows_the_kept_tables_of_strangers(trial):
+    shown = kept_rates.shown(Path("docs/diagnosis-benchmark.md"), trial.MARK)
+    assert shown == trial.kept_table()
