@@ -18,7 +18,8 @@ rule study:
         rules.all.input,
 
 
-# what takes longer than the study and is no part of it: the study in the rig as printed and out of
+# what takes longer than the study and is no part of it: what the paper claims beyond its
+# calibration, the study in the rig as printed and out of
 # a funnel that is filled and then opened, the pour rate, the posterior in another machine, and the
 # ways to calibrate compared. Each is a study of its own, so each is a call of its own, with this
 # one's configuration below its file; runs that exist are not repeated
@@ -37,10 +38,11 @@ rule reference:
     params:
         configuration=CONFIG_FILES,
         studies=[
-            "config/rigs/printed.yaml",
-            "config/rigs/opened.yaml",
+            ["config/claims.yaml"],
+            ["config/claims.yaml", "config/rigs/printed.yaml"],
+            ["config/rigs/opened.yaml"],
         ],
     message:
-        "reference: two other rigs, the pour rate, the ways to calibrate compared"
+        "reference: the paper's further claims, two other rigs, the pour rate, the ways to calibrate compared"
     script:
         "workflow/scripts/reference.py"

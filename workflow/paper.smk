@@ -10,6 +10,13 @@ BESIDE, REPEATS = (
     [f"{RESULTS}{path.removeprefix(SETTINGS.results)}" for path in named(STUDY_OBJECT)]
     for named in (paper.stages.beside, paper.stages.repeats)
 )
+# the claim of 1.2, where the study makes it or has made it
+SCALED = (
+    [rules.scaling.output.summary]
+    if "scaling" in SETTINGS.supplements
+    or (STUDY_OBJECT.folder / "scaling" / "scaling.json").exists()
+    else []
+)
 # what may differ between the paper's simulations and this study's
 CAUSES = user_file(paper.stages.causes(STUDY_OBJECT))
 
@@ -54,7 +61,7 @@ rule reproduction:
         tilt=f"{STUDY}/tilt/tilt.json",
         drop=f"{STUDY}/drop/drop.json",
         shear=f"{STUDY}/shear/shear.json",
-        scaling=f"{STUDY}/scaling/scaling.json",
+        scaling=SCALED,
         factors=FACTORS,
         again=again("reproduction"),
     output:

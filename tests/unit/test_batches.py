@@ -83,7 +83,19 @@ def test_the_start_of_a_process_adds_little_to_a_short_run():
     size, seconds = runs_per_job(specs), run_seconds(HEAP)
     assert START_S / size <= max(ADDED_S, ADDED_SHARE * seconds)
     assert START_S / (size - 1) > max(ADDED_S, ADDED_SHARE * seconds)
-    assert batch_count(specs) == -(-len(specs) // size)
+    jobs = batch_count(specs)
+    assert jobs % LEAST_JOBS == 0
+    assert len(specs) // size - LEAST_JOBS < jobs <= -(-len(specs) // size)
+
+
+@pytest.mark.parametrize("runs", [17, 34, 35, 100])
+@pytest.mark.parametrize("cores", [2, 4, 8])
+def test_cores_end_together_within_a_run(runs, cores):
+    """Jobs dealt out in turn to cores, largest first: none does more than a run over its share."""
+    jobs = batch_count(many(HEAP, runs))
+    sizes = [len(range(n, runs, jobs)) for n in range(jobs)]
+    done = [sum(sizes[core::cores]) for core in range(cores)]
+    assert max(done) <= -(-runs // cores) + 1
 
 
 @pytest.mark.parametrize(

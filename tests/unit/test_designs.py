@@ -102,8 +102,9 @@ def test_the_paper_s_rows_do_not_part_what_their_foldover_parts():
 
 def test_a_folded_screening_tells_both_halves(tmp_path, monkeypatch):
     monkeypatch.chdir(ROOT)
-    config = parse_config(yaml.safe_load(Path("config/config.yaml").read_text()))
-    study = Study(config)
+    data = yaml.safe_load(Path("config/config.yaml").read_text())
+    data["screening"]["foldover"] = True
+    study = Study(parse_config(data))
     plan_screening(study, None, PlanFiles.of(tmp_path))
     names = "runs effects anova half_normal pareto summary"
     output = SimpleNamespace(further={}, **{n: tmp_path / f"{n}.svg" for n in names.split()})

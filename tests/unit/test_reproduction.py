@@ -223,7 +223,8 @@ def test_the_readme_gets_the_rows_that_matter(config, study, tmp_path, monkeypat
     short, text = (page.read_text().removeprefix(NO_STAGES) for page in pages)
     assert "`study`:" in text  # what its stages found
     assert tells(short, "validated angle", "45.26 | 45.55")
-    assert len(short.splitlines()) == 7  # marks, what is around them, head, and what this study has
+    assert len(short.splitlines()) == 8  # marks, what is around them, head, and what this study has
+    assert tells(short, "doubled", "0.0", r.NOT_RUN)  # no scaling here
     committed = pd.read_csv(COMMITTED, dtype={"paper": str})
     assert len(short_block(committed, "salt", 45.26).splitlines()) == 8  # head and six rows
     assert tells(text, "Table 13", "validated angle", "[deg] | 45.55")

@@ -76,6 +76,13 @@ def test_scaling_and_reproduction_are_targets(clone):
     } <= names
 
 
+def test_what_the_paper_claims_beyond_its_calibration_is_asked_for(clone):
+    assert "reproduction" in rules_of(clone)
+    assert "scaling" not in rules_of(clone)
+    names = rules_of(clone, "--configfile", "config/config.yaml", "config/claims.yaml")
+    assert {"plan_scaling", "scaling", "reproduction"} <= names
+
+
 def test_values_of_the_bench_tests_reach_the_planned_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(ROOT)
     config = parse_config(yaml.safe_load((ROOT / "config" / "config.yaml").read_text()))

@@ -9,7 +9,7 @@ CALL = [sys.executable, "-m", "snakemake", f"-j{snakemake.threads}", "--configfi
 
 with open(snakemake.log[0], "w") as log:
     for study in snakemake.params.studies:
-        files = [*snakemake.params.configuration, study]
+        files = [*snakemake.params.configuration, *study]
         subprocess.run([*CALL, *files], stdout=log, stderr=log, check=True)
     folder = str(Path(snakemake.output.compared).parent)
     compared = [sys.executable, "-m", "calibration.inference.comparison.study", folder]
