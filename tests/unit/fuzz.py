@@ -1,5 +1,5 @@
 """Readers of what users write, under inputs that were changed at random: `python tests/unit/fuzz.py
-100000 [SEED]`.
+100000 [SEED]`, from the project's folder, with a limit of memory and of time for each input.
 
 A mutation is drawn from a seeded generator, so that each case can be made again: `mutated(text,
 seed)`. Files of a structure are changed within it: a part of a workbook is packed again, a chunk of
@@ -11,6 +11,8 @@ import io
 import json
 import os
 import random
+import resource
+import signal
 import struct
 import sys
 import tempfile
@@ -424,36 +426,60 @@ READERS = {
 """Name: (a valid input or the path of one, what reads the path of such a file)."""
 
 
-def faults(name, seeds, folder):
+LIMIT_S, LIMIT_BYTES = 10, 10**9
+"""Processor time of one input, and memory beyond the mapped libraries, in a long trial."""
+ROUND = 500
+"""Inputs of a reader before the next one has its turn."""
+
+
+class Late(BaseException):
+    """An input took more than LIMIT_S; no reader takes this for an error of its own."""
+
+
+def _late(number, frame):
+    raise Late
+
+
+def faults(name, seeds, folder, limit_s=0):
     """[(seed, kind, traceback)] of the seeds whose input leads to anything but success or an error
-    in a sentence."""
+    in a sentence, or takes longer than `limit_s` where that is not 0."""
     source, read = READERS[name]
     content = (ROOT / source).read_bytes() if isinstance(source, str) else source
     path, found = Path(folder) / f"input{ENDS.get(name, '')}", []
     for seed in seeds:
         path.write_bytes(CHANGES.get(name, mutated)(content, seed))
         try:
+            signal.setitimer(signal.ITIMER_PROF, limit_s)
             read(path)
         except (CalibrationError, DemError) as error:
             if len(str(error)) > 4000:
                 found.append((seed, "long message", str(error)[:400]))
-        except Exception as error:
+        except (Exception, Late) as error:
             found.append((seed, type(error).__name__, traceback.format_exc()))
+        finally:
+            signal.setitimer(signal.ITIMER_PROF, 0)
     return found
 
 
 def main(total, first=0):
-    """Try `total` inputs, shared among the readers, and print what went wrong, a traceback of each
-    kind."""
-    count = total // len(READERS)
+    """Try `total` inputs, shared among the readers, and print a traceback of each kind of fault,
+    and in the end how many inputs of each reader were tried."""
+    resource.setrlimit(resource.RLIMIT_DATA, (LIMIT_BYTES, LIMIT_BYTES))
+    signal.signal(signal.SIGPROF, _late)
+    count, kinds = total // len(READERS), {name: Counter() for name in READERS}
     with tempfile.TemporaryDirectory() as folder:
-        for name in READERS:
-            found = faults(name, range(first, first + count), folder)
-            kinds = Counter(kind for _, kind, _ in found)
-            print(f"{name}: {count} inputs, {len(found)} faults {dict(kinds)}", flush=True)
-            for kind in kinds:
-                seed, _, text = next(f for f in found if f[1] == kind)
-                print(f"--- seed {seed}\n{text}")
+        for start in range(first, first + count, ROUND):
+            for name in READERS:
+                seeds = range(start, min(start + ROUND, first + count))
+                for seed, kind, text in faults(name, seeds, folder, LIMIT_S):
+                    if not kinds[name][kind]:
+                        print(f"--- {name}, seed {seed}\n{text}", flush=True)
+                    kinds[name][kind] += 1
+            print(f"{(seeds.stop - first) * len(READERS)} inputs", flush=True)
+    for name, found in kinds.items():
+        print(f"{name}: {count} inputs, {found.total()} faults {dict(found)}")
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(f"{count * len(READERS)} inputs, {most:.0f} MB at most")
 
 
 if __name__ == "__main__":
