@@ -4,24 +4,42 @@ numba decides by a kernel's own file alone whether its compiled code is current.
 the files of the functions that the kernel calls nor at the versions of LLVM and numpy. The folder
 is therefore named after a hash of all the engine's code and of that software, and lies below
 whatever folder the user has chosen.
+
+numba writes these files without waiting for the disk and reads them without a check: one that a
+power cut has left half would end every later start in a traceback. Such files are deleted here, and
+numba makes them again.
 """
 
+import io
 import os
+import pickle
 import re
 import stat
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from dem.fingerprint import kernel_fingerprint, stack_digest
 
 NAME = re.compile(r"engine-[0-9a-f]{16}-[0-9a-f]{12}")
+PARTS = {".nbi": 2, ".nbc": 1}
+"""Suffix of numba's files -> pickles in one: an index has a version before it."""
+LOOKED = ".looked"
+"""Its time is that of the last look for files that are cut off."""
+SLACK_S = 60.0
+"""Files so much older than the last look are looked at again: its process may have begun earlier
+[s]."""
 
 
 def use_kernel_cache() -> None:
-    """Let numba keep compiled code in `kernel_cache`; to be called before the first kernel is
-    defined."""
-    os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())
+    """Let numba keep compiled code in `kernel_cache`, without files that are cut off; to be called
+    before the first kernel is defined."""
+    folder = kernel_cache()
+    with suppress(OSError):  # it can only be read, or another process deletes the same file
+        forget_cut_off(folder)
+    os.environ["NUMBA_CACHE_DIR"] = str(folder)
     if "numba" in sys.modules:
         sys.modules["numba"].config.reload_config()
 
@@ -73,3 +91,63 @@ def _private_folder():
     except OSError:
         pass
     return Path(tempfile.mkdtemp(prefix="granular-calibration-"))
+
+
+def forget_cut_off(folder: Path) -> None:
+    """Delete numba's files below a folder that are not whole, of those that have changed since the
+    last look. Raises OSError."""
+    mark = folder / LOOKED
+    since = mark.stat().st_mtime - SLACK_S if mark.exists() else 0.0
+    for file in _files(folder):
+        if file.stat().st_mtime >= since and not whole(file):
+            os.unlink(file)
+    mark.touch()
+
+
+def _files(folder: Path) -> Iterator[os.DirEntry[str]]:
+    for entry in os.scandir(folder):
+        if entry.is_dir(follow_symlinks=False):
+            yield from _files(Path(entry.path))
+        elif entry.name[-4:] in PARTS:
+            yield entry
+
+
+def whole(file: str | os.PathLike[str]) -> bool:
+    """Whether one of numba's files (.nbi, .nbc) holds its pickles to their ends, and nothing more.
+    Nothing in it is run. Raises OSError."""
+    stream = io.BytesIO(Path(file).read_bytes())
+    try:
+        for _ in range(PARTS[Path(file).suffix]):
+            _Form(stream).load()
+    except Exception:  # a pickle that is cut off ends in whatever its rest asks for
+        return False
+    return not stream.read(1)
+
+
+class _Blank:
+    """Stands for whatever a pickle asks for."""
+
+    def __new__(cls, *_, **__):
+        return object.__new__(cls)
+
+    def __setstate__(self, state):
+        pass
+
+    def __setitem__(self, key, value):
+        pass
+
+    def append(self, item):
+        pass
+
+    def extend(self, items):
+        pass
+
+
+class _Form(pickle.Unpickler):
+    """Reads a pickle through without loading what it names."""
+
+    def find_class(self, module, name):
+        return _Blank
+
+    def persistent_load(self, number):
+        return _Blank()

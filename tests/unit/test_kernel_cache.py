@@ -200,3 +200,79 @@ def test_a_law_changed_tenfold_slides_at_its_own_angle(copy, tmp_path):
     # the plate turns on by half a degree until the slip is seen
     assert found[0] == pytest.approx(0.5, abs=0.01)
     assert found[1] == pytest.approx(0.05, abs=0.01)
+
+
+KERNEL = """\
+import dem
+from numba import njit
+
+@njit(cache=True)
+def twice(x):
+    return 2.0 * x
+
+print(twice(21.0))
+"""
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    """A script with a kernel, and the folder in which numba keeps what it compiled of it."""
+    folder = tmp_path_factory.mktemp("compiled")
+    (folder / "twice.py").write_text(KERNEL)
+
+    def start():
+        env = {k: v for k, v in os.environ.items() if not k.startswith("NUMBA_")}
+        return subprocess.run(
+            [sys.executable, str(folder / "twice.py")],
+            env=env | {"NUMBA_CACHE_DIR": str(folder / "cache")},
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+
+    assert start().stdout == "42.0\n"
+    return start, folder / "cache"
+
+
+def kept_code(cache):
+    """{suffix: the file} of the one kernel."""
+    return {path.suffix: path for path in cache.rglob("*.nb[ic]")}
+
+
+@pytest.mark.parametrize("suffix", [".nbi", ".nbc"])
+@pytest.mark.parametrize("left", ["nothing", "half", "zeros"])
+def test_compiled_code_that_is_cut_off_is_made_again(compiled, suffix, left):
+    """As a power cut leaves it: an empty file, one that ends early, or one whose end was never
+    written."""
+    start, cache = compiled
+    path = kept_code(cache)[suffix]
+    good = path.read_bytes()
+    half = len(good) // 2
+    bad = {"nothing": b"", "half": good[:half], "zeros": good[:half] + bytes(len(good) - half)}
+    path.write_bytes(bad[left])
+    done = start()
+    assert (done.stdout, done.stderr) == ("42.0\n", "")
+    assert kernel_cache.whole(kept_code(cache)[suffix])
+
+
+def test_every_cut_of_an_index_is_seen(compiled, tmp_path):
+    content = kept_code(compiled[1])[".nbi"].read_bytes()
+    path = tmp_path / "x.nbi"
+    for length in range(len(content)):
+        path.write_bytes(content[:length])
+        assert not kernel_cache.whole(path), length
+    path.write_bytes(content)
+    assert kernel_cache.whole(path)
+
+
+def test_whole_files_are_kept_and_looked_at_once(compiled, monkeypatch):
+    cache = next(path.parent for path in compiled[1].rglob(kernel_cache.LOOKED))
+    before = {path: path.stat().st_mtime_ns for path in kept_code(cache).values()}
+    for path in before:
+        os.utime(path, (1e9, 1e9))
+    looked = []
+    monkeypatch.setattr(kernel_cache, "whole", lambda path: looked.append(path) or True)
+    kernel_cache.forget_cut_off(cache)
+    assert not looked
+    os.utime(next(iter(before)))
+    kernel_cache.forget_cut_off(cache)
+    assert [Path(path) for path in looked] == [next(iter(before))]
+    assert all(path.exists() for path in before)
