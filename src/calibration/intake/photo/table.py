@@ -13,6 +13,7 @@ from calibration.intake.numbers_with_units import said_number
 from calibration.intake.photo.camera import View, read_low
 from calibration.intake.photo.measure import LEVEL, measure_photo
 from calibration.intake.photo.show import draw_fit
+from calibration.intake.photo_names import FIT, without_fits
 from calibration.intake.tables import summary
 from dem.units import UnitError
 
@@ -33,9 +34,12 @@ def measure_photos(
     if out is not None and out.exists():
         raise CalibrationError(f"{out}: exists already")
     per_pixel = _mm_per_pixel(scale) if scale else None
-    photos, lines, heights = [measure_photo(p, view) for p in paths], [], []
+    names, lines = without_fits([Path(p) for p in paths])
+    if not names:
+        raise CalibrationError(f"{lines[0]}; allowed: the photographs beside them")
+    photos, heights = [measure_photo(p, view) for p in names], []
     for photo in photos:
-        fit = (shown or photo.path.parent) / f"{photo.path.stem}.fit.png"
+        fit = (shown or photo.path.parent) / f"{photo.path.stem}{FIT}"
         draw_fit(photo, fit)
         height = photo.height * photo.reduced * per_pixel if per_pixel else None
         tall = f", {height:.1f} mm high" if height else ""
@@ -47,7 +51,7 @@ def measure_photos(
         heights.append(height)
     lines.append(summary([p.angle_deg for p in photos], "°"))
     if not view.known:
-        lines.append(_uncorrected(photos))
+        lines.append(uncorrected([p.angle_deg for p in photos]))
     if out is not None:
         write_table(_table(photos, heights), out)
         lines.append(f"wrote {out}; in a configuration: measurements: {out}")
@@ -60,9 +64,9 @@ def _looks(photo):
     return f", looks down by {photo.pitch_deg:.1f}°, which is corrected"
 
 
-def _uncorrected(photos):
-    """What a camera that looks down would do to these heaps."""
-    mean = sum(p.angle_deg for p in photos) / len(photos)
+def uncorrected(angles: Sequence[float]) -> str:
+    """What a camera that looks down would do to heaps of these angles [deg], in words."""
+    mean = sum(angles) / len(angles)
     low = " and ".join(f"{read_low(mean, pitch):.1f}° at {pitch}°" for pitch in (5, 10))
     return (
         "not corrected for a camera that looks down: far away it reads such a heap too flat by "

@@ -84,10 +84,18 @@ def _read(method, key, texts, raw, faults):
         try:
             found.append(Answer(text.strip(), q.read(text), place))
         except CalibrationError as error:
-            faults.append(f"{place}: {error}")
+            said = str(error)
+            faults.append(f"{place}: {said.removeprefix(f'{text.strip()}: ')}"
+                          if place.endswith(text) else f"{place}: {said}")  # fmt: skip
     if len(found) > 1 and not q.reading:
         faults.append(f"{found[1].place}: {key} is answered twice; allowed: one answer")
     return found
+
+
+def _told(answer):
+    """An answer with its place, where that does not end with it already."""
+    place, text = answer.place, answer.text
+    return place if place.endswith(text) else f"{place}: {text}"
 
 
 def _question(method, key, answers):
@@ -119,8 +127,9 @@ def _spread_faults(entry):
     read, sd, n = _readings(entry), entry.values("sd"), entry.values("n")
     if len(read) == 1 and not sd:
         return [
-            f"{read[0].place}: {read[0].text} is one reading without a spread; allowed: a second "
-            f"reading, or sd (standard deviation of one reading) and, where it is a mean, n"
+            f"{_told(read[0])} is one reading without a spread; allowed: a second reading, or sd "
+            f"beside it (by how much single readings scatter: their standard deviation) and, where "
+            f"it is a mean, n (of how many)"
         ]
     if len(read) > 1 and (sd or n):
         return [

@@ -116,9 +116,15 @@ def _grains(folder, entries, most):
 def _of_sieves(entry, shared):
     if bool(entry.values("file")) == bool(entry.values("size")):
         raise CalibrationError("a sieve analysis is a table, or sizes and what passes: one of them")
+    file = entry.value("file")
+    if file and not Path(file).is_file():
+        raise CalibrationError(
+            f"{entry.place('file')}: {file} is no file; allowed: a table of sieves, with the width "
+            "of each mesh and what passes it or stays on it"
+        )
     sizes = (
-        sieve_curve(Path(entry.value("file")))
-        if entry.values("file")
+        sieve_curve(Path(file))
+        if file
         else size_distribution(entry.values("size"), entry.values("passing"), entry.place("size"))
     )
     low, high = min(sizes["diameters_mm"]), max(sizes["diameters_mm"])
@@ -155,33 +161,55 @@ def _refuse_without_lead(tested):
             "grains would stay open; allowed: an angle of repose (funnel, lifted cylinder), a bulk "
             "density, a discharge, a shear cell or wall friction beside"
         )
+    if not any(_leads(e) for e in tested):
+        first = next(e for e in tested if e.method.leads)
+        raise CalibrationError(
+            f"{first.place(first.method.readings[0].key)}: no test of grains upon grains has more "
+            "than one reading, and the study compares simulated runs with the readings of one of "
+            "them; allowed: a second reading of any of them, or n of 2 or more beside a mean"
+        )
+
+
+def _leads(entry):
+    """Whether a study's chain can be calibrated to a test: its spread is that of several
+    readings."""
+    read = max((len(entry.values(q.key)) for q in entry.method.readings), default=0)
+    return entry.method.leads and max(read, entry.value("n", 1)) > 1
 
 
 def _leading_first(tested):
     """The entries in the order of their tests."""
-    lead = next(e for e in tested if e.method.leads)
+    lead = next(e for e in tested if _leads(e))
     return [lead, *(e for e in tested if e is not lead)]
 
 
 def _tests(tested, grains):
-    """([LaboratoryTest], `Grains`): the leading one first, then all others at its grains' size
-    where grains stick. Raises `Faults` of all that cannot be represented."""
+    """([LaboratoryTest], `Grains`): the leading one first; where grains stick all have the size of
+    those in the largest rig. Raises `Faults` of all that cannot be represented."""
+    ordered = _leading_first(tested)
+    found = _become(ordered, grains)
+    if grains.sticky:
+        grains = replace(grains, common_mm=max(_size(t, grains) for t in found))
+        found = _become(ordered, grains)
+    return [replace(t, run=steady(t, grains)) for t in found], grains
+
+
+def _become(entries, grains):
     found, faults = [], []
-    for entry in (ordered := _leading_first(tested)):
+    for entry in entries:
         try:
-            test = entry.method.becomes(entry, grains)
+            found.append(entry.method.becomes(entry, grains))
         except CalibrationError as error:
             faults.append(str(error))
-            continue
-        found.append(replace(test, run=steady(test, grains)))
-        if entry is ordered[0] and grains.sticky:
-            particles = test.run["particles"]
-            scale = particles.get("scale_factor", 1.0)
-            size = particles.get("diameter_mm", grains.diameter_mm) * scale
-            grains = replace(grains, common_mm=size)
     if faults:
         raise Faults(faults)
-    return found, grains
+    return found
+
+
+def _size(test, grains):
+    """Mean diameter [mm] of a test's simulated grains."""
+    particles = test.run["particles"]
+    return particles.get("diameter_mm", grains.diameter_mm) * particles.get("scale_factor", 1.0)
 
 
 def steady(test: LaboratoryTest, grains: Grains) -> dict:

@@ -2,12 +2,15 @@
 
 import argparse
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
+from calibration.intake.photo_names import PICTURES
 from calibration.study.new.answers import Raw, words_of
 from calibration.study.new.grains import FINE_MM
 from calibration.study.new.methods import Question, methods
 
+TABLES = (".csv", ".tsv", ".txt", ".xlsx")
 MANY = ("measured",)
 """Options of a single question that take several words."""
 
@@ -81,9 +84,25 @@ def raws_of(args: argparse.Namespace) -> list[Raw]:
         entries = getattr(args, f"method_{method.name}", None) or ([[]] if single else [])
         for k, words in enumerate(entries):
             raw = words_of(method, words, f"option --{method.name}")
-            answers = dict(raw.answers) | (single if k == 0 else {})
+            answers = dict(_read_files(method, raw, args)) | (single if k == 0 else {})
             found.append(Raw(method.name, answers, raw.place))
     return found
+
+
+def _read_files(method, raw, args):
+    """(key, [(text, place)]) with the angles of photographs and of a table in place of their
+    names."""
+    for key, texts in raw.answers.items():
+        q = method.question(key)
+        angles = q is not None and q.reading and q.unit == "angle_of_repose_deg"
+        files = [t for t, _ in texts if Path(t).suffix.lower() in (*PICTURES, *TABLES)]
+        if not (angles and files):
+            yield key, texts
+            continue
+        place = f"{raw.place} {files[0]}" if len(files) == 1 else raw.place
+        yield key, [(t, p) for t, p in texts if t not in files] + [
+            (f"{value:.6g}", place) for value in _angles(files, args)
+        ]
 
 
 def _single(method, args):

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from calibration.errors import CalibrationError, ConfigError
 from calibration.intake.measurements import read_measured
 from calibration.intake.numbers_with_units import said_number
+from calibration.intake.photo_names import PICTURES, without_fits
 from calibration.intake.tables import SeveralSheetsError, read_table, summary
 from calibration.study.factors import factor_of
 from calibration.study.new.heap import FEWEST, MOST, Heap
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from calibration.study.factors import Factor
 
 
-PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp")
 SOFTENED_PA = 3.0e6
 
 
@@ -232,15 +232,30 @@ def measured_angles(texts: Sequence[str], sheet: str | None = None) -> list[floa
     CalibrationError."""
     paths = [Path(t) for t in texts]
     if all(p.suffix.lower() in PICTURES for p in paths):
-        from calibration.intake.photo import measure_photo  # brings image libraries along
-
-        return [round(measure_photo(p).angle_deg, 3) for p in paths]
+        return _of_photographs(paths)
     if len(paths) == 1 and (paths[0].suffix or paths[0].exists()) and not _is_number(texts[0]):
         return _of_table(paths[0], sheet)
     values = [_angle(t.rstrip(";")) for t in texts]
     if len(values) < 2:
         raise CalibrationError("--measured: one value has no spread; allowed: two or more")
     return values
+
+
+def _of_photographs(paths):
+    """Angles [deg] of photographs; says what was left out, and what is not corrected."""
+    from calibration.intake.photo import measure_photo  # brings image libraries along
+    from calibration.intake.photo.table import uncorrected
+
+    photos, said = without_fits(paths)
+    angles = [round(measure_photo(p).angle_deg, 3) for p in photos]
+    if len(angles) < 2:
+        raise CalibrationError(
+            f"{len(angles)} photograph{'' if len(angles) == 1 else 's'} of a heap: one angle has "
+            "no spread; allowed: photographs of two heaps or more"
+        )
+    for sentence in (*said, uncorrected(angles)):
+        print(sentence)
+    return angles
 
 
 def _is_number(text):
@@ -294,9 +309,11 @@ SIEVE_HEADINGS = {
                     "korngröße", "korngrösse", "diamètre", "diametre", "maille", "taille"},
     "passing_percent": {"passing", "siebdurchgang", "durchgang", "passant", "tamisat"},
     "mass_percent": {"mass", "masse", "massenanteil", "masseanteil", "anteil", "fraction massique"},
+    "retained": {"retained", "rückstand", "rueckstand", "siebrückstand", "rest", "refus",
+                 "refus partiel"},
 }  # fmt: skip
 """Column -> what laboratories call it, in small letters; the unit has to stand behind it."""
-SIEVE_UNITS = {"passing_percent": "%", "mass_percent": "%"}
+SIEVE_UNITS = {"passing_percent": ("%",), "mass_percent": ("%",), "retained": ("%", "g", "kg")}
 
 
 def _sieve_columns(table):
@@ -311,8 +328,9 @@ def _sieve_columns(table):
             raise ConfigError(f"means the same as {found[column]}", **where, allowed="one of them")
         if column and heading != column:
             unit, needed = table.units.get(heading), SIEVE_UNITS.get(column)
-            if not unit or needed not in (None, unit):
-                allowed = f"{heading} in {needed or 'mm'}"
+            if not unit or (needed and unit not in needed):
+                allowed = f"{heading} in {' or '.join(needed or ('mm',))}, as {heading} " \
+                          f"[{(needed or ('mm',))[0]}]"
                 raise ConfigError("has no unit that tells what it is", **where, allowed=allowed)
         found |= {column: heading} if column else {}
     return found
@@ -352,8 +370,8 @@ def _sieved(path):
 
     table = read_table(path)
     columns = _sieve_columns(table)
-    passing = "passing_percent" in columns
-    share = "passing_percent" if passing else "mass_percent"
+    share = next((c for c in ("passing_percent", "retained") if c in columns), "mass_percent")
+    passing = share != "mass_percent"
     for needed in ("diameter_mm", share):
         if needed not in columns:
             table.require(needed)
@@ -364,7 +382,27 @@ def _sieved(path):
             raise ConfigError("is no size", path=path, line=line, column=columns["diameter_mm"],
                               value=size, allowed="more than 0 mm")  # fmt: skip
     shares = table.numbers(columns[share])
+    if share == "retained":
+        shares = _passing(table, columns[share], sizes, shares)
     return _between_sieves(path, sizes, shares) if passing else (sizes, shares)
+
+
+def _passing(table, heading, sieves, retained):
+    """What passes each sieve [%] of what stays on it, in % or in masses. Raises ConfigError for
+    shares that do not make a whole, or none at all."""
+    total, unit = sum(retained), table.units[heading]
+    if min(retained) < 0 or not total > 0 or (unit == "%" and abs(total - 100) > 1):
+        hint = "; is it the sum over the coarser sieves?" if total > 101 and unit == "%" else ""
+        raise ConfigError(
+            f"the masses on the sieves make {total:g} {unit}{hint}", path=table.path,
+            line=table.header_line, column=heading,
+            allowed="what stays on each sieve by itself, 100 % together" if unit == "%"
+            else "masses of 0 or more, and one above 0",
+        )  # fmt: skip
+    return [
+        100.0 * sum(m for s, m in zip(sieves, retained, strict=True) if s < sieve) / total
+        for sieve in sieves
+    ]
 
 
 def _between_sieves(path, sieves, passing):
@@ -381,6 +419,17 @@ def _between_sieves(path, sieves, passing):
         raise CalibrationError(
             f"{path}: {rows[0][1]:g} % pass the finest sieve ({finest}), and no size is known of "
             f"them; allowed: a last row with 0 %, such as that of the pan at the finest grain"
+        )
+    if rows[-1][1] < 99:
+        near = "; are they shares of 1?" if abs(rows[-1][1] - 1) < 0.01 else ""
+        raise CalibrationError(
+            f"{path}: {rows[-1][1]:g} % pass the widest sieve ({rows[-1][0]:g} mm), and no size is "
+            f"known of the rest; allowed: a row with 100 %, the sieve that all of it passes{near}"
+        )
+    if rows[0][0] == 0 and len(rows) > 1 and rows[1][1] > 0:
+        raise CalibrationError(
+            f"{path}: {rows[1][1]:g} % pass the finest sieve ({rows[1][0]:g} mm) into the pan, "
+            "whose size is 0; allowed: the size of the finest grain in its place"
         )
     sizes = [round(math.sqrt(a[0] * b[0]), 4) for a, b in pairwise(rows)]
     return sizes, [b[1] - a[1] for a, b in pairwise(rows)]

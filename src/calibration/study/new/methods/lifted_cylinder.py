@@ -14,7 +14,8 @@ from calibration.study.new.methods.declare import (
     wall_question,
 )
 
-ACROSS = 10.0  # longest grains across a cylinder that is assumed
+ACROSS = 10.0  # longest grains across a cylinder that is assumed, at least
+USUAL_MM = 50.0  # width of one that is assumed, at least: a choice of this project, no source
 LEAST = 5.0  # of them across any cylinder
 DEEP = 1.5  # depth of the grains over the cylinder's width, assumed
 SPEED = 20.0  # mm/s, assumed: slow enough that the grains follow the rim
@@ -26,8 +27,9 @@ the rig moves it by degrees. A choice of this project, no source."""
 
 def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     """The experiment `lifted_cylinder`, as wide and as full as was told."""
+    _refuse_unknown(entry, grains)
     longest = grains.longest * grains.size(grains.diameter_mm)
-    wide = entry.value("cylinder", ACROSS * longest)
+    wide = entry.value("cylinder", max(ACROSS * longest, USUAL_MM))
     deep = entry.value("depth", DEEP * wide)
     diameter = _size(entry, grains, wide, deep)
     count = filling(math.pi / 4 * wide**2 * deep, diameter)
@@ -54,6 +56,16 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         said=_said(entry, grains, diameter, wide, deep, count),
         lasts_s=1.2 * deep / entry.value("speed", SPEED) + 1.0, wall=entry.value("wall"),
     )  # fmt: skip
+
+
+def _refuse_unknown(entry, grains):
+    """A heap of grains that stick is the steeper the smaller it is: its rig cannot be assumed."""
+    if grains.sticky and not entry.values("cylinder"):
+        raise CalibrationError(
+            f"{entry.place('angle')}: a powder that sticks heaps the steeper the smaller its heap "
+            "is, and the cylinder was not told; allowed: cylinder beside it (inner diameter, such "
+            "as 60 mm), and depth"
+        )
 
 
 def _size(entry, grains, wide, deep):
