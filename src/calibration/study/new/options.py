@@ -100,9 +100,11 @@ def _read_files(method, raw, args):
             yield key, texts
             continue
         place = f"{raw.place} {files[0]}" if len(files) == 1 else raw.place
-        yield key, [(t, p) for t, p in texts if t not in files] + [
-            (f"{value:.6g}", place) for value in _angles(files, args)
-        ]
+        yield (
+            key,
+            [(t, p) for t, p in texts if t not in files]
+            + [(f"{value:.6g}", place) for value in _angles(files, args)],
+        )
 
 
 def _single(method, args):

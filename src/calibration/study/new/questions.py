@@ -329,8 +329,10 @@ def _sieve_columns(table):
         if column and heading != column:
             unit, needed = table.units.get(heading), SIEVE_UNITS.get(column)
             if not unit or (needed and unit not in needed):
-                allowed = f"{heading} in {' or '.join(needed or ('mm',))}, as {heading} " \
-                          f"[{(needed or ('mm',))[0]}]"
+                allowed = (
+                    f"{heading} in {' or '.join(needed or ('mm',))}, as {heading} "
+                    f"[{(needed or ('mm',))[0]}]"
+                )
                 raise ConfigError("has no unit that tells what it is", **where, allowed=allowed)
         found |= {column: heading} if column else {}
     return found

@@ -1,0 +1,181 @@
+"""The commands of `docs/first-hours.md` begin their studies, and each can be run: its planning
+without the pilot."""
+
+import math
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import openpyxl
+import pytest
+import yaml
+from PIL import Image, ImageDraw
+
+from calibration.interface.commands import main
+from calibration.runs.feasibility import check_ahead
+from calibration.study.config import parse_config
+from calibration.study.config.joint import read_joint_target
+from facts import tells
+
+PAGE = (Path(__file__).parents[2] / "docs/first-hours.md").read_text("utf-8")
+COMMANDS = re.findall(r"^dem new .*$", PAGE, re.M)
+HEAPS = {"heap 1.png": 24.1, "heap 2.png": 25.3, "heap 3.png": 24.8}
+
+
+def words_of(name):
+    (line,) = [c for c in COMMANDS if c.startswith(f"dem new {name} ")]
+    return shlex.split(line)[1:]
+
+
+def draw_heap(path, angle):
+    """A bright cone on a dark table, drawn large and reduced so that its edges are smooth."""
+    picture = Image.new("RGB", (1600, 900), (40, 50, 70))
+    draw = ImageDraw.Draw(picture)
+    draw.rectangle((0, 700, 1600, 900), fill=(100, 80, 60))
+    high = 560 * math.tan(math.radians(angle))
+    draw.polygon([(240, 700), (800, 700 - high), (1360, 700)], fill=(230, 230, 225))
+    noise = np.random.default_rng(1).normal(0, 3, (450, 800, 3))
+    small = np.asarray(picture.resize((800, 450), Image.Resampling.BOX), float) + noise
+    Image.fromarray(np.clip(small, 0, 255).astype(np.uint8)).save(path)
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty folder with what the page says lies in it."""
+    monkeypatch.chdir(tmp_path)
+    (sieve,) = re.findall(r"^Siebweite.*?(?=^```)", PAGE, re.M | re.S)
+    Path("sieve.csv").write_text(sieve)
+    for name, angle in HEAPS.items():
+        draw_heap(name, angle)
+    return tmp_path
+
+
+def fill(path):
+    """Fill a workbook's sheets with the lines of the page."""
+    book = openpyxl.load_workbook(path)
+    for sheet, cells in re.findall(r"^([a-z-]+): (.*=.*)$", PAGE, re.M):
+        rows = book[sheet]
+        columns = {str(c.value).split(" [")[0]: c.column for c in rows[2]}
+        row = rows.max_row + 1
+        for key, text in re.findall(r"(\w+)=(.*?)(?= \w+=|$)", cells):
+            rows.cell(row, columns[key], text)
+    book.save(path)
+
+
+def begun(name):
+    assert main([*words_of(name), "--no-pilot"]) == 0
+    path = Path(name, "config.yaml")
+    config = parse_config(yaml.safe_load(path.read_text()), files=[path])
+    check_ahead(config)
+    return config
+
+
+def targets(config):
+    return {(t.rig, t.metric): read_joint_target(config, t).mean[0] for t in config.targets}
+
+
+def test_wheat(here):
+    found = targets(begun("wheat"))
+    assert found == {
+        ("cylinder", "angle_of_repose_deg"): pytest.approx(27.24),
+        ("vessel", "poured_density_kg_m3"): 765.0,
+        ("drop", "rebound_height_mm"): 78.0,
+        ("plane", "sliding_angle_deg"): 21.0,
+    }
+
+
+def test_limestone_powder(here):
+    assert main(["new", "--workbook", "lime.xlsx"]) == 0
+    fill("lime.xlsx")
+    config = begun("lime")
+    found = targets(config)
+    assert [found[f"shear_{load}_kPa", "shear_stress_kPa"] for load in (2, 4, 6, 8)] == [
+        1.9, 3.4, 4.8, 6.4,
+    ]  # fmt: skip
+    assert found["vessel", "poured_density_kg_m3"] == 900.0
+    assert config.experiment == "lifted_cylinder"
+    assert config.run["laws"]["cohesion"] == "jkr"
+
+
+def test_gravel(here):
+    sizes = begun("gravel").run["particles"]["sizes"]
+    # by hand: 410.5, 380.2 and 209 of 999.7 g, between 16, 8, 4 and 2 mm
+    found = sorted(zip(sizes["diameters_mm"], sizes["fractions"], strict=True))
+    middle = [math.sqrt(2 * 4), math.sqrt(4 * 8), math.sqrt(8 * 16)]
+    assert [d for d, _ in found] == pytest.approx(middle, abs=1e-3)
+    assert [s for _, s in found] == pytest.approx([0.20906, 0.38031, 0.41062], abs=1e-5)
+
+
+def test_pellets_from_photographs(here, capsys):
+    assert main(["angle", *HEAPS]) == 0
+    told = words_of("pellet")
+    at = told.index("heap 3.png") + 1
+    fits = [name.replace(".png", ".fit.png") for name in HEAPS]
+    assert main([*told[:at], *fits, *told[at:], "--no-pilot"]) == 0
+    said = capsys.readouterr().out
+    assert tells(said, "left out", "heap 2.fit.png")
+    assert tells(said, "looks down", "--camera")
+    path = Path("pellet/measured.csv")
+    values = [float(line.split(",")[2]) for line in path.read_text().splitlines()[1:]]
+    assert values[:3] == pytest.approx(list(HEAPS.values()), abs=0.3)
+
+
+@pytest.mark.parametrize("test", ["lifted-cylinder", "funnel"])
+def test_a_test_takes_photographs_too(here, test):
+    rig = {"lifted-cylinder": ["cylinder=60mm"],
+           "funnel": ["orifice=40mm", "plate=150mm", "height=70mm"]}[test]  # fmt: skip
+    grain = ["--density", "0.92g/cm3", "--grain", "3.8mm", "--no-pilot"]
+    assert main(["new", "own", f"--{test}", *HEAPS, *rig, *grain]) == 0
+    text = Path("own/measured.csv").read_text()
+    assert text.count("angle_of_repose") == 3
+
+
+def test_maize(here, capsys):
+    found = targets(begun("maize"))
+    assert found["cylinder", "angle_of_repose_deg"] == pytest.approx((23.50 + 21.86) / 2)
+    assert tells(capsys.readouterr().out, "assumed", "cylinder")
+
+
+POWDER = ("--density", "2.7g/cm3", "--grain", "50um", "--moisture", "moist", "--no-pilot")
+LOADS = ("--shear-cell 1.9kPa load=2kPa --shear-cell 3.4kPa load=4kPa --shear-cell 4.8kPa "
+         "load=6kPa --shear-cell 6.4kPa load=8kPa").split()  # fmt: skip
+
+
+def test_a_powders_cylinder_is_asked_for(here, capsys):
+    assert main(["new", "own", "--lifted-cylinder", "51", "53", *POWDER]) == 2
+    assert tells(capsys.readouterr().err, "--lifted-cylinder", "cylinder", "60 mm")
+    assert not Path("own").exists()
+
+
+def test_where_no_test_has_two_readings_it_is_said(here, capsys):
+    assert main(["new", "own", *LOADS, *POWDER]) == 2
+    assert tells(capsys.readouterr().err, "--shear-cell 1.9kPa", "second reading", "n of 2 or more")
+
+
+def test_a_test_with_several_readings_leads(here):
+    bulk = ["--bulk-density", "0.9g/cm3", "0.91g/cm3"]
+    one = ["--lifted-cylinder", "52", "sd=1.5", "cylinder=50mm"]
+    assert main(["new", "own", *one, *bulk, *POWDER]) == 0
+    config = parse_config(yaml.safe_load(Path("own/config.yaml").read_text()))
+    assert config.experiment == "bulk_density"
+    # grains stick: one size in all rigs, at which 4,000 fill the cylinder
+    sizes = {rig.run["particles"]["diameter_mm"] for rig in config.rigs.values() if rig.run}
+    assert sizes == {config.run["particles"]["diameter_mm"]}
+    volume = math.pi / 4 * 50**2 * 75
+    assert sizes.pop() == pytest.approx((0.6 * volume / 4000 * 6 / math.pi) ** (1 / 3), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ("16;0\n8;40\n4;80\n2;100\n", ["Rückstand", "220 %", "coarser sieves"]),
+        ("8;50\n4;30\n2;20\n", ["50 %", "widest sieve", "8 mm", "100 %"]),
+        ("16;0\n8;40\n4;40\n2;15\n0;5\n", ["5 %", "pan", "finest grain"]),
+    ],
+    ids=["cumulative", "no widest", "a pan without a size"],
+)
+def test_what_stays_on_sieves_has_to_tell_all_sizes(here, table, words, capsys):
+    Path("sieve.csv").write_text("Siebweite [mm];Rückstand [%]\n" + table)
+    assert main([*words_of("gravel"), "--no-pilot"]) == 2
+    assert tells(capsys.readouterr().err, *words)
