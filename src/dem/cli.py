@@ -4,7 +4,7 @@ import argparse
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from tqdm import tqdm
 
@@ -40,8 +40,20 @@ def main(argv: Sequence[str] | None = None, more: Iterable[Callable[[Any], objec
     return 0
 
 
+class _Parser(argparse.ArgumentParser):
+    """Tells a fault in one line and where all options stand, not in the whole usage."""
+
+    def error(self, message: str) -> NoReturn:
+        """Exit with status 2 and one line on stderr."""
+        hint = (
+            ". A value and its unit are one word (4mm); a name with spaces stands in quotation "
+            "marks" if "unrecognized" in message else ""
+        )  # fmt: skip
+        self.exit(2, f"{self.prog}: {message}{hint}. {self.prog} --help says what is allowed\n")
+
+
 def _parser(more):
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="dem", description="Discrete element engine: virtual experiments with spheres."
     )
     commands = parser.add_subparsers(required=True, metavar="command")

@@ -225,7 +225,7 @@ def test_axes_become_a_clump_of_their_length_and_thickness(axes, spheres):
         ("--drop 78s 79mm height=300mm", ["78s", "another kind"]),
         ("--drop 78mm 79mm height=300mm wall=gold", ["gold", "steel"]),
         ("--drop 78mm 79mm height=300mm wall=wood", ["drop on wood", "plane on steel"]),
-        ("--axes 6.2x3.3mm", ["as many of each"]),
+        ("--axes 6.2x3.3mm", ["2 of 3"]),
         ("--axes 40x3x3mm", ["13.3 times as long as wide", "dem clump"]),
         ("--axes 12x11x2mm", ["6.0 times as long as thick", "dem clump"]),
         ("--grain 4mm", ["axes, diameter", "one of its diameter"]),

@@ -39,8 +39,13 @@ class Faults(CalibrationError):
 def read_entries(raws: Iterable[Raw]) -> list[Entry]:
     """[Entry] of all that was answered. Raises `Faults`."""
     faults: list[str] = []
-    entries = [_entry(raw, faults) for raw in raws]
-    found = _with_lines([e for e in entries if e])
+    entries = []
+    for raw in raws:
+        before = len(faults)
+        entry = _entry(raw, faults)
+        if entry and len(faults) == before:  # what could not be read is no lack of readings
+            entries.append(entry)
+    found = _with_lines(entries)
     for entry in found:
         faults += _spread_faults(entry)
     faults += _twice(found)
@@ -60,12 +65,19 @@ def _entry(raw, faults):
     }
     for q in method.questions:
         if q.needed and not raw.answers.get(q.key):
+            by_itself = q.option and not raw.answers.keys() & _own_words(method)
+            option = by_itself and raw.place.startswith("option ")
             faults.append(
-                f"{raw.place}: {q.key} is missing; allowed: {q.text} ({q.allowed}), such as "
-                f"{q.example}"
+                f"{f'option --{q.option}' if option else f'{raw.place}: {q.key}'} is missing; "
+                f"allowed: {q.text} ({q.allowed}), such as {q.example}"
             )
     faults += _uneven(method, answers, raw)
     return Entry(method, answers)
+
+
+def _own_words(method):
+    """Keys of a method's questions that have no option by themselves."""
+    return {q.key for q in method.asked if not q.option}
 
 
 def _read(method, key, texts, raw, faults):
@@ -81,6 +93,10 @@ def _read(method, key, texts, raw, faults):
         return []
     found = []
     for text, place in texts:
+        if text.strip() in (*(q.key for q in method.asked), "="):
+            faults.append(f"{place}: stands by itself; allowed: {text.strip(' =') or 'key'}=VALUE "
+                          "in one word, without spaces")  # fmt: skip
+            continue
         try:
             found.append(Answer(text.strip(), q.read(text), place))
         except CalibrationError as error:
@@ -199,15 +215,25 @@ def words_of(method: Method, words: Iterable[str], place: str) -> Raw:
                 answers.setdefault(key.strip(), []).append((one, f"{place} {word}"))
         else:
             for one in separate(word):
-                _row(readings, one, f"{place} {word}", answers)
+                _row(method, readings, one, f"{place} {word}", answers)
     return Raw(method.name, answers, place)
 
 
-def _row(readings, word, place, answers):
-    """Put the columns of one row where they belong; a unit behind the last counts for all."""
-    parts = _PARTS.split(word) if len(readings) > 1 else [word]
+def _row(method, readings, word, place, answers):
+    """Put the columns of one row where they belong; a unit behind the last counts for all. Raises
+    CalibrationError for a row of another length."""
+    if len(readings) < 2:
+        answers.setdefault(readings[0].key, []).append((word, place))
+        return
+    parts = _PARTS.split(word)
+    if len(parts) != len(readings):
+        columns = " x ".join(q.key for q in readings)
+        raise CalibrationError(
+            f"{place}: has {len(parts)} of {len(readings)} numbers; allowed: {columns} in one "
+            f"word, a word a grain, such as {'x'.join(q.example.split()[0] for q in readings)}mm"
+        )
     unit = re.sub(r"^[\d.,\s+-]+", "", parts[-1])
-    for q, part in zip(readings, parts, strict=False):
+    for q, part in zip(readings, parts, strict=True):
         bare = not re.search(r"[A-Za-zµ%°]", part)
         text = f"{part} {unit}" if bare and unit and q.unit else part
         answers.setdefault(q.key, []).append((text, place))

@@ -2,6 +2,7 @@
 become, and where each of them went."""
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -99,8 +100,8 @@ def _grains(folder, entries, most):
     if len(sized) != 1:
         told = ", ".join(sized) or "none"
         raise CalibrationError(
-            f"the size of a grain is told by {told}; allowed: one of its diameter, its three axes "
-            "or a sieve analysis"
+            f"the size of a grain is told by {told}; allowed: one of its diameter (--grain), its "
+            "three axes (--axes) or a sieve analysis (--sieve), or of the sheets grain, axes, sieve"
         )
     density = grain.value("density")
     moist = grain.value("moisture")
@@ -138,7 +139,10 @@ def _of_sieves(entry, shared):
 
 def _of_axes(folder, entry, shared):
     *axes, diameter = mean_axes(*(entry.values(k) for k in ("length", "width", "thickness")))
-    spheres = clump_of_axes(*axes)
+    try:
+        spheres = clump_of_axes(*axes)
+    except CalibrationError as error:
+        raise CalibrationError(f"{entry.place('length')}: {error}") from None
     shape = f"a clump of {len(spheres)} spheres ({CLUMP})" if spheres else "a sphere"
     number, mean = len(entry.values("length")), " x ".join(f"{x:.3g}" for x in axes)
     said = [
@@ -375,11 +379,13 @@ def write_laboratory(
         config = parse_config(yaml.safe_load(text), files=[folder / "config.yaml"])
         if check:
             check(config)
-    except (CalibrationError, DemError):
+    except (CalibrationError, DemError) as error:
         for path in folder.iterdir():
             path.unlink()
         folder.rmdir()
-        raise
+        # the files it may name are gone
+        fault = re.sub(rf"^{re.escape(str(folder))}/[\w.]+(, line \d+)?: ", "", str(error))
+        raise CalibrationError(f"what was given makes no study that can run: {fault}") from None
     return lab.said
 
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from calibration.errors import CalibrationError
 from calibration.intake.photo_names import PICTURES
 from calibration.study.new.answers import Raw, words_of
 from calibration.study.new.grains import FINE_MM
@@ -84,7 +85,14 @@ def raws_of(args: argparse.Namespace) -> list[Raw]:
         entries = getattr(args, f"method_{method.name}", None) or ([[]] if single else [])
         for k, words in enumerate(entries):
             raw = words_of(method, words, f"option --{method.name}")
-            answers = dict(_read_files(method, raw, args)) | (single if k == 0 else {})
+            answers = dict(_read_files(method, raw, args))
+            if twice := answers.keys() & single.keys() if k == 0 else ():
+                key = min(twice)
+                raise CalibrationError(
+                    f"{single[key][0][1]}: {key} stands in --{method.name} too; allowed: one of "
+                    "the two"
+                )
+            answers |= single if k == 0 else {}
             found.append(Raw(method.name, answers, raw.place))
     return found
 

@@ -114,7 +114,9 @@ def _answer(given, ask, q, read):
         return read(given)
     if ask is None:
         text = f"{q.text[0].lower()}{q.text[1:]}"
-        raise CalibrationError(f"--{q.option} is missing; allowed: {text}")
+        others = " Another test than a funnel's heap? dem new --help lists all"
+        other = f".{others}" if q in (MEASURED, *RIG) else ""
+        raise CalibrationError(f"--{q.option} is missing; allowed: {text}{other}")
     while True:
         try:
             return read(ask(q.text))

@@ -5,6 +5,7 @@ Each file of this folder holds one `METHOD`. The options of `dem new`, the workb
 """
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,6 +17,27 @@ from dem.units import UNITS, UnitError, has_unit, in_ascii, question, unit_of
 WALLS = ("steel", "aluminium", "glass", "acrylic", "wood")
 """What a test's plate, cylinder or vessel may be of: hard against the softened grains, so that
 steel's elasticity stands for all. Rubber is not."""
+
+
+LARGEST = 1e6
+"""Of any number in its question's unit: what is beyond is no laboratory's."""
+
+_RANGE = re.compile(r"\d\s*(?:-|–|\bto\b|\bbis\b|\.\.)\s*\d")
+_SPREAD = re.compile(r"±|\+\s*/?\s*-")
+
+
+def _refuse_several(text):
+    """Raise CalibrationError for a range or a mean with its spread, where one number is asked."""
+    if _SPREAD.search(text):
+        raise CalibrationError(
+            f"{text}: is a mean with its spread; allowed: the mean, and beside it sd (such as "
+            "sd=0.8) and n, each for itself"
+        )
+    if _RANGE.search(text):
+        raise CalibrationError(
+            f"{text}: is a range; allowed: one number. Grains of several sizes are told by a sieve "
+            "analysis"
+        )
 
 
 @dataclass(frozen=True)
@@ -66,19 +88,22 @@ class Question:
         return text if self.free else self._number(text)
 
     def _number(self, text):
+        _refuse_several(text)
         try:
             value = said_number(text, unit_of(self.unit) if self.unit else None)
         except UnitError as error:
             raise CalibrationError(f"{text}: {error}") from None
+        if not math.isfinite(value):
+            raise CalibrationError(f"{text}: is not a number; allowed: {self.allowed}")
         asked = None if has_unit(text.replace(",", ".")) else question(self.unit, value)
         if asked:
             raise CalibrationError(f"{text}: is doubtful: {asked}; its unit behind it settles it")
         low = value >= self.least if self.whole else value > self.least
-        if not (low and value <= self.most) or (self.whole and value != round(value)):
+        most = min(self.most, LARGEST)
+        if not (low and value <= most) or (self.whole and value != round(value)):
             least = "" if self.whole else "more than "
-            most = f" to {self.most:g}" if self.most < math.inf else ""
             raise CalibrationError(
-                f"{text}: is out of range; allowed: {least}{self.least:g}{most}"
+                f"{text}: is out of range; allowed: {least}{max(self.least, 0):g} to {most:,.9g}"
                 f"{', a whole number' if self.whole else ''}"
             )
         return value

@@ -15,8 +15,10 @@ from calibration.study.new.methods.declare import (
     rows_of,
     wall_question,
 )
+from dem.units import has_unit
 
 KEY = "contacts.particle_wall.restitution"
+DOUBTFUL = 0.01  # of the height of the drop: a bare rebound below it is asked about
 SMALLEST_MM = 0.3
 """Diameter below which drag decides a fall: a grain of 0.3 mm and 2.5 g/cm3 sinks in air at no
 more than 2 m/s."""
@@ -30,7 +32,15 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         if answer.value >= height:
             raise CalibrationError(
                 f"{answer.place}: a rebound of {answer.value:g} mm is not below the drop from "
-                f"{height:g} mm"
+                f"{height:g} mm; allowed: less than that"
+            )
+        if answer.value < DOUBTFUL * height and not has_unit(answer.text.replace(",", ".")):
+            bounced = answer.value**2 * height
+            raise CalibrationError(
+                f"{answer.place}: a rebound of {answer.value:g} mm from {height:g} mm is a "
+                f"restitution of {math.sqrt(answer.value / height):.2g}, which is doubtful; did "
+                f"you mean a restitution of {answer.value:g}, a rebound of {bounced:.3g} mm? Its "
+                "unit behind it settles it"
             )
     if grains.diameter_mm < SMALLEST_MM:
         raise CalibrationError(

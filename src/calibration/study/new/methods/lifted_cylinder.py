@@ -19,6 +19,7 @@ USUAL_MM = 50.0  # width of one that is assumed, at least: a choice of this proj
 LEAST = 5.0  # of them across any cylinder
 DEEP = 1.5  # depth of the grains over the cylinder's width, assumed
 SPEED = 20.0  # mm/s, assumed: slow enough that the grains follow the rim
+ROUND = 4.0  # of the largest grains by which a plate is wider than the cylinder, at least
 ROOM = 1.6  # of the plate over the width of a cone of the measured angle
 RIG_ASSUMED = 2.0
 """Standard deviation [deg] by which the angle may be off where the cylinder's width is assumed:
@@ -35,6 +36,12 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     count = filling(math.pi / 4 * wide**2 * deep, diameter)
     angles = entry.values("angle")
     plate = entry.value("plate", _plate(count * volume_mm3(diameter) / 0.6, angles, wide))
+    least = wide + ROUND * diameter * grains.longest
+    if plate < least:
+        raise CalibrationError(
+            f"{entry.place('plate')}: {plate:g} mm is too narrow for the heap of a cylinder of "
+            f"{wide:g} mm; allowed: {least:.3g} mm or more"
+        )
     run = {
         "particles": grains.particles(count, diameter),
         "geometry": {
@@ -77,7 +84,8 @@ def _size(entry, grains, wide, deep):
         length = grains.longest * grains.size(grains.diameter_mm)
         raise CalibrationError(
             f"{entry.place('cylinder')}: {wide:g} mm is {wide / length:.1f} of the longest "
-            f"simulated grain ({length:.3g} mm); allowed: {LEAST:g} or more"
+            f"simulated grain ({length:.3g} mm); allowed: {LEAST:g} of them, {LEAST * length:.3g} "
+            "mm, or more"
         )
     own = filling(math.pi / 4 * wide**2 * deep, grains.diameter_mm)
     wanted = grains.diameter_mm * max(own / grains.most, 1.0) ** (1 / 3)

@@ -1,0 +1,198 @@
+"""Fifty mistaken inputs of `dem new`, as a stranger makes them: each is refused with the place and
+what would be right, and nothing is left behind."""
+
+import json
+import shlex
+from pathlib import Path
+
+import openpyxl
+import pytest
+
+from calibration.errors import CalibrationError
+from calibration.interface.commands import main
+from calibration.telling.serve.form import build
+from facts import holds
+
+GRAIN = "--density 1.32g/cm3 --grain 4mm"
+ANGLE = "--lifted-cylinder 26.1 27.4 28.0 cylinder=60mm depth=80mm"
+RIG = "--orifice 25mm --plate 100mm --height 75mm"
+FUNNEL = "--funnel 26 27 orifice=25mm plate=100mm height=75mm"
+CYLINDER, POWDER = "--lifted-cylinder 26.1 27", "--density 2.7g/cm3 --grain 50um"
+
+OPTIONS = {
+    "no folder": (f"new {GRAIN} {ANGLE}", ["folder", "dem new FOLDER"]),
+    "a folder that is there": (f"new taken {GRAIN} {ANGLE}", ["taken", "exists"]),
+    "no density": (f"new w --grain 4mm {ANGLE}", ["--density", "1.32 g/cm3"]),
+    "no size": (f"new w --density 1.32g/cm3 {ANGLE}", ["size", "--grain", "--axes", "--sieve"]),
+    "no test": (f"new w {GRAIN}", ["--measured", "dem new --help"]),
+    "a value and its unit apart": (f"new w --density 1.32g/cm3 --grain 4 cm {ANGLE}",
+                                   ["cm", "one word", "4mm"]),
+    "a bare density in g/cm3": (f"new w --density 1.32 --grain 4mm {ANGLE}",
+                                ["--density", "1.32 g/cm³"]),
+    "a mass for a density": (f"new w --density 1.32g --grain 4mm {ANGLE}",
+                             ["--density", "1.32g", "kg/m³"]),
+    "words for a number": (f"new w --density heavy --grain 4mm {ANGLE}", ["--density", "heavy"]),
+    "a negative density": (f"new w --density=-1320kg/m3 --grain 4mm {ANGLE}",
+                           ["--density", "more than 0"]),
+    "a grain of nothing": (f"new w --density 1.32g/cm3 --grain 0 {ANGLE}", ["--grain", "0"]),
+    "a range of sizes": (f"new w --density 1.32g/cm3 --grain 3-5mm {ANGLE}",
+                         ["--grain", "3-5mm", "range", "sieve"]),
+    "two sizes": (f"new w {GRAIN} --axes 6.2x3.3x2.9mm {ANGLE}", ["axes", "diameter", "one of"]),
+    "a mean with its spread": (f"new w {GRAIN} --lifted-cylinder '26.1±0.8'",
+                               ["26.1±0.8", "sd=0.8", "n"]),
+    "the same in words": (f"new w {GRAIN} --lifted-cylinder 26.1 +/- 0.8", ["+/-", "sd=0.8"]),
+    "a lost point": (f"new w {GRAIN} --lifted-cylinder 26.1 284", ["284", "28.4 °"]),
+    "radians": (f"new w {GRAIN} --lifted-cylinder 0.46 0.48", ["0.46", "0.46 rad"]),
+    "not a number": (f"new w {GRAIN} --lifted-cylinder NaN 27", ["NaN", "number in deg"]),
+    "one reading": (f"new w {GRAIN} --lifted-cylinder 26.1", ["26.1", "second reading", "sd"]),
+    "readings and a spread": (f"new w {GRAIN} {CYLINDER} sd=0.8 n=5", ["sd=0.8", "one mean"]),
+    "n of nothing": (f"new w {GRAIN} --lifted-cylinder 26.1 sd=0.8 n=0", ["n=0", "whole number"]),
+    "half a reading": (f"new w {GRAIN} --lifted-cylinder 26.1 sd=0.8 n=2.5", ["n=2.5", "whole"]),
+    "centimetres without a unit": (f"new w {GRAIN} {CYLINDER} cylinder=6",
+                                   ["cylinder=6", "6 mm", "20 mm"]),
+    "a misspelt key": (f"new w {GRAIN} {CYLINDER} cylider=60mm", ["cylider=60mm", "cylinder"]),
+    "a key without its mark": (f"new w {GRAIN} {CYLINDER} cylinder 60mm",
+                               ["cylinder=VALUE", "one word"]),
+    "spaces about the mark": (f"new w {GRAIN} {CYLINDER} cylinder = 60mm", ["cylinder=VALUE"]),
+    "a rig without readings": (f"new w {GRAIN} --lifted-cylinder cylinder=60mm",
+                               ["angle", "26.1"]),
+    "a mass for a depth": (f"new w {GRAIN} {CYLINDER} depth=80kg", ["depth=80kg", "mm"]),
+    "a cylinder as wide as space": (f"new w {GRAIN} {CYLINDER} cylinder=1e99mm",
+                                    ["cylinder=1e99mm", "1,000,000"]),
+    "a plate under the cylinder": (f"new w {GRAIN} {CYLINDER} cylinder=60mm plate=50mm",
+                                   ["plate=50mm", "60 mm", "mm or more"]),
+    "a wall of rubber": (f"new w {GRAIN} {CYLINDER} wall=rubber", ["wall=rubber", "steel"]),
+    "two cylinders": (f"new w {GRAIN} {ANGLE} --lifted-cylinder 30 31 cylinder=80mm",
+                      ["30", "one test"]),
+    "a rebound above its drop": (f"new w {GRAIN} {ANGLE} --drop 310mm 300mm height=300mm",
+                                 ["310mm", "300 mm", "less"]),
+    "a restitution for a rebound": (f"new w {GRAIN} {ANGLE} --drop 0.51 0.52 height=300mm",
+                                    ["--drop 0.51", "78 mm"]),
+    "a drop from nowhere": (f"new w {GRAIN} {ANGLE} --drop 78mm 80mm", ["height", "300 mm"]),
+    "a friction for an angle": (f"new w {GRAIN} {ANGLE} --tilted-plane 0.38 0.39",
+                                ["--tilted-plane 0.38", "rad"]),
+    "two walls": (f"new w {GRAIN} {ANGLE} --drop 78mm 80mm height=300mm wall=steel "
+                  "--tilted-plane 21 22 wall=glass", ["steel", "glass", "study for each"]),
+    "single grains alone": (f"new w {GRAIN} --drop 78mm 80mm height=300mm",
+                            ["Drop test", "angle of repose", "bulk density"]),
+    "a bed denser than its grains": (f"new w {GRAIN} {ANGLE} --bulk-density 1400kg/m3 1410kg/m3",
+                                     ["1400kg/m3", "1320 kg/m3"]),
+    "a shear test without a load": (f"new w {GRAIN} {ANGLE} --shear-cell 1.9kPa 2.0kPa",
+                                    ["--shear-cell", "load", "2 kPa"]),
+    "a load within the reading": (f"new w {GRAIN} {ANGLE} --shear-cell 1.9kPa=2kPa",
+                                  ["1.9kPa=2kPa", "kPa"]),
+    "a narrow funnel": (f"new w {GRAIN} --funnel 26 27 orifice=12mm plate=100mm height=75mm",
+                        ["orifice=12mm", "20 mm", "lifted cylinder"]),
+    "a low funnel": (f"new w {GRAIN} --funnel 26 27 orifice=25mm plate=100mm height=20mm",
+                     ["height=20mm", "24.9 mm"]),
+    "a funnel without an orifice": (f"new w {GRAIN} --funnel 26 27 plate=100mm height=75mm",
+                                    ["orifice", "25 mm"]),
+    "one heap": (f"new w {GRAIN} --measured 26 {RIG}", ["--measured", "two or more"]),
+    "a table that is not there": (f"new w {GRAIN} --measured angles.csv {RIG}", ["angles.csv"]),
+    "angles twice": (f"new w {GRAIN} {FUNNEL} --measured 26 28", ["--measured", "--funnel"]),
+    "a flood": (f"new w {GRAIN} --measured 26 27 {RIG} --rate 5000g/s", ["--rate", "75.4 g/s"]),
+    "axes apart": (f"new w --density 1.32g/cm3 --axes 6.2 3.3 2.9 {ANGLE}",
+                   ["--axes 6.2", "6.2x3.3x2.9mm"]),
+    "two axes": (f"new w --density 1.32g/cm3 --axes 6.2x3.3mm {ANGLE}", ["6.2x3.3mm", "thickness"]),
+    "four axes": (f"new w --density 1.32g/cm3 --axes 6.2x3.3x2.9x1mm {ANGLE}", ["4 of 3"]),
+    "a needle": (f"new w --density 1.32g/cm3 --axes 30x3x3mm {ANGLE}",
+                 ["30x3x3mm", "10.0 times", "dem clump"]),
+    "a flake": (f"new w --density 1.32g/cm3 --axes 10x8x1mm {ANGLE}", ["10x8x1mm", "dem clump"]),
+    "a misspelt material": (f"new w {GRAIN} {ANGLE} --material wheet", ["wheet", "wheat"]),
+    "a water content": (f"new w {GRAIN} {ANGLE} --moisture 12%", ["--moisture", "dry", "moist"]),
+    "too few grains": (f"new w {GRAIN} {ANGLE} --grains 10", ["--grains 10", "300"]),
+    "many grains": (f"new w {GRAIN} {ANGLE} --grains many", ["--grains", "many", "--help"]),
+    "an option that is not there": (f"new w {GRAIN} {ANGLE} --angle 27", ["--angle", "--help"]),
+    "an arch": (f"new w {GRAIN} {ANGLE} --discharge 45g/s 46g/s orifice=9mm",
+                ["orifice=9mm", "20 mm"]),
+    "taps that nobody counted": (f"new w {GRAIN} {ANGLE} --tapped-density 800kg/m3 810kg/m3",
+                                 ["taps", "100"]),
+    "a powder that bounces": (f"new w {POWDER} {ANGLE} --drop 78mm 80mm height=300mm",
+                              ["--drop 78mm", "0.3 mm"]),
+    "sizes for a table": (f"new w --density 2.6g/cm3 --sieve 8-16mm {ANGLE}",
+                          ["--sieve", "8-16mm", "table of sieves"]),
+    "a workbook that is not there": ("new w --from nothere.xlsx", ["nothere.xlsx"]),
+    "a table for a workbook": ("new w --from angles.txt", ["angles.txt", "--workbook"]),
+    "a workbook of another kind": ("new --workbook tests.csv", ["tests.csv", ".xlsx"]),
+}  # fmt: skip
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "taken").mkdir()
+    (tmp_path / "angles.txt").write_text("angle [°]\n26\n27\n")
+    return tmp_path
+
+
+def refused_words(words, capsys):
+    """What the command says to refuse these words; nothing is left of the study."""
+    try:
+        status = main(words)
+    except SystemExit as end:
+        status = end.code
+    assert status == 2
+    assert not Path("w").exists()
+    return capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+def test_an_option_is_refused_with_its_place_and_what_is_right(here, name, capsys):
+    line, facts = OPTIONS[name]
+    pilot = [] if "--workbook" in line else ["--no-pilot"]
+    said = refused_words([*shlex.split(line), *pilot], capsys)
+    missing = [fact for fact in facts if not holds(said, fact)]
+    assert not missing, said
+    assert "Traceback" not in said
+    assert "w/" not in said  # no file that is gone
+
+
+CELLS = {
+    "a value on the example": ("drop", {"B5": "80 mm"}, ["drop", "line 5", "example"]),
+    "below no heading": ("drop", {"B6": 78, "H6": 3}, ["cell H6", "heading"]),
+    "a unit of another kind": ("drop", {"B6": "78 kg", "C6": 300}, ["cell B6", "78 kg", "mm"]),
+    "a reading without its height": ("drop", {"B6": 78, "B7": 80}, ["drop", "height"]),
+    "a height without a reading": ("drop", {"C6": 300}, ["drop", "line 6", "rebound"]),
+    "one reading": ("lifted-cylinder", {"B6": 52}, ["cell B6", "52", "second reading"]),
+    "a renamed column": ("drop", {"C2": "Fallhöhe [mm]", "B6": 78, "C6": 300},
+                         ["cell C6", "Fallhöhe", "height"]),
+    "a date": ("lifted-cylinder", {"B6": "26. Jan", "B7": 27}, ["cell B6", "26. Jan"]),
+    "three columns of one row": ("axes", {"B6": 6.2, "C6": 3.3}, ["axes", "thickness"]),
+    "a wall that nobody knows": ("drop", {"B6": 78, "B7": 80, "C6": 300, "D6": "Beton"},
+                                 ["cell D6", "Beton", "steel"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CELLS)
+def test_a_workbook_is_refused_by_sheet_and_cell(here, name, capsys):
+    sheet, cells, facts = CELLS[name]
+    assert main(["new", "--workbook", "tests.xlsx"]) == 0
+    book = openpyxl.load_workbook("tests.xlsx")
+    for cell, value in cells.items():
+        book[sheet][cell] = value
+    book.save("tests.xlsx")
+    said = refused_words(["new", "w", "--from", "tests.xlsx", "--no-pilot"], capsys)
+    missing = [fact for fact in facts if not holds(said, fact)]
+    assert not missing, said
+
+
+ANSWERS = {
+    "a path for a name": ("../w", {}, ["../w", "plain name"]),
+    "nothing": ("w", {}, ["no test", "grain"]),
+    "a field of words": ("w", {"grain": {"density": "schwer"}}, ["Grain", "density", "schwer"]),
+    "no size": ("w", {"grain": {"density": "1.3 g/cm3"},
+                      "lifted-cylinder": {"angle": "26\n27"}}, ["size", "axes", "sieve"]),
+    "a test that is not there": ("w", {"penetrometer": {"depth": "3"}},
+                                 ["penetrometer", "lifted-cylinder"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ANSWERS)
+def test_a_form_is_refused_by_field(here, name):
+    study, tests, facts = ANSWERS[name]
+    body = {"name": study, "tests": [{"method": m, "answers": a} for m, a in tests.items()]}
+    with pytest.raises(CalibrationError) as error:
+        build(json.dumps(body).encode(), here)
+    missing = [fact for fact in facts if not holds(str(error.value), fact)]
+    assert not missing, error.value
+    assert not Path("w").exists()
