@@ -89,8 +89,8 @@ def test_the_sentences_name_what_decides_what_is_open_and_what_was_preferred(stu
     assert tells(found["What stays open"], "factor b", "0 to 2", "factor c")
     assert tells(found["What stays open"], "factor a", "0.9 to 1.1")
     wrong = found["What is wrong"]
-    assert tells(wrong, "Factor c", "−2.5°", "factor d", "−3°")
-    assert tells(wrong, "Factor b", "+1.5°", "factor d")
+    assert tells(wrong, "Factor d", "−3°", "not calibrated", "factor b", "+1.5°")
+    assert tells(wrong, "factor c", "−2.5°", "the configured path names it")
 
 
 def test_odd_points_and_failed_validation_are_said(study):
@@ -102,7 +102,7 @@ def test_odd_points_and_failed_validation_are_said(study):
     write(study / "response_surface" / "response_surface.json", surface)
     write(study / "diagnosis" / "verdict.json", {"verdict": "identified", "causes": ["air_drag"]})
     wrong = said(study)["What is wrong"]
-    assert tells(wrong, "Run 7", "7.7")
+    assert tells(wrong, "Run 7", "7.7", "4.6")
     assert tells(wrong, "lack of fit", "0.01")
     assert "predicted R² -0.20" in wrong
     assert tells(wrong, "identified", "air drag")

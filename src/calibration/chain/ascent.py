@@ -82,10 +82,13 @@ def ascent(study: Study, source: NamedFiles, output: NamedFiles) -> None:
 def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
     path = ", ".join(response.value(v) for v in summary["responses"])
-    named = ", ".join(map(figures.label, summary.get("centre_named", ())))
-    apart = f", but for {named}, whose centre the configuration names" if named else ""
-    return [
+    nearest_one = (
         f"Along the path: {path}. Point {summary['step']} comes nearest to the measured "
-        f"{response.value(summary['target'])} and becomes the centre of the response surface"
-        f"{apart}."
-    ]
+        f"{response.value(summary['target'])}"
+    )
+    named = summary.get("centre_named", ())
+    if named and set(summary["centre"]) <= set(named):
+        return [f"{nearest_one}. The configuration names the centre of the response surface."]
+    words = ", ".join(map(figures.label, named))
+    apart = f", but for {words}, whose centre the configuration names" if words else ""
+    return [f"{nearest_one} and becomes the centre of the response surface{apart}."]

@@ -16,6 +16,14 @@ from paper.release import told
 from paper.reproduction.rows import NOT_COMPARABLE
 from paper.reproduction.table import WHOLE
 
+SIMULATED = {
+    "Table 6": "heaps of the screening",
+    "Table 8": "sliding angles",
+    "Table 9": "rebounds",
+    "Table 10": "heaps along the ascent",
+    "Table 11": "heaps of the region",
+}
+"""What the paper's tables of simulated values hold."""
 NUMBERS = ("none", "one", "two", "three", "four", "five", "six", "seven")
 
 
@@ -72,16 +80,13 @@ def _effects(table):
     }
 
 
-def tables(table: pd.DataFrame) -> dict[str, str]:
-    """{verdict: 'Table 8' or 'Tables 6, 9 and 11'} of the tables of simulated values."""
+def tables(table: pd.DataFrame) -> dict[str, list[str]]:
+    """{verdict: ['sliding angles (Table 8)', ...]} of the tables of simulated values."""
     found: dict[str, list[str]] = {}
     for item in WHOLE:
         verdict = table.loc[f"{item.lower().replace(' ', '')}.whole", "agreement"]
-        found.setdefault(verdict, []).append(item.removeprefix("Table "))
-    return {
-        verdict: ("Tables " if len(numbers) > 1 else "Table ") + listed(numbers)
-        for verdict, numbers in found.items()
-    }
+        found.setdefault(verdict, []).append(f"{SIMULATED[item]} ({item})")
+    return found
 
 
 def _open(table, study):

@@ -101,7 +101,7 @@ def stays_open(
 
 
 def _screened(screening, response):
-    """A factor that went on in the place of a larger one."""
+    """The largest effect that was left out, where others went on that are smaller."""
     if not screening:
         return []
     effects, on = screening.get("effects", {}), screening["factors"]
@@ -110,16 +110,23 @@ def _screened(screening, response):
         return []
     largest = max(left, key=lambda n: abs(left[n]))
     smaller = [n for n in on if n in effects and abs(effects[n]) < abs(left[largest])]
+    if not smaller:
+        return []
+    than = " and ".join(f"{label(n)} ({_effect(effects[n], response)})" for n in smaller)
     return [
-        f"{_name(n)} ({_effect(effects[n], response)}) went on, though {label(largest)} "
-        f"({_effect(left[largest], response)}) is larger{_why(screening, n)}."
-        for n in smaller
+        f"{_name(largest)} ({_effect(left[largest], response)}) is not calibrated, though it moves "
+        f"the response more than {than}: {_why(screening, smaller)}."
     ]
 
 
-def _why(screening, name):
-    reason = screening.get("why", {}).get(name)
-    return f": {reason}" if reason else ": the configured path prefers it"
+def _why(screening, names):
+    """Why these went on, each reason once."""
+    why = screening.get("why", {})
+    reasons = dict.fromkeys(why.get(n, "the configured path prefers it") for n in names)
+    return ", ".join(NAMED if reason.startswith("named by") else reason for reason in reasons)
+
+
+NAMED = "the configuration names what is calibrated (screening.go_on)"
 
 
 def _fitted(study):
@@ -130,9 +137,8 @@ def _fitted(study):
     found = []
     for odd in surface.get("outliers", []):
         found.append(
-            f"Run {odd['run']} of the response surface is odd: its studentised residual is "
-            f"{odd['studentised']:.1f}, where {surface['outlier_limit']:.1f} is the largest "
-            f"expected."
+            f"Run {odd['run']} of the response surface lies {odd['studentised']:.1f} standard "
+            f"deviations off the surface; up to {surface['outlier_limit']:.1f} is expected."
         )
     s = surface["statistics"]
     lack, predicted = s.get("lack_of_fit_p"), s.get("R2_pred")
