@@ -7,6 +7,7 @@ import shutil
 import sys
 import textwrap
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -80,6 +81,18 @@ def test_a_command_is_given_the_spec_and_its_metrics_are_read(tmp_path):
     metrics, state = simulate(entry, tmp_path / "run")
     assert metrics == {"rebound_height_mm": pytest.approx(0.36 * 150.0), "seed": 1}
     assert state == {}
+
+
+def test_a_command_is_started_by_the_name_of_its_link(tmp_path, monkeypatch):
+    """The Python of an environment is a link, and by its own name finds the environment."""
+    monkeypatch.chdir(tmp_path)
+    Path("real").write_text('#!/bin/sh\nn=$(basename "$0")\necho "{\\"$n\\": 1}" > metrics.json\n')
+    Path("real").chmod(0o755)
+    Path("linked").symlink_to("real")
+    chosen = {"name": "command", "command": "./linked {spec}", "version": "1"}
+    permit(SimpleNamespace(engine=chosen, diagnosis={}))
+    metrics, _ = simulate(engines.entry_of(chosen), tmp_path / "run")
+    assert metrics == {"linked": 1}
 
 
 @pytest.mark.parametrize(

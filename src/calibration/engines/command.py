@@ -93,7 +93,8 @@ def simulate(
 
 
 def _here(word):
-    return str(Path(word).resolve()) if Path(word).is_file() else word
+    # a link is kept: by the name of its link an interpreter finds its environment's packages
+    return str(Path(word).absolute()) if Path(word).is_file() else word
 
 
 def read_metrics(path: str | Path) -> dict[str, float]:
