@@ -19,10 +19,10 @@ from calibration.inference.posterior_sampling import (
     Formed,
     Measured,
     Prior,
-    ScatterEmulator,
     sample,
     sobol_indices,
 )
+from calibration.inference.scatter_emulator import ScatterEmulator
 from calibration.intake.tables import read_written
 from calibration.runs.plans import read_values, reason_without
 from calibration.study.config import is_measured, read_target
@@ -81,7 +81,6 @@ def posterior(study: Study, source: NamedFiles, output: NamedFiles) -> None:
             "pushed_forward": {name: _interval(v) for name, v in forward.items()},
             "trained_by": int(runs["response"].notna().sum()),
             "without_value": _without_value(runs),
-            "emulator_error": main.emulator.emulator.error,
             "seed_sd": float(main.emulator.scatter(kept).mean()),
             "sobol": sobol_indices(lambda x: main.emulator.mean(x)[0], names, config.seed),
             "sampler": {

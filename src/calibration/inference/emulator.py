@@ -20,8 +20,7 @@ class Emulator:
     `error` is the leave-one-out root mean square error in z, hyperparameters held, of the first
     `judged` means (all unless given); `spread` is the sd of z over the design. `scatter` is the sd
     of z from seed to seed, which is part of that error but not of the emulator's mean, where
-    `scatters`; else what looks like noise counts as a wrong mean. `noise` is the variance of a run
-    where replicates tell it; few means alone tell little of it, and are followed too closely.
+    `scatters`; else what looks like noise counts as a wrong mean.
     """
 
     def __init__(
@@ -31,13 +30,11 @@ class Emulator:
         judged: int | None = None,
         scatters: bool = False,
         runs: ArrayLike | None = None,
-        noise: float | None = None,
     ) -> None:
         x, z = np.asarray(x, float), np.asarray(z, float)
         runs = np.ones(len(z)) if runs is None else np.asarray(runs, float)
         self.mean, self.spread = float(z.mean()), float(z.std()) or 1.0
-        known = None if noise is None else noise / self.spread**2
-        process = _process(x, (z - self.mean) / self.spread, runs, known)
+        process = _process(x, (z - self.mean) / self.spread, runs)
         self.x, self.alpha = x, process.alpha_
         smooth = process.kernel_.k1
         self.scale = smooth.k1.k1.constant_value
@@ -89,13 +86,6 @@ class Emulator:
         variance = (near @ self._misses + self.error**2) / (near.sum(1) + 1.0)
         return variance * self._share_of_mean(x, like) if self._nugget else variance
 
-    def process_variance(self, x: np.ndarray) -> np.ndarray:
-        """Variance (k,) of the process' mean at (k, d) inputs, given its runs."""
-        cross = self._covariance(x, self.x, self._alike(x, self.x))
-        own = self.scale + self.linear * ((x * x).sum(1) + self.offset)
-        left = np.maximum(own - ((cross @ self._inverse) * cross).sum(1), 0.0)
-        return self.spread**2 * left
-
     def correlation(self, x: np.ndarray) -> np.ndarray:
         """Correlation (k, k) of the errors at k inputs: of the process given its runs, for it is
         wrong smoothly."""
@@ -142,8 +132,7 @@ class _Scatter(WhiteKernel):
         noise = np.diag(self.noise_level / self.runs)
         if not eval_gradient:
             return noise
-        free = 0 if self.hyperparameter_noise_level.fixed else 1
-        return noise, np.repeat(noise[:, :, None], free, axis=2)
+        return noise, noise[:, :, None]
 
 
 def _lengths(x):
@@ -156,15 +145,14 @@ def _lengths(x):
     return np.array([(max(LEAST_LENGTH, gap), MOST_LENGTH) for gap in gaps])
 
 
-def _process(x, z, runs, noise=None):
+def _process(x, z, runs):
     """The fitted Gaussian process: squared exponential with a length an input, a linear trend,
-    noise; its variance (of z) is fitted too unless given."""
+    noise."""
     d = x.shape[1]
-    level, bounds = (1e-3, (1e-8, 1.0)) if noise is None else (noise, "fixed")
     kernel = (
         ConstantKernel(1.0, (1e-3, 1e3)) * RBF(np.full(d, 1.5), _lengths(x))
         + ConstantKernel(1.0, (1e-4, 1e2)) * DotProduct(1.0, (1e-2, 1e2))
-        + _Scatter(level, bounds, runs)
+        + _Scatter(1e-3, (1e-8, 1.0), runs)
     )
     process = GaussianProcessRegressor(kernel, n_restarts_optimizer=1, random_state=0)
     with warnings.catch_warnings():

@@ -12,113 +12,19 @@ from dataclasses import dataclass
 
 import emcee
 import numpy as np
-import numpy.typing as npt
-from numpy.typing import ArrayLike
 from SALib.analyze import sobol as sobol_analysis
 from SALib.sample import sobol as sobol_sample
 from scipy import stats
 
 from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance, log_likelihood
-from calibration.inference.emulator import Emulator
+from calibration.inference.scatter_emulator import ScatterEmulator
 
 WALKERS, BURN, STEPS = 32, 300, 1200
 AUTOCORRELATIONS = 25
 """Autocorrelation times that the chains must be long: below it emcee's estimate of them is not to
 be trusted."""
 SOBOL_SAMPLES = 4096
-LEAST_FREEDOM = 8
-"""Degrees of freedom of replicates from which on they tell the scatter: their standard deviation is
-then known to a quarter."""
-
-
-def replicates(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(points (m, d), number of each run's point (n,), number of runs at each point (m,)) of single
-    runs at inputs x (n, d) in [0, 1] with responses y (n,). Raises CalibrationError for runs that
-    are too few to emulate a response, or all alike."""
-    least = x.shape[1] + 3
-    if len(y) < least or np.ptp(y) == 0.0:
-        raise CalibrationError(
-            f"{len(y)} runs do not tell a response over {x.shape[1]} factors: at least {least} are "
-            "needed, whose responses differ"
-        )
-    points, of = np.unique(np.round(x, 9), axis=0, return_inverse=True)
-    return points, of.ravel(), np.bincount(of.ravel())
-
-
-class ScatterEmulator:
-    """Emulated mean of a response over u in [0, 1]^d and its scatter from seed to seed, which may
-    vary with u.
-
-    x: (n, d) inputs of single runs; y: (n,) responses. Runs at one point are taken together. The
-    log variance within points is linear in u where replicates at several points allow it (gamma
-    regression: Harvey 1976, Econometrica 44:461), else one; the process weighs each point by its
-    own.
-    """
-
-    def __init__(self, x: ArrayLike, y: ArrayLike) -> None:
-        x, y = np.asarray(x, float), np.asarray(y, float)
-        points, of, runs = replicates(x, y)
-        means = np.bincount(of, y) / runs
-        self._log_variance = _log_variance(points, of, y - means[of], runs)
-        local = self._variance_of_run(points)
-        weights = runs * local.mean() / local
-        told = self._log_variance is not None and len(y) - len(points) >= LEAST_FREEDOM
-        noise = float(local.mean()) if told else None
-        self.emulator = Emulator(points, means, scatters=True, runs=weights, noise=noise)
-
-    def mean(self, u: npt.ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        """(mean, variance of that mean), (k,) each, at u (k, d)."""
-        u = np.atleast_2d(u)
-        return self.emulator(u), self.emulator.process_variance(u)
-
-    def scatter(self, u: npt.ArrayLike) -> np.ndarray:
-        """Standard deviation (k,) of a single run about the mean at u (k, d)."""
-        u = np.atleast_2d(u)
-        if self._log_variance is None:
-            return np.full(len(u), self.emulator.scatter)
-        return np.sqrt(self._variance_of_run(u))
-
-    def _variance_of_run(self, u):
-        if self._log_variance is None:
-            return np.ones(len(u))
-        return np.exp(self._log_variance[0] + u @ self._log_variance[1:])
-
-
-def _log_variance(points, of, residual, runs):
-    """Coefficients (1 + d,) of the log variance, or None where fewer than twice as many points are
-    repeated."""
-    repeated = runs > 1
-    d = points.shape[1]
-    if repeated.sum() == 0:
-        return None
-    squares = np.bincount(of, residual**2)[repeated]
-    freedom = runs[repeated] - 1
-    pooled = squares.sum() / freedom.sum()
-    if pooled <= 0.0:
-        return None
-    constant = np.concatenate([[np.log(pooled)], np.zeros(d)])
-    if repeated.sum() < 2 * (d + 1):
-        return constant
-    return _gamma_regression(points[repeated], squares / freedom, freedom, constant)
-
-
-def _gamma_regression(x, variance, freedom, start, penalty=1.0):
-    """Fisher scoring of log variance = b0 + b x from variances (n,) on `freedom` degrees; slopes
-    are shrunk by a unit normal prior, so that few replicates do not make a variance model of
-    chance."""
-    matrix = np.column_stack([np.ones(len(x)), x])
-    prior = penalty * np.eye(matrix.shape[1])
-    prior[0, 0] = 0.0
-    beta = start
-    for _ in range(50):
-        ratio = variance / np.exp(matrix @ beta)
-        score = matrix.T @ (0.5 * freedom * (ratio - 1.0)) - prior @ beta
-        step = np.linalg.solve(matrix.T @ (0.5 * freedom[:, None] * matrix) + prior, score)
-        beta = beta + np.clip(step, -1.0, 1.0)
-        if np.abs(step).max() < 1e-8:
-            break
-    return beta
 
 
 @dataclass(frozen=True)

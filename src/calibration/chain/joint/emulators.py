@@ -12,8 +12,8 @@ import pandas as pd
 from calibration.errors import CalibrationError
 from calibration.inference.chance_of_no_value import Chance
 from calibration.inference.joint.likelihood import Joint, Response
-from calibration.inference.joint.scatter import RoughEmulator
 from calibration.inference.posterior_sampling import Formed, Prior
+from calibration.inference.scatter_emulator import ScatterEmulator
 from calibration.runs.plans import read_values
 from calibration.study.config.joint import MeasuredMean, joint_factors, name_of, read_joint_target
 
@@ -44,7 +44,7 @@ class Emulators:
 
     def __init__(self, factors: Sequence[Any], design: pd.DataFrame) -> None:
         self.factors, self.design = factors, design
-        self._kept: dict[tuple[str, str], RoughEmulator] = {}
+        self._kept: dict[tuple[str, str], ScatterEmulator] = {}
 
     def inputs(self, rig: str) -> tuple[pd.DataFrame, np.ndarray]:
         """(table of the rig's runs, their levels (n, d) in [0, 1])."""
@@ -57,7 +57,7 @@ class Emulators:
         runs, _ = self.inputs(rig)
         return np.column_stack([read_values(runs["run_id"], m) for m in metrics])
 
-    def of(self, rig: str, metric: str) -> RoughEmulator:
+    def of(self, rig: str, metric: str) -> ScatterEmulator:
         """The emulator of a metric. Raises CalibrationError naming rig and metric where too few
         runs gave a value, or all the same."""
         if (rig, metric) not in self._kept:
@@ -65,12 +65,12 @@ class Emulators:
             values = self.values(rig, [metric])[:, 0]
             has = np.isfinite(values)
             try:
-                self._kept[rig, metric] = RoughEmulator(u[has], values[has])
+                self._kept[rig, metric] = ScatterEmulator(u[has], values[has])
             except CalibrationError as error:
                 raise CalibrationError(f"rig {rig}, {metric}: {error}") from None
         return self._kept[rig, metric]
 
-    def known(self, rig: str, metrics: Sequence[str]) -> dict[str, RoughEmulator]:
+    def known(self, rig: str, metrics: Sequence[str]) -> dict[str, ScatterEmulator]:
         """{metric: emulator} of those metrics that the rig's runs tell."""
         found = {}
         for metric in metrics:

@@ -13,7 +13,8 @@ import pandas as pd
 from scipy.stats import qmc
 
 from calibration.errors import CalibrationError
-from calibration.inference.posterior_sampling import Measured, ScatterEmulator
+from calibration.inference.posterior_sampling import Measured
+from calibration.inference.scatter_emulator import ScatterEmulator
 from calibration.statistics.design import box_behnken
 from calibration.statistics.numbers import NORMAL_95
 from calibration.statistics.optimise import solve

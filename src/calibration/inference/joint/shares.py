@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike
 from sklearn.linear_model import LinearRegression
 
 from calibration.inference.joint.critique import thinned
-from calibration.inference.posterior_sampling import ScatterEmulator
+from calibration.inference.scatter_emulator import ScatterEmulator
 
 TERMS = 3
 """Degree of the polynomial in one parameter by which the mean given this parameter is found."""

@@ -1,4 +1,4 @@
-"""The emulator of a response, fitted to every single run."""
+"""The emulator of a response that scatters from seed to seed, fitted to every single run."""
 
 import warnings
 
@@ -10,8 +10,8 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, Matern
 
+from calibration.errors import CalibrationError
 from calibration.inference.emulator import _lengths, _Scatter
-from calibration.inference.posterior_sampling import ScatterEmulator, _log_variance, replicates
 
 ROUGH_LENGTHS = 0.1, 30.0
 """Bounds of the lengths of the rough part: from the gap between runs to far beyond the region."""
@@ -19,17 +19,34 @@ LEAST_ROUGH = 1e-4
 """Variance of the rough part, in that of the response, below which it counts as none."""
 
 
-class RoughEmulator(ScatterEmulator):
-    """A `ScatterEmulator` whose mean may bend sharply or step, with the error that this leaves.
+def replicates(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(points (m, d), number of each run's point (n,), number of runs at each point (m,)) of single
+    runs at inputs x (n, d) in [0, 1] with responses y (n,). Raises CalibrationError for runs that
+    are too few to emulate a response, or all alike."""
+    least = x.shape[1] + 3
+    if len(y) < least or np.ptp(y) == 0.0:
+        raise CalibrationError(
+            f"{len(y)} runs do not tell a response over {x.shape[1]} factors: at least {least} are "
+            "needed, whose responses differ"
+        )
+    points, of = np.unique(np.round(x, 9), axis=0, return_inverse=True)
+    return points, of.ravel(), np.bincount(of.ravel())
+
+
+class ScatterEmulator:
+    """Emulated mean of a response over u in [0, 1]^d, which may bend sharply or step, and its
+    scatter from seed to seed, which may vary with u.
 
     The process is the smooth one of `calibration.inference.emulator` and a rough one (Matern, nu
     1/2), each with a length an input. Their shares are fitted with the scatter to all single runs.
     Of a smooth response the rough share vanishes; at a step it grows, and so does the error between
     runs. The scatter is not held at what replicates alone say of it: that of a dozen is wrong by a
-    fifth, and the errors of the mean would be wrong with it.
+    fifth, and the errors of the mean would be wrong with it. How it varies replicates tell, where
+    they stand at several points: the log variance within points is linear in u (gamma regression:
+    Harvey 1976, Econometrica 44:461).
 
     x: (n, d) inputs of single runs in [0, 1]; y: (n,) responses. Raises CalibrationError for too
-    few runs, as `ScatterEmulator` does.
+    few runs.
     """
 
     def __init__(self, x: ArrayLike, y: ArrayLike) -> None:
@@ -78,6 +95,11 @@ class RoughEmulator(ScatterEmulator):
         share: np.ndarray = self._variance_of_run(u) / self._usual
         return self._spread * np.sqrt(self._level * share)
 
+    def _variance_of_run(self, u):
+        if self._log_variance is None:
+            return np.ones(len(u))
+        return np.exp(self._log_variance[0] + u @ self._log_variance[1:])
+
 
 def _fitted(x, z, runs):
     """The process of runs z (n,) at inputs x (n, d), each with the weight of `runs` (n,)."""
@@ -92,3 +114,39 @@ def _fitted(x, z, runs):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound is no fault
         return process.fit(x, z)
+
+
+def _log_variance(points, of, residual, runs):
+    """Coefficients (1 + d,) of the log variance, or None where fewer than twice as many points are
+    repeated."""
+    repeated = runs > 1
+    d = points.shape[1]
+    if repeated.sum() == 0:
+        return None
+    squares = np.bincount(of, residual**2)[repeated]
+    freedom = runs[repeated] - 1
+    pooled = squares.sum() / freedom.sum()
+    if pooled <= 0.0:
+        return None
+    constant = np.concatenate([[np.log(pooled)], np.zeros(d)])
+    if repeated.sum() < 2 * (d + 1):
+        return constant
+    return _gamma_regression(points[repeated], squares / freedom, freedom, constant)
+
+
+def _gamma_regression(x, variance, freedom, start, penalty=1.0):
+    """Fisher scoring of log variance = b0 + b x from variances (n,) on `freedom` degrees; slopes
+    are shrunk by a unit normal prior, so that few replicates do not make a variance model of
+    chance."""
+    matrix = np.column_stack([np.ones(len(x)), x])
+    prior = penalty * np.eye(matrix.shape[1])
+    prior[0, 0] = 0.0
+    beta = start
+    for _ in range(50):
+        ratio = variance / np.exp(matrix @ beta)
+        score = matrix.T @ (0.5 * freedom * (ratio - 1.0)) - prior @ beta
+        step = np.linalg.solve(matrix.T @ (0.5 * freedom[:, None] * matrix) + prior, score)
+        beta = beta + np.clip(step, -1.0, 1.0)
+        if np.abs(step).max() < 1e-8:
+            break
+    return beta
