@@ -39,12 +39,19 @@ TARGETS = [
 
 
 def laboratory(
-    tmp_path, monkeypatch, rows=ROWS, targets=TARGETS, rigs=None, push_through=None, **joint
+    tmp_path,
+    monkeypatch,
+    rows=ROWS,
+    targets=TARGETS,
+    rigs=None,
+    push_through=None,
+    low=0.1,
+    **joint,
 ):
     """The configuration of a study with two tests and a hopper that nobody has measured."""
     monkeypatch.chdir(tmp_path)
     names = zip("ABC", KEYS.items(), strict=True)
-    table = [f"{c}\t{n}\t{k}\t0.1\t0.5" for c, (n, k) in names]
+    table = [f"{c}\t{n}\t{k}\t{low}\t0.5" for c, (n, k) in names]
     Path("factors.tsv").write_text("\n".join(["code\tname\tkey\tlow\thigh", *table]) + "\n")
     Path("measured.csv").write_text(rows)
     data = {
@@ -268,6 +275,15 @@ def test_a_value_that_the_region_does_not_reach_moves_it(tmp_path, monkeypatch):
     assert found["parameters"]["wall"]["reach"] > 0.5
     said = " ".join(sentences(found, ANGLE))
     assert tells(said, "region", "wall", "high border", "0.5")
+
+
+def test_a_region_is_not_widened_beyond_what_is_possible(tmp_path, monkeypatch):
+    rows = ROWS.replace("20.0,deg,0.6", "5.2,deg,0.6")  # friction 0.004 on the wall, from 0.01
+    found = calibrated(laboratory(tmp_path, monkeypatch, rows, low=0.01)).summary("joint")
+    wall = found["parameters"]["wall"]
+    assert (wall["border"], wall["reach"], wall["reach_is_limit"]) == ("low", 0.0, True)
+    said = " ".join(sentences(found, ANGLE))
+    assert tells(said, "wall", "low border", "0.01", "at 0", "least", "possible")
 
 
 def test_targets_that_exclude_each_other_are_named(tmp_path, monkeypatch):

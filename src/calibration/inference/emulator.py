@@ -135,14 +135,14 @@ class _Scatter(WhiteKernel):
         return noise, noise[:, :, None]
 
 
-def _lengths(x):
-    """Bounds (d, 2) of the lengths that inputs x (n, d) can tell.
+def _lengths(x, least=LEAST_LENGTH):
+    """Bounds (d, 2) of the lengths that inputs x (n, d) can tell, `least` at least.
 
     With a length far below the widest gap between levels the process would forget within it what
     the levels say, and a design of three levels would fit as well. So the gap is the least length.
     """
     gaps = [np.diff(np.unique(column)).max(initial=0.0) for column in x.T]
-    return np.array([(max(LEAST_LENGTH, gap), MOST_LENGTH) for gap in gaps])
+    return np.array([(max(least, gap), MOST_LENGTH) for gap in gaps])
 
 
 def _process(x, z, runs):

@@ -13,8 +13,8 @@ from sklearn.gaussian_process.kernels import RBF, ConstantKernel, DotProduct, Ma
 from calibration.errors import CalibrationError
 from calibration.inference.emulator import _lengths, _Scatter
 
-ROUGH_LENGTHS = 0.1, 30.0
-"""Bounds of the lengths of the rough part: from the gap between runs to far beyond the region."""
+LEAST_ROUGH_LENGTH = 0.1
+"""Length of the rough part from which on it can bend, of the inputs' range."""
 LEAST_ROUGH = 1e-4
 """Variance of the rough part, in that of the response, below which it counts as none."""
 
@@ -106,7 +106,8 @@ def _fitted(x, z, runs):
     lengths = np.full(x.shape[1], 1.5)
     smooth = ConstantKernel(1.0, (1e-3, 1e3)) * RBF(lengths, _lengths(x))
     trend = ConstantKernel(1.0, (1e-4, 1e2)) * DotProduct(1.0, (1e-2, 1e2))
-    rough = ConstantKernel(0.1, (LEAST_ROUGH, 10.0)) * Matern(lengths / 3.0, ROUGH_LENGTHS, nu=0.5)
+    bounds = _lengths(x, LEAST_ROUGH_LENGTH)
+    rough = ConstantKernel(0.1, (LEAST_ROUGH, 10.0)) * Matern(lengths / 3.0, bounds, nu=0.5)
     scatter = _Scatter(0.1, (1e-8, 1.0), runs)
     process = GaussianProcessRegressor(
         smooth + trend + rough + scatter, n_restarts_optimizer=1, random_state=0

@@ -17,6 +17,7 @@ from calibration.inference.joint.diagnostics import misspecification
 from calibration.inference.joint.likelihood import Cloud
 from calibration.intake.tables import read_written
 from calibration.study.config.joint import name_of, read_joint_target
+from calibration.study.physical_limits import physical_range
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ def joint(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     emulators = Emulators(factors, design)
     whole = joint_of(config, emulators)
     posterior = whole.posterior(config.seed)
-    parameters = _parameters(factors, posterior, whole.prior)
+    parameters = _parameters(factors, config.experiment, posterior, whole.prior)
     criticism = _criticism(config, whole, posterior.draws)
     following = next_tests(config, emulators, posterior.draws)
     draws = _natural(factors, thinned(posterior.draws, config.joint.draws))
@@ -103,10 +104,10 @@ def _natural(factors, u):
     return pd.DataFrame({f.name: f.natural(2.0 * u[:, k] - 1.0) for k, f in enumerate(factors)})
 
 
-def _parameters(factors, posterior, prior):
+def _parameters(factors, experiment, posterior, prior):
     """Mean, standard deviation, interval of each parameter; the share of its prior's standard
     deviation that is left; whether the measurements bound it; the side of its region on which it
-    presses, and the level that the region would have to reach."""
+    presses, and the level that the region would have to reach, or the last that is possible."""
     low, high = posterior.interval(LEVEL)
     before = prior.draw(PRIOR_DRAWS, np.random.default_rng(1)).std(axis=0)
     pressed, found = borders(posterior.draws, prior), {}
@@ -120,17 +121,20 @@ def _parameters(factors, posterior, prior):
             "left": float(u.std(ddof=1) / before[k]),
             "bounded": bool(low[k] > INSIDE and high[k] < 1.0 - INSIDE),
             "border": own.side if own else None,
-            "reach": _reach(f, own),
+            **_reach(f, experiment, own),
         }
     return found
 
 
-def _reach(factor, border):
-    """Level beyond the border at which the draws would have fallen off; None without one."""
+def _reach(factor, experiment, border):
+    """Level beyond the border at which the draws would have fallen off, None without a border, and
+    whether the last possible level comes before."""
     if border is None:
-        return None
+        return {"reach": None, "reach_is_limit": False}
     beyond = border.beyond * (factor.high - factor.low)
-    return factor.low - beyond if border.side == "low" else factor.high + beyond
+    level = factor.low - beyond if border.side == "low" else factor.high + beyond
+    possible = float(np.clip(level, *physical_range(factor.key, experiment)))
+    return {"reach": possible, "reach_is_limit": possible != level}
 
 
 def _as_table(parameters):

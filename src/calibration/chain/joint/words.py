@@ -40,10 +40,18 @@ def _borders(summary):
     return [
         f"Move or widen the region: {label(name)} presses on its {p['border']} border, "
         f"{summary['box'][name][0 if p['border'] == 'low' else 1]:.3g}; its draws are "
-        f"{p['interval'][0]:.3g} to {p['interval'][1]:.3g}, and fall off near {p['reach']:.3g}."
+        f"{p['interval'][0]:.3g} to {p['interval'][1]:.3g}, and {_fall(p)}."
         for name, p in summary["parameters"].items()
         if p["border"]
     ]
+
+
+def _fall(parameter):
+    """Where the draws would fall off beyond the border."""
+    if not parameter["reach_is_limit"]:
+        return f"fall off near {parameter['reach']:.3g}"
+    side = "least" if parameter["border"] == "low" else "most"
+    return f"have not fallen off at {parameter['reach']:.3g}, the {side} that is possible"
 
 
 def _contradictions(summary):
