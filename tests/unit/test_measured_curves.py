@@ -90,3 +90,12 @@ def test_too_few_curves_points_and_a_wrong_unit_are_refused_by_line(tmp_path):
         allowed="s, or what converts to it",
     ):
         read_curves(tmp_path / "unit.csv", "mass over time")
+
+
+def test_a_discharge_that_takes_no_time_is_refused_without_a_warning(tmp_path):
+    """All of the mass has left at the time 0; a warning of numpy would fail this test."""
+    time = np.concatenate([[0.0], np.arange(9.0)])
+    mass = np.concatenate([[0.0], np.full(9, 5.0)])
+    curve_table(tmp_path / "at_once.csv", [(time, mass)] * 3)
+    with refused(ConfigError, "mass_flow_g_s", path="at_once.csv", line=2, column="curve"):
+        read_curves(tmp_path / "at_once.csv", "mass over time")

@@ -51,7 +51,8 @@ class Shape:
 
 
 def _discharge(time, mass):
-    return steady_flow(time, mass), ended(time, mass)
+    with np.errstate(divide="ignore", invalid="ignore"):  # what is not finite is refused
+        return steady_flow(time, mass), ended(time, mass)
 
 
 def _shear(path, stress):
