@@ -21,7 +21,7 @@ from calibration.statistics.surface import fit_surface
 from calibration.study.config import overlay, parse_config
 from calibration.telling.export import parameters as sources
 from calibration.telling.export import rolling, stage
-from calibration.telling.export.decks import BLOCKS, KNOWN_ANGLE, allowed, write_decks
+from calibration.telling.export.decks import BLOCKS, KNOWN_ANGLE, scatter_of_one, write_decks
 from calibration.telling.export.parameters import parameter_interval, to_yaml
 from dem.constants import GRAVITY
 from dem.contact.catalogue import LAWS
@@ -45,7 +45,7 @@ STICKY = {
 }  # fmt: skip
 EXPECTED = {
     "metric": "angle_of_repose_deg", "mean": 40.0, "sd": 0.5, "runs": 10, "margin": 1.0,
-    "unit": "deg",
+    "unit": "deg", "heaps": [],
 }  # fmt: skip
 PATH = rolling.PATHS["elastic_plastic"]
 
@@ -778,7 +778,7 @@ def test_a_deck_is_whole_and_says_how_it_is_checked(files, code):
         text = (deck / "README.md").read_text()
         assert "python check.py" in text
         first = text.split("\n\n")[1]
-        for name in ("NOT CORRECTED", "deg", KNOWN_ANGLE[code].split()[-2]):
+        for name in ("NOT CORRECTED", "deg", KNOWN_ANGLE[code].split()[-2], "--correct"):
             assert name in " ".join(first.split())
         assert f"{json.loads((deck / 'expected.json').read_text())['margin']:g} deg" in first
         assert f"{json.loads((deck / 'expected.json').read_text())['mean']:.2f} deg" in text
@@ -812,9 +812,11 @@ def test_what_a_code_cannot_represent_is_named_in_place_of_a_deck(
         assert (tmp_path / code / f"in.{code}").exists() != refused
 
 
-def test_a_check_allows_the_margin_and_the_scatter_of_one_heap():
-    expected = {"margin": 1.0, "sd": 0.5, "runs": 10}
-    assert allowed(expected) == pytest.approx(1.0 + 2.262 * 0.5 * math.sqrt(1.1), abs=1e-3)
+def test_a_page_states_what_one_heap_scatters():
+    """The 95 % prediction interval of one more heap after ten."""
+    assert scatter_of_one({"sd": 0.5, "runs": 10}) == pytest.approx(
+        2.262 * 0.5 * math.sqrt(1.1), abs=1e-3
+    )
 
 
 @pytest.mark.parametrize("name", stage.CONVERTED)

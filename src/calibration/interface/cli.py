@@ -32,6 +32,11 @@ KEEP = (
     "Add the ranges that a study's measurements bound to materials.csv in the current folder. "
     "`dem new --material` offers them beside the published ones."
 )
+DECK = (
+    "Pour heaps of an exported deck with its program and hold their angle and profile against the "
+    "calibrated model's. --correct searches the number that gives the calibrated heap in that "
+    "program and writes the deck that has it."
+)
 COPY = "Copy a study's folder under another name. Its runs are shared until something is changed."
 
 
@@ -87,6 +92,12 @@ def _parser():
     )
     keep.add_argument("--as", dest="name", help="name of the material; the study's unless given")
     keep.set_defaults(command=_keep)
+    deck = commands.add_parser("deck", help="check or correct a deck", description=DECK)
+    deck.add_argument("folder", type=Path, help="of the deck: results/salt/exports/lammps")
+    deck.add_argument("--correct", action="store_true", help="search the number in that program")
+    deck.add_argument("--seeds", type=int, default=8, help="heaps of the check; 8 by default")
+    deck.add_argument("--timeout", type=float, default=1e6, help="of one heap [s]")
+    deck.set_defaults(command=_deck)
     copy = commands.add_parser("copy", help="a study under another name", description=COPY)
     copy.add_argument("study", type=Path, help="folder with config.yaml")
     copy.add_argument("folder", type=Path, help="folder to write; its name becomes the copy's")
@@ -141,6 +152,12 @@ def _keep(args):
     for sentence in keep_material(Study(args.study), args.results, args.name):
         print(sentence)
     return 0
+
+
+def _deck(args):
+    from calibration.telling.export.target_code import check, correct  # loads pandas
+
+    return (correct if args.correct else check)(args.folder, args.seeds, args.timeout)
 
 
 def _copy(args):

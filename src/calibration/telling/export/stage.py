@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +15,10 @@ from calibration.engines.blocks.conversion import Conversion
 from calibration.engines.blocks.header import left_out
 from calibration.engines.blocks.material import granulate
 from calibration.files import write_text
+from calibration.runs.store import RunStore
 from calibration.statistics.surface import fit_surface
 from calibration.telling.export.decks import scatter_of_one, write_decks
+from calibration.telling.export.heap_profile import profile
 from calibration.telling.export.parameters import (
     calibrated_entries,
     entries,
@@ -30,8 +33,11 @@ from calibration.telling.export.rolling import (
     plan_scan,
     read_scan,
 )
+from dem.errors import DemError
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
+from dem.render import read_run
+from dem.render.image import plate_of
 from dem.spec import parse_spec
 from dem.units import in_ascii, unit_of
 
@@ -237,7 +243,19 @@ def _expected(study):
 
 
 def _write_decks(study, mapping, conversion, lines, folder):
-    write_decks(parse_spec(mapping), conversion, lines, _validated_heap(study), folder)
+    expected = _validated_heap(study) | {"heaps": _profiles(study)}
+    write_decks(parse_spec(mapping), conversion, lines, expected, folder)
+
+
+def _profiles(study):
+    """Profiles of the validation's heaps whose last states are at hand."""
+    store, found = RunStore(), []
+    for name in study.table("validation", "runs")["run_id"]:
+        with suppress(DemError):  # moved here without its state, or no heap
+            run = read_run(store.folder(name))
+            if plate := plate_of(run.spec):
+                found.append(profile(run.position, run.radius, run.velocity, plate))
+    return found
 
 
 def _write_blocks(codes, mapping, conversion, lines, folder, **told):

@@ -1,0 +1,382 @@
+"""A deck in the code that it was made for: several heaps of it beside the calibrated model's, and
+the search for the number that gives the calibrated heap there.
+
+A law of the same name is not the same law: LAMMPS' rolling spring is a constant, and its heaps are
+flatter with the same numbers. No formula gives the number, so the target code is asked. Rolling
+friction of both pairs (static friction of grain on grain where grains do not turn or roll freely)
+is multiplied by a factor. First a few heaps over the whole range of factors say where angle and
+profile are nearest to the calibrated ones, then more heaps around it. Heaps with other seeds, which
+the search has not seen, say what became of it.
+
+Each quantity has its margin: what a single heap of the calibrated model scatters (two standard
+deviations), and no less than the study's margin for an angle, half a grain for a height and a grain
+for the foot. It is held where the 90 % interval of the difference of the means lies within the
+margin (two one-sided tests at 5 %).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from importlib import import_module
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from calibration import engines
+from calibration.engines.blocks.conversion import Conversion, Correction
+from calibration.files import DamagedError, read_json
+from calibration.statistics.validate import compare
+from calibration.study.config import overlay
+from calibration.telling.export.decks import BLOCKS, NAMES, emptied, pour_file, write_deck
+from calibration.telling.export.heap_profile import READERS, profile
+from dem.errors import DemError, InputError, MeasureError
+from dem.experiments.heap import Rig
+from dem.fingerprint import engine_fingerprint
+from dem.grains import mean_radius
+from dem.io.files import write_json
+from dem.spec import load_spec, parse_spec
+
+if TYPE_CHECKING:
+    from dem.spec import RunSpec
+
+
+SEEDS = 8
+"""Heaps of a check, in each code."""
+FEWEST = 4
+"""Heaps of a code with which a difference can be tested."""
+FACTORS = (0.5, 0.8, 1.25, 2.0, 3.2, 5.0)
+"""Of the number, in the first round of a search."""
+AROUND = (0.75, 0.9, 1.1, 1.33)
+"""Of what the first round found, in the second."""
+ROUND_SEEDS = 2, 3
+"""Heaps at each factor of the two rounds."""
+NEAR = 1.6
+"""Heaps within this ratio of the first round's factor make the lines of the second."""
+SEARCH_SEED = 1000
+"""Seeds of the search lie so far above those of the check."""
+SCATTER = 2.0
+"""Standard deviations of one heap of the calibrated model that make a margin."""
+
+
+@dataclass(frozen=True)
+class Deck:
+    """A deck as `write_deck` left it."""
+
+    folder: Path
+    code: str
+    spec: RunSpec
+    expected: Mapping[str, Any]
+
+    @classmethod
+    def read(cls, folder: str | Path) -> Deck:
+        """The deck in a folder. Raises InputError where there is none."""
+        folder = Path(folder)
+        path = folder / "expected.json"
+        if not path.is_file():
+            allowed = "the folder of an exported deck: results/NAME/exports/lammps"
+            raise InputError("is no deck", path=folder, allowed=allowed)
+        expected = read_json(path)
+        if not isinstance(expected, dict) or expected.get("code") not in BLOCKS:
+            raise InputError("says no code", path=path, key="code", allowed=" or ".join(BLOCKS))
+        _check(expected, path)
+        return cls(folder, expected["code"], load_spec(folder / "spec.yaml"), expected)
+
+    @property
+    def name(self) -> str:
+        """Of the code, in words."""
+        return NAMES[self.code]
+
+    @property
+    def factor(self) -> float:
+        """What the number of this deck is multiplied by already."""
+        return self.expected.get("corrected", {}).get("factor", 1.0)
+
+    def conversion(self, factor: float) -> Conversion:
+        """`Conversion` with the number multiplied by a factor."""
+        corrected = None if factor == 1.0 else Correction(self.name, factor)
+        return Conversion(self.spec, self.expected["rolling"], corrected)
+
+    def with_seed(self, seed: int) -> dict[str, Any]:
+        """Run spec (a mapping) of this heap with another seed."""
+        return overlay(self.spec.model_dump(mode="json"), {"seed": seed})
+
+
+KEPT = {
+    "about": list, "heaps": list, "rolling": dict | None, "margin": float | int, "mean": float,
+    "sd": float, "runs": int, "unit": str,
+}  # fmt: skip
+"""What a deck says of the calibrated model beside its code."""
+
+
+def _check(expected, path):
+    """Raise InputError for a file that `write_deck` has not left."""
+    again = "the file as it was exported; the stage `export` makes it again"
+    for key, kind in KEPT.items():
+        if key not in expected or not isinstance(expected[key], kind):
+            raise InputError("is not as exported", path=path, key=key, allowed=again)
+    for n, heap in enumerate(expected["heaps"]):
+        known = isinstance(heap, dict) and heap.keys() == set(READERS)
+        if not known or not all(isinstance(v, float | int) for v in heap.values()):
+            raise InputError("is no profile", path=path, key=f"heaps[{n}]", allowed=again)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A quantity of READERS in the target code and here."""
+
+    quantity: str
+    there: float
+    there_sd: float
+    here: float
+    here_sd: float
+    difference: float
+    low: float
+    high: float
+    margin: float
+
+    @property
+    def verdict(self) -> str:
+        """`holds`, `misses`, or `open` where the interval reaches beyond the margin."""
+        if max(-self.low, self.high) < self.margin:
+            return "holds"
+        return "misses" if abs(self.difference) > self.margin else "open"
+
+    @property
+    def told(self) -> str:
+        """A sentence: what differs, by how much, and what is allowed."""
+        unit = "deg" if self.quantity.endswith("_deg") else "mm"
+        unit = "" if self.quantity == "on_plate" else f" {unit}"
+        return (
+            f"{READERS[self.quantity]} {self.difference:+.2f}{unit} (90 %: {self.low:+.2f} to "
+            f"{self.high:+.2f}; margin {self.margin:.2f})"
+        )
+
+
+def heaps_there(
+    deck: Deck, factor: float, seeds: Sequence[int], timeout_s: float
+) -> list[dict[str, float]]:
+    """Profiles of heaps in the target code; a heap without one is told and left out. Raises
+    EngineError where the program is missing."""
+    version = import_module(f"{engines.__name__}.{deck.code}").version()
+    conversion = deck.conversion(factor)
+
+    def pour(spec, place):
+        pour_file(deck.code, spec, conversion, ["a heap of a check"], place)
+        read = [path.read_bytes() for path in sorted(place.iterdir())]
+
+        def start():
+            module = import_module(f"{engines.__name__}.{deck.code}")
+            return module.start(spec, place, timeout_s)[1]
+
+        return [version.encode(), *read], start
+
+    return _heaps(deck, seeds, pour, f"{deck.name}, factor {factor:g}")
+
+
+def heaps_here(deck: Deck, seeds: Sequence[int]) -> list[dict[str, float]]:
+    """Profiles of heaps of the calibrated model: those that the deck brings, or as many as `seeds`,
+    poured now."""
+    if len(deck.expected["heaps"]) >= FEWEST:
+        return list(deck.expected["heaps"])
+
+    def pour(spec, place):
+        mapping = spec.model_dump(mode="json")
+        key = [engine_fingerprint().encode(), json.dumps(mapping, sort_keys=True).encode()]
+
+        def start():
+            engines.make(mapping, place)
+            with np.load(place / "final.npz") as state:
+                return {name: state[name] for name in ("position", "radius", "velocity")}
+
+        return key, start
+
+    return _heaps(deck, seeds, pour, "the calibrated model")
+
+
+def _heaps(deck, seeds, pour, where):
+    """pour(spec, folder) -> (bytes that name the heap, function that gives its last state)."""
+    found = []
+    for seed in seeds:
+        with TemporaryDirectory() as folder:
+            parts, start = pour(parse_spec(deck.with_seed(seed)), Path(folder))
+            try:
+                found.append(_kept(deck, parts, start))
+            except DemError as error:
+                print(f"{where}, seed {seed}: {error}", file=sys.stderr)
+    if len(found) < min(FEWEST, len(seeds)) and len(seeds) >= FEWEST:
+        raise DemError(f"{where}: {len(found)} of {len(seeds)} heaps have a profile")
+    return found
+
+
+def _kept(deck, parts, start):
+    """The profile of a heap, from the deck's folder where it was poured before."""
+    name = hashlib.sha256(b"\0".join(parts)).hexdigest()[:16]
+    path = deck.folder / "heaps" / f"{name}.json"
+    try:
+        kept = read_json(path)
+    except (OSError, DamagedError):
+        kept = None
+    if not isinstance(kept, dict) or not kept.keys() <= set(READERS) | {"error"}:
+        state = start()
+        try:
+            kept = profile(
+                *(state[key] for key in ("position", "radius", "velocity")),
+                Rig(deck.spec.geometry).plate_radius,
+            )
+        except MeasureError as error:
+            kept = {"error": str(error)}
+        path.parent.mkdir(exist_ok=True)
+        write_json(path, kept)
+    if "error" in kept:
+        raise MeasureError(kept["error"])
+    return kept
+
+
+def margins(deck: Deck, here: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """{quantity: margin} from the scatter of heaps of the calibrated model."""
+    grain = 2e3 * mean_radius(deck.spec)
+    least = {name: deck.expected["margin"] for name in READERS if name.endswith("_deg")}
+    least |= {"foot_mm": grain, "on_plate": 0.02 * deck.spec.particles.count}
+    sd = {name: float(np.std([h[name] for h in here], ddof=1)) for name in READERS}
+    return {name: max(least.get(name, 0.5 * grain), SCATTER * sd[name]) for name in READERS}
+
+
+def judge(
+    deck: Deck, there: Sequence[Mapping[str, float]], here: Sequence[Mapping[str, float]]
+) -> list[Row]:
+    """A `Row` for each quantity of heaps in the target code and here."""
+    rows = []
+    for name, margin in margins(deck, here).items():
+        c = compare([[h[name] for h in there]], [h[name] for h in here], margin)
+        low, high = c.equivalence_low, c.equivalence_high
+        row = Row(
+            name, c.simulated_mean, c.simulated_sd, c.measured_mean, c.measured_sd, c.difference,
+            low, high, margin,
+        )  # fmt: skip
+        rows.append(row)
+    return rows
+
+
+def find_factor(
+    deck: Deck,
+    here: Sequence[Mapping[str, float]],
+    pour: Callable[[float, Sequence[int]], list[dict[str, float]]],
+) -> float:
+    """The factor whose heaps in the target code are nearest to those of the calibrated model.
+
+    pour(factor, seeds) -> profiles. Distance: the sum over the quantities of the squared difference
+    of the means over the margin."""
+    allowed = margins(deck, here)
+    wanted = np.array([np.mean([h[name] for h in here]) for name in READERS])
+    scale = np.array([allowed[name] for name in READERS])
+    runs: list[tuple[float, np.ndarray]] = []
+    first = deck.spec.seed + SEARCH_SEED
+
+    def add(factors, count):
+        for factor in factors:
+            rows = pour(round(float(factor), 4), range(first, first + count))
+            runs.extend((float(np.log(factor)), np.array([h[n] for n in READERS])) for h in rows)
+
+    add(FACTORS, ROUND_SEEDS[0])
+    if not runs:
+        raise DemError(f"{deck.name}: no heap of the search has a profile")
+    start = _nearest(_between(runs), runs, wanted, scale)
+    add(np.exp(start) * np.array(AROUND), ROUND_SEEDS[1])
+    near = [(x, y) for x, y in runs if abs(x - start) <= np.log(NEAR)]
+    at = _nearest(_line(near), near, wanted, scale)
+    return round(float(np.exp(at)), 3)
+
+
+def _between(runs):
+    """Profile over the factor's logarithm: straight between the means at each factor."""
+    places = sorted({x for x, _ in runs})
+    means = np.array([np.mean([y for x, y in runs if x == place], axis=0) for place in places])
+    return lambda x: np.array([np.interp(x, places, column) for column in means.T])
+
+
+def _line(runs):
+    """Profile over the factor's logarithm: one straight line by least squares."""
+    slope, start = np.polyfit([x for x, _ in runs], np.array([y for _, y in runs]), 1)
+    return lambda x: start + slope * x
+
+
+def _nearest(model, runs, wanted, scale):
+    """Logarithm of the factor, within those of the runs, where the model is nearest to `wanted`."""
+    grid = np.linspace(min(x for x, _ in runs), max(x for x, _ in runs), 201)
+    distance = [float((((model(x) - wanted) / scale) ** 2).sum()) for x in grid]
+    return float(grid[int(np.argmin(distance))])
+
+
+def check(folder: str | Path, seeds: int = SEEDS, timeout_s: float = 1e6) -> int:
+    """Pour `seeds` heaps of a deck in its code, hold them against the calibrated model's and say
+    how they compare; returns 0 where all quantities hold, 1 where one does not."""
+    deck = Deck.read(folder)
+    there = heaps_there(deck, deck.factor, _seeds(deck, seeds), timeout_s)
+    rows = judge(deck, there, heaps_here(deck, _seeds(deck, seeds)))
+    print(_table(deck, rows), end="")
+    print(_verdict(deck, rows, len(there)))
+    return int(any(row.verdict != "holds" for row in rows))
+
+
+def correct(folder: str | Path, seeds: int = SEEDS, timeout_s: float = 1e6) -> int:
+    """Search the number of a deck in its code, write the deck that has it into
+    `corrected`/<code> beside it, and check that; returns as `check` does. Raises InputError for a
+    deck that is corrected already."""
+    deck = Deck.read(folder)
+    if "corrected" in deck.expected:
+        raise InputError("is corrected already", path=deck.folder, allowed="the deck as exported")
+    here = heaps_here(deck, _seeds(deck, seeds))
+    factor = find_factor(deck, here, lambda f, s: heaps_there(deck, f, s, timeout_s))
+    there = heaps_there(deck, factor, _seeds(deck, seeds), timeout_s)
+    rows = judge(deck, there, here)
+    place = emptied(deck.folder.parent / "corrected" / deck.code)
+    found = {"factor": factor, "rows": [asdict(row) for row in rows], "heaps": len(there)}
+    state = f"**{_verdict(deck, rows, len(there), factor)}**\n\n{_table(deck, rows)}"
+    expected = dict(deck.expected) | {"heaps": here, "corrected": found}
+    conversion, lines = deck.conversion(factor), deck.expected["about"]
+    write_deck(deck.code, deck.spec, conversion, lines, expected, place, state)
+    print(_table(deck, rows), end="")
+    print(_verdict(deck, rows, len(there), factor))
+    print(f"written: {place}")
+    return int(any(row.verdict != "holds" for row in rows))
+
+
+def _seeds(deck, count):
+    return range(deck.spec.seed, deck.spec.seed + count)
+
+
+def _verdict(deck, rows, heaps, factor=None):
+    """The first line of a deck that was checked."""
+    what = deck.conversion(2.0).searched
+    head = f"CORRECTED IN {deck.name.upper()}: {what} x {factor:g}" if factor else deck.name
+    missed = [row for row in rows if row.verdict == "misses"]
+    still = [row for row in rows if row.verdict == "open"]
+    if missed:
+        return f"{head}. IT MISSES: {'; '.join(row.told for row in missed + still)}. {heaps} heaps."
+    if still:
+        return (
+            f"{head}. NOT SHOWN TO HOLD with {heaps} heaps: {'; '.join(r.told for r in still)}. "
+            "More seeds (--seeds) tell."
+        )
+    return f"{head}. It holds: each quantity of {heaps} heaps is within its margin."
+
+
+def _table(deck, rows):
+    lines = [
+        f"| read from | here | {deck.name} | difference (90 %) | margin | |",
+        "|---|---|---|---|---|---|",
+    ]
+    for r in rows:
+        unit = {"deg": " [deg]", "mm": " [mm]"}.get(r.quantity.rsplit("_", 1)[-1], "")
+        lines.append(
+            f"| {READERS[r.quantity]}{unit} | {r.here:.2f} (sd {r.here_sd:.2f}) | {r.there:.2f} "
+            f"(sd {r.there_sd:.2f}) | {r.difference:+.2f} ({r.low:+.2f} to {r.high:+.2f}) | "
+            f"{r.margin:.2f} | {r.verdict} |"
+        )
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,218 @@
+"""Decks in their target code: the second reader on heaps whose shape is known, the judgement, and
+the search on a made-up code."""
+
+import json
+
+import numpy as np
+import pytest
+from test_measure import PLATE, cone
+
+from calibration.engines import lammps, program
+from calibration.engines.blocks.conversion import Conversion, Correction
+from calibration.engines.blocks.lammps import block
+from calibration.engines.blocks.material import granulate
+from calibration.interface.cli import main
+from calibration.study.config import overlay
+from calibration.telling.export import target_code
+from calibration.telling.export.decks import write_decks
+from calibration.telling.export.heap_profile import READERS, profile
+from calibration.telling.export.target_code import Deck, find_factor, heaps_there, judge
+from dem.errors import DemError, InputError
+from dem.spec import parse_spec
+from small_heap import SPEC
+
+EXPECTED = {
+    "metric": "angle_of_repose_deg", "mean": 30.0, "sd": 1.0, "runs": 8, "margin": 2.0,
+    "unit": "deg",
+}  # fmt: skip
+NUMBERS = np.linspace(30.0, 36.0, len(READERS))
+"""A profile of the calibrated model: any numbers."""
+
+
+def heap(values):
+    return dict(zip(READERS, map(float, values), strict=True))
+
+
+def heaps(mean, count=8, sd=1.0, seed=0):
+    """Profiles that scatter about `mean` (7,)."""
+    rng = np.random.default_rng(seed)
+    z = rng.normal(0.0, sd, (count, len(READERS)))
+    return [heap(mean + row) for row in z - z.mean(axis=0)]
+
+
+@pytest.fixture
+def deck(tmp_path):
+    """A deck for LAMMPS that brings eight heaps of the calibrated model."""
+    spec = parse_spec(SPEC)
+    write_decks(spec, Conversion(spec), [], EXPECTED | {"heaps": heaps(NUMBERS)}, tmp_path)
+    return Deck.read(tmp_path / "lammps")
+
+
+@pytest.mark.parametrize("angle", [15, 25, 40])
+def test_a_cone_has_its_angle_height_and_foot_by_both_readers(angle):
+    """The grains lie evenly below the surface, a radius over the sine of the angle within the rim:
+    nine tenths of a disc's area lie within the root of 0.9 of its radius."""
+    found = profile(*cone(angle), PLATE)
+    height = 1e3 * PLATE * np.tan(np.radians(angle))
+    assert found["envelope_angle_deg"] == pytest.approx(angle, abs=0.5)
+    assert found["envelope_height_mm"] == pytest.approx(height, rel=0.02)
+    assert found["angle_of_repose_deg"] == pytest.approx(angle, abs=0.1)
+    disc = 1e3 * (PLATE - 1e-3 / np.sin(np.radians(angle)))
+    assert found["foot_mm"] == pytest.approx(np.sqrt(0.9) * disc, rel=0.01)
+
+
+def test_the_envelope_tells_a_flat_top_which_the_flanks_do_not():
+    sharp, cut = cone(30), cone(30, top=0.4 * PLATE * np.tan(np.radians(30)))
+    whole, less = (profile(*scene, PLATE) for scene in (sharp, cut))
+    assert abs(whole["angle_of_repose_deg"] - less["angle_of_repose_deg"]) < 0.5
+    assert whole["envelope_angle_deg"] - less["envelope_angle_deg"] > 8.0
+
+
+def test_margins_come_from_the_scatter_and_never_fall_below_a_grain(deck):
+    """Two standard deviations of 1.5 are 3; half a grain of 5.8 mm is 2.9 mm, and the study's
+    margin is 2 degrees."""
+    wide = heaps(NUMBERS, sd=1.5, count=4000, seed=1)
+    allowed = target_code.margins(deck, wide)
+    assert allowed["radial_angle_deg"] == pytest.approx(3.0, rel=0.05)
+    narrow = target_code.margins(deck, heaps(NUMBERS, sd=0.1))
+    assert narrow["radial_angle_deg"] == 2.0
+    assert narrow["height_mm"] == pytest.approx(2.9)
+    assert narrow["foot_mm"] == pytest.approx(5.8)
+    assert narrow["on_plate"] == pytest.approx(8.0)  # of 400
+
+
+def test_a_deck_holds_misses_or_is_left_open(deck):
+    here = heaps(NUMBERS)
+    same = judge(deck, heaps(NUMBERS, seed=2), here)
+    assert {row.verdict for row in same} == {"holds"}
+    off = NUMBERS + np.where([name == "envelope_angle_deg" for name in READERS], 5.0, 0.0)
+    rows = {row.quantity: row for row in judge(deck, heaps(off, seed=2), here)}
+    assert rows.pop("envelope_angle_deg").verdict == "misses"
+    assert {row.verdict for row in rows.values()} == {"holds"}
+    wild = judge(deck, heaps(NUMBERS, seed=2, count=4, sd=12.0), here)
+    assert {row.verdict for row in wild} == {"open"}
+
+
+@pytest.mark.parametrize("true", [0.7, 1.4, 2.6])
+def test_the_search_finds_the_factor_of_a_made_up_code(deck, true):
+    """Its quantities rise and fall with the factor's logarithm, and level off above."""
+    here, rng = heaps(NUMBERS, sd=0.5), np.random.default_rng(5)
+    slope = np.array([8.0, 10.0, 6.0, 20.0, 9.0, 6.0, -1.0])
+
+    def pour(factor, seeds):
+        shift = slope * np.tanh(np.log(factor / true))
+        return [heap(NUMBERS + shift + rng.normal(0.0, 0.5, len(READERS))) for _ in seeds]
+
+    assert find_factor(deck, here, pour) == pytest.approx(true, rel=0.08)
+
+
+def test_a_search_without_any_heap_says_so(deck):
+    with pytest.raises(DemError, match="LAMMPS"):
+        find_factor(deck, heaps(NUMBERS), lambda factor, seeds: [])
+
+
+def numbers(spec, found=None, corrected=None):
+    """(rolling friction, static friction) of both pairs as LAMMPS' block states them."""
+    conversion = Conversion(spec, found, corrected)
+    return [
+        (p.contact.rolling_friction, p.contact.static_friction)
+        for p in conversion.pairs(granulate(spec))
+    ]
+
+
+NO_ROTATION = {
+    "path": "no_rotation", "rolling_friction": 5.0, "static_friction": 0.3,
+    "stiffness_factor": 2.25, "damping_ratio": 0.3,
+}  # fmt: skip
+
+
+def test_a_correction_multiplies_rolling_friction_of_both_pairs():
+    spec = parse_spec(SPEC)
+    assert numbers(spec) == [(0.2, 0.6)] * 2
+    corrected = Correction("LAMMPS", 1.5)
+    assert numbers(spec, None, corrected) == [(pytest.approx(0.3), 0.6)] * 2
+    text = " ".join(block(granulate(spec), Conversion(spec, None, corrected), []).split())
+    assert "CORRECTED" in text
+    assert "1.5 times" in text
+
+
+def test_a_correction_multiplies_static_friction_where_grains_do_not_turn():
+    spec = parse_spec(overlay(SPEC, {"laws": {"rolling": "constant_torque"}}))
+    corrected = Correction("LAMMPS", 1.5)
+    assert numbers(spec, NO_ROTATION) == [(0.0, 0.3), (0.0, 0.6)]
+    assert numbers(spec, NO_ROTATION, corrected) == [(0.0, pytest.approx(0.45)), (0.0, 0.6)]
+
+
+def test_a_missing_program_and_a_folder_without_a_deck_are_a_sentence(
+    deck, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr(program.sys, "executable", str(tmp_path / "python"))
+    lammps.version.cache_clear()
+    assert main(["deck", str(deck.folder)]) == 2
+    assert "lmp" in capsys.readouterr().err
+    lammps.version.cache_clear()
+    with pytest.raises(InputError) as error:
+        Deck.read(tmp_path)
+    assert error.value.path == tmp_path
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("code", "edem"), ("rolling", 3), ("margin", "2"), ("heaps", [{}]), ("heaps", [[1]])],
+)
+def test_a_deck_that_was_edited_is_refused_by_key(deck, key, value):
+    path = deck.folder / "expected.json"
+    path.write_text(json.dumps(deck.expected | {key: value}))
+    with pytest.raises(InputError) as error:
+        Deck.read(deck.folder)
+    assert error.value.path == path
+    assert error.value.key.startswith(key)
+
+
+def test_heaps_are_kept_and_a_heap_without_a_profile_is_told(deck, monkeypatch, capsys):
+    """A program that stands in: it starts once for a seed, and one of its heaps is none."""
+    started = []
+
+    def start(spec, folder, timeout_s):
+        started.append(spec.seed)
+        position, radius, velocity = cone(25)
+        flat = position * [1.0, 1.0, 0.0] + [0.0, 0.0, 1e-3]
+        place = flat if spec.seed == 3 else position
+        return {}, {"position": place, "radius": radius, "velocity": velocity}
+
+    monkeypatch.setattr(lammps, "version", lambda: "1")
+    monkeypatch.setattr(lammps, "start", start)
+    for _ in range(2):
+        found = heaps_there(deck, 1.0, range(1, 6), 60.0)
+        assert len(found) == 4
+        assert "seed 3" in capsys.readouterr().err
+    assert started == [1, 2, 3, 4, 5]
+    kept = next((deck.folder / "heaps").glob("*.json"))
+    kept.write_text(kept.read_text()[:20])  # cut off
+    heaps_there(deck, 1.0, range(1, 6), 60.0)
+    assert len(started) == 6
+
+
+def test_a_corrected_deck_says_first_whether_it_holds(deck, monkeypatch):
+    """A code in which the number must be twice as large, and one in which nothing helps."""
+    for level, first in ((0.0, "It holds"), (30.0, "IT MISSES")):
+
+        def pour(deck, factor, seeds, timeout_s, level=level):
+            return heaps(NUMBERS + level + 10.0 * np.log(factor / 2.0), len(seeds), seed=3)
+
+        monkeypatch.setattr(target_code, "heaps_there", pour)
+        status = target_code.correct(deck.folder)
+        place = deck.folder.parent / "corrected" / "lammps"
+        text = (place / "README.md").read_text()
+        assert text.split("\n\n")[2].count("\n") == len(READERS) + 1  # the table, a line a row
+        state = " ".join(text.split("\n\n")[1].split())
+        assert state.split()[0] == "**CORRECTED"
+        assert "rolling friction" in state
+        assert first in state
+        assert status == (1 if level else 0)
+        found = json.loads((place / "expected.json").read_text())["corrected"]
+        assert {row["quantity"] for row in found["rows"]} == set(READERS)
+        with pytest.raises(InputError):
+            target_code.correct(place)
+    assert "NOT CORRECTED" in (deck.folder / "README.md").read_text()
