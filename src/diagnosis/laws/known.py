@@ -107,7 +107,11 @@ def _curve(mechanism, coded, readings, centre, spec_of):
         if moved == value:
             break
         value = moved
-    return log - log.mean() if mechanism.name not in NO_COEFFICIENT else log - centre
+    if mechanism.name in NO_COEFFICIENT:
+        return log - centre
+    # the engine without it has trends of its own, such as the slip after which a slide is seen
+    own = log - contact_logs(lambda s: with_coefficient(s, name, value), readings, spec_of)
+    return own - own.mean()
 
 
 def observed_log(

@@ -36,7 +36,8 @@ class Readings:
 
     rows: (n,) their places among the measurements; levers: {name: (n,)}, nan where not set;
     covariates: {name: (n,)} of what was recorded beside and varies; log: (n,) logarithm of the
-    reading over its shape; error: (n,) standard error of that; groups: {batch or instrument: (n,)
+    reading over its shape; error: (n,) standard error of that, what all readings of a setting lose
+    to rounding counted in; own: (n,) the same as if each lost something else; groups: {batch or instrument: (n,)
     codes}; folds: {lever: [indices of a level]}; replicates: (n,) of each; values: (n,) as read;
     step: that readings are multiples of, or None; relative: (n,) derivative of `log` by the
     logarithm of the value.
@@ -48,6 +49,7 @@ class Readings:
     covariates: dict
     log: np.ndarray
     error: np.ndarray
+    own: np.ndarray
     groups: dict
     folds: dict
     replicates: np.ndarray
@@ -93,6 +95,7 @@ def with_setting(
         covariates=more,
         log=log,
         error=np.append(readings.error, 1.0),
+        own=np.append(readings.own, 1.0),
         groups=groups,
         folds=folds_of(wider),
         replicates=np.append(readings.replicates, 1.0),
@@ -121,18 +124,21 @@ def readings_of(
     value = np.array([m.value for m in own])
     error = np.hypot(moderated_sd(own) / np.sqrt([m.n for m in own]), [m.lever_error for m in own])
     log, slope = to_log(experiment, value, levers)
-    step = step_of(own)
+    step, replicated = step_of(own), error
     if step:
         # readings that were rounded to one value do not know their spread
-        error = np.maximum(error, FLOOR * step / np.sqrt(12.0))
+        digits = step / np.sqrt(12.0)
+        each = np.array([m.n if m.readings else np.inf for m in own])
+        replicated = np.maximum(error, digits / np.sqrt(each))
+        error = np.maximum(error, FLOOR * digits)
     groups = {}
     for name in ("batch", "instrument"):
         labels = [getattr(m, name) for m in own]
         if len(set(labels)) > 1:
             groups[name] = np.unique(labels, return_inverse=True)[1]
     return Readings(
-        experiment, rows, levers, _covariates(own), log, error * slope, groups, folds_of(levers),
-        np.array([m.n for m in own], float), value, step, slope * value,
+        experiment, rows, levers, _covariates(own), log, error * slope, replicated * slope, groups,
+        folds_of(levers), np.array([m.n for m in own], float), value, step, slope * value,
     )  # fmt: skip
 
 

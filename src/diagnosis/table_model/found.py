@@ -20,6 +20,7 @@ from diagnosis.table_model.naming import UNIT, named
 from diagnosis.table_model.next_setting import propose, words_of
 from diagnosis.table_model.single_readings import set_aside
 from diagnosis.table_model.term import ERROR, LAW, ROW
+from diagnosis.table_model.terms.resolution import rounded_off
 
 if TYPE_CHECKING:
     from calibration.intake.measurements import Measurement
@@ -100,7 +101,7 @@ def discover(
     measurements, single = set_aside(measurements)
     parts = [readings_of(measurements, k, (defaults or {}).get(k)) for k in kinds]
     start = chosen.blocks_of(parts, known)
-    misfit = chosen.misfit(start, seed, chance[0])
+    misfit = chosen.misfit(_replicated(start), seed, chance[0])
     found = chosen.select(start, alpha, seed, chance)
     left = chosen.misfit(found.blocks, seed, chance[-1])
     ranking = _ranking(start, found)
@@ -113,6 +114,8 @@ def discover(
         out.errors += [e for b in found.blocks.values() for e in _settings(b, left["p"])]
         out.scattered = chosen.misfit(found.blocks, seed, chance[-1], scatter=True)
         _in_question(out, measurements)
+    elif misfit["p"] < MISFIT and not found.steps:
+        out.errors += [e for b in found.blocks.values() for e in _rounded(b, misfit["p"])]
     for rows, by in (
         (out.laws, "evidence"),
         (out.errors, "evidence"),
@@ -134,7 +137,16 @@ def table_misfit(
     for kind in kinds:
         readings = readings_of(measurements, kind, (defaults or {}).get(kind))
         blocks[kind] = chosen.Block(readings, {})
-    return chosen.misfit(blocks, seed, count)
+    return chosen.misfit(_replicated(blocks), seed, count)
+
+
+def _replicated(blocks):
+    """The blocks without terms, by the errors that replicates show: what rounding takes off is an
+    error of the set-up and no part of a fit that is adequate."""
+    return {
+        kind: chosen.Block(replace(b.readings, error=b.readings.own), {})
+        for kind, b in blocks.items()
+    }
 
 
 def _add(out, measurements, block, key):
@@ -284,13 +296,30 @@ def _error(block, key):
         text = f"The {lever.words} is off by {row['value']:+.3g} {lever.unit} everywhere."
     elif term.of == "resolution":
         row["step"] = term.more["step"]
-        unit = QUANTITIES[term.experiment].unit
-        text = f"The readings are multiples of {row['step']:g} {unit}: coarser than their errors."
+        text = _coarse(term.experiment, row["step"])
     else:
         order = np.argsort(block.readings.rows)
         row["share"] = float(np.expm1(part[order[-1]] - part[order[0]]))
         text = f"The {words} drifts by {100 * row['share']:+.2g} % in the order of the rows."
     return row | {"sentence": text.replace("  ", " ").replace(" .", ".")}
+
+
+def _coarse(kind, step):
+    unit = QUANTITIES[kind].unit
+    return f"The readings are multiples of {step:g} {unit}: coarser than their errors."
+
+
+def _rounded(block, p):
+    """Rows of the resolution where the errors of the readings are those of their digits: with these
+    a constant fits, by what the replicates show alone it does not."""
+    readings = block.readings
+    if not (readings.error > readings.own).any():
+        return []
+    kind = readings.experiment
+    return [{"experiment": kind, "key": f"{kind}:resolution", "of": "resolution", "what": "digits",
+             "sd": float(np.median(rounded_off(readings))), "p": p, "evidence": float(-np.log(p)),
+             "step": readings.step, "rivals": [],
+             "sentence": _coarse(kind, readings.step)}]  # fmt: skip
 
 
 def _row(measurements, block, term):

@@ -28,7 +28,7 @@ def terms(readings: Readings, known: Mapping[str, Known]) -> list[Term]:
     step = readings.step
     if step is None:
         return []
-    share = step / np.sqrt(12.0) / np.abs(readings.values) * np.abs(readings.relative)
+    share = rounded_off(readings)
     if np.median(share / readings.error) < LEAST_SHARE:
         return []
     rows = share[:, None]
@@ -41,6 +41,11 @@ def terms(readings: Readings, known: Mapping[str, Known]) -> list[Term]:
     return [
         Term(readings.experiment, ERROR, key, shapes, LIKELY, of="resolution", more={"step": step})
     ]
+
+
+def rounded_off(readings: Readings) -> np.ndarray:
+    """Standard deviation (n,) of what rounding to the readings' step takes off a logarithm."""
+    return readings.step / np.sqrt(12.0) / np.abs(readings.values) * np.abs(readings.relative)
 
 
 def _codes(readings):
