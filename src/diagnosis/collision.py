@@ -108,15 +108,20 @@ def _air(spec):
     return (q.air_density_kg_m3 or Air.density, q.air_viscosity_Pa_s or Air.viscosity)
 
 
-def _deceleration(spec, radius, speed, air):
-    """Drag over mass (k,) [m/s2], by the engine's law."""
-    particles = new_particles(len(speed), "double")
-    particles.kinetic[: len(speed), 0] = speed
-    particles.kinetic[: len(speed), 6] = radius
-    particles.force[:] = 0.0
-    apply_drag(len(speed), particles, *air)
+def _deceleration(spec, radius, count, air):
+    """A function of speeds (count,) [m/s] that gives drag over mass (count,) [m/s2], by the
+    engine's law."""
+    particles = new_particles(count, "double")
     mass = 4.0 / 3.0 * math.pi * radius**3 * spec.materials.particle.density_kg_m3
-    return -particles.force[: len(speed), 0] / mass
+
+    def of(speed):
+        particles.kinetic[:count, 0] = speed
+        particles.kinetic[:count, 6] = radius
+        particles.force[:] = 0.0
+        apply_drag(count, particles, *air)
+        return -particles.force[:count, 0] / mass
+
+    return of
 
 
 def _fall(spec, radius, height, air):
@@ -124,11 +129,10 @@ def _fall(spec, radius, height, air):
     if air is None:
         return np.sqrt(2.0 * GRAVITY * height)
     energy, step = np.zeros(len(height)), height / FLIGHT_STEPS
+    slowed = _deceleration(spec, radius, len(height), air)
     for _ in range(FLIGHT_STEPS):
-        half = energy + 0.5 * step * (
-            GRAVITY - _deceleration(spec, radius, np.sqrt(2.0 * energy), air)
-        )
-        energy = energy + step * (GRAVITY - _deceleration(spec, radius, np.sqrt(2.0 * half), air))
+        half = energy + 0.5 * step * (GRAVITY - slowed(np.sqrt(2.0 * energy)))
+        energy = energy + step * (GRAVITY - slowed(np.sqrt(2.0 * half)))
     return np.sqrt(2.0 * energy)
 
 
@@ -140,9 +144,9 @@ def _rise(spec, radius, speed, air):
         return energy / GRAVITY
     share = (np.arange(FLIGHT_STEPS) + 0.5) / FLIGHT_STEPS
     height = np.zeros(len(speed))
+    slowed = _deceleration(spec, radius, len(speed), air)
     for s in share:
-        slower = np.sqrt(2.0 * s * energy)
-        height += energy / FLIGHT_STEPS / (GRAVITY + _deceleration(spec, radius, slower, air))
+        height += energy / FLIGHT_STEPS / (GRAVITY + slowed(np.sqrt(2.0 * s * energy)))
     return height
 
 

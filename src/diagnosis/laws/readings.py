@@ -37,10 +37,10 @@ class Readings:
     rows: (n,) their places among the measurements; levers: {name: (n,)}, nan where not set;
     covariates: {name: (n,)} of what was recorded beside and varies; log: (n,) logarithm of the
     reading over its shape; error: (n,) standard error of that, what all readings of a setting lose
-    to rounding counted in; own: (n,) the same as if each lost something else; groups: {batch or instrument: (n,)
-    codes}; folds: {lever: [indices of a level]}; replicates: (n,) of each; values: (n,) as read;
-    step: that readings are multiples of, or None; relative: (n,) derivative of `log` by the
-    logarithm of the value.
+    to rounding counted in; own: (n,) the same as if each lost something else; groups: {batch or
+    instrument: (n,) codes}; folds: {lever: [indices of a level]}; replicates: (n,) of each; values:
+    (n,) as read; step: that readings are multiples of, or None; relative: (n,) derivative of `log`
+    by the logarithm of the value.
     """
 
     experiment: str

@@ -17,8 +17,8 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import logsumexp
 
+from diagnosis.chance import log_sum
 from diagnosis.fit import redrawn_share
 
 if TYPE_CHECKING:
@@ -105,9 +105,9 @@ class Block:
         """Log (b,) of the odds for the model with a term against the one without, its prior
         included."""
         base = self.base(y) if base is None else base
-        values = [logsumexp(self.gains(s, y, base) + s.weight, axis=(0, 1)) - np.log(len(s.label))
+        values = [log_sum(self.gains(s, y, base) + s.weight, axis=(0, 1)) - np.log(len(s.label))
                   for s in term.shapes]  # fmt: skip
-        return term.weight + logsumexp(values, axis=0) - logsumexp(base, axis=0)
+        return term.weight + log_sum(values, axis=0) - log_sum(base, axis=0)
 
     def gains(self, shape: Shape, y: np.ndarray, base: np.ndarray) -> np.ndarray:
         """Log probabilities (g, k, b) with a shape at each of its strengths."""
@@ -120,7 +120,7 @@ class Block:
 
     def score(self, y: np.ndarray) -> float:
         """Log probability of one data set (n,) and of what is held, up to a constant."""
-        return float(logsumexp(self.base(y[None]))) + sum(h.prior for h in self.held.values())
+        return float(log_sum(self.base(y[None]))) + sum(h.prior for h in self.held.values())
 
     def hold(self, term: Term, y: np.ndarray) -> Held:
         """`Held` of a term at the likeliest of its shapes and strengths for one data set (n,)."""
@@ -128,7 +128,7 @@ class Block:
         base = self.base(y)
         best, found = -np.inf, None
         for shape in term.shapes:
-            value = logsumexp(self.gains(shape, y, base)[:, :, 0], axis=0)
+            value = log_sum(self.gains(shape, y, base)[:, :, 0], axis=0)
             value = value + shape.weight - np.log(len(value))
             k = int(np.argmax(value))
             if value[k] > best:
@@ -199,7 +199,7 @@ class Block:
     def shares(self, y: np.ndarray) -> np.ndarray:
         """Probabilities (g,) of the sizes of the errors, for a data set (n,)."""
         value = self.base(y[None])[:, 0]
-        return np.exp(value - logsumexp(value))
+        return np.exp(value - log_sum(value))
 
     def draw(
         self, y: np.ndarray, count: int, rng: np.random.Generator, sizes: np.ndarray | None = None

@@ -11,9 +11,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.special import logsumexp
 
 from calibration.statistics.numbers import NORMAL_95
+from diagnosis.chance import log_sum
 from diagnosis.laws.forms import factors_of
 from diagnosis.laws.readings import IN_AIR, SHAPE
 from diagnosis.laws.slots import coordinates, scaled
@@ -92,7 +92,7 @@ def _multiplied(rest, law):
             means.append(pull @ cross.T)
             covers.append(here - cross @ inverse @ cross.T)
     values = np.concatenate(values)
-    share = np.exp(values - logsumexp(values))
+    share = np.exp(values - log_sum(values))
     means, covers = np.concatenate(means), np.concatenate(covers)
     kept = np.flatnonzero(share > LEAST_SHARE)
     rng = np.random.default_rng(5)
@@ -133,10 +133,10 @@ def _added(rest, term, law):
     for shape in term.shapes:
         if shape.catalogue or shape.name == FREE:
             continue
-        own = logsumexp(rest.gains(shape, y, base)[:, :, 0], axis=0)
+        own = log_sum(rest.gains(shape, y, base)[:, :, 0], axis=0)
         places += [(shape, k) for k in range(len(own))]
         values += list(own)
-    share = np.exp(np.array(values) - logsumexp(values))
+    share = np.exp(np.array(values) - log_sum(values))
     if law.coordinate:
         _, middle, half = scaled(law, levers)
         at = np.linspace(-1.0, 1.0, POINTS)

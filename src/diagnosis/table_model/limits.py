@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import stats
-from scipy.special import logsumexp
 
+from diagnosis.chance import log_sum
 from diagnosis.laws.forms import LADDER
 from diagnosis.laws.readings import IN_AIR
 from diagnosis.laws.slots import coordinates, scaled
@@ -126,7 +126,7 @@ def strength_limits(
 
 def _quantiles(rest, shape, at, probability):
     y = rest.readings.log[None]
-    value = logsumexp(rest.gains(shape, y, rest.base(y))[:, :, 0], axis=0)
+    value = log_sum(rest.gains(shape, y, rest.base(y))[:, :, 0], axis=0)
     density = np.exp(value - value.max())
     mass = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(at))])
     mass /= mass[-1]

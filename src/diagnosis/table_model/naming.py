@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import logsumexp
 
+from diagnosis.chance import log_sum
 from diagnosis.laws.forms import text_of
 from diagnosis.laws.readings import IN_AIR
 from diagnosis.laws.slots import coordinates, scaled
@@ -62,8 +62,8 @@ def named(block: Block, key: str) -> Named:
     base = rest.base(y[None])
     evidence, held = {}, {}
     for shape in term.shapes:
-        value = float(logsumexp(rest.gains(shape, y[None], base)) - np.log(len(shape.label)))
-        value -= float(logsumexp(base))
+        value = float(log_sum(rest.gains(shape, y[None], base)) - np.log(len(shape.label)))
+        value -= float(log_sum(base))
         if value > evidence.get(shape.name, -np.inf):
             evidence[shape.name] = value
             own = Term(term.experiment, term.kind, key, (shape,), law=term.law, place=term.place)

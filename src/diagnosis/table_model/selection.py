@@ -15,9 +15,9 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import gammaln, logsumexp
+from scipy.special import gammaln
 
-from diagnosis.chance import share_above
+from diagnosis.chance import log_sum, share_above
 from diagnosis.table_model.block import Block
 from diagnosis.table_model.term import ROW
 from diagnosis.table_model.terms import all_terms
@@ -315,7 +315,7 @@ def _rows_together(block):
     most = max(int(MOST_ROWS * n), 1)
     bare = next(g for g, c in enumerate(block.sds) if not c)
     now, chosen, best = block, [], None
-    start = logsumexp(block.base(y[None])[:, 0])
+    start = log_sum(block.base(y[None])[:, 0])
     for _ in range(most):
         z = y - now.mean
         p = now.precision[bare]
@@ -328,7 +328,7 @@ def _rows_together(block):
         count = len(chosen)
         choose = gammaln(n + 1) - gammaln(count + 1) - gammaln(n - count + 1)
         occam = count * np.log(len(block.terms[key].shapes[0].label))
-        value = logsumexp(now.base(y[None])[:, 0]) - start - choose - occam
+        value = log_sum(now.base(y[None])[:, 0]) - start - choose - occam
         if count > 1 and (best is None or value > best[1]):
             best = list(chosen), float(value)
     return best
