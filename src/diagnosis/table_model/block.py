@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diagnosis.chance import log_sum
 from diagnosis.fit import redrawn_share
+from diagnosis.table_model.log_sum import log_sum
 
 if TYPE_CHECKING:
     from diagnosis.table_model.term import Shape, Term

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from calibration.statistics.numbers import NORMAL_95
-from diagnosis.chance import log_sum
 from diagnosis.laws.forms import factors_of
 from diagnosis.laws.readings import IN_AIR, SHAPE
 from diagnosis.laws.slots import coordinates, scaled
 from diagnosis.table_model.block import LEVEL_SD, Block
+from diagnosis.table_model.log_sum import log_sum
 from diagnosis.table_model.terms.laws import BENDS, FREE, SIZES, bend
 
 if TYPE_CHECKING:

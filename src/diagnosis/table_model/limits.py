@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import stats
 
-from diagnosis.chance import log_sum
 from diagnosis.laws.forms import LADDER
 from diagnosis.laws.readings import IN_AIR
 from diagnosis.laws.slots import coordinates, scaled
 from diagnosis.table_model.curve import paid
+from diagnosis.table_model.log_sum import log_sum
 from diagnosis.table_model.term import curve_shape
 
 if TYPE_CHECKING:

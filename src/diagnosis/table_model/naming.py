@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diagnosis.chance import log_sum
 from diagnosis.laws.forms import text_of
 from diagnosis.laws.readings import IN_AIR
 from diagnosis.laws.slots import coordinates, scaled
+from diagnosis.table_model.log_sum import log_sum
 from diagnosis.table_model.selection import ODDS
 from diagnosis.table_model.term import Term
 from diagnosis.table_model.terms.laws import FREE

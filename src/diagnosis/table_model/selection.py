@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import gammaln
 
-from diagnosis.chance import log_sum, share_above
+from diagnosis.chance import share_above
 from diagnosis.table_model.block import Block
+from diagnosis.table_model.log_sum import log_sum
 from diagnosis.table_model.term import ROW
 from diagnosis.table_model.terms import all_terms
 from diagnosis.table_model.terms.rows import LEAST as LEAST_ROWS
