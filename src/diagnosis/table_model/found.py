@@ -41,7 +41,7 @@ LEAST_ROWS = 3
 SCATTER = {"of": "settings", "what": "settings", "words": "error from setting to setting"}
 WORDS = {
     "adequate": "constant coefficients meet the readings within their own errors",
-    "identified": "one mechanism of the catalogue fits in each place, and no other form does",
+    "identified": "one mechanism of the catalogue is left in each place",
     "discovered": "the place is known; no single mechanism is named",
     "ambiguous": "these data do not tell apart what stands under rivals",
     "error": "an error of the set-up or single rows explain the misfit, and laws do not",
@@ -245,20 +245,31 @@ def sentence_of(law: Mapping[str, Any]) -> str:
     if not law["values"]:
         return ""
     first, last = law["values"][0], law["values"][-1]
-    what = law["slot"] if law["slot"] in ("restitution", "friction") else None
-    unit = "" if law["unit"] == "1" else f" {law['unit']}"
     if not law["state"]:
-        band = f"95 %: {first['low']:.3g} to {first['high']:.3g}"
-        return f"The {law['slot']} adds {first['value']:.3g}{unit} ({band})."
+        low, high = sorted(abs(first[k]) for k in ("low", "high"))
+        band = f"95 %: {_amount(law, low)} to {_amount(law, high)}"
+        return f"The {law['slot']} {_verb(law)} {_amount(law, abs(first['value']))} ({band})."
     state = " x ".join(law["state"]).replace("_", " ")
     own = " ".join(UNIT.get(s, "") for s in law["state"]).strip()
-    verb = "falls" if last["value"] < first["value"] else "rises"
-    subject = f"The {what}" if what else f"What the {law['slot']} adds"
-    text = (
-        f"{subject} {verb} from {first['value']:.3g}{unit} at a {state} of {first['state']:.3g} "
-        f"{own} to {last['value']:.3g}{unit} at {last['state']:.3g} {own}."
-    )
-    return text.replace("  ", " ").replace(" .", ".")
+    at, then = f"a {state} of {first['state']:.3g} {own}", f"{last['state']:.3g} {own}"
+    if law["slot"] in ("restitution", "friction"):
+        verb = "falls" if last["value"] < first["value"] else "rises"
+        text = f"{law['slot']} {verb} from {_amount(law, first['value'])} at {at} to "
+        text += f"{_amount(law, last['value'])} at {then}"
+    else:
+        text = f"{law['slot']} {_verb(law)} {_amount(law, abs(first['value']))} at {at} and "
+        text += f"{_amount(law, abs(last['value']))} at {then}"
+    return f"The {' '.join(text.split())}."
+
+
+def _verb(law):
+    return "takes" if sum(v["value"] for v in law["values"]) < 0.0 else "adds"
+
+
+def _amount(law, value):
+    """A value of a law with its unit."""
+    unit = {"1": "", "deg": "°"}.get(law["unit"], f" {law['unit']}")
+    return f"{value:.3g}{unit}"
 
 
 def _error(block, key):
@@ -283,8 +294,8 @@ def _error(block, key):
         level = float(block.readings.levers[term.of][index])
         row |= {"level": level, "share": float(np.expm1(part[index]))}
         text = (
-            f"All readings at a {lever.words} of {level:g} {lever.unit} are off by "
-            f"{100 * row['share']:+.2g} %"
+            f"All readings at a {lever.words} of {level:g} {lever.unit} are "
+            f"{100 * abs(row['share']):.2g} % too {'high' if row['share'] > 0 else 'low'}"
         )
         if QUANTITIES[term.experiment].scale is not None and getattr(
             QUANTITIES[term.experiment].scale, "lever", None) == term.of:  # fmt: skip
@@ -334,8 +345,8 @@ def _row(measurements, block, term):
     row["expected"] = float(from_log(m.experiment, np.array([expected]), levers)[0])
     where = f"Line {m.line}" if m.line else "One row"
     row["sentence"] = (
-        f"{where} reads {100 * (at - 1):+.2g} % from what all others say "
-        f"({abs(off):.0f} standard deviations)"
+        f"{where} reads {100 * abs(at - 1):.2g} % {'more' if at > 1 else 'less'} than all others "
+        f"say ({abs(off):.0f} standard deviations)"
     )
     like = _looks_like(block, place, at)
     row["reads_like"] = like

@@ -52,8 +52,9 @@ class Named:
 
     @property
     def single(self) -> str | None:
-        """The one mechanism that is left, no other form being left, or None."""
-        return self.names[0] if len(self.names) == 1 and not self.forms else None
+        """The one mechanism that is left, or None. A form that fits as well is a formula and no
+        other cause."""
+        return self.names[0] if len(self.names) == 1 else None
 
 
 def named(block: Block, key: str) -> Named:

@@ -74,8 +74,8 @@ def consistent(said):
         assert all(len(law["names"]) == 1 for law in laws)
     if verdict == "discovered":
         assert laws
-        # one name beside other forms that fit as well is not yet a cause
-        assert any(len(law["names"]) != 1 or law["forms"] for law in laws)
+        # a form that fits as well as the one name is a formula of it, and no other cause
+        assert any(len(law["names"]) != 1 for law in laws)
     if verdict == "error":
         assert not laws
         assert said["errors"] or said["rows"]
