@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from calibration.figures import label
 from calibration.intake.quantities import LEVERS, QUANTITIES
-from diagnosis.catalogue import load_catalogue
-from diagnosis.page.words import capital, chance, in_unit, place, quantity, sentence, setting
+from diagnosis.page.cause import cause, lines_of, pointed, scattered
+from diagnosis.page.following import following
+from diagnosis.page.words import chance, in_unit, quantity, sentence, setting
 
 WITHOUT = ("adequate",)
 
@@ -17,7 +17,7 @@ WITHOUT = ("adequate",)
 def first_lines(verdict: Mapping[str, Any]) -> list[str]:
     """[what is wrong, the cause, the cost or the next measurement], of a mapping of
     verdict.json."""
-    lines = [_wrong(verdict), _cause(verdict), _cost(verdict) or _next(verdict)]
+    lines = [_wrong(verdict), cause(verdict), following(verdict)]
     return [sentence(text) for text in lines if text]
 
 
@@ -29,12 +29,19 @@ def _wrong(verdict):
             f"constant coefficients meet the {len(rows)} settings within their errors: {chance(p)} "
             "of data without any fault look as bad"
         )
-    ended = _ended(verdict) or _scattered(verdict)
+    ended = _ended(verdict) or _scattered(verdict) or _rows(verdict)
     if ended:
         return ended
-    kind = _worst(rows)
+    worst = _worst(rows)
+    found = [r["experiment"] for k in ("laws", "errors", "rows") for r in verdict.get(k) or ()]
+    kinds = dict.fromkeys(k for k in (worst, *found) if any(r["experiment"] == k for r in rows))
+    return f"the calibrated model misses {', and '.join(_missed(k, rows) for k in kinds)}"
+
+
+def _missed(kind, rows):
+    """By how much an experiment is missed, and where most."""
     own = [r for r in rows if r["experiment"] == kind]
-    words = f"the calibrated model misses the {quantity(kind)} by {_off(kind, own)}"
+    words = f"the {quantity(kind)} by {_off(kind, own)}"
     lever, value, miss = _where(kind, own)
     if lever:
         side = "below" if miss > 0 else "above"
@@ -61,15 +68,31 @@ def _ended(verdict):
 
 def _scattered(verdict):
     """How large an error from setting to setting is, where nothing else explains the misfit."""
-    errors = [e for e in verdict.get("errors") or [] if e.get("what") != "declared"]
-    only = verdict["verdict"] == "error" and not verdict.get("rows")
-    if not only or any(e.get("what") != "settings" for e in errors):
-        return None
     told = [
         f"the {quantity(e['experiment'])} scatters from setting to setting by {100 * e['sd']:.2g} %"
-        for e in errors
+        for e in scattered(verdict)
     ]
     return " and ".join(told) + ", more than its readings' own errors say" if told else None
+
+
+def _rows(verdict):
+    """What single rows read, where nothing else is wrong."""
+    rows = [r for r in pointed(verdict) if r.get("expected") is not None and r.get("line")]
+    if len(rows) == 1:
+        [row] = rows
+        kind, off = row["experiment"], abs(row["standard_deviations"])
+        return (
+            f"line {row['line']} reads a {quantity(kind)} of {in_unit(kind, row['value'], '.4g')} "
+            f"where all others say {in_unit(kind, row['expected'], '.4g')} ({off:.0f} standard "
+            f"deviations), at {setting(row['levers'])}"
+        )
+    off = [abs(r["standard_deviations"]) for r in rows]
+    return (
+        f"{lines_of(rows)} contradict all others, by {min(off):.0f} to {max(off):.0f} standard "
+        "deviations"
+        if rows
+        else None
+    )
 
 
 def _misfit(verdict):
@@ -117,90 +140,3 @@ def _where(kind, rows):
             if abs(off) > best[0]:
                 best = abs(off), lever, value, float(miss[at].mean())
     return best[1:]
-
-
-def _cause(verdict):
-    """The cause in physical words."""
-    laws, errors = verdict.get("laws") or [], verdict.get("errors") or []
-    said = verdict["verdict"]
-    if said in WITHOUT:
-        return "no law, no error of the set-up and no single row is called for"
-    if said == "unexplained":
-        best = verdict.get("best_tried")
-        tried = f"; the best of those tried, {_names(best)}, does not fit" if best else ""
-        return f"nothing that was tried explains it{tried}"
-    if said == "error" and _scattered(verdict):
-        return "no law and no single row explains it: each setting has an error of its own"
-    if said == "error":
-        rows = [*errors, *(verdict.get("rows") or [])]
-        found = [row["sentence"] for row in rows if row.get("sentence")]
-        return found[0] if found else verdict["reason"]
-    if said == "identified":
-        return f"the cause is {_described(verdict['causes'])}"
-    if said == "discovered":
-        rows = laws or [verdict.get("law") or {}]
-        found = [law["sentence"] for law in rows if law.get("sentence")]
-        named = f"a law without a single name acts here: {place(laws[0])}" if laws else None
-        return found[0] if found else named or verdict["reason"]
-    return _tied(verdict, laws, errors)
-
-
-def _tied(verdict, laws, errors):
-    """What is not told apart."""
-    names = [label(n) for n in verdict["causes"]]
-    names += [place(law) for law in laws if not law["names"]]
-    of = {e["of"] for e in errors if e.get("rivals")}
-    names += [f"an error of the {LEVERS[o].words if o in LEVERS else o}" for o in sorted(of)]
-    names = list(dict.fromkeys(names))
-    if len(names) < 2:
-        names += [r["words"] for law in laws for r in law.get("rivals", []) if "words" in r][:3]
-    if not names:
-        return verdict["reason"]
-    return f"these data do not tell which it is: {' or '.join(dict.fromkeys(names))}"
-
-
-def _names(causes):
-    return " and ".join(label(c) for c in causes)
-
-
-def _described(causes):
-    """Names with what each does, from the catalogue; a mechanism of a study's own folder by its
-    name."""
-    known = load_catalogue()
-    told = []
-    for name in (n for c in causes for n in c.split(" + ")):
-        words = known[name].description if name in known else None
-        told.append(f"{label(name)} ({words})" if words else label(name))
-    return " and ".join(told)
-
-
-def _cost(verdict):
-    """What the cause costs, by the engine's own runs."""
-    gain = verdict.get("gain")
-    if not gain or verdict["verdict"] in (*WITHOUT, "unexplained"):
-        return None
-    before, after = gain["held_out_rmse_before"], gain["held_out_rmse_after"]
-    text = (
-        f"without it the engine misses settings that were left out by {before:.1f} standard "
-        f"errors, with it by {after:.1f}"
-    )
-    own = gain["by_experiment"]
-    kind = max(own, key=lambda k: own[k]["before"] / max(own[k]["after"], 1e-12))
-    before, after = own[kind]["before"], in_unit(kind, own[kind]["after"], ".3g")
-    text += f" ({quantity(kind)}: {before:.3g} and {after})"
-    following = _next(verdict)
-    return f"{text}. {capital(following)}" if following and _open(verdict) else text
-
-
-def _open(verdict):
-    return verdict["verdict"] in ("ambiguous", "discovered")
-
-
-def _next(verdict):
-    """The measurement that tells most."""
-    n = verdict.get("next_measurement")
-    if _scattered(verdict):
-        return "measure some settings again, each set up anew: if they differ, it is the set-up"
-    if not n or verdict["verdict"] in WITHOUT:
-        return None
-    return f"measure next the {quantity(n['experiment'])} at {setting(n['levers'])}"

@@ -79,6 +79,8 @@ def in_unit(experiment: str, value: float, form: str) -> str:
 
 def place(row: Mapping[str, Any]) -> str:
     """Slot and state of a law."""
+    if row["slot"] == "reading" and not row["state"]:
+        return "a wrong zero of the reading"
     return f"{label(row['slot'])} of {' and '.join(row['state']) or 'all settings alike'}"
 
 

@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 LIMIT = 0.95
 EACH = 0.93
 """Probability on either side of each of the two limits of a slope. The wider of two holds more
-often than either: in 480 simulated tables of three to five levels they held 92 % between both sides
-where no errors are shared, 89 % where each level of the lever has an error of one to five errors of
+often than either: in 480 simulated tables of three to five levels they held 93 % between both sides
+where no errors are shared, 87 % where each level of the lever has an error of one to five errors of
 a setting, and 96 % where those of another lever have."""
 
 SLOPES = 161

@@ -36,12 +36,14 @@ def words_of(term: Term | None) -> str:
         return "error from setting to setting"
     if term.kind == LAW:
         slot, state = term.place
+        if slot == "reading" and not state:
+            return "a wrong zero of the reading"
         return f"{slot} of {' and '.join(state) or 'all settings alike'}"
     lever = LEVERS[term.of].words if term.of in LEVERS else term.of
     return {
-        "levels": f"error of each {lever} that was set",
-        "one level": f"one {lever} set wrongly",
-        "zero": f"wrong zero of the {lever}",
+        "levels": f"an error of each {lever} that was set",
+        "one level": f"one {lever} that was set wrongly",
+        "zero": f"a wrong zero of the {lever}",
     }.get(term.what, term.of or "a single row")
 
 

@@ -1,0 +1,115 @@
+"""The third sentence of a diagnosis: what the cause costs, or what to do next."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from calibration.figures import label
+from calibration.intake.quantities import LEVERS, QUANTITIES
+from diagnosis.page.cause import pointed, scattered
+from diagnosis.page.words import amount, capital, in_unit, quantity, setting
+
+MOST_TOLD = 2
+
+
+def following(verdict: Mapping[str, Any]) -> str | None:
+    """The cost by the engine's own runs, the measurement that tells most, or what the data
+    exclude."""
+    if verdict["verdict"] == "adequate":
+        return _excluded(verdict)
+    return _cost(verdict) or _next(verdict)
+
+
+def _cost(verdict):
+    """What the cause costs, by the engine's own runs."""
+    gain = verdict.get("gain")
+    if not gain or verdict["verdict"] == "unexplained":
+        return None
+    before, after = gain["held_out_rmse_before"], gain["held_out_rmse_after"]
+    if after < before:
+        text = (
+            f"without it the engine misses settings that were left out by {before:.1f} standard "
+            f"errors, with it by {after:.1f}"
+        )
+        own = gain["by_experiment"]
+        kind = max(own, key=lambda k: own[k]["before"] / max(own[k]["after"], 1e-12))
+        before, after = own[kind]["before"], in_unit(kind, own[kind]["after"], ".3g")
+        text += f" ({quantity(kind)}: {before:.3g} and {after})"
+    else:
+        text = (
+            f"it says nothing beyond the levels that were measured: left out in turn, they are "
+            f"missed by {after:.1f} standard errors with it and by {before:.1f} without"
+        )
+    more = _next(verdict) if verdict["verdict"] in ("ambiguous", "discovered") else None
+    return f"{text}. {capital(more)}" if more else text
+
+
+def _next(verdict):
+    """The measurement that tells most."""
+    if scattered(verdict):
+        return "measure some settings again, each set up anew: if they differ, it is the set-up"
+    if pointed(verdict):
+        return "measure next the same setting again, and correct or remove the row"
+    if _zeros(verdict):
+        return (
+            "no setting tells the zero of a reading from that of what was set: measure next a "
+            "length that is known, with the same camera and scale"
+        )
+    n = verdict.get("next_measurement")
+    if n:
+        return f"measure next the {quantity(n['experiment'])} at {setting(n['levers'])}{_told(n)}"
+    errors = [
+        e for e in verdict.get("errors") or [] if e.get("what") not in ("declared", "settings")
+    ]
+    return _again(errors[0]) if errors else None
+
+
+def _told(n):
+    """What the first two rivals expect at the setting."""
+    expected = list((n.get("predictions") or {}).items())[:MOST_TOLD]
+    if len(expected) < MOST_TOLD:
+        return ""
+    kind = n["experiment"]
+    return ": " + " and ".join(
+        f"{label(name)} expects {in_unit(kind, p['value'], '.3g')}" for name, p in expected
+    )
+
+
+def _zeros(verdict):
+    """Whether a wrong zero of the reading and one of its lever are in question alone."""
+    rows = [r for k in ("laws", "errors") for r in verdict.get(k) or ()]
+    first = max(rows, key=lambda r: r.get("evidence", 0.0), default={})
+    near = first.get("rivals") or []
+    reads = first.get("slot") == "reading" and not first.get("state")
+    return reads and [r.get("what") for r in near if r.get("what")] == ["zero"]
+
+
+def _again(error):
+    """What shows whether an error of the set-up is one."""
+    lever = LEVERS.get(error["of"])
+    if error.get("what") == "one level":
+        level = f"{error['level']:g} {lever.unit}"
+        return f"set the {lever.words} of {level} up anew and measure next there"
+    if error.get("what") == "levels" and error.get("offsets"):
+        worst = max(error["offsets"], key=lambda k: abs(error["offsets"][k]))
+        return (
+            f"set the {lever.words} up anew at {worst} {lever.unit} and measure next there: an "
+            "error of the set-up comes out anew, a law does not"
+        )
+    if error.get("what") == "zero":
+        return f"check the zero of the {lever.words} with one that is known"
+    if error["of"] == "order":
+        return "measure next the first rows of the table again: what drifts does not repeat them"
+    if error["of"] == "resolution":
+        return f"read to less than {error['step']:g} {QUANTITIES[error['experiment']].unit}"
+    return None
+
+
+def _excluded(verdict):
+    """How much the coefficients can change at most over the plan."""
+    told = []
+    for row in verdict.get("exclusion") or []:
+        low, high = row.get("below"), row.get("above")
+        if "slot" in row and low is not None and high is not None:
+            ends = f"{amount(low, row['unit'])} to {amount(high, row['unit'])}"
+            told.append(f"{label(row['slot'])} over {' and '.join(row['state'])} by {ends}")
+    return f"over the plan these can still change (90 %): {'; '.join(told)}" if told else None
