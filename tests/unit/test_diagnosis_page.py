@@ -136,7 +136,7 @@ def test_the_first_sentence_says_what_is_wrong_by_how_much_and_where(ball):
         ("error", {"causes": [], "errors": [{"experiment": "drop", "of": "drop_height_mm",
          "sd": 0.1, "p": 0.01, "rivals": [], "sentence": "Line 9 reads like 132 mm."}]}, "132 mm"),
         ("error", {"causes": [], "errors": [], "rows": [{"line": 9, "standard_deviations": 15.0,
-         "sentence": "Line 9 lies off."}]}, "Line 9"),
+         "sentence": "Line 9 lies off."}]}, "line 9"),
         ("unexplained", {"causes": [], "best_tried": ["air_drag"]}, "air drag,"),
     ],
 )  # fmt: skip
@@ -161,6 +161,80 @@ def test_scatter_from_setting_to_setting_is_told_with_its_size_first(ball):
     assert tells(first, "rebound", "setting", "5.1 %")
     assert tells(second, "law", "row", "setting")
     assert "again" in third
+
+
+def residual(experiment, levers, off):
+    """A row of `residuals`: 100 is predicted."""
+    return {"experiment": experiment, "levers": levers, "measured": 100.0 + off, "sd": 1.0,
+            "predicted": 100.0, "standardised": off, "predictive_p": 0.5}  # fmt: skip
+
+
+def test_every_experiment_in_which_something_is_found_is_told(ball):
+    rows = [residual("drop", {"drop_height_mm": h}, off) for h, off in [(50.0, 9.0), (90.0, 0.0)]]
+    rows += [residual("tilt", {"tilt_rate_deg_s": r}, off) for r, off in [(2.0, 0.0), (9.0, -4.0)]]
+    hand = law(experiment="tilt", slot="reading", state=["rate"], evidence=9.0,
+               names=["tilt_detection_lag"], sentence="The reading adds 1° at 2 °/s.")  # fmt: skip
+    speed = law(evidence=20.0)
+    two = {"verdict": "discovered", "causes": [], "residuals": rows, "laws": [speed, hand]}
+    what, cause, _ = first_lines(ball | two)
+    assert tells(what, "rebound", "drop height", "50 mm", "sliding angle", "tilt rate", "9 °/s")
+    assert tells(cause, "falls from 0.95 to 0.90", "tilt detection lag", "adds 1°")
+    assert "sliding angle" not in first_lines(ball | two | {"laws": [speed]})[0]
+
+
+def test_a_faulty_row_comes_first_and_asks_for_its_own_setting_again(ball):
+    row = {"experiment": "drop", "line": 9, "levers": {"drop_height_mm": 90.0}, "value": 61.5,
+           "expected": 52.25, "standard_deviations": 15.2, "sentence": "Line 9 lies off.",
+           "reads_like": {"lever": "drop_height_mm", "value": 120.0}}  # fmt: skip
+    one = ball | {"verdict": "error", "causes": [], "laws": [], "errors": [], "rows": [row]}
+    one |= {"gain": None, "next_measurement": None}
+    what, cause, then = first_lines(one)
+    assert tells(what, "Line 9", "61.5 mm", "52.25 mm", "15 standard deviations", "90 mm")
+    assert tells(cause, "line 9", "120 mm")
+    assert "again" in then
+    three = [row | {"line": n} for n in (12, 5, 9)]
+    assert tells(first_lines(one | {"rows": three})[0], "lines 5, 9 and 12")
+
+
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        ({"of": "drop_height_mm", "what": "one level", "level": 130.0}, "130 mm"),
+        ({"of": "drop_height_mm", "what": "levels", "offsets": {"50": 0.02, "90": -0.05}}, "90 mm"),
+        ({"of": "drop_height_mm", "what": "zero"}, "zero of the drop height"),
+        ({"of": "order", "what": ""}, "first rows"),
+        ({"of": "resolution", "what": "", "step": 5.0}, "5 mm"),
+    ],
+)
+def test_an_error_of_the_set_up_says_what_shows_it(ball, error, told):
+    own = {"experiment": "drop", "sd": 0.05, "p": 0.001, "evidence": 9.0, "rivals": []}
+    own |= {"sentence": "It is off."}
+    more = {"verdict": "error", "causes": [], "laws": [], "rows": [], "errors": [own | error]}
+    assert told in first_lines(ball | more | {"gain": None, "next_measurement": None})[2]
+
+
+def test_what_is_not_told_apart_is_told_with_odds(ball):
+    near = [{"words": "a wrong zero", "behind": 2.0, "of": "drop_height_mm", "what": "zero"},
+            {"words": "an error of each height", "behind": 0.1, "of": "drop_height_mm"},
+            {"words": "the same law", "behind": 0.1, "slot": "reading", "state": []}]  # fmt: skip
+    same = [{"slot": "reading", "state": []}]
+    own = law(evidence=20.0, rivals=near, same=same, names=["plastic_restitution"])
+    cause = first_lines(ball | {"verdict": "ambiguous", "causes": [], "laws": [own]})[1]
+    assert tells(cause, "plastic restitution", "falls from 0.95 to 0.90", "7.4 to 1", "as likely")
+    assert "the same law" not in cause
+
+
+def test_a_law_that_left_out_levels_refute_is_told_so(ball):
+    gain = ball["gain"] | {"held_out_rmse_before": 11.3, "held_out_rmse_after": 11.5}
+    more = {"verdict": "discovered", "causes": [], "laws": [law(evidence=9.0)], "gain": gain}
+    assert tells(first_lines(ball | more)[2], "nothing beyond", "11.5", "11.3")
+
+
+def test_an_adequate_table_says_what_it_leaves_open(ball):
+    row = {"slot": "restitution", "state": ["speed"], "unit": "share", "below": -0.04,
+           "above": 0.03, "of": "change over the plan's states"}  # fmt: skip
+    more = {"verdict": "adequate", "causes": [], "exclusion": [row]}
+    assert tells(first_lines(ball | more)[2], "restitution over speed", "-4 %", "+3 %")
 
 
 def test_tests_without_a_value_come_first_where_they_are_off_most(ball):

@@ -33,7 +33,7 @@ def _wrong(verdict):
     if ended:
         return ended
     worst = _worst(rows)
-    found = [r["experiment"] for k in ("laws", "errors", "rows") for r in verdict.get(k) or ()]
+    found = [r.get("experiment") for k in ("laws", "errors", "rows") for r in verdict.get(k) or ()]
     kinds = dict.fromkeys(k for k in (worst, *found) if any(r["experiment"] == k for r in rows))
     return f"the calibrated model misses {', and '.join(_missed(k, rows) for k in kinds)}"
 
