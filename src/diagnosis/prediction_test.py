@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from calibration.intake.quantities import LEVERS
+from calibration.intake.quantities import LEVERS, QUANTITIES
 from diagnosis.fit import data_of
 from diagnosis.held_out import predicted
 from diagnosis.laws.known import COEFFICIENT, contact_logs, with_coefficient
@@ -68,9 +68,10 @@ def _again(verdict):
     own = {"experiment": row["experiment"], "levers": row["levers"], "by": "curve", "rows": []}
     own |= {"with_cause": row["expected"], "without_cause": row["value"], "sd": None}
     own |= {"cause": "row", "outcome": "open"}
+    unit = QUANTITIES[row["experiment"]].unit
     own["text"] = (
-        f"{_at(own['levers'])} read again gives {row['expected']:.4g} if the row is faulty, and "
-        f"{row['value']:.4g} again if it is not."
+        f"{_at(own['levers'])} read again gives {row['expected']:.4g} {unit} if the row is faulty, "
+        f"and {row['value']:.4g} {unit} again if it is not."
     )
     return own
 
@@ -266,9 +267,10 @@ def _outcome(rows):
 
 def _text(test):
     spread = "" if test["sd"] is None else f" ± {test['sd']:.2g}"
+    own = QUANTITIES[test["experiment"]]
     return (
-        f"{_at(test['levers'])} the {test['experiment']} reads {test['with_cause']:.4g}{spread} "
-        f"with the cause and {test['without_cause']:.4g} without it."
+        f"{_at(test['levers'])} the {own.words} is {test['with_cause']:.4g}{spread} {own.unit} "
+        f"with the cause and {test['without_cause']:.4g} {own.unit} without it."
     )
 
 

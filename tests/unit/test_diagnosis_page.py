@@ -193,7 +193,7 @@ def test_a_faulty_row_comes_first_and_asks_for_its_own_setting_again(ball):
     assert tells(cause, "line 9", "120 mm")
     assert "again" in then
     three = [row | {"line": n} for n in (12, 5, 9)]
-    assert tells(first_lines(one | {"rows": three})[0], "lines 5, 9 and 12")
+    assert tells(first_lines(one | {"rows": three})[0], "Lines 5, 9 and 12")
 
 
 @pytest.mark.parametrize(

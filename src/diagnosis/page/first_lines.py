@@ -86,12 +86,10 @@ def _rows(verdict):
             f"where all others say {in_unit(kind, row['expected'], '.4g')} ({off:.0f} standard "
             f"deviations), at {setting(row['levers'])}"
         )
-    off = [abs(r["standard_deviations"]) for r in rows]
+    off = [f"{abs(r['standard_deviations']):.0f}" for r in rows]
+    ends = " to ".join(dict.fromkeys(sorted(off, key=float)[:: max(len(off) - 1, 1)]))
     return (
-        f"{lines_of(rows)} contradict all others, by {min(off):.0f} to {max(off):.0f} standard "
-        "deviations"
-        if rows
-        else None
+        f"{lines_of(rows)} contradict all others, by {ends} standard deviations" if rows else None
     )
 
 

@@ -55,6 +55,8 @@ def _next(verdict):
             "length that is known, with the same camera and scale"
         )
     n = verdict.get("next_measurement")
+    if n and n.get("text"):
+        return n["text"].rstrip(".")
     if n:
         return f"measure next the {quantity(n['experiment'])} at {setting(n['levers'])}{_told(n)}"
     errors = [
