@@ -224,6 +224,16 @@ def test_what_is_not_told_apart_is_told_with_odds(ball):
     assert "the same law" not in cause
 
 
+def test_a_wrong_zero_of_reading_or_lever_asks_for_a_length_that_is_known(ball):
+    zero = {"words": "a wrong zero", "behind": 0.1, "of": "drop_height_mm", "what": "zero"}
+    own = law(slot="reading", state=[], evidence=9.0, rivals=[zero])
+    more = {"verdict": "ambiguous", "causes": [], "laws": [own], "gain": None}
+    assert "known" in first_lines(ball | more)[2]
+    level = {"words": "an error of each height", "behind": 0.1, "what": "levels"}
+    more["laws"] = [own | {"rivals": [zero, level]}]
+    assert "known" not in first_lines(ball | more)[2]
+
+
 def test_a_law_that_left_out_levels_refute_is_told_so(ball):
     gain = ball["gain"] | {"held_out_rmse_before": 11.3, "held_out_rmse_after": 11.5}
     more = {"verdict": "discovered", "causes": [], "laws": [law(evidence=9.0)], "gain": gain}

@@ -80,9 +80,13 @@ def _zeros(verdict):
     """Whether a wrong zero of the reading and one of its lever are in question alone."""
     rows = [r for k in ("laws", "errors") for r in verdict.get(k) or ()]
     first = max(rows, key=lambda r: r.get("evidence", 0.0), default={})
-    near = first.get("rivals") or []
-    reads = first.get("slot") == "reading" and not first.get("state")
-    return reads and [r.get("what") for r in near if r.get("what")] == ["zero"]
+    same = [(s["slot"], s["state"]) for s in first.get("same") or ()]
+    near = [r for r in first.get("rivals") or () if (r.get("slot"), r.get("state")) not in same]
+    return bool(near) and all(map(_is_zero, (first, *near)))
+
+
+def _is_zero(row):
+    return row.get("what") == "zero" or (row.get("slot") == "reading" and not row["state"])
 
 
 def _again(error):
