@@ -209,6 +209,38 @@ def test_of_two_levels_a_law_and_an_error_of_the_set_up_are_one_thing():
     assert tells(said.next_setting["text"], "tilt rate", "4.47 °/s")
 
 
+@pytest.mark.parametrize("step", [2.0, 10.0, 16.0])
+def test_of_two_levels_they_are_one_thing_however_large(step):
+    said = found(slides(lambda r, d: 30.0 if r < 5.0 else 30.0 + step, rates=(2.0, 10.0)))
+    assert said.verdict == "ambiguous"
+    assert "tilt_rate_deg_s" in [r.get("of") for law in said.laws for r in law["rivals"]] + [
+        e["of"] for e in said.errors
+    ]
+
+
+def test_readings_that_are_coarser_than_their_spread_are_an_error_and_not_adequate():
+    """Five readings of a rebound to 5 mm, whose own spread is a fiftieth of that."""
+    rng, table = np.random.default_rng(3), []
+    for k, h in enumerate((43.0, 75.0, 133.0, 230.0, 400.0)):
+        for d in SIZES:
+            read = 5.0 * np.round(0.66 * h * (1.0 + 1e-3 * rng.standard_normal(N)) / 5.0)
+            spread = max(float(np.std(read, ddof=1)), 1e-9 * h)
+            at = {"drop_height_mm": h, "particle_diameter_mm": d}
+            table.append(
+                Measurement("drop", read.mean(), spread, N, at, line=k, readings=tuple(read))
+            )
+    readings = readings_of(table, "drop")
+    assert readings.step == 5.0
+    # each reading loses something else to rounding, or all of a setting lose the same
+    least = 5.0 / np.sqrt(12.0) / readings.values
+    assert (readings.own >= 0.99 * least / np.sqrt(N)).all()
+    assert (readings.error >= readings.own).all()
+    said = found(table)
+    assert said.misfit["p"] < 0.01
+    assert (said.verdict, [e["of"] for e in said.errors]) == ("error", ["resolution"])
+    assert said.errors[0]["step"] == 5.0
+
+
 def test_a_size_that_rebounds_lower_is_not_adequate():
     said = found(drops(lambda h, d: 0.7 * (0.93 if d == 4.0 else 1.0)))
     assert said.misfit["p"] < 0.01
