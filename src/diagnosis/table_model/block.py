@@ -253,19 +253,17 @@ def _gains(shape, precision, z):
     """(g, k, b) gains of a shape in the log density of z (b, n)."""
     k, n, r = shape.root.shape
     flat = shape.root.transpose(0, 2, 1).reshape(k * r, n)
-    out = np.empty((len(precision), k, len(z)))
-    for g, p in enumerate(precision):
-        vp = flat @ p
-        u = (vp @ z.T).reshape(k, r, -1)
-        if shape.mean is not None:
-            pm = shape.mean @ p
-            u = u - (vp.reshape(k, r, n) @ shape.mean[..., None])
-        a = np.eye(r) + vp.reshape(k, r, n) @ shape.root
-        if r == 1:
-            out[g] = 0.5 * u[:, 0] ** 2 / a[:, 0] - 0.5 * np.log(a[:, 0])
-        else:
-            out[g] = 0.5 * (u * (np.linalg.inv(a) @ u)).sum(1)
-            out[g] -= 0.5 * np.linalg.slogdet(a)[1][:, None]
-        if shape.mean is not None:
-            out[g] += pm @ z.T - 0.5 * (pm * shape.mean).sum(-1)[:, None]
+    pulled = flat @ precision
+    u = (pulled @ z.T).reshape(len(precision), k, r, len(z))
+    pulled = pulled.reshape(len(precision), k, r, n)
+    if shape.mean is not None:
+        u = u - (pulled * shape.mean[:, None]).sum(-1)[..., None]
+    a = np.eye(r) + pulled @ shape.root
+    if r == 1:
+        out = 0.5 * u[:, :, 0] ** 2 / a[..., 0] - 0.5 * np.log(a[..., 0])
+    else:
+        out = 0.5 * (u * (np.linalg.inv(a) @ u)).sum(2) - 0.5 * np.linalg.slogdet(a)[1][..., None]
+    if shape.mean is not None:
+        mean = shape.mean @ precision
+        out += mean @ z.T - 0.5 * (mean * shape.mean).sum(-1)[..., None]
     return out
