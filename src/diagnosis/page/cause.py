@@ -58,7 +58,9 @@ def _error(verdict):
     rows = pointed(verdict)
     if rows and all(r.get("line") for r in rows):
         like = [r["reads_like"] for r in rows if r.get("reads_like")]
-        seems = f"; it reads like one at {_level(like[0])}" if len(rows) == 1 and like else ""
+        seems = "; they read like other levels" if len(like) > 1 else ""
+        if len(rows) == 1 and like:
+            seems = f"; it reads like one at {_level(like[0])}"
         return (
             f"a slip of reading or label in {lines_of(rows)}{seems}: no law and no error of the "
             "set-up explains it as well"

@@ -5,7 +5,7 @@ from typing import Any
 
 from calibration.figures import label
 from calibration.intake.quantities import LEVERS, QUANTITIES
-from diagnosis.page.cause import pointed, scattered
+from diagnosis.page.cause import lines_of, pointed, scattered
 from diagnosis.page.words import amount, capital, in_unit, quantity, setting
 
 MOST_TOLD = 2
@@ -47,8 +47,10 @@ def _next(verdict):
     """The measurement that tells most."""
     if scattered(verdict):
         return "measure some settings again, each set up anew: if they differ, it is the set-up"
-    if pointed(verdict):
-        return "measure next the same setting again, and correct or remove the row"
+    rows = pointed(verdict)
+    if rows:
+        where = lines_of(rows) if all(r.get("line") for r in rows) else "the same setting"
+        return f"measure next {where} again, and correct or remove what is wrong"
     if _zeros(verdict):
         return (
             "no setting tells the zero of a reading from that of what was set: measure next a "
