@@ -298,7 +298,11 @@ def rates(rows: pd.DataFrame) -> pd.DataFrame:
         lines.append(_line(f"no law: {group}", rows[rows["group"] == group]["silent"], np.nan))
     held, n = rows["limits_held"].fillna(0).sum(), rows["limits"].fillna(0).sum()
     lines.append(_line("limits hold", [1] * int(held) + [0] * int(n - held), 0.9))
-    lines.append(_line("a mechanism of the catalogue among the names", rows["named"], np.nan))
+    known = rows[rows["named"].notna()]
+    told = known["verdict"] == "identified"
+    lines.append(_line("a mechanism of the catalogue among the names", known["named"], np.nan))
+    lines.append(_line("of these tables identified", told, np.nan))
+    lines.append(_line("identified and right", known[told]["named"], np.nan))
     lines.append(_line("the true curve in its band", rows["band"], 0.9))
     lines.append(_line("within two minutes", rows["seconds"] <= 120.0, 1.0))
     lines.append(_line("ended without a verdict", rows["verdict"] == "failed", 0.0, True))
