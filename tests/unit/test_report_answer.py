@@ -1,11 +1,15 @@
 """The page's first screen: the block, the sentences and the profiler say what the study's files
 say."""
 
+import io
 import json
 import re
+import zipfile
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
+import openpyxl
 import pandas as pd
 import pytest
 import yaml
@@ -24,8 +28,9 @@ from calibration.telling.export.stage import CODES
 from calibration.telling.report import build
 from calibration.telling.report.answer import answer
 from calibration.telling.report.block import block
+from calibration.telling.report.carried import word_page, workbook
 from calibration.telling.report.decks import NUMBER, decks
-from calibration.telling.report.findings import findings
+from calibration.telling.report.findings import decides, findings
 from calibration.telling.report.profiler import profiler
 from dem.spec import parse_spec
 from facts import tells
@@ -88,9 +93,9 @@ def test_the_sentences_name_what_decides_what_is_open_and_what_was_preferred(stu
     assert tells(found["What decides"], "Factor a", "+8°", "80 %")
     assert tells(found["What stays open"], "factor b", "0 to 2", "factor c")
     assert tells(found["What stays open"], "factor a", "0.9 to 1.1")
-    wrong = found["What is wrong"]
+    wrong = found["What to know of the runs"]
     assert tells(wrong, "Factor d", "−3°", "not calibrated", "factor b", "+1.5°")
-    assert tells(wrong, "factor c", "−2.5°", "the configured path names it")
+    assert tells(wrong, "factor c", "−2.5°", "configured path")
 
 
 def test_odd_points_and_failed_validation_are_said(study):
@@ -101,11 +106,55 @@ def test_odd_points_and_failed_validation_are_said(study):
     }
     write(study / "response_surface" / "response_surface.json", surface)
     write(study / "diagnosis" / "verdict.json", {"verdict": "identified", "causes": ["air_drag"]})
-    wrong = said(study)["What is wrong"]
-    assert tells(wrong, "Run 7", "7.7", "4.6")
-    assert tells(wrong, "lack of fit", "0.01")
-    assert "predicted R² -0.20" in wrong
+    runs, wrong = said(study)["What to know of the runs"], said(study)["What is wrong"]
+    assert tells(runs, "Run 7", "7.7", "4.6")
+    assert tells(runs, "lack of fit", "0.01")
+    assert "predicted R² -0.20" in runs
     assert tells(wrong, "identified", "air drag")
+
+
+def test_what_two_grains_do_is_between_grains(study):
+    effects = pd.DataFrame({"name": ["salt_salt_rolling_friction", "salt_steel_restitution"],
+                            "effect": [18.0, -1.0]})  # fmt: skip
+    screening = {"significant": ["salt_salt_rolling_friction"], "alpha": 0.05}
+    text = decides(effects, screening, ANGLE)
+    assert tells(text, "Rolling friction between grains decides", "+18°")
+
+
+@pytest.mark.parametrize(("predicted", "green"), [(-0.2, None), (0.9, True)])
+def test_nothing_is_green_where_the_surface_predicts_nothing(study, predicted, green):
+    validation = {
+        "simulated_mean": 30.1, "measured_mean": 30.0, "relative_error_percent": 0.33,
+        "simulated_n": 9, "difference": 0.1, "difference_low": -0.2, "difference_high": 0.4,
+        "margin": 1.0, "equivalent": True,
+    }  # fmt: skip
+    write(study / "validation" / "validation.json", validation)
+    surface = {"statistics": {"R2_pred": predicted}}
+    write(study / "response_surface" / "response_surface.json", surface)
+    (tile,) = [t for t in answer(study, ANGLE)["tiles"] if t["name"] == "Difference"]
+    assert tile["good"] is green
+    assert ("predicts little" in tile["text"]) == (green is None)
+
+
+def test_the_answer_goes_into_a_workbook_and_a_word_page(study):
+    """Another reader of each finds the values, their intervals and the citation; the same study
+    makes the same bytes."""
+    said = answer(study, ANGLE)
+    kinds = (workbook, word_page)
+    first = [make(study.name, said, block(study), []) for make in kinds]
+    assert first == [make(study.name, said, block(study), []) for make in kinds]
+    book = openpyxl.load_workbook(io.BytesIO(first[0]))
+    rows = list(book["calibrated"].iter_rows(values_only=True))
+    assert rows[0][:2] == ("parameter", "calibrated")
+    values = {row["parameter"]: float(row["calibrated"]) for row in said["parameters"]}
+    assert {row[0]: row[1] for row in rows[1:]} == values
+    assert any("engine" in str(row) for row in book["words"].iter_rows(values_only=True))
+    with zipfile.ZipFile(io.BytesIO(first[1])) as package:
+        tree = ElementTree.fromstring(package.read("word/document.xml"))
+    words = " ".join(tree.itertext())
+    for row in said["parameters"]:
+        assert all(text in words for text in row.values())
+    assert "Cite as" in words
 
 
 @pytest.mark.parametrize("kind", VERDICTS)

@@ -73,10 +73,10 @@ def _one_run(config, factors, rig):
 
     own = config.rigs[rig]
     levels = {f.key: f.centre for f in factors}
-    spec = parse_spec(point_spec(machine_run(config, own), own.experiment, levels, config.seed))
     targets = [t for t in config.targets if t.rig == rig]
     begun = time.perf_counter()
     try:
+        spec = parse_spec(point_spec(machine_run(config, own), own.experiment, levels, config.seed))
         with tempfile.TemporaryDirectory() as work:
             found = run(spec, Path(work) / "run")["metrics"]
     except StoppedError:

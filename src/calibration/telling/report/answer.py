@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from calibration.chain.study import Results
 from calibration.figures import label, response_of
 from calibration.statistics.numbers import signed
-from calibration.telling.report.known import posterior_of, said_by_diagnosis
+from calibration.telling.report.known import posterior_of, predicts, said_by_diagnosis
 from dem.advice import limits_of
 from dem.spec import load_spec
 
@@ -22,7 +22,8 @@ OTHERS_HELD = "interval_95_others_held"
 
 
 def answer(study: Path, response: Response) -> dict[str, Any]:
-    """Mapping for the page: `parameters` (rows of the table), `tiles` and `notes`."""
+    """Mapping for the page: `first` (each calibrated parameter in brief), `parameters` (rows of the
+    table), `tiles` and `notes`."""
     optimum = Results(study).summary("optimise", "optimum")
     region = Results(study).summary("response_surface", "region") or []
     validation = Results(study).summary("validation", "validation")
@@ -34,11 +35,28 @@ def answer(study: Path, response: Response) -> dict[str, Any]:
         *(_further(validation) if validation else []),
         *(_diagnosed(verdict) if verdict else []),
     ]
+    rows = _parameters(optimum, region, verdict, posterior) if optimum else []
+    if not predicts(Results(study)):
+        tiles = [_not_green(tile) for tile in tiles]
     return {
-        "parameters": _parameters(optimum, region, verdict, posterior) if optimum else [],
+        "first": [_first(row) for row in rows],
+        "parameters": rows,
         "tiles": tiles,
         "notes": [*(_notes(optimum, response) if optimum else []), *_limits(study)],
     }
+
+
+def _first(row):
+    """A calibrated parameter in brief: its name, its value, how it is known."""
+    known = next((f"{name}: {text}" for name, text in row.items() if name.startswith("95 %")), "")
+    return {"name": row["parameter"], "value": row["calibrated"], "known": known}
+
+
+def _not_green(tile):
+    """A tile that calls nothing good: the surface that led to it predicts little."""
+    if tile.get("good") is not True:
+        return tile
+    return tile | {"good": None, "text": f"{tile['text']}; but the surface predicts little"}
 
 
 def _limits(study):
@@ -142,7 +160,7 @@ def _equivalence(v, response):
             "value": f"{signed(v['difference'])}{response.unit}",
             "text": f"95 % {signed(v['difference_low'])} to {signed(v['difference_high'])}; {word} "
             f"within "
-            f"±{v['margin']:g}{response.unit}",
+            f"±{v['margin']:g}{response.unit} to the measurement",
             "good": v["equivalent"],
         }
     ]

@@ -14,6 +14,7 @@ from calibration.figures import response_of
 from calibration.files import write_text
 from calibration.telling.report.answer import answer
 from calibration.telling.report.block import block
+from calibration.telling.report.carried import carried, citation
 from calibration.telling.report.embed import download, downloads_of
 from calibration.telling.report.findings import findings
 from calibration.telling.report.heaps import viewer
@@ -66,17 +67,21 @@ def build(
         lstrip_blocks=True,
     )
     parts, exports = _parts(study, stages, response), _exports(study)
+    said, rows, found = answer(study, response), block(study), findings(study, response)
+    carry = carried(study.name, said, rows, found) if said["parameters"] else []
     page = environment.get_template("page.html.j2").render(
         name=study.name,
-        answer=answer(study, response),
-        block=block(study),
-        findings=findings(study, response),
+        answer=said,
+        block=rows,
+        findings=found,
+        carried=carry,
+        citation=citation(study.name),
         profiler=profiler(study, response),
         viewer=viewer(study, response),
         sheet=sheet(study, stages, response, metric),
         parts=parts,
         exports=exports,
-        files=json.dumps(downloads_of(parts, exports)),
+        files=json.dumps(downloads_of(carry, parts, exports)),
     )
     write_text(page, out)
 

@@ -3,6 +3,7 @@ wrong."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,7 @@ from calibration.chain.study import Results
 from calibration.figures import label
 from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed, signed
-from calibration.telling.report.known import posterior_of, said_by_diagnosis
+from calibration.telling.report.known import POOR, posterior_of, said_by_diagnosis
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
 
 WIDE = 0.9  # of the region searched: a parameter that the target leaves open
-POOR = 0.5  # predicted R2 below which a surface predicts little
 
 
 def findings(study: Path, response: Response) -> list[tuple[str, str]]:
@@ -41,9 +41,12 @@ def findings(study: Path, response: Response) -> list[tuple[str, str]]:
     elif optimum and region:
         found.append(("What stays open", stays_open(optimum, region, response)))
     if screening or optimum:
-        wrong = [*_screened(screening, response), *_fitted(study), *_judged(study, response)]
-        text = " ".join(wrong) or "Nothing that these runs show."
+        wrong = _judged(study, response)
+        text = " ".join(wrong) or "Nothing that was measured and simulated speaks against them."
         found.append(("What is wrong", text))
+        odd = [*_screened(screening, response), *_fitted(study)]
+        if odd:
+            found.append(("What to know of the runs", " ".join(odd)))
     return found
 
 
@@ -72,7 +75,7 @@ def decides(effects: pd.DataFrame, screening: Mapping[str, Any], response: Respo
     others = [n for n in screening["significant"] if n != first["name"]]
     sizes = dict(zip(effects["name"], effects["effect"], strict=True))
     if others:
-        named = ", ".join(f"{label(n)} ({_effect(sizes[n], response)})" for n in others)
+        named = ", ".join(f"{_between(n)} ({_effect(sizes[n], response)})" for n in others)
         return f"{text} Also significant: {named}."
     return f"{text} No other effect is significant at p < {screening['alpha']:g}."
 
@@ -86,9 +89,9 @@ def stays_open(
     for name, (low, high) in optimum["solution_set"].items():
         first, last = borders.get(name, (low, high))
         if last > first and high - low >= WIDE * (last - first):
-            parts.append(f"{label(name)} ({low:.3g} to {high:.3g}, all of the region searched)")
+            parts.append(f"{_between(name)} ({low:.3g} to {high:.3g}, all of the region searched)")
         else:
-            fixed.append(f"{label(name)} to {low:.3g} to {high:.3g}")
+            fixed.append(f"{_between(name)} to {low:.3g} to {high:.3g}")
     target = response.value(optimum["target"])
     if not parts:
         return f"{target} bounds every parameter: {', '.join(fixed)}."
@@ -112,7 +115,7 @@ def _screened(screening, response):
     smaller = [n for n in on if n in effects and abs(effects[n]) < abs(left[largest])]
     if not smaller:
         return []
-    than = " and ".join(f"{label(n)} ({_effect(effects[n], response)})" for n in smaller)
+    than = " and ".join(f"{_between(n)} ({_effect(effects[n], response)})" for n in smaller)
     return [
         f"{_name(largest)} ({_effect(left[largest], response)}) is not calibrated, though it moves "
         f"the response more than {than}: {_why(screening, smaller)}."
@@ -164,8 +167,13 @@ def _judged(study, response):
     return found
 
 
+def _between(name):
+    """A factor's name in a sentence: what two grains do is `between grains`."""
+    return re.sub(r" of (\w+) on \1$", " between grains", label(name))
+
+
 def _name(name):
-    return label(name)[0].upper() + label(name)[1:]
+    return _between(name)[0].upper() + _between(name)[1:]
 
 
 def _effect(value, response):

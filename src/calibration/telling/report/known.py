@@ -12,6 +12,17 @@ if TYPE_CHECKING:
     from calibration.chain.study import Results
 
 
+POOR = 0.5  # predicted R2 below which a surface predicts little
+
+
+def predicts(results: Results) -> bool:
+    """Whether the response surface of a folder's `Results` predicts more than little; true where it
+    has none, or no measure of it."""
+    surface = results.summary("response_surface", "response_surface") or {}
+    predicted = surface.get("statistics", {}).get("R2_pred")
+    return predicted is None or predicted >= POOR
+
+
 def said_by_diagnosis(verdict: Mapping[str, Any]) -> list[str]:
     """Sentences of a mapping of verdict.json: its own first lines, or of one without them the
     verdict with causes and reason."""

@@ -8,6 +8,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 from PIL import Image
 
@@ -25,9 +26,12 @@ if TYPE_CHECKING:
 
 
 COLUMNS = 10
+TELLING = 6  # heaps of a stage that are shown at once
 WIDTH, HEIGHT = 400, 300  # of a heap's place on the sheet [px]
 FULL = 100  # more heaps share the area of so many, so that the sheet weighs about the same
 GROUND = (240, 242, 245)  # that of the pictures
+NEAR = (6, 30)  # of the ground, in shades of a colour: transparent, and no longer so
+EDGES = 10  # of WebP, of what is transparent
 QUALITY = 30  # of WebP: grains of 8 px keep their edges; a hundred heaps weigh 1 MB
 
 
@@ -37,9 +41,10 @@ def sheet(
     """The sheet as the page needs it, or None where no heap has a picture.
 
     `image` (a data: address), `columns` and `rows` of the sheet, `ratio` (width over height of a
-    place), and `groups`, one a stage in the order of the page: {title, heaps}. A heap is {run,
-    name, value, text, x, y}, with x and y its place. The heaps of a group stand in the order of
-    their response.
+    place), `heaps` (how many), `folded` (whether some are shown only when asked for), and `groups`,
+    one a stage in the order of the page: {title, heaps}. A heap is {run, name, value, text,
+    telling, x, y}, with x and y its place. The heaps of a group stand in the order of their
+    response.
     """
     groups, files = [], {}  # type: ignore[var-annotated]
     for stage in stages.values():
@@ -47,6 +52,7 @@ def sheet(
         for heap in heaps:
             files.setdefault(heap["run"], heap.pop("file"))  # a run may be of several stages
         if heaps:
+            _mark_telling(heaps)
             groups.append({"title": stage.title, "heaps": heaps})
     if not groups:
         return None
@@ -60,7 +66,16 @@ def sheet(
         "rows": math.ceil(len(files) / COLUMNS),
         "ratio": WIDTH / HEIGHT,
         "groups": groups,
+        "heaps": sum(len(group["heaps"]) for group in groups),
+        "folded": any(len(group["heaps"]) > TELLING for group in groups),
     }
+
+
+def _mark_telling(heaps):
+    """The lowest, the highest and those evenly between, in their order: the others look alike."""
+    chosen = set(np.linspace(0, len(heaps) - 1, TELLING).round().astype(int))
+    for k, heap in enumerate(heaps):
+        heap["telling"] = k in chosen
 
 
 def _heaps(study, key, response, metric):
@@ -103,19 +118,27 @@ def _left(metrics):
     return f", {count} grains left in the funnel" if count else ""
 
 
+def _without_ground(picture):
+    """The picture with its ground transparent: a dark page shows it dark."""
+    apart = np.abs(np.asarray(picture, int) - GROUND).max(axis=2)
+    seen = np.clip((apart - NEAR[0]) / (NEAR[1] - NEAR[0]), 0.0, 1.0)
+    picture.putalpha(Image.fromarray((255 * seen).astype(np.uint8)))
+    return picture
+
+
 def _drawn(files):
     """Pictures side by side as one WebP, each at the bottom of its place: as a data: address."""
     share = min(1.0, math.sqrt(FULL / len(files)))
     width, height = round(share * WIDTH), round(share * HEIGHT)
     rows = math.ceil(len(files) / COLUMNS)
-    whole = Image.new("RGB", (width * min(COLUMNS, len(files)), height * rows), GROUND)
+    whole = Image.new("RGBA", (width * min(COLUMNS, len(files)), height * rows), (*GROUND, 0))
     for k, file in enumerate(files):
         with Image.open(file) as picture:
             scale = min(width / picture.width, height / picture.height)
             size = round(scale * picture.width), round(scale * picture.height)
-            small = picture.convert("RGB").resize(size)
+            small = _without_ground(picture.convert("RGB").resize(size))
         row, column = divmod(k, COLUMNS)
         whole.paste(small, (column * width, (row + 1) * height - small.height))
     kept = io.BytesIO()
-    whole.save(kept, "WEBP", quality=QUALITY, method=6)
+    whole.save(kept, "WEBP", quality=QUALITY, alpha_quality=EDGES, method=6)
     return uri_of(kept.getvalue(), "image/webp")

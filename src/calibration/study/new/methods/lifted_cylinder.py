@@ -89,7 +89,15 @@ def _size(entry, grains, wide, deep):
         )
     own = filling(math.pi / 4 * wide**2 * deep, grains.diameter_mm)
     wanted = grains.diameter_mm * max(own / grains.most, 1.0) ** (1 / 3)
-    return grains.size(min(wanted, limit))
+    # the quick profile's larger grains fit too
+    return grains.size(min(wanted, limit / _coarser()))
+
+
+def _coarser():
+    """How many times as wide the grains of the quick profile are."""
+    from calibration.study.config.schema import COARSER  # most commands need no more of this file
+
+    return COARSER["quick"] ** (1 / 3)
 
 
 def _plate(bulk, angles, wide):
@@ -113,6 +121,10 @@ def _said(entry, grains, diameter, wide, deep, count):
             found.append(
                 f"until then the angle counts with ± {RIG_ASSUMED:g}° beside its own error"
             )
+    if wide < LEAST * grains.longest * diameter * _coarser():
+        found.append(
+            "the quick profile's larger grains do not fit the cylinder: use another profile"
+        )
     larger = grains.enlarged(diameter)
     return (*found, f"{count:.0f} grains fill the cylinder" + (f", of {larger}" if larger else ""))
 
