@@ -10,8 +10,16 @@ import pytest
 from calibration.inference.comparison import study
 from calibration.inference.comparison.grain_learning import GrainLearning
 from calibration.inference.comparison.study import page, runs_needed, summary, trials
-from calibration.inference.comparison.truths import INSIDE, SEED_SD, TRUTHS, Bench
-from calibration.inference.comparison.ways import GRID, WAYS, answer
+from calibration.inference.comparison.truths import (
+    INSIDE,
+    SEED_SD,
+    STEP,
+    TRUTHS,
+    Bench,
+    packed,
+)
+from calibration.inference.comparison.ways import CUBE, CUT, GRID, WAYS, _implausible, answer
+from calibration.inference.posterior_sampling import ScatterEmulator
 from facts import tells
 
 
@@ -23,7 +31,10 @@ def test_a_study_is_the_same_for_every_way_and_its_target_can_be_met(name):
     assert np.abs(one.truth).max() <= INSIDE
     assert one.missed(one.truth) == 0.0
     single = one.run(np.zeros((4000, 3)))
-    assert single.std() == pytest.approx(SEED_SD, rel=0.05)
+    share = packed(np.zeros(3))[0] if name == "two kinds" else 0.0
+    assert single.mean() == pytest.approx(TRUTHS[name](np.zeros(3))[0], abs=0.1)
+    sd = np.sqrt(SEED_SD**2 + STEP**2 * share * (1 - share))
+    assert single.std() == pytest.approx(sd, rel=0.05)
     corners = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
     found = TRUTHS[name](corners)
     assert found.min() < one.measured < found.max()
@@ -71,7 +82,8 @@ def test_the_page_says_what_the_trials_hold(monkeypatch):
 def few_trials(repeats, first, ways):
     """In place of `trials`: a row a way, drawn by the seed."""
     misses = np.random.default_rng(first).normal(size=len(WAYS))
-    return pd.DataFrame({"way": list(WAYS), "runs": 22, "seed": first, "miss": misses})
+    one = pd.DataFrame({"way": list(WAYS), "runs": 22, "seed": first, "miss": misses})
+    return pd.concat([one.assign(response=name) for name in ("quadratic", "step")])
 
 
 def test_processes_share_the_seeds_and_change_nothing(monkeypatch, tmp_path):
@@ -85,6 +97,19 @@ def test_processes_share_the_seeds_and_change_nothing(monkeypatch, tmp_path):
     # what is there is not repeated
     monkeypatch.setattr(study, "trials", None)
     study.main([str(tmp_path / "2"), "--repeats=5"])
+
+
+def test_history_matching_rules_out_what_misses_and_keeps_what_meets():
+    """On a plane without scatter what is left is a slab about the plane of the measured value."""
+    bench = Bench.drawn(TRUTHS["nearly plane"], 3)
+    x, y = WAYS["history matching"][0](bench, 47)
+    left = CUBE[_implausible(ScatterEmulator(0.5 + 0.5 * x, y), bench) <= CUT]
+    apart = np.abs(TRUTHS["nearly plane"](left) - bench.measured)
+    assert 0 < len(left) < 0.8 * len(CUBE)
+    assert apart.max() < 2.5  # of a range of eleven degrees
+    _, low, high = answer("history matching", bench, 47)
+    assert (low <= bench.truth).all()
+    assert (bench.truth <= high).all()
 
 
 STAND_IN = """

@@ -1,14 +1,16 @@
 """The comparison: made-up studies by the hundred, the same for each way, and a page of results.
 
     python -m calibration.inference.comparison.study OUT [--repeats N] [--first SEED]
-                                                         [--processes N] [--grainlearning PYTHON]
+                                                         [--processes N] [--libraries]
+                                                         [--grainlearning PYTHON]
 
 Trials that OUT holds already are not repeated, so that a comparison that was stopped goes on.
-PYTHON is one that has GrainLearning, which is then compared too.
+With --libraries those of `comparison.libraries` are compared too, where they are installed; PYTHON
+is one that has GrainLearning.
 
-Decided before it was run: three responses, REPEATS studies of each from the seed FIRST on, RUNS,
-and that a way is good enough where the root mean square error at its point is at most ENOUGH. A
-study's truth and readings are the same for every way and number of runs.
+Decided before it was run: three smooth responses and two that are not, REPEATS studies of each from
+the seed FIRST on, RUNS, and that a way is good enough where the root mean square error at its point
+is at most ENOUGH. A study's truth and readings are the same for every way and number of runs.
 """
 
 import argparse
@@ -23,7 +25,8 @@ from scipy import stats
 
 from calibration.files import write_table
 from calibration.inference.comparison.grain_learning import NAME, GrainLearning
-from calibration.inference.comparison.truths import TRUTHS, Bench
+from calibration.inference.comparison.libraries import LIBRARIES
+from calibration.inference.comparison.truths import ROUGH, TRUTHS, Bench
 from calibration.inference.comparison.ways import WAYS, answer
 from calibration.intake.tables import read_written
 
@@ -113,6 +116,7 @@ def page(found: pd.DataFrame) -> str:
         held = width = "states none"
         if row.get("coverage") == row.get("coverage") and row.get("coverage") is not None:
             held = f"{row['coverage']:.0f} ± {row['coverage_reach']:.0f} %"
+            held = "all" if row["coverage"] == 100.0 else held
             width = f"{row['width']:.2f}"
         lines.append(
             f"| {row['way']} | {row['runs']} | {row['rmse']:.2f} ± {row['rmse_se']:.2f} | {held} | "
@@ -144,19 +148,25 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--repeats", type=int, default=REPEATS)
     parser.add_argument("--first", type=int, default=FIRST)
     parser.add_argument("--processes", type=int, default=1, help="seeds at a time")
+    parser.add_argument("--libraries", action="store_true", help="kept libraries too")
     parser.add_argument("--grainlearning", metavar="PYTHON", help="one that has GrainLearning")
     args = parser.parse_args(argv)
     args.out.mkdir(parents=True, exist_ok=True)
     seeds = range(args.first, args.first + args.repeats)
     with ProcessPoolExecutor(args.processes) as pool:
         files = _made(args.out, "trials", seeds, pool.map)
+        if args.libraries:
+            files += _made(args.out, "libraries", seeds, pool.map, LIBRARIES)
     if args.grainlearning:
         with GrainLearning(args.grainlearning) as process:
             files += _made(args.out, "grainlearning", seeds, map, {NAME: process.answer})
     table = pd.concat([read_written(p) for p in files])
-    found = summary(table)
-    write_table(found, args.out / "summary.csv")
-    (args.out / "table.md").write_text(page(found))
+    rough = table["response"].isin(list(ROUGH))
+    found = {"smooth": summary(table[~rough]), "rough": summary(table[rough])}
+    every = pd.concat([part.assign(responses=name) for name, part in found.items()])
+    write_table(every, args.out / "summary.csv")
+    text = "\n".join(f"## On {name} responses\n\n{page(part)}" for name, part in found.items())
+    (args.out / "table.md").write_text(text)
 
 
 if __name__ == "__main__":

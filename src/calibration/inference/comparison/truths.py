@@ -41,7 +41,32 @@ def saturating(x: np.ndarray) -> np.ndarray:
     )
 
 
-TRUTHS = {"nearly plane": nearly_plane, "quadratic": quadratic, "saturating": saturating}
+STEP = 3.0
+"""By how much a response jumps, and heaps of two kinds differ: those out of a funnel that packs
+are 3.1 degrees steeper in the rig as printed [deg]."""
+
+
+def stepped(x: np.ndarray) -> np.ndarray:
+    """A plane with a jump across the region. Responses (n,) [deg] at coded points x (n, 3)."""
+    a, b, c = np.atleast_2d(x).T
+    return 43.5 - 0.8 * a + 0.9 * b + 2.5 * c + STEP * (c > 0.1 + 0.3 * a)
+
+
+def packed(x: np.ndarray) -> np.ndarray:
+    """Share (n,) of heaps that are of the steeper kind at coded points x (n, 3)."""
+    return 1.0 / (1.0 + np.exp(-6.0 * (np.atleast_2d(x)[:, 2] - 0.2)))
+
+
+def two_kinds(x: np.ndarray) -> np.ndarray:
+    """The mean of heaps of two kinds; a single one is of either. Responses (n,) [deg] at coded
+    points x (n, 3)."""
+    a, b, c = np.atleast_2d(x).T
+    return 43.5 - 0.8 * a + 0.9 * b + 2.5 * c + STEP * packed(x)
+
+
+SMOOTH = {"nearly plane": nearly_plane, "quadratic": quadratic, "saturating": saturating}
+ROUGH = {"step": stepped, "two kinds": two_kinds}
+TRUTHS = SMOOTH | ROUGH
 
 
 @dataclass
@@ -65,8 +90,12 @@ class Bench:
         return cls(response, truth, float(readings.mean()), float(se), rng)
 
     def run(self, x: np.ndarray) -> np.ndarray:
-        """Responses (n,) of runs at x (n, 3), with the seeds' scatter."""
-        return self.response(x) + self.rng.normal(0.0, SEED_SD, len(np.atleast_2d(x)))  # type: ignore[operator]
+        """Responses (n,) of runs at x (n, 3), with the seeds' scatter and each of its kind."""
+        y = self.response(x) + self.rng.normal(0.0, SEED_SD, len(np.atleast_2d(x)))  # type: ignore[operator]
+        if self.response is not two_kinds:
+            return y
+        share = packed(x)
+        return y + STEP * ((self.rng.random(len(share)) < share) - share)
 
     def missed(self, x: np.ndarray) -> float:
         """How far the response at a chosen point (3,) is from that of the truth [deg]."""

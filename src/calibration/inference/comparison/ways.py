@@ -31,6 +31,9 @@ GRID = np.linspace(-1.0, 1.0, 25)
 CUBE = np.stack(np.meshgrid(GRID, GRID, GRID, indexing="ij"), -1).reshape(-1, 3)
 STARTED, BATCH = 12, 10  # runs of the space-filling start, and of each batch after it
 LEVEL = 0.95
+CUT = 3.0
+"""Implausibility from which a point is ruled out: 95 % of any distribution with one peak lie within
+(Pukelsheim 1994, American Statistician 48:88)."""
 
 
 def box_behnken_and_candidate(bench: Bench, runs: int) -> tuple[np.ndarray, np.ndarray]:
@@ -79,7 +82,7 @@ def posterior(
     probable = weight >= order[np.searchsorted(np.cumsum(order), 0.5)]
     mean = emulator.mean(0.5 + 0.5 * CUBE[probable])[0]
     near = np.abs(mean - bench.measured) + 0.05 * np.linalg.norm(CUBE[probable], axis=1)
-    return CUBE[probable][np.argmin(near)], *_intervals(weight)
+    return CUBE[probable][np.argmin(near)], *intervals(weight)
 
 
 def adaptive(bench: Bench, runs: int) -> tuple[np.ndarray, np.ndarray]:
@@ -112,6 +115,39 @@ def straddle(bench: Bench, runs: int) -> tuple[np.ndarray, np.ndarray]:
     return _in_batches(bench, runs, best)
 
 
+def not_ruled_out(bench: Bench, runs: int) -> tuple[np.ndarray, np.ndarray]:
+    """Runs of history matching: a space-filling start, then waves drawn evenly from what is not
+    ruled out yet (Vernon et al. 2010, Bayesian Analysis 5:619). Returns coded points (n, 3) and
+    responses (n,) [deg]."""
+
+    def wave(emulator, n):
+        left = CUBE[_implausible(emulator, bench) <= CUT]
+        left = left if len(left) else CUBE
+        return left[bench.rng.choice(len(left), n, replace=len(left) < n)]
+
+    return _in_batches(bench, runs, wave)
+
+
+def history_matching(
+    bench: Bench, x: np.ndarray, y: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The extent of what is not ruled out, which is no 95 % interval, and the point of it that is
+    the most plausible. x (n, 3), y (n,) [deg]; returns point, low, high (3,) each, coded. Raises
+    CalibrationError where all is ruled out."""
+    implausible = _implausible(ScatterEmulator(0.5 + 0.5 * x, y), bench)
+    left = CUBE[implausible <= CUT]
+    if not len(left):
+        raise CalibrationError("history matching has ruled out every point")
+    return CUBE[np.argmin(implausible)], left.min(axis=0), left.max(axis=0)
+
+
+def _implausible(emulator, bench):
+    """Distance (n,) from the measured mean at the cube's grid points, in standard deviations of the
+    emulator's and the measurement's error together."""
+    mean, variance = emulator.mean(0.5 + 0.5 * CUBE)
+    return np.abs(mean - bench.measured) / np.sqrt(variance + bench.se**2)
+
+
 def optimiser(bench: Bench, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, None, None]:
     """The point where its process is nearest to the target; it states no interval. x (n, 3), y (n,)
     [deg]; returns the coded point (3,)."""
@@ -142,8 +178,9 @@ def _weights(emulator, bench):
     return weight / weight.sum()
 
 
-def _intervals(weight):
-    """(low, high), (3,) each, of the marginals; between grid points straight lines."""
+def intervals(weight: np.ndarray) -> np.ndarray:
+    """(low, high), (3,) each, of the marginals of probabilities (n,) of the cube's grid points;
+    between grid points straight lines."""
     table, ends = weight.reshape([len(GRID)] * 3), []
     edges = np.concatenate([[-1.0], 0.5 * (GRID[1:] + GRID[:-1]), [1.0]])
     for k in range(3):
@@ -162,6 +199,7 @@ WAYS = {
     "posterior, the chain's runs": (box_behnken_and_candidate, posterior),
     "posterior, adaptive runs": (adaptive, posterior),
     "Gaussian-process optimiser": (straddle, optimiser),
+    "history matching": (not_ruled_out, history_matching),
 }
 
 
