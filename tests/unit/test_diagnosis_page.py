@@ -201,7 +201,7 @@ def test_a_faulty_row_comes_first_and_asks_for_its_own_setting_again(ball):
     [
         ({"of": "drop_height_mm", "what": "one level", "level": 130.0}, "130 mm"),
         ({"of": "drop_height_mm", "what": "levels", "offsets": {"50": 0.02, "90": -0.05}}, "90 mm"),
-        ({"of": "drop_height_mm", "what": "zero"}, "zero of the drop height"),
+        ({"of": "drop_height_mm", "what": "zero"}, "drop height"),
         ({"of": "order", "what": ""}, "first rows"),
         ({"of": "resolution", "what": "", "step": 5.0}, "5 mm"),
     ],
