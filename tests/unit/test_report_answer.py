@@ -118,7 +118,7 @@ def test_what_two_grains_do_is_between_grains(study):
                             "effect": [18.0, -1.0]})  # fmt: skip
     screening = {"significant": ["salt_salt_rolling_friction"], "alpha": 0.05}
     text = decides(effects, screening, ANGLE)
-    assert tells(text, "Rolling friction between grains", "+18°")
+    assert tells(text, "Rolling friction", "between grains", "+18°")
 
 
 @pytest.mark.parametrize(("predicted", "green"), [(-0.2, None), (0.9, True)])
