@@ -14,7 +14,7 @@ import yaml
 
 from calibration.errors import ConfigError
 from calibration.intake.measurements import raise_faults
-from calibration.intake.quantities import QUANTITIES, levers_of, measurable
+from calibration.intake.quantities import LEVERS, QUANTITIES, levers_of, measurable
 from calibration.study.config import overlay
 from calibration.study.config.specs import with_levels
 from calibration.study.factors import Choice
@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 RUNS, MORE_RUNS = 80, 40
 """Runs of a diagnosis with one emulated experiment, and of each further one, unless the settings
 give `runs`."""
+
+MOST_LEVELS = 10
+"""Levels of a lever up to which the runs that train emulators are made at these alone."""
 
 MOST = 4
 """Coefficients that are calibrated on an experiment: each more asks for more runs."""
@@ -138,15 +141,17 @@ def _experiment(kind, own, config, factors, rows, path):
         run = overlay(_held_factors(config, factors, parameters), run)
     if own.run is None or not own.whole:
         run = overlay(_rig(kind, config, own.run is not None, where), run)
-    levers, held = own.levers, dict(own.held)
+    levers, held, levels = own.levers, dict(own.held), own.levels
     if levers is None:
         levers, more = _levers(kind, run, config, rows, path)
         held = more | held
+        levels = _levels(kind, levers, run, rows) | own.levels
     changes = {
         "metric": own.metric or measurable(kind)[QUANTITIES[kind].name].key,
         "parameters": parameters,
         "levers": levers,
         "held": held,
+        "levels": levels,
         "run": run,
     }
     return own.model_copy(update=changes)
@@ -213,6 +218,17 @@ def _levers(kind, run, config, rows, path):
         else:
             held[name] = values[0]
     return levers, held
+
+
+def _levels(kind, levers, run, rows):
+    """{lever: its levels} of the levers that have few: there a rig is asked where it was measured,
+    and what it does from one level to the next is no error."""
+    out = {}
+    for name in levers:
+        default = _default(kind, run, LEVERS[name].place)
+        found = sorted({float(m.levers.get(name, default)) for m in rows})
+        out |= {name: found} if len(found) <= MOST_LEVELS else {}
+    return out
 
 
 def _default(kind, run, place):

@@ -53,9 +53,13 @@ def possible(
     ]
 
 
-TRAIN, REFINE = 0.6, 0.2
+TRAIN, REFINE = 0.5, 0.3
 """Shares of a budget of runs that train the emulators and refine them; the rest measures the
 gain."""
+
+REPEATED = 4
+"""One of so many of the base model's runs within a budget repeats a point with another seed: runs
+at points of their own do not tell how much runs scatter."""
 
 OF_A_MECHANISM = (6, 3)
 """Runs of a mechanism's emulator within a budget, most and fewest: they train what it adds to the
@@ -179,9 +183,12 @@ def plan(
         if count is not None and mechanism != BASE:
             points = _strong(points, catalogue[mechanism].strength)
         law, refused = catalogue.get(mechanism), []
+        again = 0 if count is None or law else _repeated(count, len(names))
+        points = points[: len(points) - again]
         for k, x in enumerate(points):
             try:
-                row, runs = row_of(rig, experiment, names, x, law, 1000 + k, lever)
+                times = 2 if k < again else None
+                row, runs = row_of(rig, experiment, names, x, law, 1000 + k, lever, times)
             except SpecError as error:
                 refused.append(error)  # larger grains that overfill the rig, say
                 continue
@@ -190,6 +197,12 @@ def plan(
         if law is None and len(refused) > REFUSED * len(points):
             raise _mostly_refused(experiment, refused, len(points))
     return rows, specs
+
+
+def _repeated(count, inputs):
+    """How many of a budget's `count` runs of the base model repeat a point; the points are two more
+    than the inputs at least."""
+    return max(min(count // REPEATED, count - inputs - 2), 0)
 
 
 def _mostly_refused(experiment, refused, points):
@@ -210,14 +223,15 @@ def row_of(
     mechanism: Mechanism | None,
     seed: int,
     lever: MultipliedLever | None = None,
+    times: int | None = None,
 ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
     """A row of a design, a mapping, and {run id: spec} of its runs at inputs x (d,) in [0, 1].
 
     mechanism: a `Mechanism`, None for the base model; lever: its `MultipliedLever`, if it has
-    one."""
+    one; times: runs, as the settings say unless given."""
     label = mechanism.name if mechanism else BASE
     spec = _spec(rig, experiment, names, x, mechanism, seed)
-    repeats = range(rig.settings.experiments[experiment].repeated.get(label, 1))
+    repeats = range(times or rig.settings.experiments[experiment].repeated.get(label, 1))
     runs = named([spec | {"seed": spec["seed"] + REPEAT * j} for j in repeats])
     row = {
         "experiment": experiment,
@@ -236,7 +250,7 @@ def _points(settings, experiment, mechanism, inputs, count=None):
     label = [settings.seed, *f"{experiment}/{mechanism}".encode()]
     if count is not None:
         x = qmc.LatinHypercube(inputs, rng=np.random.default_rng(label)).random(count)
-        return np.round(x, 6)
+        return np.round(_at_levels(own, x, int(mechanism != BASE)), 6)
     cubes = []
     for k in range(own.hypercubes.get(mechanism, 1)):
         rng = np.random.default_rng(label + [k] * (k > 0))
@@ -244,16 +258,33 @@ def _points(settings, experiment, mechanism, inputs, count=None):
     return np.round(np.vstack(cubes), 6)
 
 
+NEAR = 0.15
+"""Coded strengths that count as next to where a mechanism does nothing."""
+
+
+def _at_levels(own, x, behind):
+    """Points x (k, inputs) with the levers at the levels of the settings, each as often as the
+    others; the levers stand last, before `behind` further inputs."""
+    out, first = x.copy(), x.shape[1] - behind - len(own.levers)
+    for column, (name, (low, high)) in enumerate(own.levers.items(), first):
+        levels = own.levels.get(name)
+        if levels:
+            place = (x[:, column] * len(levels)).astype(int)
+            out[:, column] = np.log(np.array(levels)[place] / low) / math.log(high / low)
+    return out
+
+
 def _strong(points, strength):
-    """Points (k, d) with the strengths of the half that is farther from where the mechanism does
-    nothing: there a run says most of what it adds. As they are where that is at no end."""
+    """Points (k, d) with strengths that are not next to where the mechanism does nothing, for there
+    a run says little of what it adds. As they are where that is at no end."""
     if strength.log and strength.off is None:
         return points  # it is nowhere off
     off = strength.coded(strength.low if strength.off is None else strength.off)
     if min(abs(off), abs(off - 1.0)) > 1e-9:
         return points
     out = points.copy()
-    out[:, -1] = np.round(0.5 + 0.5 * points[:, -1] if off < 0.5 else 0.5 * points[:, -1], 6)
+    far = 1.0 - NEAR
+    out[:, -1] = np.round(NEAR + far * points[:, -1] if off < 0.5 else far * points[:, -1], 6)
     return out
 
 

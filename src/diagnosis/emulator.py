@@ -18,7 +18,7 @@ import numpy as np
 from calibration.inference.emulator import Emulator
 from calibration.intake.quantities import POURED
 from diagnosis.design import MultipliedLever, inputs_of, multiplied, wanted
-from diagnosis.difference import Difference
+from diagnosis.few_runs import FewRuns, WithMechanism
 from diagnosis.scale import scale_of
 from diagnosis.settings import BASE, catalogue_of, log_span
 
@@ -26,6 +26,11 @@ if TYPE_CHECKING:
     from calibration.study.factors import Factor
     from diagnosis.catalogue import Strength
     from diagnosis.settings import Settings
+
+
+LEAST_OF_A_BUDGET = 2
+"""Finished runs of a mechanism within a budget that train it: what they do not tell is in the
+variance, and strong cohesion clogs a silo at most strengths."""
 
 
 def forward(experiment: str, value: Any, levers: Mapping[str, Any]) -> Any:
@@ -80,23 +85,22 @@ def train(
     finished, planned = _finished(rows, metrics)
     for key, own in finished.items():
         done = sum(len(r["run_ids"]) for r in own)
-        if done < 0.5 * planned[key]:
+        of_few = settings.runs is not None and key[1] != BASE
+        if done < (LEAST_OF_A_BUDGET if of_few else 0.5 * planned[key]):
             row = {"experiment": key[0], "mechanism": key[1], "runs": done}
             table.append(row | {"failed": planned[key] - done})
             continue
         off = None if key[1] == BASE else coded_off(known[key[1]].strength)
-        own_alone = off is None or settings.runs is not None
-        more = [] if own_alone else rows_at_strength(off, finished[key[0], BASE])  # type: ignore[arg-type]
         names = inputs_of(settings, factors, *key)
-        found = _responses(key[0], own + more, metrics, settings, names)
-        few = settings.runs is not None and key[1] != BASE
-        if few and (key[0], BASE) not in emulators:
-            continue  # most of the base model's runs failed, which the table says
-        emulators[key] = (
-            Difference.trained(emulators[key[0], BASE], *found[:2], off, found[2])  # type: ignore[arg-type, call-arg]
-            if few
-            else Emulator(*found[:2], len(own), key[0] in POURED, found[2])  # type: ignore[call-arg]
-        )
+        if settings.runs is not None:
+            if key[1] != BASE and (key[0], BASE) not in emulators:
+                continue  # most of the base model's runs failed, which the table says
+            of_base = finished[key[0], BASE]
+            emulators[key] = _of_few(key, own, of_base, metrics, settings, names, emulators, off)
+        else:
+            more = [] if off is None else rows_at_strength(off, finished[key[0], BASE])
+            found = _responses(key[0], own + more, metrics, settings, names)
+            emulators[key] = Emulator(*found[:2], len(own), key[0] in POURED, found[2])  # type: ignore[call-arg]
         table.append(
             {
                 "experiment": key[0],
@@ -113,6 +117,22 @@ def train(
         if lever and (experiment, BASE) in emulators:
             emulators[experiment, name] = Multiplied(emulators[experiment, BASE], lever)  # type: ignore[arg-type, assignment]
     return emulators, table
+
+
+def _of_few(key, own, of_base, metrics, settings, names, emulators, off):
+    """The emulator of a budget's rows, `FewRuns` or `WithMechanism`."""
+    x, z = _single_runs(key[0], own, metrics, settings, names)
+    if key[1] == BASE:
+        levers = settings.experiments[key[0]].levers
+        return FewRuns(x, z, [names.index(n) for n in levers])
+    base_z = _single_runs(key[0], of_base, metrics, settings, names)[1]
+    return WithMechanism(emulators[key[0], BASE], base_z, x, z, off)
+
+
+def _single_runs(experiment, rows, metrics, settings, names):
+    """Inputs (n, d) and transformed responses (n,) of the runs of rows, each by itself."""
+    apart = [r | {"run_ids": [n]} for r in rows for n in r["run_ids"]]
+    return _responses(experiment, apart, metrics, settings, names)[:2]
 
 
 def _finished(rows, metrics):

@@ -14,11 +14,14 @@ from calibration.inference.chance_of_no_value import Chance
 from dem.io.checked import read_checked_arrays, write_checked_arrays
 from diagnosis.catalogue import Strength
 from diagnosis.design import MultipliedLever
-from diagnosis.difference import Difference
 from diagnosis.emulator import Emulator, Multiplied
+from diagnosis.few_runs import FewRuns, WithMechanism
 
-KINDS = {"value": Emulator, "failure": Chance}
+KINDS = ("value", "failure")
 """What an emulator of the file tells of a test."""
+
+CLASSES = {c.__name__: c for c in (Emulator, Chance, FewRuns, WithMechanism)}
+"""By the names that the file has for them."""
 
 
 def write_emulators(
@@ -37,14 +40,11 @@ def write_emulators(
                 structure.append({"of": of} | part)
                 continue
             values, number = dict(vars(emulator)), len(structure)
-            base = values.pop("base", None)
             held = {k: v for k, v in values.items() if isinstance(v, np.ndarray)}
             arrays |= {f"{number}.{name}": array for name, array in held.items()}
             plain = {k: _plain(v) for k, v in values.items() if k not in held}
-            part = {"of": of, "key": key, "values": plain, "arrays": list(held)}
-            if base is not None:
-                part["base"] = next(k for k, e in group.items() if e is base)
-            structure.append(part)
+            own = {"class": type(emulator).__name__, "values": plain, "arrays": list(held)}
+            structure.append({"of": of, "key": key} | own)
     text = json.dumps(structure)
     write_checked_arrays(path, arrays | {"structure": np.array(text)})
 
@@ -80,9 +80,7 @@ def _entry(part, number, arrays, groups):
     if "values" not in part:
         lever = part["lever"] | {"strength": Strength(**part["lever"]["strength"])}
         return Multiplied(groups[part["of"]][tuple(part["base"])], MultipliedLever(**lever))
-    emulator = object.__new__(Difference if "base" in part else KINDS[part["of"]])
+    emulator = object.__new__(CLASSES[part["class"]])
     held = {name: arrays[f"{number}.{name}"] for name in part["arrays"]}
     vars(emulator).update(part["values"] | held)
-    if "base" in part:
-        emulator.base = groups[part["of"]][tuple(part["base"])]
     return emulator

@@ -36,7 +36,7 @@ IN_PLAY = 5.0
 """Nats behind the best model (odds of 150 to 1) up to which a mechanism is still in play."""
 
 MOST = 4  # mechanisms that are refined, best first
-WITHIN = 2  # emulators that a wave of a budget refines
+WITHIN = 2  # emulators that a wave of a budget refines: the base model's and the best
 REACH = 1.5  # standard deviations of the posterior over which one of the draws spreads
 SEEDS = 10_000  # between the seeds of two waves
 
@@ -123,10 +123,12 @@ def _near(emulated, rig, experiment, model, fitted, wave, count=None):
     count = count or (own.runs_per_input or settings.runs_per_input) * len(inputs)
     theta = _draws(model, fitted, count, [settings.seed, wave, *f"{experiment}/{label}".encode()])
     levers = [x for e, x in model.conditions if e == experiment]
+    # few runs go on where those of the wave before ended
+    first = 0 if settings.runs is None else (wave - 1) * count
     lever = multiplied(settings, rig.factors, experiment, mechanism)
     rows, specs = [], {}
     for k, at in enumerate(theta):
-        here = lever_values(settings, experiment, levers[k % len(levers)])
+        here = lever_values(settings, experiment, levers[(first + k) % len(levers)])
         shares = _inputs(model, at, inputs, here, own)
         try:
             row, runs = row_of(

@@ -20,7 +20,7 @@ from scipy.stats import chi2
 
 from calibration.statistics.numbers import NORMAL_95
 from diagnosis.chance import CLOSE, share_above
-from diagnosis.fit import Data, evidence, fit, moderated_sd, redrawn_error
+from diagnosis.fit import Data, evidence, fit, misfit, moderated_sd, redrawn_error
 from diagnosis.measurements import LEAST_SETTINGS
 from diagnosis.settings import BASE
 
@@ -314,7 +314,7 @@ def _one_setting_does_it(scores, best):
 def _settle(out, scores, singles):
     """Choose among the causes: one, several that are too close, a pair, or none that fits."""
     rng = np.random.default_rng([scores.seed, 1])
-    best, top = out.ranking[0]["mechanism"], out.ranking[0]["score"]
+    best = out.ranking[0]["mechanism"]
     if not _fits_well(out, best, scores, rng):
         pair = _best_pair(out, scores, singles, rng)
         if pair:
@@ -325,7 +325,7 @@ def _settle(out, scores, singles):
         out.verdict = "unexplained"
         out.reason = f"{best} helps most, but the data still contradict it"
         return
-    out.causes = [r["mechanism"] for r in out.ranking if top - r["score"] < CLOSE]
+    out.causes = [r["mechanism"] for r in out.ranking if not _told_apart(out, r, scores)]
     out.verdict = "identified"
     out.reason = "predicts left-out settings better than every other mechanism"
     if len(out.causes) > 1:
@@ -334,6 +334,59 @@ def _settle(out, scores, singles):
         out.reason = "these predict left-out settings about equally well"
         out.reason += ": the place is known, and no single name" if placed else ""
     _doubt(out, scores, best)
+
+
+ODDS = float(np.log(20.0))
+"""Log odds by the data from which a law of another slot is told apart, though it predicts left-out
+settings about equally well: few settings say little by that."""
+
+ONE_FORMULA = {"attraction", "load"}
+"""Slots whose laws add the same to a whole yield locus."""
+
+
+def _told_apart(out, row, scores):
+    """Whether the best of the ranking predicts left-out settings better than the mechanism of a
+    row.
+
+    Of two laws in one slot the same is expected. One that fits, and would be as good with the
+    emulator of the best, is behind for its own emulator alone. So is an attraction beside a load
+    that was not counted."""
+    best = out.ranking[0]
+    behind = best["score"] - row["score"]
+    names = best["mechanism"], row["mechanism"]
+    first, own = (out.fits[n] for n in names)
+    alike = _alike(scores, *names)
+    if behind < CLOSE:
+        return not alike and odds_of(out, *names) > ODDS
+    if not alike:
+        return True
+    if chi2.sf(float(own.misfit[0]), float(own.freedom[0])) < MISFIT:
+        return True
+    rougher = float(np.log(np.maximum(own.sd / first.sd, 1.0)).sum())
+    return behind - rougher >= CLOSE
+
+
+def odds_of(found: Identification, first: str, second: str) -> float:
+    """Log odds of one model against another by the data, all parameters integrated out (Laplace's
+    approximation: MacKay 2003, Information Theory, Inference and Learning Algorithms, 27)."""
+    evidence = []
+    for name in (first, second):
+        model, fitted = found.models[name], found.fits[name]
+        volume = np.linalg.slogdet(fitted.cov[0])[1] - 2.0 * np.log(model.prior_sd).sum()
+        evidence.append(0.5 * (volume - float(misfit(model, found.data, fitted.theta[:1])[0])))
+    return evidence[0] - evidence[1]
+
+
+def _alike(scores, *names):
+    """Whether mechanisms are laws of one slot, or of two that are one formula."""
+    slots = {slot for slot, _ in _laws(scores, *names)}
+    return len(slots) == 1 or slots == ONE_FORMULA
+
+
+def _laws(scores, *names):
+    """Laws of mechanisms; that of one without a place is its own name."""
+    catalogue = scores.emulated.catalogue
+    return [catalogue[n].law or (n, ()) for n in names]
 
 
 def one_place(mechanisms: Sequence[Mechanism]) -> bool:

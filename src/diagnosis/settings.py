@@ -60,6 +60,11 @@ class Experiment(_Part):
     held: dict[str, float] = Field(
         {}, description="lever: the one value that all measurements of the experiment have"
     )
+    levels: dict[str, list[float]] = Field(
+        {},
+        description="lever: levels at which the runs of a budget are made; spread over its range "
+        "unless given",
+    )
     mechanisms: list[str] | None = Field(
         None, description="mechanisms that get emulator runs; all that show on it unless given"
     )
@@ -86,6 +91,10 @@ class Experiment(_Part):
         for name, (low, high) in (self.levers or {}).items():
             if name not in SIMULATED or not 0 < low < high:
                 raise ValueError(f"levers.{name}: a known lever with 0 < low < high is needed")
+        for name, levels in self.levels.items():
+            low, high = (self.levers or {}).get(name, (0.0, math.inf))
+            if name not in SIMULATED or not all(low <= v <= high and v > 0.0 for v in levels):
+                raise ValueError(f"levels.{name}: levels of a lever within its range are needed")
         for name in self.held:
             if name not in SIMULATED or name in (self.levers or {}):
                 raise ValueError(f"held.{name}: a known lever that is not among `levers` is needed")

@@ -37,7 +37,7 @@ DECIDE = {
         "diagnosis/chance.py",
         "diagnosis/derived.py",
         "diagnosis/design.py",
-        "diagnosis/difference.py",
+        "diagnosis/few_runs.py",
         "diagnosis/emulator.py",
         "diagnosis/emulator_waves.py",
         "diagnosis/extend.py",

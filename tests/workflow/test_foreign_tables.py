@@ -2,7 +2,7 @@
 settings are written, and no more runs are made than the budget.
 
 The tables stand in `foreign/`, each with what made it. Those of a kind share the runs that train
-the emulators. Cost of one core: five minutes for the tables of heaps, five for those of the silo.
+the emulators. Cost of one core: five minutes for the tables of heaps, eight for those of the silo.
 """
 
 import json
@@ -18,7 +18,7 @@ from small_heap import RUN
 
 pytestmark = pytest.mark.slow
 
-BUDGET = 60
+BUDGET = 80
 TABLES = Path(__file__).with_name("foreign")
 FACTORS = """code\tname\tkey\tlow\thigh\tdescription
 A\trolling\tcontacts.particle_particle.rolling_friction\t0.02\t0.4\tof grain and grain
@@ -67,22 +67,19 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("foreign")
 
 
-def test_a_silo_without_cohesion_is_adequate(folder):
-    verdict = diagnosed(folder, "silo_dry", SILOS)
+@pytest.mark.parametrize(
+    ("name", "what"),
+    [("heaps_dry", HEAPS), pytest.param("silo_dry", SILOS, marks=pytest.mark.long)],
+)
+def test_a_table_without_cohesion_is_adequate(folder, name, what):
+    verdict = diagnosed(folder, name, what)
     assert verdict["verdict"] == "adequate", verdict["reason"]
-    assert verdict["laws"] == verdict["causes"] == []
-
-
-def test_heaps_without_cohesion_name_nothing(folder):
-    """They are not `adequate`: heaps of 5 mm stand 4 degrees steeper than the emulator, which is
-    smooth over the size, has them, and are told as an error of their row."""
-    verdict = diagnosed(folder, "heaps_dry", HEAPS)
-    assert verdict["verdict"] in ("adequate", "error"), verdict["reason"]
-    assert verdict["laws"] == verdict["causes"] == []
+    assert verdict["laws"] == verdict["causes"] == verdict["rows"] == verdict["errors"] == []
 
 
 @pytest.mark.parametrize(
-    ("name", "what"), [("heaps_wet", HEAPS), ("silo_cohesive", SILOS)], ids=["heaps", "silo"]
+    ("name", "what"),
+    [("heaps_wet", HEAPS), pytest.param("silo_cohesive", SILOS, marks=pytest.mark.long)],
 )
 def test_cohesion_is_named_where_grains_attract_each_other(folder, name, what):
     """Both of the catalogue's attractions may stand beside each other; nothing else may."""
@@ -92,3 +89,11 @@ def test_cohesion_is_named_where_grains_attract_each_other(folder, name, what):
     assert law["slot"] == "attraction"
     assert set(law["names"]) <= {"cohesion", "liquid_bridge"}
     assert verdict["family_p"] < 0.05
+    assert verdict["gain"]["held_out_rmse_after"] < verdict["gain"]["held_out_rmse_before"]
+
+
+def test_an_attraction_that_the_catalogue_lacks_is_given_no_other_name(folder):
+    """It may be missed, since rougher grains stand alike."""
+    verdict = diagnosed(folder, "heaps_sjkr", HEAPS)
+    named = {n for law in verdict["laws"] for n in law["names"]}
+    assert named <= {"cohesion", "liquid_bridge"}

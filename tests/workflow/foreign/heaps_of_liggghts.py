@@ -1,8 +1,9 @@
-"""Heaps of LIGGGHTS as the tables beside this file have them: `python heaps_of_liggghts.py dry` or
-`wet` prints one. Cost: five minutes of one core.
+"""Heaps of LIGGGHTS as the tables beside this file have them: `python heaps_of_liggghts.py dry`,
+`wet` or `sjkr` prints one. Cost: five minutes of one core.
 
 Wet grains have LIGGGHTS' own capillary law (easo/capillary/viscous, by its manual), which is no
-law of this project.
+law of this project. With `sjkr` grains attract each other by an energy per volume of their overlap,
+which is no mechanism of the catalogue.
 """
 
 import sys
@@ -23,6 +24,21 @@ SIZES = (3.6, 4.2, 5.0, 5.8, 6.4)
 SEEDS = range(1, 6)
 TENSION = 0.02
 """Surface tension [N/m]."""
+
+DENSITY = 60_000
+"""Cohesion energy density [J/m3]."""
+
+TOLD = {
+    "dry": "no cohesion",
+    "wet": f"capillary law, {TENSION} N/m",
+    "sjkr": f"cohesion sjkr, {DENSITY} J/m3",
+}
+LAWS = {
+    "sjkr": {
+        "laws": {"cohesion": "sjkr"},
+        "law_parameters": {"cohesion_energy_density_J_m3": DENSITY},
+    }
+}
 
 WET = f"""\
 fix wet1 all property/global minSeparationDistanceRatio scalar 1.01
@@ -45,10 +61,11 @@ def wetted(command, folder, timeout_s, run=liggghts.run):
     return run(command, folder, timeout_s)
 
 
-def angles(diameter, root):
-    """Angles [deg] of heaps of one size [mm]; nan where none formed."""
+def angles(kind, diameter, root):
+    """Angles [deg] of heaps of one kind and size [mm]; nan where none formed."""
     grains = {"count": round(400 * (5.8 / diameter) ** 3), "diameter_mm": diameter}
-    own = {"experiment": "heap", "engine": engines.entry_of("liggghts"), "particles": grains}
+    own = LAWS.get(kind, {}) | {"experiment": "heap", "engine": engines.entry_of("liggghts")}
+    own = own | {"particles": grains}
     specs = named(overlay(RUN, own | {"seed": seed}) for seed in SEEDS)
     found = simulate(specs, root).values()
     return np.array([m["angle_of_repose_deg"] if m else np.nan for m in found])
@@ -57,12 +74,11 @@ def angles(diameter, root):
 def main(kind):
     if kind == "wet":
         liggghts.run = wetted
-    law = f"capillary law, {TENSION} N/m" if kind == "wet" else "no cohesion"
-    print(f"# Heaps of {liggghts.version()}, {law}: made by heaps_of_liggghts.py.")
+    print(f"# Heaps of {liggghts.version()}, {TOLD[kind]}: made by heaps_of_liggghts.py.")
     print("experiment,quantity,value,unit,sd,n,particle_diameter_mm,outcome")
     with tempfile.TemporaryDirectory() as root:
         for diameter in SIZES:
-            found = angles(diameter, root)
+            found = angles(kind, diameter, root)
             for angle in found[np.isfinite(found)]:
                 print(f"heap,angle_of_repose,{angle:.2f},deg,,,{diameter},")
             if lost := int(np.isnan(found).sum()):

@@ -1,0 +1,108 @@
+"""Emulators of a budget's runs: what two dozen runs say, and how far it may be off, by closed
+forms."""
+
+import numpy as np
+import pytest
+from scipy.stats import qmc
+
+from diagnosis.few_runs import FewRuns, WithMechanism
+
+LEVELS = np.array([0.0, 0.27, 0.57, 0.83, 1.0])
+STEPS = np.array([0.0, 2.0, -1.0, -4.0, 1.5])
+"""What a rig does at each level besides what is smooth."""
+
+
+def points(count, rng, repeated=0):
+    """Two coefficients and a lever at its levels; some points twice."""
+    x = qmc.LatinHypercube(3, rng=rng).random(count - repeated)
+    x[:, 2] = LEVELS[(5 * x[:, 2]).astype(int)]
+    return np.vstack([x, x[:repeated]])
+
+
+def truth(x):
+    step = STEPS[np.argmin(np.abs(x[:, 2:3] - LEVELS), axis=1)]
+    return 20.0 + 10.0 * (1.0 - np.exp(-2.0 * x[:, 0])) + 3.0 * x[:, 1] * x[:, 2] + step
+
+
+def trained(seed, runs=24, scatter=1.5):
+    rng = np.random.default_rng(seed)
+    x = points(runs, rng, runs // 4)
+    z = truth(x) + scatter * rng.standard_normal(runs)
+    return FewRuns(x, z, [2]), z, rng
+
+
+def test_the_error_that_is_stated_is_the_error_that_is_made():
+    """Over many designs the squared error is the variance, within a factor of two."""
+    ratio, scatters = [], []
+    for seed in range(30):
+        own, _, rng = trained(seed)
+        at = points(40, rng)
+        value, _, variance = own.with_slope(at, [])
+        ratio.append(np.mean((value - truth(at)) ** 2 / variance))
+        scatters.append(own.scatter)
+    assert 0.5 < np.mean(ratio) < 2.0
+    assert np.median(scatters) == pytest.approx(1.5, rel=0.25)
+
+
+def test_scatter_is_never_nothing():
+    """Runs that lie on a smooth curve by chance: those that repeat a point tell the scatter."""
+    for seed in range(10):
+        assert trained(seed)[0].scatter > 0.5
+    own, _, _ = trained(3, scatter=0.05)
+    assert own.scatter < 0.5
+
+
+def test_a_level_is_known_by_its_runs_and_the_steps_between_levels_are_no_scatter():
+    own, _, _ = trained(1, runs=60, scatter=0.3)
+    at = np.column_stack([np.full((5, 2), 0.5), LEVELS])
+    value, _, variance = own.with_slope(at, [])
+    assert value == pytest.approx(truth(at), abs=0.8)
+    between = np.column_stack([np.full((1, 2), 0.5), [0.7]])
+    assert own.with_slope(between, [])[2] > 2.0 * variance.max()
+
+
+def test_slopes_are_those_of_the_responses():
+    own, z, rng = trained(2)
+    more = np.column_stack([points(6, rng), 0.2 + 0.8 * rng.random(6)])
+    law = WithMechanism(own, z, more, truth(more[:, :3]) + 8.0 * more[:, 3], 0.0)
+    at = np.column_stack([points(5, rng), rng.random(5)])
+    for emulator, x in ((own, at[:, :3]), (law, at)):
+        value, slope, _ = emulator.with_slope(x, range(x.shape[1]))
+        for column in range(x.shape[1]):
+            moved = x.copy()
+            moved[:, column] += 1e-6
+            numeric = (emulator.with_slope(moved, [])[0] - value) / 1e-6
+            assert slope[:, column] == pytest.approx(numeric, abs=1e-2)
+        correlation = emulator.correlation(x)
+        assert np.diag(correlation) == pytest.approx(1.0)
+        assert np.linalg.eigvalsh(correlation).min() > -1e-6
+
+
+@pytest.mark.parametrize("off", [0.0, 0.4, None])
+def test_what_a_mechanism_adds_is_learned_from_six_runs_as_well_as_they_tell(off):
+    ratio = []
+    for seed in range(20):
+        own, z, rng = trained(seed, scatter=0.5)
+        more = np.column_stack([points(6, rng), rng.random(6)])
+
+        def both(x):
+            t = x[:, 3] - (0.5 if off is None else off)
+            return truth(x[:, :3]) + 8.0 * t + (1.5 if off is None else 0.0)
+
+        law = WithMechanism(own, z, more, both(more) + 0.5 * rng.standard_normal(6), off)
+        at = np.column_stack([points(20, rng), rng.random(20)])
+        value, _, variance = law.with_slope(at, [])
+        ratio.append(np.mean((value - both(at)) ** 2 / variance))
+    assert 0.2 < np.mean(ratio) < 1.5
+
+
+def test_a_mechanism_is_the_base_model_where_it_is_off():
+    own, z, rng = trained(4)
+    more = np.column_stack([points(6, rng), 0.5 + 0.5 * rng.random(6)])
+    law = WithMechanism(own, z, more, truth(more[:, :3]), 0.0)
+    at = points(5, rng)
+    value = law.with_slope(np.column_stack([at, np.zeros(5)]), [])[0]
+    assert value == pytest.approx(own(at), abs=1.0)  # its own runs tell of the base model as well
+    # and of one that does nothing they say so
+    strong = law.with_slope(np.column_stack([at, np.ones(5)]), [])
+    assert np.abs(strong[0] - truth(at)).max() < 4.0 * np.sqrt(strong[2].max())
