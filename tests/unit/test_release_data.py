@@ -17,7 +17,7 @@ from calibration.telling.kept_results import put
 from facts import refused, tells
 from frozen import FROZEN
 from paper.reference import PAGE, README
-from paper.release import command, first_screen, pages, told
+from paper.release import command, first_screen, joint, pages, told
 from paper.release.parts import PARTS, Part, estimate
 from paper.release.record import Made, due, made, read_record, write_record
 from paper.release.softening import softening
@@ -127,7 +127,7 @@ def test_a_change_that_is_not_shown_asks_for_no_correction():
 
 
 def test_the_pages_are_written_as_they_are_kept(repository, tmp_path):
-    written = (PAGE, README, pages.CASE, pages.PROFILES)
+    written = (PAGE, README, pages.CASE, pages.PROFILES, pages.JOINT)
     for path in written:
         (tmp_path / path).parent.mkdir(exist_ok=True)
         old = re.sub(r"(begin -->\n).*?(<!--)", r"\1old\n\2", path.read_text(), flags=re.S)
@@ -267,3 +267,44 @@ def test_every_part_names_what_exists(repository):
             assert (Path("results/reference") / name).is_dir()
     with refused(CalibrationError, "README.md"):
         put("README.md", "text")
+
+
+def test_a_joint_study_is_told_beside_one_target(tmp_path):
+    """Of a made-up study: shares by which means miss are those of the numbers, and targets that
+    contradict are named."""
+    folder = tmp_path / "maize"
+    rows = {"push_through": 741.0, "joint_push_through": 780.0}
+    for stage, mean in rows.items():
+        row = {"machine": "bulk", "metric": "poured_density_kg_m3", "mean": mean}
+        row |= {"low": mean - 15.0, "high": mean + 15.0, "measured": 760.0}
+        (folder / stage).mkdir(parents=True)
+        (folder / stage / f"{stage}.json").write_text(json.dumps({"metrics": [row]}))
+    target = {"rig": "vessel", "metric": "poured_density_kg_m3", "measured": 760.0}
+    target |= {"predicted": 771.0, "pull": -0.8, "pull_others": -1.4, "p_others": 0.2}
+    heap = {"rig": "heap", "metric": "angle_of_repose_deg", "measured": 20.0, "predicted": 25.0}
+    heap |= {"pull": -5.0, "pull_others": -6.0, "p_others": 0.0}
+    parameter = {"interval": [0.2, 0.3], "left": 0.4, "bounded": True, "border": None}
+    found = {
+        "parameters": {"friction": parameter, "wall": parameter | {"left": 1.0}},
+        "box": {"friction": [0.1, 0.5], "wall": [0.1, 0.5]}, "level": 0.95,
+        "priors": {"wall": {"mean": 0.25, "sd": 0.03, "source": "a paper"}},
+        "runs": {"heap": 96, "vessel": 90}, "targets": [heap, target], "readings": 5,
+        "agreement": {"contradicts": True, "p": 0.01, "named": ["heap: angle_of_repose_deg"]},
+        "next_test": [], "without_value": {}, "sampler": {"converged": True},
+    }  # fmt: skip
+    (folder / "joint").mkdir()
+    (folder / "joint" / "joint.json").write_text(json.dumps(found))
+    (folder / "posterior").mkdir()
+    table = "parameter,low,high\nfriction,0.15,0.35\n"
+    (folder / "posterior" / "parameters.csv").write_text(table)
+    study = joint.study(tmp_path, "maize")
+    density = study["tests"][1]
+    # 741 / 760 and 780 / 760; the heap was run in no machine, and its emulator is told
+    assert tells(density["single"], "741", "−2.5 %", "726", "756")
+    assert tells(density["joint"], "780", "2.6 %")
+    assert study["tests"][0]["single"] == ""
+    assert tells(study["tests"][0]["joint"], "25.00°", "+25.0 %")
+    assert study["parameters"][0]["ratio"] == "0.5"
+    # what the prior alone bounds the targets do not
+    assert [tells(line, "wall", "95 %") for line in study["said"] if "0.2 to 0.3" in line] == [0, 0]
+    assert any(tells(line, "heap: angle_of_repose_deg", "others") for line in study["said"])

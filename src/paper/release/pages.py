@@ -13,7 +13,7 @@ from calibration.files import write_text
 from calibration.intake.tables import read_written
 from calibration.telling.kept_results import put
 from paper.reference import BEGIN, END, PAGE, README, blocks, told
-from paper.release import first_screen, profiles, simulations
+from paper.release import first_screen, joint, profiles, simulations
 from paper.release import told as values
 from paper.release.record import KEPT, made, read_record
 from paper.release.softening import softening
@@ -23,6 +23,7 @@ STUDIES = ("salt", "rigs", "screening at other seeds", "numerics")
 CASE = Path("docs/diagnosis-paper-case.md")
 VERDICT = "<!-- verdict: begin -->", "<!-- verdict: end -->"
 PROFILES = Path("config/README.md")
+JOINT = Path("docs/joint-studies.md")
 SAID = "<!-- said: begin -->", "<!-- said: end -->"
 WIDTH = 100
 ASIS = ("#", "|", "<!--", "```", "![", "`salt", "All tables")
@@ -72,13 +73,15 @@ def _filled(template, found):
 
 def pieces(kept: str | Path = KEPT) -> dict[tuple[Path, str, str], str]:
     """{(page, begin, end): text between these marks} of the pages that only a part of is written:
-    the README's table and what it says, and the paper's simulations beside ours."""
+    the README's table and what it says, the studies by all their tests, and the paper's simulations
+    beside ours."""
     kept = Path(kept)
     return {
         (README, BEGIN, END): blocks(kept / "salt")[README],
         (README, *SAID): _filled("readme.md.j2", first_screen.values(kept)).strip(),
         (PROFILES, *SAID): _filled("profiles.md.j2", profiles.values(kept / "salt")).strip(),
         (CASE, *VERDICT): verdict((kept / "salt-diagnosis" / "diagnosis.md").read_text("utf-8")),
+        (JOINT, *SAID): _filled("joint.md.j2", joint.values(kept)).strip(),
         (CASE, *SAID): _filled("simulations.md.j2", simulations.values(kept / "salt")).strip(),
     }
 

@@ -52,6 +52,17 @@ def _seed(seed):
     return (*CLAIMED, "--config", f"seed={seed}", f"name={name}", "--", *targets)
 
 
+def _joint(name):
+    files = (f"examples/{name}/config.yaml", f"examples/{name}/joint.yaml")
+    stages = ("push_through", "joint_push_through")
+    return (*SNAKEMAKE, "--configfile", *files, "--config", "resolution=quick", "--", *stages)
+
+
+def _joint_tables(name):
+    stages = ("joint", "joint_push_through", "push_through", "posterior")
+    return tuple((f"results/{name}-quick/{stage}", f"{name}/{stage}") for stage in stages)
+
+
 STRANGERS = "import os, sys; os.chdir('tests/discovery'); os.execv(sys.executable, "
 STRANGERS += "[sys.executable, '-m', 'strangers', *sys.argv[1:]])"
 PARTS = (
@@ -108,6 +119,12 @@ PARTS = (
             (*OUTCOME, "results/soybean", "results/reference/soybean", "examples/soybean/README.md",
              ANGLE),
         ),
+    ),
+    Part(
+        "joint",
+        "materials by all their tests together, beside what one target gives",
+        (_joint("maize"),),
+        copies=_joint_tables("maize"),
     ),
     Part(
         "diagnosis",

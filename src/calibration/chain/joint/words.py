@@ -21,15 +21,18 @@ def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
 
 
 def _bounded(summary):
-    kinds = {"bounded": [], "narrowed": [], "open": []}
+    kinds = {"bounded": [], "known": [], "narrowed": [], "open": []}
     for name, p in summary["parameters"].items():
-        kind = "bounded" if p["bounded"] else "narrowed" if p["left"] <= TELLS else "open"
+        told = "bounded" if p["bounded"] else "narrowed"
+        untold = "known" if name in summary.get("priors", {}) else "open"
+        kind = told if p["left"] <= TELLS else untold
         ends = summary["box"][name] if kind == "open" else p["interval"]
         if not p["border"]:
             kinds[kind].append(f"{label(name)} {ends[0]:.3g} to {ends[1]:.3g}")
     level = f"{100 * summary['level']:.0f} %"
     heads = {
         "bounded": f"With {level} probability, by all targets together",
+        "known": "Known beforehand, and no better from the targets",
         "narrowed": "Narrowed, but not bounded within the levels",
         "open": "All targets together do not narrow",
     }
