@@ -43,6 +43,6 @@ rule reference:
             ["config/rigs/opened.yaml"],
         ],
     message:
-        "reference: the paper's further claims, two other rigs, the pour rate, the ways to calibrate compared"
+        "reference: further claims, two other rigs, the pour rate, the ways to calibrate compared"
     script:
         "workflow/scripts/reference.py"
