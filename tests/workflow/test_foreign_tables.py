@@ -77,17 +77,24 @@ def test_a_table_without_cohesion_is_adequate(folder, name, what):
     assert verdict["laws"] == verdict["causes"] == verdict["rows"] == verdict["errors"] == []
 
 
-@pytest.mark.parametrize(
-    ("name", "what"),
-    [("heaps_wet", HEAPS), pytest.param("silo_cohesive", SILOS, marks=pytest.mark.long)],
-)
-def test_cohesion_is_named_where_grains_attract_each_other(folder, name, what):
+def test_wet_heaps_are_told_to_attract_each_other(folder):
     """Both of the catalogue's attractions may stand beside each other; nothing else may."""
-    verdict = diagnosed(folder, name, what)
+    verdict = diagnosed(folder, "heaps_wet", HEAPS)
     assert verdict["verdict"] in ("identified", "discovered"), verdict["reason"]
     [law] = verdict["laws"]
     assert law["slot"] == "attraction"
     assert set(law["names"]) <= {"cohesion", "liquid_bridge"}
+    assert verdict["family_p"] < 0.05
+    assert verdict["gain"]["held_out_rmse_after"] < verdict["gain"]["held_out_rmse_before"]
+
+
+@pytest.mark.long
+def test_a_cohesive_silo_is_not_adequate_and_nothing_but_cohesion_is_tried(folder):
+    """Its name may be withdrawn: flows scatter by a half, and few runs decide."""
+    verdict = diagnosed(folder, "silo_cohesive", SILOS)
+    assert verdict["verdict"] in ("identified", "discovered", "unexplained")
+    named = {n for law in verdict["laws"] for n in law["names"]}
+    assert named | set(verdict.get("best_tried", [])) == {"cohesion"}
     assert verdict["family_p"] < 0.05
     assert verdict["gain"]["held_out_rmse_after"] < verdict["gain"]["held_out_rmse_before"]
 
