@@ -19,7 +19,7 @@ from dem.tables.limits import MOST_PIXELS, check_file
 
 SMALLEST = 60  # px
 WIDEST = 1600  # px; finer pictures are reduced, an angle does not need more
-MOST_REDUCED = 5e6  # px in all, for a picture that is much taller than wide
+MOST_REDUCED = 3.5e6  # px in all, for a picture that is much taller than wide
 LOWEST = 0.2  # share of the columns on a side that are taken for its base
 LEAST_HEIGHT = 20  # px
 MOST_TILT = 15.0  # deg of the base line

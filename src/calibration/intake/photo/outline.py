@@ -51,20 +51,30 @@ def _backdrop(lab):
     """The backdrop's colour at each pixel: a quadratic surface through the margins, outliers left
     out twice."""
     rows, columns = lab.shape[:2]
-    y, x = np.mgrid[-1 : 1 : rows * 1j, -1 : 1 : columns * 1j]
-    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
+    y, x = np.linspace(-1.0, 1.0, rows)[:, None], np.linspace(-1.0, 1.0, columns)
     margin = np.zeros((rows, columns), bool)
     margin[: int(TOP * rows)] = True
     side = max(int(SIDES * columns), 1)
     margin[: rows // 2, :side] = margin[: rows // 2, -side:] = True
     used = np.flatnonzero(margin.ravel())[::7]  # a sample is enough for six terms
-    a, b = terms.reshape(-1, 6)[used], lab.reshape(-1, 3)[used]
+    row, column = np.divmod(used, columns)
+    a = np.stack(_quadratic(x[column], y[row, 0]), axis=1)
+    b = lab.reshape(-1, 3)[used]
     for _ in range(3):
         fit = np.linalg.lstsq(a, b, rcond=None)[0]
         off = np.linalg.norm(b - a @ fit, axis=1)
         kept = off <= 3.0 * np.median(off) + 1e-9
         a, b = a[kept], b[kept]
-    return terms @ fit
+    surface = np.zeros(lab.shape)
+    for term, colour in zip(_quadratic(x, y), fit, strict=True):  # never all terms of all pixels
+        surface += term[..., None] * colour
+    return surface
+
+
+def _quadratic(x, y):
+    """The six terms of a quadratic surface at places x, y, each of their common shape."""
+    shape = np.broadcast_shapes(np.shape(x), np.shape(y))
+    return [np.broadcast_to(t, shape) for t in (1.0, x, y, x * x, x * y, y * y)]
 
 
 def _first_foreground(there):
