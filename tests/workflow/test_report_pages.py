@@ -87,7 +87,7 @@ def test_paper_shows_every_section_and_no_empty_viewer(tab, page):
     paper = base64.b64decode(tab.call("Page.printToPDF", printBackground=False)["data"])
     assert paper.startswith(b"%PDF")
     assert len(paper) < 20e6
-    assert len(re.findall(rb"/Type\s*/Page\b", paper)) <= 40  # every table and block is open
+    assert len(re.findall(rb"/Type\s*/Page\b", paper)) <= 45  # every table and block is open
     tab.call("Emulation.setEmulatedMedia", media="print")
     shown = "[...document.querySelectorAll('%s')].filter(e => e.checkVisibility()).length"
     assert tab.evaluate(shown % "canvas") == 0
