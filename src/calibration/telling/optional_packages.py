@@ -1,9 +1,17 @@
-"""Packages that a plain install leaves out."""
+"""This package by name and version, and those that a plain install leaves out."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import metadata
 
 from calibration.errors import CalibrationError
+
+PACKAGE = "granular-calibration"
+
+
+def program() -> str:
+    """This package and its version, as a citation names it."""
+    return f"{PACKAGE} {metadata.version(PACKAGE)}"
 
 
 @contextmanager
@@ -15,5 +23,5 @@ def extra(name: str, purpose: str) -> Iterator[None]:
     except ModuleNotFoundError as error:
         raise CalibrationError(
             f"{purpose} needs the package {error.name}, which a plain install leaves out: pip "
-            f"install 'granular-calibration[{name}]'"
+            f"install '{PACKAGE}[{name}]'"
         ) from None

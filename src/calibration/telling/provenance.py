@@ -11,7 +11,6 @@ import mimetypes
 import shutil
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
-from importlib import metadata as packages
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +21,7 @@ from calibration.files import replacing, write_text
 from calibration.runs.all_runs import finished, runs_table, write_netcdf
 from calibration.study.stages.provenance import CRATE
 from calibration.telling.export.parameters import to_yaml
-from calibration.telling.optional_packages import extra
+from calibration.telling.optional_packages import extra, program
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
@@ -52,7 +51,7 @@ def provenance(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     if not runs:
         raise CalibrationError(f"{study.folder}: has no finished run")
     about = f"All {len(runs)} finished runs of the study {study.name}"
-    write_netcdf(runs_table(study, runs), output.runs, {"title": about, "source": _name()})
+    write_netcdf(runs_table(study, runs), output.runs, {"title": about, "source": program()})
     given = {key: Path(getattr(study.config, key)) for key in ("factors", "measurements")}
     tables = {key: f"inputs/{path.name}" for key, path in given.items()}
     copied = {tables[key]: path for key, path in given.items()}
@@ -83,7 +82,7 @@ def metadata(
     crate.name = f"Calibration {study.name}"
     crate.description = (
         f"Calibration of a discrete element model on {study.config.target.metric}: the tables it "
-        f"was made from, its results and its runs, by {_name()}."
+        f"was made from, its results and its runs, by {program()}."
     )
     crate.datePublished = today
     crate.license = crate.add(ContextEntity(crate, "#licence", properties=UNSTATED))
@@ -127,11 +126,6 @@ def _results(study):
     return found
 
 
-def _name():
-    package = "granular-calibration"
-    return f"{package} {packages.version(package)}"
-
-
 def _software(runs):
     """{identifier: properties} of the programs that `finished` runs were made with, by their
     manifests."""
@@ -141,7 +135,7 @@ def _software(runs):
         properties = {"@type": "SoftwareApplication", "name": name, "softwareVersion": version}
         found[f"#{name}-{version}".replace(" ", "-")] = properties
 
-    add(*_name().split())
+    add(*program().split())
     for _, _, result in runs:
         other = result["spec"].get("engine")
         if other:

@@ -158,6 +158,11 @@ def write_deck(
     write_text(text, place / "README.md")
 
 
+def engine_of(code: str) -> Any:
+    """Module of the engine that runs a code's decks."""
+    return import_module(f"{engines.__name__}.{code}")
+
+
 def pour_file(
     code: str, spec: RunSpec, conversion: Conversion, about: Sequence[str], place: Path
 ) -> None:
@@ -165,7 +170,7 @@ def pour_file(
     these name."""
     lines = [*about, *left_out(spec, code)]
     block = BLOCKS[code].block(granulate(spec), conversion, lines)
-    import_module(f"{engines.__name__}.{code}").deck(spec, place, block)
+    engine_of(code).deck(spec, place, block)
 
 
 def _end(code):

@@ -21,7 +21,6 @@ import json
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -33,7 +32,14 @@ from calibration.engines.blocks.conversion import Conversion, Correction
 from calibration.files import DamagedError, read_json
 from calibration.statistics.validate import compare
 from calibration.study.config import overlay
-from calibration.telling.export.decks import BLOCKS, NAMES, emptied, pour_file, write_deck
+from calibration.telling.export.decks import (
+    BLOCKS,
+    NAMES,
+    emptied,
+    engine_of,
+    pour_file,
+    write_deck,
+)
 from calibration.telling.export.heap_profile import READERS, profile
 from dem.errors import DemError, InputError, MeasureError
 from dem.experiments.heap import Rig
@@ -148,10 +154,15 @@ class Row:
         return "misses" if abs(self.difference) > self.margin else "open"
 
     @property
+    def unit(self) -> str:
+        """Of the quantity: the end of its name; empty for a number of grains."""
+        end = self.quantity.rsplit("_", 1)[-1]
+        return end if end in ("deg", "mm") else ""
+
+    @property
     def told(self) -> str:
         """A sentence: what differs, by how much, and what is allowed."""
-        unit = "deg" if self.quantity.endswith("_deg") else "mm"
-        unit = "" if self.quantity == "on_plate" else f" {unit}"
+        unit = f" {self.unit}" if self.unit else ""
         return (
             f"{READERS[self.quantity]} {self.difference:+.2f}{unit} (90 %: {self.low:+.2f} to "
             f"{self.high:+.2f}; margin {self.margin:.2f})"
@@ -163,7 +174,8 @@ def heaps_there(
 ) -> list[dict[str, float]]:
     """Profiles of heaps in the target code; a heap without one is told and left out. Raises
     EngineError where the program is missing."""
-    version = import_module(f"{engines.__name__}.{deck.code}").version()
+    engine = engine_of(deck.code)
+    version = engine.version()
     conversion = deck.conversion(factor)
 
     def pour(spec, place):
@@ -171,8 +183,7 @@ def heaps_there(
         read = [path.read_bytes() for path in sorted(place.iterdir())]
 
         def start():
-            module = import_module(f"{engines.__name__}.{deck.code}")
-            return module.start(spec, place, timeout_s)[1]
+            return engine.start(spec, place, timeout_s)[1]
 
         return [version.encode(), *read], start
 
@@ -373,7 +384,7 @@ def _table(deck, rows):
         "|---|---|---|---|---|---|",
     ]
     for r in rows:
-        unit = {"deg": " [deg]", "mm": " [mm]"}.get(r.quantity.rsplit("_", 1)[-1], "")
+        unit = f" [{r.unit}]" if r.unit else ""
         lines.append(
             f"| {READERS[r.quantity]}{unit} | {r.here:.2f} (sd {r.here_sd:.2f}) | {r.there:.2f} "
             f"(sd {r.there_sd:.2f}) | {r.difference:+.2f} ({r.low:+.2f} to {r.high:+.2f}) | "

@@ -7,14 +7,13 @@ import io
 import re
 import zipfile
 from collections.abc import Mapping, Sequence
-from importlib.metadata import version
 from typing import Any
 from xml.sax.saxutils import escape
 
+from calibration.telling.optional_packages import program
 from calibration.telling.report.embed import packed
 from dem.fingerprint import engine_fingerprint
 
-PACKAGE_NAME = "granular-calibration"
 WRITTEN = (1980, 1, 1, 0, 0, 0)
 """Time of a file within these: the same study makes the same bytes."""
 WORDS = "http://schemas.openxmlformats.org/wordprocessingml/2006/main"
@@ -25,7 +24,7 @@ OFFICE = "application/vnd.openxmlformats-officedocument.wordprocessingml"
 def citation(name: str) -> str:
     """How to cite a study's answer: the program, its version and that of its engine."""
     return (
-        f"Cite as: the granular-calibration developers, {PACKAGE_NAME} {version(PACKAGE_NAME)} "
+        f"Cite as: the granular-calibration developers, {program()} "
         f"(engine {engine_fingerprint()}), study “{name}”."
     )
 
