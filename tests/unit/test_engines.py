@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from calibration import digests, engines
+from calibration.engines.mesh import write_mesh
 from calibration.engines.program import prime_seed, read_dump
 from calibration.engines.rig import Drop, Pour
 from calibration.engines.rigs import experiments_of
@@ -382,6 +383,20 @@ def test_a_deck_presses_the_lid_and_turns_the_trough(tmp_path):
         float,
     )
     assert (vertices[:, 2] > grains[:, 6].max()).all()  # its vanes hang above the grains
+
+
+def test_a_mesh_s_first_line_is_its_header(tmp_path):
+    """LIGGGHTS reads it as text, and its bytes may hold any number of quotes."""
+    quoted = np.frombuffer(b'\x00\x00"?', "<f4")[0]
+    corners = [np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, quoted, 0.0]])]
+    write_mesh(tmp_path / "mesh.stl", corners)
+    written = (tmp_path / "mesh.stl").read_bytes()
+    first = written.split(b"\n")[0]
+    assert written.count(b'"') % 2
+    assert b'"' not in first
+    assert len(first) < 80
+    vertices, triangles = read_stl(tmp_path / "mesh.stl")
+    assert np.array_equal(vertices[triangles], np.array(corners, "<f4"))
 
 
 def test_lammps_presses_a_lid_of_regions_and_turns_the_vanes(tmp_path):

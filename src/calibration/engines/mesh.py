@@ -23,6 +23,8 @@ SIDES = 64
 """Sides of the polygons that stand for circles."""
 LONGEST = 15.0
 """Length of a triangle over its width at the most: LIGGGHTS takes no needles."""
+HEADER_END = 79
+"""Last byte of a binary STL file's header."""
 
 
 def frustum(low_radius: float, low: float, high_radius: float, high: float) -> list[np.ndarray]:
@@ -74,7 +76,15 @@ def _ring(radius, z):
 
 
 def write_mesh(path: str | Path, triangles: Sequence[np.ndarray]) -> None:
-    """Write triangles [(3, 3)] as STL [m]; corners that coincide are one vertex."""
+    """Write triangles [(3, 3)] as STL [m]; corners that coincide are one vertex.
+
+    The header ends a line. LIGGGHTS reads the first line of a mesh as text before it takes the file
+    as binary, and fails where the bytes up to there hold an odd number of quotes
+    (input_mesh_tri.cpp, `parse_nonlammps`).
+    """
     corners = np.round(np.concatenate(triangles), 12)
     vertices, index = np.unique(corners, axis=0, return_inverse=True)
     write_stl(path, vertices, index.reshape(-1, 3))
+    with open(path, "r+b") as stream:
+        stream.seek(HEADER_END)
+        stream.write(b"\n")
