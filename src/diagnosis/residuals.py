@@ -127,11 +127,10 @@ def _offset(kind, rows, drawn):
 
 
 def _setting(row):
-    """One setting at odds with what the others say."""
+    """One setting at odds with what the others say; an experiment without levers has one."""
     where = " and ".join(_at(lever, v) for lever, v in row["levers"].items())
-    sentence = (
-        f"The measured {QUANTITIES[row['experiment']].words} at {where} alone {_distance([row])}."
-    )
+    place = f" at {where} alone" if where else ""
+    sentence = f"The measured {QUANTITIES[row['experiment']].words}{place} {_distance([row])}."
     found = {"kind": "setting", "experiment": row["experiment"], "lever": None, "slope": None}
     return found | {"p": row["predictive_p"], "sentence": sentence}
 
