@@ -71,6 +71,7 @@ HEAP = {
     "particles": {"count": 1250, "diameter_mm": 4.0},
     "geometry": {"generation_rate_per_s": 1250, "orifice_diameter_mm": 28},
 }
+TILT = {"experiment": "tilt"}
 FULL = {"experiment": "heap", "geometry": {"generation_rate_per_s": 1000}}
 
 
@@ -100,12 +101,48 @@ def test_cores_end_together_within_a_run(runs, cores):
 
 @pytest.mark.parametrize(
     "specs",
-    [many(HEAP, 2 * LEAST_JOBS - 1), many(FULL, 10_000), many(DROP, 10_000), {}],
+    [many(HEAP, 2 * LEAST_JOBS - 1), many(FULL, 10_000), many(TILT, 10_000), {}],
     ids=["few", "minutes a run", "of unknown cost", "none"],
 )
 def test_a_run_is_a_job_of_its_own(specs):
     assert runs_per_job(specs) == 1
     assert batch_count(specs) is None
+
+
+SMALLEST = yaml.safe_load((ROOT / ".test/config/config.yaml").read_text())
+SMALLEST_DROP = SMALLEST["run"] | {"experiment": "drop"}
+
+
+@pytest.mark.parametrize("runs", [2, 4, 8, 15, 65])
+def test_drops_of_the_smallest_study_share_processes(runs):
+    """The starts of the processes take less than the runs, or there is one process."""
+    jobs = batch_count(many(SMALLEST_DROP, runs))
+    assert jobs in (1, 2, 4, 8)
+    assert jobs == 1 or jobs * START_S < runs * run_seconds(SMALLEST_DROP)
+    assert batch_count(many(SMALLEST_DROP, 10_000)) % LEAST_JOBS == 0
+
+
+def test_a_plan_of_heaps_and_drops_is_parted_by_what_all_of_them_cost():
+    """Two hundred drops beside sixteen heaps: neither the first run nor the last decides."""
+    drops, heaps = many(SMALLEST_DROP, 200), many(FULL, 16)
+    heaps = {f"heap {n}": spec for n, spec in heaps.items()}
+    sizes = runs_per_job(drops | heaps), runs_per_job(heaps | drops)
+    assert sizes[0] == sizes[1] < runs_per_job(drops)
+    assert runs_per_job(drops | {"unknown": TILT}) == 1
+
+
+def test_a_drop_in_a_shared_process_gives_what_it_gives_alone(tmp_path):
+    specs = [DROP | {"seed": n} for n in range(3)]
+    run_batch(plan_of(tmp_path, specs), 0, 1, tmp_path / "done.json", root=tmp_path / "runs")
+    for spec in specs:
+        name = run_id(spec)
+        alone = engines.make(spec, tmp_path / "alone" / name)
+        shared = RunStore(tmp_path / "runs").result(name)
+        assert shared["metrics"] == alone["metrics"]
+        states = (
+            (tmp_path / place / name / "final.npz").read_bytes() for place in ("runs", "alone")
+        )
+        assert len(set(states)) == 1
 
 
 def test_the_configuration_may_say_how_many_runs_share_a_process():

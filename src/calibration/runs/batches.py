@@ -30,31 +30,54 @@ planning, checking and writing the workflow then adds less than 50 ms."""
 
 LEAST_JOBS = 8
 """Jobs that a plan is parted into at least, and a divisor of their number, so that 2, 4 or 8 cores
-end together."""
+end together. A plan whose runs take less than the starts of so many has 4, 2 or 1."""
 
 
 def runs_per_job(specs: Mapping[str, dict[str, Any]], chosen: int | None = None) -> int:
     """Number of runs {name: spec} of a plan that share a process: `chosen`, or as many as make the
     start of a process cost little beside them. One where a run takes minutes, where the plan has
-    few runs, or where nobody knows what a run takes."""
+    few runs and these are worth the starts, or where nobody knows what a run takes."""
     if chosen:
         return chosen
-    seconds = run_seconds(next(iter(specs.values()))) if specs else None
-    if seconds is None:
+    seconds = _seconds_of_each(specs)
+    if not specs or None in seconds:
         return 1
-    wanted = ceil(START_S / max(ADDED_S, ADDED_SHARE * seconds))
-    return max(1, min(wanted, len(specs) // LEAST_JOBS))
+    bearable = sum(max(ADDED_S, ADDED_SHARE * s) for s in seconds) / len(seconds)
+    return max(1, min(ceil(START_S / bearable), len(specs) // _least_jobs(sum(seconds))))
+
+
+def _seconds_of_each(specs):
+    """Estimated time [s] of each run, or None. One is asked of each experiment and number of
+    grains."""
+    known, found = {}, []
+    for spec in specs.values():
+        kind = spec["experiment"], spec.get("particles", {}).get("count")
+        if kind not in known:
+            known[kind] = run_seconds(spec)
+        found.append(known[kind])
+    return found
+
+
+def _least_jobs(seconds):
+    """LEAST_JOBS, or the largest of 4, 2 and 1 whose starts take less than the runs' `seconds`."""
+    jobs = LEAST_JOBS
+    while jobs > 1 and jobs * START_S > seconds:
+        jobs //= 2
+    return jobs
 
 
 def batch_count(specs: Mapping[str, dict[str, Any]], chosen: int | None = None) -> int | None:
     """Number of processes that make the runs of a plan; None where each run is a job of its own. A
-    multiple of LEAST_JOBS unless `chosen`: of 34 heaps in nine jobs of two cores, one core would
-    wait while the other makes the last four."""
+    multiple of LEAST_JOBS, or one of its divisors, unless `chosen`: of 34 heaps in nine jobs of two
+    cores, one core would wait while the other makes the last four."""
     size = runs_per_job(specs, chosen)
     if size == 1:
         return None
     jobs = ceil(len(specs) / size)
-    return jobs if chosen else jobs - jobs % LEAST_JOBS
+    if chosen:
+        return jobs
+    even = jobs - jobs % LEAST_JOBS
+    return even or 1 << (jobs.bit_length() - 1)
 
 
 def run_batch(
