@@ -89,7 +89,8 @@ def test_an_experiment_that_is_off_as_a_whole_and_a_single_setting():
     heaps = [row("heap", {}, measured, 30.0, 1.0) for measured in (30.2, 27.0)]
     heaps[1]["predictive_p"] = 1e-4
     [single] = [found for found in told(heaps) if found["kind"] == "setting"]
-    assert single["sentence"] == "The measured angle of repose falls short of the model by 10 %."
+    assert tells(single["sentence"], "angle of repose", "falls short", "10 %")
+    assert not tells(single["sentence"], "at")
 
 
 def test_a_parameter_that_moved_says_how_wrong_the_base_had_been():
