@@ -216,6 +216,59 @@ def test_a_study_without_faults_says_so(study):
     assert said(study)["What is wrong"].startswith("Nothing")
 
 
+PACKED = {
+    "machine": "bulk", "metric": "poured_density_kg_m3", "mean": 735.1, "low": 717.4, "high": 752.8,
+    "measured": 773.0, "within": False,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("stage", ["push_through", "joint_push_through"])
+def test_a_second_experiment_that_is_missed_is_wrong_and_one_that_is_met_is_said(study, stage):
+    """A row of the calibrated metric is no second experiment, nor is one without a measured
+    value."""
+    again = PACKED | {"metric": "angle_of_repose_deg"}
+    for measured, within, wrong in ((773.0, False, True), (740.0, True, False)):
+        row = PACKED | {"measured": measured, "within": within}
+        rows = [row, again, PACKED | {"measured": None, "within": None}]
+        write(study / stage / f"{stage}.json", {"metrics": rows})
+        text = said(study)["What is wrong"]
+        assert text.startswith("Nothing") != wrong
+        assert tells(text, "Bulk", f"{measured:g}", "717.4", "752.8")
+        assert tells(text, "4.9 %", "missed") == wrong
+        assert text.count("Bulk") == 1
+
+
+def joint(**changes):
+    """joint.json of two tests that agree."""
+    target = {"rig": "vessel", "metric": "poured_density_kg_m3", "measured": 773.0,
+              "predicted": 754.0, "pull": 1.1, "pull_others": 1.8, "p_others": 0.2,
+              "agrees": True}  # fmt: skip
+    parameters = {"factor_a": {"interval": [0.5, 1.5]}, "factor_b": {"interval": [0.0, 2.0]}}
+    agreement = {"p": 0.5, "contradicts": False, "named": []}
+    return {"targets": [target], "parameters": parameters, "agreement": agreement} | changes
+
+
+def test_tests_that_contradict_the_others_are_wrong(study):
+    write(study / "joint" / "joint.json", joint())
+    assert said(study)["What is wrong"].startswith("Nothing")
+    (target,) = joint()["targets"]
+    off = target | {"pull_others": 3.4, "p_others": 0.001, "agrees": False}
+    write(study / "joint" / "joint.json", joint(targets=[off]))
+    assert tells(said(study)["What is wrong"], "Vessel", "773 kg/m³", "+3.4", "0.001")
+    apart = {"p": 0.003, "contradicts": True, "named": ["vessel poured density", "heap angle"]}
+    write(study / "joint" / "joint.json", joint(agreement=apart))
+    assert tells(said(study)["What is wrong"], "vessel poured density", "heap angle")
+
+
+def test_a_calibrated_value_that_all_tests_leave_out_is_wrong(study):
+    """One target gave 1.0 of factor a; all tests together leave 1.2 to 1.5."""
+    narrow = {"factor_a": {"interval": [1.2, 1.5]}, "factor_b": {"interval": [0.0, 2.0]}}
+    write(study / "joint" / "joint.json", joint(parameters=narrow))
+    text = said(study)["What is wrong"]
+    assert tells(text, "factor a 1", "1.2 to 1.5")
+    assert "factor b" not in text
+
+
 def test_the_block_has_every_parameter_and_what_was_held_fixed(study):
     entries = {
         "contacts.particle_wall.restitution": {"value": 0.4, "source": "bench test"},

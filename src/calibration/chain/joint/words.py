@@ -16,7 +16,8 @@ TELLS = 0.9  # of today's standard deviation: a test that leaves more tells litt
 
 def sentences(summary: Mapping[str, Any], response: Response) -> list[str]:
     """What came out, for the report."""
-    said = [*_bounded(summary), *_borders(summary), *_contradictions(summary), *_targets(summary)]
+    said = [*_bounded(summary), *_borders(summary), *_contradictions(summary)]
+    said += _targets(summary["targets"])
     return [*said, *_next(summary), *_doubts(summary)]
 
 
@@ -57,6 +58,13 @@ def _fall(parameter):
     return f"have not fallen off at {parameter['reach']:.3g}, the {side} that is possible"
 
 
+def against(summary: Mapping[str, Any]) -> list[str]:
+    """What of the targets speaks against the model: a contradiction between them, and each one of
+    which all others expect another value. Of a mapping of joint.json."""
+    named = _contradictions(summary) if summary["agreement"]["contradicts"] else []
+    return [*named, *_targets([t for t in summary["targets"] if not t["agrees"]])]
+
+
 def _contradictions(summary):
     found = summary["agreement"]
     if not found["contradicts"]:
@@ -74,9 +82,9 @@ def _contradictions(summary):
     ]
 
 
-def _targets(summary):
+def _targets(targets):
     said = []
-    for target in summary["targets"]:
+    for target in targets:
         shown = response_of(target["metric"])
         said.append(
             f"{_first(target['rig'])}, {shown.name}: measured {shown.value(target['measured'])}, "

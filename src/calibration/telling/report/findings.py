@@ -7,9 +7,10 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from calibration.chain.joint.words import against
 from calibration.chain.posterior_words import following, known
 from calibration.chain.study import Results
-from calibration.figures import label
+from calibration.figures import label, response_of
 from calibration.intake.tables import read_written
 from calibration.statistics.numbers import fixed, signed
 from calibration.telling.report.known import POOR, posterior_of, said_by_diagnosis
@@ -41,9 +42,15 @@ def findings(study: Path, response: Response) -> list[tuple[str, str]]:
     elif optimum and region:
         found.append(("What stays open", stays_open(optimum, region, response)))
     if screening or optimum:
-        wrong = _judged(study, response)
-        text = " ".join(wrong) or "Nothing that was measured and simulated speaks against them."
-        found.append(("What is wrong", text))
+        predicted = second_experiments(Results(study), response)
+        wrong = [
+            *_judged(study, response),
+            *(_missed(row) for row in predicted if not row["within"]),
+            *_of_all_tests(study),
+        ]
+        wrong = wrong or ["Nothing that was measured and simulated speaks against them."]
+        met = [_met(row) for row in predicted if row["within"]]
+        found.append(("What is wrong", " ".join([*wrong, *met])))
         odd = [*_screened(screening, response), *_fitted(study)]
         if odd:
             found.append(("What to know of the runs", " ".join(odd)))
@@ -165,6 +172,69 @@ def _judged(study, response):
     if verdict and verdict["verdict"] != "adequate":
         found += said_by_diagnosis(verdict)
     return found
+
+
+def second_experiments(results: Results, response: Response) -> list[Mapping[str, Any]]:
+    """The rows of push_through.json of a folder's `Results` that have a measured value of another
+    metric than the calibrated one: what the calibrated grains give in another machine, beside it.
+    The draws of one target come first."""
+    return [
+        row
+        for stage in ("push_through", "joint_push_through")
+        for row in (results.summary(stage) or {}).get("metrics", [])
+        if row["measured"] is not None and response_of(row["metric"]) != response
+    ]
+
+
+def _missed(row):
+    metric = response_of(row["metric"])
+    apart = 100.0 * (row["mean"] - row["measured"]) / abs(row["measured"])
+    return (
+        f"{_expected(row, metric)}. The second experiment is missed by {abs(apart):.1f} %: a law "
+        "may be missing, the grains may have another shape or size, or a measurement may be wrong."
+    )
+
+
+def _met(row):
+    return f"{_expected(row, response_of(row['metric']))}: the second experiment is met."
+
+
+def _expected(row, metric):
+    """A row of a second experiment in words, without its end."""
+    machine = label(row["machine"])
+    return (
+        f"{machine[:1].upper()}{machine[1:]}, {metric.name}: measured "
+        f"{metric.value(row['measured'])}, and a further run of the calibrated grains lies between "
+        f"{metric.value(row['low'])} and {metric.value(row['high'])} (95 %)"
+    )
+
+
+def _of_all_tests(study):
+    """What the joint posterior objects to: targets that contradict each other, and values of this
+    page that all tests together leave out."""
+    results = Results(study)
+    found, optimum = results.summary("joint"), results.summary("optimise", "optimum")
+    if not found:
+        return []
+    return [
+        *against(found),
+        *(_outside(found["parameters"], optimum["optimum"]) if optimum else []),
+    ]
+
+
+def _outside(parameters, optimum):
+    """Calibrated values outside the intervals of all tests together."""
+    parts = []
+    for name, value in optimum.items():
+        low, high = parameters[name]["interval"] if name in parameters else (value, value)
+        if not low <= value <= high:
+            parts.append(f"{_between(name)} {value:.3g} (all tests: {low:.3g} to {high:.3g})")
+    if not parts:
+        return []
+    return [
+        f"The values of this page meet one target; all tests together ask for others: "
+        f"{', '.join(parts)}."
+    ]
 
 
 def _between(name):
