@@ -2,6 +2,8 @@
 Expected numbers are worked out by hand or from closed forms."""
 
 import math
+import time
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +21,9 @@ from calibration.study.new import questions
 from calibration.study.new.answers import separate
 from calibration.study.new.grains import clump_of_axes
 from calibration.study.new.methods import methods
+from calibration.study.stages import expected_runs
 from dem.clump import fault, shape_of
+from dem.experiments import experiments
 from facts import tells
 
 WHEAT = (
@@ -85,6 +89,26 @@ def test_wheat_becomes_four_rigs_on_one_calibration(here, capsys):
     said = capsys.readouterr().out
     assert tells(said, "assumed", "cylinder")
     assert config.targets[0].discrepancy > 0.0
+
+
+def test_the_pilot_compiles_first_and_tells_what_the_study_takes(here, monkeypatch, capsys):
+    """A minute of a processor a run: 96 runs of cylinder and vessel, which scatter, and 80 of drop
+    and plane are 176 minutes of two cores; the chain makes the cylinder's alone."""
+    made, minutes = [], count(0, 60)
+
+    def run(spec, out):
+        made.append(spec.experiment)
+        return {"metrics": dict.fromkeys(experiments()[spec.experiment].targets, 1.0)}
+
+    monkeypatch.setattr("dem.warm.compile_engine", lambda: made.append("compiled"))
+    monkeypatch.setattr("dem.run.run", run)
+    monkeypatch.setattr(time, "process_time", lambda: next(minutes))
+    assert main(["new", "wheat", *WHEAT]) == 0
+    assert made == ["compiled", "lifted_cylinder", "bulk_density", "drop", "tilt"]
+    chain = expected_runs(parse_config(yaml.safe_load(Path("wheat/config.yaml").read_text())))
+    whole = 176 + round(chain / 2)
+    said = capsys.readouterr().out
+    assert tells(said, "joint", "2 h 56 min", f"{whole // 60} h {whole % 60} min")
 
 
 def test_a_cylinder_that_is_told_counts_without_doubt(here, capsys):

@@ -15,6 +15,7 @@ from calibration.study.factors import read_factors
 from calibration.study.new.pilot import advice, corners, cost, pilot, shrunk
 from calibration.study.new.reach import reach
 from calibration.study.new.study import write_factors
+from calibration.study.stages import expected_runs
 from dem.errors import DemError, StoppedError
 from dem.experiments import experiments
 from dem.spec import parse_spec
@@ -54,27 +55,35 @@ def try_rigs(folder: str | Path, show: Callable[[str], object] = print) -> None:
     """Run each rig of a joint study once, in the quick profile and in the middle of the ranges, and
     say what it gives beside what was measured, or why it gives nothing, and what the stage will
     take."""
+    from dem.warm import compile_engine  # loads the engine
+
     path = Path(folder) / "config.yaml"
     data = yaml.safe_load(path.read_text("utf-8")) | {"resolution": "quick"}
     config = parse_config(data, files=[path])
     show("pilot, in the quick profile: the engine is compiled first, which takes a minute once")
+    compile_engine()  # else the first rig's time would hold it, and the estimate a multiple of it
     factors = read_factors(config.factors)
-    seconds = 0.0
+    lasted = {}
     for rig in config.rigs:
-        words, lasted = _one_run(config, factors, rig)
-        show(f"{rig}: {words} ({lasted:.0f} s)")
-        seconds += lasted * _runs_of(config, rig)
-    show(f"the stage joint takes about {_duration(seconds / 2)} on two cores in the quick profile")
+        words, lasted[rig] = _one_run(config, factors, rig)
+        show(f"{rig}: {words} ({lasted[rig]:.0f} s)")
+    joint = sum(seconds * _runs_of(config, rig) for rig, seconds in lasted.items())
+    chain = expected_runs(config) * next(iter(lasted.values()))  # the first rig is the study's own
+    show(
+        f"on two cores in the quick profile: the stage joint about {_duration(joint / 2)}, with "
+        f"the chain, the report and the exports about {_duration((joint + chain) / 2)}"
+    )
 
 
 def _one_run(config, factors, rig):
-    """(what a rig gives in words, seconds that it took)."""
-    from dem.run import run  # compiles the engine
+    """(what a rig gives in words, seconds of a processor that it took: other programs that run
+    beside the pilot do not count)."""
+    from dem.run import run  # loads the engine
 
     own = config.rigs[rig]
     levels = {f.key: f.centre for f in factors}
     targets = [t for t in config.targets if t.rig == rig]
-    begun = time.perf_counter()
+    begun = time.process_time()
     try:
         spec = parse_spec(point_spec(machine_run(config, own), own.experiment, levels, config.seed))
         with tempfile.TemporaryDirectory() as work:
@@ -82,9 +91,9 @@ def _one_run(config, factors, rig):
     except StoppedError:
         raise
     except DemError as error:
-        return f"no value in the middle of the ranges: {error}", time.perf_counter() - begun
+        return f"no value in the middle of the ranges: {error}", time.process_time() - begun
     told = [_beside(config, t, found) for t in targets]
-    return ", ".join(told) or "runs; no target", time.perf_counter() - begun
+    return ", ".join(told) or "runs; no target", time.process_time() - begun
 
 
 def _beside(config, target, found):
