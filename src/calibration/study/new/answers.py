@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from calibration.errors import CalibrationError
-from calibration.study.new.methods import Answer, Entry, Method, methods
+from calibration.study.new.methods import Answer, Entry, Method, Question, methods
 from calibration.study.new.methods.declare import spread_of
+from dem.units import has_unit, in_ascii, unit_of
 
 LINE = ("shear-cell", "wall-friction")
 """Methods whose single readings at three loads or more scatter about a line, which is their
@@ -249,3 +250,41 @@ def separate(text: str) -> list[str]:
         thousands = all(re.fullmatch(r"\d{3}", p) for p in parts[1:])
         return [text] if thousands else [t for p in parts if (t := p.strip())]
     return [text]
+
+
+def with_unit(q: Question | None, text: str, unit: str | None) -> str:
+    """A cell's text; with its heading's unit where that is not the question's own."""
+    if q is None or not unit or not q.unit or has_unit(text.replace(",", ".")):
+        return text
+    own = unit_of(q.unit)
+    return text if unit in (own, in_ascii(own)) else f"{text} {unit}"
+
+
+def entries_of(
+    place: str, method: Method, filled: list[tuple[int, dict]], faults: list[str]
+) -> list[Raw]:
+    """[Raw] of the rows of a sheet or table: of a grain all rows together, of a test those of the
+    same conditions, which empty cells take from the row above. filled: (line, {question's key:
+    (text, place)}); a row without a reading goes to `faults`."""
+    readings = {q.key for q in method.readings}
+    if not method.becomes:
+        answers: dict[str, list] = {}
+        for _, row in filled:
+            for key, answer in row.items():
+                answers.setdefault(key, []).append(answer)
+        return [Raw(method.name, answers, place)]
+    groups: dict[tuple, dict[str, list]] = {}
+    conditions: dict[str, tuple[str, str]] = {}
+    for line, row in filled:
+        own = {k: v for k, v in row.items() if k not in readings and k not in ("sd", "n")}
+        conditions = conditions | own
+        if not readings & set(row):
+            faults.append(f"{place}, line {line}: has no {' or '.join(sorted(readings))}; allowed: "
+                          "a reading in each row")  # fmt: skip
+            continue
+        same = tuple(sorted((k, text) for k, (text, _) in conditions.items()))
+        group = groups.setdefault(same, {k: [v] for k, v in conditions.items()})
+        for key in row:
+            if key not in own:
+                group.setdefault(key, []).append(row[key])
+    return [Raw(method.name, answers, place) for answers in groups.values()]

@@ -10,8 +10,8 @@ from calibration.intake.photo_names import PICTURES
 from calibration.study.new.answers import Raw, words_of
 from calibration.study.new.grains import FINE_MM
 from calibration.study.new.methods import Question, methods
+from calibration.study.new.reading_tables import TABLES, is_table, raws_of_tables
 
-TABLES = (".csv", ".tsv", ".txt", ".xlsx")
 MANY = ("measured",)
 """Options of a single question that take several words."""
 
@@ -84,7 +84,14 @@ def raws_of(args: argparse.Namespace) -> list[Raw]:
         single = _single(method, args)
         entries = getattr(args, f"method_{method.name}", None) or ([[]] if single else [])
         for k, words in enumerate(entries):
-            raw = words_of(method, words, f"option --{method.name}")
+            files = [] if _of_heaps(method) else [word for word in words if is_table(word)]
+            told = [word for word in words if word not in files]
+            raw = words_of(method, told, f"option --{method.name}")
+            if files:
+                raws, said = raws_of_tables(method, files, raw, getattr(args, "sheet", None))
+                found += raws
+                print(*said, sep="\n", end="\n" if said else "")
+                continue
             answers = dict(_read_files(method, raw, args))
             if twice := answers.keys() & single.keys() if k == 0 else ():
                 key = min(twice)
@@ -95,6 +102,11 @@ def raws_of(args: argparse.Namespace) -> list[Raw]:
             answers |= single if k == 0 else {}
             found.append(Raw(method.name, answers, raw.place))
     return found
+
+
+def _of_heaps(method):
+    """Whether a method reads angles of repose: those stand in photographs too."""
+    return any(q.unit == "angle_of_repose_deg" for q in method.readings)
 
 
 def _read_files(method, raw, args):

@@ -13,10 +13,10 @@ from calibration.errors import CalibrationError, ConfigError
 from calibration.files import replacing
 from calibration.intake.guard import decoding, in_study
 from calibration.intake.tables import read_rows
-from calibration.study.new.answers import Faults, Raw, read_entries
-from calibration.study.new.methods import Method, Question, methods
+from calibration.study.new.answers import Faults, Raw, entries_of, read_entries, with_unit
+from calibration.study.new.methods import Method, methods
 from dem.tables.encoding import WORKBOOK, kind_of, read_bytes
-from dem.units import has_unit, in_ascii, unit_of
+from dem.units import in_ascii, unit_of
 
 FIRST, NOTES = "read me", "notes"
 """Sheets of words, which are not read."""
@@ -197,7 +197,7 @@ def _of_sheet(place, method, rows, faults):
     filled = [(line, found) for line, found in rows_of if found]
     if not filled:
         return []
-    return _entries(place, method, filled, faults)
+    return entries_of(place, method, filled, faults)
 
 
 def _plain(cell):
@@ -219,40 +219,4 @@ def _answers(
             faults.append(f"{where}: {text} stands below no heading; allowed: the sheet's columns")
             continue
         key = heading[1].strip()
-        yield key, (_with_unit(method.question(key), text, heading[2]), where)
-
-
-def _with_unit(q: Question | None, text: str, unit: str | None) -> str:
-    """A cell's text; with its heading's unit where that is not the question's own."""
-    if q is None or not unit or unit == _unit(q) or has_unit(text.replace(",", ".")):
-        return text
-    return f"{text} {unit}"
-
-
-def _entries(
-    place: str, method: Method, filled: list[tuple[int, dict]], faults: list[str]
-) -> list[Raw]:
-    """[Raw] of a sheet's rows: of a grain all rows together, of a test those of the same
-    conditions, which empty cells take from the row above."""
-    readings = {q.key for q in method.readings}
-    if not method.becomes:
-        answers: dict[str, list] = {}
-        for _, row in filled:
-            for key, answer in row.items():
-                answers.setdefault(key, []).append(answer)
-        return [Raw(method.name, answers, place)]
-    groups: dict[tuple, dict[str, list]] = {}
-    conditions: dict[str, tuple[str, str]] = {}
-    for line, row in filled:
-        own = {k: v for k, v in row.items() if k not in readings and k not in ("sd", "n")}
-        conditions = conditions | own
-        if not readings & set(row):
-            faults.append(f"{place}, line {line}: has no {' or '.join(sorted(readings))}; allowed: "
-                          "a reading in each row")  # fmt: skip
-            continue
-        same = tuple(sorted((k, text) for k, (text, _) in conditions.items()))
-        group = groups.setdefault(same, {k: [v] for k, v in conditions.items()})
-        for key in row:
-            if key not in own:
-                group.setdefault(key, []).append(row[key])
-    return [Raw(method.name, answers, place) for answers in groups.values()]
+        yield key, (with_unit(method.question(key), text, heading[2]), where)

@@ -62,7 +62,8 @@ METHOD = Method(
     about="Grains are poured into a vessel, struck off and weighed.",
     questions=(
         Question("density", "mass over volume, each reading", "poured_density_kg_m3",
-                 reading=True, needed=True, example="765 kg/m3"),
+                 reading=True, needed=True, example="765 kg/m3",
+                 headings=("bulk density", "schüttdichte", "masse volumique apparente")),
         Question("vessel", "inner diameter of the vessel", "inner_diameter_mm", example="100 mm"),
     ),
     rank=20,

@@ -19,6 +19,9 @@ WALLS = ("steel", "aluminium", "glass", "acrylic", "wood")
 steel's elasticity stands for all. Rubber is not."""
 
 
+NORMAL_STRESS = ("normalspannung", "auflast", "contrainte normale", "normal load")
+"""What tables call the load of a test."""
+
 LARGEST = 1e6
 """Of any number in its question's unit: what is beyond is no laboratory's."""
 
@@ -49,7 +52,8 @@ class Question:
     number without a unit; words: the answers that are allowed, in place of a number; free: any
     text; reading: whether it is what was read, of which there may be several; needed: whether the
     method says nothing without it; least (not itself unless `whole`), most: of the number; whole: a
-    count; option: its own option of `dem new`, where it has one; example: an answer.
+    count; option: its own option of `dem new`, where it has one; example: an answer; headings: what
+    tables call it beside its key and unit's name, in small letters.
     """
 
     key: str
@@ -64,6 +68,7 @@ class Question:
     whole: bool = False
     option: str = ""
     example: str = ""
+    headings: tuple[str, ...] = ()
 
     @property
     def allowed(self) -> str:

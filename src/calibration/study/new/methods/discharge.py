@@ -98,7 +98,7 @@ METHOD = Method(
     about="A silo or hopper runs empty, and the mass over time is read.",
     questions=(
         Question("flow", "mass in a second, each reading", "mass_flow_g_s", reading=True,
-                 example="45 g/s"),
+                 example="45 g/s", headings=("massenstrom", "débit massique", "débit")),
         Question("time", "or the time in which a mass ran out", "emptying_time_s", reading=True,
                  example=""),
         Question("mass", "the mass that ran out in that time", "mass_kg", example=""),

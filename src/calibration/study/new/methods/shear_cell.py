@@ -2,6 +2,7 @@
 
 from calibration.study.new.grains import Grains
 from calibration.study.new.methods.declare import (
+    NORMAL_STRESS,
     Entry,
     LaboratoryTest,
     Method,
@@ -55,11 +56,12 @@ METHOD = Method(
     "load.",
     questions=(
         Question("stress", "peak of the shear stress, each reading", "shear_stress_kPa",
-                 reading=True, needed=True, example="1.9 kPa"),
+                 reading=True, needed=True, example="1.9 kPa",
+                 headings=("schubspannung", "scherspannung", "contrainte de cisaillement")),
         Question("load", "normal stress under which it was sheared", "normal_stress_kPa",
-                 needed=True, example="2 kPa"),
+                 needed=True, example="2 kPa", headings=NORMAL_STRESS),
         Question("preshear", "normal stress of the pre-shear", "preshear_normal_stress_kPa",
-                 example="6 kPa"),
+                 example="6 kPa", headings=("anscherspannung", "pre-shear")),
     ),
     rank=31,
     becomes=becomes,

@@ -41,7 +41,8 @@ METHOD = Method(
     about="The vessel is dropped from a small height again and again (ISO 3953).",
     questions=(
         Question("density", "mass over volume, each reading", "tapped_density_kg_m3",
-                 reading=True, needed=True, example="810 kg/m3"),
+                 reading=True, needed=True, example="810 kg/m3",
+                 headings=("bulk density", "stampfdichte", "masse volumique tassée")),
         Question("taps", "number of taps", whole=True, least=1, most=10000, needed=True,
                  example="100"),
         Question("height", "height of each tap", "tap_height_mm", example="3 mm"),

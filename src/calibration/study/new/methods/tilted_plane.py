@@ -50,7 +50,8 @@ METHOD = Method(
     "until they slide.",
     questions=(
         Question("angle", "angle at which they slide, each reading", "sliding_angle_deg",
-                 reading=True, needed=True, most=89.0, example="21"),
+                 reading=True, needed=True, most=89.0, example="21",
+                 headings=("gleitwinkel", "rutschwinkel", "angle de glissement", "winkel")),
         Question("rate", "speed of tilting", "tilt_rate_deg_s", most=90.0, example=""),
         wall_question("what the plate is of"),
     ),

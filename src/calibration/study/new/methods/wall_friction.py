@@ -3,6 +3,7 @@
 from calibration.errors import CalibrationError
 from calibration.study.new.grains import Grains
 from calibration.study.new.methods.declare import (
+    NORMAL_STRESS,
     Entry,
     LaboratoryTest,
     Method,
@@ -54,10 +55,13 @@ METHOD = Method(
     about="A bed under a load slides on a plate; a test a load.",
     questions=(
         Question("stress", "shear stress on the plate, each reading", "wall_shear_stress_kPa",
-                 reading=True, example="0.6 kPa"),
+                 reading=True, example="0.6 kPa",
+                 headings=("wandschubspannung", "schubspannung", "contrainte de cisaillement",
+                           "shear stress")),
         Question("angle", "or the angle of wall friction", "wall_friction_angle_deg",
-                 reading=True, most=89.0, example=""),
-        Question("load", "normal stress", "normal_stress_kPa", needed=True, example="2 kPa"),
+                 reading=True, most=89.0, example="", headings=("wandreibungswinkel",)),
+        Question("load", "normal stress", "normal_stress_kPa", needed=True, example="2 kPa",
+                 headings=NORMAL_STRESS),
         wall_question("what the plate is of"),
     ),
     rank=32,

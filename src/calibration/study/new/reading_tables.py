@@ -1,0 +1,156 @@
+"""The readings of a test in a table that its option names: the rows as answers, each with its
+line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from calibration.errors import CalibrationError, ConfigError
+from calibration.intake.measurements import read_measured
+from calibration.intake.quantities import quantity_name
+from calibration.intake.tables import read_table
+from calibration.study.new.answers import Faults, Raw, entries_of, with_unit
+from dem.tables.dialect import plain
+from dem.units import unit_of, without_unit
+
+if TYPE_CHECKING:
+    from calibration.intake.measurements import Measurement
+    from calibration.intake.tables import Table
+    from calibration.study.new.methods import Method, Question
+
+
+TABLES = (".csv", ".tsv", ".txt", ".xlsx")
+
+
+def is_table(word: str) -> bool:
+    """Whether a word of an option names a table."""
+    return "=" not in word and Path(word).suffix.lower() in TABLES
+
+
+def raws_of_tables(
+    method: Method, files: Sequence[str], beside: Raw, sheet: str | None = None
+) -> tuple[list[Raw], list[str]]:
+    """([Raw], sentences) of the tables that an option names; beside: what its other words answer,
+    which holds for all rows; sheet: of workbooks. The sentences name columns that are not read.
+
+    Raises CalibrationError for readings or conditions that stand in both, and for a table without a
+    column of what is read.
+    """
+    read = [key for key in beside.answers if (q := method.question(key)) and q.reading]
+    if read:
+        raise CalibrationError(
+            f"{beside.answers[read[0]][0][1]}: a reading beside the table {files[0]}; allowed: "
+            "all readings in the table, or all in the option"
+        )
+    found, said = [], []
+    for file in files:
+        raws, unread = _of_table(method, Path(file), sheet)
+        found += [_joined(raw, beside) for raw in raws]
+        if unread:
+            said.append(f"{file}: not read: {', '.join(unread)}")
+    return found, said
+
+
+def _joined(raw, beside):
+    """A table's answers with those beside it."""
+    if twice := raw.answers.keys() & beside.answers.keys():
+        key = min(twice)
+        raise CalibrationError(
+            f"{beside.answers[key][0][1]}: {key} stands at {raw.answers[key][0][1]} too; allowed: "
+            "one of the two"
+        )
+    return Raw(raw.method, {**raw.answers, **beside.answers}, raw.place)
+
+
+def _of_table(method, path, sheet):
+    """([Raw], headings that are not read) of one table."""
+    table = read_table(path, sheet=sheet)
+    if "quantity" in table.header:
+        return list(_of_measured(method, path, sheet)), []
+    columns = _columns(method, table)
+    faults = []
+    rows = ((line, dict(_row(columns, table, line, row))) for line, row in table.rows)
+    found = entries_of(path.name, method, [(n, row) for n, row in rows if row], faults)
+    if faults:
+        raise Faults(faults)
+    if not found:
+        raise ConfigError("has no readings", path=path, allowed="a row for each reading")
+    return found, [heading for heading in table.header if heading not in columns]
+
+
+def _columns(method: Method, table: Table) -> dict[str, Question]:
+    """{heading: `Question`}. Raises ConfigError where two headings mean one question, or none is of
+    what is read."""
+    columns: dict[str, Question] = {}
+    for heading in table.header:
+        q = next((q for q in method.asked if _named(heading) in _names(q)), None)
+        if q in columns.values():
+            first = next(h for h, other in columns.items() if other == q)
+            raise ConfigError(f"means the same as {first}", path=table.path, column=heading,
+                              line=table.header_line, allowed="one of them")  # fmt: skip
+        columns |= {heading: q} if q else {}
+    if not columns and len(table.header) == 1:
+        return {table.header[0]: method.readings[0]}
+    if not any(q.reading for q in columns.values()):
+        raise ConfigError(
+            f"has no column of what {method.name} reads", path=table.path, line=table.header_line,
+            value=", ".join(table.header),
+            allowed="; ".join(f"{' or '.join(_names(q))}: {q.text}" for q in method.readings),
+        )  # fmt: skip
+    return columns
+
+
+def _names(q):
+    """Headings that mean a question, in small letters."""
+    own = (q.key, without_unit(q.unit) if q.unit else q.key)
+    return list(dict.fromkeys([*(n.replace("_", " ") for n in own), *q.headings]))
+
+
+def _named(heading):
+    """A heading without the unit that its name may end in, in small letters."""
+    return " ".join(re.split(r"[\s_]+", without_unit(heading))).lower()
+
+
+def _row(columns, table, line, row):
+    """(question's key, (text, place)) of the filled cells of a row. Numbers have a decimal point,
+    by the table's own rule."""
+    for heading, q in columns.items():
+        cell = row[heading].strip()
+        if cell:
+            text = cell if q.words or q.free else plain(cell, table.decimal)
+            unit = table.units.get(heading) or unit_of(heading)
+            place = f"{table.path.name}, line {line}, column {heading}"
+            yield q.key, (with_unit(q, text, unit), place)
+
+
+def _of_measured(method: Method, path: Path, sheet: str | None) -> Iterator[Raw]:
+    """`Raw` of each condition of a table of measured values, as `dem shear` and `dem bounce` write
+    it."""
+    for q in method.readings:
+        for m in read_measured(path, sheet=sheet).conditions:
+            if m.quantity == quantity_name(q.unit) and not m.outcome:
+                yield Raw(method.name, _of_condition(method, q, m, path), path.name)
+
+
+def _of_condition(method: Method, q: Question, m: Measurement, path: Path) -> dict:
+    place = f"{path.name}, line {m.line}"
+    if m.readings:
+        lines = m.lines or [m.line] * len(m.readings)
+        told = [(_said(q, v), f"{path.name}, line {n}")
+                for v, n in zip(m.readings, lines, strict=True)]  # fmt: skip
+        answers = {q.key: told}
+    else:
+        answers = {q.key: [(_said(q, m.value), place)], "n": [(str(m.n), place)]}
+        answers |= {"sd": [(_said(q, m.sd), place)]} if m.sd is not None else {}
+    levers = {other.unit: other for other in method.questions if other.unit and not other.reading}
+    for key, value in m.levers.items():
+        if key in levers:
+            answers[levers[key].key] = [(_said(levers[key], value), place)]
+    return answers
+
+
+def _said(q, value):
+    return f"{value:.9g} {unit_of(q.unit)}"

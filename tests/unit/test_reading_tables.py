@@ -1,0 +1,99 @@
+"""Readings of a laboratory's tests in tables that the options of `dem new` name."""
+
+from pathlib import Path
+
+import openpyxl
+import pandas as pd
+import pytest
+import yaml
+
+from calibration.interface.commands import main
+from calibration.study.config import parse_config
+from calibration.study.config.joint import read_joint_target
+from facts import tells
+
+GRAINS = "--density 2.7g/cm3 --grain 2mm --bulk-density 1500kg/m3 1510kg/m3".split()
+DROPS = "Prüfbericht 12;;\nRückprallhöhe [mm];Datum;wall\n78,5;3.5.;steel\n81;;\n7,6 cm;;steel\n"
+SHEARS = "normal stress [kPa],shear stress [kPa]\n2,1.9\n4,3.4\n6,4.8\n8,6400 Pa\n"
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("drops.csv").write_text(DROPS)
+    Path("shear.csv").write_text(SHEARS)
+    return tmp_path
+
+
+def new(*options):
+    return main(["new", "study", *GRAINS, *options, "--no-pilot"])
+
+
+def targets():
+    path = Path("study", "config.yaml")
+    config = parse_config(yaml.safe_load(path.read_text()), files=[path])
+    return {(t.rig, t.metric): read_joint_target(config, t) for t in config.targets}
+
+
+def test_drops_and_shear_stresses_are_read_from_tables(here, capsys):
+    """A title line, German headings, decimal commas, a cell with a unit of its own, and a column
+    of no question, which is named."""
+    assert new("--drop", "drops.csv", "height=300mm", "--shear-cell", "shear.csv") == 0
+    found = targets()
+    assert found["drop", "rebound_height_mm"].mean[0] == pytest.approx((78.5 + 81 + 76) / 3)
+    stresses = {load: found[f"shear_{load}_kPa", "shear_stress_kPa"].mean[0] for load in (2, 4, 8)}
+    assert stresses == {2: pytest.approx(1.9), 4: pytest.approx(3.4), 8: pytest.approx(6.4)}
+    assert tells(capsys.readouterr().out, "drops.csv", "Datum")
+    places = "\n".join(pd.read_csv("study/given.csv")["from"])
+    assert tells(places, "drops.csv", "line 4", "Rückprallhöhe")
+
+
+def test_what_dem_shear_writes_is_read_and_so_is_a_sheet(here):
+    assert main(["shear", "shear.csv", "--out", "locus.csv"]) == 0
+    book = openpyxl.Workbook()
+    book.active.title = "notes"
+    book.active.append(["measured in May"])
+    sheet = book.create_sheet("rebounds")
+    for row in (["rebound", "height"], [78, 300], [80, None]):
+        sheet.append(row)
+    book.save("tests.xlsx")
+    options = "--drop tests.xlsx --sheet rebounds --shear-cell locus.csv".split()
+    assert new(*options) == 2  # a text has no sheets
+    assert new(*options[:4]) == 0
+    assert targets()["drop", "rebound_height_mm"].mean[0] == 79
+    Path("study").rename("first")
+    assert new("--shear-cell", "locus.csv") == 0
+    assert targets()["shear_6_kPa", "shear_stress_kPa"].mean[0] == pytest.approx(4.8)
+
+
+@pytest.mark.parametrize(
+    ("text", "facts"),
+    [
+        ("rebound;height\n78;300\nhigh;300\n", ["drops.csv", "line 3", "rebound", "high"]),
+        ("rebound;height\n78;300\n;300\n", ["drops.csv", "line 3", "rebound"]),
+        ("rebound;height\n78;300\n0,3;300\n", ["line 3", "0.3", "doubtful"]),
+        ("rebound;height\n7,8;3\n78;300\n", ["line 2", "drop"]),  # another height
+        ("bounce;height\n78;300\n", ["drops.csv", "line 1", "rebound"]),
+        ("rebound;Rückprallhöhe [mm]\n78;78\n", ["drops.csv", "line 1", "rebound"]),
+        ("rebound;height\n", ["drops.csv"]),
+    ],
+)
+def test_a_fault_of_a_table_has_its_line(here, capsys, text, facts):
+    Path("drops.csv").write_text(text)
+    assert new("--drop", "drops.csv") == 2
+    assert tells(capsys.readouterr().err, *facts)
+    assert not Path("study").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "facts"),
+    [
+        ("nothing.csv height=300mm", ["nothing.csv"]),
+        ("drops.csv 79 height=300mm", ["79", "drops.csv"]),
+        ("drops.csv wall=steel height=300mm", ["wall", "line 3"]),
+        ("drops.csv", ["drops.csv", "height"]),
+    ],
+)
+def test_words_beside_a_table_that_do_not_go_with_it_are_refused(here, capsys, words, facts):
+    assert new("--drop", *words.split()) == 2
+    assert tells(capsys.readouterr().err, *facts)
