@@ -247,6 +247,28 @@ def test_an_adequate_table_says_what_it_leaves_open(ball):
     assert tells(first_lines(ball | more)[2], "restitution over speed", "-4 %", "+3 %")
 
 
+HEAPS = {
+    "verdict": "adequate", "causes": [], "family_p": 0.3, "emulators": [{"experiment": "heap"}],
+    "next_measurement": {
+        "experiment": "heap", "levers": {"particle_diameter_mm": 3.6}, "information_bits": 0.1,
+        "predictions": {"base": {"value": 37.0, "sd": 1.0}, "cohesion": {"value": 40.5, "sd": 1.0}},
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("p", "gain", "told"), [(0.08, 0.9, True), (0.3, 0.9, False), (0.08, -1, False)]
+)
+def test_heaps_that_a_mechanism_meets_better_ask_for_the_setting_that_shows_it(ball, p, gain, told):
+    """Where chance does as well in 8 %, though not where it does in 30 %."""
+    ranking = [{"mechanism": "cohesion", "gain": gain}]
+    own = HEAPS | {"ranking": ranking, "lack_of_fit": ball["lack_of_fit"] | {"p": p}}
+    lines = first_lines(ball | own | {"misfit": ball["lack_of_fit"], "exclusion": []})
+    assert len(lines) == 2 + told
+    if told:
+        assert tells(lines[2], "cohesion", "8 %", "3.6 mm", "40.5", "37")
+
+
 def test_tests_without_a_value_come_first_where_they_are_off_most(ball):
     outcome = {"experiment": "heap", "levers": {"particle_diameter_mm": 7.0}, "tests": 3}
     outcome |= {"failed": 2, "before": 0.01, "after": None}

@@ -6,16 +6,19 @@ from typing import Any
 from calibration.figures import label
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from diagnosis.page.cause import lines_of, pointed, scattered
-from diagnosis.page.words import amount, capital, in_unit, quantity, setting
+from diagnosis.page.words import amount, capital, chance, in_unit, quantity, setting
 
 MOST_TOLD = 2
+HINT = 0.2
+"""Chance of the misfit, or of the best mechanism's gain, from which on an adequate table of
+emulated experiments says nothing of that mechanism."""
 
 
 def following(verdict: Mapping[str, Any]) -> str | None:
     """The cost by the engine's own runs, the measurement that tells most, or what the data
     exclude."""
     if verdict["verdict"] == "adequate":
-        return _excluded(verdict)
+        return _excluded(verdict) or _hinted(verdict)
     return _cost(verdict) or _next(verdict)
 
 
@@ -110,6 +113,24 @@ def _again(error):
     if error["of"] == "resolution":
         return f"read to less than {error['step']:g} {QUANTITIES[error['experiment']].unit}"
     return None
+
+
+def _hinted(verdict):
+    """The setting that would show best whether the mechanism acts that the table is met with
+    better, where data without a law look so in less than HINT."""
+    n, ranking = verdict.get("next_measurement"), verdict.get("ranking")
+    if not (n and ranking and verdict.get("emulators")) or ranking[0]["gain"] <= 0.0:
+        return None
+    name, p = ranking[0]["mechanism"], min(verdict["lack_of_fit"]["p"], verdict["family_p"])
+    expected, kind = n["predictions"], n["experiment"]
+    if p >= HINT or not {name, "base"} <= set(expected):
+        return None
+    with_it, without = (in_unit(kind, expected[k]["value"], ".3g") for k in (name, "base"))
+    return (
+        f"with {label(name)} these settings are met better, and {chance(p)} of data without a law "
+        f"look so: measure next the {quantity(kind)} at {setting(n['levers'])}, where {with_it} is "
+        f"expected with it and {without} without"
+    )
 
 
 def _excluded(verdict):
