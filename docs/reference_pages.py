@@ -238,6 +238,7 @@ PAGES |= {f"experiment_{name}.md": partial(experiment_page, name) for name in ex
 
 SOURCES = {
     "own-material.md": "config/README.md",
+    "every-part.md": "config/REFERENCE.md",
     "example-soybean.md": "examples/soybean/README.md",
     "changelog.md": "CHANGELOG.md",
 }

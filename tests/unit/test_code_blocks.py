@@ -32,7 +32,7 @@ from dem.units import in_ascii, unit_of
 
 ROOT = Path(__file__).parents[2]
 PAGES = (
-    "README.md", "config/README.md", "data/*/README.md", "docs/*.md", "examples/*/README.md",
+    "README.md", "config/*.md", "data/*/README.md", "docs/*.md", "examples/*/README.md",
     "examples/*.md",
 )  # fmt: skip
 FENCE = re.compile(r"^```(\w*)[^\n]*\n(.*?)^```$", re.M | re.S)

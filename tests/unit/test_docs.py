@@ -68,7 +68,7 @@ def test_the_reference_is_made_from_the_docstrings(site):
 @pytest.mark.parametrize(
     "page",
     sorted(
-        p.relative_to(ROOT).as_posix() for p in [*ROOT.glob("docs/*.md"), ROOT / "config/README.md"]
+        p.relative_to(ROOT).as_posix() for p in [*ROOT.glob("docs/*.md"), *ROOT.glob("config/*.md")]
     ),
 )
 def test_files_that_a_page_names_exist(page):
@@ -105,8 +105,13 @@ def test_the_readme_is_a_screen_and_a_half():
     assert len((ROOT / "README.md").read_text().splitlines()) <= 80
 
 
+def test_a_beginner_s_page_is_under_two_screens():
+    assert len((ROOT / "config/README.md").read_text().splitlines()) <= 80
+
+
 SOURCES = {
     "own-material": "config/README.md",
+    "every-part": "config/REFERENCE.md",
     "example-soybean": "examples/soybean/README.md",
     "changelog": "CHANGELOG.md",
 }

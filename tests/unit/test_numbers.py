@@ -10,7 +10,7 @@ from calibration.statistics.numbers import fixed, signed, spread
 from calibration.telling.report.embed import cell
 
 ROOT = Path(__file__).parents[2]
-PAGES = ("README.md", "config/README.md", "data/*/README.md", "docs/*.md", "examples/*/README.md")
+PAGES = ("README.md", "config/*.md", "data/*/README.md", "docs/*.md", "examples/*/README.md")
 SIGNED_ZERO = re.compile(r"(?<![\w.)^\]])[-−]0(\.0+)?(?!\.?\d)")
 NO_SPREAD = re.compile(r"± ?0(\.0+)?(?![\d.])")
 

@@ -1,4 +1,4 @@
-"""What the reduced profiles and softer grains cost, for `config/README.md`, from the study of the
+"""What the reduced profiles and softer grains cost, for `docs/salt-study.md`, from the study of the
 numerics; `profiles.md.j2` has the words."""
 
 from pathlib import Path

@@ -215,7 +215,7 @@ def _configuration(folder, name, heap, factors, sizes, second=None):
 #   calibration run {quoted(folder)} -n       what it would do
 #   calibration run {quoted(folder)}          all of it, and results/{name}/report.html
 #   --config resolution=quick beside it: a quarter of the grains, for a first look
-# config/README.md walks through every key.
+# config/REFERENCE.md explains every part.
 name: {name}
 factors: {quoted(folder / "factors.tsv")}
 supplements: [{supplements}] # the report waits for it: the parameters as a distribution
