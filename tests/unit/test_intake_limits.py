@@ -3,6 +3,7 @@
 import io
 import os
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import openpyxl
@@ -19,7 +20,17 @@ from calibration.study.config.as_data import data_of
 from calibration.study.new.questions import measured_angles, sieve_curve
 from dem.errors import MeshError
 from dem.io.stl import read_stl
-from dem.tables.limits import KINDS, MOST_CELLS, MOST_PIXELS, MOST_UNPACKED
+from dem.tables.limits import (
+    KINDS,
+    LONGEST_SOUND_S,
+    MB,
+    MOST_CELLS,
+    MOST_COLUMNS,
+    MOST_PIXELS,
+    MOST_ROWS,
+    MOST_TRIANGLES,
+    MOST_UNPACKED,
+)
 from facts import refused, tells
 
 FACET = (
@@ -197,3 +208,14 @@ def test_no_cell_is_a_formula_behind_a_semicolon():
 
     text = csv_text(pd.DataFrame({"note": ["a;=1+1", "b;\t@x", "c; -0.5", "=2"]}))
     assert text.splitlines()[1:] == ["a;'=1+1", "b;\t'@x", "c; -0.5", "'=2"]
+
+
+def test_the_documentation_states_the_limits():
+    page = (Path(__file__).parents[2] / "docs" / "reliability.md").read_text()
+    [row] = [line for line in page.splitlines() if "`test_intake_limits.py`" in line]
+    bytes_ = {kind.most / MB for kind in KINDS.values()} | {MOST_UNPACKED / MB}
+    stated = {f"{most:g} MB" for most in bytes_} | {
+        f"{MOST_ROWS:,} rows", f"{MOST_COLUMNS:,} columns", f"{MOST_CELLS:,} cells",
+        f"{MOST_TRIANGLES:,} triangles", f"{MOST_PIXELS / 1e6:g} million", f"{LONGEST_SOUND_S:g} s",
+    }  # fmt: skip
+    assert {said for said in stated if said not in row} == set()

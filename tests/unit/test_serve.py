@@ -24,6 +24,7 @@ from calibration.runs.plans import plan, write_plan
 from calibration.study.stages import expected_runs
 from calibration.study.stages.screening import runs as expected_of_screening
 from calibration.telling.serve import Server
+from calibration.telling.serve.server import PATIENCE_S
 from dem.results import write_failure, write_result
 from dem.spec import parse_spec
 from facts import tells
@@ -238,6 +239,15 @@ def test_a_run_that_was_made_again_gets_its_new_picture(server, study):
     spec = parse_spec(json.loads((folder / "result.json").read_text())["spec"])
     write_result(folder, spec, {"angle_of_repose_deg": 40.0}, {"wall_time_s": 6.0})
     assert ask(server, f"/heap/{heap['run']}")[2] != before
+
+
+def test_a_request_that_is_not_ended_is_given_up(server, monkeypatch):
+    assert server.RequestHandlerClass.timeout == PATIENCE_S
+    monkeypatch.setattr(server.RequestHandlerClass, "timeout", 0.2)
+    with socket.create_connection(("127.0.0.1", server.server_port), timeout=20) as held:
+        held.sendall(b"GET / HT")
+        assert held.recv(1) == b""
+    assert ask(server, "/state")[0] == 200
 
 
 @pytest.mark.parametrize("way", [signal.SIGTERM, signal.SIGHUP])
