@@ -13,7 +13,7 @@ from calibration.engines.blocks.lammps import block
 from calibration.engines.blocks.material import granulate
 from calibration.interface.cli import main
 from calibration.study.config import overlay
-from calibration.telling.export import target_code
+from calibration.telling.export import target_code, trials
 from calibration.telling.export.decks import write_decks
 from calibration.telling.export.heap_profile import READERS, profile
 from calibration.telling.export.target_code import Deck, find_factor, heaps_there, judge
@@ -91,6 +91,54 @@ def test_a_deck_holds_misses_or_is_left_open(deck):
     assert {row.verdict for row in rows.values()} == {"holds"}
     wild = judge(deck, heaps(NUMBERS, seed=2, count=4, sd=12.0), here)
     assert {row.verdict for row in wild} == {"open"}
+
+
+def first_line(folder, code, law, metric="radial_angle_deg"):
+    """Of the deck of a study with a rolling law, not corrected, as one line."""
+    spec = parse_spec(overlay(SPEC, {"laws": {"rolling": law}}))
+    expected = EXPECTED | {"metric": metric, "heaps": []}
+    write_decks(spec, Conversion(spec), [], expected, folder)
+    return " ".join((folder / code / "README.md").read_text().split("\n\n")[1].split())
+
+
+@pytest.mark.parametrize("metric", ["angle_of_repose_deg", "radial_angle_deg"])
+def test_the_first_line_of_a_deck_says_by_how_much_its_angle_misses(tmp_path, metric):
+    """Type A in LIGGGHTS, which has no such law: the difference of the means of the kept heaps, and
+    as margin two standard deviations of ours, no less than the study's 2 degrees."""
+    heaps = trials.trials()["heaps"]["constant_torque"]
+    there, here = (np.array([h[metric] for h in heaps[c]]) for c in ("liggghts", trials.OWN))
+    margin = max(EXPECTED["margin"], 2.0 * here.std(ddof=1))
+    difference = there.mean() - here.mean()
+    assert difference < -margin
+    said = first_line(tmp_path, "liggghts", "constant_torque", metric=metric)
+    assert said.startswith("**NOT CORRECTED IN LIGGGHTS, AND IT MISSES")
+    assert f"{READERS[metric]} {difference:+.2f} deg (90 %" in said
+    assert f"margin {margin:.2f}" in said
+    # the study's own reader comes first
+    assert said.index(READERS[metric]) == min(said.index(READERS[m]) for m in trials.ANGLES)
+
+
+def test_no_miss_is_told_of_a_law_that_holds_or_was_not_tried(tmp_path, monkeypatch):
+    assert "MISSES" in first_line(tmp_path, "lammps", "elastic_plastic")
+    assert "MISSES" not in first_line(tmp_path, "liggghts", "elastic_plastic")
+    spec = parse_spec(overlay(SPEC, {"laws": {"rolling": "constant_torque"}}))
+    converted = trials.told("lammps", "LAMMPS", Conversion(spec, NO_ROTATION), EXPECTED)
+    assert converted.startswith("NOT CORRECTED IN LAMMPS. ")
+    known = trials.trials()
+    monkeypatch.setattr(trials, "trials", lambda: known | {"heaps": {}})
+    untried = first_line(tmp_path, "liggghts", "constant_torque")
+    assert untried.startswith("**NOT CORRECTED IN LIGGGHTS. ")
+    assert "constant_torque" in untried
+
+
+def test_the_kept_trials_are_of_eight_heaps_a_law_and_code():
+    kept = trials.trials()
+    assert set(kept["heaps"]) == {"elastic_plastic", "constant_torque"}
+    for by_code in kept["heaps"].values():
+        assert set(by_code) == {"liggghts", "lammps", trials.OWN} == set(kept["poured_by"])
+        for found in by_code.values():
+            assert len(found) == target_code.SEEDS
+            assert all(set(profile) == set(READERS) for profile in found)
 
 
 @pytest.mark.parametrize("true", [0.7, 1.4, 2.6])

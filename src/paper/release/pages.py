@@ -13,7 +13,13 @@ from calibration.files import write_text
 from calibration.intake.tables import read_written
 from calibration.telling.kept_results import put
 from paper.reference import BEGIN, END, PAGE, README, blocks, told
-from paper.release import first_screen, joint, profiles, simulations
+from paper.release import (
+    deck_trials,
+    first_screen,
+    joint,
+    profiles,
+    simulations,
+)
 from paper.release import told as values
 from paper.release.record import KEPT, made, read_record
 from paper.release.softening import softening
@@ -24,6 +30,8 @@ CASE = Path("docs/diagnosis-paper-case.md")
 VERDICT = "<!-- verdict: begin -->", "<!-- verdict: end -->"
 PROFILES = Path("docs/salt-study.md")
 JOINT = Path("docs/joint-studies.md")
+DECKS = Path("docs/verification-engines.md")
+TRIALS = "<!-- trials: begin -->", "<!-- trials: end -->"
 SAID = "<!-- said: begin -->", "<!-- said: end -->"
 WIDTH = 100
 ASIS = ("#", "|", "<!--", "```", "![", "`salt", "All tables")
@@ -82,6 +90,7 @@ def pieces(kept: str | Path = KEPT) -> dict[tuple[Path, str, str], str]:
         (PROFILES, *SAID): _filled("profiles.md.j2", profiles.values(kept / "salt")).strip(),
         (CASE, *VERDICT): verdict((kept / "salt-diagnosis" / "diagnosis.md").read_text("utf-8")),
         (JOINT, *SAID): _filled("joint.md.j2", joint.values(kept)).strip(),
+        (DECKS, *TRIALS): _filled("deck_trials.md.j2", deck_trials.values()).strip(),
         (CASE, *SAID): _filled("simulations.md.j2", simulations.values(kept / "salt")).strip(),
     }
 

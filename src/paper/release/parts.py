@@ -127,6 +127,11 @@ PARTS = (
         copies=_joint_tables("maize"),
     ),
     Part(
+        "decks",
+        "decks with the numbers as they are, in LIGGGHTS and LAMMPS, which must be installed",
+        ((PYTHON, "-m", "calibration.telling.export.trial_heaps"),),
+    ),
+    Part(
         "diagnosis",
         "the paper's own measurements, and a table-tennis ball",
         (

@@ -20,6 +20,7 @@ from calibration.engines.blocks.header import left_out
 from calibration.engines.blocks.material import granulate
 from calibration.files import write_text
 from calibration.telling.export.parameters import to_yaml
+from calibration.telling.export.trials import told
 from dem.io.files import write_json
 
 if TYPE_CHECKING:
@@ -42,21 +43,10 @@ from calibration.interface.cli import main  # pip install granular-calibration
 
 sys.exit(main(["deck", str(Path(__file__).parent), *sys.argv[1:]]))
 '''
-KNOWN_ANGLE = {
-    "liggghts": "With the same numbers and type C rolling the mean surface of eight heaps of 500 "
-    "grains had 22.4 deg in LIGGGHTS and 22.3 deg here (90 % of the difference: -1.5 to +1.8); "
-    "another rolling law or rig may be further off",
-    "lammps": "EXPECT A FLATTER HEAP, by about ten degrees: with the same numbers and type C "
-    "rolling the mean surface of eight heaps of 500 grains had 11.6 deg in LAMMPS and 22.3 deg "
-    "here (90 % of the difference: -12.9 to -8.5), and the line along their envelope was 8.5 deg "
-    "flatter (6.9 to 10.0)",
-}
-"""Code: by how much its angle may be off; docs/verification-engines.md has the runs."""
 STATE = """\
-**NOT CORRECTED IN {upper}.** No heap of this study was poured in {name}: its numbers come from this
-project's engine, and whether the margin of {margin:g} {unit} is met there is not known before you
-run the check. {known} (docs/verification-engines.md). `python check.py --correct` searches the
-number in {name} and writes the deck that has it."""
+**{known}** No heap of this study was poured in {name}: its numbers come from this project's engine,
+and whether the margin of {margin:g} {unit} is met there is not known before you run the check.
+`python check.py --correct` searches the number in {name} and writes the deck that has it."""
 README = """\
 # The calibrated heap for {name}
 
@@ -106,9 +96,8 @@ def write_decks(
         except EngineError as error:
             write_text(REFUSED.format(name=NAMES[code], reason=error), place / "README.md")
             continue
-        state = STATE.format(
-            upper=NAMES[code].upper(), name=NAMES[code], known=KNOWN_ANGLE[code], **expected
-        )
+        known = told(code, NAMES[code], conversion, expected)
+        state = STATE.format(name=NAMES[code], known=known, **expected)
         write_deck(code, spec, conversion, about, expected, place, state)
 
 

@@ -7,11 +7,6 @@ friction of both pairs (static friction of grain on grain where grains do not tu
 is multiplied by a factor. First a few heaps over the whole range of factors say where angle and
 profile are nearest to the calibrated ones, then more heaps around it. Heaps with other seeds, which
 the search has not seen, say what became of it.
-
-Each quantity has its margin: what a single heap of the calibrated model scatters (two standard
-deviations), and no less than the study's margin for an angle, half a grain for a height and a grain
-for the foot. It is held where the 90 % interval of the difference of the means lies within the
-margin (two one-sided tests at 5 %).
 """
 
 from __future__ import annotations
@@ -30,7 +25,6 @@ import numpy as np
 from calibration import engines
 from calibration.engines.blocks.conversion import Conversion, Correction
 from calibration.files import DamagedError, read_json
-from calibration.statistics.validate import compare
 from calibration.study.config import overlay
 from calibration.telling.export.decks import (
     BLOCKS,
@@ -40,11 +34,11 @@ from calibration.telling.export.decks import (
     pour_file,
     write_deck,
 )
+from calibration.telling.export.heap_comparison import Row, margins_of, rows_of
 from calibration.telling.export.heap_profile import READERS, profile
 from dem.errors import DemError, InputError, MeasureError
 from dem.experiments.heap import Rig
 from dem.fingerprint import engine_fingerprint
-from dem.grains import mean_radius
 from dem.io.files import write_json
 from dem.spec import load_spec, parse_spec
 
@@ -66,8 +60,6 @@ NEAR = 1.6
 """Heaps within this ratio of the first round's factor make the lines of the second."""
 SEARCH_SEED = 1000
 """Seeds of the search lie so far above those of the check."""
-SCATTER = 2.0
-"""Standard deviations of one heap of the calibrated model that make a margin."""
 
 
 @dataclass(frozen=True)
@@ -130,43 +122,6 @@ def _check(expected, path):
         known = isinstance(heap, dict) and heap.keys() == set(READERS)
         if not known or not all(isinstance(v, float | int) for v in heap.values()):
             raise InputError("is no profile", path=path, key=f"heaps[{n}]", allowed=again)
-
-
-@dataclass(frozen=True)
-class Row:
-    """A quantity of READERS in the target code and here."""
-
-    quantity: str
-    there: float
-    there_sd: float
-    here: float
-    here_sd: float
-    difference: float
-    low: float
-    high: float
-    margin: float
-
-    @property
-    def verdict(self) -> str:
-        """`holds`, `misses`, or `open` where the interval reaches beyond the margin."""
-        if max(-self.low, self.high) < self.margin:
-            return "holds"
-        return "misses" if abs(self.difference) > self.margin else "open"
-
-    @property
-    def unit(self) -> str:
-        """Of the quantity: the end of its name; empty for a number of grains."""
-        end = self.quantity.rsplit("_", 1)[-1]
-        return end if end in ("deg", "mm") else ""
-
-    @property
-    def told(self) -> str:
-        """A sentence: what differs, by how much, and what is allowed."""
-        unit = f" {self.unit}" if self.unit else ""
-        return (
-            f"{READERS[self.quantity]} {self.difference:+.2f}{unit} (90 %: {self.low:+.2f} to "
-            f"{self.high:+.2f}; margin {self.margin:.2f})"
-        )
 
 
 def heaps_there(
@@ -251,27 +206,14 @@ def _kept(deck, parts, start):
 
 def margins(deck: Deck, here: Sequence[Mapping[str, float]]) -> dict[str, float]:
     """{quantity: margin} from the scatter of heaps of the calibrated model."""
-    grain = 2e3 * mean_radius(deck.spec)
-    least = {name: deck.expected["margin"] for name in READERS if name.endswith("_deg")}
-    least |= {"foot_mm": grain, "on_plate": 0.02 * deck.spec.particles.count}
-    sd = {name: float(np.std([h[name] for h in here], ddof=1)) for name in READERS}
-    return {name: max(least.get(name, 0.5 * grain), SCATTER * sd[name]) for name in READERS}
+    return margins_of(deck.spec, deck.expected["margin"], here)
 
 
 def judge(
     deck: Deck, there: Sequence[Mapping[str, float]], here: Sequence[Mapping[str, float]]
 ) -> list[Row]:
     """A `Row` for each quantity of heaps in the target code and here."""
-    rows = []
-    for name, margin in margins(deck, here).items():
-        c = compare([[h[name] for h in there]], [h[name] for h in here], margin)
-        low, high = c.equivalence_low, c.equivalence_high
-        row = Row(
-            name, c.simulated_mean, c.simulated_sd, c.measured_mean, c.measured_sd, c.difference,
-            low, high, margin,
-        )  # fmt: skip
-        rows.append(row)
-    return rows
+    return rows_of(deck.spec, deck.expected["margin"], there, here)
 
 
 def find_factor(
