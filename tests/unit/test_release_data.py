@@ -13,6 +13,7 @@ import pytest
 from scipy import stats
 
 from calibration.errors import CalibrationError
+from calibration.runs.progress import Plan, Progress
 from calibration.telling.kept_results import put
 from facts import refused, tells
 from frozen import FROZEN
@@ -257,6 +258,12 @@ def test_a_release_that_was_cut_off_goes_on_and_books_its_time(tmp_path, monkeyp
     assert json.loads(Path(f"results/release/{'e' * 16}.json").read_text())["spent_s"]["b"] > 0.0
     assert command.main(["c"]) == 2
     assert tells(capsys.readouterr().err, "c", "no part", "a, b")
+
+
+def test_a_part_s_line_begins_with_what_is_under_way():
+    plans = (Plan("screening", 0, 24), Plan("tilt", 33, 225, above=True))
+    assert command.under_way(Progress(plans, None, None).sentence(2)).startswith("tilt (33")
+    assert command.under_way("compile the engine") == "compile the engine"
 
 
 def test_every_part_names_what_exists(repository):

@@ -181,7 +181,7 @@ def _run(words, log, head, progress, name, expected):
                 booked = now
                 spent = progress.spent(name)
                 of = f" of about {duration(expected)}" if expected else ""
-                print(f"\r{head}: {duration(spent)}{of}; {last[0][:60]:60}", end="",
+                print(f"\r{head}: {duration(spent)}{of}; {under_way(last[0])[:60]:60}", end="",
                       file=sys.stderr, flush=True)  # fmt: skip
         finally:
             if process.poll() is None:
@@ -191,6 +191,12 @@ def _run(words, log, head, progress, name, expected):
         process.stdout.close()
     progress.spend(name, max(time.monotonic() - max(booked, begin), 0.0))
     return process.returncode == 0
+
+
+def under_way(line: str) -> str:
+    """What of a campaign's line is under way, as 60 columns hold no more: a part may want one stage
+    of a study whose other runs are counted before it."""
+    return line.rpartition("; now ")[2]
 
 
 def collect(part: Part) -> None:
