@@ -54,7 +54,7 @@ class LogHandler(LogHandlerBase):
         if event == LogEvent.RUN_INFO:  # the table of jobs, which a dry run ends with as well
             shown = self.common_settings.dryrun and not self.listed
             self.listed = True
-            return record.getMessage().strip() if shown else None
+            return _counts(record.stats) if shown else None
         if event == LogEvent.ERROR:
             return _error(record)
         if event is not None:
@@ -99,6 +99,18 @@ class LogHandler(LogHandlerBase):
     def needs_rulegraph(self) -> bool:
         """It does not."""
         return False
+
+
+def _counts(stats: dict) -> str:
+    """How many steps there are, in place of a table of them; how many runs a study has and what
+    they take is told beside it, as most are planned by steps of these.
+
+    stats: {rule: jobs}, with their `total`.
+    """
+    runs = sum(stats.get(rule, 0) for rule in TOLD_ELSEWHERE)
+    steps = stats["total"] - runs - stats.get("all", 0)
+    told = f"{steps} step{'' if steps == 1 else 's'}"
+    return f"{told} and {runs} job{'' if runs == 1 else 's'} of runs" if runs else told
 
 
 def _event(record: LogRecord) -> LogEvent | None:

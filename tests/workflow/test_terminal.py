@@ -32,7 +32,7 @@ def study(tmp_path, monkeypatch):
 
 def own_affairs(lines):
     """Lines that are for snakemake's developers."""
-    return [x for x in lines if x.strip().startswith(OWN_AFFAIRS) and not x.startswith("Job stats")]
+    return [x for x in lines if x.strip().startswith(OWN_AFFAIRS)]
 
 
 def snakemake(*arguments):
@@ -54,7 +54,10 @@ def test_a_dry_run_is_a_line_a_job_and_our_own(study, capfd):
     lines = said.splitlines()
     assert all(line.strip() for line in lines)
     assert not own_affairs(lines)
-    assert [line for line in lines if line == "plan the screening"]
+    [counted] = [k for k, line in enumerate(lines) if line.endswith(" steps")]
+    steps = lines[counted + 1 :]  # each in a line of its own
+    assert lines[counted] == f"{len(steps)} steps"
+    assert "plan the screening" in steps
 
 
 @pytest.mark.slow
@@ -119,6 +122,21 @@ def test_each_step_is_a_line(capsys, dryrun, run):
     changed = why | {"reason": "Params have changed since last execution: before: 1, now: 2"}
     said = "steepest ascent (its code, settings or tables have changed)"
     assert told(None, **changed, **STAGE) == (said if dryrun else "steepest ascent")
+
+
+@pytest.mark.parametrize(
+    ("stats", "line"),
+    [
+        ({"screening": 1, "heaps": 5, "all": 1}, "6 steps"),
+        ({"screening": 1, "dem_run": 4, "run_batch": 3}, "1 step and 7 jobs of runs"),
+    ],
+)
+def test_a_dry_run_counts_its_jobs_once_and_has_no_table(capsys, stats, line):
+    """Snakemake tells the table twice: before the jobs and after them."""
+    table = {"event": LogEvent.RUN_INFO, "stats": stats | {"total": sum(stats.values())}}
+    dry, made = handler(capsys, dryrun=True), handler(capsys)
+    assert [dry("Job stats:", **table), dry("Job stats:", **table)] == [line, ""]
+    assert made("Job stats:", **table) == ""
 
 
 def test_what_is_for_developers_is_left_out_after_the_start(capsys):

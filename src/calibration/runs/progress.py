@@ -101,7 +101,7 @@ def progress(config: Config, store: RunStore | None = None) -> Progress:
     """`Progress` of a study, as the store's index has it: no result is read."""
     store, walls, plans = store or RunStore(config.runs), [], []
     for name, declared, names in _plans(f"{config.results}/{config.name}"):
-        if not names and not declared.expected:
+        if not names and not (declared.expected and declared.expected(config)):
             continue
         ended = [e for n in names if (e := store.known(n)) and is_current(e["engine"])]
         over = {entry["run"] for entry in ended}

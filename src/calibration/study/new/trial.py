@@ -16,8 +16,8 @@ from calibration.study.new.pilot import advice, corners, cost, pilot, shrunk
 from calibration.study.new.reach import reach
 from calibration.study.new.study import write_factors
 from calibration.study.stages import expected_runs
+from calibration.study.stages.joint import runs_of
 from dem.errors import DemError, StoppedError
-from dem.experiments import experiments
 from dem.spec import parse_spec
 from dem.units import behind, unit_of
 
@@ -67,8 +67,10 @@ def try_rigs(folder: str | Path, show: Callable[[str], object] = print) -> None:
     for rig in config.rigs:
         words, lasted[rig] = _one_run(config, factors, rig)
         show(f"{rig}: {words} ({lasted[rig]:.0f} s)")
-    joint = sum(seconds * _runs_of(config, rig) for rig, seconds in lasted.items())
-    chain = expected_runs(config) * next(iter(lasted.values()))  # the first rig is the study's own
+    runs = {rig: runs_of(config, rig) for rig in lasted}
+    joint = sum(seconds * runs[rig] for rig, seconds in lasted.items())
+    # the first rig is the study's own
+    chain = (expected_runs(config) - sum(runs.values())) * next(iter(lasted.values()))
     show(
         f"on two cores in the quick profile: the stage joint about {_duration(joint / 2)}, with "
         f"the chain, the report and the exports about {_duration((joint + chain) / 2)}"
@@ -101,12 +103,6 @@ def _beside(config, target, found):
     unit = behind(unit_of(target.metric))
     name = quantity_name(target.metric).replace("_", " ")
     return f"{name} {found[target.metric]:.4g}{unit}, measured {measured:.4g}{unit}"
-
-
-def _runs_of(config, rig):
-    rules, scatters = config.joint, experiments()[config.rigs[rig].experiment].poured
-    second = rules.second_wave if any(t.rig == rig for t in config.targets) else 0
-    return rules.runs + (rules.repeated if scatters else 0) + second
 
 
 def _duration(seconds):

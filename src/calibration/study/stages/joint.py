@@ -1,6 +1,39 @@
 """One posterior over all tests of the laboratory: a way to spend runs beside the chain's."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from calibration.study.stages.stage import Figure, Plan, Stage
+from dem.experiments import experiments
+
+if TYPE_CHECKING:
+    from calibration.study.config import Config
+
+
+def runs_of(config: Config, rig: str) -> int:
+    """Number of runs of a rig: the common design, what is repeated of it where runs scatter, and
+    the points that are added where the rig has a target."""
+    rules = config.joint
+    twice = rules.repeated if experiments()[config.rigs[rig].experiment].poured else 0
+    return rules.runs + twice + _added(config, rig)
+
+
+def _added(config, rig):
+    asked = [*(r for t in config.targets for r in t.rigs), config.joint.machine]
+    return config.joint.second_wave if rig in asked else 0
+
+
+def _first(config):
+    """Runs that a study which waits for the stage plans first; none of another."""
+    waits = config.rigs if "joint" in config.supplements else ()
+    return sum(runs_of(config, rig) - _added(config, rig) for rig in waits)
+
+
+def _second(config):
+    waits = config.rigs if "joint" in config.supplements else ()
+    return sum(_added(config, rig) for rig in waits)
+
 
 STAGES = (
     Stage(
@@ -8,7 +41,7 @@ STAGES = (
         title="All tests together",
         place=5.3,
         # the second plan has the runs that the first ones ask for
-        plans=(Plan("joint_first"), Plan("joint")),
+        plans=(Plan("joint_first", expected=_first), Plan("joint", expected=_second)),
         figures=(Figure("pairs", ("draws.csv", "joint.json")),),
         tables=(
             ("parameters", "Parameters with their 95 % intervals, by all targets"),
