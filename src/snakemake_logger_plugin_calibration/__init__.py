@@ -14,6 +14,8 @@ from snakemake_interface_logger_plugins.common import LogEvent
 TOLD_ELSEWHERE = ("dem_run", "run_batch")
 """Rules that make runs: each run says by itself how far the study is, so the start of one says
 nothing."""
+TARGETS = ("all", "study", "reference")
+"""Rules that only name others: no step."""
 NOTHING = "Nothing to be done"
 LONGEST = 100  # characters of a reason
 
@@ -108,7 +110,7 @@ def _counts(stats: dict) -> str:
     stats: {rule: jobs}, with their `total`.
     """
     runs = sum(stats.get(rule, 0) for rule in TOLD_ELSEWHERE)
-    steps = stats["total"] - runs - stats.get("all", 0)
+    steps = stats["total"] - runs - sum(stats.get(rule, 0) for rule in TARGETS)
     told = f"{steps} step{'' if steps == 1 else 's'}"
     return f"{told} and {runs} job{'' if runs == 1 else 's'} of runs" if runs else told
 

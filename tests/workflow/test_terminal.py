@@ -48,15 +48,14 @@ def snakemake(*arguments):
 
 def test_a_dry_run_is_a_line_a_job_and_our_own(study, capfd):
     assert main(["run", "bounce", "-n"]) == 0
-    said = "".join(capfd.readouterr())
+    out, err = capfd.readouterr()
     for words in ("read bounce/measured.csv", "drops: 0 of ", "plan the screening"):
-        assert words in said
-    lines = said.splitlines()
+        assert words in out + err
+    lines = (out + err).splitlines()
     assert all(line.strip() for line in lines)
     assert not own_affairs(lines)
-    [counted] = [k for k, line in enumerate(lines) if line.endswith(" steps")]
-    steps = lines[counted + 1 :]  # each in a line of its own
-    assert lines[counted] == f"{len(steps)} steps"
+    counted, *steps = out.splitlines()  # each in a line of its own
+    assert counted == f"{len(steps)} steps"
     assert "plan the screening" in steps
 
 
