@@ -571,3 +571,19 @@ def test_paper_shows_everything_once(tab, page, study):
         "[...document.querySelectorAll('main details[open]')].length"
     ) == page.count("<details open>")
     tab.call("Emulation.setEmulatedMedia", media="screen")
+
+
+def test_on_paper_supplements_and_tables_stand_behind_the_calibration(tab, page, study):
+    """And on the screen in their order again."""
+    order = "[...document.querySelectorAll('main section')].map(e => e.id)"
+    tab.open((study / "report.html").as_uri(), 1280, 900)
+    before = tab.evaluate(order)
+    tab.evaluate("dispatchEvent(new Event('beforeprint'))")
+    behind = tab.evaluate("[...document.querySelectorAll('#annex > section')].map(e => e.id)")
+    assert {"heaps", "exports", "scaling"} <= set(behind)
+    assert not {"answer", "screening", "response_surface", "validation"} & set(behind)
+    assert tab.evaluate("document.querySelectorAll('#screening > details').length") == 0
+    assert tab.evaluate("document.querySelectorAll('#annex > details').length") > 0
+    tab.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert tab.evaluate(order) == before
+    assert tab.evaluate("document.querySelectorAll('#annex *').length") == 1

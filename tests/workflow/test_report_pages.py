@@ -82,12 +82,26 @@ def test_the_page_is_there_within_a_second(tab, page):
     assert 0.0 < seconds["TaskDuration"] < 1.0
 
 
+MAIN_PAGES = 12
+
+
+def pages(paper):
+    return len(re.findall(rb"/Type\s*/Page\b", paper))
+
+
 def test_paper_shows_every_section_and_no_empty_viewer(tab, page):
     tab.open((STUDY / "report.html").as_uri(), 1280, 844)
     paper = base64.b64decode(tab.call("Page.printToPDF", printBackground=False)["data"])
     assert paper.startswith(b"%PDF")
     assert len(paper) < 20e6
-    assert len(re.findall(rb"/Type\s*/Page\b", paper)) <= 45  # every table and block is open
+    assert pages(paper) <= 45  # every table and block is open
+    tab.evaluate(
+        "document.head.append(Object.assign(document.createElement('style'),"
+        " { textContent: '@media print { #annex { display: none !important } }' }))"
+    )
+    main = base64.b64decode(tab.call("Page.printToPDF", printBackground=False)["data"])
+    assert 1 < pages(main) <= MAIN_PAGES
+    tab.evaluate("document.head.lastElementChild.remove()")
     tab.call("Emulation.setEmulatedMedia", media="print")
     shown = "[...document.querySelectorAll('%s')].filter(e => e.checkVisibility()).length"
     assert tab.evaluate(shown % "canvas") == 0

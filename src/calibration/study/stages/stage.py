@@ -10,6 +10,9 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
+BESIDE = 7
+"""Place from which stages stand beside the calibration: bench tests, scaling, numerics, audits."""
+
 
 @dataclass(frozen=True)
 class Figure:
@@ -65,6 +68,12 @@ class Stage:
     def rule(self) -> str:
         """Name of the rule that ends the stage: what is asked of snakemake for it."""
         return self.made_by or self.name
+
+    @property
+    def supplement(self) -> bool:
+        """Whether it stands in the annex of the printed page: it is no step of the calibration, nor
+        a verdict on it."""
+        return self.place >= BESIDE
 
 
 def resolve(name: str) -> Callable[..., Any]:

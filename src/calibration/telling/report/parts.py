@@ -27,7 +27,8 @@ def section(study: Path, stage: Stage, response: Response) -> dict[str, Any] | N
     none."""
     if stage.name == "diagnosis":
         return diagnosis(study)
-    return beside(study, stage) if stage.about else _listed(study, stage, response)
+    made = beside(study, stage) if stage.about else _listed(study, stage, response)
+    return made and made | {"supplement": stage.supplement}
 
 
 def _listed(study, stage, response):
