@@ -14,7 +14,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 TOLD_ELSEWHERE = ("dem_run", "run_batch")
 """Rules that make runs: each run says by itself how far the study is, so the start of one says
 nothing."""
-TARGETS = ("all", "study", "reference")
+TARGETS = ("all", "study")
 """Rules that only name others: no step."""
 NOTHING = "Nothing to be done"
 LONGEST = 100  # characters of a reason
