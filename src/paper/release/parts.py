@@ -127,11 +127,6 @@ PARTS = (
         copies=_joint_tables("maize"),
     ),
     Part(
-        "decks",
-        "decks with the numbers as they are, in LIGGGHTS and LAMMPS, which must be installed",
-        ((PYTHON, "-m", "calibration.telling.export.trial_heaps"),),
-    ),
-    Part(
         "diagnosis",
         "the paper's own measurements, and a table-tennis ball",
         (
@@ -163,6 +158,11 @@ PARTS = (
         "what differs between the simulations: rate and speed of the pour, three seeds at a row",
         ((*SNAKEMAKE, "--config", "name=salt-crossed", "--", "disagreement"),),
         copies=(("results/salt-crossed/disagreement", "salt-crossed/disagreement"),),
+    ),
+    Part(
+        "decks",
+        "decks with the numbers as they are, in LIGGGHTS and LAMMPS, which must be installed",
+        ((PYTHON, "-m", "calibration.telling.export.trial_heaps"),),
     ),
 )  # fmt: skip
 
