@@ -129,8 +129,9 @@ def _row(columns, table, line, row):
 def _of_measured(method: Method, path: Path, sheet: str | None) -> Iterator[Raw]:
     """`Raw` of each condition of a table of measured values, as `dem shear` and `dem bounce` write
     it."""
+    conditions = read_measured(path, sheet=sheet).conditions
     for q in method.readings:
-        for m in read_measured(path, sheet=sheet).conditions:
+        for m in conditions:
             if m.quantity == quantity_name(q.unit) and not m.outcome:
                 yield Raw(method.name, _of_condition(method, q, m, path), path.name)
 

@@ -1,19 +1,19 @@
-"""Pour the heaps of `trials.json` again: `python -m calibration.telling.export.trial_heaps` writes
-the file. It needs LIGGGHTS and LAMMPS. Cost: about five minutes of one core. Heaps are kept in
-results/trials or the folder that is named, so that a call that was cut off goes on where it
-stopped."""
+"""Pour the heaps of `trials.json` again, of its own run spec: `python -m
+calibration.telling.export.trial_heaps` writes the file. It needs LIGGGHTS and LAMMPS. Cost: about
+five minutes of one core. Heaps are kept in results/trials or the folder that is named, so that a
+call that was cut off goes on where it stopped."""
 
 from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from calibration.engines.blocks.conversion import Conversion
 from calibration.study.config import overlay
 from calibration.telling.export.decks import BLOCKS, engine_of, write_deck
 from calibration.telling.export.target_code import SEEDS, Deck, heaps_here, heaps_there
-from calibration.telling.export.trials import OWN, TRIALS
+from calibration.telling.export.trials import OWN, TRIALS, trials
 from dem.fingerprint import engine_fingerprint
 from dem.io.files import write_json
 from dem.spec import parse_spec
@@ -22,23 +22,6 @@ if TYPE_CHECKING:
     from dem.spec import RunSpec
 
 
-PAIR = {"restitution": 0.5, "static_friction": 0.6, "rolling_friction": 0.2}
-SPEC: dict[str, Any] = {
-    "experiment": "heap",
-    "seed": 1,
-    "materials": {
-        "particle": {"density_kg_m3": 1200, "shear_modulus_Pa": 3e6, "poisson_ratio": 0.25},
-        "wall": {"density_kg_m3": 7800, "shear_modulus_Pa": 8e10, "poisson_ratio": 0.3},
-    },
-    "contacts": {"particle_particle": PAIR, "particle_wall": PAIR},
-    "particles": {"count": 500, "diameter_mm": 5.8},
-    "geometry": {
-        "generation_rate_per_s": 1250,
-        "orifice_diameter_mm": 32,
-        "discharge_height_mm": 40,
-    },
-    "numerics": {"max_time_s": 3.0},
-}
 LAWS = ("elastic_plastic", "constant_torque")
 """Rolling laws that are tried. Of `constant_torque_relative` three of the first five heaps here did
 not rest within the three seconds."""
@@ -52,7 +35,7 @@ STATED = {
 def poured(law: str, folder: str | Path, seeds: int = SEEDS) -> dict[str, list[dict[str, float]]]:
     """{code: profiles of its heaps} of one rolling law, this engine's among them; folder: where the
     decks and their heaps are kept."""
-    spec = parse_spec(overlay(SPEC, {"laws": {"rolling": law}}))
+    spec = parse_spec(overlay(trials()["spec"], {"laws": {"rolling": law}}))
     wanted = range(spec.seed, spec.seed + seeds)
     found: dict[str, list[dict[str, float]]] = {}
     for code in BLOCKS:
@@ -76,7 +59,7 @@ def main(folder: str | Path = "results/trials") -> int:
     """Write trials.json."""
     by = {code: engine_of(code).version() for code in BLOCKS} | {OWN: engine_fingerprint()}
     heaps = {law: poured(law, folder) for law in LAWS}
-    write_json(TRIALS, {"spec": SPEC, "poured_by": by, "heaps": heaps})
+    write_json(TRIALS, {"spec": trials()["spec"], "poured_by": by, "heaps": heaps})
     return 0
 
 
