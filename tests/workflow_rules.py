@@ -1,5 +1,8 @@
 """The workflow's rules as snakemake reads them, for tests that call a stage as its rules do."""
 
+import re
+import subprocess
+import sys
 from contextlib import redirect_stderr
 from dataclasses import dataclass
 from io import StringIO
@@ -22,6 +25,16 @@ from calibration.study.stages import resolve
 from stage_files import Files
 
 ROOT = Path(__file__).parents[1]
+
+
+def planned_jobs(folder, *arguments):
+    """{rule: number of jobs} of a dry run in a folder, from the table that snakemake prints where
+    commands are asked for."""
+    command = [sys.executable, "-m", "snakemake", "-n", "-j2", "--printshellcmds", *arguments]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found = re.findall(r"^(\w+) +(\d+)$", done.stdout + done.stderr, re.M)
+    return {rule: int(jobs) for rule, jobs in found}
 
 
 @dataclass(frozen=True)

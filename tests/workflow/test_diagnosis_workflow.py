@@ -2,7 +2,6 @@
 re-uses the first."""
 
 import json
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +10,7 @@ import pytest
 
 from diagnosis.verdict import validate
 from facts import tells
+from workflow_rules import planned_jobs
 
 ROOT = Path(__file__).parents[2]
 TARGETS = ["diagnosis_plan", "diagnosis_emulate", "diagnosis_calibrate", "diagnosis_identify"]
@@ -49,10 +49,9 @@ def test_a_table_of_single_contacts_trains_no_emulator(clone):
         "experiment,quantity,value,unit,sd,n,drop_height_mm\n"
         + "".join(f"drop,rebound_height,{0.3 * h},mm,1,5,{h}\n" for h in (50, 100, 200))
     )
-    done = snakemake("-n", "diagnose", "--config", "measurements=mine.csv", cwd=clone)
-    assert done.returncode == 0, done.stderr
-    jobs = set(re.findall(r"^(diagnos\w*) +\d+$", done.stdout, re.M))
-    assert jobs == {"diagnosis_calibrate", "diagnosis_identify", "diagnose"}
+    jobs = planned_jobs(clone, "diagnose", "--config", "measurements=mine.csv")
+    stages = {rule for rule in jobs if rule.startswith("diagnos")}
+    assert stages == {"diagnosis_calibrate", "diagnosis_identify", "diagnose"}
 
 
 def test_every_fault_of_a_users_table_is_shown_before_any_run(clone):
