@@ -12,10 +12,12 @@ import pytest
 import yaml
 from PIL import Image, ImageDraw
 
+from calibration.errors import ConfigError
 from calibration.interface.commands import main
 from calibration.runs.feasibility import check_ahead
 from calibration.study.config import parse_config
 from calibration.study.config.joint import read_joint_target
+from calibration.study.config.resolution import parse_resolved
 from facts import tells
 
 PAGE = (Path(__file__).parents[2] / "docs/first-hours.md").read_text("utf-8")
@@ -80,7 +82,7 @@ def test_wheat(here):
     assert found == {
         ("cylinder", "angle_of_repose_deg"): pytest.approx(27.24),
         ("vessel", "poured_density_kg_m3"): 765.0,
-        ("drop", "rebound_height_mm"): 78.0,
+        ("drop_300_mm", "rebound_height_mm"): 78.0,
         ("plane", "sliding_angle_deg"): 21.0,
     }
 
@@ -90,9 +92,8 @@ def test_limestone_powder(here):
     fill("lime.xlsx")
     config = begun("lime")
     found = targets(config)
-    assert [found[f"shear_{load}_kPa", "shear_stress_kPa"] for load in (2, 4, 6, 8)] == [
-        1.9, 3.4, 4.8, 6.4,
-    ]  # fmt: skip
+    stresses = [found[f"shear_{load}_kPa", "shear_stress_kPa"] for load in (2, 4, 6, 8)]
+    assert stresses == pytest.approx([1.9, 3.4, 4.8, 6.4])
     assert found["vessel", "poured_density_kg_m3"] == 900.0
     assert config.experiment == "lifted_cylinder"
     assert config.run["laws"]["cohesion"] == "jkr"
@@ -179,3 +180,27 @@ def test_what_stays_on_sieves_has_to_tell_all_sizes(here, table, words, capsys):
     Path("sieve.csv").write_text("Siebweite [mm];Rückstand [%]\n" + table)
     assert main([*words_of("gravel"), "--no-pilot"]) == 2
     assert tells(capsys.readouterr().err, *words)
+
+
+def test_a_resolution_that_is_too_coarse_names_what_can_be_done(here):
+    """Half the grain's length more than fits five times into the cylinder of 62 mm."""
+    begun("wheat")
+    files = [Path("wheat/config.yaml")]
+    data = yaml.safe_load(files[0].read_text())
+    with pytest.raises(ConfigError) as refused:
+        parse_resolved(data | {"resolution": "test"}, files)
+    said = str(refused.value)
+    assert tells(said, "resolution", "test", "2 times", "quick", "full")
+    assert refused.value.line is None
+    assert parse_resolved(data | {"resolution": "quick"}, files).name == "wheat-quick"
+
+
+def test_a_fault_of_the_study_itself_keeps_its_line(here):
+    begun("wheat")
+    files = [Path("wheat/config.yaml")]
+    files[0].write_text(files[0].read_text().replace("lift_speed_mm_s: 20.0", "lift_speed_mm_s: 0"))
+    data = yaml.safe_load(files[0].read_text())
+    with pytest.raises(ConfigError) as refused:
+        parse_resolved(data | {"resolution": "test"}, files)
+    assert refused.value.key == "run.geometry.lift_speed_mm_s"
+    assert refused.value.line

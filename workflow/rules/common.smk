@@ -10,7 +10,8 @@ from pathlib import Path
 
 from snakemake.io import is_flagged
 
-from calibration.study.config import Config, given, parse_config, stands_alone
+from calibration.study.config import Config, given, stands_alone
+from calibration.study.config.resolution import parse_resolved
 from calibration.errors import REFUSALS, in_words
 from calibration.intake.started_code import refuse_unasked
 from calibration.digests import digest, digest_with
@@ -44,7 +45,7 @@ STAGES = load_stages(*DECLARED)
 PLANS = {plan.folder: plan for stage in STAGES.values() for plan in stage.plans}
 
 try:
-    STUDY_OBJECT = Study(parse_config(config, files=CONFIG_FILES, stages=STAGES))
+    STUDY_OBJECT = Study(parse_resolved(config, CONFIG_FILES, STAGES))
     if workflow.is_main_process:
         asked = workflow.config_settings.config
         refuse_unasked(STUDY_OBJECT.config, asked, CONFIG_FILES)

@@ -16,7 +16,8 @@ from calibration.errors import CalibrationError, ConfigError
 from calibration.figures import response_of
 from calibration.intake.guard import in_study
 from calibration.runs.snakemake_command import LOGGER, call, snakemake_command
-from calibration.study.config import overlay, parse_config, stands_alone
+from calibration.study.config import overlay, stands_alone
+from calibration.study.config.resolution import parse_resolved
 from calibration.study.stages import load_stages
 from calibration.telling.kept_results import sentences_of
 from dem.io.mapping import read_mapping
@@ -46,7 +47,7 @@ class Study(study.Study):
         data: dict[str, Any] = {}
         for path in self.files:
             data = overlay(data, read_mapping(path)[0])
-        super().__init__(parse_config(data, files=self.files))
+        super().__init__(parse_resolved(data, self.files))
 
     def run(
         self, stage: str, cores: int = 2, progress: Callable[[str], object] | None = print

@@ -13,10 +13,9 @@ from calibration.study.new.methods import Answer, Entry, Method, Question, metho
 from calibration.study.new.methods.declare import spread_of
 from dem.units import has_unit, in_ascii, unit_of
 
-LINE = ("shear-cell", "wall-friction")
-"""Methods whose single readings at three loads or more scatter about a line, which is their
-spread."""
-ON_A_LINE = 3
+ENOUGH = 3
+"""Loads or heights with a single reading each from which on these show their scatter."""
+LEAST = 0.01  # of a single reading: none is better known by such a scatter
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,7 @@ def read_entries(raws: Iterable[Raw]) -> list[Entry]:
         entry = _entry(raw, faults)
         if entry and len(faults) == before:  # what could not be read is no lack of readings
             entries.append(entry)
-    found = _with_lines(entries)
+    found = _with_scatter(entries)
     for entry in found:
         faults += _spread_faults(entry)
     faults += _twice(found)
@@ -146,7 +145,7 @@ def _spread_faults(entry):
         return [
             f"{_told(read[0])} is one reading without a spread; allowed: a second reading, or sd "
             f"beside it (by how much single readings scatter: their standard deviation) and, where "
-            f"it is a mean, n (of how many)"
+            f"it is a mean, n (of how many){_or_several(entry.method)}"
         ]
     if len(read) > 1 and (sd or n):
         return [
@@ -156,46 +155,56 @@ def _spread_faults(entry):
     return []
 
 
-def _with_lines(entries):
-    """Entries of a method in LINE, each with one reading: they get the spread about their line."""
+def _or_several(method):
+    q = method.question(method.under) if method.scatter else None
+    return f"; or a reading under each of {ENOUGH} values of {q.key} or more" if q else ""
+
+
+def _with_scatter(entries):
+    """Entries with one reading each at several loads or heights get the spread that these show
+    together."""
     out = list(entries)
-    for name in LINE:
-        own = [k for k, e in enumerate(out) if e.method.name == name and _alone(e)]
-        if len({out[k].value("load") for k in own}) < ON_A_LINE:
+    for method in {e.method.name: e.method for e in entries if e.method.scatter}.values():
+        first = method.readings[0].key
+        own = [k for k, e in enumerate(out) if e.method is method and _alone(e, first)]
+        if len({out[k].value(method.under) for k in own}) < ENOUGH:
             continue
-        load = np.array([out[k].value("load") for k in own], float)
-        stress = np.array([out[k].value("stress") for k in own], float)
-        line = np.polynomial.Polynomial.fit(load, stress, 1)
-        sd = float(np.sqrt(np.sum((stress - line(load)) ** 2) / (len(own) - 2)))
-        text = f"scatter about the line through {len(own)} loads"
-        for k in own:
-            # no reading is better than a hundredth of itself
-            least = 0.01 * float(out[k].value("stress"))
-            answer = Answer(text, max(sd, least), text)
-            out[k] = Entry(out[k].method, dict(out[k].answers) | {"sd": [answer]})
+        under = np.array([out[k].value(method.under) for k in own], float)
+        read = np.array([out[k].value(first) for k in own], float)
+        text = f"scatter about {method.scatter_about.format(n=len(own))}"
+        for k, sd in zip(own, np.maximum(method.scatter(under, read), LEAST * read), strict=True):
+            answer = Answer(text, float(f"{sd:.6g}"), text)
+            out[k] = Entry(method, dict(out[k].answers) | {"sd": [answer]})
     return out
 
 
-def _alone(entry):
-    stress = entry.values("stress")
-    return len(stress) == 1 and not entry.values("sd") and entry.value("load") is not None
+def _alone(entry, first):
+    """Whether an entry has a single reading without a spread, at a known load or height."""
+    known = entry.value(entry.method.under) is not None
+    return known and len(entry.values(first)) == 1 and not entry.values("sd")
 
 
 def _twice(entries):
     """Faults of a method that was answered twice in the same rig."""
     seen, faults = {}, []
     for entry in entries:
-        own = entry.method.name, entry.value("load")
-        if own in seen and not (entry.method.name in LINE and own[1] is None):
+        under = entry.method.under
+        own = entry.method.name, entry.value(under) if under else None
+        if own in seen and not (under and own[1] is None):
             first = next(iter(seen[own].answers.values()))[0].place
             here = next(iter(entry.answers.values()), [Answer("", "", entry.method.title)])[0].place
             faults.append(
-                f"{here}: {entry.method.name} stands at {first} already"
-                f"{f', under {own[1]:g} kPa' if own[1] is not None else ''}; allowed: one test, "
-                "with all its readings"
+                f"{here}: {entry.method.name} stands at {first} already{_at(entry)}; allowed: one "
+                "test, with all its readings"
             )
         seen[own] = entry
     return faults
+
+
+def _at(entry):
+    """', load 2 kPa' of a test with several rigs."""
+    q = entry.method.question(entry.method.under)
+    return f", {q.key} {entry.value(q.key):g} {unit_of(q.unit)}" if q else ""
 
 
 _PARTS = re.compile(r"\s*[x×*]\s*")

@@ -74,7 +74,7 @@ def laboratory_of(folder: Path, entries: Sequence[Entry], most: int | None = Non
     grain = replace(grain, least_restitution=bounce.low, shear_modulus_Pa=modulus)
     tests, grain = _tests(tested, grain)
     _refuse_two_walls(tests, tested)
-    measured = {key: own for t in tests for key, own in t.ranges.items()}
+    measured = _measured_ranges(tests)
     factors = [_ranged(f, measured, grain) for f in factors] + _cohesion(grain, tests)
     if modulus > SOFTENED_PA:
         said.append(f"shear modulus {modulus:.1e} Pa, so that your largest load dents no grain by "
@@ -272,6 +272,18 @@ def _refuse_two_walls(tests, tested):
             f"tests on several walls ({told}), and a study has one wall's friction and "
             "restitution; allowed: tests on one of them, or a study for each"
         )
+
+
+def _measured_ranges(tests):
+    """{key: (low, high, source)} of the factors that tests measured: of all tests of one
+    together."""
+    found: dict = {}
+    for test in tests:
+        for key, (low, high, source) in test.ranges.items():
+            first = found.get(key, (low, high, source))
+            told = [first[2], *([source] if source != first[2] else [])]
+            found[key] = min(first[0], low), max(first[1], high), "; ".join(told)
+    return found
 
 
 def _ranged(factor, measured, grains):

@@ -7,7 +7,7 @@ from typing import Any
 
 from calibration.errors import CalibrationError
 from calibration.runs.feasibility import check_ahead
-from calibration.study.new.answers import LINE, Faults, Raw, read_entries, separate
+from calibration.study.new.answers import Faults, Raw, read_entries, separate
 from calibration.study.new.laboratory import Laboratory, laboratory_of, write_laboratory
 from calibration.study.new.methods import methods
 
@@ -24,7 +24,7 @@ def form() -> list[dict[str, Any]]:
             "name": m.name,
             "title": m.title,
             "about": m.about,
-            "several": m.name in LINE,
+            "several": m.under,
             "questions": [_question(q) for q in m.columns],
         }
         for m in methods().values()

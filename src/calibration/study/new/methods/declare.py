@@ -10,6 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from calibration.errors import CalibrationError
 from calibration.intake.numbers_with_units import said_number
 from dem.units import UNITS, UnitError, has_unit, in_ascii, question, unit_of
@@ -177,7 +179,10 @@ class Method:
     the grain; spread: whether a single reading needs a stated spread; own_options: whether each
     question is an option of `dem new` by itself; rank: the order in which methods are asked, and
     the lowest rank that was measured is what the study's chain is calibrated to; leads: whether it
-    can be.
+    can be; under: key of the question whose answers tell several rigs of the method apart, a load
+    or a height, empty where there is one rig; scatter: scatter(conditions (n,), readings (n,)) ->
+    standard deviation (n,) of single readings, one each at several answers of `under`, by
+    `scatter_about`.
     """
 
     name: str
@@ -189,6 +194,9 @@ class Method:
     spread: bool = False
     own_options: bool = False
     leads: bool = False
+    under: str = ""
+    scatter: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
+    scatter_about: str = ""
 
     @property
     def readings(self) -> tuple[Question, ...]:
@@ -260,6 +268,13 @@ def around(value: float, error: float) -> tuple[float, float]:
     BAND_LEAST of itself at least, so that the range does not decide what the data say."""
     half = max(BAND_ERRORS * error, BAND_LEAST * value)
     return round(max(value - half, 0.25 * value), 4), round(value + half, 4)
+
+
+def about_a_line(load: np.ndarray, stress: np.ndarray) -> np.ndarray:
+    """Standard deviation (n,) of single stresses (n,) under loads (n,): their scatter about the
+    line through them."""
+    line = np.polynomial.Polynomial.fit(load, stress, 1)
+    return np.full(len(load), np.sqrt(np.sum((stress - line(load)) ** 2) / (len(load) - 2)))
 
 
 def mean_and_error(rows: list[dict]) -> tuple[float, float]:

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from calibration.errors import CalibrationError
 from calibration.study.new.grains import Grains
 from calibration.study.new.methods.declare import (
@@ -65,17 +67,24 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
             "its rebound to spin, so that the restitution may come out low"
         )
     return LaboratoryTest(
-        "drop", "drop",
+        f"drop_{height:.6g}_mm".replace(".", "_"), "drop",
         {"particles": {"count": 1} | grains.single(), "geometry": {"drop_height_mm": height}},
         rows, ("rebound_height_mm",), went, ranges={KEY: (*around(restitution, spread), source)},
         said=tuple(said), lasts_s=0.0, wall=entry.value("wall"),
     )  # fmt: skip
 
 
+def about_one_restitution(height: np.ndarray, rebound: np.ndarray) -> np.ndarray:
+    """Standard deviation (n,) of single rebounds (n,) from heights (n,): the scatter of their
+    restitutions about the mean, twice as large a part of a rebound as of its restitution."""
+    restitution = np.sqrt(rebound / height)
+    return 2.0 * restitution.std(ddof=1) / restitution.mean() * rebound
+
+
 METHOD = Method(
     name="drop",
     title="Drop test",
-    about="A grain falls on a plate, and the height of its rebound is read.",
+    about="A grain falls on a plate, and the height of its rebound is read; a test a height.",
     questions=(
         Question("rebound", "height of the rebound, each reading", "rebound_height_mm",
                  reading=True, needed=True, example="78 mm",
@@ -87,4 +96,7 @@ METHOD = Method(
     rank=40,
     becomes=becomes,
     spread=True,
+    under="height",
+    scatter=about_one_restitution,
+    scatter_about="one restitution from {n} heights",
 )  # fmt: skip

@@ -7,6 +7,7 @@ from calibration.study.new.methods.declare import (
     LaboratoryTest,
     Method,
     Question,
+    about_a_line,
     as_given,
     rows_of,
 )
@@ -67,4 +68,7 @@ METHOD = Method(
     becomes=becomes,
     spread=True,
     leads=True,
+    under="load",
+    scatter=about_a_line,
+    scatter_about="the line through {n} loads",
 )  # fmt: skip

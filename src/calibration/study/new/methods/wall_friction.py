@@ -8,6 +8,7 @@ from calibration.study.new.methods.declare import (
     LaboratoryTest,
     Method,
     Question,
+    about_a_line,
     as_given,
     rows_of,
     wall_question,
@@ -68,4 +69,7 @@ METHOD = Method(
     becomes=becomes,
     spread=True,
     leads=True,
+    under="load",
+    scatter=about_a_line,
+    scatter_about="the line through {n} loads",
 )  # fmt: skip
