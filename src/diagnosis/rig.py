@@ -17,6 +17,10 @@ from diagnosis.catalogue import Mechanism
 from diagnosis.measurements import CONTACTS
 from diagnosis.settings import SIMULATED, Settings
 
+TRIED = 0.5, 0.0, 1.0
+"""Coded strengths at which an engine is asked whether it can have a mechanism. A rig that is too
+small for the strongest is refused run by run; another code's law may end within the range."""
+
 
 @dataclass(frozen=True)
 class Rig:
@@ -86,11 +90,17 @@ class Rig:
         ranges = cast(dict[str, list[float]], own.levers)  # `derived` fills it in
         levers = {name: low for name, (low, _) in ranges.items()}
         spec = self.spec(Condition(experiment, levers), 0)
-        try:
-            engines.check(parse_spec(mechanism.apply(spec, mechanism.strength.natural(0.5))))
-        except DemError:
-            return True
-        return False
+        middle, *ends = (mechanism.apply(spec, mechanism.strength.natural(c)) for c in TRIED)
+        return _refused(middle, DemError) or any(_refused(s, engines.EngineError) for s in ends)
+
+
+def _refused(spec, kind):
+    """Whether a spec (a mapping) is refused with an error of that kind."""
+    try:
+        engines.check(parse_spec(spec))
+    except DemError as error:
+        return isinstance(error, kind)
+    return False
 
 
 def _possible(key, value):

@@ -23,7 +23,7 @@ from dem.spec import parse_spec
 from diagnosis import emulator_waves, extend
 from diagnosis.catalogue import load_catalogue
 from diagnosis.derived import COEFFICIENTS, RUNS, as_file, completed
-from diagnosis.design import BASE, TRAIN, left_of, plan
+from diagnosis.design import BASE, TRAIN, left_of, plan, possible
 from diagnosis.emulator import train
 from diagnosis.emulator_files import read_emulators, write_emulators
 from diagnosis.extend import within
@@ -256,6 +256,18 @@ def test_a_lever_that_all_rows_share_is_held_and_asks_for_no_runs():
         Condition("heap", {"particle_diameter_mm": 1.6}), 1
     )
     assert spec["particles"]["count"] == 900
+
+
+@pytest.mark.parametrize("code", ["dem", "liggghts", "lammps"])
+def test_a_mechanism_whose_range_leaves_another_code_s_law_is_not_tried_there(code):
+    """LIGGGHTS takes no rolling spring as soft as the softest of the range; the middle it takes."""
+    settings, factors, known = bench_settings(200)
+    engine = {} if code == "dem" else {"engine": {"name": code, "identity": {}, "settings": {}}}
+    base = RUN | {"laws": {"rolling": "elastic_plastic"}} | engine
+    rig = Rig(settings, base, tuple(factors))
+    tried = dict.fromkeys(name for _, name in possible(rig, known, ["heap"]))
+    assert ("rolling_law" in tried) == (code != "liggghts")
+    assert "size_bias" in tried
 
 
 @pytest.mark.parametrize("runs", [60, 80, 200])

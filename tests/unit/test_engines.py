@@ -46,6 +46,7 @@ OWN = {
     "laws": {"rolling": "none"},
     "particles": {"count": 1, "diameter_mm": 2.0},
 }
+FACTOR = "rolling_stiffness_factor"
 
 
 def program(tmp_path, text, **settings):
@@ -259,10 +260,31 @@ def test_a_dump_with_numbers_that_are_none_is_refused(tmp_path):
     assert list(read_dump(path)["x"]) == [0.25, 0.5]
 
 
-def test_seeds_are_primes_and_differ():
-    seeds = [prime_seed(k) for k in range(50)]
-    assert len(set(seeds)) == 50
+def test_seeds_are_primes_that_differ_and_fit_in_32_bits():
+    seeds = [prime_seed(k) for k in (*range(50), *range(271_150, 271_190), 301_000, 2**31 - 1)]
+    assert len(set(seeds)) == 92
     assert all(n > 10_000 and all(n % k for k in range(2, int(n**0.5) + 1)) for n in seeds)
+    assert max(seeds) < 2**31
+
+
+@pytest.mark.parametrize("seed", [1, 1000, 1004, 2000])
+def test_no_two_seeds_of_a_heap_in_liggghts_are_the_same(tmp_path, seed):
+    """It stops at a second one."""
+    sizes = {"by": "mass", "diameters_mm": [1.8, 2.2], "fractions": [0.5, 0.5]}
+    parts = {"particles": {"count": 100, "sizes": sizes}}
+    _, text = deck_of("liggghts", tmp_path, experiment="heap", seed=seed, **parts)
+    seeds = re.findall(r"(?:particletemplate/sphere|numberbased|region seed) (\d+)", text)
+    assert len(seeds) == len(set(seeds)) >= 4
+
+
+def test_a_rolling_spring_that_liggghts_has_not_is_refused():
+    """It asks for a rollingStiffness of 1 at least, which is 2/3 of ours."""
+    rolls = OWN | {"laws": {"rolling": "elastic_plastic"}}
+    soft, stiff = (parse_spec(rolls | {"law_parameters": {FACTOR: f}}) for f in (0.66, 0.67))
+    with refused(engines.EngineError, key=f"law_parameters.{FACTOR}", value=0.66):
+        engines.engines()["liggghts"].refuse(soft)
+    engines.engines()["liggghts"].refuse(stiff)
+    engines.engines()["lammps"].refuse(soft)
 
 
 def deck_of(code, folder, **parts):

@@ -9,17 +9,20 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from calibration.engines import rig
+from calibration.engines import EngineError, rig
 from calibration.engines.blocks import liggghts as block
 from calibration.engines.lammps_family import Code
 from calibration.engines.mesh import body, disc, frustum, write_mesh
 from calibration.engines.program import engine_of, find, prime_seed, run, stated_version
 from calibration.engines.rigs import Dialect
+from dem.contact.rolling.elastic_plastic import SECANT
 
 if TYPE_CHECKING:
     from dem.spec import RunSpec
 
 
+LEAST_STIFFNESS = 1.0 / SECANT
+"""Factor of the rolling stiffness that is 1 in its words, the least that it takes."""
 INSTALL = "Debian and Ubuntu have it: apt-get install liggghts"
 
 HEAD = """\
@@ -82,6 +85,13 @@ def launcher() -> list[str]:
 def refuse(spec: RunSpec) -> None:
     """Raise EngineError for what LIGGGHTS cannot represent of a `RunSpec`."""
     rig.refuse(spec, "LIGGGHTS", block.CODE)
+    factor = spec.law_parameters.rolling_stiffness_factor  # type: ignore[attr-defined]  # a field for each law
+    if factor is not None and factor < LEAST_STIFFNESS:
+        key, allowed = "law_parameters.rolling_stiffness_factor", f"at least {LEAST_STIFFNESS:.3g}"
+        raise EngineError(
+            f"LIGGGHTS has no rolling spring as soft as {key} {factor:g}; allowed: {allowed}",
+            engine="LIGGGHTS", key=key, value=factor, allowed=allowed,
+        )  # fmt: skip
 
 
 def start(spec: RunSpec, folder: Path, timeout_s: float) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -111,7 +121,7 @@ def _heap(spec, folder):
     write_mesh(folder / "funnel.stl", frustum(*cone) + frustum(*cone[2:], g.mouth_radius, pour.top))
     side = 1.5 * max(g.plate_radius, g.mouth_radius)
     text = HEAP.format(
-        sizes=_sizes(pour),
+        sizes=_sizes(pour, spec.seed),
         mouth=g.mouth_radius - 0.2 * r,
         low=g.source_height - 1.1 * r,
         high=g.source_height + 1.1 * r,
@@ -125,19 +135,26 @@ def _heap(spec, folder):
     return _head(spec, BOX.format(box=box), min(pour.radii)) + text + pour.end
 
 
-def _sizes(pour):
+def _sizes(pour, seed):
+    """Grains of each size and their shares. seed: of the run, which the source has."""
     lines, names = [], []
     for k, (radius, share) in enumerate(zip(pour.radii, pour.shares, strict=True)):
         lines.append(
-            f"fix size{k} all particletemplate/sphere {prime_seed(1000 + k)} atom_type 1 "
+            f"fix size{k} all particletemplate/sphere {_other_seed(1000 + k, seed)} atom_type 1 "
             f"density constant {pour.density:.6g} radius constant {radius:.9g}"
         )
         names.append(f"size{k} {share:.9g}")
     lines.append(
-        f"fix sizes all particledistribution/discrete/numberbased {prime_seed(2000)} "
+        f"fix sizes all particledistribution/discrete/numberbased {_other_seed(2000, seed)} "
         f"{len(names)} {' '.join(names)}"
     )
     return "\n".join(lines)
+
+
+def _other_seed(number, seed):
+    """LIGGGHTS refuses a deck of which two seeds are the same, and a run may have any."""
+    own = prime_seed(number)
+    return own if own != prime_seed(seed) else prime_seed(number + 2000)
 
 
 def _drop(spec, folder):

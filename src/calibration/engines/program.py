@@ -201,9 +201,15 @@ def state_of(dump: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     return at | {"radius": dump["radius"], "tag": tag, "grain": tag}
 
 
+SEEDS = 2**31 - 2**16
+"""Numbers that seeds are spread over: what is above is the reach of the next prime. It and the step
+between seeds have no divisor in common, so no two seeds below it share a number."""
+
+
 def prime_seed(seed: int) -> int:
-    """A prime above 10,000 for each `seed` from 0: what LIGGGHTS takes as a seed."""
-    n = 10_007 + 7_919 * seed
+    """A prime above 10,000 for each `seed` from 0: what LIGGGHTS takes as a seed, an integer of 32
+    bits."""
+    n = 10_007 + 7_919 * seed % SEEDS
     while any(n % k == 0 for k in range(2, math.isqrt(n) + 1)):
         n += 1
     return n
