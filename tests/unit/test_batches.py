@@ -23,7 +23,7 @@ from calibration.runs.batches import (
     runs_per_job,
     unpack_runs,
 )
-from calibration.runs.cost import run_seconds
+from calibration.runs.cost import RUN_S, run_seconds
 from calibration.runs.plans import run_id
 from calibration.runs.store import RunStore
 from calibration.runs.verify import before_planning
@@ -71,7 +71,7 @@ HEAP = {
     "particles": {"count": 1250, "diameter_mm": 4.0},
     "geometry": {"generation_rate_per_s": 1250, "orifice_diameter_mm": 28},
 }
-TILT = {"experiment": "tilt"}
+DRUM = {"experiment": "drum"}
 FULL = {"experiment": "heap", "geometry": {"generation_rate_per_s": 1000}}
 
 
@@ -101,7 +101,7 @@ def test_cores_end_together_within_a_run(runs, cores):
 
 @pytest.mark.parametrize(
     "specs",
-    [many(HEAP, 2 * LEAST_JOBS - 1), many(FULL, 10_000), many(TILT, 10_000), {}],
+    [many(HEAP, 2 * LEAST_JOBS - 1), many(FULL, 10_000), many(DRUM, 10_000), {}],
     ids=["few", "minutes a run", "of unknown cost", "none"],
 )
 def test_a_run_is_a_job_of_its_own(specs):
@@ -128,7 +128,37 @@ def test_a_plan_of_heaps_and_drops_is_parted_by_what_all_of_them_cost():
     heaps = {f"heap {n}": spec for n, spec in heaps.items()}
     sizes = runs_per_job(drops | heaps), runs_per_job(heaps | drops)
     assert sizes[0] == sizes[1] < runs_per_job(drops)
-    assert runs_per_job(drops | {"unknown": TILT}) == 1
+    assert runs_per_job(drops | {"unknown": DRUM}) == 1
+
+
+LIFTED = {
+    "experiment": "lifted_cylinder",
+    "particles": {"count": 340, "diameter_mm": 10.0},
+    "geometry": {
+        "cylinder_diameter_mm": 62.4, "plate_diameter_mm": 278, "lift_speed_mm_s": 20.0,
+    },
+}  # fmt: skip
+VESSEL = {
+    "experiment": "bulk_density",
+    "particles": {"count": 810, "diameter_mm": 6.24},
+    "geometry": {"vessel_diameter_mm": 62.4, "taps": 0},
+}
+PLANE = {"experiment": "tilt", "particles": {"diameter_mm": 4.0}}
+
+
+def test_the_tests_of_a_laboratory_share_processes():
+    """Each alone, and all in one plan: the starts take a tenth of the runs at most."""
+    plans = [many(spec, 160) for spec in (LIFTED, VESSEL, PLANE)]
+    for specs in (*plans, {f"{k} {n}": s for k, p in enumerate(plans) for n, s in p.items()}):
+        runs = sum(run_seconds(spec) for spec in specs.values())
+        assert START_S * batch_count(specs) < max(0.1 * runs, LEAST_JOBS * START_S + 1)
+
+
+def test_a_lift_lasts_as_its_speed_says():
+    """340 grains of 10 mm at 0.6 are 97 mm deep: 5.8 s of lift at 20 mm/s, with 1.5 s beside."""
+    slow = run_seconds(LIFTED)
+    fast = run_seconds(LIFTED | {"geometry": LIFTED["geometry"] | {"lift_speed_mm_s": 2000.0}})
+    assert (slow - RUN_S) / (fast - RUN_S) == pytest.approx((5.83 + 1.54) / (0.06 + 1.54), rel=0.01)
 
 
 def test_a_drop_in_a_shared_process_gives_what_it_gives_alone(tmp_path):

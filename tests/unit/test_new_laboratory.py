@@ -2,6 +2,7 @@
 Expected numbers are worked out by hand or from closed forms."""
 
 import math
+import re
 import time
 from itertools import count
 from pathlib import Path
@@ -109,9 +110,14 @@ def test_the_pilot_compiles_first_and_tells_what_the_study_takes(here, monkeypat
     assert made == ["compiled", "lifted_cylinder", "bulk_density", "drop", "tilt"]
     every = expected_runs(parse_config(yaml.safe_load(Path("wheat/config.yaml").read_text())))
     assert every > 352
-    whole = round(every / 2)
     said = capsys.readouterr().out
-    assert tells(said, "joint", "2 h 56 min", f"{whole // 60} h {whole % 60} min")
+    # the starts of processes: four seconds each, eight of a plan; two plans, then five more
+    joint, whole = round(176 + 2 * 8 * 4 / 120), round(every / 2 + 7 * 8 * 4 / 120)
+    assert tells(said, "joint", f"2 h {joint - 120} min", f"{whole // 60} h {whole % 60} min")
+    # with four times the grains the cylinder takes 4 ** (4 / 3) as long
+    full = re.search(r"^in full.* stage joint about (\d+) h", said, re.M)
+    assert int(full[1]) == pytest.approx((96 * (4 ** (4 / 3) + 1) + 160) / 120, rel=0.1)
+    assert tells(said, "cylinder", "Shorter", "--axes", "speed=")
 
 
 def test_a_cylinder_that_is_told_counts_without_doubt(here, capsys):

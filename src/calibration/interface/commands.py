@@ -111,7 +111,10 @@ def _laboratory(args, raws):
         from calibration.study.new.trial import try_rigs  # compiles the engine
 
         try_rigs(args.folder, print)
-    print(f"wrote {args.folder}; next: calibration run '{args.folder}' joint")
+    print(
+        f"wrote {args.folder}; next, for a first look: calibration run '{args.folder}' --config "
+        "resolution=quick"
+    )
 
 
 def _add_angle(commands):

@@ -2,10 +2,11 @@
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from dem.constants import GRAVITY
+from dem.grains import grain_volume, spheres_in
 from dem.spec import RunSpec, parse_spec
 
 BASE_MB, MB_PER_GRAIN = 250.0, 0.003
@@ -16,40 +17,105 @@ lists, 1.4 kB together, and as much again for copies."""
 GRAIN_STEPS_PER_S = 1.0e7
 """Of one core; a third of what a settled bed takes on the machine of the README."""
 
-DROP_S, DROP_STEP_S = 0.3, 4.0e-6
-"""What a run of single drops takes for its files, and for each step beside its grains; measured:
-26,000 steps 0.3 s, 1.4 million 4.8 s, with one to five grains."""
+RUN_S, STEP_S = 0.3, 4.0e-6
+"""What a run takes for its files, and for each step beside its grains; measured with one to five
+grains: 26,000 steps 0.3 s, 1.4 million 4.8 s."""
+
+SINGLE: dict[str, Callable[[RunSpec], int]] = {
+    "drop": lambda spec: spec.geometry.drops,
+    "tilt": lambda spec: 4,
+}
+"""{experiment of single grains: how many of them}."""
+
+REST_S, TAP_S = 0.7, 0.25
+"""Simulated time in which grains come to rest, and that of a tap."""
+
+LIFTED = 1.2  # of its own depth of grains, by which a cylinder is lifted
+PACKING = 0.6  # solid fraction of a bed
 
 
 def run_seconds(spec: Mapping[str, Any]) -> float | None:
     """Time of one run [s] of one core, estimated from its spec (a mapping); None for an experiment
-    that neither pours grains nor drops single ones, and for another engine."""
+    whose duration nothing tells, and for another engine."""
     return seconds_of(parse_spec(spec))
 
 
 def seconds_of(spec: RunSpec) -> float | None:
     """`run_seconds` of a `RunSpec`."""
-    if spec.engine is not None:
+    simulated = LASTS.get(spec.experiment)
+    lasts = simulated(spec) if simulated and spec.engine is None else None
+    if lasts is None:
         return None
-    if spec.experiment == "drop":
-        return _seconds_of_drops(spec)
+    from dem.experiments.setup import time_step_of  # loads the engine
+
+    return RUN_S + lasts / time_step_of(spec) * (STEP_S + _spheres(spec) / GRAIN_STEPS_PER_S)
+
+
+def _spheres(spec):
+    """Spheres that move in a run."""
+    if spec.experiment in SINGLE:
+        return SINGLE[spec.experiment](spec)
+    clump = spec.particles.clump
+    parts = len(spheres_in(clump)) if clump else 2 if spec.particles.elongation > 1.0 else 1
+    return parts * spec.particles.count
+
+
+def _of_heap(spec):
     rate = getattr(spec.geometry, "generation_rate_per_s", None)
-    if rate is None:
-        return None
-    from dem.experiments.setup import time_step_of  # loads the engine
-
-    poured = spec.particles.count / rate
     # half of the grains on average while they are poured, all of them while they come to rest
-    steps = (0.5 * poured + 0.7) / time_step_of(spec)
-    return spec.particles.count * steps / GRAIN_STEPS_PER_S
+    return None if rate is None else 0.5 * spec.particles.count / rate + REST_S
 
 
-def _seconds_of_drops(spec):
-    from dem.experiments.setup import time_step_of  # loads the engine
+def _of_drops(spec):
+    return 2.0 * _fall(spec.geometry.drop_height_mm)  # the rebound takes no longer than the fall
 
-    fall = math.sqrt(2e-3 * spec.geometry.drop_height_mm / GRAVITY)
-    steps = 2.0 * fall / time_step_of(spec)  # the rebound takes no longer than the fall
-    return DROP_S + steps * (DROP_STEP_S + spec.geometry.drops / GRAIN_STEPS_PER_S)
+
+def _of_lifted_cylinder(spec):
+    g = spec.geometry
+    depth = _depth_mm(spec, g.cylinder_diameter_mm)
+    return _fall(depth) + REST_S + LIFTED * depth / g.lift_speed_mm_s + REST_S
+
+
+def _of_bulk_density(spec):
+    g = spec.geometry
+    return _fall(_depth_mm(spec, g.vessel_diameter_mm)) + REST_S + TAP_S * g.taps
+
+
+def _of_tilt(spec):
+    friction = spec.contacts.particle_wall.static_friction
+    return spec.geometry.trials * math.degrees(math.atan(friction)) / spec.geometry.tilt_rate_deg_s
+
+
+def _of_shear(spec):
+    g = spec.geometry
+    path = g.preshear_displacement_mm + g.shear_displacement_mm
+    return REST_S + path / g.shear_speed_mm_s
+
+
+def _of_wall_friction(spec):
+    return REST_S + spec.geometry.slide_mm / spec.geometry.slide_speed_mm_s
+
+
+def _depth_mm(spec, across):
+    """Depth of a bed of all grains in a cylinder [mm]."""
+    bulk = 1e9 * spec.particles.count * grain_volume(spec) / PACKING
+    return bulk / (0.25 * math.pi * across**2)
+
+
+def _fall(height_mm):
+    return math.sqrt(2e-3 * height_mm / GRAVITY)
+
+
+LASTS: dict[str, Callable[[RunSpec], float | None]] = {
+    "heap": _of_heap,
+    "drop": _of_drops,
+    "lifted_cylinder": _of_lifted_cylinder,
+    "bulk_density": _of_bulk_density,
+    "tilt": _of_tilt,
+    "shear": _of_shear,
+    "wall_friction": _of_wall_friction,
+}
+"""{experiment: simulated time [s] of a run in which all of its grains move}."""
 
 
 def memory_mb(count: float) -> float:

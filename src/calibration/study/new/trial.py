@@ -9,8 +9,18 @@ from pathlib import Path
 import yaml
 
 from calibration.intake.quantities import quantity_name
-from calibration.study.config import machine_run, parse_config, point_spec, read_target
+from calibration.runs.batches import LEAST_JOBS, START_S
+from calibration.runs.cost import run_seconds
+from calibration.study.config import (
+    Config,
+    machine_run,
+    overlay,
+    parse_config,
+    point_spec,
+    read_target,
+)
 from calibration.study.config.joint import read_joint_target
+from calibration.study.config.schema import COARSER
 from calibration.study.factors import read_factors
 from calibration.study.new.pilot import advice, corners, cost, pilot, shrunk
 from calibration.study.new.reach import reach
@@ -20,6 +30,11 @@ from calibration.study.stages.joint import runs_of
 from dem.errors import DemError, StoppedError
 from dem.spec import parse_spec
 from dem.units import behind, unit_of
+
+JOINT, CHAIN = 2, 5
+"""Plans of the stage joint, and of the chain."""
+LONG_S = 2 * 1800.0
+"""Of a core, half an hour of two: the pilot says from there on what would be shorter."""
 
 
 def try_study(folder: str | Path, show: Callable[[str], object] = print) -> None:
@@ -67,14 +82,59 @@ def try_rigs(folder: str | Path, show: Callable[[str], object] = print) -> None:
     for rig in config.rigs:
         words, lasted[rig] = _one_run(config, factors, rig)
         show(f"{rig}: {words} ({lasted[rig]:.0f} s)")
-    runs = {rig: runs_of(config, rig) for rig in lasted}
-    joint = sum(seconds * runs[rig] for rig, seconds in lasted.items())
-    # the first rig is the study's own
-    chain = (expected_runs(config) - sum(runs.values())) * next(iter(lasted.values()))
-    show(
-        f"on two cores in the quick profile: the stage joint about {_duration(joint / 2)}, with "
-        f"the chain, the report and the exports about {_duration((joint + chain) / 2)}"
-    )
+    own = next(iter(lasted))  # the first rig is the study's own
+    for where, seconds in (
+        ("in the quick profile", lasted),
+        ("in full", lasted | {own: lasted[own] * _finer(path, config)}),
+    ):
+        joint, chain = _cost(config, seconds, own)
+        show(
+            f"{where}, on two cores: the stage joint about {_duration(joint / 2)}, with the chain, "
+            f"the report and the exports about {_duration((joint + chain) / 2)}"
+        )
+    if sum(_cost(config, lasted, own)) > LONG_S:
+        for sentence in shorter(config, own):
+            show(sentence)
+
+
+def _cost(config, seconds, own):
+    """(seconds of a core of the stage joint, those of the chain) by the seconds of a run of each
+    rig."""
+    runs = {rig: runs_of(config, rig) for rig in seconds}
+    joint = sum(seconds[rig] * n for rig, n in runs.items())
+    chain = (expected_runs(config) - sum(runs.values())) * seconds[own]
+    return joint + JOINT * LEAST_JOBS * START_S, chain + CHAIN * LEAST_JOBS * START_S
+
+
+def _finer(path, quick):
+    """How many times as long a run of the study's own rig takes with all of its grains; by the
+    count and the time step of grains where nothing tells what a run takes."""
+    full = parse_config(yaml.safe_load(path.read_text("utf-8")), files=[path])
+    seconds = [run_seconds(point_spec(c.run, c.experiment, {}, c.seed)) for c in (quick, full)]
+    if None in seconds:
+        return COARSER["quick"] ** (4 / 3)
+    return seconds[1] / seconds[0]
+
+
+def shorter(config: Config, rig: str) -> list[str]:
+    """Sentences: what makes the runs of a rig long, and what of it the user can change; none where
+    nothing tells what a run takes."""
+    run = machine_run(config, config.rigs[rig])
+    spec = point_spec(run, config.rigs[rig].experiment, {}, config.seed)
+    whole = run_seconds(spec)
+    if not whole:
+        return []
+    changed = {}
+    if "clump" in run["particles"]:
+        sphere = {k: v for k, v in run["particles"].items() if k != "clump"}
+        words = "spheres of the same volume (--grain in place of --axes)"
+        changed[words] = spec | {"particles": sphere}
+    if "lift_speed_mm_s" in run.get("geometry", {}):
+        twice = 2.0 * run["geometry"]["lift_speed_mm_s"]
+        words = f"a cylinder that is lifted at {twice:g} mm/s, if yours was as fast (speed=)"
+        changed[words] = overlay(spec, {"geometry": {"lift_speed_mm_s": twice}})
+    ways = [f"{words}: {run_seconds(other) / whole:.0%} of it" for words, other in changed.items()]
+    return [f"the runs of {rig} make it long. Shorter: {'; '.join(ways)}"] if ways else []
 
 
 def _one_run(config, factors, rig):

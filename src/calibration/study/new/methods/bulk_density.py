@@ -5,16 +5,15 @@ import math
 from calibration.errors import CalibrationError
 from calibration.study.new.grains import Grains, filling
 from calibration.study.new.methods.declare import Entry, LaboratoryTest, Method, Question, rows_of
-from dem.constants import GRAVITY
 
 WIDE = 10.0  # grains across the vessel
 LEAST = 7.0  # of the longest grain
 DEEP = 0.9  # of the vessel's width is filled
 
 
-def vessel(entry: Entry, grains: Grains) -> tuple[dict, str, float]:
-    """(run spec without taps, where the vessel's width went, depth of the bed [mm]): the
-    laboratory's own vessel where it is no wider than the simulated one has to be."""
+def vessel(entry: Entry, grains: Grains) -> tuple[dict, str]:
+    """(run spec without taps, where the vessel's width went): the laboratory's own vessel where it
+    is no wider than the simulated one has to be."""
     diameter = grains.size(grains.diameter_mm)
     needed = max(WIDE, LEAST * grains.longest) * diameter
     own = entry.value("vessel", math.inf)
@@ -30,7 +29,7 @@ def vessel(entry: Entry, grains: Grains) -> tuple[dict, str, float]:
         else f"not the rig's: it is {wide:.3g} mm, {wide / diameter:.0f} grains wide, of which the "
         "density is taken to be that of a wider one"
     )
-    return run, went, DEEP * wide
+    return run, went
 
 
 def refuse_denser(entry: Entry, key: str, grains: Grains) -> None:
@@ -46,13 +45,12 @@ def refuse_denser(entry: Entry, key: str, grains: Grains) -> None:
 def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     """The experiment `bulk_density` without taps."""
     refuse_denser(entry, "density", grains)
-    run, went, deep = vessel(entry, grains)
+    run, went = vessel(entry, grains)
     run["geometry"]["taps"] = 0
     rows = rows_of(entry, "density", "bulk_density", "poured_density", "kg/m3")
     places = {"density": "a target"} | ({"vessel": went} if entry.values("vessel") else {})
     return LaboratoryTest(
         "vessel", "bulk_density", run, rows, ("poured_density_kg_m3",), places,
-        lasts_s=0.5 + math.sqrt(2e-3 * deep / GRAVITY),
     )  # fmt: skip
 
 

@@ -153,7 +153,7 @@ class LaboratoryTest:
     measured values; metrics: those of its rig that the joint study is calibrated to; discrepancy:
     {metric: standard deviation} by which the rig may be wrong; ranges: {key of a run spec: (low,
     high, source)} of factors that it measures; went: {question's key: where its answer went};
-    said: sentences for the screen; lasts_s: simulated time of a run, estimated; wall: what the
+    said: sentences for the screen; wall: what the
     wall is of, where the test touches one.
     """
 
@@ -166,7 +166,6 @@ class LaboratoryTest:
     discrepancy: dict[str, float] = field(default_factory=dict)
     ranges: dict[str, tuple[float, float, str]] = field(default_factory=dict)
     said: tuple[str, ...] = ()
-    lasts_s: float = 1.0
     wall: str | None = None
 
 

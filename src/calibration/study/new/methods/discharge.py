@@ -48,7 +48,7 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         "silo", "discharge",
         {"particles": grains.particles(count, diameter), "geometry": geometry,
          "numerics": {"max_time_s": round(max(10.0, 3.0 * lasts), 1)}},
-        rows, ("mass_flow_g_s",), went, said=_said(grains, diameter), lasts_s=lasts + 0.5,
+        rows, ("mass_flow_g_s",), went, said=_said(grains, diameter),
         wall=entry.value("wall"),
     )  # fmt: skip
 

@@ -70,7 +70,7 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         f"drop_{height:.6g}_mm".replace(".", "_"), "drop",
         {"particles": {"count": 1} | grains.single(), "geometry": {"drop_height_mm": height}},
         rows, ("rebound_height_mm",), went, ranges={KEY: (*around(restitution, spread), source)},
-        said=tuple(said), lasts_s=0.0, wall=entry.value("wall"),
+        said=tuple(said), wall=entry.value("wall"),
     )  # fmt: skip
 
 

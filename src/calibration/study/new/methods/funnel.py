@@ -89,7 +89,6 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     }
     if heap.plate_rim_height_mm:
         geometry["plate_rim_height_mm"] = heap.plate_rim_height_mm
-    lasts = simulated.pouring_s + 1.5
     run = {
         "particles": grains.particles(simulated.count, diameter),
         "geometry": geometry,
@@ -105,7 +104,7 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         went["rate"] = f"grains made: {simulated.feed_per_s:.0f} a second, the same mass"
     return LaboratoryTest(
         "heap", "heap", run, rows, ("angle_of_repose_deg",), went,
-        said=_said(entry, simulated, grains, diameter), lasts_s=lasts, wall=entry.value("wall"),
+        said=_said(entry, simulated, grains, diameter), wall=entry.value("wall"),
     )  # fmt: skip
 
 

@@ -61,7 +61,7 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         "cylinder", "lifted_cylinder", run, rows, ("angle_of_repose_deg",), went,
         discrepancy={"angle_of_repose_deg": RIG_ASSUMED} if assumed else {},
         said=_said(entry, grains, diameter, wide, deep, count),
-        lasts_s=1.2 * deep / entry.value("speed", SPEED) + 1.0, wall=entry.value("wall"),
+        wall=entry.value("wall"),
     )  # fmt: skip
 
 

@@ -44,7 +44,7 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         f"shear_{load:g}_kPa".replace(".", "_"), "shear",
         {"particles": grains.particles(count, diameter), "geometry": geometry,
          "numerics": {"overlap_limit": DEEPEST}},
-        rows, ("shear_stress_kPa",), went, lasts_s=0.7,
+        rows, ("shear_stress_kPa",), went,
         said=() if diameter == grains.diameter_mm else
         (f"the ring's grains are {grains.enlarged(diameter)}",),
     )  # fmt: skip

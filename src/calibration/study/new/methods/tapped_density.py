@@ -12,7 +12,7 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     """The experiment `bulk_density` with the laboratory's taps; more than MOST_TAPS are kept as
     data that no run is compared with."""
     refuse_denser(entry, "density", grains)
-    run, went, _ = vessel(entry, grains)
+    run, went = vessel(entry, grains)
     taps = int(entry.value("taps"))
     run["geometry"] |= {"taps": min(taps, MOST_TAPS), "tap_height_mm": entry.value("height", 3.0)}
     rows = rows_of(entry, "density", "bulk_density", "tapped_density", "kg/m3")
@@ -31,7 +31,7 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     return LaboratoryTest(
         "tapped", "bulk_density", run, rows,
         ("tapped_density_kg_m3",) if taps <= MOST_TAPS else (), places,
-        said=said if taps > MOST_TAPS else (), lasts_s=0.5 + 0.25 * min(taps, MOST_TAPS),
+        said=said if taps > MOST_TAPS else (),
     )  # fmt: skip
 
 

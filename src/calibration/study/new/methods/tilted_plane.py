@@ -39,7 +39,7 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
         "plane", "tilt",
         {"particles": {"count": 4} | grains.single(), "geometry": geometry},
         rows, ("sliding_angle_deg",), went, ranges={KEY: (*around(friction, spread), source)},
-        said=(source,), lasts_s=mean / geometry["tilt_rate_deg_s"], wall=entry.value("wall"),
+        said=(source,), wall=entry.value("wall"),
     )  # fmt: skip
 
 

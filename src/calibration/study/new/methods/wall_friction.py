@@ -46,7 +46,7 @@ def becomes(entry: Entry, grains: Grains) -> LaboratoryTest:
     return LaboratoryTest(
         f"wall_{load:g}_kPa".replace(".", "_"), EXPERIMENT,
         {"particles": grains.particles(COUNT * grains.longest**2, diameter), "geometry": geometry},
-        rows, (metric,), went, lasts_s=0.6, wall=entry.value("wall"),
+        rows, (metric,), went, wall=entry.value("wall"),
     )  # fmt: skip
 
 
