@@ -860,3 +860,20 @@ def test_units_are_read_off_the_key():
     described = [k for k in RunSpec.model_fields["law_parameters"].annotation.model_fields]
     assert unit_of("surface_tension_N_m") == "N/m"
     assert {in_ascii(unit_of(k)) for k in described if k.endswith("_s")} == {"s", "Pa s", "m/s"}
+
+
+STATED = {
+    "measured_mean": 22.7, "measured_n": 2, "measured_sd": 1.2,
+    "simulated_mean": 22.9, "simulated_n": 10, "simulated_sd": 0.6,
+}  # fmt: skip
+
+
+def test_exports_of_a_joint_study_say_that_they_are_of_one_target():
+    files = ["examples/maize/config.yaml", "examples/maize/joint.yaml"]
+    data = overlay(*(read_mapping(path)[0] for path in files))
+    joint = parse_config(data, files=files)
+    (line,) = [text for text in stage.about(joint, STATED) if tells(text, "ALONE")]
+    assert tells(line, "angle_of_repose_deg", "vessel: poured_density_kg_m3")
+    assert tells(line, "all tests", "results/maize/joint/draws.csv")
+    alone = parse_config({k: v for k, v in data.items() if k not in ("targets", "rigs", "joint")})
+    assert not any(tells(text, "ALONE") for text in stage.about(alone, STATED))

@@ -111,9 +111,8 @@ def _finer(path, quick):
     count and the time step of grains where nothing tells what a run takes."""
     full = parse_config(yaml.safe_load(path.read_text("utf-8")), files=[path])
     seconds = [run_seconds(point_spec(c.run, c.experiment, {}, c.seed)) for c in (quick, full)]
-    if None in seconds:
-        return COARSER["quick"] ** (4 / 3)
-    return seconds[1] / seconds[0]
+    less, more = seconds[0], seconds[1]
+    return more / less if less and more else COARSER["quick"] ** (4 / 3)
 
 
 def shorter(config: Config, rig: str) -> list[str]:
@@ -133,7 +132,8 @@ def shorter(config: Config, rig: str) -> list[str]:
         twice = 2.0 * run["geometry"]["lift_speed_mm_s"]
         words = f"a cylinder that is lifted at {twice:g} mm/s, if yours was as fast (speed=)"
         changed[words] = overlay(spec, {"geometry": {"lift_speed_mm_s": twice}})
-    ways = [f"{words}: {run_seconds(other) / whole:.0%} of it" for words, other in changed.items()]
+    shares = {w: (run_seconds(other) or whole) / whole for w, other in changed.items()}
+    ways = [f"{words}: {share:.0%} of it" for words, share in shares.items()]
     return [f"the runs of {rig} make it long. Shorter: {'; '.join(ways)}"] if ways else []
 
 

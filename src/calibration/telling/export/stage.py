@@ -17,6 +17,7 @@ from calibration.engines.blocks.material import granulate
 from calibration.files import write_text
 from calibration.runs.store import RunStore
 from calibration.statistics.surface import fit_surface
+from calibration.study.config.joint import name_of
 from calibration.telling.export.decks import scatter_of_one, write_decks
 from calibration.telling.export.heap_profile import profile
 from calibration.telling.export.parameters import (
@@ -102,8 +103,24 @@ def about(config: Config, validation: Mapping[str, Any]) -> list[str]:
         f"model gives "
         f"{validation['simulated_mean']:.2f} {unit} ({validation['simulated_n']} runs, sd "
         f"{validation['simulated_sd']:.2f}) in the rig and with the grains of calibrated.yaml.",
+        *_of_one_target(config),
         f"Engine {engine_of(config)}. SI units. How each number was converted: "
         f"docs/howto-export.md.",
+    ]
+
+
+def _of_one_target(config):
+    """Which of a joint study's tests the numbers are from."""
+    own = config.experiment, config.target.metric
+    others = [
+        name_of(t) for t in config.targets if (config.rigs[t.rigs[0]].experiment, t.metric) != own
+    ]
+    if not others:
+        return []
+    return [
+        f"Calibrated to {config.target.metric} ALONE: {', '.join(others)} "
+        f"{'is' if len(others) == 1 else 'are'} not in these numbers. Sets of parameters by all "
+        f"tests together: {config.results}/{config.name}/joint/draws.csv."
     ]
 
 
