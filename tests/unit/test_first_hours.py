@@ -12,12 +12,15 @@ import pytest
 import yaml
 from PIL import Image, ImageDraw
 
+from calibration.chain.study import Study
 from calibration.errors import ConfigError
 from calibration.interface.commands import main
 from calibration.runs.feasibility import check_ahead
 from calibration.study.config import parse_config
 from calibration.study.config.joint import read_joint_target
 from calibration.study.config.resolution import parse_resolved
+from diagnosis.settings import study_settings
+from diagnosis.setup import Setup
 from facts import tells
 
 PAGE = (Path(__file__).parents[2] / "docs/first-hours.md").read_text("utf-8")
@@ -204,3 +207,29 @@ def test_a_fault_of_the_study_itself_keeps_its_line(here):
         parse_resolved(data | {"resolution": "test"}, files)
     assert refused.value.key == "run.geometry.lift_speed_mm_s"
     assert refused.value.line
+
+
+def test_a_diagnosis_of_the_users_own_table_needs_no_edit(here):
+    """The ring under the powder's loads is that of the joint study, at the loads of the table."""
+    assert main(["new", "--workbook", "lime.xlsx"]) == 0
+    fill("lime.xlsx")
+    config = begun("lime")
+    settings = Setup(Study(config), study_settings(config.diagnosis)).settings
+    shear = settings.experiments["shear"]
+    assert shear.metric == "shear_stress_kPa"
+    assert shear.levels == {"normal_stress_kPa": [2.0, 4.0, 6.0, 8.0]}
+    rig = config.rigs["shear_2_kPa"].run
+    assert shear.run["geometry"] == rig["geometry"]
+    assert shear.run["particles"] == rig["particles"]
+
+
+def test_a_diagnosis_drops_the_grain_that_was_dropped(here):
+    """The heap's grains may be coarser than the laboratory's; the dropped one is not."""
+    again = "--drop 52mm sd=4mm height=200mm --no-pilot".split()
+    assert main([*words_of("wheat"), *again]) == 0
+    path = Path("wheat/config.yaml")
+    config = parse_config(yaml.safe_load(path.read_text()), files=[path])
+    settings = Setup(Study(config), study_settings(config.diagnosis)).settings
+    dropped = settings.experiments["drop"].run["particles"]["diameter_mm"]
+    assert dropped == pytest.approx((6.2 * 3.3 * 2.9) ** (1 / 3), abs=1e-3)
+    assert dropped < config.run["particles"]["diameter_mm"]

@@ -29,9 +29,13 @@ REPORT_EVERY = 5.0  # seconds
 WATCH_EVERY = 30.0  # seconds
 NO_HEAP = (
     "the grains roll or bounce off the plate, or are too few: more friction, a lower discharge "
-    "height or a rim "
-    "(docs/howto-geometry.md), or more grains"
+    "height or a rim (docs/howto-geometry.md), or more grains"
 )
+SPREAD = (
+    "the grains roll apart: with so little rolling friction no heap stands, or the grains are too "
+    "few. The design leaves such points out"
+)
+"""Of a heap that was not poured."""
 
 
 def run_logged(
@@ -159,7 +163,8 @@ def causes(error: BaseException, spec: dict[str, Any]) -> list[str]:
     from the start."""
     from dem.advice import warnings_of  # loads the engine, which takes a second
 
-    found = [NO_HEAP] if isinstance(error, MeasureError) and "no heap" in str(error) else []
+    poured = NO_HEAP if spec.get("experiment") == "heap" else SPREAD
+    found = [poured] if isinstance(error, MeasureError) and "no heap" in str(error) else []
     try:
         return found + warnings_of(parse_spec(spec))
     except DemError:

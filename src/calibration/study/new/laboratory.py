@@ -469,7 +469,7 @@ screening: {{ at_least: 3, at_most: 3 }}
 ascent: {{ rule: effects, steps: 5 }}
 # margin: a difference that does not matter, in the unit of {metric}
 validation: {{ groups: 2, replicates: 5, margin: {margin:g} }}
-"""
+{_diagnosed(lab)}"""
 
 
 def _energies(lab):
@@ -477,6 +477,19 @@ def _energies(lab):
     own = {f.key.removeprefix("law_parameters."): f.centre for f in lab.factors
            if f.key.startswith("law_parameters.")}  # fmt: skip
     return {"law_parameters": {k: float(f"{v:.4g}") for k, v in own.items()}} if own else {}
+
+
+def _diagnosed(lab):
+    """Lines: the rigs in which the diagnosis simulates the tests that are not the study's own
+    experiment; the settings of measured.csv are laid over them."""
+    found: dict = {}
+    for test in lab.tests[1:]:
+        if test.experiment != lab.leading.experiment:
+            found.setdefault(test.experiment, {"run": test.run})
+    if not found:
+        return ""
+    text = _yaml({"experiments": found}, 2)
+    return f'diagnosis: # what "calibration run ... diagnose" simulates each test in\n{text}'
 
 
 def _rigs(lab):
