@@ -24,6 +24,7 @@ from calibration.study.new.grains import clump_of_axes
 from calibration.study.new.methods import methods
 from calibration.study.stages import expected_runs
 from dem.clump import fault, shape_of
+from dem.errors import BlowUpError
 from dem.experiments import experiments
 from facts import tells
 
@@ -342,6 +343,10 @@ def test_each_method_declares_questions_that_read_their_own_examples():
         methods()["drop"].question("height").read("0.3")
 
 
+GRAVEL_LIFTED = (
+    "--lifted-cylinder 36 37 38 cylinder=150mm depth=150mm --density 2650kg/m3 --sieve sieve.csv "
+    "--bulk-density 1500kg/m3 1520kg/m3"
+).split()
 GRAIN = "--density 1.32g/cm3 --grain 3.9mm --lifted-cylinder 26.1 27.4 28.0 cylinder=60mm".split()
 
 
@@ -382,3 +387,43 @@ def test_what_bounces_write_is_taken_as_it_is(here):
     for row in rows.itertuples():
         assert found[row.drop_height_mm] == pytest.approx((row.value, row.sd**2 / row.n))
     check_ahead(config)
+
+
+def test_wide_sizes_are_so_stiff_that_no_grain_is_squeezed_through(here, capsys):
+    """By energy, at the stiffness that is told: the largest gravel that has fallen from the top of
+    the fill squeezes the smallest by 0.7 of its radius, and one of a single size is not stiffer."""
+    config = begun("own", GRAVEL_LIFTED)
+    modulus = config.run["materials"]["particle"]["shear_modulus_Pa"]
+    assert tells(capsys.readouterr().out, "shear modulus", f"{modulus:.1e} Pa")
+    assert config.run["numerics"]["overlap_limit"] == 0.8
+    quick = 4 ** (1 / 3) * config.run["particles"]["scale_factor"] * 1e-3
+    sizes = config.run["particles"]["sizes"]["diameters_mm"]
+    large, small = 0.5 * quick * max(sizes), 0.5 * quick * min(sizes)
+    # a layer has a grain on each square of 2.15 radii that lies free in the cylinder of 150 mm
+    a_layer = math.pi * (0.075 - 1.05 * large) ** 2 / (2.15 * large) ** 2
+    height = config.run["particles"]["count"] / 4 / a_layer * 2.15 * large
+    speed = math.sqrt(2 * 9.81 * height) + 3 * math.sqrt(9.81 * large)
+    falls = 0.5 * 2650 * 4 / 3 * math.pi * large**3 * speed**2
+    radius = small * large / (small + large)
+    stored = 2 * 8 / 15 * modulus / 0.75 * math.sqrt(radius) * (0.7 * small) ** 2.5
+    assert stored == pytest.approx(falls, rel=0.05)
+    plain = [w for w in GRAVEL_LIFTED if w != "sieve.csv"]
+    plain[plain.index("--sieve")] = "--grain"
+    plain.insert(plain.index("--grain") + 1, "8mm")
+    assert begun("one", plain).run["materials"]["particle"]["shear_modulus_Pa"] == 3e6
+
+
+def test_a_rig_that_gives_no_value_is_no_next_step(here, monkeypatch, capsys):
+    """Nor does the pilot tell what the runs take that end at once."""
+
+    def run(spec, out):
+        if spec.experiment == "bulk_density":
+            raise BlowUpError(particle=1, time=0.1, reason="overlap", hint="the modulus")
+        return {"metrics": dict.fromkeys(experiments()[spec.experiment].targets, 1.0)}
+
+    monkeypatch.setattr("dem.warm.compile_engine", lambda: None)
+    monkeypatch.setattr("dem.run.run", run)
+    assert main(["new", "wheat", *WHEAT]) == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert tells(last, "wheat", "vessel", "no value")
+    assert not tells(last, "calibration run")

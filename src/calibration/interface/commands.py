@@ -110,7 +110,11 @@ def _laboratory(args, raws):
     if not args.no_pilot:
         from calibration.study.new.trial import try_rigs  # compiles the engine
 
-        try_rigs(args.folder, print)
+        if without := try_rigs(args.folder, print):
+            print(
+                f"wrote {args.folder}; do not start it as it is: {', '.join(without)} gave no value"
+            )
+            return
     print(
         f"wrote {args.folder}; next, for a first look: calibration run '{args.folder}' --config "
         "resolution=quick"

@@ -32,6 +32,11 @@ from dem.units import has_unit, unit_of
 
 SOFTENED_PA = 3.0e6
 DEEPEST = 0.08  # overlap over radius under the largest load, by Hertz; the engine stops at 0.3
+WIDTHS = ("cylinder_diameter_mm", "vessel_diameter_mm", "silo_diameter_mm", "ring_diameter_mm")
+"""Keys of the rigs that are filled in layers."""
+SQUEEZED, LIMIT = 0.7, 0.8
+"""Overlap over radius of the smallest grain that the largest may fall on, and that at which a run
+of several sizes stops: the fill is violent, and no grain of the bed is squeezed so."""
 BONDS = (0.5, 50.0)
 """Pull-off force of two simulated grains over a grain's weight: the range of cohesion. It holds
 from a little moisture to a powder that stands as a wall; a choice of this project, no source."""
@@ -73,12 +78,21 @@ def laboratory_of(folder: Path, entries: Sequence[Entry], most: int | None = Non
     modulus = stiff_enough(tested)
     grain = replace(grain, least_restitution=bounce.low, shear_modulus_Pa=modulus)
     tests, grain = _tests(tested, grain)
+    thrown = max((uncrushed(t, grain) for t in tests), default=0.0)
+    if thrown > modulus:
+        modulus = float(f"{thrown:.1e}")
+        grain = replace(grain, shear_modulus_Pa=modulus)
+        tests, grain = _tests(tested, grain)
+        said.append(f"shear modulus {modulus:.1e} Pa, so that your largest grains do not squeeze "
+                    "through your smallest where they fall on them. Time steps are the shorter: a "
+                    "sieve analysis without its finest classes is simulated sooner, and packs "
+                    "looser")  # fmt: skip
+    elif modulus > SOFTENED_PA:
+        said.append(f"shear modulus {modulus:.1e} Pa, so that your largest load dents no grain by "
+                    f"more than {DEEPEST:.0%} of its radius (Hertz)")  # fmt: skip
     _refuse_two_walls(tests, tested)
     measured = _measured_ranges(tests)
     factors = [_ranged(f, measured, grain) for f in factors] + _cohesion(grain, tests)
-    if modulus > SOFTENED_PA:
-        said.append(f"shear modulus {modulus:.1e} Pa, so that your largest load dents no grain by "
-                    f"more than {DEEPEST:.0%} of its radius (Hertz)")  # fmt: skip
     given = [row for e in entries for row in _went(e, tests, tested, shape)]
     said += [s for t in tests for s in t.said] + _sticky(grain)
     return Laboratory(name, folder, grain, tests, factors, given, list(dict.fromkeys(said)))
@@ -224,8 +238,10 @@ def steady(test: LaboratoryTest, grains: Grains) -> dict:
     four times the pull-off force (Johnson, Kendall, Roberts 1971), here of the strongest BONDS."""
     experiment = experiments()[test.experiment]
     numerics = dict(test.run.get("numerics", {}))
+    if grains.sizes and experiment.poured:
+        numerics = {"overlap_limit": LIMIT} | numerics
     if not experiment.poured or ("rayleigh_fraction" in numerics and not grains.sticky):
-        return test.run
+        return test.run | ({"numerics": numerics} if numerics else {})
     particles, modulus = test.run["particles"], grains.shear_modulus_Pa
     diameter = 1e-3 * particles.get("diameter_mm", grains.diameter_mm)
     diameter *= particles.get("scale_factor", 1.0)
@@ -261,6 +277,32 @@ def stiff_enough(tested: Sequence[Entry]) -> float:
     largest = 1e3 * max(loads, default=0.0)
     needed = 3.0 * math.sqrt(2.0) * largest / DEEPEST**1.5 * (1.0 - 0.25)
     return max(SOFTENED_PA, float(f"{needed:.1e}"))
+
+
+def uncrushed(test: LaboratoryTest, grains: Grains) -> float:
+    """Shear modulus [Pa] at which the largest grain, fallen from the top of where a rig's grains
+    are made, squeezes the smallest by SQUEEZED of its radius at most; 0 for grains of one size.
+
+    By Hertz: the energy of the fall is that of two contacts of the small grain, each of
+    8/15 E* R*^(1/2) d^(5/2), with R* of the two sizes and E* = G / (1 - nu) of two alike grains.
+    """
+    across = next((test.run["geometry"][k] for k in WIDTHS if k in test.run["geometry"]), None)
+    if not grains.sizes or across is None:
+        return 0.0
+    from calibration.study.config.schema import COARSER
+    from dem.experiments.bed import PITCH, shake  # loads the engine
+
+    # the quick profile's grains are larger and as many fewer
+    size = 1e-3 * _size(test, grains) * COARSER["quick"] ** (1 / 3)
+    large, small = 0.5 * size * grains.longest, 0.5 * size * grains.smallest
+    free = 0.5e-3 * across - 1.05 * large
+    sites = max(math.pi * free**2 / (PITCH * large) ** 2, 1.0)
+    layers = test.run["particles"]["count"] / COARSER["quick"] / sites
+    speed = math.sqrt(2.0 * GRAVITY * PITCH * large * layers) + shake(large)
+    energy = 0.5 * grains.density_kg_m3 * 4.0 / 3.0 * math.pi * large**3 * speed**2
+    shared = math.sqrt(small * large / (small + large))
+    stiff = energy / (2.0 * 8.0 / 15.0 * shared * (SQUEEZED * small) ** 2.5)
+    return stiff * (1.0 - 0.25)
 
 
 def _refuse_two_walls(tests, tested):

@@ -33,6 +33,7 @@ from dem.units import behind, unit_of
 
 JOINT, CHAIN = 2, 5
 """Plans of the stage joint, and of the chain."""
+NO_VALUE = "no value in the middle of the ranges"
 LONG_S = 2 * 1800.0
 """Of a core, half an hour of two: the pilot says from there on what would be shorter."""
 
@@ -66,10 +67,10 @@ def try_study(folder: str | Path, show: Callable[[str], object] = print) -> None
         show(said)
 
 
-def try_rigs(folder: str | Path, show: Callable[[str], object] = print) -> None:
+def try_rigs(folder: str | Path, show: Callable[[str], object] = print) -> list[str]:
     """Run each rig of a joint study once, in the quick profile and in the middle of the ranges, and
     say what it gives beside what was measured, or why it gives nothing, and what the stage will
-    take."""
+    take. Returns the rigs that gave nothing; what these take is not known."""
     from dem.warm import compile_engine  # loads the engine
 
     path = Path(folder) / "config.yaml"
@@ -78,10 +79,13 @@ def try_rigs(folder: str | Path, show: Callable[[str], object] = print) -> None:
     show("pilot, in the quick profile: the engine is compiled first, which takes a minute once")
     compile_engine()  # else the first rig's time would hold it, and the estimate a multiple of it
     factors = read_factors(config.factors)
-    lasted = {}
+    lasted, without = {}, []
     for rig in config.rigs:
         words, lasted[rig] = _one_run(config, factors, rig)
         show(f"{rig}: {words} ({lasted[rig]:.0f} s)")
+        without += [rig] if words.startswith(NO_VALUE) else []
+    if without:
+        return without
     own = next(iter(lasted))  # the first rig is the study's own
     for where, seconds in (
         ("in the quick profile", lasted),
@@ -95,6 +99,7 @@ def try_rigs(folder: str | Path, show: Callable[[str], object] = print) -> None:
     if sum(_cost(config, lasted, own)) > LONG_S:
         for sentence in shorter(config, own):
             show(sentence)
+    return without
 
 
 def _cost(config, seconds, own):
@@ -153,7 +158,7 @@ def _one_run(config, factors, rig):
     except StoppedError:
         raise
     except DemError as error:
-        return f"no value in the middle of the ranges: {error}", time.process_time() - begun
+        return f"{NO_VALUE}: {error}", time.process_time() - begun
     told = [_beside(config, t, found) for t in targets]
     return ", ".join(told) or "runs; no target", time.process_time() - begun
 
