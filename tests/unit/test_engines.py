@@ -17,6 +17,7 @@ from calibration import digests, engines
 from calibration.engines.mesh import write_mesh
 from calibration.engines.program import prime_seed, read_dump
 from calibration.engines.rig import Drop, Pour
+from calibration.engines.rigs import discharge as silo_of_other_codes
 from calibration.engines.rigs import experiments_of
 from calibration.engines.table import read_row
 from calibration.errors import ConfigError
@@ -26,6 +27,7 @@ from calibration.runs.store import RunStore
 from dem.constants import GRAVITY
 from dem.errors import DemError
 from dem.experiments.bed import shake
+from dem.experiments.phases import look
 from dem.grains import draw_radii
 from dem.io.stl import read_stl
 from dem.run import run
@@ -367,6 +369,31 @@ def test_a_deck_opens_the_silo(tmp_path, code, lines):
     filled, opened = text.split(lines[0])
     assert "jump SELF settled" in filled
     assert "mass(all)" in opened
+
+
+@pytest.mark.parametrize("code", ["liggghts", "lammps"])
+def test_a_silo_that_empties_leaves_no_grain_to_dump(tmp_path, code):
+    """LIGGGHTS stops at a run without grains."""
+    geometry = {"silo_diameter_mm": 40, "orifice_diameter_mm": 16, "hopper_half_angle_deg": 30}
+    parts = {"particles": {"count": 5000, "diameter_mm": 2.0}, "geometry": geometry}
+    spec, text = deck_of(code, tmp_path, experiment="discharge", **parts)
+    flowed = text.split("label flowed")[1]
+    leaves, dumps, ends = (
+        flowed.index(w) for w in ("jump SELF emptied", "dump end", "label emptied")
+    )
+    assert leaves < dumps < ends
+    place = np.random.default_rng(1).uniform((-0.01, -0.01, 0.03), (0.01, 0.01, 0.09), (500, 3))
+    rows = [f"{k} 0.001 {x} {y} {z} 0 0 0 0 0 0" for k, (x, y, z) in enumerate(place, 1)]
+    head = "ITEM: TIMESTEP\n1\nITEM: ATOMS id radius x y z vx vy vz omegax omegay omegaz\n"
+    (tmp_path / "settled.dump").write_text(head + "\n".join(rows) + "\n")
+    mass = 4 / 3 * math.pi * 1e-9 * 1200
+    output = "".join(f"left {n} {n * mass}\n" for n in range(450, -1, -50))
+    metrics, state = silo_of_other_codes.read(spec, tmp_path, output)
+    assert metrics["discharged_share"] == pytest.approx(1.0)
+    assert metrics["arched"] == 0
+    # fifty grains in each look
+    assert metrics["mass_flow_g_s"] == pytest.approx(5e4 * mass / look(spec), rel=0.1)
+    assert len(state["radius"]) == 0
 
 
 RING = {

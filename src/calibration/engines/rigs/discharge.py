@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
-from calibration.engines import bed
+from calibration.engines import NO_GRAINS, bed
 from calibration.engines.program import read_dump, state_of
 from calibration.engines.rig import DUMP
 from dem.experiments import discharge as own
@@ -41,7 +41,10 @@ if "${{now}} == 0 || ${{quiet}} > {quiet}" then "jump SELF flowed"
 next flow
 jump SELF flowing
 label flowed
+if "${{now}} == 0" then "jump SELF emptied"
 """
+EMPTIED = "label emptied\n"
+"""LIGGGHTS runs and dumps nothing without a grain: an empty silo leaves no end.dump."""
 
 
 def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
@@ -58,7 +61,7 @@ def deck(spec: RunSpec, dialect: Dialect, folder: Path) -> str:
         looks=round(spec.numerics.max_time_s / pause) + 2,
         quiet=outflow.QUIET,
     )
-    return text + DUMP.format(name="end")
+    return text + DUMP.format(name="end") + EMPTIED
 
 
 class _Outflow:
@@ -84,7 +87,8 @@ def read(spec: RunSpec, folder: Path, output: str) -> tuple[dict[str, Any], dict
     as `program.state_of` gives it."""
     silo, density = own.Silo(spec.geometry), spec.materials.particle.density_kg_m3
     full = bed.Grains(density, state_of(read_dump(folder / "settled.dump")))
-    state = state_of(read_dump(folder / "end.dump"))
+    end = folder / "end.dump"
+    state = NO_GRAINS if re.search(r"^left 0 ", output, re.MULTILINE) else state_of(read_dump(end))
     rest, flow = bed.Grains(density, state), _Outflow(spec, full, output)
     times, masses = outflow.watch(
         flow,  # type: ignore[arg-type]  # arrays stand in for it
