@@ -3,7 +3,8 @@ the runs (`calibration.inference.chance_of_no_value`), and what the measurements
 
 The runs' failures are not told apart: a funnel that clogs, an arch and a heap that does not form
 all give no value. A run that blew up, or whose grains were still moving when it ended, is none of
-them.
+them. A silo that arches late has let grains out, and its run reads a flow of these: where the table
+has tests that clogged, such a run is one of them (`Experiment.ended_by`).
 """
 
 from __future__ import annotations
@@ -58,6 +59,20 @@ def train_failures(
         if lever:
             out[experiment, name] = Multiplied(out[experiment, BASE], lever)  # type: ignore[arg-type, assignment]
     return out  # type: ignore[return-value]
+
+
+def as_tests(
+    settings: Settings,
+    specs: Mapping[str, Mapping[str, Any]],
+    metrics: Mapping[str, dict[str, float] | None],
+) -> dict[str, dict[str, float] | None]:
+    """{run id: metrics or None} of runs {run id: spec}, None also where the metric `ended_by` of
+    the run's experiment says that it ended without a value."""
+    out = {}
+    for name, found in metrics.items():
+        ended = settings.experiments[specs[name]["experiment"]].ended_by
+        out[name] = None if found and ended and found.get(ended) else found
+    return out
 
 
 def _failed(row, metrics):

@@ -102,9 +102,7 @@ class FewRuns(Emulator):
 
     def _same_level(self, x, y):
         """1 (k, m) where (k, d) and (m, d) inputs are of one level, 0 where they are of others."""
-        a, b = (v[:, self.levers] / self.short for v in (x, y))
-        square = (a * a).sum(1)[:, None] + (b * b).sum(1) - 2.0 * a @ b.T
-        return np.exp(-0.5 * np.maximum(square, 0.0))
+        return np.exp(-0.5 * _apart(*(v[:, self.levers] / self.short for v in (x, y))))
 
     def with_slope(
         self, x: np.ndarray, columns: Sequence[int], error: bool = True
@@ -190,8 +188,8 @@ class WithMechanism(FewRuns):
         """Prior covariance (k, m) of what the terms do not hold, at inputs (k, d) and distances
         (k,) and others (m, d), (m,)."""
         bend, length, reach = BENT
-        square = (x * x).sum(1)[:, None] + (y * y).sum(1) - 2.0 * x @ y.T
-        near = np.exp(-0.5 * (square / reach**2 + ((t[:, None] - s) / length) ** 2))
+        square = _apart(x / reach, y / reach)
+        near = np.exp(-0.5 * (square + ((t[:, None] - s) / length) ** 2))
         return (self.size * bend) ** 2 * t[:, None] * s * near
 
     def with_slope(
@@ -240,6 +238,12 @@ class WithMechanism(FewRuns):
         u, t = x[:, :-1], self._distance(x)
         own = self._covariance(u, u) + terms @ terms.T + self._bent(u, t, u, t)
         return _correlation(own - cross @ self._inverse @ cross.T)
+
+
+def _apart(x, y):
+    """Squared distances (k, m) between points (k, d) and (m, d), none below zero by rounding."""
+    square = (x * x).sum(1)[:, None] + (y * y).sum(1) - 2.0 * x @ y.T
+    return np.maximum(square, 0.0)
 
 
 def _gaps(levers):

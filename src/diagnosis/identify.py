@@ -41,7 +41,8 @@ NULL_STARTS = (0.3,)  # coded strength at which fits of data without an effect b
 @dataclass
 class Identification:
     """What the scores say; `fits` holds the fit of each candidate, by its names joined with ' + ';
-    tried: how many of them were compared with the base model."""
+    tried: how many of them were compared with the base model; alone: one setting that is at odds
+    with the others is not told from a law."""
 
     verdict: str
     causes: list
@@ -55,6 +56,7 @@ class Identification:
     data: Data = field(default=None, repr=False)  # type: ignore[assignment]
     reason: str = ""
     tried: int = 0
+    alone: bool = False
 
 
 def key_of(names: Iterable[str]) -> str:
@@ -157,10 +159,13 @@ def decide(scores: Scores, alpha: float = 0.05, without: Collection[str] = ()) -
             if out.verdict == "adequate"
             else "the base model misses the data and no mechanism predicts left-out settings better"
         )
-    elif _one_setting_does_it(scores, best):
+    elif (lead := _lead_of_one_setting(scores, best)) > TIED:
         out.verdict, out.reason = "unexplained", "one setting alone is at odds with the base model"
     else:
         _settle(out, scores, singles)
+        if lead > -TIED and out.causes:
+            out.verdict, out.alone = "ambiguous", True
+            out.reason = "one setting that is at odds with the others explains as much as a law"
     return out
 
 
@@ -297,9 +302,13 @@ def null_of(
     return gains | {"misfit": misfit}
 
 
-def _one_setting_does_it(scores, best):
-    """Whether dropping one setting mends the base model as well as the best mechanism does with all
-    of them.
+TIED = 2.0 * CLOSE
+"""Difference of chi-square up to which one setting and a mechanism are not told apart."""
+
+
+def _lead_of_one_setting(scores, best):
+    """By how much more chi-square falls where one setting is dropped than by the best mechanism
+    with all of them.
 
     Both spend one parameter: an outlying setting's own mean, or the mechanism's strength. Compared
     by chi-square, to which tests without a value add their deviance."""
@@ -308,7 +317,7 @@ def _one_setting_does_it(scores, best):
     dropped = (base.residual**2 / (1.0 - base.leverage))[0]
     relief = float(max(dropped.max(), *base.deviances[0], 0.0))
     mended = float((base.misfit - mended_by.misfit)[0])
-    return relief > mended - 4.0
+    return relief - mended
 
 
 def _settle(out, scores, singles):

@@ -65,6 +65,11 @@ class Experiment(_Part):
         description="lever: levels at which the runs of a budget are made; spread over its range "
         "unless given",
     )
+    ended_by: str | None = Field(
+        None,
+        description="metric of a run that is 1 where it ended without a value, as the table's "
+        "tests do, though a number was read of it; such runs count as values unless given",
+    )
     mechanisms: list[str] | None = Field(
         None, description="mechanisms that get emulator runs; all that show on it unless given"
     )

@@ -17,8 +17,9 @@ def with_single(
     verdict: dict[str, Any], found: Identification, measurements: Sequence[Measurement]
 ) -> dict[str, Any]:
     """The mapping of verdict.json of an `Identification`: `error` with the row, where the base
-    model fits all others; as it is where it does not, or where nothing is wrong."""
-    if found.verdict != "unexplained":
+    model fits all others; with the row beside the law that it is not told from; as it is where the
+    base model does not fit the others, or where nothing is wrong."""
+    if found.verdict != "unexplained" and not found.alone:
         return verdict
     base = found.fits[BASE]
     off = (base.residual / np.sqrt(1.0 - base.leverage))[0]
@@ -36,4 +37,9 @@ def with_single(
         + f" lies {abs(off[worst]):.1f} standard deviations from what all others say, and alone "
         "explains the misfit."
     )
-    return verdict | {"verdict": "error", "rows": [row]}
+    if not found.alone:
+        return verdict | {"verdict": "error", "rows": [row]}
+    rival = {"experiment": m.experiment, "line": m.line, "words": f"{where[:1].lower()}{where[1:]}"}
+    for law in verdict["laws"]:
+        law["rivals"] = [*law["rivals"], rival]
+    return verdict | {"rows": [row]}

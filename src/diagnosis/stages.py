@@ -33,8 +33,8 @@ from diagnosis.derived import WRITTEN, announced, as_file
 from diagnosis.design import left_of, plan
 from diagnosis.emulator import train
 from diagnosis.emulator_files import write_emulators
-from diagnosis.extend import LEAST_RUNS, extension_plan, gain, real_values, within
-from diagnosis.failures import train_failures
+from diagnosis.extend import LEAST_RUNS, extension_plan, gain, real_values, refit_of, within
+from diagnosis.failures import as_tests, train_failures
 from diagnosis.identify import identify, lack_of_fit, weigh
 from diagnosis.lever_laws import as_laws
 from diagnosis.page.first_lines import first_lines
@@ -94,11 +94,12 @@ def train_all(
     settings: Settings, factors: Sequence[Factor], source: NamedFiles, output: NamedFiles
 ) -> None:
     """Write the emulators that a design's finished runs train, and the table of their errors."""
-    design, metrics = read_json(source.design), simulate(read_json(source.plan))
-    _train(settings, factors, design, metrics, output.emulators, output.errors)
+    design, specs = read_json(source.design), read_json(source.plan)
+    _train(settings, factors, design, specs, output.emulators, output.errors)
 
 
-def _train(settings, factors, design, metrics, emulators_file, errors_file):
+def _train(settings, factors, design, specs, emulators_file, errors_file):
+    metrics = as_tests(settings, specs, simulate(specs))
     emulators, table = train(design, metrics, settings, factors)
     faults = untested(name for name, found in metrics.items() if found is None)
     failures = train_failures(design, metrics, settings, factors, faults)
@@ -129,7 +130,7 @@ def refine(setup: Setup, source: NamedFiles, output: NamedFiles, wave: int) -> N
         design += read_json(getattr(source, f"design_{k}"))
         specs |= read_json(getattr(source, f"plan_{k}"))
     files = output.refined_emulators, output.refined_errors
-    _train(setup.settings, setup.rig.factors, design, simulate(specs), *files)
+    _train(setup.settings, setup.rig.factors, design, specs, *files)
 
 
 def calibrate(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
@@ -236,7 +237,8 @@ def conclude(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     """Measure the gain with the finished runs and write verdict.json, its page and figure."""
     settings, measurements = setup.settings, setup.measurements
     verdict, extension = read_json(source.findings), read_json(source.extension)
-    metrics = simulate(read_json(source.plan))
+    specs = read_json(source.plan)
+    metrics = as_tests(settings, specs, simulate(specs))
     if extension["steps"]:
         verdict["time_step"] = time_step.check(settings, measurements, extension["steps"], metrics)
     rows = extension["rows"]
@@ -250,7 +252,8 @@ def conclude(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
             if setup.of_contacts
             else {(s["experiment"], s["of"]): s["sd"] for s in verdict["scatter"]}
         )
-        verdict["gain"] = gain([measurements[i] for i in own], *pair, shared=sds)  # type: ignore[arg-type, misc]
+        refit = refit_of(rows, "after", len(measurements))[own]
+        verdict["gain"] = gain([measurements[i] for i in own], *pair, shared=sds, refit=refit)  # type: ignore[arg-type, misc]
         verdict["extended_with"] = extension["mechanisms"]
     verdict = verdict if setup.of_contacts else withdraw_refuted(verdict)
     if verdict["verdict"] == "unexplained" and "discrepancy" not in verdict:

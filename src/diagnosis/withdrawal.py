@@ -6,9 +6,7 @@ A mechanism can win the comparison and still be wrong: it was only the best of t
 from typing import Any
 
 from calibration.figures import label
-
-FIT = 3.0
-"""Root mean square miss at left-out settings, in standard errors, above which nothing is named."""
+from diagnosis.extend import FIT
 
 NAMING = ("identified", "discovered", "ambiguous")
 
@@ -17,10 +15,11 @@ def withdraw_refuted(verdict: dict[str, Any]) -> dict[str, Any]:
     """The mapping of verdict.json after the engine's runs.
 
     Of single contacts a name is withdrawn where the interval of its gain lies below zero, or where
-    levels that were left out are missed by more than FIT standard errors with it: the verdict is
-    then `discovered`, for the place stands. Of emulated experiments the verdict is `unexplained`
-    then, and where the engine with what is named gives no value at any setting left out;
-    `best_tried` then holds what had been named."""
+    levels that were left out are missed by more than FIT standard errors with it, errors of the
+    refitted parameters among them: the verdict is then `discovered`, for the place stands. Of
+    emulated experiments the verdict is `unexplained` then, or `error` where a single row was not
+    told from the law, and so where the engine with what is named gives no value at any setting left
+    out; `best_tried` then holds what had been named."""
     if any("evidence" in law for law in verdict.get("laws") or []):
         return _of_laws(verdict)
     return _of_mechanisms(verdict)
@@ -55,8 +54,9 @@ def _against(gain):
     low, high = gain["held_out_rmse_difference_interval"]
     if high < 0.0:
         return f"the gain lies below zero ({low:.2f} to {high:.2f} standard errors)"
-    if gain["held_out_rmse_after"] > FIT:
-        return f"left-out levels are missed by {gain['held_out_rmse_after']:.1f} standard errors"
+    missed = gain["held_out_rmse_after_all_errors"]
+    if missed > FIT:
+        return f"left-out levels are missed by {missed:.1f} standard errors"
     return None
 
 
@@ -79,5 +79,6 @@ def _of_mechanisms(verdict):
     )
     if others:
         reason += f", and {' and '.join(others)}, not told apart from it, was not run"
-    changes = {"verdict": "unexplained", "causes": [], "best_tried": tried, "reason": reason}
+    changes = {"verdict": "error" if verdict.get("rows") else "unexplained", "causes": []}
+    changes |= {"best_tried": tried, "reason": reason}
     return verdict | changes | ({"laws": []} if "laws" in verdict else {})

@@ -415,7 +415,7 @@ def test_the_judge_tells_a_law_that_fits_from_one_that_does_not():
      ((-0.2, 0.9), 1.0, "identified"), ((0.4, 1.2), 8.4, "discovered")],
 )  # fmt: skip
 def test_the_engine_withdraws_a_name(interval, after, verdict):
-    gain = {"held_out_rmse_difference_interval": interval, "held_out_rmse_after": after}
+    gain = {"held_out_rmse_difference_interval": interval, "held_out_rmse_after_all_errors": after}
     law = {"names": ["apex_sampling"], "single": "apex_sampling", "gain": gain, "evidence": 9.0}
     said = withdraw_refuted({"verdict": "identified", "causes": ["apex_sampling"], "laws": [law],
                       "reason": ""})  # fmt: skip

@@ -27,7 +27,7 @@ from diagnosis.design import BASE, TRAIN, left_of, plan, possible
 from diagnosis.emulator import train
 from diagnosis.emulator_files import read_emulators, write_emulators
 from diagnosis.extend import within
-from diagnosis.failures import train_failures
+from diagnosis.failures import as_tests, train_failures
 from diagnosis.identify import identify, one_place
 from diagnosis.lever_laws import as_laws, lever_laws, with_laws
 from diagnosis.model import Emulated
@@ -361,6 +361,21 @@ def test_a_single_heap_at_odds_is_named_by_its_line():
     assert with_single({"verdict": "adequate"}, plain, rows) == {"verdict": "adequate"}
 
 
+def test_a_heap_that_is_not_told_from_a_law_stands_beside_it():
+    """A row rather than a law where its chi-square is clearly better, both where neither is."""
+    rows = heaps(lambda d: 38.0 + 6.0 * (d == 2.1))
+    fits = {"base": SimpleNamespace(
+        residual=np.array([[0.1, -0.2, 0.3, 5.0, -0.1, 0.2]]), leverage=np.full((1, 6), 0.3),
+        misfit=np.array([35.9]), freedom=np.array([5.0]),
+    )}  # fmt: skip
+    found = SimpleNamespace(verdict="ambiguous", alone=True, fits=fits)
+    law = {"slot": "attraction", "rivals": []}
+    verdict = with_single({"verdict": "ambiguous", "rows": [], "laws": [law]}, found, rows)
+    assert verdict["verdict"] == "ambiguous"
+    assert [r["line"] for r in verdict["rows"]] == [5]
+    assert [r["line"] for r in verdict["laws"][0]["rivals"]] == [5]
+
+
 def test_few_runs_tell_cohesion_that_the_closed_form_has():
     """100 degrees mm for each J/m2: at 0.08 the angle falls from 5 to 3.2 above the base's."""
     bench, _, table = emulated()
@@ -529,6 +544,21 @@ def test_a_clogged_orifice_counts():
     assert found.data.failed[0].sum() == 4
 
 
+@pytest.mark.parametrize("clogged", [0, 4])
+def test_a_silo_that_arches_late_is_a_clogged_test_where_the_table_has_some(clogged):
+    """Its run reads the flow of what had left before."""
+    rows = discharges(lambda orifice: 0.0, clogged=clogged)
+    settings = completed(
+        read_settings(None), study("discharge"), read_factors(FACTORS), rows, "m.csv"
+    )
+    specs = {n: {"experiment": "discharge"} for n in ("free", "arched", "failed")}
+    flow = {"mass_flow_g_s": 3.0}
+    metrics = {"free": flow | {"arched": 0}, "arched": flow | {"arched": 1}, "failed": None}
+    found = as_tests(settings, specs, metrics)
+    assert [n for n, m in found.items() if m is None] == ["arched"] * bool(clogged) + ["failed"]
+    assert found["free"] == metrics["free"]
+
+
 def test_settings_that_a_law_makes_impossible_are_left_out_of_waves_and_gain(monkeypatch):
     """Grains that are 1.3 times as large need more than 13 mm; the table begins at 10 mm."""
     rows = discharges(lambda orifice: 0.0)
@@ -541,7 +571,9 @@ def test_settings_that_a_law_makes_impossible_are_left_out_of_waves_and_gain(mon
     fitted = SimpleNamespace(theta=theta[None], cov=1e-9 * np.eye(len(theta))[None])
     near, specs = emulator_waves._near(bench, rig, "discharge", model, fitted, 1, 12)
     assert 0 < len(near) == len(specs) < 12
-    monkeypatch.setattr(extend, "held_out_points", lambda model, data: [theta] * len(rows))
+    without = SimpleNamespace(theta=np.tile(theta, (len(rows), 1)))
+    monkeypatch.setattr(extend, "held_out_fits", lambda model, data: without)
+    monkeypatch.setattr(extend, "refit_errors", lambda model, data, fits: np.zeros(len(rows)))
     models = {"before": bench.model([m.condition for m in rows]), "after": model}
     found, specs = extend.extension_plan(rig, models, rows, None)
     wide = [k for k, m in enumerate(rows) if m.levers["orifice_diameter_mm"] > 13.0]

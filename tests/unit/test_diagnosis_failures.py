@@ -137,7 +137,9 @@ def test_runs_that_blow_up_are_no_tests(tmp_path, monkeypatch):
     monkeypatch.setattr(
         stages, "write_emulators", lambda path, own, failing: written.update(failing)
     )
-    stages._train(settings, [], rows, metrics, "", tmp_path / "errors.json")
+    monkeypatch.setattr(stages, "simulate", lambda specs: metrics)
+    specs = dict.fromkeys(metrics, {"experiment": "heap"})
+    stages._train(settings, [], rows, specs, "", tmp_path / "errors.json")
     assert written == {}
 
 

@@ -32,7 +32,7 @@ def ball():
 
 
 def missing_by(verdict, miss):
-    return verdict | {"gain": verdict["gain"] | {"held_out_rmse_after": miss}}
+    return verdict | {"gain": verdict["gain"] | {"held_out_rmse_after_all_errors": miss}}
 
 
 def test_a_named_cause_that_the_engine_does_not_confirm_is_only_the_best_of_those_tried(ball):

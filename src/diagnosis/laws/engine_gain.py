@@ -141,18 +141,21 @@ def keys_of(block: Block, key: str) -> dict[str, Any] | None:
 @dataclass(frozen=True)
 class Compared:
     """Measurements and what is expected of them without and with something (n, 1), by a fit that
-    had not seen their level; shared: standard deviations of declared errors, as `extend.gain` takes
-    them; engine: what was run, or None."""
+    had not seen their level; shared, refit: standard deviations of declared errors, and what the
+    refitted terms leave open (n,), as `extend.gain` takes them; engine: what was run, or None."""
 
     measurements: list
     before: np.ndarray
     after: np.ndarray
     shared: dict
+    refit: np.ndarray
     engine: dict | None
 
     def gain(self) -> dict[str, Any] | None:
         """The mapping `gain` of verdict.json."""
-        return gain(self.measurements, self.before, self.after, shared=self.shared)
+        return gain(
+            self.measurements, self.before, self.after, shared=self.shared, refit=self.refit
+        )
 
 
 def together(parts: Sequence[Compared]) -> dict[str, Any] | None:
@@ -160,7 +163,8 @@ def together(parts: Sequence[Compared]) -> dict[str, Any] | None:
     rows = [m for p in parts for m in p.measurements]
     before, after = (np.concatenate([getattr(p, n) for p in parts]) for n in ("before", "after"))
     shared = {k: v for p in parts for k, v in p.shared.items()}
-    return Compared(rows, before, after, shared, None).gain()
+    refit = np.concatenate([p.refit for p in parts])
+    return Compared(rows, before, after, shared, refit, None).gain()
 
 
 def compared(
@@ -181,7 +185,7 @@ def _one(measurements, block, laws, tested, names, engine):
     """`Compared` of some of the laws."""
     readings = block.readings
     lever, levels = levels_of(block, block.terms[tested[0]].law)
-    before, after = (np.full(len(readings.log), np.nan) for _ in range(2))
+    before, after, left = (np.full(len(readings.log), np.nan) for _ in range(3))
     ran, chosen = [], 0
     for index, run in zip(levels, some_of(levels), strict=True):
         if not len(run):
@@ -195,15 +199,18 @@ def _one(measurements, block, laws, tested, names, engine):
         less = whole - sum(shifts[k][0] for k in tested)
         for out, added in ((before, less), (after, whole)):
             out[run] = (_level(held.readings, added) + added)[run]
+        left[run] = np.sqrt(held.expected(readings.log)[1][run])
     own = np.flatnonzero(np.isfinite(before))
-    before, after = (
-        from_log(readings.experiment, v, readings.levers)[own][:, None] for v in (before, after)
+    before, after, wider = (
+        from_log(readings.experiment, v, readings.levers)[own][:, None]
+        for v in (before, after, after + left)
     )
     rows = [measurements[i] for i in readings.rows[own]]
     done = {"left_out": lever, "levels": chosen, "run": len(own), "of": len(readings.log)}
     y = readings.log
     shared = {(readings.experiment, n): block.sd_of(n, y) for n in readings.groups}
-    return Compared(rows, before, after, shared, done if any(ran) else None)
+    refit = np.abs(wider - after)[:, 0]
+    return Compared(rows, before, after, shared, refit, done if any(ran) else None)
 
 
 def _level(readings, added):

@@ -150,6 +150,7 @@ def _alike(verdict, laws):
     names += [place(law) for law in laws if not law["names"]]
     if len(names) < 2:
         names += [r["words"] for law in laws for r in law.get("rivals", []) if "words" in r][:3]
+    names += [r["words"] for law in laws for r in law.get("rivals", []) if r.get("line")][:1]
     if not names:
         return verdict["reason"]
     return f"these data do not tell which it is: {' or '.join(dict.fromkeys(names))}"

@@ -54,6 +54,9 @@ def _next(verdict):
     if rows:
         where = lines_of(rows) if all(r.get("line") for r in rows) else "the same setting"
         return f"measure next {where} again, and correct or remove what is wrong"
+    if verdict["verdict"] == "ambiguous" and _row_or_law(verdict):
+        where = lines_of(verdict["rows"])
+        return f"measure next {where} again: a slip does not come out again, a law does"
     if _zeros(verdict):
         return (
             "no setting tells the zero of a reading from that of what was set: measure next a "
@@ -68,6 +71,12 @@ def _next(verdict):
         e for e in verdict.get("errors") or [] if e.get("what") not in ("declared", "settings")
     ]
     return _again(errors[0]) if errors else None
+
+
+def _row_or_law(verdict):
+    """Whether a law is not told from a row with a line that is at odds with the others."""
+    rivals = [r for law in verdict.get("laws") or () for r in law.get("rivals") or ()]
+    return bool(verdict.get("rows")) and any(r.get("line") for r in rivals)
 
 
 def _told(n):

@@ -88,9 +88,10 @@ def test_what_is_wrong_is_said(case):
 
 def test_a_name_that_loses_in_the_engine_is_withdrawn():
     """The interval of a gain below zero, or levels that are missed though they were predicted."""
-    won = {"held_out_rmse_difference_interval": [0.4, 2.0], "held_out_rmse_after": 1.1}
-    lost = {"held_out_rmse_difference_interval": [-1.04, -0.07], "held_out_rmse_after": 1.2}
-    missed = {"held_out_rmse_difference_interval": [0.4, 2.0], "held_out_rmse_after": 8.4}
+    interval, miss = "held_out_rmse_difference_interval", "held_out_rmse_after_all_errors"
+    won = {interval: [0.4, 2.0], miss: 1.1}
+    lost = {interval: [-1.04, -0.07], miss: 1.2}
+    missed = {interval: [0.4, 2.0], miss: 8.4}
     assert _after(won)["verdict"] == "identified"
     for gain in (lost, missed):
         verdict = _after(gain)
