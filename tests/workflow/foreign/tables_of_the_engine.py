@@ -1,0 +1,91 @@
+"""Tables of shear cells, bulk densities and a silo by this project's own engine, as they lie beside
+this file: `python tables_of_the_engine.py NAME` prints one of TABLES.
+
+Nature has a shorter step than the diagnosis (30 % of the Rayleigh step, there 40 %), seeds of its
+own and coefficients within the table of factors, with a law that the study lacks or without one.
+All of this, and what `test_foreign_tables.py` expects of each table, stood before the first run was
+made. A silo whose grains stand over the orifice at the end was `clogged`, whatever had left before.
+"""
+
+import sys
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from calibration.intake.quantities import LEVERS, QUANTITIES, measurable
+from calibration.runs.simulated import named, simulate
+from calibration.study.config import overlay
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from foreign_studies import DENSITIES, SHEARS, SILOS
+
+SEEDS = range(101, 106)
+STEP = {"numerics": {"rayleigh_fraction": 0.3}}
+LOADS = ("normal_stress_kPa", (0.4, 0.8, 1.5, 3.0, 6.0))
+SIZES = ("particle_diameter_mm", (2.0, 2.5, 3.0, 3.6, 4.4))
+ORIFICES = ("orifice_diameter_mm", (10.4, 11.0, 11.5, 12.0, 12.5, 13.0))
+
+
+def jkr(energy):
+    """Cohesion of so many J/m2, told and as keys of a run spec."""
+    keys = {"laws": {"cohesion": "jkr"}, "law_parameters": {"surface_energy_J_m2": energy}}
+    return f"cohesion of {energy:g} J/m2 (JKR)", keys
+
+
+FALLING = (
+    "friction of 0.8 (F / 0.05 mN)^-0.15",
+    {
+        "laws": {"friction": "stress_dependent"},
+        "law_parameters": {"friction_exponent": 0.15, "friction_reference_force_N": 5e-5},
+        "contacts": {"particle_particle": {"static_friction": 0.8}},
+    },
+)
+NOTHING = ("no further law", {})
+
+
+@dataclass(frozen=True)
+class Table:
+    """What a table is of: the study, the lever and its levels, and what nature has beside it."""
+
+    study: dict
+    levels: tuple
+    nature: tuple = field(default=NOTHING)
+
+
+TABLES = {
+    "shear_dry": Table(SHEARS, LOADS),
+    "shear_cohesive": Table(SHEARS, LOADS, jkr(0.1)),
+    "shear_falling": Table(SHEARS, LOADS, FALLING),
+    "density_dry": Table(DENSITIES, SIZES),
+    "density_cohesive": Table(DENSITIES, SIZES, jkr(0.02)),
+    "silo_clogged": Table(SILOS, ORIFICES, jkr(0.02)),
+}
+
+
+def main(name):
+    """Print a table, a line a run."""
+    own = TABLES[name]
+    kind, (lever, levels) = own.study["experiment"], own.levels
+    told, law = own.nature
+    quantity = QUANTITIES[kind]
+    key = measurable(kind)[quantity.name].key
+    part, place = LEVERS[lever].place
+    seeds = f"seeds {SEEDS[0]} to {SEEDS[-1]}"
+    print(f"# By this project's engine, {told}, 30 % of the Rayleigh step, {seeds}:")
+    print(f"# tables_of_the_engine.py {name}.")
+    print(f"experiment,quantity,value,unit,sd,n,{lever},outcome")
+    with tempfile.TemporaryDirectory() as root:
+        for level in levels:
+            base = overlay(own.study["run"], overlay(law, STEP))
+            base = overlay(base, {"experiment": kind, part: {place: level}})
+            specs = named(overlay(base, {"seed": seed}) for seed in SEEDS)
+            for found in simulate(specs, root).values():
+                if found is None or found.get("arched"):
+                    print(f"{kind},{quantity.name},,{quantity.unit},,1,{level},clogged")
+                else:
+                    print(f"{kind},{quantity.name},{found[key]:.4g},{quantity.unit},,,{level},")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
