@@ -6,7 +6,7 @@ The engine is what it compiles: single contacts run no experiment of it.
 The rules are the code of the diagnosis that a verdict runs, without comments, docstrings and
 layout. There are two sets of them, as no verdict runs through both: of single contacts, before the
 engine's gains, the model of the table, the laws and the catalogue's curves; of bulk tests the
-emulators, the fits and the gains.
+emulators, the fits and the gains. Tables that run experiments of the engine count for all of it.
 """
 
 import hashlib
@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from calibration.digests import SOURCES
-from dem.fingerprint import code_of, kernel_fingerprint
+from dem.fingerprint import code_of, engine_fingerprint, kernel_fingerprint
 
 DECIDE = {
     "contacts": (
@@ -65,6 +65,8 @@ TOLD = {"next_setting.py", "engine_gain.py", "in_engine.py"}
 def present(of: str = "contacts") -> dict[str, str]:
     """Digests of the rules as they are and, of contacts, of what the engine compiles. The bulk
     tables that are drawn are of closed forms, which run no engine."""
+    if of == "engine tables":
+        return {"engine": engine_fingerprint(), "rules": rules(of="bulk")}
     engine = {"engine": kernel_fingerprint()} if of == "contacts" else {}
     return engine | {"rules": rules(of=of)}
 

@@ -4,6 +4,7 @@ import shutil
 from pathlib import Path
 
 import bulk_tables
+import engine_tables
 import kept_rates
 import pandas as pd
 import pytest
@@ -33,7 +34,7 @@ def test_a_table_without_a_digest_is_not_fresh(tmp_path):
 
 
 def test_without_fresh_rows_a_page_shows_no_rate():
-    for trial in (single_grains, strangers, bulk_tables):
+    for trial in (single_grains, strangers, bulk_tables, engine_tables):
         text = trial.table(pd.DataFrame())
         assert tells(text, "No rates")
         assert "|" not in text
@@ -60,7 +61,7 @@ def test_the_rules_move_with_the_code_and_not_with_its_comments(tmp_path):
     assert changed == [(True, False), (False, True), (True, True)]
 
 
-@pytest.mark.parametrize("trial", [strangers, bulk_tables])
+@pytest.mark.parametrize("trial", [strangers, bulk_tables, engine_tables])
 def test_the_page_shows_the_kept_tables_of_strangers(trial):
     shown = kept_rates.shown(Path("docs/diagnosis-benchmark.md"), trial.MARK)
     assert shown == trial.kept_table()

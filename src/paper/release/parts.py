@@ -146,12 +146,17 @@ PARTS = (
             (PYTHON, "tests/discovery/single_grains.py", "table"),
             (PYTHON, "-c", STRANGERS, "run"),
             (PYTHON, "-c", STRANGERS, "table"),
+            (PYTHON, "tests/discovery/bulk_tables.py", "run"),
+            (PYTHON, "tests/discovery/bulk_tables.py", "table"),
         ),
     ),
     Part(
         "emulated benchmark",
-        "hidden effects in heaps and shear cells, by emulators of thousands of runs",
-        ((*SNAKEMAKE, "discovery_benchmark"),),
+        "laws hidden in heaps, silos, shear cells and densities of engines, and nulls",
+        (
+            (PYTHON, "tests/discovery/engine_tables.py", "run"),
+            (PYTHON, "tests/discovery/engine_tables.py", "table"),
+        ),
     ),
     Part(
         "crossed causes",

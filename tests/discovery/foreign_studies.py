@@ -1,6 +1,10 @@
 """The studies by which the tables of `foreign/` are diagnosed: a rig, a table of factors and a
 budget of runs; no settings of the diagnosis are written."""
 
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_heap import RUN
 
 FACTORS = """code\tname\tkey\tlow\thigh\tdescription

@@ -1,10 +1,13 @@
 """Tables of shear cells, bulk densities and a silo by this project's own engine, as they lie beside
 this file: `python tables_of_the_engine.py NAME` prints one of TABLES.
 
-Nature has a shorter step than the diagnosis (30 % of the Rayleigh step, there 40 %), seeds of its
-own and coefficients within the table of factors, with a law that the study lacks or without one.
-All of this, and what `test_foreign_tables.py` expects of each table, stood before the first run was
-made. A silo whose grains stand over the orifice at the end was `clogged`, whatever had left before.
+Nature has a step of three quarters of the diagnosis' own (pressed grains have a shorter one than
+others), seeds of its own and coefficients within the table of factors, with a law that the study
+lacks or without one. All of this, and what `engine_tables.py` expects of each table, stood before
+the first run was made. Three things were mended before a table of these was diagnosed: at the step
+of heaps sheared grains tremble, 0.1 J/m2 among them is less than their readings scatter, and of a
+silo with 0.02 J/m2 three quarters of the tests clog. A silo whose
+grains stand over the orifice at the end was `clogged`, whatever had left before.
 """
 
 import sys
@@ -16,12 +19,11 @@ from calibration.intake.quantities import LEVERS, QUANTITIES, measurable
 from calibration.runs.simulated import named, simulate
 from calibration.study.config import overlay
 
-sys.path.insert(0, str(Path(__file__).parents[2]))
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from foreign_studies import DENSITIES, SHEARS, SILOS
 
 SEEDS = range(101, 106)
-STEP = {"numerics": {"rayleigh_fraction": 0.3}}
+STEPS = {"shear": 0.15, "bulk_density": 0.3, "discharge": 0.3}  # of the Rayleigh step
 LOADS = ("normal_stress_kPa", (0.4, 0.8, 1.5, 3.0, 6.0))
 SIZES = ("particle_diameter_mm", (2.0, 2.5, 3.0, 3.6, 4.4))
 ORIFICES = ("orifice_diameter_mm", (10.4, 11.0, 11.5, 12.0, 12.5, 13.0))
@@ -55,11 +57,11 @@ class Table:
 
 TABLES = {
     "shear_dry": Table(SHEARS, LOADS),
-    "shear_cohesive": Table(SHEARS, LOADS, jkr(0.1)),
+    "shear_cohesive": Table(SHEARS, LOADS, jkr(0.4)),
     "shear_falling": Table(SHEARS, LOADS, FALLING),
     "density_dry": Table(DENSITIES, SIZES),
     "density_cohesive": Table(DENSITIES, SIZES, jkr(0.02)),
-    "silo_clogged": Table(SILOS, ORIFICES, jkr(0.02)),
+    "silo_clogged": Table(SILOS, ORIFICES, jkr(0.01)),
 }
 
 
@@ -71,20 +73,25 @@ def main(name):
     quantity = QUANTITIES[kind]
     key = measurable(kind)[quantity.name].key
     part, place = LEVERS[lever].place
+    step = STEPS[kind]
     seeds = f"seeds {SEEDS[0]} to {SEEDS[-1]}"
-    print(f"# By this project's engine, {told}, 30 % of the Rayleigh step, {seeds}:")
+    print(f"# By this project's engine, {told}, {100 * step:g} % of the Rayleigh step, {seeds}:")
     print(f"# tables_of_the_engine.py {name}.")
     print(f"experiment,quantity,value,unit,sd,n,{lever},outcome")
     with tempfile.TemporaryDirectory() as root:
         for level in levels:
-            base = overlay(own.study["run"], overlay(law, STEP))
+            base = overlay(
+                own.study["run"], overlay(law, {"numerics": {"rayleigh_fraction": step}})
+            )
             base = overlay(base, {"experiment": kind, part: {place: level}})
             specs = named(overlay(base, {"seed": seed}) for seed in SEEDS)
-            for found in simulate(specs, root).values():
-                if found is None or found.get("arched"):
+            runs = list(simulate(specs, root).values())
+            flows = [r for r in runs if r is not None and not r.get("arched")]
+            if kind == "discharge":  # a bed that did not come to rest is poured again
+                for _ in range(len(runs) - len(flows)):
                     print(f"{kind},{quantity.name},,{quantity.unit},,1,{level},clogged")
-                else:
-                    print(f"{kind},{quantity.name},{found[key]:.4g},{quantity.unit},,,{level},")
+            for found in flows if len(flows) > 1 else ():  # of one the spread is not known
+                print(f"{kind},{quantity.name},{found[key]:.4g},{quantity.unit},,,{level},")
 
 
 if __name__ == "__main__":
