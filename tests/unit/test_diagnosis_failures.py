@@ -138,7 +138,7 @@ def test_runs_that_blow_up_are_no_tests(tmp_path, monkeypatch):
         stages, "write_emulators", lambda path, own, failing: written.update(failing)
     )
     monkeypatch.setattr(stages, "simulate", lambda specs: metrics)
-    specs = dict.fromkeys(metrics, {"experiment": "heap"})
+    specs = {key: {"experiment": "heap"} for key in metrics}
     stages._train(settings, [], rows, specs, "", tmp_path / "errors.json")
     assert written == {}
 
