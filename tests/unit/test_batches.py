@@ -14,8 +14,6 @@ from calibration.errors import CalibrationError
 from calibration.runs.batches import (
     ADDED_S,
     ADDED_SHARE,
-    LEAST_JOBS,
-    START_S,
     batch_count,
     pack_runs,
     run_batch,
@@ -23,11 +21,11 @@ from calibration.runs.batches import (
     runs_per_job,
     unpack_runs,
 )
-from calibration.runs.cost import RUN_S, run_seconds
 from calibration.runs.plans import run_id
 from calibration.runs.store import RunStore
 from calibration.runs.verify import before_planning
 from calibration.study.config import parse_config
+from calibration.study.cost import LEAST_JOBS, RUN_S, START_S, run_seconds
 from dem.errors import BlowUpError, StoppedError
 from dem.io.files import write_json
 from facts import refused

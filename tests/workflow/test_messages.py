@@ -12,13 +12,13 @@ import yaml
 
 from calibration import engines
 from calibration.runs import runner
-from calibration.runs.cost import duration
 from calibration.runs.plans import plan, planned_spec, points_of, result_path, write_plan
 from calibration.runs.progress import Plan, Progress
 from calibration.runs.runner import report, run_logged
 from calibration.runs.store import RunStore
 from calibration.statistics.design import plackett_burman
 from calibration.study.config import parse_config
+from calibration.study.cost import duration
 from calibration.study.factors import read_factors
 from dem.errors import BlowUpError
 from dem.results import write_result

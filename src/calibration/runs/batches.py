@@ -14,23 +14,16 @@ from typing import Any
 
 from calibration.errors import CalibrationError, in_words
 from calibration.files import read_json
-from calibration.runs.cost import run_seconds
 from calibration.runs.plans import read_plan
 from calibration.runs.runner import run_each
 from calibration.runs.simulated import simulate
 from calibration.runs.store import RunStore
+from calibration.study.cost import LEAST_JOBS, START_S, run_seconds
 from dem.io.files import write_json
-
-START_S = 4.0
-"""What a job of the workflow takes of one core before its first run [s]; measured."""
 
 ADDED_S, ADDED_SHARE = 0.03, 0.02
 """What the start may add to a run: seconds, or a share of the run's own time if that is more. With
 planning, checking and writing the workflow then adds less than 50 ms."""
-
-LEAST_JOBS = 8
-"""Jobs that a plan is parted into at least, and a divisor of their number, so that 2, 4 or 8 cores
-end together. A plan whose runs take less than the starts of so many has 4, 2 or 1."""
 
 
 def runs_per_job(specs: Mapping[str, dict[str, Any]], chosen: int | None = None) -> int:

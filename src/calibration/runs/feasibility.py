@@ -8,7 +8,8 @@ from itertools import combinations, product
 from math import exp, prod
 
 from calibration.errors import CalibrationError, ConfigError
-from calibration.runs.cost import (
+from calibration.study.config import Config, bench_run, machine_run, overlay, point_spec, states
+from calibration.study.cost import (
     BASE_MB,
     MB_PER_GRAIN,
     duration,
@@ -16,7 +17,6 @@ from calibration.runs.cost import (
     memory_mb,
     seconds_of,
 )
-from calibration.study.config import Config, bench_run, machine_run, overlay, point_spec, states
 from calibration.study.factors import read_factors
 from calibration.study.sweeps import SWEEPS
 from dem.errors import DemError, SpecError

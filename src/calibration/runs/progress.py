@@ -4,10 +4,10 @@ import os
 from dataclasses import dataclass
 from math import ceil
 
-from calibration.runs.cost import duration, run_seconds
 from calibration.runs.plans import plans_of
 from calibration.runs.store import REFUSED, RunStore
 from calibration.study.config import Config, point_spec
+from calibration.study.cost import duration, run_seconds
 from calibration.study.stages import planning
 from dem.results import FAILED, is_current
 

@@ -9,8 +9,6 @@ from pathlib import Path
 import yaml
 
 from calibration.intake.quantities import quantity_name
-from calibration.runs.batches import LEAST_JOBS, START_S
-from calibration.runs.cost import run_seconds
 from calibration.study.config import (
     Config,
     machine_run,
@@ -21,6 +19,7 @@ from calibration.study.config import (
 )
 from calibration.study.config.joint import read_joint_target
 from calibration.study.config.schema import COARSER
+from calibration.study.cost import LEAST_JOBS, START_S, run_seconds
 from calibration.study.factors import read_factors
 from calibration.study.new.pilot import advice, corners, cost, pilot, shrunk
 from calibration.study.new.reach import reach

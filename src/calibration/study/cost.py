@@ -21,6 +21,13 @@ RUN_S, STEP_S = 0.3, 4.0e-6
 """What a run takes for its files, and for each step beside its grains; measured with one to five
 grains: 26,000 steps 0.3 s, 1.4 million 4.8 s."""
 
+START_S = 4.0
+"""What a job of the workflow takes of one core before its first run [s]; measured."""
+
+LEAST_JOBS = 8
+"""Jobs that a plan is parted into at least, and a divisor of their number, so that 2, 4 or 8 cores
+end together. A plan whose runs take less than the starts of so many has 4, 2 or 1."""
+
 SINGLE: dict[str, Callable[[RunSpec], int]] = {
     "drop": lambda spec: spec.geometry.drops,
     "tilt": lambda spec: 4,
