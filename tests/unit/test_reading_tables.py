@@ -40,7 +40,7 @@ def test_drops_and_shear_stresses_are_read_from_tables(here, capsys):
     of no question, which is named."""
     assert new("--drop", "drops.csv", "height=300mm", "--shear-cell", "shear.csv") == 0
     found = targets()
-    assert found["drop", "rebound_height_mm"].mean[0] == pytest.approx((78.5 + 81 + 76) / 3)
+    assert found["drop_300_mm", "rebound_height_mm"].mean[0] == pytest.approx((78.5 + 81 + 76) / 3)
     stresses = {load: found[f"shear_{load}_kPa", "shear_stress_kPa"].mean[0] for load in (2, 4, 8)}
     assert stresses == {2: pytest.approx(1.9), 4: pytest.approx(3.4), 8: pytest.approx(6.4)}
     assert tells(capsys.readouterr().out, "drops.csv", "Datum")
@@ -60,7 +60,7 @@ def test_what_dem_shear_writes_is_read_and_so_is_a_sheet(here):
     options = "--drop tests.xlsx --sheet rebounds --shear-cell locus.csv".split()
     assert new(*options) == 2  # a text has no sheets
     assert new(*options[:4]) == 0
-    assert targets()["drop", "rebound_height_mm"].mean[0] == 79
+    assert targets()["drop_300_mm", "rebound_height_mm"].mean[0] == 79
     Path("study").rename("first")
     assert new("--shear-cell", "locus.csv") == 0
     assert targets()["shear_6_kPa", "shear_stress_kPa"].mean[0] == pytest.approx(4.8)
@@ -72,7 +72,7 @@ def test_what_dem_shear_writes_is_read_and_so_is_a_sheet(here):
         ("rebound;height\n78;300\nhigh;300\n", ["drops.csv", "line 3", "rebound", "high"]),
         ("rebound;height\n78;300\n;300\n", ["drops.csv", "line 3", "rebound"]),
         ("rebound;height\n78;300\n0,3;300\n", ["line 3", "0.3", "doubtful"]),
-        ("rebound;height\n7,8;3\n78;300\n", ["line 2", "drop"]),  # another height
+        ("rebound;height\n7,8;3\n78;300\n", ["line 2", "7.8", "rebound"]),  # alone at its height
         ("bounce;height\n78;300\n", ["drops.csv", "line 1", "rebound"]),
         ("rebound;Rückprallhöhe [mm]\n78;78\n", ["drops.csv", "line 1", "rebound"]),
         ("rebound;height\n", ["drops.csv"]),
