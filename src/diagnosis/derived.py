@@ -18,6 +18,7 @@ from calibration.intake.quantities import LEVERS, QUANTITIES, levers_of, measura
 from calibration.study.config import overlay
 from calibration.study.config.specs import with_levels
 from calibration.study.factors import Choice
+from dem.experiments import experiments
 from diagnosis.measurements import CONTACTS
 from diagnosis.settings import Experiment
 
@@ -37,9 +38,9 @@ give `runs`."""
 MOST_LEVELS = 10
 """Levels of a lever up to which the runs that train emulators are made at these alone."""
 
-ENDED_BY = {"discharge": "arched"}
-"""Experiment: metric of a run that is 1 where it ended as a test with an outcome ends. A silo that
-arches has let some grains out, of which the run reads a flow; the laboratory writes `clogged`."""
+ENDED = "arched"
+"""Metric of a run that is 1 where it ended as a test with an outcome ends. A silo that arches has
+let some grains out, of which the run reads a flow; the laboratory writes `clogged`."""
 
 MOST = 4
 """Coefficients that are calibrated on an experiment: each more asks for more runs."""
@@ -151,7 +152,8 @@ def _experiment(kind, own, config, factors, rows, path):
         held = more | held
         levels = _levels(kind, levers, run, rows) | own.levels
     # a table without any outcome may hold flows of what arched later
-    ended = ENDED_BY.get(kind) if any(m.outcome for m in rows) else None
+    ends = any(m.name == ENDED for m in experiments()[kind].metrics)
+    ended = ENDED if ends and any(m.outcome for m in rows) else None
     changes = {
         "metric": own.metric or measurable(kind)[QUANTITIES[kind].name].key,
         "ended_by": own.ended_by or ended,

@@ -140,7 +140,7 @@ def test_a_heading_in_another_unit_counts(here):
     book.save("w.xlsx")
     assert main(["new", "x", "--from", "w.xlsx", "--no-pilot"]) == 0
     config = yaml.safe_load(Path("x/config.yaml").read_text())
-    assert config["rigs"]["drop"]["run"]["geometry"]["drop_height_mm"] == 300
+    assert config["rigs"]["drop_300_mm"]["run"]["geometry"]["drop_height_mm"] == 300
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04 no zip", b"a,b\n1,2\n"])

@@ -28,11 +28,8 @@ LEAST_JOBS = 8
 """Jobs that a plan is parted into at least, and a divisor of their number, so that 2, 4 or 8 cores
 end together. A plan whose runs take less than the starts of so many has 4, 2 or 1."""
 
-SINGLE: dict[str, Callable[[RunSpec], int]] = {
-    "drop": lambda spec: spec.geometry.drops,
-    "tilt": lambda spec: 4,
-}
-"""{experiment of single grains: how many of them}."""
+SLIDING = 4
+"""Grains that slide side by side in a tilt test."""
 
 REST_S, TAP_S = 0.7, 0.25
 """Simulated time in which grains come to rest, and that of a tap."""
@@ -49,8 +46,9 @@ def run_seconds(spec: Mapping[str, Any]) -> float | None:
 
 def seconds_of(spec: RunSpec) -> float | None:
     """`run_seconds` of a `RunSpec`."""
-    simulated = LASTS.get(spec.experiment)
-    lasts = simulated(spec) if simulated and spec.engine is None else None
+    asked = set(type(spec.geometry).model_fields)
+    own = [simulated for fields, simulated in LASTS.items() if asked.issuperset(fields)]
+    lasts = own[0](spec) if own and spec.engine is None else None
     if lasts is None:
         return None
     from dem.experiments.setup import time_step_of  # loads the engine
@@ -60,8 +58,10 @@ def seconds_of(spec: RunSpec) -> float | None:
 
 def _spheres(spec):
     """Spheres that move in a run."""
-    if spec.experiment in SINGLE:
-        return SINGLE[spec.experiment](spec)
+    if hasattr(spec.geometry, "drops"):
+        return spec.geometry.drops
+    if hasattr(spec.geometry, "trials"):
+        return SLIDING
     clump = spec.particles.clump
     parts = len(spheres_in(clump)) if clump else 2 if spec.particles.elongation > 1.0 else 1
     return parts * spec.particles.count
@@ -113,16 +113,17 @@ def _fall(height_mm):
     return math.sqrt(2e-3 * height_mm / GRAVITY)
 
 
-LASTS: dict[str, Callable[[RunSpec], float | None]] = {
-    "heap": _of_heap,
-    "drop": _of_drops,
-    "lifted_cylinder": _of_lifted_cylinder,
-    "bulk_density": _of_bulk_density,
-    "tilt": _of_tilt,
-    "shear": _of_shear,
-    "wall_friction": _of_wall_friction,
+LASTS: dict[tuple[str, ...], Callable[[RunSpec], float | None]] = {
+    ("generation_rate_per_s",): _of_heap,
+    ("drop_height_mm", "drops"): _of_drops,
+    ("cylinder_diameter_mm", "lift_speed_mm_s"): _of_lifted_cylinder,
+    ("vessel_diameter_mm", "taps"): _of_bulk_density,
+    ("tilt_rate_deg_s", "trials"): _of_tilt,
+    ("preshear_displacement_mm", "shear_displacement_mm", "shear_speed_mm_s"): _of_shear,
+    ("slide_mm", "slide_speed_mm_s"): _of_wall_friction,
 }
-"""{experiment: simulated time [s] of a run in which all of its grains move}."""
+"""{what a geometry asks for: simulated time [s] of a run in which all of its grains move}. So an
+experiment of one's own that asks for the same has an estimate too."""
 
 
 def memory_mb(count: float) -> float:
