@@ -376,12 +376,8 @@ def judged(case: Case) -> dict[str, Any]:
 
 def run(count: int | None = None, kept: Path = KEPT) -> None:
     """Diagnose the first `count` cases that are not kept by the present rules."""
-    rows = kept_rates.kept(kept, "bulk")
+    rows = kept_rates.begun(kept, "bulk")
     known = set() if rows.empty else set(rows["case"])
-    if kept.exists() and len(rows) < len(pd.read_csv(kept)):
-        kept.unlink()  # the others are of other rules
-        for row in rows.to_dict("records"):
-            append(kept, row)
     for case in campaign()[:count]:
         if case.name not in known:
             row = judged(case)

@@ -92,6 +92,17 @@ def kept(path: Path, of: str = "contacts") -> pd.DataFrame:
     return fresh(pd.read_csv(path, keep_default_na=False), of)
 
 
+def begun(path: Path, of: str = "contacts") -> pd.DataFrame:
+    """The fresh rows of a table of kept diagnoses, which a call goes on from; rows of another
+    engine or of other rules leave the file."""
+    rows = kept(path, of)
+    if rows.empty:
+        path.unlink(missing_ok=True)
+    else:
+        rows.to_csv(path, index=False)
+    return rows
+
+
 def shown(page: Path, mark: str) -> str:
     """The part of a page between the two comments of a mark."""
     return page.read_text().split(f"<!-- {mark} -->\n")[1].split(f"<!-- end of {mark} -->")[0]

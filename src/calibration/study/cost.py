@@ -28,8 +28,8 @@ LEAST_JOBS = 8
 """Jobs that a plan is parted into at least, and a divisor of their number, so that 2, 4 or 8 cores
 end together. A plan whose runs take less than the starts of so many has 4, 2 or 1."""
 
-SLIDING = 4
-"""Grains that slide side by side in a tilt test."""
+BONDED = 4
+"""Grains of a tilt test, which slide as one body."""
 
 REST_S, TAP_S = 0.7, 0.25
 """Simulated time in which grains come to rest, and that of a tap."""
@@ -47,28 +47,26 @@ def run_seconds(spec: Mapping[str, Any]) -> float | None:
 def seconds_of(spec: RunSpec) -> float | None:
     """`run_seconds` of a `RunSpec`."""
     asked = set(type(spec.geometry).model_fields)
-    own = [simulated for fields, simulated in LASTS.items() if asked.issuperset(fields)]
-    lasts = own[0](spec) if own and spec.engine is None else None
+    own = [of_run for fields, of_run in LASTS.items() if asked.issuperset(fields)]
+    if not own or spec.engine is not None:
+        return None
+    lasts, moved = (of_run(spec) for of_run in own[0])
     if lasts is None:
         return None
     from dem.experiments.setup import time_step_of  # loads the engine
 
-    return RUN_S + lasts / time_step_of(spec) * (STEP_S + _spheres(spec) / GRAIN_STEPS_PER_S)
+    return RUN_S + lasts / time_step_of(spec) * (STEP_S + moved / GRAIN_STEPS_PER_S)
 
 
 def _spheres(spec):
-    """Spheres that move in a run."""
-    if hasattr(spec.geometry, "drops"):
-        return spec.geometry.drops
-    if hasattr(spec.geometry, "trials"):
-        return SLIDING
+    """Spheres of all grains."""
     clump = spec.particles.clump
     parts = len(spheres_in(clump)) if clump else 2 if spec.particles.elongation > 1.0 else 1
     return parts * spec.particles.count
 
 
 def _of_heap(spec):
-    rate = getattr(spec.geometry, "generation_rate_per_s", None)
+    rate = spec.geometry.generation_rate_per_s
     # half of the grains on average while they are poured, all of them while they come to rest
     return None if rate is None else 0.5 * spec.particles.count / rate + REST_S
 
@@ -113,17 +111,20 @@ def _fall(height_mm):
     return math.sqrt(2e-3 * height_mm / GRAVITY)
 
 
-LASTS: dict[tuple[str, ...], Callable[[RunSpec], float | None]] = {
-    ("generation_rate_per_s",): _of_heap,
-    ("drop_height_mm", "drops"): _of_drops,
-    ("cylinder_diameter_mm", "lift_speed_mm_s"): _of_lifted_cylinder,
-    ("vessel_diameter_mm", "taps"): _of_bulk_density,
-    ("tilt_rate_deg_s", "trials"): _of_tilt,
-    ("preshear_displacement_mm", "shear_displacement_mm", "shear_speed_mm_s"): _of_shear,
-    ("slide_mm", "slide_speed_mm_s"): _of_wall_friction,
-}
-"""{what a geometry asks for: simulated time [s] of a run in which all of its grains move}. So an
-experiment of one's own that asks for the same has an estimate too."""
+OfRun = Callable[[RunSpec], Any]
+LASTS: dict[tuple[str, ...], tuple[OfRun, OfRun]] = {
+    ("generation_rate_per_s",): (_of_heap, _spheres),
+    ("drop_height_mm", "drops"): (_of_drops, lambda spec: spec.geometry.drops),
+    ("cylinder_diameter_mm", "lift_speed_mm_s"): (_of_lifted_cylinder, _spheres),
+    ("vessel_diameter_mm", "taps"): (_of_bulk_density, _spheres),
+    ("tilt_rate_deg_s", "trials"): (_of_tilt, lambda spec: BONDED),
+    ("preshear_displacement_mm", "shear_displacement_mm", "shear_speed_mm_s"): (
+        _of_shear, _spheres,
+    ),
+    ("slide_mm", "slide_speed_mm_s"): (_of_wall_friction, _spheres),
+}  # fmt: skip
+"""{what a geometry asks for: (simulated time [s] of a run in which all of its grains move, or None;
+spheres that move)}. So an experiment of one's own that asks for the same has an estimate too."""
 
 
 def memory_mb(count: float) -> float:

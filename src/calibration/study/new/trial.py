@@ -19,20 +19,17 @@ from calibration.study.config import (
 )
 from calibration.study.config.joint import read_joint_target
 from calibration.study.config.schema import COARSER
-from calibration.study.cost import LEAST_JOBS, START_S, run_seconds
+from calibration.study.cost import LEAST_JOBS, START_S, duration, run_seconds
 from calibration.study.factors import read_factors
 from calibration.study.new.pilot import advice, corners, cost, pilot, shrunk
 from calibration.study.new.reach import reach
 from calibration.study.new.study import write_factors
-from calibration.study.stages import expected_runs
+from calibration.study.stages import expected_runs, expecting, load_stages
 from calibration.study.stages.joint import runs_of
 from dem.errors import DemError, StoppedError
 from dem.spec import parse_spec
 from dem.units import behind, unit_of
 
-JOINT, CHAIN = 2, 5
-"""Plans of the stage joint, and of the chain."""
-NO_VALUE = "no value in the middle of the ranges"
 LONG_S = 2 * 1800.0
 """Of a core, half an hour of two: the pilot says from there on what would be shorter."""
 
@@ -80,9 +77,9 @@ def try_rigs(folder: str | Path, show: Callable[[str], object] = print) -> list[
     factors = read_factors(config.factors)
     lasted, without = {}, []
     for rig in config.rigs:
-        words, lasted[rig] = _one_run(config, factors, rig)
+        words, gave, lasted[rig] = _one_run(config, factors, rig)
         show(f"{rig}: {words} ({lasted[rig]:.0f} s)")
-        without += [rig] if words.startswith(NO_VALUE) else []
+        without += [] if gave else [rig]
     if without:
         return without
     own = next(iter(lasted))  # the first rig is the study's own
@@ -92,8 +89,8 @@ def try_rigs(folder: str | Path, show: Callable[[str], object] = print) -> list[
     ):
         joint, chain = _cost(config, seconds, own)
         show(
-            f"{where}, on two cores: the stage joint about {_duration(joint / 2)}, with the chain, "
-            f"the report and the exports about {_duration((joint + chain) / 2)}"
+            f"{where}, on two cores: the stage joint about {duration(joint / 2)}, with the chain, "
+            f"the report and the exports about {duration((joint + chain) / 2)}"
         )
     if sum(_cost(config, lasted, own)) > LONG_S:
         for sentence in shorter(config, own):
@@ -107,7 +104,9 @@ def _cost(config, seconds, own):
     runs = {rig: runs_of(config, rig) for rig in seconds}
     joint = sum(seconds[rig] * n for rig, n in runs.items())
     chain = (expected_runs(config) - sum(runs.values())) * seconds[own]
-    return joint + JOINT * LEAST_JOBS * START_S, chain + CHAIN * LEAST_JOBS * START_S
+    of_joint = len(load_stages()["joint"].plans)
+    starts = LEAST_JOBS * START_S  # of a plan
+    return joint + of_joint * starts, chain + (len(expecting()) - of_joint) * starts
 
 
 def _finer(path, quick):
@@ -142,8 +141,8 @@ def shorter(config: Config, rig: str) -> list[str]:
 
 
 def _one_run(config, factors, rig):
-    """(what a rig gives in words, seconds of a processor that it took: other programs that run
-    beside the pilot do not count)."""
+    """(what a rig gives in words, whether it is a value, seconds of a processor that it took: other
+    programs that run beside the pilot do not count)."""
     from dem.run import run  # loads the engine
 
     own = config.rigs[rig]
@@ -157,9 +156,10 @@ def _one_run(config, factors, rig):
     except StoppedError:
         raise
     except DemError as error:
-        return f"{NO_VALUE}: {error}", time.process_time() - begun
+        took = time.process_time() - begun
+        return f"no value in the middle of the ranges: {error}", False, took
     told = [_beside(config, t, found) for t in targets]
-    return ", ".join(told) or "runs; no target", time.process_time() - begun
+    return ", ".join(told) or "runs; no target", True, time.process_time() - begun
 
 
 def _beside(config, target, found):
@@ -167,8 +167,3 @@ def _beside(config, target, found):
     unit = behind(unit_of(target.metric))
     name = quantity_name(target.metric).replace("_", " ")
     return f"{name} {found[target.metric]:.4g}{unit}, measured {measured:.4g}{unit}"
-
-
-def _duration(seconds):
-    minutes = round(seconds / 60)
-    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"

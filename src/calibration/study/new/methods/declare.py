@@ -153,8 +153,7 @@ class LaboratoryTest:
     measured values; metrics: those of its rig that the joint study is calibrated to; discrepancy:
     {metric: standard deviation} by which the rig may be wrong; ranges: {key of a run spec: (low,
     high, source)} of factors that it measures; went: {question's key: where its answer went};
-    said: sentences for the screen; wall: what the
-    wall is of, where the test touches one.
+    said: sentences for the screen; wall: what the wall is of, where the test touches one.
     """
 
     rig: str
