@@ -27,14 +27,20 @@ from stage_files import Files
 ROOT = Path(__file__).parents[1]
 
 
-def planned_jobs(folder, *arguments):
+def planned_jobs(folder, *arguments, environment=None):
     """{rule: number of jobs} of a dry run in a folder, from the table that snakemake prints where
     commands are asked for."""
     command = [sys.executable, "-m", "snakemake", "-n", "-j2", "--printshellcmds", *arguments]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    found = re.findall(r"^(\w+) +(\d+)$", done.stdout + done.stderr, re.M)
-    return {rule: int(jobs) for rule, jobs in found}
+    done = subprocess.run(
+        command, cwd=folder, env=environment, text=True, check=False,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout
+    jobs = {rule: int(n) for rule, n in re.findall(r"^(\w+) +(\d+)$", done.stdout, re.M)}
+    # a table that is not read must not pass for a plan without a job
+    assert jobs.pop("total", 0) == sum(jobs.values()), done.stdout
+    assert jobs or "Nothing to be done" in done.stdout, done.stdout
+    return jobs
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@ records and without them. `tests/unit/test_store.py` has the checks of single fi
 
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -19,6 +18,7 @@ from calibration.intake.started_code import allow
 from calibration.study.config.schema import Config
 from dem.io.stl import write_stl
 from facts import tells
+from workflow_rules import planned_jobs
 
 pytestmark = pytest.mark.slow
 
@@ -63,23 +63,27 @@ def allow_engine(folder):
     allow(Config.model_validate(yaml.safe_load((folder / "study.yaml").read_text())), folder)
 
 
+WANTED = ("--configfile", "study.yaml", "--", "screening")
+
+
+def own_sources(folder):
+    """The environment in which the folder's own sources are the ones that run."""
+    return os.environ | {"PYTHONPATH": str(folder / "src")}
+
+
 def snakemake(folder, *arguments):
     """What the workflow of the folder's own sources says; it must end well."""
-    command = [sys.executable, "-m", "snakemake", "-j2", "--configfile", "study.yaml"]
     done = subprocess.run(
-        [*command, *arguments, "--", "screening"], cwd=folder, text=True, check=False,
-        env=os.environ | {"PYTHONPATH": str(folder / "src")},
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        [sys.executable, "-m", "snakemake", "-j2", *arguments, *WANTED], cwd=folder, text=True,
+        env=own_sources(folder), check=False, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout
     return done.stdout
 
 
-def jobs(folder, *arguments):
+def jobs(folder):
     """{rule: number} of what a dry run would make."""
-    said = snakemake(folder, "-n", *arguments)
-    assert "Traceback" not in said
-    return {rule: int(n) for rule, n in re.findall(r"^(?!total)(\w+) +(\d+)$", said, re.M)}
+    return planned_jobs(folder, *WANTED, environment=own_sources(folder))
 
 
 @pytest.fixture(scope="module")
