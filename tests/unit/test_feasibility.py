@@ -124,3 +124,31 @@ def test_more_grains_than_the_machine_holds_are_told_first(monkeypatch):
     check_ahead(many)
     assert tells(cost_ahead(many), "15250 MB")
     assert re.search(r"\d h \d+ min", cost_ahead(many))
+
+
+@pytest.mark.parametrize("section", ["rigs", "push_through"])
+def test_a_rig_that_the_engine_cannot_run_is_told_first(section):
+    """A silo is a rig of LIGGGHTS', a vessel is not."""
+    data = yaml.safe_load(Path("examples/other-codes/config.yaml").read_text()) | {"engine": "dem"}
+    rigs = {
+        "silo": {
+            "experiment": "discharge",
+            "run": {"geometry": {"orifice_diameter_mm": 30.0, "silo_diameter_mm": 75.0}},
+        },
+        "vessel": {
+            "experiment": "bulk_density",
+            "run": {"geometry": {"vessel_diameter_mm": 75.0}},
+        },
+    }
+    for rig in rigs.values():
+        rig["run"] |= {"particles": {"count": 4000, "diameter_mm": 5.0}}
+        rig["run"] |= {"contacts": data["run"]["contacts"]}
+    theirs = {"engine": {"name": "liggghts", "identity": {}, "settings": {}}}
+
+    def check(names):
+        config = parse_config(data | {section: {name: rigs[name] for name in names}})
+        check_ahead(config.model_copy(update={"run": config.run | theirs}))
+
+    check(["silo"])
+    with refused(ConfigError, "liggghts", "bulk_density", key=f"{section}.vessel"):
+        check(["silo", "vessel"])

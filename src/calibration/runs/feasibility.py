@@ -7,6 +7,7 @@ A level that no run can have would otherwise be met hours later, when its stage 
 from itertools import combinations, product
 from math import exp, prod
 
+from calibration import engines
 from calibration.errors import CalibrationError, ConfigError
 from calibration.study.config import Config, bench_run, machine_run, overlay, point_spec, states
 from calibration.study.cost import (
@@ -33,7 +34,8 @@ MOST_CORNERS = 256
 def check_ahead(config: Config) -> None:
     """Raise ConfigError for the first thing that would stop the study later. It may be a name that
     is taken, a level that no run can have, or a number of the material that nothing gives. It may
-    be a design or a mesh that cannot be used, or a run that needs more memory than there is."""
+    be a design or a mesh that cannot be used, an experiment that the study's engine cannot run, or
+    a run that needs more memory than there is."""
     if config.name in RESERVED:
         raise ConfigError("is taken", key="name", value=config.name, allowed="another name")
     factors = read_factors(config.factors)
@@ -44,7 +46,8 @@ def check_ahead(config: Config) -> None:
     for where, spec in _specs_ahead(config, factors):
         try:
             parsed = parse_spec(spec)
-        except SpecError as error:
+            engines.check(parsed)
+        except (SpecError, engines.EngineError) as error:
             raise ConfigError(f"{error}", key=where) from None
         _check_given(where, parsed)
         _check_flow(where, parsed)
