@@ -269,6 +269,26 @@ def test_heaps_that_a_mechanism_meets_better_ask_for_the_setting_that_shows_it(b
         assert tells(lines[2], "cohesion", "8 %", "3.6 mm", "40.5", "37")
 
 
+@pytest.mark.parametrize("at_an_end", [False, True])
+@pytest.mark.parametrize("rough", [False, True])
+def test_heaps_that_are_met_tell_what_may_hide_a_law(ball, rough, at_an_end):
+    """Runs that are fewer than the readings ask for, and a coefficient that makes up for it."""
+    left = [
+        {"experiment": "heap", "mechanism": "base", "error": 2.6, "enough": not rough},
+        {"experiment": "heap", "mechanism": "cohesion", "error": 5.2, "enough": False},
+    ]
+    rolling = next(iter(ball["calibration"]))
+    calibration = {k: v | {"at_bound": False} for k, v in ball["calibration"].items()}
+    calibration[rolling] |= {"at_bound": at_an_end, "words": "rolling friction"}
+    own = {"calibration": calibration, "refinement": {"left": left}, "exclusion": []}
+    lines = first_lines(ball | HEAPS | own | {"ranking": [], "misfit": ball["lack_of_fit"]})
+    assert len(lines) == 2 + (rough or at_an_end)
+    last = lines[2] if lines[2:] else ""
+    assert tells(last, "2.6", "angle of repose", "runs") == rough
+    assert tells(last, "rolling friction", "range") == at_an_end
+    assert "5.2" not in last
+
+
 def test_tests_without_a_value_come_first_where_they_are_off_most(ball):
     outcome = {"experiment": "heap", "levers": {"particle_diameter_mm": 7.0}, "tests": 3}
     outcome |= {"failed": 2, "before": 0.01, "after": None}

@@ -7,6 +7,7 @@ from calibration.figures import label
 from calibration.intake.quantities import LEVERS, QUANTITIES
 from diagnosis.page.cause import lines_of, pointed, scattered
 from diagnosis.page.words import amount, capital, chance, in_unit, quantity, setting
+from diagnosis.settings import BASE
 
 MOST_TOLD = 2
 HINT = 0.2
@@ -16,9 +17,11 @@ emulated experiments says nothing of that mechanism."""
 
 def following(verdict: Mapping[str, Any]) -> str | None:
     """The cost by the engine's own runs, the measurement that tells most, or what the data
-    exclude."""
+    exclude and what keeps them from excluding more."""
     if verdict["verdict"] == "adequate":
-        return _excluded(verdict) or _hinted(verdict)
+        told = [f(verdict) for f in (_excluded, _hinted, _at_an_end, _too_rough)]
+        first, *others = [text for text in told if text] or [None]
+        return ". ".join([first, *map(capital, others)]) if first else None
     return _cost(verdict) or _next(verdict)
 
 
@@ -151,3 +154,26 @@ def _excluded(verdict):
             ends = f"{amount(low, row['unit'])} to {amount(high, row['unit'])}"
             told.append(f"{label(row['slot'])} over {' and '.join(row['state'])} by {ends}")
     return f"over the plan these can still change (90 %): {'; '.join(told)}" if told else None
+
+
+def _at_an_end(verdict):
+    """The coefficients that would go beyond their ranges, as where another law has to be made up
+    for."""
+    if not verdict.get("emulators"):
+        return None
+    ends = [c["words"] for c in verdict["calibration"].values() if c.get("at_bound")]
+    return ends and (
+        f"at an end of its range stands {'; '.join(ends)}. A coefficient there may make up for a "
+        "law that is missing: measure it apart, or widen its range"
+    )
+
+
+def _too_rough(verdict):
+    """The experiments whose emulators' error hides what the readings could show."""
+    rows = (verdict.get("refinement") or {}).get("left") or ()
+    rough = [r for r in rows if r["mechanism"] == BASE and not r["enough"]]
+    told = [f"{r['error']:.2g} times the readings' ({quantity(r['experiment'])})" for r in rough]
+    return told and (
+        f"the simulations' own error is {' and '.join(told)}, and a smaller effect stays hidden: "
+        "more runs (`diagnosis: runs`) lessen it"
+    )
