@@ -5,6 +5,7 @@ import zlib
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 
@@ -14,9 +15,10 @@ from calibration.errors import ConfigError
 from calibration.figures import ANGLE
 from calibration.runs.plans import read_plan, result_path
 from calibration.study.config import parse_config
+from calibration.telling.export.joint import middle
 from dem.results import write_result
 from dem.spec import parse_spec
-from facts import tells
+from facts import rows_in, tells
 from small_heap import RUN
 from workflow_rules import rules_of
 
@@ -111,6 +113,33 @@ def calibrated(config):
     return study
 
 
+def goes_to_other_codes(study):
+    """A set that meets both tests, with intervals that hold whatever the others are."""
+    rule = rules_of(study.config.model_dump(mode="json"))["joint_export"]
+    rule.call(study)
+    folder = Path(rule.output.parameters).parent
+    found = yaml.safe_load(Path(rule.output.parameters).read_text())
+    values = {name: found["parameters"][key] for name, key in KEYS.items()}
+    level = {name: entry["value"] for name, entry in values.items()}
+    # 15 + 25 (rolling + friction) and 50 wall + 5 are what was measured
+    assert level["rolling"] + level["friction"] == pytest.approx(0.6, abs=0.02)
+    assert level["wall"] == pytest.approx(0.3, abs=0.01)
+    draws = study.table("joint", "draws")
+    assert np.isclose(draws[list(KEYS)], pd.Series(level)).all(axis=1).sum() == 1
+    known = study.summary("joint")["parameters"]
+    assert all(entry["interval_95"] == known[name]["interval"] for name, entry in values.items())
+    assert "not_bounded_by_the_data" not in values["wall"]
+    assert values["rolling"]["not_bounded_by_the_data"]
+    expected = {(e["rig"], e["metric"]): e for e in found["expected"]}
+    assert expected["pour", "angle_of_repose_deg"]["mean"] == pytest.approx(30.0, abs=0.5)
+    assert {t["measured"] for t in found["targets"]} == {30.0, 20.0}
+    row = rows_in((folder / "edem.md").read_text())["Coefficient of static friction"]
+    assert {f"{level['friction']:.6g}", f"{level['wall']:.6g}"} >= {row[0]}
+    spec = yaml.safe_load((folder / "dem.yaml").read_text())
+    assert spec["contacts"]["particle_wall"]["static_friction"] == level["wall"]
+    assert f"{level['friction']:g}"[:6] in (folder / "liggghts.in").read_text()
+
+
 def test_two_tests_and_a_third_that_is_to_be_made(tmp_path, monkeypatch):
     study = calibrated(laboratory(tmp_path, monkeypatch))
     found = study.summary("joint")
@@ -141,6 +170,17 @@ def test_two_tests_and_a_third_that_is_to_be_made(tmp_path, monkeypatch):
     shares = study.table("joint", "predictions").set_index("rig")
     assert shares.loc["plane", "wall share"] > 0.9
     assert shares.loc["hopper", "rolling share"] > 0.5
+    goes_to_other_codes(study)
+
+
+def test_the_middle_set_is_one_of_the_sets():
+    """The mean of draws along an arc meets no target."""
+    along = np.linspace(0.0, 1.2, 41)
+    arc = pd.DataFrame({"a": np.cos(along), "b": np.sin(along)})
+    level = middle(arc)
+    assert level["a"] ** 2 + level["b"] ** 2 == pytest.approx(1.0)
+    assert 0.2 < np.arctan2(level["b"], level["a"]) < 1.0
+    assert middle(arc * [1.0, 1e6])["a"] == level["a"]
 
 
 def test_a_rig_may_hold_a_factor_that_stays_free_in_the_others(tmp_path, monkeypatch):

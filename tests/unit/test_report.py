@@ -357,6 +357,18 @@ def test_a_converted_block_takes_the_place_of_the_other(study):
     assert NOT_CONVERTED_MARK not in page
 
 
+def test_the_set_by_all_tests_stands_beside_that_of_the_own_target(study):
+    write(study / "joint_export" / "calibrated.yaml", "c_d: 0.31\n")
+    write(study / "joint_export" / "lammps.in", f"# {NOT_CONVERTED_MARK} by all\n")
+    build(study, study / "report.html", STAGES)
+    page = (study / "report.html").read_text()
+    for text in ("c_d: 0.25", "c_d: 0.31", f"{NOT_CONVERTED_MARK} by all"):
+        assert text in page
+    for name in ("calibrated.yaml", "joint_calibrated.yaml", "joint_lammps.in"):
+        assert f'download="{name}"' in page
+    assert "export_converted" not in page
+
+
 def test_each_candidate_run_has_its_value(study):
     """The runs added at the optimum have no table of responses: their values are those of their
     results."""

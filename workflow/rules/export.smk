@@ -50,6 +50,56 @@ rule export:
         "../scripts/task.py"
 
 
+rule joint_export:
+    input:
+        factors=FACTORS,
+        fixed=BENCH_VALUES,
+        summary=f"{STUDY}/joint/joint.json",
+        draws=f"{STUDY}/joint/draws.csv",
+        predictions=f"{STUDY}/joint/predictions.csv",
+        again=again("joint_export"),
+    output:
+        parameters=report(
+            f"{STUDY}/joint_export/calibrated.yaml",
+            caption="../report/joint_export.rst",
+            category="9 Export",
+        ),
+        liggghts_in=f"{STUDY}/joint_export/liggghts.in",
+        lammps_in=f"{STUDY}/joint_export/lammps.in",
+        yade_py=f"{STUDY}/joint_export/yade.py",
+        mercurydpm_cpp=f"{STUDY}/joint_export/mercurydpm.cpp",
+        edem_md=f"{STUDY}/joint_export/edem.md",
+        rocky_md=f"{STUDY}/joint_export/rocky.md",
+        dem_yaml=f"{STUDY}/joint_export/dem.yaml",
+    log:
+        f"{STUDY}/logs/joint_export.log",
+    localrule: True
+    conda:
+        "../envs/calibration.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        function="calibration.telling.export.joint:joint_export",
+        reads=[
+            "name",
+            "seed",
+            "experiment",
+            "run",
+            "factors",
+            "fixed",
+            "fixed_from",
+            "joint",
+            "published",
+        ],
+        made_from=made_from("joint_export"),
+    message:
+        "joint export: a set of parameters by all tests together, as input for other codes"
+    script:
+        "../scripts/task.py"
+
+
 checkpoint plan_export_scan:
     input:
         fixed=BENCH_VALUES,

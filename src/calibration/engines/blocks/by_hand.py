@@ -10,8 +10,11 @@ from dem.spec import RunSpec
 from dem.units import without_unit
 
 PLAIN = ("parameter", "value", "unit")
-TRACED = (*PLAIN, "95 %, the others held", "where from")
-"""Headings of a table, and of one whose values are known from the study."""
+INTERVALS = {
+    "interval_95_others_held": "95 %, the others held",
+    "interval_95": "95 %, whatever the others are",
+}
+"""Headings of a table, and of the intervals that an entry of calibrated.yaml may have."""
 OPEN = "NOT BOUNDED BY THE DATA"
 WHY = (
     f"{OPEN}: the interval ends at the border of the region that was searched. The measurements "
@@ -78,20 +81,21 @@ def page(
 def table(rows: Sequence[Row], known: Mapping[str, Mapping] | None = None) -> str:
     """Markdown table of rows; known: {key: entry of calibrated.yaml}, or None where nothing of it
     was calibrated."""
-    heads = TRACED if known else PLAIN
-    cells = [heads, ["---"] * len(heads), *(_cells(row, known) for row in rows)]
+    kinds = [k for k in INTERVALS if any(k in entry for entry in (known or {}).values())]
+    kind = kinds[0] if kinds else next(iter(INTERVALS))
+    heads = (*PLAIN, INTERVALS[kind], "where from") if known else PLAIN
+    cells = [heads, ["---"] * len(heads), *(_cells(row, known, kind) for row in rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in cells)
 
 
-def _cells(row, known):
+def _cells(row, known, kind):
     value = row.value if isinstance(row.value, str) else f"{row.value:.6g}"
     plain = [row.parameter, value, row.unit]
     entry = known.get(row.key, {}) if known else None
-    return plain if entry is None else [*plain, _interval(entry), _source(entry)]
+    return plain if entry is None else [*plain, _interval(entry.get(kind)), _source(entry)]
 
 
-def _interval(entry):
-    ends = entry.get("interval_95_others_held")
+def _interval(ends):
     return "{:.4g} to {:.4g}".format(*ends) if ends else ""
 
 

@@ -495,7 +495,7 @@ factors: {yaml.safe_dump(f"{path}/factors.tsv", allow_unicode=True, width=1000).
 measurements: {yaml.safe_dump(f"{path}/{MEASURED}", allow_unicode=True, width=1000).splitlines()[0]}
 experiment: {lead.experiment}
 target: {{ metric: {metric} }}
-supplements: [joint] # the report waits for it: one posterior over all tests
+supplements: [joint, joint_export] # the report waits for them: one posterior over all tests
 
 fixed: # a factor's level while it is not varied: the middle of its range
 {_yaml(fixed, 2)}

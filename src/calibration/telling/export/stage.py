@@ -119,8 +119,8 @@ def _of_one_target(config):
         return []
     return [
         f"Calibrated to {config.target.metric} ALONE: {', '.join(others)} "
-        f"{'is' if len(others) == 1 else 'are'} not in these numbers. Sets of parameters by all "
-        f"tests together: {config.results}/{config.name}/joint/draws.csv."
+        f"{'is' if len(others) == 1 else 'are'} not in these numbers. A set by all tests together "
+        f"stands in {config.results}/{config.name}/joint_export, by the rule joint_export."
     ]
 
 
@@ -219,14 +219,14 @@ def write_exports(
     mapping, bench = _spec(study), study.bench_levels()
     lines = about(config, validation)
     conversion, exports = Conversion(parse_spec(mapping)), Path(out) / "exports"
-    _write_blocks(CONVERTED, mapping, conversion, lines, exports)
+    write_blocks(CONVERTED, mapping, conversion, lines, exports)
     _write_decks(study, mapping, conversion, lines, exports)
     head = "".join(f"# {line}\n" for line in lines)
     write_text(head + to_yaml(mapping), Path(out) / "exports" / "dem.yaml")
     write_text(to_yaml(config.model_dump(mode="json")), Path(out) / "exports" / "study.yaml")
     data = summary(study, optimum, validation, surface, region, bench)
     told = {"known": data["parameters"], "expected": _expected(study)}
-    _write_blocks(BY_HAND, mapping, conversion, lines, exports, **told)
+    write_blocks(BY_HAND, mapping, conversion, lines, exports, **told)
     write_text(head + to_yaml(data), Path(out) / "calibrated.yaml")
 
 
@@ -235,7 +235,7 @@ def export_converted(study: Study, source: NamedFiles, output: Sequence[str]) ->
     mapping = _spec(study)
     conversion = Conversion(parse_spec(mapping), study.summary("export_confirmation", "rolling"))
     lines = about(study.config, study.summary("validation"))
-    _write_blocks(CONVERTED, mapping, conversion, lines, Path(output[0]).parent)
+    write_blocks(CONVERTED, mapping, conversion, lines, Path(output[0]).parent)
     _write_decks(study, mapping, conversion, lines, Path(output[0]).parent)
 
 
@@ -275,8 +275,18 @@ def _profiles(study):
     return found
 
 
-def _write_blocks(codes, mapping, conversion, lines, folder, **told):
-    """told: what only pages BY_HAND take."""
+def write_blocks(
+    codes: Mapping[str, Any],
+    mapping: dict[str, Any],
+    conversion: Conversion,
+    lines: Sequence[str],
+    folder: Path,
+    **told: Any,
+) -> None:
+    """Write a run spec (a mapping) into a folder in the words of each of `codes` {file: module}.
+
+    lines: of provenance; told: what only pages BY_HAND take.
+    """
     spec = parse_spec(mapping)
     for name, code in codes.items():
         about = [*lines, *left_out(spec, code.CODE)]

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from calibration.study.stages import Stage
 
 
+EVERY = "Every parameter with its unit, source and interval"
 CARRIED = {
     "edem.md": "EDEM: the model to type in, in the Creator's order",
     "rocky.md": "Rocky: the model to type in",
@@ -96,15 +97,17 @@ def _exports(study):
     """Files that carry the parameters elsewhere, or None: what to know of them, and of each what it
     is, its text for copying and its download. A block with converted rolling friction takes the
     place of the one without."""
-    folder = study / "exports"
-    named = {study / "calibrated.yaml": "Every parameter with its unit, source and interval"}
+    folder, together = study / "exports", study / "joint_export"
+    named = {study / "calibrated.yaml": EVERY}
     for name, text in CARRIED.items():
         converted = folder / "converted" / name
         named[converted if converted.is_file() else folder / name] = text
+    for name, text in ({"calibrated.yaml": EVERY} | CARRIED).items():
+        named[together / name] = f"By all tests together. {text}"
     files = [
         {
             **download(p),
-            "file": p.name,
+            "file": f"joint_{p.name}" if p.parent == together else p.name,
             "path": p.relative_to(study),
             "about": text,
             "text": p.read_text(),
@@ -112,5 +115,7 @@ def _exports(study):
         for p, text in named.items()
         if p.is_file()
     ]
-    note = NOT_CONVERTED if any(NOT_CONVERTED_MARK in f["text"] for f in files) else ""
+    # what replaces them is of the study's own target
+    own = [f["text"] for f in files if f["path"].parts[0] != together.name]
+    note = NOT_CONVERTED if any(NOT_CONVERTED_MARK in text for text in own) else ""
     return {"note": note, "files": files} if files else None
