@@ -43,6 +43,7 @@ from diagnosis.residuals import by_chance, calibration, residual_rows, trends
 from diagnosis.settings import BASE, study_settings, with_gain_runs
 from diagnosis.setup import Setup
 from diagnosis.single_setting import with_single
+from diagnosis.untried import with_untried
 from diagnosis.verdict import extended_name, findings, unexplained, validate
 from diagnosis.withdrawal import withdraw_refuted
 
@@ -186,6 +187,7 @@ def name_causes(setup: Setup, source: NamedFiles, output: NamedFiles) -> None:
     verdict["outcomes"] = remarks.of_outcomes(found, name)
     verdict["remarks"] = remarks.remarks(table, {r["experiment"] for r in verdict["outcomes"]})
     verdict["remarks"] += remarks.untrained(errors)
+    verdict = with_untried(verdict, errors, emulated.catalogue)
     models = {"before": found.models[BASE], "after": found.models[name]} if name else {}
     budget = left_of(settings, [w["runs"] for w in verdict["refinement"]["waves"]])
     kinds = len(setup.kinds)

@@ -22,7 +22,18 @@ def following(verdict: Mapping[str, Any]) -> str | None:
         told = [f(verdict) for f in (_excluded, _hinted, _at_an_end, _too_rough)]
         first, *others = [text for text in told if text] or [None]
         return ". ".join([first, *map(capital, others)]) if first else None
-    return _cost(verdict) or _next(verdict)
+    told = [text for text in (_untried(verdict), _cost(verdict) or _next(verdict)) if text]
+    return ". ".join([told[0], *map(capital, told[1:])]) if told else None
+
+
+def _untried(verdict):
+    """The mechanisms whose runs all ended as the tests did."""
+    rows = verdict.get("untried") or ()
+    told = [f"{label(r['mechanism'])} (in all of its {r['runs']} runs)" for r in rows]
+    return told and (
+        f"the tests ended as the simulations do with {' and '.join(told)}, which could be tried at "
+        "no strength that gives a value and is not ruled out"
+    )
 
 
 def _cost(verdict):
