@@ -18,7 +18,7 @@ from calibration.telling.kept_results import put
 from facts import refused, tells
 from frozen import FROZEN
 from paper.reference import PAGE, README
-from paper.release import command, first_screen, joint, pages, told
+from paper.release import code_studies, command, first_screen, joint, pages, told
 from paper.release.parts import PARTS, Part, estimate
 from paper.release.record import Made, due, made, read_record, write_record
 from paper.release.softening import softening
@@ -128,7 +128,7 @@ def test_a_change_that_is_not_shown_asks_for_no_correction():
 
 
 def test_the_pages_are_written_as_they_are_kept(repository, tmp_path):
-    written = (PAGE, README, pages.CASE, pages.PROFILES, pages.JOINT, pages.DECKS)
+    written = (PAGE, README, pages.CASE, pages.PROFILES, pages.JOINT, pages.CODES, pages.DECKS)
     for path in written:
         (tmp_path / path).parent.mkdir(exist_ok=True)
         old = re.sub(r"(begin -->\n).*?(<!--)", r"\1old\n\2", path.read_text(), flags=re.S)
@@ -315,3 +315,45 @@ def test_a_joint_study_is_told_beside_one_target(tmp_path):
     # what the prior alone bounds the targets do not
     assert [tells(line, "wall", "95 %") for line in study["said"] if "0.2 to 0.3" in line] == [0, 0]
     assert any(tells(line, "heap: angle_of_repose_deg", "others") for line in study["said"])
+
+
+@pytest.mark.parametrize("share", [0.5, 1.0])
+def test_another_code_s_heaps_are_compared_with_ours_at_their_points(
+    repository, tmp_path, monkeypatch, share
+):
+    """Of a made-up code that takes a share of the rolling friction: it is found, and nothing is
+    where it takes all."""
+    rng, n = np.random.default_rng(3), 12
+    levels = rng.uniform(0.1, 0.5, (n, 3))
+    for stage, some in zip(code_studies.POINTS, np.split(np.arange(n), 2), strict=True):
+        specs, angles = {}, []
+        for k in some:
+            rolling, friction, wall = levels[k]
+            pairs = {
+                "particle_particle": {"rolling_friction": rolling, "static_friction": friction}
+            }
+            pairs["particle_wall"] = {"static_friction": wall}
+            specs[f"heap-{k}"] = {"seed": int(k), "contacts": pairs}
+            angles.append(15.0 + 40.0 * share * rolling + 0.1 * rng.standard_normal())
+        (tmp_path / "theirs" / stage).mkdir(parents=True)
+        (tmp_path / "theirs" / stage / "plan.json").write_text(json.dumps(specs))
+        runs = pd.DataFrame({"run_id": list(specs), "response": angles})
+        runs.to_csv(tmp_path / "theirs" / stage / "runs.csv", index=False)
+    (tmp_path / "theirs" / "validation").mkdir()
+    (tmp_path / "theirs" / "validation" / "validation.json").write_text('{"simulated_sd": 0.1}')
+    validated = {f"heap-v{k}": specs["heap-6"] | {"seed": k} for k in range(6)}
+    (tmp_path / "theirs" / "validation" / "plan.json").write_text(json.dumps(validated))
+
+    def ours(specs, fraction, root):
+        keys = [s["contacts"]["particle_particle"]["rolling_friction"] for s in specs]
+        return 15.0 + 40.0 * fraction * np.array(keys) + 0.1 * rng.standard_normal(len(keys))
+
+    monkeypatch.setattr(code_studies, "ours_at", ours)
+    found = code_studies.compared(tmp_path / "theirs", tmp_path / "heaps.csv")
+    assert found["runs"] == n
+    assert found["without_value"] == 0
+    assert found["verdict"] == ("agree" if share == 1.0 else "identified")
+    if share == 0.5:
+        assert found["ranking"][0]["strength"] == share
+        # half of a rolling friction of 0.3 on average, times 40
+        assert found["mean"]["difference"] == pytest.approx(-6.0, abs=2.0)

@@ -169,6 +169,11 @@ PARTS = (
         "decks with the numbers as they are, in LIGGGHTS and LAMMPS, which must be installed",
         ((PYTHON, "-m", "calibration.telling.export.trial_heaps"),),
     ),
+    Part(
+        "other codes",
+        "one study in LIGGGHTS, LAMMPS and this engine; needs both programs",
+        ((PYTHON, "-m", "paper.release.code_studies", CORES),),
+    ),
 )  # fmt: skip
 
 

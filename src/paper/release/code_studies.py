@@ -1,0 +1,258 @@
+"""One study of heaps in three codes, for `docs/code-studies.md`: what each took and found, and how
+heaps of the other codes differ from this engine's at the same parameters. `code_studies.md.j2` has
+the words.
+
+python -m paper.release.code_studies CORES makes the three studies and the runs of the comparison. A
+study that ends without an answer is told as that.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import yaml
+
+from calibration.chain.study import Results
+from calibration.figures import label
+from calibration.files import read_json, write_table
+from calibration.intake.tables import read_written
+from calibration.runs.plans import read_plan
+from calibration.runs.simulated import named, simulate
+from calibration.runs.store import RunStore
+from calibration.statistics.numbers import fixed
+from calibration.study.config import numbers_of, overlay
+from calibration.study.factors import read_factors
+from calibration.telling import kept_results
+from dem.fingerprint import engine_fingerprint
+from dem.io.files import write_json
+from diagnosis.compared import compare
+from diagnosis.other_code import Cause, conventions, read_runs
+from paper.release import record
+
+PART = "other codes"
+"""Of a release."""
+KEPT = "code-studies"
+OWN = "this engine"
+STUDIES = {"in-liggghts": "LIGGGHTS", "in-lammps": "LAMMPS", "in-dem": OWN}
+"""{study: code that made its runs}."""
+CONFIG = "examples/other-codes/config.yaml"
+"""It holds each factor at the level with which the heaps were made that count as measured."""
+LAID_OVER = ((), ("examples/other-codes/lammps.yaml",), ("examples/other-codes/dem.yaml",))
+METRIC = "angle_of_repose_deg"
+FACTORS = "examples/other-codes/factors.tsv"
+TABLES = (
+    "screening.json", "ascent.json", "response_surface.json", "optimum.json", "validation.json",
+    "posterior.json", "parameters.csv", "verdict.json",
+)  # fmt: skip
+POINTS = ("screening", "response_surface")
+"""Stages whose points are compared."""
+TIMED = "ascent"
+"""Stage whose heaps are poured again, for their processor time."""
+CHAIN = ("screening", "ascent", "response_surface", "optimise", "validation")
+ROLLING = tuple(
+    f"contacts.{pair}.rolling_friction" for pair in ("particle_particle", "particle_wall")
+)
+SHARES = (0.25, 0.5)
+"""Of our rolling friction on both pairs, with which our heaps are poured beside those of another
+code."""
+OURS = {"engine": None, "laws": {"torsion": "marshall"}}
+SEEDS_APART = 5000
+"""Our heaps of the comparison have seeds of their own."""
+
+
+def collect(results: str | Path, kept: str | Path) -> None:
+    """Keep what `docs/code-studies.md` shows of the studies in a folder of results."""
+    for name in STUDIES:
+        collect_study(Path(results) / name, Path(kept) / KEPT / name)
+
+
+def collect_study(study: Path, target: Path) -> None:
+    """Keep the tables of one study in a folder, pour some of its heaps again for their time, and
+    compare another code's heaps with ours, which are poured now."""
+    kept_results.keep(study, target, TABLES)
+    write_json(target / "times.json", times(study))
+    if STUDIES[study.name] != OWN:
+        write_json(target / "comparison.json", compared(study, target / "heaps.csv"))
+
+
+def times(study: Path) -> dict[str, Any]:
+    """How many runs a study had, without a value too, of which version, the processor time [s] of
+    a heap of its ascent, and why it ended before its validation, if it did."""
+    store, specs = RunStore(study.parent / "runs"), {}  # type: ignore[var-annotated]
+    for plan in sorted(study.rglob("plan.json")):  # the diagnosis has some a level further down
+        specs |= read_plan(plan)
+    results = [r for name in specs if (r := store.current(name))]
+    others = {r["spec"]["engine"]["identity"]["version"] for r in results if r["spec"]["engine"]}
+    heaps = list(read_plan(study / TIMED / "plan.json").values())
+    return {
+        "made_by": ", ".join(sorted(others)) or engine_fingerprint(),
+        "runs": len(specs),
+        "without_value": len(specs) - sum(METRIC in r["metrics"] for r in results),
+        "heap_s": processor_s(heaps),
+        "ended": ended(study),
+    }
+
+
+def ended(study: Path) -> dict[str, str] | None:
+    """{stage, reason} of the stage of the chain at which a study ended without an answer, as its
+    log says; None where it was validated."""
+    done = Results(study)
+    for stage in CHAIN:
+        if done.summary(stage) is None:
+            log = (study / "logs" / f"{stage}.log").read_text("utf-8").strip()
+            return {"stage": stage.replace("_", " "), "reason": log.split("\n")[-1]}
+    return None
+
+
+def processor_s(specs: list[dict[str, Any]]) -> float:
+    """Processor time [s] of one of these run specs, made one after the other; other programs' too.
+    The first is made once before, so that nothing is compiled or loaded in this time."""
+    with TemporaryDirectory() as folder:
+        simulate(named(specs[:1]), Path(folder) / "before")
+        begin = sum(os.times()[:4])
+        simulate(named(specs), Path(folder) / "timed")
+        return (sum(os.times()[:4]) - begin) / len(specs)
+
+
+def compared(study: Path, heaps: Path) -> dict[str, Any]:
+    """`diagnosis.compared.compare` of another code's heaps at the points of its study, and our
+    heaps there as they are and with less rolling friction. heaps: table that is written of theirs;
+    the comparison names its lines."""
+    factors, rows, specs = read_factors(FACTORS), [], []
+    for stage in POINTS:
+        plan = read_plan(study / stage / "plan.json")
+        table = read_written(study / stage / "runs.csv").dropna(subset=["response"])
+        for row in table.to_dict("records"):
+            specs.append(plan[row["run_id"]])
+            levels = numbers_of(plan[row["run_id"]])
+            rows.append({f.name: levels[f.key] for f in factors} | {"value": row["response"]})
+    table = pd.DataFrame(rows).assign(experiment="heap", quantity="angle_of_repose", unit="deg")
+    write_table(table, heaps)
+    runs = read_runs(heaps, factors)
+    shares = {share: ours_at(specs, share, study.parent / "runs") for share in (1.0, *SHARES)}
+    has = np.isfinite(np.array(list(shares.values()))).all(axis=0)
+    runs = [run for run, here in zip(runs, has, strict=True) if here]
+    values = {share: found[has] for share, found in shares.items()}
+    friction = Cause(
+        "rolling friction that acts as a share of ours", "parameters", "",
+        np.array(list(values)), np.array(list(values.values())),
+    )  # fmt: skip
+    ours = values[1.0]
+    found = compare(runs, ours, [*conventions(runs, ours), friction], spread=apart(study))
+    return found | {"without_value": int((~has).sum()), "mean": _mean(runs, ours)}
+
+
+def ours_at(specs: list[dict[str, Any]], share: float, root: Path) -> np.ndarray:
+    """(n,) angles [deg] of this engine at the points of run specs of another code, with a share of
+    their rolling friction; NaN where no heap stands."""
+    own = []
+    for spec in specs:
+        levels = numbers_of(spec)
+        changes: dict[str, Any] = {"contacts": {}}
+        for key in ROLLING:
+            pair, number = key.split(".")[1:]
+            changes["contacts"][pair] = {number: share * levels[key]}
+        plain = {key: value for key, value in spec.items() if key != "engine"}
+        own.append(overlay(overlay(plain, changes), OURS | {"seed": spec["seed"] + SEEDS_APART}))
+    metrics = simulate(named(own), root)
+    values = [metrics[name] for spec in own for name in named([spec])]
+    return np.array([(m or {}).get(METRIC, np.nan) for m in values])
+
+
+def apart(study: Path) -> float:
+    """Standard deviation [deg] of the difference of two heaps, theirs and ours, that differ by
+    their seeds alone: at the optimum of their study, which they poured to validate it."""
+    theirs = read_json(study / "validation" / "validation.json")["simulated_sd"]
+    specs = list(read_plan(study / "validation" / "plan.json").values())
+    ours = ours_at(specs, 1.0, study.parent / "runs")
+    return float(np.hypot(theirs, np.nanstd(ours, ddof=1)))
+
+
+def _mean(runs, ours):
+    """Mean difference, theirs less ours, and its standard error [deg]."""
+    off = np.array([run.value for run in runs]) - ours
+    return {"difference": float(off.mean()), "se": float(off.std(ddof=1) / np.sqrt(len(off)))}
+
+
+def values(kept: str | Path) -> dict[str, Any]:
+    """{name: value} of `code_studies.md.j2`, from the folder of kept results."""
+    place = Path(kept) / KEPT
+    found = {n: code for n, code in STUDIES.items() if (place / n / "times.json").is_file()}
+    return {
+        "made": record.made([PART], record.read_record(Path(kept) / "release.json")),
+        "studies": [study(place / name, code) for name, code in found.items()],
+    }
+
+
+def study(kept: Path, code: str) -> dict[str, Any]:
+    """What one kept study says."""
+    made, results = read_json(kept / "times.json"), Results(kept)
+    answer = {} if made["ended"] else _answer(kept, results)
+    return {
+        "code": code,
+        "made_by": made["made_by"],
+        "runs": made["runs"],
+        "without_value": made["without_value"],
+        "heap_s": fixed(made["heap_s"], 1),
+        "ended": made["ended"],
+        "answer": answer,
+        "said": kept_results.found(kept, METRIC),
+        "verdict": read_json(kept / "diagnosis" / "verdict.json"),
+        "comparison": _comparison(kept / "comparison.json"),
+    }
+
+
+def _answer(kept, results):
+    """What a study found that was validated."""
+    optimum, validation = (results.summary(name) for name in ("optimise", "validation"))
+    return {
+        "optimum": ", ".join(f"{label(k)} {v:.3g}" for k, v in optimum["optimum"].items()),
+        "attainable": "yes" if optimum["attainable"] else "no: the nearest point",
+        "validated": f"{validation['simulated_mean']:.1f}° (sd {validation['simulated_sd']:.1f}, "
+        f"{validation['simulated_n']} heaps)",
+        "difference": _difference(validation),
+        "intervals": "; ".join(intervals(kept / "posterior" / "parameters.csv")),
+    }
+
+
+def intervals(path: Path) -> list[str]:
+    """Each parameter's interval, and whether the value lies in it with which the heaps were made
+    that count as measured."""
+    found, made_with = [], yaml.safe_load(Path(CONFIG).read_text("utf-8"))["fixed"]
+    for row in read_written(path).to_dict("records"):
+        name, low, high = row["parameter"], row["low"], row["high"]
+        where = "inside" if low <= made_with[name] <= high else "outside"
+        found.append(f"{label(name)} {low:.3g} to {high:.3g} ({made_with[name]:.3g} {where})")
+    return found
+
+
+def _difference(validation: Mapping[str, Any]) -> str:
+    low, high = (fixed(validation[f"difference_{end}"], 1, "+") for end in ("low", "high"))
+    return f"{fixed(validation['difference'], 1, '+')}° ({low} to {high})".replace("-", "−")
+
+
+def _comparison(path):
+    if not path.is_file():
+        return None
+    found = read_json(path)
+    mean, se = (found["mean"][key] for key in ("difference", "se"))
+    return {
+        "sentence": found["sentence"],
+        "mean": f"{fixed(mean, 1, '+')}° ± {fixed(se, 1)}°".replace("-", "−"),
+        "without_value": found["without_value"],
+    }
+
+
+if __name__ == "__main__":
+    SNAKEMAKE = (sys.executable, "-m", "snakemake", f"-j{sys.argv[1]}", "--configfile", CONFIG)
+    for files in LAID_OVER:
+        subprocess.run([*SNAKEMAKE, *files], check=False)
+    collect("results", record.KEPT)
