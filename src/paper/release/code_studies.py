@@ -137,10 +137,15 @@ def compared(study: Path, heaps: Path) -> dict[str, Any]:
     table = pd.DataFrame(rows).assign(experiment="heap", quantity="angle_of_repose", unit="deg")
     write_table(table, heaps)
     runs = read_runs(heaps, factors)
-    shares = {share: ours_at(specs, share, study.parent / "runs") for share in (1.0, *SHARES)}
+    # it has a row a point, the mean of the heaps that were poured there
+    points = read_written(heaps).groupby([f.name for f in factors], sort=False).ngroup()
+    shares = {
+        share: pd.Series(ours_at(specs, share, study.parent / "runs")).groupby(points).mean()
+        for share in (1.0, *SHARES)
+    }
     has = np.isfinite(np.array(list(shares.values()))).all(axis=0)
     runs = [run for run, here in zip(runs, has, strict=True) if here]
-    values = {share: found[has] for share, found in shares.items()}
+    values = {share: found.to_numpy()[has] for share, found in shares.items()}
     friction = Cause(
         "rolling friction that acts as a share of ours", "parameters", "",
         np.array(list(values)), np.array(list(values.values())),
