@@ -1,7 +1,7 @@
 """Tables of heaps, silos, shear cells and densities that another law made go through the diagnosis
 unattended, within a budget of runs.
 
-Cost of one core: five minutes for the tables of heaps, ten for those of the silo.
+Cost of one core: four minutes for the two tables of heaps, half an hour for all.
 """
 
 import pytest
@@ -45,16 +45,10 @@ def test_of_wet_heaps_it_is_said_that_something_is_wrong(folder):
     assert verdict["verdict"] not in NAMED or names_in(verdict) <= set(ATTRACTIONS)
 
 
-def test_an_attraction_that_the_catalogue_lacks_is_given_no_other_name(folder):
-    """It may be missed, since rougher grains stand alike."""
-    verdict = diagnosed(folder, "heaps_sjkr", HEAPS, DEFAULT)
-    assert verdict["verdict"] not in NAMED or names_in(verdict) <= set(ATTRACTIONS)
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("name", EXPECTED)
 def test_a_table_of_engines_gets_no_wrong_name(folder, name):
-    """How many are found stands on the page."""
+    """How many are found stands on the page; one that the catalogue lacks may be missed."""
     verdict = diagnosed(folder, name, EXPECTED[name].study, DEFAULT)
     assert verdict["verdict"] not in NAMED or EXPECTED[name].met(verdict), verdict["reason"]
     assert 0 < verdict["made"] <= DEFAULT

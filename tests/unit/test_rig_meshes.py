@@ -289,6 +289,7 @@ def test_a_tube_of_a_mesh_leaves_the_heap_of_the_cylinder(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_drum_of_a_mesh_turns_grains_as_the_smooth_one_does(tmp_path):
     metrics = "dynamic_angle_deg", "centre_angle_deg", "passive_rotation_ratio"
     means = (found.mean(axis=0) for found in columns("drum", tmp_path, *metrics))
@@ -317,6 +318,7 @@ def test_lifters_carry_a_bed_that_slips_in_a_smooth_drum(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_boxes_of_a_mesh_drain_as_the_own_ones_do(tmp_path):
     """One draining scatters by 0.05 in the share, 15 % in the flow and 3 degrees, and one in some
     twenty arches: medians of eight are compared."""

@@ -194,7 +194,7 @@ FIRST = ("heap", "elongated grains", "drop", "tilt", "shear")
     "names",
     [
         pytest.param(FIRST, id="the paper's"),
-        pytest.param(sorted(set(RUNS) - set(FIRST)), id="others"),
+        pytest.param(sorted(set(RUNS) - set(FIRST)), id="others", marks=pytest.mark.long),
     ],
 )
 def test_processors_with_fused_multiplication_agree_to_the_bit(tmp_path, names):
