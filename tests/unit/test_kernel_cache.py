@@ -182,6 +182,7 @@ def test_any_change_of_the_code_shows(change):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_law_changed_tenfold_slides_at_its_own_angle(copy, tmp_path):
     """tan(angle) is the friction: with a tenth of it compiled in, the old compiled code would give
     the old angle."""

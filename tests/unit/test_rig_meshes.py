@@ -273,6 +273,7 @@ def test_the_volume_of_a_cup_is_that_of_its_frustum(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_tube_of_a_mesh_leaves_the_heap_of_the_cylinder(tmp_path):
     """One heap scatters by 1.7 degrees and its column by 2.8 %: means of four are compared."""
     metrics = "on_plate", "spilled", "column_depth_mm", "base_radius_mm", "angle_of_repose_deg"

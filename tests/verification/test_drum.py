@@ -123,6 +123,7 @@ def profile(frames, heights):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_published_drum_flows_as_was_measured(record, figure):
     sim = turned(1)
     turn = 2.0 * math.pi / RATE
