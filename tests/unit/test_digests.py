@@ -61,25 +61,25 @@ FOREIGN = (
 EDITS = {
     # a module that is edited: the rules that run again. A file's plan and analysis go together
     "calibration/errors.py": EVERY,
-    "calibration/chain/joint/analysis.py": {"joint"},
+    "calibration/chain/joint/analysis.py": {"joint", "joint_export"},
     "calibration/chain/joint/laboratory_hours.csv": JOINT
-    | {"plan_joint_push_through", "joint_push_through"},
+    | {"plan_joint_push_through", "joint_push_through", "joint_export"},
     "calibration/chain/validation.py": {"plan_validation", "validation"},
     "calibration/chain/bench_tests/shear.py": SHEAR,
     "calibration/chain/scaling/probe.py": {"scaling"},
     "calibration/statistics/screening.py": {"plan_screening", "screening"} | PAPER,
-    "calibration/engines/blocks/mercurydpm.py": EXPORTS,
+    "calibration/engines/blocks/mercurydpm.py": EXPORTS | {"joint_export"},
     "calibration/engines/blocks/yade.py": FOREIGN,
     "calibration/figures/optimum.py": None,
-    "calibration/inference/joint/critique.py": JOINT,
-    "calibration/inference/posterior_sampling.py": {"posterior"} | JOINT,
+    "calibration/inference/joint/critique.py": JOINT | {"joint_export"},
+    "calibration/inference/posterior_sampling.py": {"posterior", "joint_export"} | JOINT,
     "calibration/intake/measurements.py": EVERY,
     "calibration/intake/sound.py": set(),
     "calibration/interface/api.py": set(),
     "calibration/runs/plans.py": EVERY,
     "calibration/runs/progress.py": set(),
     "calibration/study/factors.py": EVERY,
-    "calibration/telling/export/rolling.py": EXPORTS,
+    "calibration/telling/export/rolling.py": EXPORTS | {"joint_export"},
     "calibration/telling/provenance.py": {"provenance"},
     "diagnosis/page/markdown.py": DIAGNOSIS | SUITE,
     "diagnosis/verdict.py": DIAGNOSIS | SUITE,
@@ -92,7 +92,7 @@ EDITS = {
     "paper/reference.py": set(),
     "paper/release/parts.py": set(),
     "calibration/inference/comparison/study.py": set(),
-    "calibration/inference/joint/likelihood.py": JOINT,
+    "calibration/inference/joint/likelihood.py": JOINT | {"joint_export"},
     "calibration/chain/study.py": EVERY,
     "calibration/study/config/measured.py": EVERY,
     "calibration/engines/lammps.py": FOREIGN,
@@ -115,7 +115,7 @@ EDITS = {
     "dem/experiments/drum.py": EVERY,
     "dem/io/files.py": EVERY,
     "dem/measure/heap.py": EVERY,
-    "dem/render/image.py": {"heaps"} | EXPORTS,  # where the plate of a heap ends
+    "dem/render/image.py": {"heaps", "joint_export"} | EXPORTS,  # where the plate of a heap ends
     "dem/walls/builder.py": EVERY,
 }
 SECTIONS = [
@@ -145,17 +145,18 @@ SECTIONS = [
     ("rigs", "vessel", {"experiment": "bulk_density"}, JOINT | {"export"}),
     ("targets", None, [{"rig": "pour", "metric": "angle_of_repose_deg"}],
      {"plan_joint", "joint", "export"}),
-    ("joint", "runs", 40, JOINT | {"export"}),
-    ("published", "names", {"particles.count": "other"}, {"export"}),
+    ("joint", "runs", 40, JOINT | {"export", "joint_export"}),
+    ("published", "names", {"particles.count": "other"}, {"export", "joint_export"}),
     ("target", "low", 30.0, CHAIN | EXPORTS | {"plan_candidate", "numerics", "posterior",
      "pour_rate", "provenance"}),
     ("seed", None, 5,
-     PLANS | EXPORTS | {"tilt", "drop", "candidate", "optimise", "posterior", "joint"}),
-    ("name", None, "other", {"export"}),
+     PLANS | EXPORTS
+     | {"tilt", "drop", "candidate", "optimise", "posterior", "joint", "joint_export"}),
+    ("name", None, "other", {"export", "joint_export"}),
     ("supplements", None, ["tilt"], {"export"}),
     ("results", None, "other", {"export"}),
     ("runs_per_job", None, 3, {"export"}),
-    ("fixed_from", None, "bench", {"export"}),
+    ("fixed_from", None, "bench", {"export", "joint_export"}),
     ("factors", None, "./config/factors.tsv",
      # the analyses have the factors in their design
      EVERY - {"response_surface", "candidate", "optimise", "validation", "posterior", "scaling",
@@ -164,7 +165,7 @@ SECTIONS = [
      HEAPS | EXPORTS | TILT | DROP | SHEAR
      | {"plan_scaling", "plan_numerics", "plan_pour_rate"} | DISAGREEMENT
      | {"plan_push_through", "plan_joint_push_through"}
-     | (JOINT - {"joint"})
+     | (JOINT - {"joint"}) | {"joint_export"}
      | DIAGNOSIS),
     ("run", "numerics", {"rayleigh_fraction": 0.3},
      EVERY - {"audit", "bench_parameters", "heaps", "numerics", "provenance"}),

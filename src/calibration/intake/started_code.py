@@ -105,6 +105,7 @@ OWN = {
     "dem/benchmark/report.py": "this Python on the benchmark's own code, and git",
     "workflow/scripts/reference.py": "snakemake, for each study of the paper's reference",
     "paper/release/command.py": "the release's own commands",
+    "paper/release/code_studies.py": "snakemake, for the study in three codes",
     "paper/release/pages.py": "the project's own pages",
 }
 """Sources that start code of this project alone, and which; below src, or of the workflow."""
