@@ -4,6 +4,8 @@ budget of runs; no settings of the diagnosis are written."""
 import sys
 from pathlib import Path
 
+from calibration.study.config import overlay
+
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_heap import RUN
 
@@ -37,6 +39,14 @@ DENSITIES = {
     "target": {"metric": "poured_density_kg_m3"},
     "run": DENSITY,
 }
+
+
+def filled(run, diameter_mm):
+    """A run with grains of another size, of the same volume together: what a vessel or a funnel is
+    filled with, of any grains."""
+    grains = run["particles"]
+    count = round(grains["count"] * (grains["diameter_mm"] / diameter_mm) ** 3)
+    return overlay(run, {"particles": {"count": count, "diameter_mm": diameter_mm}})
 
 
 def study(name, what, measurements, runs):

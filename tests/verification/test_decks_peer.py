@@ -18,7 +18,6 @@ import pytest
 from calibration import engines
 from calibration.engines import liggghts
 from calibration.engines.blocks.conversion import Conversion
-from calibration.errors import ConfigError
 from calibration.interface.cli import main
 from calibration.study.config import overlay
 from calibration.telling.export.decks import BLOCKS, write_decks
@@ -32,6 +31,7 @@ from calibration.telling.export.target_code import (
 )
 from dem.grains import number_fractions
 from dem.spec import parse_spec
+from other_codes import entry_or_skip
 from small_heap import SPEC
 
 pytestmark = [pytest.mark.peer, pytest.mark.slow]
@@ -47,10 +47,7 @@ SIEVED = {"by": "mass", "diameters_mm": [5.2, 6.4], "fractions": [0.5, 0.5]}
 
 def deck_of(code, mapping, folder):
     """The deck of a run spec (a mapping); skips the test where the program is missing."""
-    try:
-        engines.entry_of(code)
-    except ConfigError as error:
-        pytest.skip(str(error))
+    entry_or_skip(code)
     spec = parse_spec(mapping)
     write_decks(spec, Conversion(spec), ["a test"], STATED, folder)
     return Deck.read(folder / code)

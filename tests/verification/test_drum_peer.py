@@ -10,16 +10,15 @@ import math
 import numpy as np
 import pytest
 
-from calibration import engines
 from calibration.engines import bed, liggghts, rig
 from calibration.engines.blocks import liggghts as block
 from calibration.engines.program import find, read_frames, state_of
 from calibration.engines.program import run as start
-from calibration.errors import ConfigError
 from dem.experiments import drum
 from dem.grains import draw_radii, largest_reach, mean_radius
 from dem.run import run as run_ours
 from dem.spec import parse_spec
+from other_codes import entry_or_skip
 from small_heap import RUN
 
 pytestmark = [pytest.mark.peer, pytest.mark.slow]
@@ -100,10 +99,7 @@ def in_liggghts(spec, folder):
 
 @pytest.mark.parametrize("rate", RATES)
 def test_a_drum_turns_as_ours_does(record, tmp_path, rate):
-    try:
-        engines.entry_of("liggghts")
-    except ConfigError as error:
-        pytest.skip(str(error))
+    entry_or_skip("liggghts")
     ours, theirs = [], []
     for seed in SEEDS:
         spec = barrel(rate, seed)

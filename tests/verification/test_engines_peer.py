@@ -18,25 +18,17 @@ from calibration.engines.program import find
 from calibration.engines.program import run as start
 from calibration.engines.rigs import Lid
 from calibration.engines.rigs.shear import Cell
-from calibration.errors import ConfigError
 from dem.constants import GRAVITY
 from dem.experiments.setup import time_step_of
 from dem.run import run as run_ours
 from dem.spec import parse_spec
+from other_codes import entry_or_skip
 from small_heap import RUN
 
 pytestmark = pytest.mark.peer
 
 RESTITUTION, HEIGHT = 0.6, 150.0
 TOLERANCE = 0.01  # of the restitution: a force that may attract ends a contact a little late
-
-
-def entry(name):
-    """An engine's entry; skips the test where it is not installed."""
-    try:
-        return engines.entry_of(name)
-    except ConfigError as error:
-        pytest.skip(str(error))
 
 
 def spec(experiment, **parts):
@@ -72,7 +64,7 @@ def spec(experiment, **parts):
 
 @pytest.mark.parametrize("name", ["liggghts", "lammps"])
 def test_a_drop_rebounds_by_its_restitution(tmp_path, name):
-    chosen = entry(name)
+    chosen = entry_or_skip(name)
     run = spec(
         "drop",
         particles={"count": 1, "diameter_mm": 2.0},
@@ -97,7 +89,7 @@ def rough_contacts(static, rolling):
     "name", ["liggghts", "lammps", pytest.param("yade", marks=pytest.mark.slow)]
 )
 def test_a_heap_comes_to_rest_with_all_its_grains(tmp_path, name):
-    chosen = entry(name)
+    chosen = entry_or_skip(name)
     # YADE's rolling moment has no dashpot: at less its heap is nearly flat. It does not repeat
     # itself either, and one heap in six of 400 grains has flanks too short to be measured
     yade = name == "yade"
@@ -150,7 +142,7 @@ FLATTER = {"lammps": ("angle_of_repose_deg",)}
 
 def both(code, mapping, seeds, folder):
     """{metric: (mean of ours, mean of a code's)} over the seeds of a run."""
-    chosen, found = entry(code), ([], [])
+    chosen, found = entry_or_skip(code), ([], [])
     for seed in seeds:
         run = parse_spec(mapping | {"seed": seed})
         found[0].append(run_ours(run, folder / f"ours{seed}")["metrics"])
@@ -210,7 +202,7 @@ RING = RUN | {
 
 def test_a_lid_of_lammps_falls_as_a_mass_with_a_drag(tmp_path):
     """u = -(g/D) (t - (1 - exp(-D t))/D), which is how ours falls until it meets grains."""
-    chosen = entry("lammps")
+    chosen = entry_or_skip("lammps")
     run = parse_spec(RING | {"seed": 1})
     cell, dialect = Cell(run), lammps.DIALECT
     cell.sim.position, cell.sim.velocity = np.array([[0.01, 0.001, 0.0011]]), np.zeros((1, 3))

@@ -18,18 +18,17 @@ import pandas as pd
 import pytest
 from export_peers import reference_spec
 
-from calibration import engines
 from calibration.engines import lammps, liggghts, yade
 from calibration.engines.blocks import lammps as to_lammps
 from calibration.engines.blocks import liggghts as to_liggghts
 from calibration.engines.blocks import yade as to_yade
 from calibration.engines.blocks.conversion import Conversion
 from calibration.engines.blocks.material import granulate
-from calibration.errors import ConfigError
 from calibration.telling.export import rolling
 from dem.constants import GRAVITY
 from dem.run import run as run_dem
 from dem.spec import parse_spec
+from other_codes import entry_or_skip
 from stage_files import PlanFiles
 
 pytestmark = [pytest.mark.peer, pytest.mark.slow]
@@ -103,10 +102,7 @@ def test_the_search_comes_to_the_calibrated_angle(record, search):
 
 @pytest.mark.parametrize("name", CODES)
 def test_the_heap_has_the_calibrated_angle(record, tmp_path, spec, search, name):
-    try:
-        settings = engines.entry_of(name)["settings"]
-    except ConfigError as error:
-        pytest.skip(str(error))
+    settings = entry_or_skip(name)["settings"]
     (code, block), (conversion, own), parsed = CODES[name], search, parse_spec(spec)
     text = block.block(granulate(parsed), Conversion(parsed, conversion), ["a test"])
     code.deck(parsed, tmp_path, text)

@@ -14,12 +14,12 @@ from deployed import done
 from test_module import NO_PROFILE, ROOT, SNAKEMAKE
 
 from calibration import engines
-from calibration.errors import ConfigError
 from calibration.runs.plans import read_plan
 from calibration.runs.simulated import named, simulate
 from calibration.study.config import numbers_of, point_spec
 from calibration.study.factors import read_factors
 from diagnosis.other_code import read_runs
+from other_codes import entry_or_skip
 from small_heap import RUN
 
 pytestmark = [pytest.mark.slow, pytest.mark.peer]
@@ -54,10 +54,7 @@ PLANS = {"screening": 8, "ascent": 3, "response_surface": 11, "candidate_first":
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     """The folder of the study's results after its validation."""
-    try:
-        engines.entry_of("liggghts")
-    except ConfigError as error:
-        pytest.skip(str(error))
+    entry_or_skip("liggghts")
     folder = tmp_path_factory.mktemp("study")
     (folder / "factors.tsv").write_text(FACTORS)
     (folder / "measured.csv").write_text(MEASURED.format(17, 18, 19))

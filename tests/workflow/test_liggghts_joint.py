@@ -18,9 +18,9 @@ from deployed import done
 from test_module import NO_PROFILE, ROOT, SNAKEMAKE
 
 from calibration import engines
-from calibration.errors import ConfigError
 from calibration.runs.simulated import named, simulate
 from calibration.study.config import overlay, point_spec
+from other_codes import entry_or_skip
 from small_heap import RUN
 
 pytestmark = [pytest.mark.slow, pytest.mark.long, pytest.mark.peer]
@@ -83,10 +83,7 @@ def measured(folder):
 def folder(tmp_path_factory):
     """Where both studies have been made: by both targets, and by the heap alone, which shares all
     runs."""
-    try:
-        engines.entry_of("liggghts")
-    except ConfigError as error:
-        pytest.skip(str(error))
+    entry_or_skip("liggghts")
     folder = tmp_path_factory.mktemp("joint")
     (folder / "factors.tsv").write_text(FACTORS)
     (folder / "measured.csv").write_text(measured(folder / "truth"))

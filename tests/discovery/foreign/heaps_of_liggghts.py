@@ -17,7 +17,9 @@ from calibration.engines import liggghts
 from calibration.runs.simulated import named, simulate
 from calibration.study.config import overlay
 
-sys.path.insert(0, str(Path(__file__).parents[2]))
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from foreign_studies import filled
+
 from small_heap import RUN
 
 SIZES = (3.6, 4.2, 5.0, 5.8, 6.4)
@@ -63,10 +65,9 @@ def wetted(command, folder, timeout_s, run=liggghts.run):
 
 def angles(kind, diameter, root):
     """Angles [deg] of heaps of one kind and size [mm]; nan where none formed."""
-    grains = {"count": round(400 * (5.8 / diameter) ** 3), "diameter_mm": diameter}
     own = LAWS.get(kind, {}) | {"experiment": "heap", "engine": engines.entry_of("liggghts")}
-    own = own | {"particles": grains}
-    specs = named(overlay(RUN, own | {"seed": seed}) for seed in SEEDS)
+    run = filled(RUN, diameter)
+    specs = named(overlay(run, own | {"seed": seed}) for seed in SEEDS)
     found = simulate(specs, root).values()
     return np.array([m["angle_of_repose_deg"] if m else np.nan for m in found])
 

@@ -21,7 +21,7 @@ from calibration.runs.simulated import named, simulate
 from calibration.study.config import overlay
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from foreign_studies import DENSITIES, SHEARS, SILOS
+from foreign_studies import DENSITIES, SHEARS, SILOS, filled
 
 SEEDS = range(101, 106)
 STEPS = {"shear": 0.15, "bulk_density": 0.3, "discharge": 0.3}  # of the Rayleigh step
@@ -84,11 +84,9 @@ def main(name):
             base = overlay(
                 own.study["run"], overlay(law, {"numerics": {"rayleigh_fraction": step}})
             )
+            if lever == "particle_diameter_mm":
+                base = filled(base, level)
             base = overlay(base, {"experiment": kind, part: {place: level}})
-            if lever == "particle_diameter_mm":  # a vessel is filled as high with any grains
-                ratio = own.study["run"]["particles"]["diameter_mm"] / level
-                count = round(own.study["run"]["particles"]["count"] * ratio**3)
-                base = overlay(base, {"particles": {"count": count}})
             specs = named(overlay(base, {"seed": seed}) for seed in SEEDS)
             runs = list(simulate(specs, root).values())
             flows = [r for r in runs if r is not None and not r.get("arched")]
