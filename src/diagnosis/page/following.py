@@ -19,11 +19,14 @@ def following(verdict: Mapping[str, Any]) -> str | None:
     """The cost by the engine's own runs, the measurement that tells most, or what the data
     exclude and what keeps them from excluding more."""
     if verdict["verdict"] == "adequate":
-        told = [f(verdict) for f in (_excluded, _hinted, _at_an_end, _too_rough)]
-        first, *others = [text for text in told if text] or [None]
-        return ". ".join([first, *map(capital, others)]) if first else None
-    told = [text for text in (_untried(verdict), _cost(verdict) or _next(verdict)) if text]
-    return ". ".join([told[0], *map(capital, told[1:])]) if told else None
+        return _joined(f(verdict) for f in (_excluded, _hinted, _at_an_end, _too_rough))
+    return _joined((_untried(verdict), _cost(verdict) or _next(verdict)))
+
+
+def _joined(texts):
+    """Texts one after the other as sentences, those that are none left out; None without any."""
+    told = [text for text in texts if text]
+    return ". ".join([*told[:1], *map(capital, told[1:])]) or None
 
 
 def _untried(verdict):
@@ -57,7 +60,7 @@ def _cost(verdict):
             f"missed by {after:.1f} standard errors with it and by {before:.1f} without"
         )
     more = _next(verdict) if verdict["verdict"] in ("ambiguous", "discovered") else None
-    return f"{text}. {capital(more)}" if more else text
+    return _joined((text, more))
 
 
 def _next(verdict):

@@ -10,8 +10,9 @@ from dem.spec import RunSpec
 from dem.units import without_unit
 
 PLAIN = ("parameter", "value", "unit")
+OTHERS_HELD = "interval_95_others_held"
 INTERVALS = {
-    "interval_95_others_held": "95 %, the others held",
+    OTHERS_HELD: "95 %, the others held",
     "interval_95": "95 %, whatever the others are",
 }
 """Headings of a table, and of the intervals that an entry of calibrated.yaml may have."""
@@ -81,8 +82,8 @@ def page(
 def table(rows: Sequence[Row], known: Mapping[str, Mapping] | None = None) -> str:
     """Markdown table of rows; known: {key: entry of calibrated.yaml}, or None where nothing of it
     was calibrated."""
-    kinds = [k for k in INTERVALS if any(k in entry for entry in (known or {}).values())]
-    kind = kinds[0] if kinds else next(iter(INTERVALS))
+    given = {key for entry in (known or {}).values() for key in entry}
+    kind = next((key for key in INTERVALS if key in given), OTHERS_HELD)
     heads = (*PLAIN, INTERVALS[kind], "where from") if known else PLAIN
     cells = [heads, ["---"] * len(heads), *(_cells(row, known, kind) for row in rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in cells)

@@ -12,18 +12,11 @@ from scipy.spatial.distance import cdist
 
 from calibration.chain.joint.analysis import INSIDE
 from calibration.chain.joint.emulators import free_factors
-from calibration.engines.blocks.conversion import Conversion
 from calibration.engines.blocks.header import left_out
-from calibration.files import write_text
+from calibration.figures import label
 from calibration.intake.tables import read_written
-from calibration.telling.export.parameters import (
-    entries,
-    fixed_entries,
-    published_values,
-    to_yaml,
-)
 from calibration.telling.export.rolling import calibrated_spec
-from calibration.telling.export.stage import BY_HAND, CONVERTED, engine_of, write_blocks
+from calibration.telling.export.stage import engine_of, known_parameters, made_by, write_set
 from dem.spec import parse_spec
 from dem.units import in_ascii, unit_of, without_unit
 
@@ -43,8 +36,8 @@ def middle(draws: pd.DataFrame) -> dict[str, float]:
     """
     values = draws.to_numpy(float)
     shape = np.linalg.pinv(np.atleast_2d(np.cov(values, rowvar=False)))
-    middle = int(np.argmin(cdist(values, values, "mahalanobis", VI=shape).sum(axis=1)))
-    return {str(name): float(x) for name, x in zip(draws.columns, values[middle], strict=True)}
+    nearest = int(np.argmin(cdist(values, values, "mahalanobis", VI=shape).sum(axis=1)))
+    return {str(name): float(x) for name, x in zip(draws.columns, values[nearest], strict=True)}
 
 
 def joint_entries(
@@ -53,23 +46,23 @@ def joint_entries(
     """{key: entry of calibrated.yaml} of the free factors; parameters: those of joint.json."""
     found = {}
     for f in factors:
-        known = parameters[f.name]
-        low, high = known["interval"]
+        low, high = parameters[f.name]["interval"]
         spare = INSIDE * (f.high - f.low)
-        ends = (("low", low <= f.low + spare), ("high", high >= f.high - spare))
         found[f.key] = {
             "source": "calibrated to all tests",
             "factor": f.name,
             "interval_95": [low, high],
             "region": [f.low, f.high],
         }
-        if not known["bounded"]:
-            found[f.key]["not_bounded_by_the_data"] = [side for side, open_ in ends if open_]
+        # as `joint.json` counts a parameter as bounded
+        ends = (("low", low <= f.low + spare), ("high", high >= f.high - spare))
+        if sides := [side for side, reached in ends if reached]:
+            found[f.key]["not_bounded_by_the_data"] = sides
     return found
 
 
 def _expected(predictions):
-    """{rig: metric}: what a run is expected to give, a row of predictions.csv each."""
+    """What a run of each rig is expected to give, of predictions.csv."""
     return [
         {
             "rig": row["rig"],
@@ -82,59 +75,46 @@ def _expected(predictions):
     ]
 
 
-def _about(study, summary, expected):
+def _told(row, value):
+    """A value of a row's metric and rig, in words."""
+    words, unit = label(without_unit(row["metric"])), in_ascii(unit_of(row["metric"]))
+    return f"{words} ({row['rig']}) {value:.4g} {unit}".rstrip()
+
+
+def _about(config, summary, expected):
     """Lines of provenance for the head of each file."""
-    measured = [
-        f"{without_unit(t['metric']).replace('_', ' ')} ({t['rig']}) {t['measured']:.4g} "
-        f"{in_ascii(unit_of(t['metric']))}"
-        for t in summary["targets"]
-    ]
-    told = [
-        f"{without_unit(e['metric']).replace('_', ' ')} ({e['rig']}) {e['mean']:.4g} {e['unit']}, "
-        "a run {:.4g} to {:.4g}".format(*e["a_run_95"])
+    measured = "; ".join(_told(t, t["measured"]) for t in summary["targets"])
+    told = "; ".join(
+        f"{_told(e, e['mean'])}, a run {{:.4g}} to {{:.4g}}".format(*e["a_run_95"])
         for e in expected
-    ]
+    )
     apart = summary["agreement"]["contradicts"]
     return [
-        f"Study {study.config.name}, calibrated to all tests together: {'; '.join(measured)}.",
+        f"Study {config.name}, calibrated to all tests together: {measured}.",
         "The values are one set, the middle one of those that meet the tests; the others stand in "
         "joint/draws.csv. No run was made with it alone.",
-        f"Expected by all sets (95 %): {'; '.join(told)}.",
+        f"Expected by all sets (95 %): {told}.",
         *(["THE TESTS CONTRADICT EACH OTHER: no set meets them all."] if apart else []),
-        f"Engine {engine_of(study.config)}. SI units. How each number was converted: "
-        "docs/howto-export.md.",
+        made_by(config),
     ]
 
 
 def joint_export(study: Study, source: NamedFiles, output: NamedFiles) -> None:
     """Write calibrated.yaml and the files of other codes beside it, without any run."""
-    config, summary = study.config, study.summary("joint")
-    folder, chosen = Path(output.parameters).parent, middle(read_written(source.draws))
-    mapping = calibrated_spec(config, study.factors, {**chosen})
-    spec = parse_spec(mapping)
-    known = entries(
-        spec,
-        config.run,
-        joint_entries(free_factors(study), summary["parameters"]),
-        fixed_entries(config, study.factors, study.bench_levels()),
-        published_values(config.published.tables),
-        config.published.names,
-    )
-    expected = _expected(read_written(source.predictions))
-    lines = _about(study, summary, expected)
-    write_blocks(CONVERTED, mapping, Conversion(spec), lines, folder)
-    write_blocks(BY_HAND, mapping, Conversion(spec), lines, folder, known=known)
-    head = "".join(f"# {line}\n" for line in lines)
-    write_text(head + to_yaml(mapping), folder / "dem.yaml")
-    found = {
+    config, found = study.config, study.summary("joint")
+    mapping = calibrated_spec(config, study.factors, middle(read_written(source.draws)))
+    spec, expected = parse_spec(mapping), _expected(read_written(source.predictions))
+    calibrated = joint_entries(free_factors(study), found["parameters"])
+    data = {
         "study": config.name,
         "engine": engine_of(config),
         "targets": [
             {k: t[k] for k in ("rig", "metric", "measured", "predicted", "pull", "p_others")}
-            for t in summary["targets"]
+            for t in found["targets"]
         ],
         "expected": expected,
-        "parameters": known,
+        "parameters": known_parameters(study, spec, calibrated),
         "not_converted": left_out(spec),
     }
-    write_text(head + to_yaml(found), output.parameters)
+    lines, folder = _about(config, found, expected), Path(output.parameters).parent
+    write_set(mapping, data, lines, folder, output.parameters)

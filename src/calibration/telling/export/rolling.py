@@ -28,7 +28,7 @@ The confirmation is also run at the study's own scale.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -91,12 +91,12 @@ def place(path: str, share: float, pair: ContactSpec) -> tuple[float, float]:
 def calibrated_spec(
     config: Config,
     factors: Sequence[Factor | Choice],
-    optimum: dict[str, float | str],
+    optimum: Mapping[str, float | str],
     seed: int | None = None,
 ) -> dict[str, Any]:
     """Run spec (a mapping) at the calibrated point {factor: level}; the study's first seed unless
     given."""
-    levels = config.fixed | optimum
+    levels = {**config.fixed, **optimum}
     keys = {f.key: f.value(levels[f.name]) for f in factors if f.name in levels}
     return point_spec(config.run, config.experiment, keys, config.seed if seed is None else seed)
 

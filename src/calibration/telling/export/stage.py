@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from calibration.statistics.surface import Surface
     from calibration.study.config import Config
     from calibration.study.factors import Factor
+    from dem.spec import RunSpec
 
 
 CONVERTED = {
@@ -104,9 +105,16 @@ def about(config: Config, validation: Mapping[str, Any]) -> list[str]:
         f"{validation['simulated_mean']:.2f} {unit} ({validation['simulated_n']} runs, sd "
         f"{validation['simulated_sd']:.2f}) in the rig and with the grains of calibrated.yaml.",
         *_of_one_target(config),
-        f"Engine {engine_of(config)}. SI units. How each number was converted: "
-        f"docs/howto-export.md.",
+        made_by(config),
     ]
+
+
+def made_by(config: Config) -> str:
+    """The last line of provenance: the engine, and where the conversions stand."""
+    return (
+        f"Engine {engine_of(config)}. SI units. How each number was converted: "
+        "docs/howto-export.md."
+    )
 
 
 def _of_one_target(config):
@@ -132,25 +140,31 @@ def engine_of(config: Config) -> str:
     return " ".join([other["name"], str(other["identity"].get("version", ""))]).strip()
 
 
+def known_parameters(
+    study: Study, spec: RunSpec, calibrated: Mapping[str, dict[str, Any]]
+) -> dict[str, dict[str, Any]]:
+    """`entries` of a run spec of a study; calibrated: those of the factors that were calibrated."""
+    config = study.config
+    return entries(
+        spec,
+        config.run,
+        calibrated,
+        fixed_entries(config, study.factors, study.bench_levels()),
+        published_values(config.published.tables),
+        config.published.names,
+    )
+
+
 def summary(
     study: Study,
     optimum: Mapping[str, Any],
     validation: Mapping[str, Any],
     surface: Surface,
     region: Sequence[Factor],
-    bench: Mapping[str, float],
 ) -> dict[str, Any]:
     """Content of calibrated.yaml."""
-    config, factors = study.config, study.factors
-    spec = parse_spec(calibrated_spec(config, factors, optimum["optimum"]))
-    found = entries(
-        spec,
-        config.run,
-        calibrated_entries(surface, region, optimum),
-        fixed_entries(config, factors, bench),
-        published_values(config.published.tables),
-        config.published.names,
-    )
+    config = study.config
+    spec = parse_spec(calibrated_spec(config, study.factors, optimum["optimum"]))
     metric, exports = config.target.metric, f"{config.results}/{config.name}/exports"
     return {
         "study": config.name,
@@ -181,7 +195,7 @@ def summary(
             "are exactly right; the stage `posterior` gives the interval that covers it whatever "
             "they are.",
         },
-        "parameters": found,
+        "parameters": known_parameters(study, spec, calibrated_entries(surface, region, optimum)),
         "not_converted": left_out(spec),
     }
 
@@ -216,18 +230,34 @@ def write_exports(
     config, optimum = study.config, study.summary("optimise")
     validation = study.summary("validation")
     surface = fit_surface(runs, [f.code for f in region], runs["response"])
-    mapping, bench = _spec(study), study.bench_levels()
-    lines = about(config, validation)
-    conversion, exports = Conversion(parse_spec(mapping)), Path(out) / "exports"
-    write_blocks(CONVERTED, mapping, conversion, lines, exports)
-    _write_decks(study, mapping, conversion, lines, exports)
+    mapping, lines, exports = _spec(study), about(config, validation), Path(out) / "exports"
+    data = summary(study, optimum, validation, surface, region)
+    write_set(mapping, data, lines, exports, Path(out) / "calibrated.yaml", _expected(study))
+    _write_decks(study, mapping, Conversion(parse_spec(mapping)), lines, exports)
+    write_text(to_yaml(config.model_dump(mode="json")), exports / "study.yaml")
+
+
+def write_set(
+    mapping: dict[str, Any],
+    data: Mapping[str, Any],
+    lines: Sequence[str],
+    folder: Path,
+    parameters: str | Path,
+    expected: Expected | None = None,
+) -> None:
+    """Write one set of parameters: the blocks of all codes and dem.yaml into a folder, and
+    `parameters`, calibrated.yaml.
+
+    mapping: run spec; data: content of calibrated.yaml; lines: of provenance; expected: of the heap
+    that the set gives.
+    """
+    conversion = Conversion(parse_spec(mapping))
+    _write_blocks(CONVERTED, mapping, conversion, lines, folder)
+    told = {"known": data["parameters"], "expected": expected}
+    _write_blocks(BY_HAND, mapping, conversion, lines, folder, **told)
     head = "".join(f"# {line}\n" for line in lines)
-    write_text(head + to_yaml(mapping), Path(out) / "exports" / "dem.yaml")
-    write_text(to_yaml(config.model_dump(mode="json")), Path(out) / "exports" / "study.yaml")
-    data = summary(study, optimum, validation, surface, region, bench)
-    told = {"known": data["parameters"], "expected": _expected(study)}
-    write_blocks(BY_HAND, mapping, conversion, lines, exports, **told)
-    write_text(head + to_yaml(data), Path(out) / "calibrated.yaml")
+    write_text(head + to_yaml(mapping), folder / "dem.yaml")
+    write_text(head + to_yaml(data), parameters)
 
 
 def export_converted(study: Study, source: NamedFiles, output: Sequence[str]) -> None:
@@ -235,7 +265,7 @@ def export_converted(study: Study, source: NamedFiles, output: Sequence[str]) ->
     mapping = _spec(study)
     conversion = Conversion(parse_spec(mapping), study.summary("export_confirmation", "rolling"))
     lines = about(study.config, study.summary("validation"))
-    write_blocks(CONVERTED, mapping, conversion, lines, Path(output[0]).parent)
+    _write_blocks(CONVERTED, mapping, conversion, lines, Path(output[0]).parent)
     _write_decks(study, mapping, conversion, lines, Path(output[0]).parent)
 
 
@@ -275,18 +305,8 @@ def _profiles(study):
     return found
 
 
-def write_blocks(
-    codes: Mapping[str, Any],
-    mapping: dict[str, Any],
-    conversion: Conversion,
-    lines: Sequence[str],
-    folder: Path,
-    **told: Any,
-) -> None:
-    """Write a run spec (a mapping) into a folder in the words of each of `codes` {file: module}.
-
-    lines: of provenance; told: what only pages BY_HAND take.
-    """
+def _write_blocks(codes, mapping, conversion, lines, folder, **told):
+    """told: what only pages BY_HAND take."""
     spec = parse_spec(mapping)
     for name, code in codes.items():
         about = [*lines, *left_out(spec, code.CODE)]
