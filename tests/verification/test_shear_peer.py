@@ -9,7 +9,7 @@ import re
 
 import numpy as np
 import pytest
-from test_engines_peer import RING, entry
+from test_engines_peer import RING
 
 from calibration.engines import bed, lammps, liggghts, rig
 from calibration.engines.blocks import lammps as lammps_block
@@ -20,6 +20,7 @@ from calibration.engines.rigs import Lid
 from calibration.engines.rigs.shear import HEIGHT, SHEAR, Cell
 from dem.experiments import setup, shear_ring
 from dem.spec import parse_spec
+from other_codes import entry_or_skip
 
 pytestmark = [pytest.mark.peer, pytest.mark.slow]
 
@@ -124,7 +125,7 @@ def theirs(cell, code, folder):
 
 @pytest.mark.parametrize("code", CODES)
 def test_a_packed_cell_bears_and_shears_as_ours(code, packed, ours, tmp_path):
-    entry(code)  # skips where it is not installed
+    entry_or_skip(code)
     height, stress = theirs(packed, code, tmp_path)
     assert height == pytest.approx(ours[0], abs=HIGH * 2.0 * RADIUS)
     assert stress == pytest.approx(ours[1], rel=STRESS)
