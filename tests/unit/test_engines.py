@@ -15,7 +15,7 @@ import pytest
 
 from calibration import digests, engines
 from calibration.engines.mesh import write_mesh
-from calibration.engines.program import prime_seed, read_dump
+from calibration.engines.program import prime_seed, read_dump, stated_version
 from calibration.engines.rig import Drop, Pour
 from calibration.engines.rigs import discharge as silo_of_other_codes
 from calibration.engines.rigs import experiments_of
@@ -251,6 +251,13 @@ def test_a_table_gives_the_row_of_a_run(tmp_path):
             read_row(table, name)
     with refused(engines.EngineError, path="none.csv"):
         read_row(tmp_path / "none.csv", "heap-1")
+
+
+def test_a_program_asked_for_its_version_leaves_no_file_where_one_works(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    logging = "from pathlib import Path; Path('log').touch(); print('Version 3 8')"
+    assert stated_version([sys.executable, "-c", logging], r"Version (\S+)") == "3"
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_dump_with_numbers_that_are_none_is_refused(tmp_path):

@@ -12,6 +12,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,10 +45,11 @@ def stated_version(
     """What an installed program says of its version: the first group of `pattern` in the output of
     `command`. Raises EngineError."""
     try:
-        said = subprocess.run(
-            command, input="", capture_output=True, text=True, errors="replace", timeout=ASKED_S,
-            env=environment, check=False,
-        )  # fmt: skip
+        with TemporaryDirectory() as folder:  # LIGGGHTS leaves a log file where it is started
+            said = subprocess.run(
+                command, input="", capture_output=True, text=True, errors="replace",
+                timeout=ASKED_S, env=environment, check=False, cwd=folder,
+            )  # fmt: skip
     except subprocess.TimeoutExpired:
         raise EngineError(f"{_name(command)} did not state its version in {ASKED_S:g} s") from None
     except OSError as error:
