@@ -9,7 +9,7 @@ integrated out (Student's t).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, cast
 
 import numpy as np
@@ -28,6 +28,8 @@ CLOUD, CLOUDS = 20000, 4
 INDEPENDENT = 2000
 """Equal draws that these must be worth to stand for the posterior."""
 MOST_DRAWS = 10000
+LEAST_SHARE = 1e-12
+"""Of the measurement's own variance: no prediction counts as closer than that."""
 MANY = 200
 """Degrees of freedom from which on an estimated error counts as known."""
 
@@ -80,20 +82,28 @@ class Response:
 
     def log_likelihood(self, u: np.ndarray) -> np.ndarray:
         """(k,) log density of the measured mean at u (k, d)."""
-        return self.log_density(self.mean, *self.predicted(u))
+        mean, variance = self.predicted(u)
+        return self.log_density(self.mean, mean, self.spread(variance))
 
-    def log_density(self, y: np.ndarray, mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
-        """(k,) log density of a measured mean y (q,) about means (k, q) with variances (k, q)."""
-        scales, weights = _scales(self.freedom)
-        if len(self.mean) == 1:
-            total = variance[:, 0, None] + scales * self.covariance[0, 0]
-            square = (y[0] - mean[:, 0, None]) ** 2 / total
-            logs = -0.5 * (square + np.log(2.0 * np.pi * total))
-        else:
-            logs = np.column_stack(
-                [_normal(y - mean, variance, s * self.covariance) for s in scales]
-            )
-        return logs[:, 0] if len(scales) == 1 else _log_mean(logs, weights)
+    def spread(self, variance: np.ndarray) -> "Spread":
+        """`Spread` of the measured mean about predictions with variances (k, q)."""
+        scales, _ = _scales(self.freedom)
+        variance = np.maximum(variance, LEAST_SHARE * np.diag(self.covariance))
+        size = 1.0 / np.sqrt(variance)
+        own = size[:, :, None] * self.covariance * size[:, None, :]
+        one = len(self.mean) == 1
+        roots, basis = (own[:, 0], np.ones_like(own)) if one else np.linalg.eigh(own)
+        widths = 1.0 + scales[:, None, None] * roots
+        log_size = np.log(widths).sum(axis=-1) + np.log(variance).sum(axis=-1)
+        return Spread(np.swapaxes(basis, 1, 2) * size[:, None, :], widths, log_size)
+
+    def log_density(self, y: np.ndarray, mean: np.ndarray, spread: "Spread") -> np.ndarray:
+        """(k,) log density of a measured mean y (q,) about means (k, q), with the `Spread` of their
+        variances."""
+        along = np.einsum("kij,kj->ki", spread.basis, y - mean)
+        square = (along**2 / spread.widths).sum(axis=-1)
+        logs = -0.5 * (square + spread.log_size + len(y) * np.log(2.0 * np.pi))
+        return logs[0] if len(logs) == 1 else _log_mean(logs.T, _scales(self.freedom)[1])
 
     def misfit(self, y: np.ndarray, mean: np.ndarray, variance: np.ndarray) -> np.ndarray:
         """(n, k) distances of measured means y (n, q) from predictions (k, q) each.
@@ -142,13 +152,17 @@ def _log_mean(logs, weights):
     return top + np.log(np.exp(logs - top[:, None]) @ weights)
 
 
-def _normal(off, variance, covariance):
-    """(k,) log density of a normal of dimension q at offsets (k, q) with the covariance and the
-    variances (k, q) of its coefficients added."""
-    total = covariance + np.einsum("ki,ij->kij", variance, np.eye(variance.shape[1]))
-    _, log_size = np.linalg.slogdet(total)
-    square = np.einsum("ki,ki->k", off, np.linalg.solve(total, off[..., None])[..., 0])
-    return -0.5 * (square + log_size + off.shape[1] * np.log(2.0 * np.pi))
+@dataclass(frozen=True)
+class Spread:
+    """Covariances v + s C of a measured mean about k predictions with variances v, at m factors s
+    on the measurement's own C, all along the axes that make v one and C a diagonal.
+
+    basis: (k, q, q), rows of axes; widths: (m, k, q), variances along them; log_size: (m, k),
+    logarithms of the covariances' determinants."""
+
+    basis: np.ndarray
+    widths: np.ndarray
+    log_size: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -229,11 +243,17 @@ class Cloud:
     def log_likelihood(self, measured: Sequence[ArrayLike], but: str | None = None) -> np.ndarray:
         """(k,) log density of measured means, one (q,) a response; `but` as of `weights`."""
         log = self.formed.copy()
-        parts = zip(self.joint.responses, measured, self.predicted, strict=True)
-        for r, y, predicted in parts:
+        parts = zip(self.joint.responses, measured, self.predicted, self._spreads, strict=True)
+        for r, y, (mean, _), spread in parts:
             if r.name != but:
-                log += r.log_density(np.asarray(y, float), *predicted)
+                log += r.log_density(np.atleast_1d(np.asarray(y, float)), mean, spread)
         return log
+
+    @cached_property
+    def _spreads(self):
+        """`Response.spread` of each: the same whatever the values that were measured."""
+        parts = zip(self.joint.responses, self.predicted, strict=True)
+        return [r.spread(variance) for r, (_, variance) in parts]
 
     def draws(
         self,
