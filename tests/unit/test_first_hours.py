@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import openpyxl
+import pandas as pd
 import pytest
 import yaml
 from PIL import Image, ImageDraw
@@ -16,12 +17,16 @@ from calibration.chain.study import Study
 from calibration.errors import ConfigError
 from calibration.interface.commands import main
 from calibration.runs.feasibility import check_ahead
+from calibration.runs.plans import read_plan
+from calibration.runs.runner import SPREAD, STANDS, causes
 from calibration.study.config import parse_config
 from calibration.study.config.joint import read_joint_target
 from calibration.study.config.resolution import parse_resolved
+from dem.errors import MeasureError
 from diagnosis.settings import study_settings
 from diagnosis.setup import Setup
 from facts import tells
+from workflow_rules import rules_of
 
 PAGE = (Path(__file__).parents[2] / "docs/first-hours.md").read_text("utf-8")
 COMMANDS = re.findall(r"^dem new .*$", PAGE, re.M)
@@ -233,3 +238,42 @@ def test_a_diagnosis_drops_the_grain_that_was_dropped(here):
     dropped = settings.experiments["drop"].run["particles"]["diameter_mm"]
     assert dropped == pytest.approx((6.2 * 3.3 * 2.9) ** (1 / 3), abs=1e-3)
     assert dropped < config.run["particles"]["diameter_mm"]
+
+
+def test_grains_of_another_size_stick_by_what_keeps_their_strength(here):
+    """The quick profile makes the cylinder's grains larger and not those of vessel and ring. What
+    grains hold in tension goes with the energy of their surface over their size: 3 pi g R* of one
+    contact (JKR) upon the square of R."""
+    assert main(["new", "--workbook", "lime.xlsx"]) == 0
+    fill("lime.xlsx")
+    begun("lime")
+    files = [Path("lime/config.yaml")]
+    data = yaml.safe_load(files[0].read_text()) | {"joint": {"runs": 8, "repeated": 2}}
+    config = parse_resolved(data | {"resolution": "quick"}, files)
+    name = "grain_grain_surface_energy"
+    rule = rules_of(config.model_dump(mode="json"))["plan_joint_first"]
+    rule.call(Study(config))
+    design, specs = pd.read_csv(rule.output.design), read_plan(rule.plan)
+    sizes = set()
+    for rig, rows in design.groupby("rig"):
+        own = [specs[run] for run in rows["run_id"]]
+        sizes |= {round(spec["particles"]["diameter_mm"], 2) for spec in own}
+        strength = [
+            spec["law_parameters"]["surface_energy_J_m2"] / spec["particles"]["diameter_mm"]
+            for spec in own
+        ]
+        # the design tells the level of the study's own grains in all rigs
+        own_mm = config.run["particles"]["diameter_mm"]
+        assert strength == pytest.approx(list(rows[name] / own_mm), rel=1e-6), rig
+        assert rows[name].nunique() == 8
+    assert sizes == {3.23, 5.13}
+
+
+def test_a_column_that_stands_is_not_told_to_roll_apart():
+    spec = {"experiment": "lifted_cylinder", "geometry": {"cylinder_diameter_mm": 50.0}}
+    column = np.array([[0.024, 0.0, 0.1], [0.0, -0.024, 0.0]])
+    error = MeasureError("no heap: 71 of 72 flanks of the silhouette are too short")
+    assert causes(error, spec, column)[0] == STANDS
+    for other in (column * [2, 2, 1], None, np.empty((0, 3))):
+        assert causes(error, spec, other)[0] == SPREAD
+    assert STANDS not in causes(MeasureError("clogged"), spec, column)

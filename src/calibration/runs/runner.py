@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TextIO
 
+import numpy as np
 import yaml
 
 from calibration import engines
@@ -36,6 +37,11 @@ SPREAD = (
     "few. The design leaves such points out"
 )
 """Of a heap that was not poured."""
+STANDS = (
+    "the grains stand as they stood in the cylinder, of which none came loose: they stick too much "
+    "for a heap. The design leaves such points out"
+)
+SPREAD_FROM = 1.25  # radii of a lifted cylinder within which the grains of a heap do not all lie
 
 
 def run_logged(
@@ -141,34 +147,55 @@ def _made(spec, out, note, config):
             write_arrays(Path(out) / STATE, engines.NO_GRAINS)
         refused = {"kind": getattr(error, "kind", "unmeasured"), "reason": str(error)}
         write_result(Path(out), parse_spec(spec), {}, {REFUSED: refused})
-        message = failure(error, spec, Path(out).name, config, "gives no value")
+        with np.load(Path(out) / STATE) as state:
+            position = state["position"]
+        message = failure(error, spec, Path(out).name, config, "gives no value", position)
         print(message, file=sys.stderr)
         return message
 
 
 def failure(
-    error: BaseException, spec: dict[str, Any], name: str, config: Config, what: str = "failed"
+    error: BaseException,
+    spec: dict[str, Any],
+    name: str,
+    config: Config,
+    what: str = "failed",
+    position: np.ndarray | None = None,
 ) -> str:
     """What a user needs to know of a run without a value: the reason, the likely cause and the
-    points that need it."""
+    points that need it. position (n, 3) [m]: where its grains lie at the end, if it came there."""
     text = in_words(error)
     lines = [f"run {name} {what}: {text}"]
-    lines += [f"  likely cause: {cause}" for cause in causes(error, spec)]
+    lines += [f"  likely cause: {cause}" for cause in causes(error, spec, position)]
     lines += [f"  point:  {point}" for point in points_of(name, config)]
     return "\n".join(lines)
 
 
-def causes(error: BaseException, spec: dict[str, Any]) -> list[str]:
+def causes(
+    error: BaseException, spec: dict[str, Any], position: np.ndarray | None = None
+) -> list[str]:
     """Likely causes that the error does not name itself: no heap, and what was risky in the spec
-    from the start."""
+    from the start. position: as of `failure`."""
     from dem.advice import warnings_of  # loads the engine, which takes a second
 
-    poured = NO_HEAP if spec.get("experiment") == "heap" else SPREAD
-    found = [poured] if isinstance(error, MeasureError) and "no heap" in str(error) else []
+    cause = NO_HEAP if spec.get("experiment") == "heap" else SPREAD
+    if position is not None and _stands(spec, position):
+        cause = STANDS
+    found = [cause] if isinstance(error, MeasureError) and "no heap" in str(error) else []
     try:
         return found + warnings_of(parse_spec(spec))
     except DemError:
         return found  # the spec itself is what failed
+
+
+def _stands(spec, position):
+    """Whether grains at `position` (n, 3) [m] have kept the shape of a cylinder that was lifted off
+    them."""
+    width = (spec.get("geometry") or {}).get("cylinder_diameter_mm")
+    if spec.get("experiment") != "lifted_cylinder" or not width or not len(position):
+        return False
+    furthest = float(np.hypot(*position[:, :2].T).max())
+    return furthest < SPREAD_FROM * 0.5e-3 * width
 
 
 def begin(config: Config, dry_run: bool) -> None:

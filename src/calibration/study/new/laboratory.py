@@ -376,7 +376,8 @@ def _sticky(grains):
             f"all rigs have grains of {grains.common_mm:.3g} mm, {ratio:.0f} times as large as "
             "yours: coarse grains, each a parcel of yours. Friction and surface energy hold for "
             "this size alone; a yield locus or a bulk density under load tells whether they stand "
-            "for the powder"
+            "for the powder. Where a profile makes those of one rig larger, the others stick by "
+            "less energy in proportion, which keeps the strength in tension"
         )
     return found
 

@@ -24,6 +24,7 @@ from calibration.study.factors import read_factors
 from calibration.study.new.pilot import advice, corners, cost, pilot, shrunk
 from calibration.study.new.reach import reach
 from calibration.study.new.study import write_factors
+from calibration.study.parcels import ratios
 from calibration.study.stages import expected_runs, expecting, load_stages
 from calibration.study.stages.joint import runs_of
 from dem.errors import DemError, StoppedError
@@ -146,7 +147,8 @@ def _one_run(config, factors, rig):
     from dem.run import run  # loads the engine
 
     own = config.rigs[rig]
-    levels = {f.key: f.centre for f in factors}
+    by = ratios(config, rig, [f.key for f in factors])
+    levels = {f.key: f.centre * by.get(f.key, 1.0) for f in factors}
     targets = [t for t in config.targets if t.rig == rig]
     begun = time.process_time()
     try:
